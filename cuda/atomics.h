@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Relaxed atomics with one spelling for both processors. All return the value from before.
+#pragma once
+
+#include "cuda/macros.h"
+
+#include <cstdint>
+
+#if !defined(__CUDA_ARCH__)
+#include <atomic>
+#endif
+
+namespace shadowdag {
+
+/// Adds `value` and returns what was there before.
+SDAG_HD inline uint32_t atomicAddRelaxed(uint32_t* target, uint32_t value) {
+#if defined(__CUDA_ARCH__)
+    return atomicAdd(target, value);
+#else
+    return std::atomic_ref<uint32_t>(*target).fetch_add(value, std::memory_order_relaxed);
+#endif
+}
+
+/// Sets the bits of `value` and returns what was there before.
+SDAG_HD inline uint32_t atomicOrRelaxed(uint32_t* target, uint32_t value) {
+#if defined(__CUDA_ARCH__)
+    return atomicOr(target, value);
+#else
+    std::atomic_ref<uint32_t> ref(*target);
+    const uint32_t seen = ref.load(std::memory_order_relaxed);
+    if ((seen & value) == value) // the common case of coverage: no bus lock
+        return seen;
+    return ref.fetch_or(value, std::memory_order_relaxed);
+#endif
+}
+
+/// Raises the target to `value` if that is larger and returns what was there before.
+SDAG_HD inline uint32_t atomicMaxRelaxed(uint32_t* target, uint32_t value) {
+#if defined(__CUDA_ARCH__)
+    return atomicMax(target, value);
+#else
+    std::atomic_ref<uint32_t> ref(*target);
+    uint32_t seen = ref.load(std::memory_order_relaxed);
+    while (seen < value && !ref.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+    }
+    return seen;
+#endif
+}
+
+/// Lowers the target to `value` if that is smaller and returns what was there before.
+SDAG_HD inline uint32_t atomicMinRelaxed(uint32_t* target, uint32_t value) {
+#if defined(__CUDA_ARCH__)
+    return atomicMin(target, value);
+#else
+    std::atomic_ref<uint32_t> ref(*target);
+    uint32_t seen = ref.load(std::memory_order_relaxed);
+    while (seen > value && !ref.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+    }
+    return seen;
+#endif
+}
+
+/// Lowers the target to `value` if that is smaller and returns what was there before.
+SDAG_HD inline uint64_t atomicMinRelaxed(uint64_t* target, uint64_t value) {
+#if defined(__CUDA_ARCH__)
+    return atomicMin(reinterpret_cast<unsigned long long*>(target),
+                     static_cast<unsigned long long>(value));
+#else
+    std::atomic_ref<uint64_t> ref(*target);
+    uint64_t seen = ref.load(std::memory_order_relaxed);
+    while (seen > value && !ref.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+    }
+    return seen;
+#endif
+}
+
+} // namespace shadowdag

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The two processors, how one is chosen at run time, and how a pass is dispatched to it.
+#pragma once
+
+#include "cuda/error.h"
+
+#include <string>
+
+namespace shadowdag {
+
+/// Where passes run and buffers live.
+enum class Backend { kCpu, kCuda };
+
+/// Returns "cpu" or "cuda".
+const char* backendName(Backend backend);
+
+/// Returns the backend that `name` ("auto", "cpu" or "cuda") selects on this machine. "auto" is
+/// CUDA where the program was built with it and a device answers, else the CPU. Throws Error kUsage
+/// for another name, kDevice for "cuda" without a device or a CUDA build, with the driver's own
+/// message.
+Backend chooseBackend(const std::string& name);
+
+/// Returns whether this program contains the CUDA passes (not whether a device is present).
+bool builtWithCuda();
+
+/// Limits the CPU backend to `count` threads for the rest of the process; 0 means all cores.
+/// Results never depend on it.
+void setThreadCount(int count);
+
+/// Returns the number of threads that the CPU backend uses.
+int threadCount();
+
+/// Throws Error kDevice: a pass was asked for CUDA in a program built without it.
+[[noreturn]] void throwBuiltWithoutCuda();
+
+/// Names the backend in template arguments, so that host and device instantiations never share a
+/// symbol (the linker would keep one of them, silently).
+struct CpuTag {};
+struct CudaTag {};
+
+} // namespace shadowdag
+
+/// Calls cpu::pass(...) or cuda::pass(...) of the enclosing namespace. Every x_pass.h declares
+/// both; x_cpu.cpp and x_cuda.cu define them.
+#if defined(SDAG_WITH_CUDA)
+#define SDAG_DISPATCH(backend, pass, ...)                                                          \
+    ((backend) == ::shadowdag::Backend::kCuda ? cuda::pass(__VA_ARGS__) : cpu::pass(__VA_ARGS__))
+#else
+#define SDAG_DISPATCH(backend, pass, ...)                                                          \
+    ((backend) == ::shadowdag::Backend::kCuda ? ::shadowdag::throwBuiltWithoutCuda() : void(0),    \
+     cpu::pass(__VA_ARGS__))
+#endif

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// Named arrays on a backend, and the ledger that knows how many bytes live where.
+#pragma once
+
+#include "cuda/backend.h"
+#include "cuda/view.h"
+
+#include <cstring>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace shadowdag {
+
+/// One line of the ledger.
+struct LedgerEntry {
+    std::string name;
+    Backend backend;
+    size_t bytes;     ///< held now
+    size_t peakBytes; ///< the most ever held
+};
+
+/// Returns the ledger, sorted by name then backend. Thread safe.
+std::vector<LedgerEntry> bufferLedger();
+
+namespace detail {
+void* allocateElements(Backend backend, const std::string& name, size_t count, size_t elementBytes);
+void freeBytes(Backend backend, const std::string& name, void* data, size_t bytes);
+void copyBytes(Backend to, void* dst, Backend from, const void* src, size_t bytes);
+void fillBytes(Backend backend, void* dst, int byteValue, size_t bytes);
+} // namespace detail
+
+/// Owns `count` trivially copyable elements on one backend under a name in the ledger. Move-only.
+/// Contents are uninitialised until written. Grows geometrically through resize and never shrinks
+/// its capacity, so that a frame that needs no more than the last one allocates nothing.
+template <class T> class Buffer {
+    static_assert(std::is_trivially_copyable_v<T>);
+
+public:
+    Buffer(Backend backend, std::string name) : backend_(backend), name_(std::move(name)) {}
+    Buffer(Backend backend, std::string name, size_t count) : Buffer(backend, std::move(name)) {
+        resize(count);
+    }
+    Buffer(Buffer&& other) noexcept
+        : backend_(other.backend_), name_(other.name_), data_(std::exchange(other.data_, nullptr)),
+          count_(std::exchange(other.count_, 0)), capacity_(std::exchange(other.capacity_, 0)) {}
+    Buffer& operator=(Buffer&& other) noexcept {
+        std::swap(backend_, other.backend_);
+        std::swap(name_, other.name_);
+        std::swap(data_, other.data_);
+        std::swap(count_, other.count_);
+        std::swap(capacity_, other.capacity_);
+        return *this;
+    }
+    Buffer(const Buffer&) = delete;
+    Buffer& operator=(const Buffer&) = delete;
+    ~Buffer() { release(); }
+
+    /// Makes the buffer hold `count` elements. Contents are lost when it has to grow. Throws Error
+    /// kResource naming the buffer and the bytes when memory is short.
+    void resize(size_t count) {
+        if (count > capacity_) {
+            const size_t grown = capacity_ + capacity_ / 2;
+            const size_t capacity = count > grown ? count : grown;
+            release();
+            data_ = static_cast<T*>(detail::allocateElements(backend_, name_, capacity, sizeof(T)));
+            capacity_ = capacity;
+        }
+        count_ = count;
+    }
+    /// Sets every byte of the elements held.
+    void fill(int byteValue) { detail::fillBytes(backend_, data_, byteValue, count_ * sizeof(T)); }
+    /// Resizes to the host vector and copies it here.
+    void upload(const std::vector<T>& host) {
+        resize(host.size());
+        detail::copyBytes(backend_, data_, Backend::kCpu, host.data(), count_ * sizeof(T));
+    }
+    /// Returns a host copy, after all queued work.
+    std::vector<T> download() const {
+        std::vector<T> host(count_);
+        detail::copyBytes(Backend::kCpu, host.data(), backend_, data_, count_ * sizeof(T));
+        return host;
+    }
+    /// Returns element i, after all queued work. A round trip on CUDA.
+    T at(size_t i) const {
+        SDAG_ASSERT(i < count_);
+        T value;
+        detail::copyBytes(Backend::kCpu, &value, backend_, data_ + i, sizeof(T));
+        return value;
+    }
+    View<T> view() { return {data_, count_}; }
+    View<const T> view() const { return {data_, count_}; }
+    size_t size() const { return count_; }
+    size_t bytes() const { return count_ * sizeof(T); }
+    Backend backend() const { return backend_; }
+    const std::string& name() const { return name_; }
+
+private:
+    void release() {
+        if (data_)
+            detail::freeBytes(backend_, name_, data_, capacity_ * sizeof(T));
+        data_ = nullptr;
+        count_ = capacity_ = 0;
+    }
+
+    Backend backend_;
+    std::string name_;
+    T* data_ = nullptr;
+    size_t count_ = 0;
+    size_t capacity_ = 0;
+};
+
+} // namespace shadowdag

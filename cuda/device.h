@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the host files of cuda/ ask of the device. device_cuda.cu answers where CUDA is compiled in,
+// device_absent.cpp elsewhere: there every call but the first throws. Not for other folders.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace shadowdag::device {
+
+/// Returns whether a device answers; if not, `why` receives the reason with the driver's own words.
+bool isPresent(std::string& why);
+
+/// Returns `bytes` > 0 of device memory, or null when there is not enough. Throws Error kDevice for
+/// any other failure.
+void* allocate(size_t bytes);
+
+/// Gives back what allocate returned, after the work queued before. Never throws.
+void release(void* data) noexcept;
+
+/// Copies between any two of host and device memory; returns when the bytes are there.
+void copy(void* dst, const void* src, size_t bytes);
+
+/// Queues setting every byte to `byteValue`.
+void fill(void* dst, int byteValue, size_t bytes);
+
+/// Returns when all queued work is done. Throws Error kDevice if any of it failed.
+void synchronize();
+
+} // namespace shadowdag::device

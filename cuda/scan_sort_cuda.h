@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// The CUDA side of scan_sort.h, for its dispatcher alone.
+#pragma once
+
+#include "cuda/view.h"
+
+namespace shadowdag::cuda {
+
+uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out);
+void sortPairs(View<uint64_t> keys, View<uint32_t> values);
+void sortPairs(View<uint32_t> keys, View<uint32_t> values);
+
+} // namespace shadowdag::cuda

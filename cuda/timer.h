@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Wall-clock stage times of a frame, after all work queued on the backend.
+#pragma once
+
+#include "cuda/backend.h"
+
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace shadowdag {
+
+/// Stage names and their times in milliseconds, in the order in which they first ended. A stage
+/// that ends twice adds up.
+struct StageTimes {
+    std::vector<std::pair<std::string, double>> stagesMs;
+
+    void add(const std::string& stage, double timeMs) {
+        for (auto& [name, sum] : stagesMs)
+            if (name == stage) {
+                sum += timeMs;
+                return;
+            }
+        stagesMs.emplace_back(stage, timeMs);
+    }
+    double totalMs() const {
+        double sum = 0;
+        for (const auto& [name, timeMs] : stagesMs)
+            sum += timeMs;
+        return sum;
+    }
+};
+
+/// Returns when all work queued on the backend is done; free on the CPU.
+void synchronize(Backend backend);
+
+/// Adds the time from construction to destruction to `times` under `stage`, synchronizing at both.
+class StageTimer {
+public:
+    StageTimer(Backend backend, StageTimes& times, std::string stage)
+        : backend_(backend), times_(times), stage_(std::move(stage)) {
+        synchronize(backend_);
+        start_ = std::chrono::steady_clock::now();
+    }
+    ~StageTimer() {
+        synchronize(backend_);
+        times_.add(stage_, std::chrono::duration<double, std::milli>(
+                               std::chrono::steady_clock::now() - start_)
+                               .count());
+    }
+    StageTimer(const StageTimer&) = delete;
+    StageTimer& operator=(const StageTimer&) = delete;
+
+private:
+    Backend backend_;
+    StageTimes& times_;
+    std::string stage_;
+    std::chrono::steady_clock::time_point start_;
+};
+
+} // namespace shadowdag

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// A non-owning array for functors: pointer and element count, copied by value into kernels.
+#pragma once
+
+#include "cuda/macros.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace shadowdag {
+
+/// `count` elements at `data`, owned by somebody else and living on one backend. Empty is (null,
+/// 0).
+template <class T> struct View {
+    T* data = nullptr;
+    size_t count = 0;
+
+    SDAG_HD T& operator[](size_t i) const {
+        SDAG_ASSERT(i < count);
+        return data[i];
+    }
+    SDAG_HD T* begin() const { return data; }
+    SDAG_HD T* end() const { return data + count; }
+    SDAG_HD bool empty() const { return count == 0; }
+    SDAG_HD operator View<const T>() const { return {data, count}; }
+};
+
+/// Returns a view of a host vector, valid until the vector reallocates.
+template <class T> View<const T> viewOf(const std::vector<T>& v) {
+    return {v.data(), v.size()};
+}
+template <class T> View<T> viewOf(std::vector<T>& v) {
+    return {v.data(), v.size()};
+}
+
+} // namespace shadowdag

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Batches of at most 128 triangles: the unit in which geometry is culled and drawn into shadow maps.
+// Source: Olsson et al., More Efficient Virtual Shadow Maps for Many Lights, TVCG 2015, sec. IV-G.
+#pragma once
+
+#include "scenes/world.h"
+#include "scenes/wide_bvh.h"
+
+namespace shadowdag {
+
+constexpr uint32_t kMaxBatchTriangleCount = 128;
+
+/// A run of batchTriangles; all its triangles belong to one instance (one transform).
+struct Batch {
+    uint32_t first;    ///< into BatchSet::triangles
+    uint32_t count;    ///< 1..kMaxBatchTriangleCount
+    uint32_t instance; ///< of the world
+};
+
+struct BatchView {
+    View<const Batch> batches;
+    View<const Box> boxesWorld;       ///< batchCount, closed, of the current positions
+    View<const uint32_t> triangles;   ///< triangleCount; world triangle indices in batch order
+    WideBvhView bvh;                  ///< over boxesWorld
+};
+
+/// The batches of a world on the host, rebuilt offline once and refitted when instances move.
+class BatchSet {
+public:
+    /// Partitions every triangle of the world into batches that are compact in space (deterministic).
+    explicit BatchSet(const World& world);
+    /// Recomputes boxes (and hierarchy) of the batches of these instances after World::setTime.
+    void update(const World& world, const std::vector<uint32_t>& movedInstances);
+    BatchView view() const;
+    size_t size() const { return batches_.size(); }
+
+private:
+    std::vector<Batch> batches_;
+    std::vector<Box> boxes_;
+    std::vector<uint32_t> triangles_;
+    WideBvh bvh_;
+};
+
+} // namespace shadowdag

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// A perspective camera and the pixel rays that it defines.
+#pragma once
+
+#include "cuda/macros.h"
+
+#include <glm/glm.hpp>
+
+namespace shadowdag {
+
+/// A pinhole camera in world space. Right-handed, looks along `forward`; y up. Pixel (0, 0) is the
+/// top left; a pixel's sample lies at its centre.
+struct Camera {
+    glm::vec3 positionWorld{0.0f};
+    glm::vec3 forward{0, 0, -1}; ///< unit
+    glm::vec3 up{0, 1, 0};       ///< unit, orthogonal to forward
+    float yfov = 0.9f;           ///< vertical field of view, radians
+    float znear = 0.05f;         ///< metres, > 0; first cluster slice starts here
+    float zfar = 1000.0f;        ///< metres; samples beyond are background
+
+    SDAG_HD glm::vec3 right() const { return glm::cross(forward, up); }
+};
+
+} // namespace shadowdag

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is lit, and where it is: the scene as authored (meshes, nodes, lights, cameras, animations).
+// scenes/world.h turns it into triangles and lights in world space at one time.
+#pragma once
+
+#include "scenes/box.h"
+#include "scenes/camera.h"
+#include "scenes/light.h"
+
+#include <glm/gtc/quaternion.hpp>
+
+#include <string>
+#include <vector>
+
+namespace shadowdag {
+
+constexpr int kNone = -1;
+
+/// Surface colour. Shadows ignore it; pictures use it.
+struct Material {
+    std::string name;
+    glm::vec3 baseColor{0.8f};
+    glm::vec3 emission{0.0f};
+};
+
+/// An indexed triangle list in object space. Indices are in range and positions finite, always.
+struct Mesh {
+    std::string name;
+    std::vector<glm::vec3> positions;
+    std::vector<glm::uvec3> triangles;
+    std::vector<uint32_t> triangleMaterial; ///< count = triangles; index into Scene::materials
+};
+
+/// A node's local transform: a matrix, or translation * rotation * scale when animated or authored so.
+struct LocalTransform {
+    bool hasMatrix = false;
+    glm::mat4 matrix{1.0f};
+    glm::vec3 translation{0.0f};
+    glm::quat rotation{1, 0, 0, 0};
+    glm::vec3 scale{1.0f};
+
+    glm::mat4 parentFromLocal() const;
+};
+
+struct Node {
+    std::string name;
+    LocalTransform local;
+    int parent = kNone;
+    int mesh = kNone;
+    int light = kNone;
+    int camera = kNone;
+    std::vector<int> children;
+};
+
+/// A light as authored: its place and direction (-Z) come from the node that refers to it.
+struct LightSource {
+    std::string name;
+    Light::Kind kind = Light::kPoint;
+    glm::vec3 color{1.0f};
+    float intensity = 1.0f;  ///< candela
+    float rangeWorld = 0.0f; ///< 0: none authored, a cutoff decides (see world.h)
+    float innerConeAngle = 0.0f;
+    float outerConeAngle = 0.7853982f;
+};
+
+/// A camera as authored; its place comes from the node that refers to it.
+struct CameraSource {
+    std::string name;
+    float yfov = 0.9f;
+    float znear = 0.05f;
+    float zfar = 1000.0f;
+};
+
+/// One animated property of one node. Times ascend, in seconds; before the first and after the last key
+/// the nearest key holds.
+struct AnimationChannel {
+    enum class Path { kTranslation, kRotation, kScale };
+    enum class Interpolation { kStep, kLinear, kCubicSpline };
+
+    int node = kNone;
+    Path path = Path::kTranslation;
+    Interpolation interpolation = Interpolation::kLinear;
+    std::vector<float> times;
+    std::vector<glm::vec4> values; ///< xyz or quaternion xyzw; count = times, or 3 * times (in-tangent,
+                                   ///< value, out-tangent) for kCubicSpline
+};
+
+struct Animation {
+    std::string name;
+    std::vector<AnimationChannel> channels;
+};
+
+/// The whole scene as authored. World units are metres, right-handed, Y up. The node graph is a forest
+/// (checked by the reader); `roots` are those of the default scene.
+struct Scene {
+    std::string name;
+    std::vector<Material> materials; ///< never empty; 0 is the default material
+    std::vector<Mesh> meshes;
+    std::vector<Node> nodes;
+    std::vector<int> roots;
+    std::vector<LightSource> lights;
+    std::vector<CameraSource> cameras;
+    std::vector<Animation> animations;
+    std::vector<std::string> warnings; ///< what was ignored, one sentence each, with counts
+
+    /// Returns the last key time over all animations in seconds; 0 without animations.
+    float durationSeconds() const;
+};
+
+} // namespace shadowdag

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// The scene at one time, in world space: instanced triangles, lights, cameras. What every method and
+// the truth read, so that all of them see the same floats.
+#pragma once
+
+#include "cuda/view.h"
+#include "scenes/scene.h"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace shadowdag {
+
+/// Triangles in world space on one backend.
+/// positions: vertexCount * vec3 world; triangles: triangleCount * uvec3 into positions.
+struct TriangleView {
+    View<const glm::vec3> positions;
+    View<const glm::uvec3> triangles;
+
+    SDAG_HD size_t count() const { return triangles.count; }
+    SDAG_HD glm::vec3 vertex(size_t triangle, int corner) const {
+        return positions[triangles[triangle][corner]];
+    }
+};
+
+/// One placed mesh: a run of vertices and a run of triangles of the world arrays.
+struct Instance {
+    uint32_t node;
+    uint32_t mesh;
+    uint32_t firstVertex, vertexCount;
+    uint32_t firstTriangle, triangleCount;
+    bool isMoving; ///< an animation moves this node or an ancestor
+    glm::mat4 worldFromObject;
+};
+
+/// How lights and cameras that the scene leaves open are filled in.
+struct WorldOptions {
+    /// A light without an authored range gets the radius at which its strongest channel's
+    /// intensity / d^2 falls to this, lux.
+    float rangeCutoff = 0.05f;
+    /// >= 0: all authored lights are replaced by this many seeded point lights, each in free space
+    /// near surfaces; -1: authored lights only.
+    int placedLightCount = -1;
+    uint64_t seed = 1;
+};
+
+/// The scene in world space at one time. Triangles keep their index over time: only positions of moving
+/// instances change. Degenerate triangles are kept (everything downstream must cope).
+class World {
+public:
+    /// Flattens the default scene at time 0. Throws Error kInput when there is no triangle, or when a
+    /// world position is not finite or beyond 1e30 in magnitude.
+    /// The scene must outlive the world.
+    World(const Scene& scene, const WorldOptions& options);
+
+    /// Moves everything to `timeSeconds`; returns the indices of instances whose vertices changed.
+    std::vector<uint32_t> setTime(float timeSeconds);
+
+    float timeSeconds() const { return timeSeconds_; }
+    const Scene& scene() const { return *scene_; }
+    TriangleView triangles() const { return {viewOf(positions_), viewOf(triangles_)}; }
+    /// Returns the triangles of instances that never move (indices into triangles()), ascending.
+    const std::vector<uint32_t>& staticTriangles() const { return staticTriangles_; }
+    const std::vector<uint32_t>& triangleMaterial() const { return triangleMaterial_; }
+    const std::vector<uint32_t>& triangleInstance() const { return triangleInstance_; }
+    const std::vector<Instance>& instances() const { return instances_; }
+    const std::vector<Light>& lights() const { return lights_; }
+    /// Returns the cameras of the scene at the current time, in node order; may be empty.
+    const std::vector<Camera>& cameras() const { return cameras_; }
+    const Box& boundsWorld() const { return bounds_; }
+
+    /// Returns a 128-bit hash, 32 hex digits, of every triangle at time 0 of static instances: what a voxel
+    /// asset of this scene depends on.
+    std::string geometryHash() const;
+
+private:
+    const Scene* scene_;
+    WorldOptions options_;
+    float timeSeconds_ = 0;
+    std::vector<glm::vec3> positions_;
+    std::vector<glm::uvec3> triangles_;
+    std::vector<uint32_t> staticTriangles_;
+    std::vector<uint32_t> triangleMaterial_;
+    std::vector<uint32_t> triangleInstance_;
+    std::vector<Instance> instances_;
+    std::vector<Light> lights_;
+    std::vector<Camera> cameras_;
+    Box bounds_;
+};
+
+/// Returns a camera that sees the scene from inside its bounds, chosen by a stated rule from the geometry
+/// alone (deterministic): used when a scene brings none or `--camera auto` asks for it.
+Camera placeCamera(const World& world);
+
+} // namespace shadowdag

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sparse voxel DAG in memory: layout, view, owner.
+// Source: Kaempe, Sintorn, Assarsson, High Resolution Sparse Voxel DAGs, SIGGRAPH 2013, sec. 4.
+#pragma once
+
+#include "cuda/buffer.h"
+#include "voxel/voxel_grid.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace shadowdag {
+
+/// A leaf holds 4 x 4 x 4 voxels.
+constexpr uint32_t kLeafLog2 = 2;
+
+/// Layout, in 32-bit words; a node's address is the index of its first word:
+///
+///     inner node, cells of side 2^L, L > kLeafLog2        leaf, cell of side 4
+///     +----------------------+                            +--------------------------+
+///     | 0..7   child mask    |  bit c: child c is there   | low 32 voxels (byte a)   |
+///     | 8..31  zero          |                            | high 32 voxels           |
+///     +----------------------+                            +--------------------------+
+///     | address of 1st child |  in ascending c            bit 8 * o + s: octant o (2^3 block),
+///     | ... popcount(mask)   |                            voxel s inside it
+///     +----------------------+
+///     child, octant and voxel numbers are x | y << 1 | z << 2
+///
+/// Nodes are unique by content, children are addressed before use is possible only downwards (a DAG), and
+/// stand in a canonical order: level by level from the root, in each level by first visit in child order.
+/// Empty scene: rootAddress = kNoNode. A grid of 2^2 or smaller has a leaf as root.
+struct DagView {
+    View<const uint32_t> words;
+    uint32_t rootAddress = 0xffffffffu;
+    VoxelGrid grid;
+};
+
+constexpr uint32_t kNoNode = 0xffffffffu;
+
+/// Numbers of a DAG by level. Level convention of `nodeCounts`: index 0 is the root, every cell down to the
+/// 2^3 voxel cells is a node (so that other programs' counts can be held against them), although this layout
+/// stores 4^3 leaves.
+struct DagStats {
+    uint64_t voxelCount = 0;              ///< occupied voxels (saturates nowhere: 2^51 at most)
+    std::vector<uint64_t> nodeCounts;     ///< unique nodes per level, root first, 2^3 cells last
+    std::vector<uint64_t> svoNodeCounts;  ///< the same before merging
+    uint64_t leafCount = 0;               ///< unique 4^3 leaves
+    uint64_t tracedBytes = 0;             ///< words held for tracing
+};
+
+/// Owns a DAG on the host. Immutable once built; deterministic: the same scene and grid give the same words.
+struct Dag {
+    std::vector<uint32_t> words;
+    uint32_t rootAddress = kNoNode;
+    VoxelGrid grid;
+
+    DagView view() const { return {viewOf(words), rootAddress, grid}; }
+    bool empty() const { return rootAddress == kNoNode; }
+};
+
+/// Returns the numbers of a DAG by walking it once. Cost: linear in nodes.
+DagStats computeDagStats(const Dag& dag);
+
+/// Returns whether voxel (x, y, z) is occupied; coordinates out of the grid are empty.
+SDAG_HD bool isOccupied(const DagView& dag, uint32_t x, uint32_t y, uint32_t z);
+
+} // namespace shadowdag
