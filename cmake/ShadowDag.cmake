@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+# The functions that the folders' CMakeLists.txt are written in.
+
+# sdag_add_library(sdag_x a.cpp b_cpu.cpp ... LIBS sdag_cuda glm::glm ... PRIVATE_LIBS zstd::libzstd_shared ...)
+# adds a static library with our flags, the alias ShadowDAG::sdag_x, and its installation. LIBS are public.
+function(sdag_add_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LIBS;PRIVATE_LIBS")
+  add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
+  add_library(ShadowDAG::${name} ALIAS ${name})
+  target_link_libraries(${name} PUBLIC sdag_flags ${arg_LIBS} PRIVATE ${arg_PRIVATE_LIBS})
+  set_property(GLOBAL APPEND PROPERTY SDAG_LIBRARIES ${name})
+endfunction()
+
+# sdag_add_cuda_sources(target a_cuda.cu ...) adds CUDA sources; does nothing where CUDA is off.
+function(sdag_add_cuda_sources target)
+  if(SDAG_WITH_CUDA)
+    target_sources(${target} PRIVATE ${ARGN})
+    target_link_libraries(${target} PRIVATE CUDA::cudart_static)
+  endif()
+endfunction()
+
+# sdag_add_test(name a_test.cpp ... LIBS sdag_voxel ... [TIMEOUT seconds]) adds a GoogleTest binary, each of its
+# tests a test of ctest. gtest_main is linked. A GTEST_SKIP shows as skipped in ctest's summary.
+function(sdag_add_test name)
+  if(NOT SDAG_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "LIBS")
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
+  include(GoogleTest)
+  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE sdag_flags ${arg_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
+  target_compile_definitions(${name} PRIVATE SDAG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+                       PROPERTIES TIMEOUT ${arg_TIMEOUT})
+endfunction()
+
+# sdag_add_bench(name a_bench.cpp ... LIBS sdag_voxel ...) adds a benchmark binary; not run by ctest.
+function(sdag_add_bench name)
+  if(NOT SDAG_BENCHES)
+    return()
+  endif()
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LIBS")
+  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE sdag_flags ${arg_LIBS})
+  target_compile_definitions(${name} PRIVATE SDAG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+endfunction()

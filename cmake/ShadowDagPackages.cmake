@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+# Every third-party library and the target it gives. packages.txt names the Debian package of each.
+# Which folder may include which library is ARCHITECTURE's table, enforced by tests/house.
+find_package(Threads REQUIRED)                 # Threads::Threads
+find_package(TBB CONFIG REQUIRED)              # TBB::tbb; must stay before OpenVDB, whose modules shadow its config
+find_package(glm CONFIG REQUIRED)              # glm::glm
+find_package(TinyGLTF CONFIG REQUIRED)         # TinyGLTF::TinyGLTF; compiled: never define TINYGLTF_IMPLEMENTATION
+find_package(meshoptimizer CONFIG REQUIRED)    # meshoptimizer::meshoptimizer
+find_package(zstd CONFIG REQUIRED)             # zstd::libzstd_shared
+find_package(embree 3.13 REQUIRED)             # embree
+set(CMAKE_MESSAGE_LOG_LEVEL NOTICE)            # Imath's config reports at length that Debian packs PyImath apart
+find_package(Imath CONFIG REQUIRED)            # Imath::Imath
+find_package(OpenEXR CONFIG REQUIRED)          # OpenEXR::OpenEXR
+unset(CMAKE_MESSAGE_LOG_LEVEL)
+find_package(CLI11 CONFIG REQUIRED)            # CLI11::CLI11
+find_package(nlohmann_json CONFIG REQUIRED)    # nlohmann_json::nlohmann_json
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET GLOBAL libxxhash)    # PkgConfig::xxhash
+pkg_check_modules(stb REQUIRED IMPORTED_TARGET GLOBAL stb)             # PkgConfig::stb
+pkg_check_modules(muparser REQUIRED IMPORTED_TARGET GLOBAL muparser)   # PkgConfig::muparser
+if(SDAG_TESTS)
+  find_package(GTest CONFIG REQUIRED)          # GTest::gtest, GTest::gmock
+  find_package(Python3 REQUIRED COMPONENTS Interpreter) # the checks of tests/house
+endif()
+
+# Finds OpenVDB and NanoVDB: targets OpenVDB::openvdb, OpenVDB::nanovdb. Called by the folders that include them.
+# A function, because Debian's module folder would otherwise shadow the configs of TBB and OpenEXR.
+function(sdag_find_openvdb)
+  if(TARGET OpenVDB::openvdb AND TARGET OpenVDB::nanovdb)
+    return()
+  endif()
+  list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB)
+  find_package(OpenVDB REQUIRED COMPONENTS openvdb nanovdb)
+endfunction()

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// The ledger and the memory behind Buffer.
+#include "cuda/buffer.h"
+
+#include "cuda/device.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <mutex>
+#include <new>
+#include <tuple>
+
+namespace shadowdag {
+
+namespace {
+
+// A cache line, and the widest vector register.
+constexpr std::align_val_t kHostAlignment{64};
+
+struct Ledger {
+    std::mutex mutex;
+    std::map<std::pair<std::string, Backend>, LedgerEntry> entries;
+};
+
+// Never destroyed: static buffers may outlive any static ledger.
+Ledger& ledger() {
+    static Ledger* instance = new Ledger;
+    return *instance;
+}
+
+} // namespace
+
+std::vector<LedgerEntry> bufferLedger() {
+    Ledger& all = ledger();
+    const std::lock_guard lock(all.mutex);
+    std::vector<LedgerEntry> result;
+    result.reserve(all.entries.size());
+    for (const auto& [key, entry] : all.entries)
+        result.push_back(entry);
+    return result;
+}
+
+namespace detail {
+
+void* allocateElements(Backend backend, const std::string& name, size_t count,
+                       size_t elementBytes) {
+    // 2^63 keeps the product, the ledger's sum and pointer differences in range.
+    const bool countable = count <= (size_t(1) << 63) / elementBytes;
+    const size_t bytes = countable ? count * elementBytes : 0;
+    void* data = nullptr;
+    if (countable && bytes < PTRDIFF_MAX)
+        data = backend == Backend::kCuda ? device::allocate(bytes)
+                                         : ::operator new(bytes, kHostAlignment, std::nothrow);
+    if (!data)
+        throw Error(
+            ErrorKind::kResource,
+            "buffer '" + name + "' needs " + std::to_string(count) + " x " +
+                std::to_string(elementBytes) + " bytes on " + backendName(backend) +
+                ", which are not there; lower the resolution or the budget that asks for it");
+    Ledger& all = ledger();
+    const std::lock_guard lock(all.mutex);
+    LedgerEntry& entry =
+        all.entries.try_emplace({name, backend}, LedgerEntry{name, backend, 0, 0}).first->second;
+    entry.bytes += bytes;
+    entry.peakBytes = std::max(entry.peakBytes, entry.bytes);
+    return data;
+}
+
+void freeBytes(Backend backend, const std::string& name, void* data, size_t bytes) {
+    if (backend == Backend::kCuda)
+        device::release(data);
+    else
+        ::operator delete(data, kHostAlignment);
+    Ledger& all = ledger();
+    const std::lock_guard lock(all.mutex);
+    const auto found = all.entries.find({name, backend});
+    SDAG_ASSERT(found != all.entries.end() && found->second.bytes >= bytes);
+    found->second.bytes -= bytes;
+}
+
+void copyBytes(Backend to, void* dst, Backend from, const void* src, size_t bytes) {
+    if (bytes == 0)
+        return;
+    if (to == Backend::kCpu && from == Backend::kCpu)
+        std::memcpy(dst, src, bytes);
+    else
+        device::copy(dst, src, bytes);
+}
+
+void fillBytes(Backend backend, void* dst, int byteValue, size_t bytes) {
+    if (bytes == 0)
+        return;
+    if (backend == Backend::kCuda)
+        device::fill(dst, byteValue, bytes);
+    else
+        std::memset(dst, byteValue, bytes);
+}
+
+} // namespace detail
+
+} // namespace shadowdag

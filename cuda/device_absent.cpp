@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// The answers of a program that was built without CUDA.
+#include "cuda/device.h"
+
+#include "cuda/backend.h"
+
+namespace shadowdag::device {
+
+bool isPresent(std::string& why) {
+    why =
+        "this program was built without CUDA; configure with -DSDAG_CUDA=ON on a machine with the "
+        "CUDA toolkit, or use --backend cpu";
+    return false;
+}
+
+void* allocate(size_t) {
+    throwBuiltWithoutCuda();
+}
+void release(void*) noexcept {}
+void copy(void*, const void*, size_t) {
+    throwBuiltWithoutCuda();
+}
+void fill(void*, int, size_t) {
+    throwBuiltWithoutCuda();
+}
+void synchronize() {
+    throwBuiltWithoutCuda();
+}
+
+} // namespace shadowdag::device

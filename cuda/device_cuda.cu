@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Device memory and queue through the CUDA runtime. Everything runs on the default stream.
+#include "cuda/device.h"
+
+#include "cuda/cuda_check.h"
+
+#include <cstdint>
+
+namespace shadowdag::device {
+
+namespace {
+
+// The stream-ordered pool keeps freed memory, so that the scratch of scans and sorts costs no
+// synchronizing cudaMalloc every frame. Some virtual GPUs have no pools.
+bool usesPool() {
+    static const bool supported = [] {
+        int device = 0;
+        CUDA_CHECK(cudaGetDevice(&device));
+        int hasPools = 0;
+        CUDA_CHECK(cudaDeviceGetAttribute(&hasPools, cudaDevAttrMemoryPoolsSupported, device));
+        if (!hasPools)
+            return false;
+        cudaMemPool_t pool = nullptr;
+        CUDA_CHECK(cudaDeviceGetDefaultMemPool(&pool, device));
+        uint64_t keepBytes = UINT64_MAX;
+        CUDA_CHECK(cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReleaseThreshold, &keepBytes));
+        return true;
+    }();
+    return supported;
+}
+
+} // namespace
+
+bool isPresent(std::string& why) {
+    int count = 0; // cudaGetDeviceCount leaves it unwritten when the driver is missing
+    const cudaError_t status = cudaGetDeviceCount(&count);
+    if (status != cudaSuccess) {
+        (void)cudaGetLastError(); // the next call shall not report this one's failure
+        why = std::string("no CUDA device answers: ") + cudaGetErrorString(status) +
+              "; install NVIDIA's driver, or use --backend cpu";
+        return false;
+    }
+    if (count == 0) {
+        why = "the CUDA driver found no device; check CUDA_VISIBLE_DEVICES, or use --backend cpu";
+        return false;
+    }
+    return true;
+}
+
+void* allocate(size_t bytes) {
+    void* data = nullptr;
+    const cudaError_t status =
+        usesPool() ? cudaMallocAsync(&data, bytes, cudaStream_t(0)) : cudaMalloc(&data, bytes);
+    if (status == cudaErrorMemoryAllocation) {
+        (void)cudaGetLastError();
+        return nullptr;
+    }
+    CUDA_CHECK(status);
+    return data;
+}
+
+void release(void* data) noexcept {
+    // Failures here are those of earlier kernels; the next checked call reports them.
+    if (usesPool())
+        (void)cudaFreeAsync(data, cudaStream_t(0));
+    else
+        (void)cudaFree(data);
+}
+
+void copy(void* dst, const void* src, size_t bytes) {
+    CUDA_CHECK(cudaMemcpy(dst, src, bytes, cudaMemcpyDefault));
+    CUDA_CHECK(
+        cudaStreamSynchronize(cudaStream_t(0))); // device to device is not waited for otherwise
+}
+
+void fill(void* dst, int byteValue, size_t bytes) {
+    CUDA_CHECK(cudaMemsetAsync(dst, byteValue, bytes, cudaStream_t(0)));
+}
+
+void synchronize() {
+    CUDA_CHECK(cudaDeviceSynchronize());
+}
+
+} // namespace shadowdag::device

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+// The CPU threads through oneTBB: work stealing, nested calls welcome.
+#include "cuda/parallel_for.h"
+
+#include "cuda/parallel_ranges.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_invoke.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <memory>
+#include <mutex>
+
+namespace shadowdag {
+
+namespace {
+
+// The arena has as many slots as threads were asked for, even more than there are cores (the
+// implicit arena would not); the global limit binds OpenVDB and Embree, which call oneTBB
+// themselves.
+struct Threads {
+    explicit Threads(int count)
+        : limit(tbb::global_control::max_allowed_parallelism, size_t(count)), arena(count) {}
+    tbb::global_control limit;
+    tbb::task_arena arena;
+};
+
+std::mutex threadsMutex;
+std::shared_ptr<Threads> threads;
+
+std::shared_ptr<Threads> currentThreads() {
+    const std::lock_guard lock(threadsMutex);
+    if (!threads)
+        threads = std::make_shared<Threads>(tbb::info::default_concurrency());
+    return threads;
+}
+
+} // namespace
+
+void setThreadCount(int count) {
+    if (count < 0)
+        throw Error(ErrorKind::kUsage,
+                    "thread count " + std::to_string(count) + " is negative; use 0 for all cores");
+    auto next = std::make_shared<Threads>(count > 0 ? count : tbb::info::default_concurrency());
+    const std::lock_guard lock(threadsMutex);
+    threads = std::move(next); // the smallest living limit holds: the old one ends here
+}
+
+int threadCount() {
+    return currentThreads()->arena.max_concurrency();
+}
+
+void cpuParallelRanges(size_t count, size_t grain,
+                       const std::function<void(size_t begin, size_t end)>& body) {
+    const RangeCut cut(count, grain);
+    if (cut.rangeCount() <= 1) {
+        if (count > 0)
+            body(0, count);
+        return;
+    }
+    currentThreads()->arena.execute([&] {
+        tbb::parallel_for(
+            tbb::blocked_range<size_t>(0, cut.rangeCount()),
+            [&](const tbb::blocked_range<size_t>& ranges) {
+                for (size_t r = ranges.begin(); r < ranges.end(); ++r)
+                    body(cut.begin(r), cut.end(r));
+            },
+            tbb::simple_partitioner());
+    });
+}
+
+void cpuParallelInvoke(const std::function<void()>& a, const std::function<void()>& b) {
+    currentThreads()->arena.execute([&] { tbb::parallel_invoke(a, b); });
+}
+
+} // namespace shadowdag
