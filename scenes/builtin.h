@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes that the program generates itself: the three after Olsson et al. 2015 and the failure scenes.
+// Scenes that the program generates itself: the three after Olsson et al. 2015 and the failure
+// scenes.
 #pragma once
 
 #include "scenes/scene.h"
@@ -17,9 +18,9 @@ struct BuiltinInfo {
 /// Returns every built-in scene: `atrium`, `houses`, `necropolis`, then every `fail-*`.
 std::vector<BuiltinInfo> builtinScenes();
 
-/// Generates one of them; the same bits on every machine and run. Each has lights, a camera node named
-/// "camera" and, for the three big ones, a camera path as an animation.
-/// Throws Error kUsage for an unknown name, listing the known ones.
+/// Generates one of them; the same bits on every machine and run. Each has lights, a camera node
+/// named "camera" and, for the three big ones, a camera path as an animation. Throws Error kUsage
+/// for an unknown name, listing the known ones.
 Scene makeBuiltin(const std::string& name);
 
 /// Returns the scene that SCENE of the command line names: `builtin:NAME`, or a .glb/.gltf file.

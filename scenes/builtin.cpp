@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/builtin.h"
+
+#include "cuda/error.h"
+#include "scenes/builtin_stage.h"
+#include "scenes/gltf.h"
+
+namespace shadowdag {
+
+namespace {
+
+struct Generator {
+    const char* name;
+    const char* description;
+    Scene (*make)();
+};
+
+/// The explicit table of everything that `builtin:NAME` can mean.
+const Generator kGenerators[] = {
+    {"atrium", "two-storey colonnaded court after Crytek Sponza, 65 lamps", makeAtrium},
+};
+
+} // namespace
+
+std::vector<BuiltinInfo> builtinScenes() {
+    std::vector<BuiltinInfo> infos;
+    for (const Generator& generator : kGenerators)
+        infos.push_back({generator.name, generator.description});
+    return infos;
+}
+
+Scene makeBuiltin(const std::string& name) {
+    std::string known;
+    for (const Generator& generator : kGenerators) {
+        if (name == generator.name)
+            return generator.make();
+        known += std::string(known.empty() ? "" : ", ") + generator.name;
+    }
+    throw Error(ErrorKind::kUsage,
+                "no built-in scene is called '" + name + "'; there are: " + known);
+}
+
+Scene loadScene(const std::string& sceneArgument) {
+    const std::string prefix = "builtin:";
+    if (sceneArgument.compare(0, prefix.size(), prefix) == 0)
+        return makeBuiltin(sceneArgument.substr(prefix.size()));
+    return readGltf(sceneArgument);
+}
+
+} // namespace shadowdag
