@@ -20,7 +20,8 @@ pkg_check_modules(stb REQUIRED IMPORTED_TARGET GLOBAL stb)             # PkgConf
 pkg_check_modules(muparser REQUIRED IMPORTED_TARGET GLOBAL muparser)   # PkgConfig::muparser
 if(SDAG_TESTS)
   find_package(GTest CONFIG REQUIRED)          # GTest::gtest, GTest::gmock
-  find_package(Python3 REQUIRED COMPONENTS Interpreter) # the checks of tests/house
+  # The checks of tests/house and the charts' test. Debian's own first: only that one has Debian's matplotlib.
+  find_program(SDAG_PYTHON python3 HINTS /usr/bin NO_CACHE REQUIRED)
 endif()
 
 # Finds OpenVDB and NanoVDB: targets OpenVDB::openvdb, OpenVDB::nanovdb. Called by the folders that include them.

@@ -10,8 +10,7 @@
 
 namespace shadowdag {
 
-/// `count` elements at `data`, owned by somebody else and living on one backend. Empty is (null,
-/// 0).
+/// `count` elements at `data`, owned by somebody else and living on one backend; empty: null and 0.
 template <class T> struct View {
     T* data = nullptr;
     size_t count = 0;
