@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cuda/buffer.h"
+
+#include "tests/cuda/backends.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+
+namespace shadowdag {
+namespace {
+
+using testing::HasSubstr;
+
+// Returns the ledger's line, or zeros.
+LedgerEntry entryOf(const std::string& name, Backend backend) {
+    for (const LedgerEntry& entry : bufferLedger())
+        if (entry.name == name && entry.backend == backend)
+            return entry;
+    return {name, backend, 0, 0};
+}
+
+class BufferOn : public OnBackend {};
+
+TEST_P(BufferOn, UploadThenDownloadReturnsTheSameElements) {
+    std::vector<uint64_t> host(1000);
+    std::iota(host.begin(), host.end(), 17);
+    Buffer<uint64_t> buffer(GetParam(), "test/roundtrip");
+    buffer.upload(host);
+    EXPECT_EQ(buffer.size(), host.size());
+    EXPECT_EQ(buffer.bytes(), 8 * host.size());
+    EXPECT_EQ(buffer.download(), host);
+    EXPECT_EQ(buffer.at(999), 1016u);
+}
+
+TEST_P(BufferOn, FillSetsEveryByte) {
+    Buffer<uint32_t> buffer(GetParam(), "test/fill", 77);
+    buffer.fill(0xff);
+    EXPECT_EQ(buffer.download(), std::vector<uint32_t>(77, ~0u));
+}
+
+TEST_P(BufferOn, EmptyIsAllowedEverywhere) {
+    Buffer<uint32_t> buffer(GetParam(), "test/empty", 0);
+    buffer.fill(1);
+    buffer.upload({});
+    EXPECT_TRUE(buffer.download().empty());
+    EXPECT_TRUE(buffer.view().empty());
+    EXPECT_EQ(buffer.view().data, nullptr);
+}
+
+TEST_P(BufferOn, LedgerKnowsWhatIsHeldAndThePeak) {
+    const std::string name = "test/ledger";
+    {
+        Buffer<uint32_t> a(GetParam(), name, 100);
+        {
+            Buffer<uint32_t> b(GetParam(), name, 50);
+            EXPECT_EQ(entryOf(name, GetParam()).bytes, 600u);
+        }
+        EXPECT_EQ(entryOf(name, GetParam()).bytes, 400u);
+        Buffer<uint32_t> moved = std::move(a);
+        EXPECT_EQ(a.size(), 0u); // NOLINT: a moved-from buffer is empty, and may be used again
+        EXPECT_EQ(entryOf(name, GetParam()).bytes, 400u);
+    }
+    EXPECT_EQ(entryOf(name, GetParam()).bytes, 0u);
+    EXPECT_EQ(entryOf(name, GetParam()).peakBytes, 600u);
+}
+
+TEST_P(BufferOn, ResizeWithinCapacityAllocatesNothing) {
+    Buffer<uint32_t> buffer(GetParam(), "test/capacity", 1000);
+    const uint32_t* data = buffer.view().data;
+    buffer.resize(10);
+    buffer.resize(1000);
+    EXPECT_EQ(buffer.view().data, data);
+    buffer.resize(1001);
+    EXPECT_EQ(entryOf("test/capacity", GetParam()).bytes, 6000u); // half as much again
+}
+
+TEST_P(BufferOn, MoreThanThereIsIsAResourceErrorThatNamesTheBuffer) {
+    Buffer<uint64_t> buffer(GetParam(), "test/too large");
+    for (const size_t count : {size_t(1) << 50, size_t(1) << 60, ~size_t(0)}) {
+        try {
+            buffer.resize(count);
+            FAIL() << "no error for " << count;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource);
+            EXPECT_THAT(error.what(), HasSubstr("'test/too large'"));
+            EXPECT_THAT(error.what(), HasSubstr(std::to_string(count) + " x 8 bytes"));
+        }
+        EXPECT_EQ(buffer.size(), 0u);
+    }
+    buffer.resize(3); // still usable
+    EXPECT_EQ(buffer.size(), 3u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, BufferOn, kBothBackends, backendSuffix);
+
+TEST(Buffer, HostMemoryIsAlignedToACacheLine) {
+    for (size_t count : {1, 3, 65}) {
+        Buffer<uint8_t> buffer(Backend::kCpu, "test/alignment", count);
+        EXPECT_EQ(reinterpret_cast<uintptr_t>(buffer.view().data) % 64, 0u);
+    }
+}
+
+TEST(Buffer, LedgerIsSortedByName) {
+    Buffer<int> b(Backend::kCpu, "test/b", 1), a(Backend::kCpu, "test/a", 1);
+    const std::vector<LedgerEntry> ledger = bufferLedger();
+    EXPECT_TRUE(
+        std::is_sorted(ledger.begin(), ledger.end(),
+                       [](const LedgerEntry& x, const LedgerEntry& y) { return x.name < y.name; }));
+}
+
+} // namespace
+} // namespace shadowdag
