@@ -39,7 +39,10 @@ struct LocalTransform {
     glm::quat rotation{1, 0, 0, 0};
     glm::vec3 scale{1.0f};
 
-    glm::mat4 parentFromLocal() const;
+    glm::mat4 parentFromLocal() const { return glm::mat4(parentFromLocalDouble()); }
+    /// Returns the transform in double precision, which World accumulates. Uses additions,
+    /// multiplications and one division only; a rotation that is not of unit length is normalised.
+    glm::dmat4 parentFromLocalDouble() const;
 };
 
 struct Node {
@@ -68,7 +71,7 @@ struct CameraSource {
     std::string name;
     float yfov = 0.9f;
     float znear = 0.05f;
-    float zfar = 1000.0f;
+    float zfar = 1000.0f; ///< infinity: none authored, World takes what encloses the scene
 };
 
 /// One animated property of one node. Times ascend, in seconds; before the first and after the last key
@@ -103,7 +106,8 @@ struct Scene {
     std::vector<Animation> animations;
     std::vector<std::string> warnings; ///< what was ignored, one sentence each, with counts
 
-    /// Returns the last key time over all animations in seconds; 0 without animations.
+    /// Returns the last key time over all animations in seconds; 0 without animations. All animations
+    /// play at once; where several drive the same property of a node, the first in the list does.
     float durationSeconds() const;
 };
 

@@ -44,18 +44,25 @@ struct WorldOptions {
     /// near surfaces; -1: authored lights only.
     int placedLightCount = -1;
     uint64_t seed = 1;
+    /// More instanced triangles than this are refused before memory is taken for them.
+    uint64_t maxTriangleCount = 200'000'000;
 };
 
 /// The scene in world space at one time. Triangles keep their index over time: only positions of moving
 /// instances change. Degenerate triangles are kept (everything downstream must cope).
 class World {
 public:
-    /// Flattens the default scene at time 0. Throws Error kInput when there is no triangle, or when a
-    /// world position is not finite or beyond 1e30 in magnitude.
+    /// Flattens the default scene at time 0: nodes in index order, each mesh's triangles in their order,
+    /// corners swapped where the node mirrors at time 0. Matrices and positions are computed in double,
+    /// positions then rounded once to float. Throws Error kInput when there is no triangle, or when a
+    /// world position is not finite or beyond 1e30 in magnitude; Error kResource when instancing exceeds
+    /// options.maxTriangleCount. Lights that emit nothing are left out.
     /// The scene must outlive the world.
     World(const Scene& scene, const WorldOptions& options);
 
-    /// Moves everything to `timeSeconds`; returns the indices of instances whose vertices changed.
+    /// Moves everything to `timeSeconds`; returns the indices of moving instances, ascending, whose vertices
+    /// were computed anew. Corner order stays that of time 0. Depends on the time alone, not on earlier
+    /// calls. Throws as the constructor does; the world is then unusable.
     std::vector<uint32_t> setTime(float timeSeconds);
 
     float timeSeconds() const { return timeSeconds_; }
@@ -69,6 +76,7 @@ public:
     const std::vector<Light>& lights() const { return lights_; }
     /// Returns the cameras of the scene at the current time, in node order; may be empty.
     const std::vector<Camera>& cameras() const { return cameras_; }
+    /// Returns the bounds of all triangles at the current time.
     const Box& boundsWorld() const { return bounds_; }
 
     /// Returns a 128-bit hash, 32 hex digits, of every triangle at time 0 of static instances: what a voxel
@@ -76,8 +84,21 @@ public:
     std::string geometryHash() const;
 
 private:
+    void updateTransforms(bool movingOnly);
+    void placeVertices(const Instance& instance);
+    void updateLightsAndCameras();
+    void updateBounds();
+
     const Scene* scene_;
     WorldOptions options_;
+    std::vector<uint32_t> reachableNodes_;     // of the default scene, parents before children
+    std::vector<uint8_t> isNodeReachable_;     // nodeCount
+    std::vector<uint8_t> isNodeMoving_;        // nodeCount; an animation moves it or an ancestor
+    std::vector<std::vector<uint32_t>> nodeChannels_; // nodeCount; into channels_
+    std::vector<const AnimationChannel*> channels_;   // one a (node, path)
+    std::vector<glm::dmat4> worldFromNode_;    // nodeCount
+    std::vector<Light> placedLights_;          // replace the authored ones when asked for
+    Box staticBounds_;
     float timeSeconds_ = 0;
     std::vector<glm::vec3> positions_;
     std::vector<glm::uvec3> triangles_;

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of the glTF reader: loading a document through tinygltf, and reading its accessors with every
+// bound checked. Included by gltf_reader*.cpp only, the files that know tinygltf.
+#pragma once
+
+#include <glm/glm.hpp>
+#include <tiny_gltf.h>
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace shadowdag::gltf {
+
+/// What tinygltf understood of a file. It accepts indices out of range, cycles, overlong accessors and
+/// non-finite numbers: nothing in `model` may be trusted.
+struct Document {
+    std::string path;
+    tinygltf::Model model;
+    uint64_t inputBytes = 0; ///< of the file and the buffers beside it
+    uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
+};
+
+/// Reads a .glb or .gltf (told apart by content) and the buffers it refers to; images are not read.
+/// Throws Error kInput for what is no glTF 2.0, is cut short, or requires an extension that is not
+/// supported, and Error kInput for text that nests or counts beyond all reason.
+Document loadDocument(const std::string& path);
+
+/// Throws Error kInput: "FILE: place: problem".
+[[noreturn]] void fail(const Document& document, const std::string& place,
+                       const std::string& problem);
+
+/// Reads accessors of one document. Counts what it hands out, and refuses a file that would make it hand out
+/// out of all proportion to its size.
+class AccessorReader {
+public:
+    explicit AccessorReader(const Document& document);
+
+    /// Returns count * componentCount floats; integers are normalised when the accessor says so, else
+    /// converted. `place` names the user in messages. All returned values are finite.
+    std::vector<float> readFloats(int accessor, int componentCount, const std::string& place);
+    /// Returns the positions of a VEC3 accessor; the reference stays valid for the reader's life.
+    const std::vector<glm::vec3>& readPositions(int accessor, const std::string& place);
+    /// Returns a SCALAR accessor of an unsigned integer type.
+    std::vector<uint32_t> readIndices(int accessor, const std::string& place);
+    /// Adds to what was handed out. Throws when it passes the limit.
+    void charge(uint64_t bytes, const std::string& place);
+
+private:
+    struct Source {
+        const uint8_t* data; // null: zeros
+        size_t stride;
+    };
+    const tinygltf::Accessor& accessorAt(int accessor, const std::string& place) const;
+    Source source(int bufferView, uint64_t byteOffset, uint64_t count, size_t elementBytes,
+                  bool isStrideAllowed, const std::string& place) const;
+    template <class Store>
+    void visit(const tinygltf::Accessor& accessor, int componentCount, const std::string& place,
+               const Store& store) const;
+
+    const Document& document_;
+    uint64_t budgetBytes_;
+    uint64_t usedBytes_ = 0;
+    std::map<int, std::vector<glm::vec3>> positions_;
+};
+
+} // namespace shadowdag::gltf

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/gltf_reader.h"
+
+#include "cuda/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+
+namespace shadowdag::gltf {
+
+namespace {
+
+// Deeper than any glTF; tinygltf recurses over what nests.
+constexpr int kMaxDepth = 256;
+// tinygltf keeps up to a kilobyte for an empty JSON object; two million are more than the largest scenes
+// that exporters write, and cost what a workstation has.
+constexpr uint64_t kMaxObjectCount = 2'000'000;
+// A buffer file may be named more than once, but not to multiply it.
+constexpr int kMaxReadsOfOneFile = 4;
+
+// Extensions that a file may require because they change neither geometry nor lights: colours come from
+// base colour and emission factors alone here, so these are ignored with a warning.
+constexpr std::array kColorExtensions = {
+    "EXT_texture_webp",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_variants",
+    "KHR_materials_volume",
+    "KHR_techniques_webgl",
+    "KHR_texture_basisu",
+    "KHR_texture_transform",
+};
+constexpr std::array kSupportedExtensions = {
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_mesh_quantization",
+};
+
+template <class List> bool contains(const List& list, const std::string& name) {
+    return std::find(list.begin(), list.end(), name) != list.end();
+}
+
+std::string lowerCaseExtension(const std::string& path) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return char(std::tolower(c)); });
+    return extension;
+}
+
+// The callbacks by which tinygltf reaches files: buffers beside the document only.
+struct FileAccess {
+    std::string baseFolder;
+    std::map<std::string, int> readCounts;
+    uint64_t bytes = 0;
+};
+
+bool bufferExists(const std::string& path, void* userData) {
+    // tinygltf also looks into the working folder; what is found there would be another file by chance.
+    const std::string& base = static_cast<FileAccess*>(userData)->baseFolder;
+    if (path.rfind(base.back() == '/' ? base : base + "/", 0) != 0)
+        return false;
+    // Images are asked for through the same callback and are not needed: "not found" is only a warning.
+    static constexpr std::array kImages = {".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".ktx",
+                                           ".dds", ".avif", ".gif", ".bmp", ".basis", ".tga"};
+    if (contains(kImages, lowerCaseExtension(path)))
+        return false;
+    std::error_code ignored;
+    return std::filesystem::is_regular_file(path, ignored);
+}
+
+std::string sameFilePath(const std::string& path, void*) { return path; }
+
+bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::string& path,
+                void* userData) {
+    FileAccess& access = *static_cast<FileAccess*>(userData);
+    if (++access.readCounts[path] > kMaxReadsOfOneFile) {
+        *error = "named by more than " + std::to_string(kMaxReadsOfOneFile) + " buffers";
+        return false;
+    }
+    std::error_code sizeError;
+    const uint64_t size = std::filesystem::file_size(path, sizeError);
+    std::ifstream stream(path, std::ios::binary);
+    if (sizeError || !stream) {
+        *error = "cannot be read";
+        return false;
+    }
+    out->resize(size);
+    stream.read(reinterpret_cast<char*>(out->data()), std::streamsize(size));
+    if (uint64_t(stream.gcount()) != size) {
+        *error = "cannot be read whole";
+        return false;
+    }
+    access.bytes += size;
+    return true;
+}
+
+bool ignoreImage(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int,
+                 void*) {
+    return true;
+}
+
+struct JsonSummary {
+    uint64_t bufferCount = 0;
+};
+
+// Goes over the text once before tinygltf sees it: limits depth and objects, counts buffers, and blanks the
+// values of "extras", which may hold anything and which nothing here reads. Text that is no JSON passes
+// through; the parser will say so.
+JsonSummary screenJson(const Document& document, char* text, size_t length) {
+    JsonSummary summary;
+    uint64_t objectCount = 0;
+    int depth = 0;
+    std::string_view topKey;     // of the root object
+    size_t blankFrom = 0;        // start of an extras value
+    int blankDepth = -1;         // its depth; -1: none
+    const auto endBlank = [&](size_t end) {
+        std::fill(text + blankFrom, text + end, ' ');
+        text[blankFrom] = '0';
+        blankDepth = -1;
+    };
+    for (size_t i = 0; i < length; ++i) {
+        switch (text[i]) {
+        case '"': {
+            const size_t start = i + 1;
+            for (++i; i < length && text[i] != '"'; ++i)
+                if (text[i] == '\\')
+                    ++i;
+            if (i >= length)
+                return summary;
+            size_t colon = i + 1;
+            while (colon < length && std::strchr(" \t\r\n", text[colon]) && text[colon])
+                ++colon;
+            if (colon >= length || text[colon] != ':')
+                break;
+            const std::string_view key(text + start, i - start);
+            if (depth == 1) {
+                if (key.find('\\') != std::string_view::npos)
+                    fail(document, "JSON", "the top-level key \"" + std::string(key) +
+                                               "\" is escaped; write it plainly");
+                topKey = key;
+            }
+            if (key == "extras" && blankDepth < 0) {
+                blankDepth = depth;
+                blankFrom = colon + 1;
+            }
+            break;
+        }
+        case '{':
+            if (++objectCount > kMaxObjectCount)
+                fail(document, "JSON",
+                     "more than " + std::to_string(kMaxObjectCount) + " objects; split the scene");
+            if (depth == 2 && topKey == "buffers")
+                ++summary.bufferCount;
+            [[fallthrough]];
+        case '[':
+            if (++depth > kMaxDepth)
+                fail(document, "JSON",
+                     "nested deeper than " + std::to_string(kMaxDepth) + " levels at byte " +
+                         std::to_string(i));
+            break;
+        case '}':
+        case ']':
+            if (depth == blankDepth)
+                endBlank(i);
+            --depth;
+            break;
+        case ',':
+            if (depth == blankDepth)
+                endBlank(i);
+            break;
+        default: break;
+        }
+    }
+    return summary;
+}
+
+uint32_t loadUint32(const std::vector<unsigned char>& bytes, size_t offset) {
+    return uint32_t(bytes[offset]) | uint32_t(bytes[offset + 1]) << 8 |
+           uint32_t(bytes[offset + 2]) << 16 | uint32_t(bytes[offset + 3]) << 24;
+}
+
+struct GlbLayout {
+    uint32_t jsonBytes = 0;
+    uint32_t binaryBytes = 0;
+};
+
+// Source: glTF 2.0, sec. 4.4. tinygltf's own check of the second chunk forgets its header.
+GlbLayout checkGlb(const Document& document, const std::vector<unsigned char>& bytes) {
+    constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
+    if (bytes.size() < kHeaderBytes + kChunkHeaderBytes)
+        fail(document, "GLB header", "the file ends after " + std::to_string(bytes.size()) + " bytes");
+    const uint32_t version = loadUint32(bytes, 4), length = loadUint32(bytes, 8);
+    if (version != 2)
+        fail(document, "GLB header",
+             "version " + std::to_string(version) + "; only version 2 is supported");
+    if (length > bytes.size())
+        fail(document, "GLB header",
+             "says " + std::to_string(length) + " bytes, but the file ends after " +
+                 std::to_string(bytes.size()) + "; fetch it again");
+    GlbLayout layout;
+    layout.jsonBytes = loadUint32(bytes, 12);
+    const uint64_t jsonEnd = kHeaderBytes + kChunkHeaderBytes + layout.jsonBytes;
+    if (jsonEnd > length)
+        fail(document, "GLB JSON chunk",
+             std::to_string(layout.jsonBytes) + " bytes do not fit the file's " +
+                 std::to_string(length));
+    if (jsonEnd + kChunkHeaderBytes <= length) {
+        layout.binaryBytes = loadUint32(bytes, jsonEnd);
+        if (jsonEnd + kChunkHeaderBytes + layout.binaryBytes > length)
+            fail(document, "GLB BIN chunk",
+                 std::to_string(layout.binaryBytes) + " bytes do not fit the file's " +
+                     std::to_string(length));
+    } else if (jsonEnd != length) {
+        fail(document, "GLB BIN chunk",
+             "its header is cut short after " + std::to_string(length - jsonEnd) + " bytes");
+    }
+    return layout;
+}
+
+std::vector<unsigned char> readWhole(const Document& document) {
+    std::error_code error;
+    const std::filesystem::path path(document.path);
+    if (!std::filesystem::exists(path, error))
+        throw Error(ErrorKind::kInput, document.path + ": no such file; check the name");
+    if (!std::filesystem::is_regular_file(path, error))
+        throw Error(ErrorKind::kInput, document.path + ": not a regular file; name a .glb or .gltf");
+    const uint64_t size = std::filesystem::file_size(path, error);
+    if (error)
+        throw Error(ErrorKind::kInput, document.path + ": " + error.message());
+    if (size == 0)
+        throw Error(ErrorKind::kInput, document.path + ": the file is empty");
+    if (size > 0xffffffffu)
+        throw Error(ErrorKind::kInput, document.path + ": " + std::to_string(size) +
+                                           " bytes; more than 4 GiB is not glTF");
+    std::ifstream stream(path, std::ios::binary);
+    std::vector<unsigned char> bytes(size);
+    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
+    if (!stream)
+        throw Error(ErrorKind::kInput,
+                    document.path + ": cannot be read: " + std::strerror(errno));
+    return bytes;
+}
+
+void checkExtensions(Document& document) {
+    for (const std::string& name : document.model.extensionsRequired) {
+        if (contains(kColorExtensions, name))
+            ++document.ignoredMaterialExtensionCount;
+        else if (!contains(kSupportedExtensions, name))
+            fail(document, "extensionsRequired",
+                 "the file requires the extension '" + name +
+                     "', which is not supported; export it without");
+    }
+}
+
+// The first line of tinygltf's message, which may hold a whole data URI.
+std::string firstLine(const std::string& text) {
+    std::string line = text.substr(0, text.find('\n'));
+    if (line.size() > 200)
+        line = line.substr(0, 200) + "...";
+    return line.empty() ? "tinygltf gives no reason" : line;
+}
+
+} // namespace
+
+void fail(const Document& document, const std::string& place, const std::string& problem) {
+    throw Error(ErrorKind::kInput, document.path + ": " + place + ": " + problem);
+}
+
+Document loadDocument(const std::string& path) {
+    Document document;
+    document.path = path;
+    std::vector<unsigned char> bytes = readWhole(document);
+    document.inputBytes = bytes.size();
+    const bool isGlb = bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
+    if (isGlb) {
+        const GlbLayout layout = checkGlb(document, bytes);
+        const JsonSummary summary =
+            screenJson(document, reinterpret_cast<char*>(bytes.data()) + 20, layout.jsonBytes);
+        // tinygltf copies the BIN chunk into every buffer without a URI; the format allows one.
+        if (summary.bufferCount > 1 &&
+            (summary.bufferCount - 1) * uint64_t(layout.binaryBytes) > 16 * bytes.size() + (64u << 20))
+            fail(document, "buffers",
+                 std::to_string(summary.bufferCount) + " buffers over a BIN chunk of " +
+                     std::to_string(layout.binaryBytes) + " bytes; one is meant to use it");
+    } else {
+        screenJson(document, reinterpret_cast<char*>(bytes.data()), bytes.size());
+    }
+
+    FileAccess access;
+    access.baseFolder = std::filesystem::path(path).parent_path().string();
+    if (access.baseFolder.empty())
+        access.baseFolder = ".";
+    tinygltf::TinyGLTF loader;
+    loader.SetFsCallbacks({bufferExists, sameFilePath, readBuffer, nullptr, &access});
+    loader.SetImageLoader(ignoreImage, nullptr);
+    std::string error, warning;
+    bool isLoaded = false;
+    try {
+        isLoaded = isGlb ? loader.LoadBinaryFromMemory(&document.model, &error, &warning, bytes.data(),
+                                                       unsigned(bytes.size()), access.baseFolder)
+                         : loader.LoadASCIIFromString(&document.model, &error, &warning,
+                                                      reinterpret_cast<const char*>(bytes.data()),
+                                                      unsigned(bytes.size()), access.baseFolder);
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::kResource, path + ": not enough memory to parse the file");
+    } catch (const std::exception& e) {
+        error = e.what();
+    }
+    // A missing extension is the better explanation of whatever else went wrong.
+    checkExtensions(document);
+    if (!isLoaded)
+        fail(document, "not a readable glTF 2.0 file", firstLine(error));
+    const tinygltf::Asset& asset = document.model.asset;
+    if (asset.version.rfind("2.", 0) != 0)
+        fail(document, "asset.version",
+             "'" + asset.version.substr(0, 20) + "'; only glTF 2 is supported");
+    if (!asset.minVersion.empty() && asset.minVersion != "2.0")
+        fail(document, "asset.minVersion",
+             "'" + asset.minVersion.substr(0, 20) + "'; only glTF 2.0 is supported");
+    document.inputBytes += access.bytes;
+    return document;
+}
+
+} // namespace shadowdag::gltf

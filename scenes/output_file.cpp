@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/output_file.h"
+
+#include "cuda/error.h"
+#include "cuda/macros.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+namespace shadowdag {
+
+namespace {
+
+std::atomic<unsigned> gFileCounter{0};
+
+[[noreturn]] void fail(const std::string& what, const std::string& path, int error) {
+    throw Error(ErrorKind::kResource, what + " '" + path + "': " +
+                                          (error ? std::strerror(error) : "unknown reason") +
+                                          "; choose another place or free some disk space");
+}
+
+// Makes what was written under `path` survive a power cut; a file system that cannot sync (EINVAL) is
+// taken as it is.
+void syncToDisk(const std::string& path) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0)
+        fail("cannot reopen", path, errno);
+    const int result = ::fsync(fd);
+    const int error = errno;
+    ::close(fd);
+    if (result != 0 && error != EINVAL)
+        fail("cannot flush", path, error);
+}
+
+} // namespace
+
+OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
+    if (path_.empty())
+        throw Error(ErrorKind::kResource, "cannot write a file with an empty name; name one");
+    std::error_code ignored;
+    if (std::filesystem::is_directory(path_, ignored))
+        throw Error(ErrorKind::kResource,
+                    "cannot write '" + path_ + "': it is a folder; name a file in it");
+    // The process id and a counter keep two writers of one name apart; the same folder keeps the rename
+    // atomic.
+    temporaryPath_ = path_ + ".tmp-" + std::to_string(::getpid()) + "-" +
+                     std::to_string(gFileCounter.fetch_add(1));
+    errno = 0;
+    stream_.open(temporaryPath_, std::ios::binary | std::ios::trunc);
+    if (!stream_)
+        fail("cannot create", temporaryPath_, errno);
+}
+
+OutputFile::~OutputFile() {
+    if (committed_)
+        return;
+    stream_.close();
+    std::remove(temporaryPath_.c_str());
+}
+
+void OutputFile::write(const void* data, size_t byteCount) {
+    errno = 0;
+    stream_.write(static_cast<const char*>(data), std::streamsize(byteCount));
+    if (!stream_)
+        fail("cannot write", path_, errno);
+}
+
+void OutputFile::commit() {
+    SDAG_ASSERT(!committed_);
+    errno = 0;
+    stream_.close();
+    if (!stream_)
+        fail("cannot write", path_, errno);
+    syncToDisk(temporaryPath_);
+    if (std::rename(temporaryPath_.c_str(), path_.c_str()) != 0)
+        fail("cannot rename the finished file to", path_, errno);
+    committed_ = true;
+}
+
+} // namespace shadowdag

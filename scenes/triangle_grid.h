@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// A uniform grid over triangles for the few thousand rays and distances by which lights and cameras are
+// placed. Neither fast nor watertight: shadows and truth have their own tracers.
+#pragma once
+
+#include "scenes/world.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace shadowdag {
+
+/// The same answers on every machine: only add, multiply, divide and square root.
+class TriangleGrid {
+public:
+    /// Copies nothing: the triangles must outlive the grid and not move. @param bounds encloses them.
+    TriangleGrid(TriangleView triangles, const Box& bounds);
+
+    struct Hit {
+        float distance;    ///< along the ray, world units; infinity: nothing was hit
+        bool isFrontFace;  ///< the corners turn counter-clockwise as seen from the origin
+    };
+    /// Returns the first triangle along a ray. @param direction unit. Rays through edges may slip.
+    Hit trace(const glm::vec3& origin, const glm::vec3& direction) const;
+
+    /// Returns the distance from a point to the nearest triangle, or `limit` when none is nearer.
+    float distance(const glm::vec3& point, float limit) const;
+
+private:
+    glm::ivec3 cellOf(const glm::vec3& p) const;
+    size_t index(const glm::ivec3& cell) const {
+        return (size_t(cell.z) * size_t(size_.y) + size_t(cell.y)) * size_t(size_.x) + size_t(cell.x);
+    }
+
+    TriangleView triangles_;
+    Box bounds_;
+    glm::ivec3 size_{1};
+    glm::vec3 cellExtent_{1.0f};
+    std::vector<uint32_t> cellStart_; // cellCount + 1; into items_
+    std::vector<uint32_t> items_;
+};
+
+} // namespace shadowdag

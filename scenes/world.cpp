@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/world.h"
+
+#include "cuda/error.h"
+#include "scenes/animation.h"
+#include "scenes/light_placement.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <new>
+
+namespace shadowdag {
+
+namespace {
+
+// Beyond this the square of a distance, which every method computes in float, would be useless anyway.
+constexpr double kMaxCoordinate = 1e30;
+
+std::string nodeLabel(const Scene& scene, uint32_t node) {
+    return "node " + std::to_string(node) +
+           (scene.nodes[node].name.empty() ? "" : " ('" + scene.nodes[node].name + "')");
+}
+
+// The world's share of a point: rows times columns in a stated order, in double.
+glm::dvec3 transformPoint(const glm::dmat4& m, const glm::vec3& p) {
+    const double x = p.x, y = p.y, z = p.z;
+    return {m[0].x * x + m[1].x * y + m[2].x * z + m[3].x,
+            m[0].y * x + m[1].y * y + m[2].y * z + m[3].y,
+            m[0].z * x + m[1].z * y + m[2].z * z + m[3].z};
+}
+
+glm::dvec3 normalizedOr(const glm::dvec3& v, const glm::dvec3& otherwise) {
+    const double lengthSquared = glm::dot(v, v);
+    if (!(lengthSquared > 0.0) || !std::isfinite(lengthSquared))
+        return otherwise;
+    return v / std::sqrt(lengthSquared);
+}
+
+double determinant3(const glm::dmat4& m) {
+    return glm::dot(glm::dvec3(m[0]), glm::cross(glm::dvec3(m[1]), glm::dvec3(m[2])));
+}
+
+} // namespace
+
+World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), options_(options) {
+    const size_t nodeCount = scene.nodes.size();
+    isNodeReachable_.assign(nodeCount, 0);
+    isNodeMoving_.assign(nodeCount, 0);
+    nodeChannels_.resize(nodeCount);
+    worldFromNode_.assign(nodeCount, glm::dmat4(1.0));
+
+    // Parents before children, without recursion: chains may be as long as the file.
+    std::vector<uint32_t> stack(scene.roots.rbegin(), scene.roots.rend());
+    while (!stack.empty()) {
+        const uint32_t node = stack.back();
+        stack.pop_back();
+        SDAG_ASSERT(!isNodeReachable_[node]);
+        isNodeReachable_[node] = 1;
+        reachableNodes_.push_back(node);
+        const std::vector<int>& children = scene.nodes[node].children;
+        stack.insert(stack.end(), children.rbegin(), children.rend());
+    }
+
+    std::map<std::pair<int, AnimationChannel::Path>, bool> taken;
+    for (const Animation& animation : scene.animations) {
+        for (const AnimationChannel& channel : animation.channels) {
+            if (channel.times.empty() || !taken.emplace(std::pair(channel.node, channel.path), true).second)
+                continue;
+            nodeChannels_[channel.node].push_back(uint32_t(channels_.size()));
+            channels_.push_back(&channel);
+        }
+    }
+    for (uint32_t node : reachableNodes_) {
+        const int parent = scene.nodes[node].parent;
+        isNodeMoving_[node] = !nodeChannels_[node].empty() || (parent != kNone && isNodeMoving_[parent]);
+    }
+
+    // Sizes first: instancing multiplies what a small file holds.
+    uint64_t vertexCount = 0, triangleCount = 0;
+    for (size_t node = 0; node < nodeCount; ++node) {
+        if (!isNodeReachable_[node] || scene.nodes[node].mesh == kNone)
+            continue;
+        const Mesh& mesh = scene.meshes[scene.nodes[node].mesh];
+        if (mesh.triangles.empty())
+            continue;
+        vertexCount += mesh.positions.size();
+        triangleCount += mesh.triangles.size();
+    }
+    if (triangleCount == 0)
+        throw Error(ErrorKind::kInput, "scene '" + scene.name +
+                                           "' has no triangle in its default scene; there is "
+                                           "nothing to light");
+    if (triangleCount > options.maxTriangleCount || vertexCount > 0xffffffffu)
+        throw Error(ErrorKind::kResource,
+                    "scene '" + scene.name + "' has " + std::to_string(triangleCount) +
+                        " instanced triangles and " + std::to_string(vertexCount) +
+                        " vertices, more than the limit of " +
+                        std::to_string(options.maxTriangleCount) + " triangles; use fewer instances");
+    try {
+        positions_.resize(vertexCount);
+        triangles_.reserve(triangleCount);
+        triangleMaterial_.reserve(triangleCount);
+        triangleInstance_.reserve(triangleCount);
+    } catch (const std::bad_alloc&) {
+        throw Error(ErrorKind::kResource, "not enough memory for the " +
+                                              std::to_string(triangleCount) +
+                                              " instanced triangles of scene '" + scene.name + "'");
+    }
+
+    updateTransforms(false);
+    uint32_t firstVertex = 0;
+    for (uint32_t node = 0; node < nodeCount; ++node) {
+        if (!isNodeReachable_[node] || scene.nodes[node].mesh == kNone)
+            continue;
+        const Mesh& mesh = scene.meshes[scene.nodes[node].mesh];
+        if (mesh.triangles.empty())
+            continue;
+        Instance instance{};
+        instance.node = node;
+        instance.mesh = uint32_t(scene.nodes[node].mesh);
+        instance.firstVertex = firstVertex;
+        instance.vertexCount = uint32_t(mesh.positions.size());
+        instance.firstTriangle = uint32_t(triangles_.size());
+        instance.triangleCount = uint32_t(mesh.triangles.size());
+        instance.isMoving = isNodeMoving_[node];
+        const bool isMirrored = determinant3(worldFromNode_[node]) < 0.0;
+        for (size_t i = 0; i < mesh.triangles.size(); ++i) {
+            glm::uvec3 t = mesh.triangles[i] + firstVertex;
+            if (isMirrored)
+                std::swap(t.y, t.z);
+            if (!instance.isMoving)
+                staticTriangles_.push_back(uint32_t(triangles_.size()));
+            triangles_.push_back(t);
+            triangleMaterial_.push_back(mesh.triangleMaterial[i]);
+            triangleInstance_.push_back(uint32_t(instances_.size()));
+        }
+        firstVertex += instance.vertexCount;
+        instance.worldFromObject = glm::mat4(worldFromNode_[node]);
+        placeVertices(instance);
+        instances_.push_back(instance);
+    }
+    for (uint32_t t : staticTriangles_)
+        for (int corner = 0; corner < 3; ++corner)
+            staticBounds_.add(positions_[triangles_[t][corner]]);
+    updateBounds();
+    if (options_.placedLightCount >= 0)
+        placedLights_ = placeLights(*this, options_.placedLightCount, options_.seed);
+    updateLightsAndCameras();
+}
+
+void World::updateTransforms(bool movingOnly) {
+    for (uint32_t node : reachableNodes_) {
+        if (movingOnly && !isNodeMoving_[node])
+            continue;
+        LocalTransform local = scene_->nodes[node].local;
+        for (uint32_t c : nodeChannels_[node]) {
+            const AnimationChannel& channel = *channels_[c];
+            const glm::vec4 v = sampleChannel(channel, timeSeconds_);
+            local.hasMatrix = false; // the reader refuses animated matrices
+            switch (channel.path) {
+            case AnimationChannel::Path::kTranslation: local.translation = glm::vec3(v); break;
+            case AnimationChannel::Path::kRotation: local.rotation = glm::quat(v.w, v.x, v.y, v.z); break;
+            case AnimationChannel::Path::kScale: local.scale = glm::vec3(v); break;
+            }
+        }
+        const int parent = scene_->nodes[node].parent;
+        const glm::dmat4 parentFromLocal = local.parentFromLocalDouble();
+        worldFromNode_[node] =
+            parent == kNone ? parentFromLocal : worldFromNode_[parent] * parentFromLocal;
+    }
+}
+
+void World::placeVertices(const Instance& instance) {
+    const Mesh& mesh = scene_->meshes[instance.mesh];
+    const glm::dmat4& m = worldFromNode_[instance.node];
+    for (uint32_t i = 0; i < instance.vertexCount; ++i) {
+        const glm::dvec3 p = transformPoint(m, mesh.positions[i]);
+        if (!(std::fabs(p.x) <= kMaxCoordinate && std::fabs(p.y) <= kMaxCoordinate &&
+              std::fabs(p.z) <= kMaxCoordinate))
+            throw Error(ErrorKind::kInput,
+                        "scene '" + scene_->name + "': " + nodeLabel(*scene_, instance.node) +
+                            " places vertex " + std::to_string(i) + " of mesh " +
+                            std::to_string(instance.mesh) + " at (" + std::to_string(p.x) + ", " +
+                            std::to_string(p.y) + ", " + std::to_string(p.z) +
+                            "), not within 1e30 of the origin; check the transforms of its ancestors");
+        positions_[instance.firstVertex + i] = glm::vec3(p);
+    }
+}
+
+void World::updateBounds() {
+    bounds_ = staticBounds_;
+    for (const Instance& instance : instances_) {
+        if (!instance.isMoving)
+            continue;
+        for (uint32_t t = 0; t < instance.triangleCount; ++t)
+            for (int corner = 0; corner < 3; ++corner)
+                bounds_.add(positions_[triangles_[instance.firstTriangle + t][corner]]);
+    }
+}
+
+void World::updateLightsAndCameras() {
+    lights_ = placedLights_;
+    cameras_.clear();
+    for (uint32_t node = 0; node < scene_->nodes.size(); ++node) {
+        if (!isNodeReachable_[node])
+            continue;
+        const Node& n = scene_->nodes[node];
+        const glm::dmat4& m = worldFromNode_[node];
+        const glm::dvec3 forward = normalizedOr(-glm::dvec3(m[2]), glm::dvec3(0, 0, -1));
+        if (n.light != kNone && options_.placedLightCount < 0) {
+            const LightSource& source = scene_->lights[n.light];
+            const glm::vec3 intensity = source.color * source.intensity;
+            const float strongest = std::max({intensity.x, intensity.y, intensity.z});
+            if (!(strongest > 0.0f))
+                continue;
+            Light light;
+            light.positionWorld = glm::vec3(glm::dvec3(m[3]));
+            light.intensity = intensity;
+            light.kind = source.kind;
+            light.rangeWorld = source.rangeWorld > 0.0f
+                                   ? source.rangeWorld
+                                   : float(std::sqrt(double(strongest) / double(options_.rangeCutoff)));
+            light.directionWorld = glm::vec3(forward);
+            if (source.kind == Light::kSpot) {
+                // The one use of libm: a cosine of an authored constant, for shading and culling alike.
+                light.cosInner = float(std::cos(double(source.innerConeAngle)));
+                light.cosOuter = float(std::cos(double(source.outerConeAngle)));
+            }
+            light.isMoving = isNodeMoving_[node];
+            lights_.push_back(light);
+        }
+        if (n.camera != kNone) {
+            const CameraSource& source = scene_->cameras[n.camera];
+            Camera camera;
+            camera.positionWorld = glm::vec3(glm::dvec3(m[3]));
+            camera.forward = glm::vec3(forward);
+            // Gram-Schmidt; a node that squashes its Y axis away gets any vector across.
+            const glm::dvec3 side = std::fabs(forward.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
+            const glm::dvec3 across = normalizedOr(side - forward * glm::dot(side, forward), side);
+            const glm::dvec3 y = normalizedOr(glm::dvec3(m[1]), across);
+            camera.up = glm::vec3(normalizedOr(y - forward * glm::dot(y, forward), across));
+            camera.yfov = source.yfov;
+            camera.znear = source.znear;
+            camera.zfar = source.zfar;
+            if (!std::isfinite(camera.zfar)) {
+                // Nothing authored: the farthest corner of the bounds, and a margin for rounding.
+                const glm::vec3 far = glm::max(glm::abs(bounds_.min - camera.positionWorld),
+                                               glm::abs(bounds_.max - camera.positionWorld));
+                camera.zfar = std::max(1.01f * glm::length(far), 2.0f * camera.znear);
+            }
+            cameras_.push_back(camera);
+        }
+    }
+}
+
+std::vector<uint32_t> World::setTime(float timeSeconds) {
+    timeSeconds_ = timeSeconds;
+    updateTransforms(true);
+    std::vector<uint32_t> moved;
+    for (uint32_t i = 0; i < instances_.size(); ++i) {
+        if (!instances_[i].isMoving)
+            continue;
+        instances_[i].worldFromObject = glm::mat4(worldFromNode_[instances_[i].node]);
+        placeVertices(instances_[i]);
+        moved.push_back(i);
+    }
+    updateBounds();
+    updateLightsAndCameras();
+    return moved;
+}
+
+std::string World::geometryHash() const {
+    XXH3_state_t* state = XXH3_createState();
+    XXH3_128bits_reset(state);
+    // Nine floats a triangle, in order, as their bits; chunks spare the call per triangle.
+    std::vector<glm::vec3> chunk;
+    constexpr size_t kChunkTriangles = 1024;
+    chunk.reserve(3 * kChunkTriangles);
+    const auto flush = [&] {
+        XXH3_128bits_update(state, chunk.data(), chunk.size() * sizeof(glm::vec3));
+        chunk.clear();
+    };
+    for (uint32_t t : staticTriangles_) {
+        for (int corner = 0; corner < 3; ++corner)
+            chunk.push_back(positions_[triangles_[t][corner]]);
+        if (chunk.size() == 3 * kChunkTriangles)
+            flush();
+    }
+    flush();
+    const XXH128_hash_t hash = XXH3_128bits_digest(state);
+    XXH3_freeState(state);
+    char text[33];
+    std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                  static_cast<unsigned long long>(hash.low64));
+    return text;
+}
+
+} // namespace shadowdag
