@@ -29,8 +29,12 @@ class BatchSet {
 public:
     /// Partitions every triangle of the world into batches that are compact in space (deterministic).
     explicit BatchSet(const World& world);
+    /// The same for bare triangles. @param triangleInstance one value a triangle
+    BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance);
     /// Recomputes boxes (and hierarchy) of the batches of these instances after World::setTime.
     void update(const World& world, const std::vector<uint32_t>& movedInstances);
+    void update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances);
+    /// Returns views of this object's arrays; valid while it lives.
     BatchView view() const;
     size_t size() const { return batches_.size(); }
 

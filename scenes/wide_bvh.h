@@ -24,17 +24,24 @@ struct WideBvhView {
     uint32_t levelCount = 0;     ///< 0 when there are no items
 };
 
-/// Calls hit(originalIndex) for every item whose box `test(box)` accepts, in Morton order; `test` must
-/// accept a box that encloses an accepted box. No recursion, no allocation.
+/// Returns the number of boxes of the top level, 0..kBvhWidth: how many parts traverseFrom divides a query into.
+SDAG_HD inline uint32_t topBoxCount(const WideBvhView& bvh) {
+    return bvh.levelCount == 0 ? 0
+                               : bvh.levelStart[bvh.levelCount] - bvh.levelStart[bvh.levelCount - 1];
+}
+
+/// Calls hit(originalIndex) for every item under boxes [topBegin, topEnd) of the top level whose box `test(box)`
+/// accepts, in Morton order; `test` must accept a box that encloses an accepted box. No recursion, no allocation.
 template <class Test, class Hit>
-SDAG_HD void traverse(const WideBvhView& bvh, const Test& test, const Hit& hit) {
+SDAG_HD void traverseFrom(const WideBvhView& bvh, uint32_t topBegin, uint32_t topEnd,
+                          const Test& test, const Hit& hit) {
     if (bvh.levelCount == 0)
         return;
     // One cursor a level: the next box to look at and where its siblings end.
     uint32_t next[kBvhMaxLevels], end[kBvhMaxLevels];
     int level = int(bvh.levelCount) - 1;
-    next[level] = bvh.levelStart[level];
-    end[level] = bvh.levelStart[level + 1];
+    next[level] = bvh.levelStart[level] + topBegin;
+    end[level] = bvh.levelStart[level] + topEnd;
     while (level < int(bvh.levelCount)) {
         if (next[level] == end[level]) {
             ++level;
@@ -54,6 +61,12 @@ SDAG_HD void traverse(const WideBvhView& bvh, const Test& test, const Hit& hit) 
                 end[level] = bvh.levelStart[level + 1];
         }
     }
+}
+
+/// Calls hit(originalIndex) for every item whose box `test(box)` accepts, as traverseFrom does.
+template <class Test, class Hit>
+SDAG_HD void traverse(const WideBvhView& bvh, const Test& test, const Hit& hit) {
+    traverseFrom(bvh, 0, topBoxCount(bvh), test, hit);
 }
 
 /// Owns a hierarchy on the host.

@@ -3,10 +3,12 @@
 #pragma once
 
 #include "cuda/view.h"
+#include "shadowmap/cube_face.h"
 
 #include <glm/glm.hpp>
 
 #include <cstdint>
+#include <cstring>
 
 namespace shadowdag {
 
@@ -18,12 +20,19 @@ struct ShadowMapInfo {
     float rangeWorld;
     uint32_t faceTexels;     ///< side of a face in texels, after any degrading
     uint32_t facePages;      ///< side of a face in pages
-    uint32_t pageTableStart; ///< first of 6 * facePages^2 entries
+    uint32_t pageTableStart; ///< first of 6 * facePages^2 entries; a multiple of 32
 };
 
+/// Returns the page-table index of page (x, y) of a face: faces one after the other, rows of v, u fastest.
+SDAG_HD inline uint32_t pageTableIndex(const ShadowMapInfo& map, uint32_t face, uint32_t x,
+                                       uint32_t y) {
+    return map.pageTableStart + (face * map.facePages + y) * map.facePages + x;
+}
+
 /// Everything a lookup reads.
-/// maps: mapCount; pageTable: pool page or kNoPage; depths: pageCount * pageTexels^2, written by rasterization (see depth
-/// convention in shadow_maps.cpp's rasterizer header).
+/// maps: mapCount; pageTable: pool page or kNoPage; depths: pageCount * pageTexels^2.
+/// A depth is the float bits of 1/z, z being the depth along the face's axis (world units) of the nearest surface
+/// on the ray through the texel's centre; 0 where there is none. Nearer is greater, as float and as uint32.
 struct ShadowMapView {
     View<const ShadowMapInfo> maps;
     View<const uint32_t> pageTable;
@@ -33,21 +42,133 @@ struct ShadowMapView {
 
 /// How a receiver is compared with what the map holds. In texels, never in world units.
 struct ShadowMapBias {
-    float constantTexels = 1.0f; ///< scales the derived bias; 0 none
+    float constantTexels = 1.0f; ///< scales the derived bias; 0 leaves what rounding needs
     uint32_t taps = 9;           ///< 1, or 9 (3 x 3 PCF, bilinearly weighted)
 };
 
 /// What a lookup found beside its answer.
 struct ShadowMapTrace {
-    glm::vec3 blockerWorld; ///< a point of the nearest blocking texel; meaningless when lit
-    float texelWorld;       ///< side of a texel at the blocker, world
-    uint32_t missingTapCount; ///< taps on pages without memory (counted dark)
+    glm::vec3 blockerWorld{0.0f}; ///< a point of the nearest blocking texel; meaningless when lit
+    float texelWorld = 0.0f;      ///< side of a texel at the blocker, world
+    uint32_t missingTapCount = 0; ///< taps on pages without memory (counted dark)
 };
+
+/// A texel of a map.
+struct CubeTexel {
+    uint32_t face, x, y;
+};
+
+/// Returns the texel that column x and row y of a face mean, both possibly outside of the face by less than its
+/// side: such a direction belongs to a neighbour face, and the texel that holds it there answers for it.
+SDAG_HD inline CubeTexel wrapTexel(uint32_t face, int32_t x, int32_t y, uint32_t faceTexels) {
+    const int32_t n = int32_t(faceTexels);
+    if (x >= 0 && x < n && y >= 0 && y < n)
+        return {face, uint32_t(x), uint32_t(y)};
+    const glm::vec3 d = lightFromFace(
+        face, glm::vec3(faceCellCentre(x, faceTexels), faceCellCentre(y, faceTexels), 1.0f));
+    const uint32_t neighbour = faceOf(d);
+    const glm::vec3 q = faceFromLight(neighbour, d);
+    return {neighbour, faceCell(q.x / q.z, faceTexels), faceCell(q.y / q.z, faceTexels)};
+}
+
+/// Returns the stored depth bits of a texel, or kNoPage where its page has no memory.
+SDAG_HD inline uint32_t depthAt(const ShadowMapView& view, const ShadowMapInfo& map,
+                                const CubeTexel& texel) {
+    const uint32_t log2 = view.pageTexelsLog2;
+    const uint32_t page =
+        view.pageTable[pageTableIndex(map, texel.face, texel.x >> log2, texel.y >> log2)];
+    if (page == kNoPage)
+        return kNoPage;
+    const uint32_t mask = (1u << log2) - 1;
+    return view.depths[(size_t(page) << (2 * log2)) + ((texel.y & mask) << log2) + (texel.x & mask)];
+}
 
 /// Returns the visibility of the light of map `map` from a receiver, 255 lit .. 0 dark, rounded to nearest.
 /// A tap on a page without memory is never lit: it is counted dark and in `trace` (may be null).
-/// @param positionWorld,normalWorld the receiver and its unit geometric normal on the light's side
-SDAG_HD uint8_t lookupVisibility(const ShadowMapView& view, uint32_t map, const glm::vec3& positionWorld,
-                                 const glm::vec3& normalWorld, const ShadowMapBias& bias, ShadowMapTrace* trace = nullptr);
+///
+/// Filter: the 3 x 3 texels around the one that holds the receiver, weighted (1 - f, 1, f) / 2 along each side, f being the
+/// receiver's place in its texel: the box of two by two texels around the receiver, continuous in its position. Taps beyond
+/// a face are read from the neighbour face. Every tap compares along the ray through its own texel's centre.
+///
+/// Bias. Let P be the receiver, d = P - L, n its normal, h = -n.d > 0 the light's height over its plane. What blocks P lies
+/// on the light's side of two planes: the receiver's own, and the one through P across the ray. On a tap's ray,
+/// p = z c with c = (u, v, 1) in the face's frame, they lie at 1/z = -n.c / h and 1/z = d.c / d.d, so a texel blocks
+/// only if its 1/z exceeds both. A plane lit at any angle answers with the very 1/z that was stored, up to rounding:
+/// no slope needs a bias. What does is a receiver that is not a plane within the filter (a mesh's concave edge): the own plane is
+/// lifted towards the light by constantTexels texels at the receiver, t = 2 z_P / N, at most half of h so that a light
+/// close to the plane still sees it, and the other one is moved towards the light by as much:
+///     blocks <=> w > max( -n.c / max(h - k t - r, h / 2), d.c / d.d / (1 - min(k t / z_P + s, 1/2)) ).
+/// r = 2^-20 (|P| + |L| + |d|) (largest components) and s = 2^-20 cover rounding: positions are floats of the world.
+/// Price: blockers nearer to the receiver than k texels do not block (detached contact shadows).
+/// @param positionWorld,normalWorld the receiver and its unit geometric normal on the light's side; a normal that does
+///        not face the light is replaced by the direction to it
+/// @returns 255 for a receiver at the light itself
+SDAG_HD inline uint8_t lookupVisibility(const ShadowMapView& view, uint32_t mapIndex,
+                                        const glm::vec3& positionWorld,
+                                        const glm::vec3& normalWorld, const ShadowMapBias& bias,
+                                        ShadowMapTrace* trace = nullptr) {
+    const ShadowMapInfo& map = view.maps[mapIndex];
+    const glm::vec3 d = positionWorld - map.lightPositionWorld;
+    const float dd = glm::dot(d, d);
+    if (!(dd > 0.0f))
+        return 255;
+    const uint32_t n = map.faceTexels;
+    const uint32_t face = faceOf(d);
+    const glm::vec3 q = faceFromLight(face, d);
+    const float rDepth = 1.0f / q.z;
+    const float sx = glm::clamp((q.x * rDepth + 1.0f) * (0.5f * float(n)), 0.0f, float(n));
+    const float sy = glm::clamp((q.y * rDepth + 1.0f) * (0.5f * float(n)), 0.0f, float(n));
+    const int32_t x = int32_t(sx) < int32_t(n) ? int32_t(sx) : int32_t(n) - 1;
+    const int32_t y = int32_t(sy) < int32_t(n) ? int32_t(sy) : int32_t(n) - 1;
+
+    constexpr float kRounding = 1.0f / float(1 << 20);
+    const glm::vec3 largest =
+        glm::abs(positionWorld) + glm::abs(map.lightPositionWorld) + glm::abs(d);
+    const float rounding = kRounding * glm::max(largest.x, glm::max(largest.y, largest.z));
+    const float liftWorld = bias.constantTexels * 2.0f * q.z / float(n) + rounding;
+    const float height = -glm::dot(normalWorld, d);
+    const bool faces = height > 0.0f;
+    const float rHeight = faces ? 1.0f / glm::max(height - liftWorld, 0.5f * height) : 0.0f;
+    const float rAcross =
+        1.0f / (dd * (1.0f - glm::min(liftWorld * rDepth + kRounding, 0.5f)));
+
+    const int32_t reach = bias.taps > 1 ? 1 : 0;
+    const float fx = sx - float(x), fy = sy - float(y);
+    float lit = 0.0f;
+    float nearest = 0.0f;
+    uint32_t missing = 0;
+    for (int32_t j = -reach; j <= reach; ++j) {
+        const float wy = reach == 0 || j == 0 ? 1.0f : j < 0 ? 1.0f - fy : fy;
+        for (int32_t i = -reach; i <= reach; ++i) {
+            const float wx = reach == 0 || i == 0 ? 1.0f : i < 0 ? 1.0f - fx : fx;
+            const CubeTexel texel = wrapTexel(face, x + i, y + j, n);
+            const uint32_t stored = depthAt(view, map, texel);
+            if (stored == kNoPage) {
+                ++missing;
+                continue;
+            }
+            float w;
+            memcpy(&w, &stored, sizeof w);
+            const glm::vec3 c =
+                lightFromFace(texel.face, glm::vec3(faceCellCentre(int32_t(texel.x), n),
+                                                    faceCellCentre(int32_t(texel.y), n), 1.0f));
+            const float own = faces ? -glm::dot(normalWorld, c) * rHeight : 0.0f;
+            const float across = glm::dot(d, c) * rAcross;
+            if (!(w > glm::max(own, across))) {
+                lit += wx * wy;
+                continue;
+            }
+            if (trace && w > nearest) {
+                nearest = w;
+                trace->blockerWorld = map.lightPositionWorld + c / w;
+                trace->texelWorld = 2.0f / (float(n) * w);
+            }
+        }
+    }
+    if (trace)
+        trace->missingTapCount = missing;
+    // The weights of 3 x 3 taps sum to 4.
+    return uint8_t(lit * (reach ? 63.75f : 255.0f) + 0.5f);
+}
 
 } // namespace shadowdag

@@ -7,6 +7,7 @@
 #include "cuda/buffer.h"
 #include "cuda/timer.h"
 #include "scenes/batches.h"
+#include "shadowmap/page_mask.h"
 #include "shadowmap/shadow_map_lookup.h"
 
 #include <cstdint>
@@ -16,8 +17,6 @@
 namespace shadowdag {
 
 constexpr uint32_t kMaxFaceTexels = 8192;
-/// The projection map has 32 x 32 cells a face, whatever the resolution of the map.
-constexpr uint32_t kProjectionMapSize = 32;
 
 /// One virtual cube map that is to be drawn. Axis aligned with the world, centred at the light.
 struct MapRequest {
@@ -27,24 +26,21 @@ struct MapRequest {
     uint32_t faceTexels;  ///< allocated resolution of a face, 1..kMaxFaceTexels
 };
 
-/// A receiver box (cluster bounds) that will be looked up in a map.
-struct MapReceiver {
-    uint32_t box; ///< index into the frame's receiver boxes
-    uint32_t map; ///< index into the requests
-};
-
+/// How maps are built. Results of lookups do not depend on the culling switches.
 struct ShadowMapOptions {
     uint32_t pageTexels = 64;                 ///< side of a page, a power of two, 16..256
     uint64_t poolBytes = 256ull << 20;        ///< budget of the page pool
     uint32_t taps = 9;                        ///< 1 or 9: which page borders the filter needs marked
     bool useProjectionMaps = true;            ///< PMC; false: cube-face masks alone (CFM)
     bool useMaximumDepth = true;              ///< PMCD: cull batches behind the farthest receiver of a face
+    bool useAtomicRasterizer = false;         ///< CPU only: draw by the one text instead of the CPU's own kernel (same bits)
 };
 
 /// What building the maps of a frame counted.
 struct ShadowMapCounts {
     uint64_t pageCount = 0;            ///< pages with memory
     uint64_t pagesWantedCount = 0;     ///< before degrading; more than fit means that the pool was full
+    uint64_t pagesRefusedCount = 0;    ///< did not fit even at one texel a face: lookups there are dark and counted
     uint64_t texelCount = 0;           ///< pageCount * pageTexels^2
     uint64_t batchFaceCount = 0;       ///< (batch, face) pairs drawn
     uint64_t batchFaceSphereCount = 0; ///< the same by sphere x six faces, no masks: what culling is held against
@@ -62,7 +58,9 @@ public:
 
     /// Marks pages, allocates them, culls batches and draws depth. All integers are deterministic. When the pool is too
     /// small, face resolutions are divided by a common divisor in steps of sqrt(2) until it fits, which counts()
-    /// says. Replaces the maps of the last frame.
+    /// says; pages that do not fit even then get no memory and are counted. Replaces the maps of the last frame.
+    /// Empty inputs are valid: no requests, receivers or geometry gives maps that hold nothing.
+    /// Throws Error kUsage for a resolution, page size, range, position, light or receiver index out of bounds.
     /// @param requests the maps; @param receiverBoxes world boxes; @param receivers which box reads which map
     /// @param geometry,batches the same positions, on the host
     /// @param stages receives the times of "page masks", "page allocation", "culling", "rasterization"

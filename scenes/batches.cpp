@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bottom-up agglomeration of triangles into batches: all clusters of a round look for the neighbour, along the
+// Morton curve, with which their union box has the shortest diagonal, and those that choose each other merge.
+// Source of the rounds: Meister and Bittner, Parallel Locally-Ordered Clustering for BVH Construction, TVCG 2018;
+// of the dissimilarity: Olsson et al. 2015, sec. VI-B. Unlike there, clusters that together would exceed a
+// batch never merge, so that batches are full rather than what a cut through a finished tree happens to leave.
+#include "scenes/batches.h"
+
+#include "cuda/parallel_for.h"
+#include "cuda/scan_sort.h"
+#include "scenes/morton.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace shadowdag {
+namespace {
+
+/// How many clusters to either side along the curve are candidates.
+constexpr uint32_t kSearchRadius = 8;
+
+struct Cluster {
+    Box box;
+    uint32_t count;    ///< triangles
+    uint32_t instance;
+    uint32_t first;    ///< a leaf: its triangle; else index into merges
+    bool isLeaf;
+};
+
+struct Merge {
+    uint32_t first[2];
+    bool isLeaf[2];
+};
+
+float diagonalSquared(const Box& a, const Box& b) {
+    const glm::vec3 e = glm::max(a.max, b.max) - glm::min(a.min, b.min);
+    return glm::dot(e, e);
+}
+
+/// Writes to partner[i] the admissible neighbour with the shortest union diagonal; i itself for none. Ties go to
+/// the smaller index, so that there always is a pair that agrees: no round is wasted.
+void findPartners(const std::vector<Cluster>& clusters, std::vector<uint32_t>& partner) {
+    const size_t count = clusters.size();
+    partner.resize(count);
+    cpuParallelRanges(count, 1024, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i) {
+            const Cluster& a = clusters[i];
+            const size_t from = i > kSearchRadius ? i - kSearchRadius : 0;
+            const size_t to = std::min(count, i + kSearchRadius + 1);
+            float best = std::numeric_limits<float>::infinity();
+            size_t bestPair = 0;
+            uint32_t found = uint32_t(i);
+            for (size_t j = from; j < to; ++j) {
+                const Cluster& b = clusters[j];
+                if (j == i || b.instance != a.instance ||
+                    a.count + b.count > kMaxBatchTriangleCount)
+                    continue;
+                // Equal lengths are ordered by the pair, the same seen from both ends; otherwise a ring of equal
+                // neighbours (a regular grid) would choose in a circle.
+                const float d = diagonalSquared(a.box, b.box);
+                const size_t pair = std::min(i, j) * 2 * kSearchRadius + (i < j ? j - i : i - j);
+                if (d < best || (d == best && (found == i || pair < bestPair))) {
+                    best = d;
+                    bestPair = pair;
+                    found = uint32_t(j);
+                }
+            }
+            partner[i] = found;
+        }
+    });
+}
+
+void gather(const std::vector<Merge>& merges, uint32_t first, bool isLeaf,
+            std::vector<uint32_t>& out) {
+    // Depth first with an explicit stack; a batch holds at most 128 leaves.
+    std::pair<uint32_t, bool> stack[kMaxBatchTriangleCount + 1];
+    int top = 0;
+    stack[top++] = {first, isLeaf};
+    while (top > 0) {
+        const auto [node, leaf] = stack[--top];
+        if (leaf) {
+            out.push_back(node);
+            continue;
+        }
+        stack[top++] = {merges[node].first[1], merges[node].isLeaf[1]};
+        stack[top++] = {merges[node].first[0], merges[node].isLeaf[0]};
+    }
+}
+
+} // namespace
+
+BatchSet::BatchSet(const World& world) : BatchSet(world.triangles(), world.triangleInstance()) {}
+
+BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance) {
+    const size_t count = geometry.count();
+    SDAG_ASSERT(triangleInstance.size() == count);
+    std::vector<Box> triangleBoxes(count);
+    cpuParallelRanges(count, 4096, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            for (int corner = 0; corner < 3; ++corner)
+                triangleBoxes[i].add(geometry.vertex(i, corner));
+    });
+    Box bounds;
+    for (const Box& box : triangleBoxes)
+        bounds.add(box);
+
+    // By instance, then along the Morton curve, then by index: two stable sorts.
+    std::vector<uint32_t> order(count);
+    std::iota(order.begin(), order.end(), 0u);
+    std::vector<uint64_t> codes(count);
+    cpuParallelRanges(count, 4096, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            codes[i] = mortonCode(triangleBoxes[i].center(), bounds);
+    });
+    sortPairs(Backend::kCpu, viewOf(codes), viewOf(order));
+    std::vector<uint32_t> instances(count);
+    for (size_t i = 0; i < count; ++i)
+        instances[i] = triangleInstance[order[i]];
+    sortPairs(Backend::kCpu, viewOf(instances), viewOf(order));
+
+    std::vector<Cluster> clusters(count), next;
+    for (size_t i = 0; i < count; ++i)
+        clusters[i] = {triangleBoxes[order[i]], 1, instances[i], order[i], true};
+    std::vector<Merge> merges;
+    merges.reserve(count);
+    std::vector<uint32_t> partner;
+    for (bool merged = true; merged;) {
+        merged = false;
+        findPartners(clusters, partner);
+        next.clear();
+        for (size_t i = 0; i < clusters.size(); ++i) {
+            const size_t j = partner[i];
+            if (j == i || partner[j] != i) {
+                next.push_back(clusters[i]);
+            } else if (i < j) {
+                Cluster both = clusters[i];
+                both.box.add(clusters[j].box);
+                both.count += clusters[j].count;
+                both.first = uint32_t(merges.size());
+                both.isLeaf = false;
+                merges.push_back({{clusters[i].first, clusters[j].first},
+                                  {clusters[i].isLeaf, clusters[j].isLeaf}});
+                next.push_back(both);
+                merged = true;
+            }
+        }
+        clusters.swap(next);
+    }
+
+    triangles_.reserve(count);
+    for (const Cluster& cluster : clusters) {
+        batches_.push_back({uint32_t(triangles_.size()), cluster.count, cluster.instance});
+        boxes_.push_back(cluster.box);
+        gather(merges, cluster.first, cluster.isLeaf, triangles_);
+    }
+    bvh_.build(viewOf(boxes_));
+}
+
+void BatchSet::update(const World& world, const std::vector<uint32_t>& movedInstances) {
+    update(world.triangles(), movedInstances);
+}
+
+void BatchSet::update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances) {
+    if (movedInstances.empty())
+        return;
+    for (const uint32_t instance : movedInstances) {
+        // Batches ascend by instance.
+        const auto first =
+            std::lower_bound(batches_.begin(), batches_.end(), instance,
+                             [](const Batch& b, uint32_t value) { return b.instance < value; });
+        for (auto batch = first; batch != batches_.end() && batch->instance == instance; ++batch) {
+            Box box;
+            for (uint32_t i = 0; i < batch->count; ++i)
+                for (int corner = 0; corner < 3; ++corner)
+                    box.add(geometry.vertex(triangles_[batch->first + i], corner));
+            boxes_[size_t(batch - batches_.begin())] = box;
+        }
+    }
+    bvh_.refit(viewOf(boxes_));
+}
+
+BatchView BatchSet::view() const {
+    return {viewOf(batches_), viewOf(boxes_), viewOf(triangles_), bvh_.view()};
+}
+
+} // namespace shadowdag

@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which batches are drawn into which faces of which map; one part of the batch hierarchy for one map an item.
+// Source: Olsson et al. 2015, sec. IV-G and V-A, V-B.
+#pragma once
+
+#include "scenes/batches.h"
+#include "shadowmap/page_mask.h"
+
+namespace shadowdag {
+
+/// A batch to be drawn into some faces of a map.
+struct BatchDraw {
+    uint32_t map;
+    uint32_t batch;
+    uint32_t faces; ///< bit f: into face f
+};
+
+/// What one item found.
+struct CullCounts {
+    uint32_t batchFaces;      ///< (batch, face) pairs to draw
+    uint32_t triangleFaces;   ///< their triangles
+    uint32_t sphereBatches;   ///< batches in the light's sphere
+    uint32_t sphereTriangles; ///< their triangles
+};
+
+/// What culling reads. Item i is part i % parts of the hierarchy's top level for map i / parts, so the list of draws
+/// is ordered by map, then along the Morton curve.
+struct CullView {
+    View<const ShadowMapInfo> maps;
+    PageMaskView masks;
+    BatchView batches;
+    bool useProjectionMaps;
+    bool useMaximumDepth;
+
+    SDAG_HD uint32_t parts() const { return topBoxCount(batches.bvh); }
+
+    /// Returns the faces of a map that a batch must be drawn into.
+    SDAG_HD uint32_t facesToDraw(uint32_t mapIndex, const Box& boxWorld) const {
+        const ShadowMapInfo& map = maps[mapIndex];
+        const Box box{boxWorld.min - map.lightPositionWorld, boxWorld.max - map.lightPositionWorld};
+        uint32_t faces = 0;
+        for (uint32_t face = 0; face < kFaceCount; ++face) {
+            if (!(masks.faces[mapIndex] >> face & 1u))
+                continue;
+            FaceRect rect;
+            if (!projectBox(box, face, 0.0f, rect))
+                continue;
+            if (useMaximumDepth &&
+                rect.depthMin > bitsFloat(masks.depths[mapIndex * kFaceCount + face]))
+                continue;
+            if (useProjectionMaps && !overlapsProjection(mapIndex, face, rect))
+                continue;
+            faces |= 1u << face;
+        }
+        return faces;
+    }
+
+    /// Calls draw(batch, faces) for the batches of item i that are to be drawn; returns the counts.
+    template <class Draw> SDAG_HD CullCounts run(size_t i, const Draw& draw) const {
+        const uint32_t mapIndex = uint32_t(i / parts());
+        const uint32_t part = uint32_t(i % parts());
+        const ShadowMapInfo& map = maps[mapIndex];
+        const float rangeSquared = map.rangeWorld * map.rangeWorld;
+        CullCounts counts{};
+        traverseFrom(
+            batches.bvh, part, part + 1,
+            [&](const Box& box) {
+                return !box.empty() && distanceSquared(box, map.lightPositionWorld) < rangeSquared;
+            },
+            [&](uint32_t batch) {
+                const uint32_t triangleCount = batches.batches[batch].count;
+                ++counts.sphereBatches;
+                counts.sphereTriangles += triangleCount;
+                const uint32_t faces = facesToDraw(mapIndex, batches.boxesWorld[batch]);
+                if (faces == 0)
+                    return;
+                for (uint32_t rest = faces; rest; rest &= rest - 1) {
+                    ++counts.batchFaces;
+                    counts.triangleFaces += triangleCount;
+                }
+                draw(batch, faces);
+            });
+        return counts;
+    }
+
+private:
+    SDAG_HD bool overlapsProjection(uint32_t mapIndex, uint32_t face, const FaceRect& rect) const {
+        const uint32_t u0 = faceCell(rect.uMin, kProjectionMapSize);
+        const uint32_t u1 = faceCell(rect.uMax, kProjectionMapSize);
+        const uint32_t v0 = faceCell(rect.vMin, kProjectionMapSize);
+        const uint32_t v1 = faceCell(rect.vMax, kProjectionMapSize);
+        const uint32_t row = (~0u >> (31 - u1)) & (~0u << u0);
+        const uint32_t first = mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
+        for (uint32_t v = v0; v <= v1; ++v)
+            if (masks.projection[first + v] & row)
+                return true;
+        return false;
+    }
+};
+
+/// Writes to drawCounts[i] the draws of item i, and its counts.
+struct CountDraws {
+    CullView cull;
+    View<uint32_t> drawCounts;
+    View<CullCounts> counts;
+
+    SDAG_HD void operator()(size_t i) const {
+        uint32_t drawCount = 0;
+        counts[i] = cull.run(i, [&](uint32_t, uint32_t) { ++drawCount; });
+        drawCounts[i] = drawCount;
+    }
+};
+
+/// Writes the draws of item i from draws[firstDraw[i]] on.
+struct ListDraws {
+    CullView cull;
+    View<const uint32_t> firstDraw; ///< exclusive scan of CountDraws
+    View<BatchDraw> draws;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t mapIndex = uint32_t(i / cull.parts());
+        uint32_t next = firstDraw[i];
+        cull.run(i, [&](uint32_t batch, uint32_t faces) {
+            draws[next++] = {mapIndex, batch, faces};
+        });
+    }
+};
+
+} // namespace shadowdag

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shadowmap/cull_pass.h"
+
+#include "cuda/parallel_for.h"
+
+namespace shadowdag::cpu {
+
+void countDraws(const CountDraws& items) {
+    parallelFor<CpuTag>(items.drawCounts.count, items, 4);
+}
+void listDraws(const ListDraws& items) { parallelFor<CpuTag>(items.firstDraw.count, items, 4); }
+
+} // namespace shadowdag::cpu

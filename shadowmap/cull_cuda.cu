@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shadowmap/cull_pass.h"
+
+#include "cuda/parallel_for.h"
+
+namespace shadowdag::cuda {
+
+void countDraws(const CountDraws& items) {
+    parallelFor<CudaTag>(items.drawCounts.count, items, 4);
+}
+void listDraws(const ListDraws& items) { parallelFor<CudaTag>(items.firstDraw.count, items, 4); }
+
+} // namespace shadowdag::cuda

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// The culling passes: count, (scan), list. See cull.h for what an item does.
+#pragma once
+
+#include "cuda/backend.h"
+#include "shadowmap/cull.h"
+
+namespace shadowdag {
+
+namespace cpu {
+void countDraws(const CountDraws& items);
+void listDraws(const ListDraws& items);
+} // namespace cpu
+
+namespace cuda {
+void countDraws(const CountDraws& items);
+void listDraws(const ListDraws& items);
+} // namespace cuda
+
+/// Counts the draws of every map and part of the hierarchy. All views live on the backend.
+inline void countDraws(Backend backend, const CountDraws& items) {
+    SDAG_DISPATCH(backend, countDraws, items);
+}
+/// Writes the draws that countDraws counted.
+inline void listDraws(Backend backend, const ListDraws& items) {
+    SDAG_DISPATCH(backend, listDraws, items);
+}
+
+} // namespace shadowdag

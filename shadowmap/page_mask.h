@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which pages, faces and projection-map cells the receivers of a map need, as bits; one receiver an item.
+// Source: Olsson et al. 2015, sec. IV-D to IV-F and V-A, V-B.
+#pragma once
+
+#include "cuda/atomics.h"
+#include "cuda/view.h"
+#include "shadowmap/cube_face.h"
+#include "shadowmap/shadow_map_lookup.h"
+
+#include <cstring>
+
+namespace shadowdag {
+
+/// The projection map has 32 x 32 cells a face, whatever the resolution of the map.
+constexpr uint32_t kProjectionMapSize = 32;
+constexpr uint32_t kProjectionWordsPerMap = kFaceCount * kProjectionMapSize;
+
+/// Faces smaller than this are needed whole with all their neighbours: a filter's taps then reach around corners.
+constexpr uint32_t kLeastMaskedFaceTexels = 8;
+
+/// A receiver box (cluster bounds) that will be looked up in a map.
+struct MapReceiver {
+    uint32_t box; ///< index into the frame's receiver boxes
+    uint32_t map; ///< index into the requests
+};
+
+/// What receivers need of the maps. All words start at 0.
+/// pages: one bit a page-table entry, in its order (so a map starts at word pageTableStart / 32);
+/// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face mask, a word a map;
+/// depths: kFaceCount a map, the farthest depth at which a blocker can matter, as float bits.
+struct PageMaskView {
+    View<uint32_t> pages;
+    View<uint32_t> projection;
+    View<uint32_t> faces;
+    View<uint32_t> depths;
+};
+
+/// How far the taps of a filter reach beyond the receiver, in face coordinates.
+///
+/// Derivation. A tap's texel centre lies at most r texels from the receiver, r = 0.5 for one tap and 1.5 for 3 x 3, so
+/// at most e = 2 r / N in u and in v; half a texel more covers rounding. A tap beyond the edge u = 1 is read on the
+/// neighbour face, where the receiver itself lies (unclamped) at (1/u, v/u) and the tap at (1/u', v'/u'), with
+/// u' > 1, u >= 1 - e, |v| <= 1: they differ by at most e/(1 - e) and e + e/(1 - e), and snapping to the texel that holds the tap adds
+/// 1/N. So a box grown by 2 e/(1 - e) + 2/N on every face that it reaches unclamped covers all taps.
+SDAG_HD inline float filterMargin(uint32_t faceTexels, uint32_t taps) {
+    const float n = float(faceTexels);
+    if (taps <= 1)
+        return 2.0f / n;
+    const float e = 3.0f / n;
+    return 2.0f * e / (1.0f - e) + 2.0f / n;
+}
+
+/// How much deeper than the receiver a blocker may lie and still be compared: taps ask at the plane through the
+/// receiver perpendicular to its ray (see shadow_map_lookup.h), whose 1/depth at a tap m away is at least
+/// (1 - m sqrt(1/2)) of the receiver's. Without bound (1e30) where that is not positive: very small faces.
+SDAG_HD inline float filterDepthFactor(float margin) {
+    const float least = 1.0f - 0.7072f * margin;
+    return least > 1e-3f ? 1.0f / least : 1e30f;
+}
+
+SDAG_HD inline uint32_t floatBits(float value) {
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+SDAG_HD inline float bitsFloat(uint32_t bits) {
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/// Sets bits [begin, end) of an array of words.
+SDAG_HD inline void setBits(View<uint32_t> words, uint32_t begin, uint32_t end) {
+    while (begin < end) {
+        const uint32_t word = begin / 32;
+        const uint32_t stop = end < word * 32 + 32 ? end : word * 32 + 32;
+        const uint32_t count = stop - begin;
+        const uint32_t bits = (count == 32 ? ~0u : (1u << count) - 1u) << (begin % 32);
+        atomicOrRelaxed(&words[word], bits);
+        begin = stop;
+    }
+}
+
+/// Marks what receiver i needs.
+struct MarkReceiver {
+    View<const ShadowMapInfo> maps;
+    View<const Box> boxesWorld;
+    View<const MapReceiver> receivers;
+    PageMaskView masks;
+    uint32_t pageTexelsLog2;
+    uint32_t taps;
+
+    SDAG_HD void operator()(size_t i) const {
+        const MapReceiver receiver = receivers[i];
+        const ShadowMapInfo& map = maps[receiver.map];
+        const Box& world = boxesWorld[receiver.box];
+        if (world.empty())
+            return;
+        const Box box{world.min - map.lightPositionWorld, world.max - map.lightPositionWorld};
+        const bool isTiny = map.faceTexels < kLeastMaskedFaceTexels;
+        const float margin = isTiny ? 0.0f : filterMargin(map.faceTexels, taps);
+        for (uint32_t face = 0; face < kFaceCount; ++face) {
+            FaceRect rect{-1.0f, 1.0f, -1.0f, 1.0f, 0.0f, 3.0e38f};
+            if (!isTiny) {
+                if (!projectBox(box, face, margin, rect))
+                    continue;
+                rect.depthMax *= filterDepthFactor(margin);
+            }
+            mark(receiver.map, map, face, rect);
+        }
+    }
+
+private:
+    SDAG_HD void mark(uint32_t mapIndex, const ShadowMapInfo& map, uint32_t face,
+                      const FaceRect& rect) const {
+        atomicOrRelaxed(&masks.faces[mapIndex], 1u << face);
+        atomicMaxRelaxed(&masks.depths[mapIndex * kFaceCount + face], floatBits(rect.depthMax));
+        const uint32_t n = map.faceTexels;
+        const uint32_t x0 = faceCell(rect.uMin, n) >> pageTexelsLog2;
+        const uint32_t x1 = faceCell(rect.uMax, n) >> pageTexelsLog2;
+        const uint32_t y0 = faceCell(rect.vMin, n) >> pageTexelsLog2;
+        const uint32_t y1 = faceCell(rect.vMax, n) >> pageTexelsLog2;
+        for (uint32_t y = y0; y <= y1; ++y) {
+            const uint32_t row = pageTableIndex(map, face, 0, y);
+            setBits(masks.pages, row + x0, row + x1 + 1);
+        }
+        const uint32_t u0 = faceCell(rect.uMin, kProjectionMapSize);
+        const uint32_t u1 = faceCell(rect.uMax, kProjectionMapSize);
+        const uint32_t v0 = faceCell(rect.vMin, kProjectionMapSize);
+        const uint32_t v1 = faceCell(rect.vMax, kProjectionMapSize);
+        const uint32_t first =
+            mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
+        for (uint32_t v = v0; v <= v1; ++v)
+            atomicOrRelaxed(&masks.projection[first + v], (~0u >> (31 - u1)) & (~0u << u0));
+    }
+};
+
+/// Writes to counts[i] the pages marked in word i.
+struct CountPages {
+    View<const uint32_t> pages;
+    View<uint32_t> counts;
+
+    SDAG_HD void operator()(size_t i) const {
+        uint32_t bits = pages[i], count = 0;
+        for (; bits; bits &= bits - 1)
+            ++count;
+        counts[i] = count;
+    }
+};
+
+/// Gives the marked pages of word i pool pages in order, as far as the pool goes; kNoPage to all others.
+struct AssignPages {
+    View<const uint32_t> pages;
+    View<const uint32_t> firstPage; ///< exclusive scan of CountPages
+    View<uint32_t> pageTable;       ///< 32 a word
+    uint32_t poolPages;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t bits = pages[i];
+        uint32_t page = firstPage[i];
+        for (uint32_t bit = 0; bit < 32; ++bit) {
+            uint32_t entry = kNoPage;
+            if (bits >> bit & 1u) {
+                if (page < poolPages)
+                    entry = page;
+                ++page;
+            }
+            pageTable[i * 32 + bit] = entry;
+        }
+    }
+};
+
+} // namespace shadowdag

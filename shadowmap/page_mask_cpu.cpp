@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shadowmap/page_mask_pass.h"
+
+#include "cuda/parallel_for.h"
+
+namespace shadowdag::cpu {
+
+void markReceivers(const MarkReceiver& items) {
+    parallelFor<CpuTag>(items.receivers.count, items);
+}
+void countPages(const CountPages& items) { parallelFor<CpuTag>(items.pages.count, items, 4096); }
+void assignPages(const AssignPages& items) { parallelFor<CpuTag>(items.pages.count, items, 1024); }
+
+} // namespace shadowdag::cpu

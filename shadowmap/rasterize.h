@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+// Triangles to depth texels of a cube map's face.
+//
+// Fill rule: a texel is covered when the ray from the light through its centre meets the closed triangle; triangles that
+// share an edge or a corner leave no gap between them. Both sides block. A triangle whose plane holds the light
+// (to double rounding) has no area from there and covers nothing, like a degenerate one.
+// Near plane: what lies nearer to the light than kNearPerRange times its range, along the face's axis, does not block.
+// Depth convention: see ShadowMapView. The greatest bits win, so the order of triangles does not matter.
+#pragma once
+
+#include "cuda/atomics.h"
+#include "scenes/batches.h"
+#include "shadowmap/cull.h"
+#include "shadowmap/shadow_map_lookup.h"
+
+namespace shadowdag {
+
+constexpr double kNearPerRange = 1.0 / double(1 << 20);
+
+/// What rasterization reads and writes.
+struct RasterView {
+    View<const ShadowMapInfo> maps;
+    View<const uint32_t> pageTable;
+    View<uint32_t> depths; ///< starts at 0
+    uint32_t pageTexelsLog2;
+    TriangleView geometry;
+    View<const Batch> batches;
+    View<const uint32_t> batchTriangles;
+    View<const BatchDraw> draws;
+};
+
+/// A triangle set up for one face: functions of the texel coordinates X = 2 x + 1 - N, Y = 2 y + 1 - N.
+struct FaceTriangle {
+    double ex[3], ey[3], e0[3]; ///< edge k is inside where ex X + ey Y + e0 >= -tolerance[k]
+    double tolerance[3];
+    double wx, wy, w0; ///< 1/z = wx X + wy Y + w0
+    float wMin, wMax;  ///< the range of 1/z over the triangle, as far as it is in front
+    float wNear;       ///< what exceeds this is nearer than the near plane
+    int32_t x0, x1, y0, y1; ///< texels whose centres can lie inside, clipped to the face
+};
+
+/// Returns the first and last texel whose centres lie in face coordinates [lo, hi], clipped to the face; empty when
+/// first > last. A millionth of a texel is added on both sides for rounding.
+SDAG_HD inline void texelSpan(double lo, double hi, uint32_t faceTexels, int32_t& first,
+                              int32_t& last) {
+    const double half = 0.5 * double(faceTexels);
+    const double a = (lo + 1.0) * half - 0.5 - 1e-6;
+    const double b = (hi + 1.0) * half - 0.5 + 1e-6;
+    const double end = double(faceTexels) - 1.0;
+    if (!(a <= end) || !(b >= 0.0)) {
+        first = 0;
+        last = -1;
+        return;
+    }
+    const int32_t down = a > 0.0 ? int32_t(a) : 0;
+    first = a > double(down) ? down + 1 : down; // ceiling
+    last = b < end ? int32_t(b) : int32_t(end); // floor
+}
+
+/// Returns whether a triangle can cover a texel of a face, and its set-up.
+///
+/// Edges are evaluated homogeneously: the ray c = (u, v, 1) meets the cone of a, b, c when (a x b).c, (b x c).c and
+/// (c x a).c all have the sign of the determinant, whatever lies behind the light, so nothing is clipped. Products and
+/// differences round alike when a and b are exchanged, so two triangles see their common edge as the same number with opposite sign. Each
+/// edge takes its rounding (about 24 2^-53 |a| |b|) as inside: a ray that meets a triangle in exact arithmetic is never
+/// lost, at edges and at corners; the price is an overlap of about 1e-14 of a face.
+/// @param a,b,c corners in the face's frame (faceFromLight)
+SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
+                                  const ShadowMapInfo& map, FaceTriangle& t) {
+    // Outside of the face's pyramid |x| <= z, |y| <= z by one of its planes.
+    if ((a.x > a.z && b.x > b.z && c.x > c.z) || (-a.x > a.z && -b.x > b.z && -c.x > c.z) ||
+        (a.y > a.z && b.y > b.z && c.y > c.z) || (-a.y > a.z && -b.y > b.z && -c.y > c.z))
+        return false;
+    const uint32_t n = map.faceTexels;
+    const double zMin = glm::min(a.z, glm::min(b.z, c.z));
+    const double zMax = glm::max(a.z, glm::max(b.z, c.z));
+    if (!(zMax > 0.0))
+        return false;
+    const double zNear = double(map.rangeWorld) * kNearPerRange;
+    t.wNear = float(1.0 / zNear);
+    t.wMin = float(1.0 / zMax);
+    if (zMin > zNear) {
+        const double ra = 1.0 / a.z, rb = 1.0 / b.z, rc = 1.0 / c.z;
+        const double ua = a.x * ra, ub = b.x * rb, uc = c.x * rc;
+        texelSpan(glm::min(ua, glm::min(ub, uc)), glm::max(ua, glm::max(ub, uc)), n, t.x0, t.x1);
+        if (t.x0 > t.x1)
+            return false;
+        const double va = a.y * ra, vb = b.y * rb, vc = c.y * rc;
+        texelSpan(glm::min(va, glm::min(vb, vc)), glm::max(va, glm::max(vb, vc)), n, t.y0, t.y1);
+        if (t.y0 > t.y1)
+            return false;
+        t.wMax = float(1.0 / zMin);
+    } else {
+        t.x0 = t.y0 = 0;
+        t.x1 = t.y1 = int32_t(n) - 1;
+        t.wMax = 3.0e38f;
+    }
+
+    // n = (b - a) x (c - a), 1/z = n.c / n.a: from differences, which lose nothing on small triangles far away.
+    const glm::dvec3 ab = b - a, ac = c - a;
+    const glm::dvec3 normal = glm::cross(ab, ac);
+    const double k = glm::dot(normal, a);
+    const auto size = [](const glm::dvec3& p) {
+        return glm::max(glm::abs(p.x), glm::max(glm::abs(p.y), glm::abs(p.z)));
+    };
+    constexpr double kUnit = 1.0 / 9007199254740992.0; // 2^-53
+    const double sizeA = size(a), sizeB = size(b), sizeC = size(c);
+    if (!(glm::abs(k) > 32.0 * kUnit * size(ab) * size(ac) * sizeA))
+        return false;
+    const double sign = k > 0.0 ? 1.0 : -1.0;
+    const double count = double(n);
+    const auto edge = [&](int i, const glm::dvec3& p, const glm::dvec3& q, double sizes) {
+        const glm::dvec3 e = glm::cross(p, q);
+        t.ex[i] = sign * e.x;
+        t.ey[i] = sign * e.y;
+        t.e0[i] = sign * (e.z * count);
+        t.tolerance[i] = 32.0 * kUnit * sizes * count;
+    };
+    edge(0, a, b, sizeA * sizeB);
+    edge(1, b, c, sizeB * sizeC);
+    edge(2, c, a, sizeC * sizeA);
+    const double scale = 1.0 / (k * count);
+    t.wx = normal.x * scale;
+    t.wy = normal.y * scale;
+    t.w0 = normal.z / k;
+    return true;
+}
+
+/// Calls store(index, bits) for the texels of a triangle in rows [row0, row1] of the face that have memory; `index` is into
+/// RasterView::depths.
+template <class Store>
+SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
+                                const FaceTriangle& t, int32_t row0, int32_t row1,
+                                const Store& store) {
+    const uint32_t log2 = view.pageTexelsLog2;
+    const int32_t side = 1 << log2;
+    const int32_t n = int32_t(map.faceTexels);
+    for (int32_t py = row0 >> log2; py <= row1 >> log2; ++py) {
+        for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
+            const uint32_t page =
+                view.pageTable[pageTableIndex(map, face, uint32_t(px), uint32_t(py))];
+            if (page == kNoPage)
+                continue;
+            const int32_t xFirst = glm::max(t.x0, px * side);
+            const int32_t xLast = glm::min(t.x1, px * side + side - 1);
+            const int32_t yFirst = glm::max(row0, py * side);
+            const int32_t yLast = glm::min(row1, py * side + side - 1);
+            for (int32_t y = yFirst; y <= yLast; ++y) {
+                const double Y = double(2 * y + 1 - n);
+                const double r0 = t.ey[0] * Y + t.e0[0], r1 = t.ey[1] * Y + t.e0[1],
+                             r2 = t.ey[2] * Y + t.e0[2], rw = t.wy * Y + t.w0;
+                const size_t row = (size_t(page) << (2 * log2)) +
+                                   (size_t(y - py * side) << log2) - size_t(px * side);
+                for (int32_t x = xFirst; x <= xLast; ++x) {
+                    const double X = double(2 * x + 1 - n);
+                    if (t.ex[0] * X + r0 < -t.tolerance[0] || t.ex[1] * X + r1 < -t.tolerance[1] ||
+                        t.ex[2] * X + r2 < -t.tolerance[2])
+                        continue;
+                    const float w = glm::min(glm::max(float(t.wx * X + rw), t.wMin), t.wMax);
+                    if (w <= t.wNear)
+                        store(row + size_t(x), floatBits(w));
+                }
+            }
+        }
+    }
+}
+
+/// Returns a corner relative to the light, in double: the difference of two floats, nearly always exact.
+SDAG_HD inline glm::dvec3 cornerFromLight(const TriangleView& geometry, uint32_t triangle,
+                                          int corner, const glm::vec3& lightWorld) {
+    return glm::dvec3(geometry.vertex(triangle, corner)) - glm::dvec3(lightWorld);
+}
+
+/// Draws triangle i % kMaxBatchTriangleCount of draw i / kMaxBatchTriangleCount.
+struct RasterizeTriangle {
+    RasterView view;
+
+    SDAG_HD void operator()(size_t i) const {
+        const BatchDraw draw = view.draws[i / kMaxBatchTriangleCount];
+        const Batch batch = view.batches[draw.batch];
+        const uint32_t inBatch = uint32_t(i % kMaxBatchTriangleCount);
+        if (inBatch >= batch.count)
+            return;
+        const ShadowMapInfo map = view.maps[draw.map];
+        const uint32_t triangle = view.batchTriangles[batch.first + inBatch];
+        glm::dvec3 corners[3];
+        for (int corner = 0; corner < 3; ++corner)
+            corners[corner] =
+                cornerFromLight(view.geometry, triangle, corner, map.lightPositionWorld);
+        for (uint32_t face = 0; face < kFaceCount; ++face) {
+            FaceTriangle t;
+            if (!(draw.faces >> face & 1u) ||
+                !setUpTriangle(faceFromLight(face, corners[0]), faceFromLight(face, corners[1]),
+                               faceFromLight(face, corners[2]), map, t))
+                continue;
+            const View<uint32_t> depths = view.depths;
+            coverTexels(view, map, face, t, t.y0, t.y1, [depths](size_t texel, uint32_t bits) {
+                atomicMaxRelaxed(&depths[texel], bits);
+            });
+        }
+    }
+};
+
+} // namespace shadowdag

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shadowmap/rasterize_pass.h"
+
+#include "cuda/parallel_for.h"
+
+namespace shadowdag::cpu {
+
+void rasterizeTriangles(const RasterizeTriangle& items) {
+    parallelFor<CpuTag>(items.view.draws.count * kMaxBatchTriangleCount, items,
+                         4 * kMaxBatchTriangleCount);
+}
+
+} // namespace shadowdag::cpu

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shadowmap/rasterize_pass.h"
+
+#include "cuda/parallel_for.h"
+
+namespace shadowdag::cuda {
+
+void rasterizeTriangles(const RasterizeTriangle& items) {
+    parallelFor<CudaTag>(items.view.draws.count * kMaxBatchTriangleCount, items,
+                         4 * kMaxBatchTriangleCount);
+}
+
+} // namespace shadowdag::cuda

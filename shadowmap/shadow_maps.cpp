@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+// The order of the passes that build the virtual cube shadow maps of a frame, and the memory between them.
+#include "shadowmap/shadow_maps.h"
+
+#include "cuda/scan_sort.h"
+#include "shadowmap/cull_pass.h"
+#include "shadowmap/page_mask_pass.h"
+#include "shadowmap/rasterize_pass.h"
+
+#include <cmath>
+
+namespace shadowdag {
+namespace {
+
+/// Returns host data where the backend can read it: as it is on the CPU, as a copy in `buffer` otherwise.
+template <class T> View<const T> place(Buffer<T>& buffer, View<const T> host) {
+    if (buffer.backend() == Backend::kCpu)
+        return host;
+    buffer.resize(host.count);
+    detail::copyBytes(buffer.backend(), buffer.view().data, Backend::kCpu, host.data,
+                      host.count * sizeof(T));
+    return std::as_const(buffer).view();
+}
+
+template <class T> void zero(Buffer<T>& buffer, size_t count) {
+    buffer.resize(count);
+    buffer.fill(0);
+}
+
+uint32_t log2Exact(uint32_t value) {
+    uint32_t log2 = 0;
+    while (1u << log2 < value)
+        ++log2;
+    return log2;
+}
+
+[[noreturn]] void refuse(const std::string& what, const std::string& remedy) {
+    throw Error(ErrorKind::kUsage, "shadow maps: " + what + "; " + remedy);
+}
+
+void check(const std::vector<MapRequest>& requests, const std::vector<Box>& boxes,
+           const std::vector<MapReceiver>& receivers, const ShadowMapOptions& options) {
+    const uint32_t side = options.pageTexels;
+    if (side < 16 || side > 256 || (side & (side - 1)))
+        refuse("page side " + std::to_string(side), "choose 16, 32, 64, 128 or 256 texels");
+    if (options.taps != 1 && options.taps != 9)
+        refuse("filter of " + std::to_string(options.taps) + " taps", "choose 1 or 9");
+    for (size_t i = 0; i < requests.size(); ++i) {
+        const MapRequest& r = requests[i];
+        const std::string name = "request " + std::to_string(i);
+        if (r.faceTexels < 1 || r.faceTexels > kMaxFaceTexels)
+            refuse(name + " has " + std::to_string(r.faceTexels) + " texels a face",
+                   "ask for 1 to " + std::to_string(kMaxFaceTexels));
+        if (!(r.rangeWorld > 0.0f) || !std::isfinite(r.rangeWorld))
+            refuse(name + " has range " + std::to_string(r.rangeWorld),
+                   "give the light a finite range above 0");
+        for (int axis = 0; axis < 3; ++axis)
+            if (!std::isfinite(r.lightPositionWorld[axis]))
+                refuse(name + " has a light position that is not finite", "place the light");
+    }
+    for (size_t i = 0; i < receivers.size(); ++i)
+        if (receivers[i].map >= requests.size() || receivers[i].box >= boxes.size())
+            refuse("receiver " + std::to_string(i) + " refers to map " +
+                       std::to_string(receivers[i].map) + " of " + std::to_string(requests.size()) +
+                       " and box " + std::to_string(receivers[i].box) + " of " +
+                       std::to_string(boxes.size()),
+                   "pass the requests and boxes that it was made for");
+}
+
+} // namespace
+
+struct ShadowMaps::State {
+    explicit State(Backend b) : backend(b) {}
+
+    Backend backend;
+    ShadowMapOptions options;
+    ShadowMapCounts counts;
+    std::vector<uint32_t> pagesPerMap, trianglesPerMap;
+    std::vector<ShadowMapInfo> infos;
+
+    // Copies of host inputs, used by CUDA only. count * type: receivers, boxes, vertices, triangles, batches.
+    Buffer<Box> receiverBoxes{backend, "shadowmap receiver boxes"};
+    Buffer<MapReceiver> receivers{backend, "shadowmap receivers"};
+    Buffer<glm::vec3> positions{backend, "shadowmap positions"};
+    Buffer<glm::uvec3> triangles{backend, "shadowmap triangles"};
+    Buffer<Batch> batches{backend, "shadowmap batches"};
+    Buffer<Box> batchBoxes{backend, "shadowmap batch boxes"};
+    Buffer<uint32_t> batchTriangles{backend, "shadowmap batch triangles"};
+    Buffer<Box> bvhBoxes{backend, "shadowmap hierarchy boxes"};
+    Buffer<uint32_t> bvhItems{backend, "shadowmap hierarchy items"};
+
+    // Written by page masks: see PageMaskView.
+    Buffer<ShadowMapInfo> maps{backend, "shadowmap maps"};
+    Buffer<uint32_t> pageBits{backend, "shadowmap page masks"};
+    Buffer<uint32_t> projection{backend, "shadowmap projection maps"};
+    Buffer<uint32_t> faces{backend, "shadowmap face masks"};
+    Buffer<uint32_t> depthLimits{backend, "shadowmap depth limits"};
+
+    // Written by page allocation; read by rasterization and lookups.
+    Buffer<uint32_t> firstPage{backend, "shadowmap first page of word"};
+    Buffer<uint32_t> pageTable{backend, "shadowmap page table"};
+    Buffer<uint32_t> pool{backend, "shadowmap page pool"};
+
+    // Written by culling, read by rasterization.
+    Buffer<uint32_t> firstDraw{backend, "shadowmap first draw of item"};
+    Buffer<CullCounts> cullCounts{backend, "shadowmap cull counts"};
+    Buffer<BatchDraw> draws{backend, "shadowmap draws"};
+
+    uint32_t pageTexelsLog2() const { return log2Exact(options.pageTexels); }
+    uint64_t pageTexelCount() const { return uint64_t(options.pageTexels) * options.pageTexels; }
+    PageMaskView masks() {
+        return {pageBits.view(), projection.view(), faces.view(), depthLimits.view()};
+    }
+
+    /// Fills `infos` for a divisor; returns the words of all page masks.
+    uint64_t layOut(const std::vector<MapRequest>& requests, double divisor) {
+        uint64_t words = 0;
+        infos.clear();
+        for (const MapRequest& r : requests) {
+            const uint32_t texels = glm::max(1u, uint32_t(double(r.faceTexels) / divisor));
+            const uint32_t pages = (texels + options.pageTexels - 1) / options.pageTexels;
+            infos.push_back({r.lightPositionWorld, r.rangeWorld, texels, pages,
+                             uint32_t(words * 32)});
+            words += (uint64_t(kFaceCount) * pages * pages + 31) / 32;
+        }
+        if (words * 32 > 0xffffffffull)
+            throw Error(ErrorKind::kResource,
+                        "shadow maps: page tables of " + std::to_string(words * 32) +
+                            " entries exceed 32-bit indices; use larger pages, lower "
+                            "resolutions or fewer maps");
+        return words;
+    }
+
+    /// Marks the pages of all receivers at the resolutions of `infos`; returns how many there are.
+    uint64_t mark(View<const Box> boxes, View<const MapReceiver> pairs, uint64_t words) {
+        maps.upload(infos);
+        zero(pageBits, words);
+        zero(projection, infos.size() * kProjectionWordsPerMap);
+        zero(faces, infos.size());
+        zero(depthLimits, infos.size() * kFaceCount);
+        firstPage.resize(words);
+        markReceivers(backend, {std::as_const(maps).view(), boxes, pairs, masks(),
+                                pageTexelsLog2(), options.taps});
+        countPages(backend, {std::as_const(pageBits).view(), firstPage.view()});
+        return exclusiveScan(backend, std::as_const(firstPage).view(), firstPage.view());
+    }
+
+    void allocate(uint64_t wanted) {
+        const uint64_t capacity = options.poolBytes / (pageTexelCount() * sizeof(uint32_t));
+        const uint64_t pages = glm::min(wanted, capacity);
+        pageTable.resize(pageBits.size() * 32);
+        assignPages(backend, {std::as_const(pageBits).view(), std::as_const(firstPage).view(),
+                              pageTable.view(), uint32_t(pages)});
+        zero(pool, pages * pageTexelCount());
+
+        counts.pageCount = pages;
+        counts.pagesRefusedCount = wanted - pages;
+        counts.texelCount = pages * pageTexelCount();
+        counts.mapBytes = pool.bytes() + pageTable.bytes();
+        const std::vector<uint32_t> first = firstPage.download();
+        pagesPerMap.clear();
+        for (size_t i = 0; i < infos.size(); ++i) {
+            const auto at = [&](size_t map) -> uint64_t {
+                const size_t word = map < infos.size() ? infos[map].pageTableStart / 32 : first.size();
+                return word < first.size() ? first[word] : wanted;
+            };
+            pagesPerMap.push_back(
+                uint32_t(glm::min(at(i + 1), pages) - glm::min(at(i), pages)));
+        }
+    }
+
+    /// Returns the first draw of every map, and their number last.
+    std::vector<uint32_t> cull(const BatchView& onBackend) {
+        const CullView cull{std::as_const(maps).view(), masks(), onBackend,
+                            options.useProjectionMaps, options.useMaximumDepth};
+        const size_t parts = cull.parts();
+        const size_t items = infos.size() * parts;
+        firstDraw.resize(items);
+        cullCounts.resize(items);
+        countDraws(backend, {cull, firstDraw.view(), cullCounts.view()});
+        const uint64_t drawCount =
+            exclusiveScan(backend, std::as_const(firstDraw).view(), firstDraw.view());
+        if (drawCount > 0xffffffffull)
+            throw Error(ErrorKind::kResource, "shadow maps: " + std::to_string(drawCount) +
+                                                  " draws exceed 32-bit indices; use fewer maps");
+        draws.resize(drawCount);
+        listDraws(backend, {cull, std::as_const(firstDraw).view(), draws.view()});
+
+        const std::vector<CullCounts> found = cullCounts.download();
+        const std::vector<uint32_t> first = firstDraw.download();
+        std::vector<uint32_t> drawStart;
+        for (size_t map = 0; map < infos.size(); ++map) {
+            drawStart.push_back(parts ? first[map * parts] : 0);
+            uint32_t triangleFaces = 0;
+            for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
+                counts.batchFaceCount += found[i].batchFaces;
+                counts.batchFaceSphereCount += uint64_t(kFaceCount) * found[i].sphereBatches;
+                counts.triangleSphereCount += uint64_t(kFaceCount) * found[i].sphereTriangles;
+                triangleFaces += found[i].triangleFaces;
+            }
+            counts.triangleDrawCount += triangleFaces;
+            trianglesPerMap.push_back(triangleFaces);
+        }
+        drawStart.push_back(uint32_t(drawCount));
+        return drawStart;
+    }
+};
+
+ShadowMaps::ShadowMaps(Backend backend) : state_(std::make_unique<State>(backend)) {}
+ShadowMaps::~ShadowMaps() = default;
+
+void ShadowMaps::build(const std::vector<MapRequest>& requests,
+                       const std::vector<Box>& receiverBoxes,
+                       const std::vector<MapReceiver>& receivers, const TriangleView& geometry,
+                       const BatchView& batches, const ShadowMapOptions& options,
+                       StageTimes& stages) {
+    check(requests, receiverBoxes, receivers, options);
+    State& s = *state_;
+    s.options = options;
+    s.counts = {};
+    s.trianglesPerMap.clear();
+
+    uint64_t wanted = 0;
+    {
+        StageTimer timer(s.backend, stages, "page masks");
+        const View<const Box> boxes = place(s.receiverBoxes, viewOf(receiverBoxes));
+        const View<const MapReceiver> pairs = place(s.receivers, viewOf(receivers));
+        const uint64_t capacity = options.poolBytes / (s.pageTexelCount() * sizeof(uint32_t));
+        // The divisor is squared-exact: every second step is a power of two.
+        double divisor = 1.0;
+        for (int step = 0;; ++step) {
+            divisor = std::ldexp(step % 2 ? std::sqrt(2.0) : 1.0, step / 2);
+            wanted = s.mark(boxes, pairs, s.layOut(requests, divisor));
+            if (step == 0)
+                s.counts.pagesWantedCount = wanted;
+            if (wanted <= capacity || divisor >= double(kMaxFaceTexels))
+                break;
+        }
+        s.counts.degradeDivisor = float(divisor);
+    }
+    {
+        StageTimer timer(s.backend, stages, "page allocation");
+        s.allocate(wanted);
+    }
+    TriangleView triangles;
+    BatchView onBackend;
+    std::vector<uint32_t> drawStart;
+    {
+        StageTimer timer(s.backend, stages, "culling");
+        triangles = {place(s.positions, geometry.positions), place(s.triangles, geometry.triangles)};
+        onBackend = batches;
+        onBackend.batches = place(s.batches, batches.batches);
+        onBackend.boxesWorld = place(s.batchBoxes, batches.boxesWorld);
+        onBackend.triangles = place(s.batchTriangles, batches.triangles);
+        onBackend.bvh.boxes = place(s.bvhBoxes, batches.bvh.boxes);
+        onBackend.bvh.items = place(s.bvhItems, batches.bvh.items);
+        drawStart = s.cull(onBackend);
+    }
+    {
+        StageTimer timer(s.backend, stages, "rasterization");
+        const RasterView raster{std::as_const(s.maps).view(), std::as_const(s.pageTable).view(),
+                                s.pool.view(),           s.pageTexelsLog2(),
+                                triangles,               onBackend.batches,
+                                onBackend.triangles,     std::as_const(s.draws).view()};
+        if (s.backend == Backend::kCpu && !options.useAtomicRasterizer)
+            rasterizeByFace(raster, drawStart);
+        else
+            rasterizeTriangles(s.backend, {raster});
+    }
+}
+
+ShadowMapView ShadowMaps::view() const {
+    const State& s = *state_;
+    return {s.maps.view(), s.pageTable.view(), s.pool.view(), s.pageTexelsLog2()};
+}
+
+const ShadowMapCounts& ShadowMaps::counts() const { return state_->counts; }
+const std::vector<uint32_t>& ShadowMaps::pagesPerMap() const { return state_->pagesPerMap; }
+const std::vector<uint32_t>& ShadowMaps::trianglesPerMap() const {
+    return state_->trianglesPerMap;
+}
+
+} // namespace shadowdag
