@@ -6,6 +6,7 @@
 #include "cuda/buffer.h"
 #include "voxel/voxel_grid.h"
 
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -37,6 +38,24 @@ struct DagView {
 
 constexpr uint32_t kNoNode = 0xffffffffu;
 
+/// Returns how many bits are set.
+SDAG_HD inline uint32_t bitCount32(uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+    return uint32_t(__popc(bits));
+#else
+    return uint32_t(std::popcount(bits));
+#endif
+}
+
+/// Returns the number of the lowest bit set; bits must not be 0.
+SDAG_HD inline uint32_t lowestBit32(uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+    return uint32_t(__ffs(int(bits))) - 1;
+#else
+    return uint32_t(std::countr_zero(bits));
+#endif
+}
+
 /// Numbers of a DAG by level. Level convention of `nodeCounts`: index 0 is the root, every cell down to the
 /// 2^3 voxel cells is a node (so that other programs' counts can be held against them), although this layout
 /// stores 4^3 leaves.
@@ -62,6 +81,22 @@ struct Dag {
 DagStats computeDagStats(const Dag& dag);
 
 /// Returns whether voxel (x, y, z) is occupied; coordinates out of the grid are empty.
-SDAG_HD bool isOccupied(const DagView& dag, uint32_t x, uint32_t y, uint32_t z);
+SDAG_HD inline bool isOccupied(const DagView& dag, uint32_t x, uint32_t y, uint32_t z) {
+    const uint32_t resolution = dag.grid.resolution();
+    if (dag.rootAddress == kNoNode || x >= resolution || y >= resolution || z >= resolution)
+        return false;
+    uint32_t address = dag.rootAddress;
+    for (uint32_t level = dag.grid.resolutionLog2; level > kLeafLog2; --level) {
+        const uint32_t shift = level - 1;
+        const uint32_t child = (x >> shift & 1) | (y >> shift & 1) << 1 | (z >> shift & 1) << 2;
+        const uint32_t mask = dag.words[address];
+        if ((mask >> child & 1) == 0)
+            return false;
+        address = dag.words[address + 1 + bitCount32(mask & ((1u << child) - 1))];
+    }
+    const uint32_t octant = (x >> 1 & 1) | (y >> 1 & 1) << 1 | (z >> 1 & 1) << 2;
+    const uint32_t bit = 8 * octant + ((x & 1) | (y & 1) << 1 | (z & 1) << 2);
+    return (dag.words[address + bit / 32] >> (bit % 32) & 1) != 0;
+}
 
 } // namespace shadowdag

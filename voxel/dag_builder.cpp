@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "voxel/dag_builder.h"
+
+#include "cuda/error.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <string>
+
+namespace shadowdag {
+namespace {
+
+// A multiply a word, then a finish that brings the high bits down. Any function would do: equality is by content.
+uint32_t hashWords(const uint32_t* words, uint32_t count) {
+    uint64_t h = words[0] * 0x9e3779b97f4a7c15u;
+    for (uint32_t i = 1; i < count; ++i)
+        h = (std::rotl(h, 23) ^ words[i]) * 0x9e3779b97f4a7c15u;
+    h = (h ^ (h >> 32)) * 0xd6e8feb86659fd93u;
+    return uint32_t(h >> 32);
+}
+
+uint32_t innerWordCount(uint32_t mask) { return 1 + uint32_t(std::popcount(mask)); }
+
+uint32_t wordCountAt(uint32_t level, const std::vector<uint32_t>& words, size_t address) {
+    return level == kLeafLog2 ? 2 : innerWordCount(words[address]);
+}
+
+[[noreturn]] void throwTooLarge() {
+    throw Error(ErrorKind::kResource, "the voxel DAG outgrows the 2^32 words that its 32-bit addresses reach; "
+                                      "ask for a lower resolution");
+}
+
+} // namespace
+
+uint32_t NodeTable::findOrAdd(const uint32_t* node, uint32_t wordCount) {
+    if (nodeCount_ * 2 >= slots_.size())
+        grow();
+    const uint32_t hash = hashWords(node, wordCount);
+    const size_t last = slots_.size() - 1;
+    for (size_t i = hash & last;; i = (i + 1) & last) {
+        const uint64_t slot = slots_[i];
+        if (slot == kFree) {
+            const size_t address = words_.size();
+            if (address + wordCount >= kNoNode)
+                throwTooLarge();
+            words_.insert(words_.end(), node, node + wordCount);
+            slots_[i] = uint64_t(hash) << 32 | address;
+            ++nodeCount_;
+            return uint32_t(address);
+        }
+        const uint32_t address = uint32_t(slot);
+        // Equal first words mean equal counts, so comparing the rest cannot leave words_.
+        if (slot >> 32 == hash && words_[address] == node[0] &&
+            std::memcmp(words_.data() + address + 1, node + 1, (wordCount - 1) * 4) == 0)
+            return address;
+    }
+}
+
+void NodeTable::clear() {
+    words_.clear();
+    std::fill(slots_.begin(), slots_.end(), kFree);
+    nodeCount_ = 0;
+}
+
+void NodeTable::grow() {
+    const std::vector<uint64_t> old = std::move(slots_);
+    slots_.assign(old.empty() ? 64 : old.size() * 2, kFree);
+    const size_t last = slots_.size() - 1;
+    for (const uint64_t slot : old) {
+        if (slot == kFree)
+            continue;
+        size_t i = (slot >> 32) & last;
+        while (slots_[i] != kFree)
+            i = (i + 1) & last;
+        slots_[i] = slot;
+    }
+}
+
+uint32_t DagBuilder::addLeaf(uint64_t voxels) {
+    if (voxels == 0)
+        return kNoNode;
+    const uint32_t words[2] = {uint32_t(voxels), uint32_t(voxels >> 32)};
+    return table(kLeafLog2).findOrAdd(words, 2);
+}
+
+uint32_t DagBuilder::addInner(uint32_t level, const uint32_t children[8]) {
+    uint32_t words[9];
+    uint32_t mask = 0, count = 1;
+    for (uint32_t c = 0; c < 8; ++c)
+        if (children[c] != kNoNode) {
+            mask |= 1u << c;
+            words[count++] = children[c];
+        }
+    if (mask == 0)
+        return kNoNode;
+    words[0] = mask;
+    return table(level).findOrAdd(words, count);
+}
+
+uint32_t DagBuilder::addSubtree(const DagBuilder& other, uint32_t level, uint32_t address) {
+    if (address == kNoNode)
+        return kNoNode;
+    // From the leaves up: below[a] is where the node at a of the level below went.
+    std::vector<uint32_t> below, here;
+    for (uint32_t l = kLeafLog2; l <= level; ++l) {
+        const std::vector<uint32_t>& words = other.table(l).words();
+        here.assign(words.size(), kNoNode);
+        for (size_t a = 0; a < words.size();) {
+            const uint32_t count = wordCountAt(l, words, a);
+            uint32_t node[9];
+            std::memcpy(node, &words[a], count * 4);
+            if (l > kLeafLog2)
+                for (uint32_t i = 1; i < count; ++i)
+                    node[i] = below[node[i]];
+            here[a] = table(l).findOrAdd(node, count);
+            a += count;
+        }
+        below.swap(here);
+    }
+    return below[address];
+}
+
+void DagBuilder::clear() {
+    for (NodeTable& t : tables_)
+        t.clear();
+}
+
+Dag DagBuilder::finish(uint32_t level, uint32_t address, const VoxelGrid& grid) const {
+    Dag dag;
+    dag.grid = grid;
+    if (address == kNoNode)
+        return dag;
+    // Breadth first: `order` holds a level's nodes as first visited, `base` the address of the first of them.
+    std::vector<uint32_t> order{address}, next, newAddress;
+    uint64_t base = 0;
+    dag.rootAddress = 0;
+    for (uint32_t l = level;; --l) {
+        const std::vector<uint32_t>& words = table(l).words();
+        uint64_t wordCount = 0;
+        for (const uint32_t a : order)
+            wordCount += wordCountAt(l, words, a);
+        const uint64_t nextBase = base + wordCount;
+        if (nextBase >= kNoNode)
+            throwTooLarge();
+        dag.words.reserve(nextBase);
+        if (l == kLeafLog2) {
+            for (const uint32_t a : order)
+                dag.words.insert(dag.words.end(), {words[a], words[a + 1]});
+            return dag;
+        }
+        newAddress.assign(table(l - 1).words().size(), kNoNode);
+        next.clear();
+        uint64_t cursor = nextBase;
+        for (const uint32_t a : order) {
+            const uint32_t count = wordCountAt(l, words, a);
+            dag.words.push_back(words[a]);
+            for (uint32_t i = 1; i < count; ++i) {
+                const uint32_t child = words[a + i];
+                if (newAddress[child] == kNoNode) {
+                    if (cursor >= kNoNode)
+                        throwTooLarge();
+                    newAddress[child] = uint32_t(cursor);
+                    cursor += wordCountAt(l - 1, table(l - 1).words(), child);
+                    next.push_back(child);
+                }
+                dag.words.push_back(newAddress[child]);
+            }
+        }
+        order.swap(next);
+        base = nextBase;
+    }
+}
+
+} // namespace shadowdag
