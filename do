@@ -1,0 +1,118 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# The one script: installs what is missing, builds, reports, tests. Works on a bare Debian 12 from any directory.
+set -euo pipefail
+
+root=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")
+cd -- "$root"
+
+usage() {
+    cat <<'END'
+usage: ./do COMMAND
+
+  report [ARG...]   installs missing packages, builds the program and writes report/index.html: the three
+                    methods, time against error, on the built-in atrium. Arguments go to `shadowdag compare`.
+  test [ARG...]     installs missing packages, builds everything and runs every test. Arguments go to ctest.
+  build [PRESET]    configures and builds a preset (release): dev, release, cuda, asan, tsan, ci.
+  packages [dev]    installs the missing ones of packages.txt; with dev those for development too.
+  format            formats all sources with clang-format.
+  help              prints this.
+
+environment:
+  SDAG_JOBS            parallel compilers and tests; default: cores, but one per 1.5 GiB of memory
+  SDAG_SKIP_PACKAGES   set to 1 to leave packages alone (on other systems than Debian 12)
+END
+}
+
+fail() {
+    printf './do: %s\n' "$*" >&2
+    exit 1
+}
+
+# Prints the packages of packages.txt, one a line; with "dev" those below its marker too.
+listPackages() {
+    if [[ ${1:-} == dev ]]; then
+        sed -e '/^#/d' -e '/^[[:space:]]*$/d' packages.txt
+    else
+        sed -e '/^# --- development only ---/,$d' -e '/^#/d' -e '/^[[:space:]]*$/d' packages.txt
+    fi
+}
+
+installPackages() {
+    [[ ${SDAG_SKIP_PACKAGES:-} == 1 ]] && return 0
+    if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+        fail "this system has no apt; ShadowDAG is built on Debian 12. Install what packages.txt names by your" \
+             "system's means and set SDAG_SKIP_PACKAGES=1"
+    fi
+    local missing=() package
+    for package in $(listPackages "${1:-}"); do
+        [[ $(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null) == installed ]] || missing+=("$package")
+    done
+    ((${#missing[@]} == 0)) && return 0
+    local asRoot=()
+    if (($(id -u) != 0)); then
+        command -v sudo >/dev/null ||
+            fail "${#missing[@]} packages are missing, and installing them needs root: run './do packages' as root," \
+                 "or install sudo. Missing: ${missing[*]}"
+        asRoot=(sudo)
+    fi
+    printf './do: installing %d packages: %s\n' "${#missing[@]}" "${missing[*]}"
+    local apt=("${asRoot[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o Acquire::Retries=3
+               -o Dpkg::Use-Pty=0)
+    "${apt[@]}" update </dev/null || fail "apt-get update failed; is there a network and a mirror?"
+    "${apt[@]}" install -y --no-install-recommends "${missing[@]}" </dev/null ||
+        fail "apt-get could not install the packages; ShadowDAG is built on Debian 12 (bookworm), this is" \
+             "$(. /etc/os-release 2>/dev/null && printf '%s' "${PRETTY_NAME:-unknown}")"
+}
+
+# Prints how many compilers or tests run at once: a compiler over OpenVDB takes about a GiB.
+jobs() {
+    local cores memory
+    cores=$(nproc)
+    memory=$(($(sed -n 's/^MemTotal: *\([0-9]*\) kB/\1/p' /proc/meminfo) / 1572864))
+    ((memory < 1)) && memory=1
+    printf '%s' "${SDAG_JOBS:-$((cores < memory ? cores : memory))}"
+}
+
+# build PRESET [cmake --build argument...]
+build() {
+    local preset=$1
+    shift
+    cmake --preset "$preset"
+    cmake --build --preset "$preset" --parallel "$(jobs)" "$@"
+}
+
+command=${1:-help}
+(($# > 0)) && shift
+case $command in
+    report)
+        installPackages
+        build release --target shadowdag
+        build/release/tools/shadowdag compare --experiment scenes/experiments/atrium.json -o report "$@"
+        printf './do: open %s\n' "$root/report/index.html"
+        ;;
+    test)
+        installPackages
+        build ci
+        ctest --preset ci --parallel "$(jobs)" "$@"
+        ;;
+    build)
+        installPackages
+        build "${1:-release}"
+        ;;
+    packages)
+        [[ $# == 0 || $* == dev ]] || fail "packages takes nothing or 'dev', not '$*'"
+        installPackages "${1:-}"
+        printf './do: all packages of packages.txt are installed\n'
+        ;;
+    format)
+        git ls-files -z -- '*.h' '*.cpp' '*.cu' | xargs -0 clang-format -i
+        ;;
+    help | -h | --help)
+        usage
+        ;;
+    *)
+        usage >&2
+        fail "unknown command '$command'"
+        ;;
+esac

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Checks what every file must keep: the licence line, #pragma once, no dead code, no path of one machine, and one
+package list.
+
+    conventions.py SOURCE_DIR      checks the tree, after checking itself on planted violations
+"""
+import pathlib
+import re
+import sys
+import tempfile
+
+from sources import CODE_SUFFIXES, expect, project_files, read, report
+
+SPDX = "SPDX-License-Identifier: Apache-2.0"
+SPDX_SUFFIXES = CODE_SUFFIXES + (".py", ".cmake", ".sh")
+PACKAGE_LIST = "packages.txt"
+# Folders that exist on somebody's machine only. Assembled, so that this file does not break its own rule.
+MACHINE_PATH = re.compile(r"(?<![\w.$}~/:*-])/(?:" + "|".join(("home", "root", "work", "Users", "workspace", "mnt")) +
+                          r")(?:/[\w.-]|\b(?![\w/.-]))|\b[A-Z]:\\\\?[Uu]sers")
+DEAD_CODE = re.compile(r"^\s*#\s*if\s+0\b")
+TO_DO = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X)\b(?!\()")
+# A literal package after apt's install; git and its certificates are what fetches this list.
+APT_INSTALL = re.compile(r"\bapt(?:-get)?\s+(?:-\S+\s+)*install\s+(?:-\S+\s+)*(?!git\b|ca-certificates\b)([a-z][a-z0-9.+-]+)")
+
+
+def packages_of(text):
+    """Returns the package names of a package list."""
+    return [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
+
+
+def check_text(path, text, packages):
+    """Returns the violations of one file."""
+    violations = []
+    lines = text.splitlines()
+    if path.suffix in SPDX_SUFFIXES or path.name == "CMakeLists.txt":
+        head = lines[:2] if lines and lines[0].startswith("#!") else lines[:1]
+        if not any(SPDX in line for line in head):
+            violations.append(f"{path}:1: the first line must hold '{SPDX}'")
+    if path.suffix == ".h" and "#pragma once" not in lines:
+        violations.append(f"{path}:1: no #pragma once")
+    for number, line in enumerate(lines, 1):
+        where = f"{path}:{number}:"
+        if path.suffix in CODE_SUFFIXES:
+            if DEAD_CODE.search(line):
+                violations.append(f"{where} dead code under #if; delete it, git remembers")
+        if path.suffix in SPDX_SUFFIXES and TO_DO.search(line):
+            violations.append(f"{where} a task without an owner: write it as an issue, or name the owner in brackets")
+        match = MACHINE_PATH.search(line)
+        if match:
+            violations.append(f"{where} '{match[0]}' is a path of one machine")
+        match = APT_INSTALL.search(line)
+        if match and path.name != PACKAGE_LIST:
+            violations.append(f"{where} installs '{match[1]}'; {PACKAGE_LIST} is the only package list")
+    if str(path) != PACKAGE_LIST and path.suffix not in CODE_SUFFIXES:
+        named = sorted({p for p in packages if p.endswith("-dev") and re.search(rf"(?<![\w-]){re.escape(p)}(?![\w-])", text)})
+        if len(named) >= 3:
+            violations.append(f"{path}:1: names {', '.join(named)}; {PACKAGE_LIST} is the only package list")
+    return violations
+
+
+def check_packages(packages):
+    """Returns the violations of the package list itself."""
+    violations = [f"{PACKAGE_LIST}: '{p}' stands there twice" for p in sorted({p for p in packages if packages.count(p) > 1})]
+    violations += [f"{PACKAGE_LIST}: '{p}' is no package name" for p in packages if not re.fullmatch(r"[a-z0-9][a-z0-9.+-]+", p)]
+    return violations
+
+
+def check(root):
+    """Returns the violations of the tree, and the number of files looked at."""
+    files = project_files(root)
+    packages = packages_of(read(root, PACKAGE_LIST))
+    violations = check_packages(packages)
+    for path in files:
+        violations += check_text(path, read(root, path), packages)
+    return violations, len(files)
+
+
+def self_test():
+    """Plants one violation of each kind, and clean files, and sees the check tell them apart."""
+    home, work = "/" + "home", "/" + "work"
+    spdx = f"// {SPDX}\n"
+    planted = {
+        "packages.txt": ("# list\ng++\nliba-dev\nlibb-dev\nlibc-dev\nliba-dev\nBad Name\n", ["twice", "no package name"]),
+        "a.h": (spdx + "#pragma once\n// the house/work of a URL: https://example.org" + home + "/x\n", []),
+        "b.h": (spdx, ["no #pragma once"]),
+        "c.cpp": ("int x;\n", ["first line"]),
+        "d.cpp": (spdx + "#if 0\n#endif\n", ["dead code"]),
+        "e.cpp": (spdx + "// " + "TO" + "DO later\n// " + "TO" + "DO(someone): named\n", ["task without an owner"]),
+        "f.cpp": (spdx + f'const char* path = "{home}/someone/scene.glb";\n', ["path of one machine"]),
+        "g.md": (f"Run it in {work}/main.\n", ["path of one machine"]),
+        "h.json": ('{"file": "' + "/" + "root" + '/x"}\n', ["path of one machine"]),
+        "i.md": ("apt-get " + "install -y cmake\n", ["installs 'cmake'"]),
+        "j.md": ("sudo apt install git\nYou need liba-dev and libb-dev.\n", []),
+        "k.md": ("liba-dev libb-dev libc-dev\n", ["only package list"]),
+        "l.sh": (f'#!/bin/sh\n# {SPDX}\napt-get install -y "$missing"\ncp /usr/share/x ./y /tmp\n', []),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        for name, (text, _) in planted.items():
+            (root / name).write_text(text)
+        violations, checked = check(root)
+        expect(checked == len(planted), f"{checked} files seen")
+        for name, (_, expected) in planted.items():
+            found = [v for v in violations if v.startswith(f"{name}:")]
+            expect(len(found) == len(expected) and all(e in f for e, f in zip(expected, found)),
+                   f"{name}: wanted {expected}, got {found}")
+
+
+if __name__ == "__main__":
+    self_test()
+    sys.exit(report("conventions", *check(sys.argv[1])))

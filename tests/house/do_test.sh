@@ -1,0 +1,62 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Tests the one script without installing or building: do_test.sh SOURCE_DIR
+set -euo pipefail
+script=$1/do
+stage=$(mktemp -d)
+trap 'rm -rf -- "$stage"' EXIT
+failures=0
+
+# check NAME STATUS TEXT COMMAND... : COMMAND must exit with STATUS and print TEXT.
+check() {
+    local name=$1 status=$2 text=$3 output got=0
+    shift 3
+    output=$("$@" 2>&1 </dev/null) || got=$?
+    if [[ $got != "$status" || $output != *"$text"* ]]; then
+        printf 'FAILED %s: status %s (wanted %s), wanted "%s" in:\n%s\n' "$name" "$got" "$status" "$text" "$output"
+        failures=$((failures + 1))
+    fi
+}
+
+bash -n "$script"
+bash -n "$1/.ci/run"
+[[ -x $script && -x $1/.ci/run ]] || { echo "FAILED: ./do and .ci/run must be executable"; failures=1; }
+
+cd -- "$stage" # any directory
+check "help" 0 "report [ARG...]" "$script" help
+check "nothing is help" 0 "test [ARG...]" "$script"
+check "unknown command" 1 "unknown command 'frobnicate'" "$script" frobnicate
+check "packages refuses nonsense" 1 "not 'everything'" "$script" packages everything
+
+# A machine made of stubs: only the tools of a bare system, and no apt.
+mkdir bin
+for tool in bash env dirname readlink sed cat nproc; do ln -s "$(command -v $tool)" bin/; done
+stubs() { env -u SDAG_SKIP_PACKAGES PATH="$stage/bin" "$script" "$@"; }
+check "no apt" 1 "SDAG_SKIP_PACKAGES=1" stubs packages
+
+# With an apt that has nothing installed, and a user who is not root and has no sudo.
+printf '#!/bin/sh\nexit 1\n' >bin/dpkg-query
+printf '#!/bin/sh\necho apt-get "$@"\n' >bin/apt-get
+printf '#!/bin/sh\necho 1000\n' >bin/id
+chmod +x bin/dpkg-query bin/apt-get bin/id
+check "no root" 1 "needs root" stubs packages
+check "names what is missing" 1 " cmake " stubs packages
+
+# As root: updates, then installs all of the list above the marker, and the rest only for dev.
+printf '#!/bin/sh\necho 0\n' >bin/id
+check "installs" 0 "install -y --no-install-recommends g++ cmake" stubs packages
+check "updates first" 0 " update" stubs packages
+check "dev installs more" 0 " clang-19" stubs packages dev
+if [[ $(stubs packages) == *clang-19* ]]; then
+    echo "FAILED: development packages were installed without being asked for"
+    failures=$((failures + 1))
+fi
+
+# With everything installed apt is left alone.
+printf '#!/bin/sh\nprintf installed\n' >bin/dpkg-query
+if [[ $(stubs packages) == *apt-get* ]]; then
+    echo "FAILED: apt ran although nothing is missing"
+    failures=$((failures + 1))
+fi
+((failures == 0)) && echo "the script behaves"
+exit $((failures > 0))

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Enforces the include table: folders include only what stands to their left, third-party headers only where
+their library is at home, and every file's includes come in the order own, project, third-party, std.
+
+    include_order.py SOURCE_DIR      checks the tree, after checking itself on planted violations
+"""
+import pathlib
+import re
+import sys
+import tempfile
+
+from sources import code_files, expect, read, report
+
+# cuda <- scenes <- { voxel, shadowmap } <- hybrid <- tools <- tests
+MAY_INCLUDE = {
+    "cuda": {"cuda"},
+    "scenes": {"cuda", "scenes"},
+    "voxel": {"cuda", "scenes", "voxel"},
+    "shadowmap": {"cuda", "scenes", "shadowmap"},
+    "hybrid": {"cuda", "scenes", "voxel", "shadowmap", "hybrid"},
+    "tools": {"cuda", "scenes", "voxel", "shadowmap", "hybrid", "tools"},
+    "tests": {"cuda", "scenes", "voxel", "shadowmap", "hybrid", "tools", "tests"},
+}
+
+# Header pattern -> folders that may include it. Tests may include all; GLM is the vocabulary everywhere.
+THIRD_PARTY = {
+    r"glm/.*": set(MAY_INCLUDE),
+    r"cuda_runtime(_api)?\.h|cuda/.*|cub/.*|thrust/.*|cooperative_groups.*": {"cuda"},
+    r"oneapi/tbb.*|tbb/.*": {"cuda"},
+    r"tiny_gltf\.h|meshoptimizer\.h|xxhash\.h": {"scenes"},
+    r"stb/?.*|stb_.*\.h": {"scenes", "tools"},
+    r"openvdb/.*|nanovdb/.*|zstd.*\.h|hwy/.*": {"voxel"},
+    r"embree\d/.*|muParser.*\.h": {"hybrid"},
+    r"CLI/.*|nlohmann/.*|OpenEXR/.*|Imf.*\.h|Imath/.*|half\.h|GLFW/.*|imgui.*\.h|backends/imgui.*|epoxy/.*": {"tools"},
+    r"gtest/.*|gmock/.*|benchmark/.*": set(),
+}
+# A standard header has neither dot nor slash; these are the C and POSIX headers of the system.
+SYSTEM = re.compile(r"[a-z0-9_]+|(sys|linux|arpa|netinet)/\w+\.h|"
+                    r"(unistd|fcntl|dirent|dlfcn|errno|signal|time|stdio|stdlib|string|math|stdint|"
+                    r"(x|p|e|t|s|n|w|i|a)mmintrin|immintrin|cpuid|xmmintrin|termios|pthread|sched|malloc|execinfo)\.h")
+# Written into the build folder by the folder's CMakeLists.txt.
+GENERATED = {"tools/provenance_values.h"}
+INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
+CONDITIONAL = re.compile(r"^\s*#\s*(if|ifdef|ifndef|endif)\b")
+OWN, PROJECT, THIRD, STD = range(4)
+GROUP_NAMES = ("own", "project", "third-party", "std")
+
+
+def own_header(path):
+    """Returns the header that a source implements, or None. tests/a/b_test.cpp tests a/b.h."""
+    if path.suffix == ".h":
+        return None
+    name = re.sub(r"_(test|fuzz|bench)$", "", path.stem)
+    parts = path.parts[1:-1] if path.parts[0] == "tests" else path.parts[:-1]
+    return "/".join((*parts, name + ".h"))
+
+
+def third_party_folders(header):
+    """Returns the folders that may include a third-party header, or None when the table lacks it."""
+    for pattern, folders in THIRD_PARTY.items():
+        if re.fullmatch(pattern, header):
+            return folders
+    return None
+
+
+def check_file(root, path):
+    """Returns the violations of one file."""
+    folder = path.parts[0]
+    violations = []
+    last, depth = OWN, 0
+    for number, line in enumerate(read(root, path).splitlines(), 1):
+        conditional = CONDITIONAL.match(line)
+        if conditional:
+            depth += -1 if conditional[1] == "endif" else 1
+        match = INCLUDE.match(line)
+        if not match:
+            continue
+        where = f"{path}:{number}:"
+        quoted, angled = match[1], match[2]
+        if quoted:
+            target = quoted.split("/")[0]
+            if quoted not in GENERATED and not (pathlib.Path(root) / quoted).is_file():
+                violations.append(f'{where} "{quoted}" is no path from the root; third-party headers take <>')
+            elif target not in MAY_INCLUDE.get(folder, set()):
+                violations.append(f'{where} {folder}/ may not include "{quoted}": {target}/ does not stand before it')
+            group = OWN if quoted == own_header(path) else PROJECT
+        elif SYSTEM.fullmatch(angled):
+            group = STD
+        else:
+            group = THIRD
+            folders = third_party_folders(angled)
+            if folders is None:
+                violations.append(f"{where} <{angled}> is in no row of the table in tests/house/include_order.py")
+            elif folder not in folders and folder != "tests":
+                violations.append(f"{where} {folder}/ may not include <{angled}>: "
+                                  f"it is at home in {', '.join(sorted(folders)) or 'tests'}")
+        if depth == 0 and path.suffix != ".cu":
+            if group < last:
+                violations.append(f"{where} {GROUP_NAMES[group]} include after {GROUP_NAMES[last]}; "
+                                  "the order is own, project, third-party, std")
+            last = max(last, group)
+    return violations
+
+
+def check(root):
+    """Returns the violations of the tree, and the number of files looked at."""
+    files = [path for path in code_files(root) if path.parts[0] in MAY_INCLUDE]
+    strangers = [f"{path}: sources live in {', '.join(MAY_INCLUDE)}" for path in code_files(root)
+                 if path.parts[0] not in MAY_INCLUDE]
+    return strangers + [v for path in files for v in check_file(root, path)], len(files)
+
+
+def self_test():
+    """Plants one violation of each kind, and clean files, and sees the check tell them apart."""
+    planted = {
+        "cuda/a.h": ('#include "scenes/b.h"\n', "does not stand before"),
+        "scenes/b.h": ('#include <glm/vec3.hpp>\n#include <vector>\n', None),
+        "voxel/c.h": ('#include "shadowmap/d.h"\n', "does not stand before"),
+        "shadowmap/d.h": ('#include <zstd.h>\n', "at home in voxel"),
+        "shadowmap/e.cpp": ('#include "voxel/c.h"\n', "does not stand before"),
+        "hybrid/f.cpp": ('#include <openvdb/openvdb.h>\n', "at home in voxel"),
+        "hybrid/g.cpp": ('#include <embree3/rtcore.h>\n#include <sys/mman.h>\n', None),
+        "scenes/h.cpp": ('#include "b.h"\n', "no path from the root"),
+        "scenes/i.cpp": ('#include <vector>\n#include "scenes/b.h"\n', "project include after std"),
+        "scenes/j.cpp": ('#include <surprise/all.hpp>\n', "in no row"),
+        "scenes/b.cpp": ('#include "cuda/a.h"\n#include "scenes/b.h"\n', "own include after project"),
+        "tools/k.cpp": ('#include <tbb/parallel_for.h>\n', "at home in cuda"),
+        "tools/l.cpp": ('#include <gtest/gtest.h>\n', "at home in tests"),
+        "tests/voxel/m_test.cpp": ('#include "hybrid/g.h"\n#include <openvdb/openvdb.h>\n', "no path"),
+        "tests/voxel/c_test.cpp": ('#include "voxel/c.h"\n#include "cuda/a.h"\n#include <embree3/rtcore.h>\n', None),
+        "extra/n.cpp": ("", "sources live in"),
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        root = pathlib.Path(folder)
+        for name, (text, _) in planted.items():
+            (root / name).parent.mkdir(parents=True, exist_ok=True)
+            (root / name).write_text(text)
+        violations, checked = check(root)
+        expect(checked == len(planted) - 1, f"{checked} files seen")
+        for name, (_, expected) in planted.items():
+            found = [v for v in violations if v.startswith((f"{name}:",))]
+            if expected is None:
+                expect(not found, f"{name} is clean, but: {found}")
+            else:
+                expect(len(found) == 1 and expected in found[0], f"{name}: wanted '{expected}', got {found}")
+
+
+if __name__ == "__main__":
+    self_test()
+    sys.exit(report("include order", *check(sys.argv[1])))
