@@ -51,5 +51,261 @@ TEST(ShadowMaps, StoredDepthIsEmbreesFirstHitAlongEveryTexelCentre) {
     }
 }
 
+// What a frame of several maps looks like: lights in and around a scene, receivers that are small boxes.
+struct Frame {
+    SmallScene scene;
+    BatchSet batches;
+    std::vector<MapRequest> requests;
+    std::vector<Box> boxes;
+    std::vector<MapReceiver> receivers;
+
+    Frame(uint32_t seed, uint32_t triangleCount)
+        : scene(make(seed, triangleCount)), batches(scene.batches()) {
+        std::mt19937 rng(seed + 100);
+        std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+        const uint32_t texels[] = {1, 5, 8, 13, 64, 97, 200, 333, 1000, 2048};
+        for (uint32_t i = 0; i < 10; ++i)
+            requests.push_back({3.0f * glm::vec3(unit(rng), unit(rng), unit(rng)),
+                                1.0f + 2.0f * std::abs(unit(rng)), i, texels[i]});
+        for (uint32_t i = 0; i < 60; ++i) {
+            const glm::vec3 c = 3.0f * glm::vec3(unit(rng), unit(rng), unit(rng));
+            const glm::vec3 e = 0.3f * glm::abs(glm::vec3(unit(rng), unit(rng), unit(rng)));
+            boxes.push_back({c - e, c + e});
+            for (uint32_t m = 0; m < requests.size(); ++m)
+                if (distanceSquared(boxes[i], requests[m].lightPositionWorld) <
+                    requests[m].rangeWorld * requests[m].rangeWorld)
+                    receivers.push_back({i, m});
+        }
+    }
+    static SmallScene make(uint32_t seed, uint32_t count) {
+        std::mt19937 rng(seed);
+        return test::randomScene(rng, count, 3.0f, 0.3f);
+    }
+    void build(ShadowMaps& maps, const ShadowMapOptions& options = {}) const {
+        StageTimes stages;
+        maps.build(requests, boxes, receivers, scene.view(), batches.view(), options, stages);
+    }
+};
+
+Box wholeBoxOf(float range) { return test::wholeBox(glm::vec3(0), range); }
+
+std::vector<uint32_t> tableOf(const ShadowMaps& maps) {
+    const View<const uint32_t> t = maps.view().pageTable;
+    return {t.begin(), t.end()};
+}
+std::vector<uint32_t> depthsOf(const ShadowMaps& maps) {
+    const View<const uint32_t> t = maps.view().depths;
+    return {t.begin(), t.end()};
+}
+
+TEST(ShadowMaps, SameBitsForOneAndTwoThreadsAndForBothCpuKernels) {
+    const Frame frame(4, 3000);
+    setThreadCount(1);
+    ShadowMaps one(Backend::kCpu);
+    frame.build(one);
+    setThreadCount(2);
+    ShadowMaps two(Backend::kCpu);
+    frame.build(two);
+    ShadowMapOptions atomic;
+    atomic.useAtomicRasterizer = true;
+    ShadowMaps text(Backend::kCpu);
+    frame.build(text, atomic);
+    setThreadCount(0);
+    EXPECT_EQ(tableOf(one), tableOf(two));
+    EXPECT_EQ(depthsOf(one), depthsOf(two));
+    EXPECT_EQ(depthsOf(one), depthsOf(text));
+    EXPECT_EQ(one.pagesPerMap(), two.pagesPerMap());
+    EXPECT_EQ(one.trianglesPerMap(), two.trianglesPerMap());
+    EXPECT_GT(one.counts().pageCount, 100u);
+    EXPECT_EQ(one.counts().texelCount, one.counts().pageCount * 64 * 64);
+    uint64_t pages = 0;
+    for (const uint32_t p : one.pagesPerMap())
+        pages += p;
+    EXPECT_EQ(pages, one.counts().pageCount);
+}
+
+// Any receiver in its box, any normal: no tap misses its page, and no culling switch changes an answer.
+TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
+    for (const uint32_t seed : {1u, 2u})
+        for (const uint32_t taps : {1u, 9u})
+            for (const uint32_t pageTexels : {16u, 64u, 256u}) {
+                SCOPED_TRACE("seed " + std::to_string(seed) + " taps " + std::to_string(taps));
+                const Frame frame(seed, 4000);
+                ShadowMapOptions options;
+                options.pageTexels = pageTexels;
+                options.taps = taps;
+                ShadowMaps full(Backend::kCpu), projected(Backend::kCpu), masked(Backend::kCpu);
+                frame.build(full, options);
+                options.useMaximumDepth = false;
+                frame.build(projected, options);
+                options.useProjectionMaps = false;
+                frame.build(masked, options);
+                EXPECT_LT(full.counts().batchFaceCount, projected.counts().batchFaceCount);
+                EXPECT_LT(projected.counts().batchFaceCount, masked.counts().batchFaceCount);
+                EXPECT_LT(masked.counts().batchFaceCount, masked.counts().batchFaceSphereCount);
+                EXPECT_EQ(tableOf(full), tableOf(masked));
+                std::mt19937 rng(seed);
+                std::uniform_real_distribution<float> unit(0.0f, 1.0f);
+                size_t missing = 0, different = 0, dark = 0, asked = 0;
+                ShadowMapBias bias;
+                bias.taps = taps;
+                for (const MapReceiver& r : frame.receivers)
+                    for (int i = 0; i < 60; ++i) {
+                        const Box& box = frame.boxes[r.box];
+                        const MapRequest& map = frame.requests[r.map];
+                        glm::vec3 p = box.min + box.extent() * glm::vec3(unit(rng), unit(rng), unit(rng));
+                        if (i < 8)
+                            p = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
+                                 i & 4 ? box.max.z : box.min.z};
+                        const glm::vec3 d = p - map.lightPositionWorld;
+                        if (glm::length(d) >= map.rangeWorld)
+                            continue;
+                        glm::vec3 normal = test::randomDirection(rng);
+                        if (glm::dot(normal, d) > 0.0f)
+                            normal = -normal;
+                        ShadowMapTrace trace;
+                        const uint8_t v = lookupVisibility(full.view(), r.map, p, normal, bias, &trace);
+                        missing += trace.missingTapCount;
+                        different +=
+                            v != lookupVisibility(projected.view(), r.map, p, normal, bias) ||
+                            v != lookupVisibility(masked.view(), r.map, p, normal, bias);
+                        dark += v < 128;
+                        ++asked;
+                    }
+                EXPECT_EQ(missing, 0u);
+                EXPECT_EQ(different, 0u);
+                EXPECT_GT(dark, asked / 20);
+                EXPECT_LT(dark, asked);
+            }
+}
+
+TEST(ShadowMaps, FullPoolDividesEveryResolutionUntilItFitsAndSaysSo) {
+    const Frame frame(5, 500);
+    ShadowMaps roomy(Backend::kCpu), tight(Backend::kCpu);
+    frame.build(roomy);
+    EXPECT_EQ(roomy.counts().degradeDivisor, 1.0f);
+    EXPECT_EQ(roomy.counts().pagesWantedCount, roomy.counts().pageCount);
+    ShadowMapOptions options;
+    options.poolBytes = roomy.counts().pageCount / 3 * 64 * 64 * 4;
+    frame.build(tight, options);
+    const ShadowMapCounts& counts = tight.counts();
+    EXPECT_EQ(counts.pagesWantedCount, roomy.counts().pageCount);
+    EXPECT_GT(counts.degradeDivisor, 1.4f);
+    EXPECT_LE(counts.pageCount * 64 * 64 * 4, options.poolBytes);
+    EXPECT_EQ(counts.pagesRefusedCount, 0u);
+    // The divisor is a power of sqrt(2), and the step before it did not fit.
+    const float steps = 2.0f * std::log2(counts.degradeDivisor);
+    EXPECT_NEAR(steps, std::round(steps), 1e-4f);
+    for (size_t i = 0; i < frame.requests.size(); ++i)
+        EXPECT_EQ(tight.view().maps[i].faceTexels,
+                  std::max(1u, uint32_t(double(frame.requests[i].faceTexels) /
+                                        std::pow(2.0, std::round(steps) / 2))));
+    frame.build(tight); // and back
+    EXPECT_EQ(depthsOf(tight), depthsOf(roomy));
+}
+
+TEST(ShadowMaps, PageThatFitsNowhereIsDarkAndCountedNeverLit) {
+    SmallScene scene; // nothing blocks: all would be lit
+    const Frame frame(6, 10);
+    ShadowMaps maps(Backend::kCpu);
+    StageTimes stages;
+    ShadowMapOptions options;
+    options.poolBytes = 2 * 64 * 64 * 4;
+    const BatchSet none = scene.batches();
+    maps.build(frame.requests, frame.boxes, frame.receivers, scene.view(), none.view(), options, stages);
+    EXPECT_EQ(maps.counts().pageCount, 2u);
+    EXPECT_GT(maps.counts().pagesRefusedCount, 10u);
+    size_t lit = 0, dark = 0;
+    for (const MapReceiver& r : frame.receivers) {
+        const glm::vec3 p = frame.boxes[r.box].center();
+        const glm::vec3 n = glm::normalize(frame.requests[r.map].lightPositionWorld - p);
+        ShadowMapTrace trace;
+        const uint8_t v = lookupVisibility(maps.view(), r.map, p, n, {}, &trace);
+        EXPECT_EQ(v == 255, trace.missingTapCount == 0);
+        if (trace.missingTapCount == 9) {
+            EXPECT_EQ(v, 0);
+        }
+        lit += v == 255;
+        dark += v == 0;
+    }
+    EXPECT_GT(dark, lit);
+    options.poolBytes = 0;
+    maps.build(frame.requests, frame.boxes, frame.receivers, scene.view(), none.view(), options, stages);
+    EXPECT_EQ(maps.counts().pageCount, 0u);
+}
+
+TEST(ShadowMaps, EmptyInputsGiveEmptyMaps) {
+    ShadowMaps maps(Backend::kCpu);
+    StageTimes stages;
+    const SmallScene nothing;
+    const BatchSet none = nothing.batches();
+    EXPECT_EQ(none.size(), 0u);
+    maps.build({}, {}, {}, nothing.view(), none.view(), {}, stages);
+    EXPECT_EQ(maps.counts().pageCount, 0u);
+    EXPECT_TRUE(maps.pagesPerMap().empty());
+    // A map without receivers gets no page; one without geometry is all lit.
+    maps.build({{{0, 0, 0}, 5.0f, 0, 100}, {{0, 1, 0}, 5.0f, 0, 100}}, {wholeBoxOf(5)}, {{0, 1}},
+               nothing.view(), none.view(), {}, stages);
+    EXPECT_EQ(maps.pagesPerMap(), (std::vector<uint32_t>{0, 24}));
+    EXPECT_EQ(maps.trianglesPerMap(), (std::vector<uint32_t>{0, 0}));
+    EXPECT_EQ(lookupVisibility(maps.view(), 1, {1, 2, 3}, {0, -1, 0}, {}), 255);
+    EXPECT_EQ(lookupVisibility(maps.view(), 0, {1, 2, 3}, {0, -1, 0}, {}), 0);
+    std::vector<std::string> names;
+    for (const auto& stage : stages.stagesMs)
+        names.push_back(stage.first);
+    EXPECT_EQ(names, (std::vector<std::string>{"page masks", "page allocation", "culling", "rasterization"}));
+}
+
+TEST(ShadowMaps, SidesOfOneAnd8192TexelsWorkWithEveryPageSide) {
+    SmallScene scene;
+    scene.addQuad({0, 2, 0}, {1, 0, 0}, {0, 0, 1});
+    const Box receiver{{-0.05f, 0, -0.05f}, {0.05f, 0, 0.05f}};
+    for (const uint32_t pageTexels : {16u, 256u})
+        for (const uint32_t n : {1u, 8192u}) {
+            ShadowMapOptions options;
+            options.pageTexels = pageTexels;
+            const DrawnMap drawn(scene, {0, 4, 0}, 9.0f, n, {receiver}, options);
+            ShadowMapTrace trace;
+            const uint8_t v = lookupVisibility(drawn.maps.view(), 0, {0.01f, 0, 0.02f}, {0, 1, 0}, {}, &trace);
+            EXPECT_EQ(trace.missingTapCount, 0u);
+            if (n == 1) {
+                EXPECT_EQ(drawn.maps.counts().pageCount, 6u);
+            } else {
+                EXPECT_EQ(v, 0);
+                // 0.1 / 4 / 2 of a face and a few texels around it.
+                const uint64_t side = (102 + 10) / pageTexels + 2;
+                EXPECT_LE(drawn.maps.counts().pageCount, side * side);
+            }
+        }
+}
+
+TEST(ShadowMaps, BadInputIsRefusedByName) {
+    const Frame frame(1, 10);
+    ShadowMaps maps(Backend::kCpu);
+    StageTimes stages;
+    const auto messageOf = [&](auto change) -> std::string {
+        Frame bad = frame;
+        ShadowMapOptions options;
+        change(bad, options);
+        try {
+            bad.build(maps, options);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+            return error.what();
+        }
+        return "no error";
+    };
+    using O = ShadowMapOptions;
+    EXPECT_NE(messageOf([](Frame&, O& o) { o.pageTexels = 48; }).find("page side 48"), std::string::npos);
+    EXPECT_NE(messageOf([](Frame&, O& o) { o.pageTexels = 8; }).find("page side 8"), std::string::npos);
+    EXPECT_NE(messageOf([](Frame&, O& o) { o.taps = 4; }).find("4 taps"), std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) { f.requests[3].faceTexels = 8193; }).find("request 3 has 8193"), std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) { f.requests[3].faceTexels = 0; }).find("request 3 has 0"), std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) { f.requests[2].rangeWorld = 0; }).find("request 2 has range"), std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) { f.requests[2].lightPositionWorld.y = NAN; }).find("not finite"), std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) { f.receivers[1].map = 10; }).find("receiver 1 refers to map 10 of 10"), std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) { f.receivers[1].box = 60; }).find("box 60 of 60"), std::string::npos);
+}
+
 } // namespace
 } // namespace shadowdag
