@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which method serves which shadow map: the interface, what a map is known by, and the table of models.
+// Which method serves which shadow map: the interface, what a map is known by, and the table of
+// models.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +16,15 @@ enum class Route : uint8_t { kRays = 0, kMap = 1 };
 /// What is known about a shadow map before it is served. All counts are integers of this frame.
 struct MapQuantities {
     uint32_t light = 0;
-    float texels = 0;          ///< requested face resolution R, after undersampling, before any rounding
-    uint32_t faceTexels = 0;   ///< allocated face resolution
-    uint32_t pages = 0;        ///< pages its receivers touch at faceTexels
-    uint64_t samples = 0;      ///< samples of its clusters (an upper bound of its pairs)
-    uint32_t clusters = 0;     ///< (cluster, light) pairs
-    uint64_t triangles = 0;    ///< triangles of batches in the light's sphere
-    uint32_t batches = 0;      ///< batches in the light's sphere
-    uint32_t lights = 0;       ///< lights of the frame with at least one cluster
-    float range = 0;           ///< metres
+    float texels = 0; ///< requested face resolution R, after undersampling, before any rounding
+    uint32_t faceTexels = 0; ///< allocated face resolution
+    uint32_t pages = 0;      ///< pages its receivers touch at faceTexels
+    uint64_t samples = 0;    ///< samples of its clusters (an upper bound of its pairs)
+    uint32_t clusters = 0;   ///< (cluster, light) pairs
+    uint64_t triangles = 0;  ///< triangles of batches in the light's sphere
+    uint32_t batches = 0;    ///< batches in the light's sphere
+    uint32_t lights = 0;     ///< lights of the frame with at least one cluster
+    float range = 0;         ///< metres
 };
 
 /// Isolated cost of serving one map by either method, measured or predicted.
@@ -33,7 +34,8 @@ struct MapCost {
     double mapMs = 0;
 };
 
-/// Costs of every map of a frame, as `oracle` measures them and `--costs` replays them: the same file gives the same routing.
+/// Costs of every map of a frame, as `oracle` measures them and `--costs` replays them: the same
+/// file gives the same routing.
 struct FrameCosts {
     uint32_t frame = 0;
     std::vector<MapCost> maps; ///< ascending light
@@ -45,14 +47,20 @@ public:
     virtual ~CostModel() = default;
     /// Returns the route of every map, in order.
     virtual std::vector<Route> route(const std::vector<MapQuantities>& maps) const = 0;
-    /// Returns whether route() needs costs measured or replayed for this frame first (see setCosts).
+    /// Returns whether route() needs costs measured or replayed for this frame first (see
+    /// setCosts).
     virtual bool needsCosts() const { return false; }
+    /// Returns whether route() reads more than MapQuantities::texels, faceTexels, samples,
+    /// clusters, lights and range. Where not, pages, triangles and batches are counted for reports
+    /// only, outside of the frame's time.
+    virtual bool needsGeometryCounts() const { return true; }
     /// Gives the costs of the frame that is routed next; ignored by models that need none.
     virtual void setCosts(const FrameCosts&) {}
 };
 
-/// Returns the model that `text` names: `texels:N` (N texels or `inf`; maps below N are traced: texels:0 draws every map,
-/// texels:inf traces every light), `expr:EXPRESSION` (a muParser expression over the names of MapQuantities; rays when it is > 0), `oracle` (the cheaper by
+/// Returns the model that `text` names: `texels:N` (N texels or `inf`; maps below N are traced:
+/// texels:0 draws every map, texels:inf traces every light), `expr:EXPRESSION` (a muParser
+/// expression over the names of MapQuantities; rays when it is > 0), `oracle` (the cheaper by
 /// isolated cost). Throws Error kUsage naming the text, the position and the known models.
 std::unique_ptr<CostModel> makeCostModel(const std::string& text);
 

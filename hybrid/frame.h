@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// One frame: G-buffer, clusters, (cluster, light) pairs, required resolution, routing, pages and rays, shading.
+// One frame: G-buffer, clusters, (cluster, light) pairs, required resolution, routing, pages and
+// rays, shading.
 #pragma once
 
 #include "cuda/timer.h"
+#include "hybrid/clusters.h"
 #include "hybrid/cost_model.h"
 #include "hybrid/gbuffer.h"
 #include "hybrid/pairs.h"
@@ -19,28 +21,30 @@ namespace shadowdag {
 
 struct FrameOptions {
     uint32_t width = 640, height = 360;
-    float undersample = 1.0f;           ///< divisor of the required resolution, u2 = 2
-    uint32_t minFaceTexels = 16;        ///< allocated resolution is clamped to this from below (failure 10)
-    uint32_t maxFaceTexels = 2048;      ///< and to this from above, kMaxFaceTexels at most
+    float undersample = 1.0f; ///< divisor of the required resolution, u2 = 2
+    uint32_t minFaceTexels =
+        16; ///< allocated resolution is clamped to this from below (failure 10)
+    uint32_t maxFaceTexels = 2048; ///< and to this from above, kMaxFaceTexels at most
+    ClusterBounds clusterBounds = ClusterBounds::kTight;
     ShadowMapOptions maps;
-    ShadowMapBias bias;
-    float dagOffset = 1.0f;             ///< in units of the derived offset, dag_trace.h
-    uint32_t dagLevel = 0;              ///< level of detail of rays
-    bool recordPairs = true;            ///< keep visibility per pair (outside the timing of the stages)
+    ShadowMapBias bias;      ///< taps: at most maps.taps, whose pages are marked
+    float dagOffset = 1.0f;  ///< in units of the derived offset, dag_trace.h
+    uint32_t dagLevel = 0;   ///< level of detail of rays
+    bool recordPairs = true; ///< keep visibility per pair (outside the timing of the stages)
 };
 
 /// Everything that a frame knows about one shadow map (here: one light with at least one cluster).
 struct MapRecord {
     MapQuantities quantities;
     Route route = Route::kRays;
-    uint64_t pairCount = 0;      ///< exact pairs served (only with recordPairs)
+    uint64_t pairCount = 0; ///< exact pairs served (only with recordPairs)
 };
 
 struct FrameCounts {
-    uint64_t sampleCount = 0;    ///< pixels that see geometry
-    uint64_t clusterCount = 0;   ///< unique clusters
+    uint64_t sampleCount = 0;  ///< pixels that see geometry
+    uint64_t clusterCount = 0; ///< unique clusters
     uint64_t clusterLightCount = 0;
-    uint64_t pairCount = 0;      ///< exact pairs
+    uint64_t pairCount = 0; ///< exact pairs
     uint64_t rayCount = 0;
     uint64_t lookupCount = 0;
     uint32_t tracedLightCount = 0;
@@ -50,16 +54,17 @@ struct FrameCounts {
 };
 
 struct FrameResult {
-    std::vector<glm::vec3> color;       ///< width * height, linear radiance
-    PairList pairs;                     ///< with recordPairs
-    std::vector<uint8_t> visibility;    ///< with recordPairs; per pair
-    std::vector<Route> pairRoute;       ///< with recordPairs; per pair, which method answered
-    std::vector<MapRecord> maps;        ///< ascending light
-    StageTimes stages;                  ///< of the frame proper: without recording, truth, host copies for reports
+    std::vector<glm::vec3> color;    ///< width * height, linear radiance
+    PairList pairs;                  ///< with recordPairs
+    std::vector<uint8_t> visibility; ///< with recordPairs; per pair
+    std::vector<Route> pairRoute;    ///< with recordPairs; per pair, which method answered
+    std::vector<MapRecord> maps;     ///< ascending light
+    StageTimes stages; ///< of the frame proper: without recording, truth, host copies for reports
     FrameCounts counts;
 };
 
-/// Renders frames of one world on one backend. Keeps what persists between frames (allocated resolutions for hysteresis, buffers).
+/// Renders frames of one world on one backend. Keeps what persists between frames (allocated
+/// resolutions for hysteresis, buffers).
 class FrameRenderer {
 public:
     /// World and dag outlive the renderer. `dag` may be empty only if no map is ever routed to rays
@@ -70,21 +75,25 @@ public:
     /// Tells that World::setTime moved instances (refits batches) or lights.
     void worldChanged(const std::vector<uint32_t>& movedInstances);
 
-    /// Forgets what earlier frames left (hysteresis), so that the next frame depends on its inputs alone.
+    /// Forgets what earlier frames left (hysteresis), so that the next frame depends on its inputs
+    /// alone.
     void reset();
 
-    /// Renders one frame with the routes of `model`. When the model needs costs they must have been set. Deterministic but for stage times.
+    /// Renders one frame with the routes of `model`. When the model needs costs they must have been
+    /// set. Deterministic but for stage times.
     FrameResult render(const Camera& camera, const CostModel& model, const FrameOptions& options);
 
-    /// Returns the isolated cost of every map of this frame by both methods: its rays alone; its masks, pages, culling, drawing and
-    /// lookups alone. Median of `repeats`.
+    /// Returns the isolated cost of every map of this frame by both methods: its rays alone; its
+    /// masks, pages, culling, drawing and lookups alone. Median of `repeats`.
     FrameCosts measureCosts(const Camera& camera, const FrameOptions& options, int repeats = 3);
 
     /// Returns the host G-buffer of the last frame; valid until the next.
     GBufferView gbuffer() const;
-    /// Returns maps of the last frame for the error analysis (map index by light through mapOfLight); valid until the next.
+    /// Returns maps of the last frame for the error analysis (map index by light through
+    /// mapOfLight); valid until the next.
     ShadowMapView shadowMaps() const;
-    /// Returns per world light the index into shadowMaps().maps, or kNone when it was traced or idle.
+    /// Returns per world light the index into shadowMaps().maps, or kNone when it was traced or
+    /// idle.
     const std::vector<int>& mapOfLight() const;
 
 private:

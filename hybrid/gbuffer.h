@@ -10,9 +10,9 @@ namespace shadowdag {
 constexpr uint32_t kBackground = 0xffffffffu;
 
 /// Samples in scanline order, index = y * width + x.
-/// positionWorld: count * vec3; normalWorld: count * unit geometric normal, flipped to the camera; depthView: count, distance
-/// along the camera's forward axis, metres; triangle: count, world triangle index, kBackground where nothing is seen (then
-/// the other three are zero).
+/// positionWorld: count * vec3; normalWorld: count * unit geometric normal, flipped to the camera;
+/// depthView: count, distance along the camera's forward axis, metres; triangle: count, world
+/// triangle index, kBackground where nothing is seen (then the other three are zero).
 struct GBufferView {
     View<const glm::vec3> positionWorld;
     View<const glm::vec3> normalWorld;

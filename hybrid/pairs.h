@@ -9,13 +9,17 @@
 
 namespace shadowdag {
 
-/// A pair is a view sample and a light that reaches it (scenes/light.h) and towards which its geometric normal, flipped to the camera, points.
-SDAG_HD inline bool isPair(const Light& light, const glm::vec3& positionWorld, const glm::vec3& normalWorld) {
-    return lightReaches(light, positionWorld) && glm::dot(light.positionWorld - positionWorld, normalWorld) > 0.0f;
+/// A pair is a view sample and a light that reaches it (scenes/light.h) and towards which its
+/// geometric normal, flipped to the camera, points.
+SDAG_HD inline bool isPair(const Light& light, const glm::vec3& positionWorld,
+                           const glm::vec3& normalWorld) {
+    return lightReaches(light, positionWorld) &&
+           glm::dot(light.positionWorld - positionWorld, normalWorld) > 0.0f;
 }
 
 /// All pairs of a frame on the host, by sample, lights ascending within a sample.
-/// sampleStart: sampleCount + 1, first pair of each sample; light: pairCount, index into the world's lights.
+/// sampleStart: sampleCount + 1, first pair of each sample; light: pairCount, index into the
+/// world's lights.
 struct PairList {
     std::vector<uint64_t> sampleStart;
     std::vector<uint32_t> light;

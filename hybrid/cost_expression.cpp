@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Evaluates routing expressions with muParser.
+#include "hybrid/cost_expression.h"
+
+#include "cuda/error.h"
+
+#include <muParser.h>
+
+namespace shadowdag {
+
+namespace {
+
+struct Quantity {
+    const char* name;
+    double (*value)(const MapQuantities&);
+};
+constexpr Quantity kQuantities[] = {
+    {"texels", [](const MapQuantities& m) { return double(m.texels); }},
+    {"faceTexels", [](const MapQuantities& m) { return double(m.faceTexels); }},
+    {"pages", [](const MapQuantities& m) { return double(m.pages); }},
+    {"samples", [](const MapQuantities& m) { return double(m.samples); }},
+    {"clusters", [](const MapQuantities& m) { return double(m.clusters); }},
+    {"triangles", [](const MapQuantities& m) { return double(m.triangles); }},
+    {"batches", [](const MapQuantities& m) { return double(m.batches); }},
+    {"lights", [](const MapQuantities& m) { return double(m.lights); }},
+    {"range", [](const MapQuantities& m) { return double(m.range); }},
+};
+constexpr size_t kQuantityCount = std::size(kQuantities);
+
+class ExpressionModel : public CostModel {
+public:
+    explicit ExpressionModel(const std::string& expression) : expression_(expression) {
+        evaluate({MapQuantities{}}, 1.0);
+    }
+
+    std::vector<Route> route(const std::vector<MapQuantities>& maps) const override {
+        return evaluate(maps, 0.0);
+    }
+
+private:
+    // A parser a call: route() is const, and muParser's evaluation is not.
+    std::vector<Route> evaluate(const std::vector<MapQuantities>& maps, double offset) const {
+        std::vector<Route> routes;
+        routes.reserve(maps.size());
+        try {
+            double values[kQuantityCount] = {};
+            mu::Parser parser;
+            for (size_t q = 0; q < kQuantityCount; ++q)
+                parser.DefineVar(kQuantities[q].name, &values[q]);
+            parser.SetExpr(expression_);
+            for (const MapQuantities& map : maps) {
+                for (size_t q = 0; q < kQuantityCount; ++q)
+                    values[q] = kQuantities[q].value(map) + offset;
+                int resultCount = 0;
+                const mu::value_type* const results = parser.Eval(resultCount);
+                if (resultCount != 1)
+                    throw Error(ErrorKind::kUsage,
+                                "cost model 'expr:" + expression_ + "' has " +
+                                    std::to_string(resultCount) +
+                                    " values separated by commas; use one that is > 0 for rays");
+                routes.push_back(results[0] > 0.0 ? Route::kRays : Route::kMap);
+            }
+        } catch (const mu::Parser::exception_type& error) {
+            std::string names;
+            for (const Quantity& quantity : kQuantities)
+                names += names.empty() ? quantity.name : std::string(", ") + quantity.name;
+            throw Error(ErrorKind::kUsage, "cost model 'expr:" + expression_ +
+                                               "': " + error.GetMsg() + " (at position " +
+                                               std::to_string(error.GetPos()) +
+                                               " of the expression); it may use " + names);
+        }
+        return routes;
+    }
+
+    std::string expression_;
+};
+
+} // namespace
+
+std::unique_ptr<CostModel> makeExpressionModel(const std::string& expression) {
+    return std::make_unique<ExpressionModel>(expression);
+}
+
+} // namespace shadowdag

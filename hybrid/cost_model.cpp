@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of cost models, and those that need no third-party code.
+#include "hybrid/cost_model.h"
+
+#include "cuda/error.h"
+#include "hybrid/cost_expression.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+namespace shadowdag {
+
+namespace {
+
+// The paper's rule (sec. IV-I): maps below a number of texels are traced.
+class TexelModel : public CostModel {
+public:
+    explicit TexelModel(double threshold) : threshold_(threshold) {}
+
+    std::vector<Route> route(const std::vector<MapQuantities>& maps) const override {
+        std::vector<Route> routes;
+        routes.reserve(maps.size());
+        for (const MapQuantities& map : maps)
+            routes.push_back(double(map.texels) < threshold_ ? Route::kRays : Route::kMap);
+        return routes;
+    }
+    bool needsGeometryCounts() const override { return false; }
+
+private:
+    double threshold_; // texels; infinity traces all
+};
+
+// The cheaper method by isolated costs; a tie goes to the map, whose cost does not grow with the
+// samples.
+class OracleModel : public CostModel {
+public:
+    std::vector<Route> route(const std::vector<MapQuantities>& maps) const override {
+        std::vector<Route> routes;
+        routes.reserve(maps.size());
+        for (const MapQuantities& map : maps) {
+            const auto cost =
+                std::lower_bound(costs_.maps.begin(), costs_.maps.end(), map.light,
+                                 [](const MapCost& c, uint32_t light) { return c.light < light; });
+            if (cost == costs_.maps.end() || cost->light != map.light)
+                throw Error(ErrorKind::kInput,
+                            "the costs of frame " + std::to_string(costs_.frame) +
+                                " say nothing about light " + std::to_string(map.light) +
+                                ", which the frame needs; measure them again for this scene, "
+                                "camera and size");
+            routes.push_back(cost->raysMs < cost->mapMs ? Route::kRays : Route::kMap);
+        }
+        return routes;
+    }
+    bool needsCosts() const override { return true; }
+    bool needsGeometryCounts() const override { return false; }
+    void setCosts(const FrameCosts& costs) override {
+        costs_ = costs;
+        std::sort(costs_.maps.begin(), costs_.maps.end(),
+                  [](const MapCost& a, const MapCost& b) { return a.light < b.light; });
+    }
+
+private:
+    FrameCosts costs_;
+};
+
+std::unique_ptr<CostModel> makeTexelModel(const std::string& argument) {
+    double threshold = std::numeric_limits<double>::infinity();
+    if (argument != "inf") {
+        const char* const end = argument.data() + argument.size();
+        const auto [stop, error] = std::from_chars(argument.data(), end, threshold);
+        if (error != std::errc() || stop != end || !std::isfinite(threshold) || threshold < 0.0)
+            throw Error(ErrorKind::kUsage, "cost model 'texels:" + argument + "': '" + argument +
+                                               "' at position " +
+                                               std::to_string(std::string("texels:").size()) +
+                                               " is not a number of texels; use one >= 0, or inf");
+    }
+    return std::make_unique<TexelModel>(threshold);
+}
+
+std::unique_ptr<CostModel> makeOracleModel(const std::string& argument) {
+    if (!argument.empty())
+        throw Error(ErrorKind::kUsage,
+                    "cost model 'oracle:" + argument + "': oracle takes no argument; use 'oracle'");
+    return std::make_unique<OracleModel>();
+}
+
+// A model of your own: write makeMyModel in its own file, and add it here.
+struct ModelEntry {
+    const char* name;
+    const char* usage;
+    std::unique_ptr<CostModel> (*make)(const std::string& argument);
+};
+constexpr ModelEntry kModels[] = {
+    {"texels", "texels:N", makeTexelModel},
+    {"expr", "expr:EXPRESSION", makeExpressionModel},
+    {"oracle", "oracle", makeOracleModel},
+};
+
+} // namespace
+
+std::unique_ptr<CostModel> makeCostModel(const std::string& text) {
+    const size_t colon = text.find(':');
+    const std::string name = text.substr(0, colon);
+    std::string known;
+    for (const ModelEntry& model : kModels) {
+        if (name == model.name)
+            return model.make(colon == std::string::npos ? std::string() : text.substr(colon + 1));
+        known += known.empty() ? model.usage : std::string(", ") + model.usage;
+    }
+    throw Error(ErrorKind::kUsage, "unknown cost model '" + text + "' (the name '" + name +
+                                       "' at position 0); known are " + known);
+}
+
+} // namespace shadowdag

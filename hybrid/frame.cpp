@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// The frame: the method, step by step. What each step does stands in the header of its pass.
+#include "hybrid/frame.h"
+
+#include "hybrid/frame_state.h"
+
+namespace shadowdag {
+
+struct FrameRenderer::State : FrameState {
+    using FrameState::FrameState;
+};
+
+void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& options,
+                 StageTimes& stages) {
+    const Backend backend = state.backend;
+    const FrameScene& scene = state.scene;
+    {
+        const StageTimer timer(backend, stages, "g-buffer");
+        drawGBuffer(backend, scene.triangles(), scene.batches(), view, state.gbuffer);
+    }
+    {
+        const StageTimer timer(backend, stages, "clusters");
+        buildClusters(backend, state.gbuffer.view(), view, options.clusterBounds, state.clusters);
+    }
+    {
+        const StageTimer timer(backend, stages, "light assignment");
+        assignLights(backend, state.clusters.boxesWorld.view(), scene.lightBvh(), scene.lights(),
+                     state.lists);
+    }
+    {
+        const StageTimer timer(backend, stages, "resolution");
+        gatherDemand(backend, state.clusters.view(), state.lists.view(), scene.lights(), view,
+                     state.demand);
+    }
+}
+
+FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
+                                  const FrameOptions& options) {
+    State& state = *state_;
+    const Backend backend = state.backend;
+    checkOptions(options);
+    FrameResult result;
+    StageTimes& stages = result.stages;
+
+    // G-buffer -> clusters -> (cluster, light) pairs -> required resolution of every map.
+    const ViewRays view = makeViewRays(camera, options.width, options.height);
+    gatherFrame(state, view, options, stages);
+
+    // The cost model routes each map: rays or pages.
+    {
+        const StageTimer timer(backend, stages, "routing");
+        result.maps = describeMaps(state, options);
+        if (model.needsGeometryCounts())
+            countGeometry(state, options, result.maps);
+        const std::vector<Route> routes = model.route(quantitiesOf(result.maps));
+        SDAG_ASSERT(routes.size() == result.maps.size());
+        for (size_t i = 0; i < routes.size(); ++i)
+            result.maps[i].route = routes[i];
+        holdResolutions(state, result.maps);
+    }
+
+    // Page masks -> pool -> cull batches -> rasterize, for the maps that are drawn.
+    buildMaps(state, result.maps, options, stages);
+
+    // One pass shades with both: rays through the DAG, lookups in the maps.
+    const ShadeSamples shading = prepareShading(state, options);
+    {
+        const StageTimer timer(backend, stages, "shading");
+        shadeUnlit(backend, shading);
+        shadeLights(backend, shading);
+    }
+
+    // For reports, outside of the frame's time.
+    countFrame(state, result);
+    if (!model.needsGeometryCounts())
+        countGeometry(state, options, result.maps);
+    if (options.recordPairs)
+        recordPairs(state, shading, result);
+    result.color = state.color.download();
+    return result;
+}
+
+FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& options,
+                                       int repeats) {
+    checkOptions(options);
+    return measureFrameCosts(*state_, makeViewRays(camera, options.width, options.height), options,
+                             repeats);
+}
+
+FrameRenderer::FrameRenderer(Backend backend, const World& world, const Dag& dag)
+    : state_(std::make_unique<State>(backend, world, dag)) {}
+
+FrameRenderer::~FrameRenderer() = default;
+
+void FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances) {
+    state_->scene.update(movedInstances);
+}
+
+void FrameRenderer::reset() {
+    state_->heldFaceTexels.clear();
+}
+
+GBufferView FrameRenderer::gbuffer() const {
+    return hostGBuffer(*state_);
+}
+
+ShadowMapView FrameRenderer::shadowMaps() const {
+    return hostShadowMaps(*state_);
+}
+
+const std::vector<int>& FrameRenderer::mapOfLight() const {
+    return state_->mapOfLight;
+}
+
+} // namespace shadowdag

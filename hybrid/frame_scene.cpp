@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Brings the world to the backend and keeps it current.
+#include "hybrid/frame_scene.h"
+
+#include "hybrid/light_bvh.h"
+
+namespace shadowdag {
+
+FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag)
+    : world_(world), hostDag_(dag), batchSet_(world), positions_(backend, "world positions"),
+      triangles_(backend, "world triangles"), batches_(backend, "batches"),
+      batchBoxes_(backend, "batch boxes"), batchTriangles_(backend, "batch triangles"),
+      lights_(backend, "lights"), lightBoxes_(backend, "light boxes"),
+      lightItems_(backend, "light items"), materials_(backend, "materials"),
+      triangleMaterial_(backend, "triangle materials"), dagWords_(backend, "dag words") {
+    for (const Material& material : world.scene().materials)
+        hostMaterials_.push_back({material.baseColor, material.emission});
+    materials_.set(hostMaterials_);
+    triangleMaterial_.set(world.triangleMaterial());
+    triangles_.set(world.triangles().triangles);
+    batches_.set(batchSet_.view().batches);
+    batchTriangles_.set(batchSet_.view().triangles);
+    dagWords_.set(hostDag_.words);
+    setMoving();
+}
+
+void FrameScene::setMoving() {
+    positions_.set(world_.triangles().positions);
+    batchBoxes_.set(batchSet_.view().boxesWorld);
+    lights_.set(world_.lights());
+    hostLightBvh_ = buildLightBvh(world_.lights());
+    lightBoxes_.set(hostLightBvh_.view().boxes);
+    lightItems_.set(hostLightBvh_.view().items);
+}
+
+void FrameScene::update(const std::vector<uint32_t>& movedInstances) {
+    batchSet_.update(world_, movedInstances);
+    setMoving();
+}
+
+BatchView FrameScene::batches() const {
+    return {batches_.view(), batchBoxes_.view(), batchTriangles_.view(), {}};
+}
+
+WideBvhView FrameScene::lightBvh() const {
+    WideBvhView view = hostLightBvh_.view();
+    view.boxes = lightBoxes_.view();
+    view.items = lightItems_.view();
+    return view;
+}
+
+DagView FrameScene::dag() const {
+    return {dagWords_.view(), hostDag_.rootAddress, hostDag_.grid};
+}
+
+} // namespace shadowdag

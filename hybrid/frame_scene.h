@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// The world as the frame's passes read it on one backend.
+#pragma once
+
+#include "hybrid/resident.h"
+#include "hybrid/shade_model.h"
+#include "scenes/batches.h"
+#include "scenes/world.h"
+#include "voxel/dag.h"
+
+#include <vector>
+
+namespace shadowdag {
+
+/// Triangles, batches, lights, their hierarchy, materials and the DAG. World and dag outlive it.
+class FrameScene {
+public:
+    FrameScene(Backend backend, const World& world, const Dag& dag);
+
+    /// Follows World::setTime: batches of the moved instances, positions, all lights.
+    void update(const std::vector<uint32_t>& movedInstances);
+
+    const World& world() const { return world_; }
+    /// Returns the batches on the host, with their hierarchy.
+    BatchView hostBatches() const { return batchSet_.view(); }
+
+    // On the backend:
+    TriangleView triangles() const { return {positions_.view(), triangles_.view()}; }
+    /// Returns the batches without their hierarchy.
+    BatchView batches() const;
+    View<const Light> lights() const { return lights_.view(); }
+    WideBvhView lightBvh() const;
+    View<const SurfaceColor> materials() const { return materials_.view(); }
+    View<const uint32_t> triangleMaterial() const { return triangleMaterial_.view(); }
+    DagView dag() const;
+    bool hasDag() const { return !hostDag_.empty(); }
+
+private:
+    void setMoving();
+
+    const World& world_;
+    const Dag& hostDag_;
+    BatchSet batchSet_;
+    WideBvh hostLightBvh_;
+    std::vector<SurfaceColor> hostMaterials_;
+
+    Resident<glm::vec3> positions_;
+    Resident<glm::uvec3> triangles_;
+    Resident<Batch> batches_;
+    Resident<Box> batchBoxes_;
+    Resident<uint32_t> batchTriangles_;
+    Resident<Light> lights_;
+    Resident<Box> lightBoxes_;
+    Resident<uint32_t> lightItems_;
+    Resident<SurfaceColor> materials_;
+    Resident<uint32_t> triangleMaterial_;
+    Resident<uint32_t> dagWords_;
+};
+
+} // namespace shadowdag

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// Options, shading inputs, recording, counts and host copies of a frame.
+#include "hybrid/frame_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace shadowdag {
+
+namespace {
+
+void check(bool ok, const std::string& what) {
+    if (!ok)
+        throw Error(ErrorKind::kUsage, what);
+}
+
+uint64_t sum(const Buffer<uint32_t>& counts) {
+    const std::vector<uint32_t> host = counts.download();
+    return std::accumulate(host.begin(), host.end(), uint64_t(0));
+}
+
+template <class T>
+View<const T> copyToHost(Backend backend, View<const T> from, std::vector<T>& to) {
+    if (backend == Backend::kCpu)
+        return from;
+    to.resize(from.count);
+    detail::copyBytes(Backend::kCpu, to.data(), backend, from.data, from.count * sizeof(T));
+    return viewOf(to);
+}
+
+} // namespace
+
+FrameState::FrameState(Backend backend, const World& world, const Dag& dag)
+    : backend(backend), scene(backend, world, dag), gbuffer(backend), clusters(backend),
+      lists(backend), demand(backend), maps(backend), color(backend, "colour"),
+      rayCount(backend, "ray counts"), lookupCount(backend, "lookup counts"),
+      missingTapCount(backend, "missing tap counts"), pairs(backend),
+      nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
+      pairRoute(backend, "pair route"), mapOfLight(world.lights().size(), kNone),
+      mapOfLightOnBackend(backend, "map of light") {}
+
+void checkOptions(const FrameOptions& options) {
+    check(std::isfinite(options.undersample) && options.undersample > 0.0f,
+          "undersampling divisor " + std::to_string(options.undersample) +
+              "; use a number above 0, 1 for none");
+    check(options.maxFaceTexels >= 1 && options.maxFaceTexels <= kMaxFaceTexels,
+          "largest face resolution " + std::to_string(options.maxFaceTexels) + "; use 1 to " +
+              std::to_string(kMaxFaceTexels) + " texels");
+    check(options.minFaceTexels >= 1 && options.minFaceTexels <= options.maxFaceTexels,
+          "least face resolution " + std::to_string(options.minFaceTexels) +
+              "; use 1 to the largest, " + std::to_string(options.maxFaceTexels) + " texels");
+    check(options.bias.taps <= options.maps.taps,
+          "lookups with " + std::to_string(options.bias.taps) + " taps in maps marked for " +
+              std::to_string(options.maps.taps) +
+              " would read pages without memory; give the maps as many taps");
+    check(std::isfinite(options.dagOffset) && options.dagOffset >= 0.0f,
+          "ray offset " + std::to_string(options.dagOffset) + "; use a number >= 0");
+}
+
+ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
+    state.color.resize(state.gbuffer.view().count());
+    for (Buffer<uint32_t>* counts : {&state.rayCount, &state.lookupCount, &state.missingTapCount}) {
+        counts->resize(state.clusters.cell.size());
+        counts->fill(0);
+    }
+    const FrameScene& scene = state.scene;
+    check(options.dagLevel <= scene.dag().grid.resolutionLog2,
+          "level of detail " + std::to_string(options.dagLevel) + " of a voxel DAG of " +
+              std::to_string(scene.dag().grid.resolutionLog2) + " levels; use at most as many");
+    return {state.gbuffer.view(),
+            scene.triangleMaterial(),
+            scene.materials(),
+            state.clusters.view(),
+            state.lists.view(),
+            scene.lights(),
+            VisibilityInputs{state.mapOfLightOnBackend.view(), scene.dag(), options.dagOffset,
+                             options.dagLevel, state.maps.view(), options.bias},
+            state.color.view(),
+            state.rayCount.view(),
+            state.lookupCount.view(),
+            state.missingTapCount.view(),
+            {}};
+}
+
+void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& result) {
+    listPairs(state.backend, shading.gbuffer, shading.clusters, shading.lists, shading.lights,
+              state.pairs);
+    const std::vector<uint32_t> start = state.pairs.start.download();
+    result.pairs.sampleStart.assign(start.begin(), start.end());
+    result.pairs.light = state.pairs.light.download();
+
+    state.nextPair.upload(start);
+    state.pairVisibility.resize(result.pairs.count());
+    state.pairRoute.resize(result.pairs.count());
+    ShadeSamples recording = shading;
+    recording.recorder = {state.nextPair.view(), state.pairVisibility.view(),
+                          state.pairRoute.view()};
+    shadeUnlit(state.backend, recording);
+    shadeLights(state.backend, recording);
+    result.visibility = state.pairVisibility.download();
+    result.pairRoute = state.pairRoute.download();
+
+    std::vector<uint64_t> pairsOfLight(state.scene.world().lights().size(), 0);
+    for (const uint32_t light : result.pairs.light)
+        ++pairsOfLight[light];
+    for (MapRecord& map : result.maps)
+        map.pairCount = pairsOfLight[map.quantities.light];
+}
+
+void countFrame(const FrameState& state, FrameResult& result) {
+    FrameCounts& counts = result.counts;
+    counts.sampleCount = state.clusters.samples.size();
+    counts.clusterCount = state.clusters.cell.size();
+    counts.clusterLightCount = state.lists.lights.size();
+    counts.rayCount = sum(state.rayCount);
+    counts.lookupCount = sum(state.lookupCount);
+    counts.pairCount = counts.rayCount + counts.lookupCount;
+    counts.missingTapCount = sum(state.missingTapCount);
+    for (const MapRecord& map : result.maps)
+        ++(map.route == Route::kRays ? counts.tracedLightCount : counts.mappedLightCount);
+    counts.maps = state.maps.counts();
+}
+
+GBufferView hostGBuffer(FrameState& state) {
+    const GBufferView view = state.gbuffer.view();
+    FrameState::HostCopies& host = state.host;
+    return {copyToHost(state.backend, view.positionWorld, host.positionWorld),
+            copyToHost(state.backend, view.normalWorld, host.normalWorld),
+            copyToHost(state.backend, view.depthView, host.depthView),
+            copyToHost(state.backend, view.triangle, host.triangle),
+            view.width,
+            view.height};
+}
+
+ShadowMapView hostShadowMaps(FrameState& state) {
+    const ShadowMapView view = state.maps.view();
+    FrameState::HostCopies& host = state.host;
+    return {copyToHost(state.backend, view.maps, host.maps),
+            copyToHost(state.backend, view.pageTable, host.pageTable),
+            copyToHost(state.backend, view.depths, host.depths), view.pageTexelsLog2};
+}
+
+} // namespace shadowdag

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a FrameRenderer keeps, and the steps of a frame that frame.cpp and frame_costs.cpp both
+// take. Not for other folders.
+#pragma once
+
+#include "hybrid/cluster_pass.h"
+#include "hybrid/frame.h"
+#include "hybrid/frame_scene.h"
+#include "hybrid/gbuffer_pass.h"
+#include "hybrid/light_assign_pass.h"
+#include "hybrid/pairs_pass.h"
+#include "hybrid/resolution_pass.h"
+#include "hybrid/shade_pass.h"
+
+namespace shadowdag {
+
+struct FrameState {
+    FrameState(Backend backend, const World& world, const Dag& dag);
+
+    Backend backend;
+    FrameScene scene;
+    GBuffer gbuffer;
+    ClusterSet clusters;
+    ClusterLights lists;
+    LightDemand demand;
+    ShadowMaps maps;
+    Buffer<glm::vec3> color;
+    Buffer<uint32_t> rayCount, lookupCount, missingTapCount; ///< by cluster
+    PairSet pairs;
+    Buffer<uint32_t> nextPair;
+    Buffer<uint8_t> pairVisibility;
+    Buffer<Route> pairRoute;
+
+    std::vector<int> mapOfLight; ///< last frame's
+    Resident<int> mapOfLightOnBackend;
+    std::vector<uint32_t>
+        heldFaceTexels; ///< by light, what the last frame allocated; 0 for none: hysteresis
+
+    // Host copies of the last frame for reports; used on CUDA only.
+    struct HostCopies {
+        std::vector<glm::vec3> positionWorld, normalWorld;
+        std::vector<float> depthView;
+        std::vector<uint32_t> triangle;
+        std::vector<ShadowMapInfo> maps;
+        std::vector<uint32_t> pageTable, depths;
+    } host;
+};
+
+/// Throws Error kUsage naming the option that is out of range or contradicts another.
+void checkOptions(const FrameOptions& options);
+
+/// Draws the G-buffer, gathers clusters, assigns lights and gathers what the lights ask of their
+/// maps; adds the stages' times.
+void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& options,
+                 StageTimes& stages);
+
+/// Returns what FrameRenderer::measureCosts returns.
+FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const FrameOptions& options,
+                             int repeats);
+
+/// Returns a record of every light with a cluster, ascending, with all quantities but those of
+/// countGeometry. Reads the held resolutions and does not change them.
+std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions& options);
+
+/// Fills in pages, triangles and batches of every record.
+void countGeometry(FrameState& state, const FrameOptions& options, std::vector<MapRecord>& maps);
+
+/// Returns the quantities of every record.
+std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps);
+
+/// Keeps the allocated resolutions for the next frame.
+void holdResolutions(FrameState& state, const std::vector<MapRecord>& maps);
+
+/// Numbers the maps of the lights routed to maps and builds them; all other lights are traced. Adds
+/// the stages' times. Throws Error kUsage when a light is routed to rays and there is no DAG.
+void buildMaps(FrameState& state, const std::vector<MapRecord>& maps, const FrameOptions& options,
+               StageTimes& stages);
+
+/// Returns the shading of the current frame; counters are cleared, nothing is recorded.
+ShadeSamples prepareShading(FrameState& state, const FrameOptions& options);
+
+/// Lists the exact pairs and answers them again with recording on; fills pairs, visibility,
+/// pairRoute and the records' pair counts.
+void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& result);
+
+/// Fills in the counts of a shaded frame.
+void countFrame(const FrameState& state, FrameResult& result);
+
+/// Return the last frame's samples and maps on the host; valid until the next frame.
+GBufferView hostGBuffer(FrameState& state);
+ShadowMapView hostShadowMaps(FrameState& state);
+
+} // namespace shadowdag

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws the world as the camera sees it into a G-buffer.
+#pragma once
+
+#include "cuda/backend.h"
+#include "hybrid/gbuffer_raster.h"
+
+namespace shadowdag {
+
+/// Arrays of a G-buffer on one backend, width * height elements each, and the visibility buffer
+/// behind them.
+struct GBuffer {
+    explicit GBuffer(Backend backend)
+        : visibility(backend, "g-buffer visibility"), positionWorld(backend, "g-buffer position"),
+          normalWorld(backend, "g-buffer normal"), depthView(backend, "g-buffer depth"),
+          triangle(backend, "g-buffer triangle") {}
+
+    Buffer<uint64_t> visibility;
+    Buffer<glm::vec3> positionWorld;
+    Buffer<glm::vec3> normalWorld;
+    Buffer<float> depthView;
+    Buffer<uint32_t> triangle;
+    uint32_t width = 0, height = 0;
+
+    GBufferView view() const {
+        return {positionWorld.view(),
+                normalWorld.view(),
+                depthView.view(),
+                triangle.view(),
+                width,
+                height};
+    }
+};
+
+namespace cpu {
+void rasterizeBatches(const RasterizeBatches& work);
+void resolveSamples(const ResolveSamples& work);
+} // namespace cpu
+namespace cuda {
+void rasterizeBatches(const RasterizeBatches& work);
+void resolveSamples(const ResolveSamples& work);
+} // namespace cuda
+
+/// Fills the G-buffer with what the view sees: two-sided triangles, by the fill rule of
+/// gbuffer_raster.h. Deterministic. `batches` holds every triangle once and lives on the G-buffer's
+/// backend; its hierarchy is not used.
+inline void drawGBuffer(Backend backend, const TriangleView& triangles, const BatchView& batches,
+                        const ViewRays& view, GBuffer& gbuffer) {
+    const size_t count = size_t(view.width) * view.height;
+    gbuffer.width = view.width;
+    gbuffer.height = view.height;
+    gbuffer.visibility.resize(count);
+    gbuffer.positionWorld.resize(count);
+    gbuffer.normalWorld.resize(count);
+    gbuffer.depthView.resize(count);
+    gbuffer.triangle.resize(count);
+    gbuffer.visibility.fill(0xff); // kNothingSeen
+    const RasterizeBatches draw{
+        triangles, batches.batches,          batches.boxesWorld, batches.triangles,
+        view,      gbuffer.visibility.view()};
+    SDAG_DISPATCH(backend, rasterizeBatches, draw);
+    const ResolveSamples resolve{triangles,
+                                 view,
+                                 gbuffer.visibility.view(),
+                                 gbuffer.positionWorld.view(),
+                                 gbuffer.normalWorld.view(),
+                                 gbuffer.depthView.view(),
+                                 gbuffer.triangle.view()};
+    SDAG_DISPATCH(backend, resolveSamples, resolve);
+}
+
+} // namespace shadowdag

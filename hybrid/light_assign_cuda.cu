@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light assignment on CUDA.
+#include "hybrid/light_assign_pass.h"
+
+#include "cuda/parallel_for.h"
+
+namespace shadowdag::cuda {
+
+void countClusterLights(const CountClusterLights& work) {
+    parallelFor<CudaTag>(work.boxesWorld.count, work);
+}
+void fillClusterLights(const FillClusterLights& work) {
+    parallelFor<CudaTag>(work.boxesWorld.count, work);
+}
+
+} // namespace shadowdag::cuda

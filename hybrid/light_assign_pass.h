@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lists the lights of every cluster.
+#pragma once
+
+#include "cuda/buffer.h"
+#include "cuda/scan_sort.h"
+#include "hybrid/lights.h"
+
+namespace shadowdag {
+
+/// The lists on one backend.
+struct ClusterLights {
+    explicit ClusterLights(Backend backend)
+        : start(backend, "cluster light start"), lights(backend, "cluster lights") {}
+
+    Buffer<uint32_t> start;
+    Buffer<uint32_t> lights;
+
+    ClusterLightsView view() const { return {start.view(), lights.view()}; }
+};
+
+namespace cpu {
+void countClusterLights(const CountClusterLights& work);
+void fillClusterLights(const FillClusterLights& work);
+} // namespace cpu
+namespace cuda {
+void countClusterLights(const CountClusterLights& work);
+void fillClusterLights(const FillClusterLights& work);
+} // namespace cuda
+
+/// Replaces the lists by those of these clusters. Deterministic. Throws Error kResource when there
+/// are 2^32 (cluster, light) pairs or more. All views live on the backend.
+inline void assignLights(Backend backend, View<const Box> clusterBoxes, const WideBvhView& lightBvh,
+                         View<const Light> lights, ClusterLights& lists) {
+    const size_t count = clusterBoxes.count;
+    lists.start.resize(count + 1);
+    lists.start.fill(0);
+    SDAG_DISPATCH(backend, countClusterLights,
+                  {clusterBoxes, lightBvh, lights, lists.start.view()});
+    const uint64_t total = exclusiveScan(backend, lists.start.view(), lists.start.view());
+    if (total > 0xffffffffull)
+        throw Error(ErrorKind::kResource, std::to_string(total) +
+                                              " (cluster, light) pairs; at most 2^32 - 1 are "
+                                              "supported: use fewer lights or a smaller image");
+    lists.lights.resize(total);
+    SDAG_DISPATCH(backend, fillClusterLights,
+                  {clusterBoxes, lightBvh, lights, lists.start.view(), lists.lights.view()});
+}
+
+} // namespace shadowdag

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lists the exact pairs of a frame.
+#pragma once
+
+#include "cuda/buffer.h"
+#include "cuda/scan_sort.h"
+#include "hybrid/lights.h"
+#include "hybrid/pairs.h"
+
+namespace shadowdag {
+
+/// Counts the pairs of a sample, or, where `light` is not empty, lists them from start[sample] on.
+struct ListPairs {
+    GBufferView gbuffer;
+    ClusterView clusters;
+    ClusterLightsView lists;
+    View<const Light> lights;
+    View<uint32_t> start; ///< width * height + 1; counts are written there, starts read
+    View<uint32_t> light; ///< pairCount, or empty
+
+    SDAG_HD void operator()(size_t sample) const {
+        const uint32_t cluster = clusters.clusterOfSample[sample];
+        uint32_t count = 0;
+        if (cluster != kNoCluster)
+            for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l)
+                if (isPair(lights[lists.lights[l]], gbuffer.positionWorld[sample],
+                           gbuffer.normalWorld[sample])) {
+                    if (!light.empty())
+                        light[start[sample] + count] = lists.lights[l];
+                    ++count;
+                }
+        if (light.empty())
+            start[sample] = count;
+    }
+};
+
+/// The pairs on one backend, as PairList holds them on the host.
+struct PairSet {
+    explicit PairSet(Backend backend)
+        : start(backend, "pair start"), light(backend, "pair light") {}
+
+    Buffer<uint32_t> start;
+    Buffer<uint32_t> light;
+};
+
+namespace cpu {
+void listPairs(const ListPairs& work);
+}
+namespace cuda {
+void listPairs(const ListPairs& work);
+}
+
+/// Replaces `set` by the pairs of a frame. Deterministic. Throws Error kResource when there are
+/// 2^32 or more.
+inline void listPairs(Backend backend, const GBufferView& gbuffer, const ClusterView& clusters,
+                      const ClusterLightsView& lists, View<const Light> lights, PairSet& set) {
+    set.start.resize(gbuffer.count() + 1);
+    set.start.fill(0);
+    SDAG_DISPATCH(backend, listPairs, {gbuffer, clusters, lists, lights, set.start.view(), {}});
+    const uint64_t total = exclusiveScan(backend, set.start.view(), set.start.view());
+    if (total > 0xffffffffull)
+        throw Error(ErrorKind::kResource,
+                    std::to_string(total) +
+                        " (sample, light) pairs; at most 2^32 - 1 can be recorded: "
+                        "use fewer lights or a smaller image");
+    set.light.resize(total);
+    if (total > 0)
+        SDAG_DISPATCH(backend, listPairs,
+                      {gbuffer, clusters, lists, lights, set.start.view(), set.light.view()});
+}
+
+} // namespace shadowdag

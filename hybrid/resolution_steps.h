@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The resolutions that shadow maps are allocated in, and how one that wavers between two stays
+// where it is.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace shadowdag {
+
+/// Steps of 2^(1/4): a map has up to 41 % more texels than it asked for, 20 % on average. (Steps of
+/// sqrt(2) would have 100 % and 44 %; what finer steps cost is a redraw more often, which
+/// hysteresis takes back.)
+constexpr uint32_t kStepsPerOctave = 4;
+
+/// A map shrinks only when it needs less than this of the lower step: its request may waver by 10 %
+/// without changing it.
+constexpr double kShrinkBelow = 0.9;
+
+/// Returns the face resolutions, ascending integers from 1 to `maxFaceTexels` inclusive: 2^(k / 4)
+/// rounded to nearest, computed with integers, each once.
+std::vector<uint32_t> makeResolutionSteps(uint32_t maxFaceTexels);
+
+/// Returns the step to allocate for a request of `resolutionSquared` texels^2: the least step that
+/// holds it, within [minFaceTexels, the last step]; the previous one if that is enough and not too
+/// much (kShrinkBelow). Compares squares: no root decides.
+/// @param steps from makeResolutionSteps
+/// @param previousFaceTexels what the map had in the last frame; 0 for none
+uint32_t allocateResolution(const std::vector<uint32_t>& steps, double resolutionSquared,
+                            uint32_t minFaceTexels, uint32_t previousFaceTexels);
+
+} // namespace shadowdag

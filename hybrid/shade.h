@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shading: one text for lights that are traced and lights that have a map, in one pass.
+#pragma once
+
+#include "hybrid/cost_model.h"
+#include "hybrid/lights.h"
+#include "hybrid/pairs.h"
+#include "hybrid/shade_model.h"
+#include "shadowmap/shadow_map_lookup.h"
+#include "voxel/dag_trace.h"
+
+namespace shadowdag {
+
+/// Everything that decides whether a sample sees a light.
+/// mapOfLight: lightCount, index into maps.maps, or kNone for a traced light.
+struct VisibilityInputs {
+    View<const int> mapOfLight;
+    DagView dag;
+    float dagOffset;
+    uint32_t dagLevel;
+    ShadowMapView maps;
+    ShadowMapBias bias;
+};
+
+/// What answering counted.
+struct VisibilityCounts {
+    uint32_t rayCount = 0;
+    uint32_t lookupCount = 0;
+    uint32_t missingTapCount = 0;
+};
+
+/// Returns the visibility of a pair by the method that serves its light, 255 lit .. 0 dark.
+SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, uint32_t lightIndex,
+                                  const Light& light, const glm::vec3& positionWorld,
+                                  const glm::vec3& normalWorld, VisibilityCounts& counts) {
+    const int map = inputs.mapOfLight[lightIndex];
+    if (map < 0) {
+        ++counts.rayCount;
+        const DagSegment segment =
+            shadowSegment(inputs.dag.grid, positionWorld, normalWorld, light.positionWorld,
+                          inputs.dagOffset, inputs.dagLevel);
+        return occluded(inputs.dag, segment, inputs.dagLevel) ? uint8_t(0) : kLit;
+    }
+    ++counts.lookupCount;
+    ShadowMapTrace trace{};
+    const uint8_t visibility = lookupVisibility(inputs.maps, uint32_t(map), positionWorld,
+                                                normalWorld, inputs.bias, &trace);
+    counts.missingTapCount += trace.missingTapCount;
+    return visibility;
+}
+
+/// Where recorded answers go, by pair; empty views: nothing is recorded.
+/// nextPair: sampleCount, the sample's first pair before, its last but one after; visibility,
+/// route: pairCount.
+struct PairRecorder {
+    View<uint32_t> nextPair;
+    View<uint8_t> visibility;
+    View<Route> route;
+
+    SDAG_HD void add(uint32_t sample, uint8_t value, Route by) const {
+        if (nextPair.empty())
+            return;
+        const uint32_t pair = nextPair[sample]++;
+        visibility[pair] = value;
+        route[pair] = by;
+    }
+};
+
+/// Shades samples. The lights of a sample are added in ascending order by whoever runs it, sample
+/// by sample or light by light through a cluster, so both give the same bits.
+struct ShadeSamples {
+    GBufferView gbuffer;
+    View<const uint32_t> triangleMaterial; ///< by world triangle
+    View<const SurfaceColor> materials;
+    ClusterView clusters;
+    ClusterLightsView lists;
+    View<const Light> lights;
+    VisibilityInputs visibility;
+    View<glm::vec3> color;   ///< width * height, linear radiance; zero where nothing is seen
+    View<uint32_t> rayCount; ///< these three: clusterCount, zero before
+    View<uint32_t> lookupCount;
+    View<uint32_t> missingTapCount;
+    PairRecorder recorder;
+
+    /// Returns what a light adds to a sample.
+    SDAG_HD glm::vec3 shadePair(uint32_t sample, uint32_t lightIndex, const Light& light,
+                                VisibilityCounts& counts) const {
+        const glm::vec3 position = gbuffer.positionWorld[sample];
+        const glm::vec3 normal = gbuffer.normalWorld[sample];
+        if (!isPair(light, position, normal))
+            return glm::vec3(0.0f);
+        const uint8_t seen = answerPair(visibility, lightIndex, light, position, normal, counts);
+        recorder.add(sample, seen,
+                     visibility.mapOfLight[lightIndex] < 0 ? Route::kRays : Route::kMap);
+        if (seen == 0)
+            return glm::vec3(0.0f);
+        const SurfaceColor& surface = materials[triangleMaterial[gbuffer.triangle[sample]]];
+        return reflectedRadiance(light, position, normal, surface, seen);
+    }
+
+    /// Sets a sample to what it sends without lights.
+    SDAG_HD void shadeUnlit(size_t sample) const {
+        const uint32_t triangle = gbuffer.triangle[sample];
+        color[sample] = triangle == kBackground
+                            ? glm::vec3(0.0f)
+                            : unlitRadiance(materials[triangleMaterial[triangle]]);
+    }
+
+    /// Adds all lights to all samples of a cluster, light by light: consecutive rays start close
+    /// together and end at one light. For the CPU.
+    SDAG_HD void shadeCluster(size_t cluster) const {
+        VisibilityCounts counts;
+        for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
+            const uint32_t lightIndex = lists.lights[l];
+            const Light light = lights[lightIndex];
+            for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1];
+                 ++i) {
+                const uint32_t sample = clusters.samples[i];
+                color[sample] += shadePair(sample, lightIndex, light, counts);
+            }
+        }
+        addCounts(cluster, counts);
+    }
+
+    /// Adds all lights to one sample, in cluster order: neighbouring items walk the same lights.
+    /// For CUDA.
+    /// @param i index into clusters.samples
+    SDAG_HD void shadeSample(size_t i) const {
+        const uint32_t sample = clusters.samples[i];
+        const uint32_t cluster = clusters.clusterOfSample[sample];
+        VisibilityCounts counts;
+        glm::vec3 sum = color[sample];
+        for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l)
+            sum += shadePair(sample, lists.lights[l], lights[lists.lights[l]], counts);
+        color[sample] = sum;
+        addCounts(cluster, counts);
+    }
+
+    SDAG_HD void addCounts(size_t cluster, const VisibilityCounts& counts) const {
+        if (counts.rayCount)
+            atomicAddRelaxed(&rayCount[cluster], counts.rayCount);
+        if (counts.lookupCount)
+            atomicAddRelaxed(&lookupCount[cluster], counts.lookupCount);
+        if (counts.missingTapCount)
+            atomicAddRelaxed(&missingTapCount[cluster], counts.missingTapCount);
+    }
+};
+
+} // namespace shadowdag

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// The light that a view sample sends to the camera: what the shading pass, and pictures made from
+// other visibilities, add up. Lambert's diffuse reflection; nothing else matters to shadows.
+#pragma once
+
+#include "scenes/light.h"
+
+namespace shadowdag {
+
+/// Radiance that every surface of albedo 1 has in full shadow, so that a picture shows what is
+/// dark. Not light transport: a constant.
+constexpr float kAmbientRadiance = 0.02f;
+
+/// What pictures need to know about a material.
+struct SurfaceColor {
+    glm::vec3 baseColor{0.8f}; ///< diffuse albedo
+    glm::vec3 emission{0.0f};  ///< radiance
+};
+
+/// Returns the radiance that a sample has without any light: emission and the ambient constant.
+SDAG_HD inline glm::vec3 unlitRadiance(const SurfaceColor& surface) {
+    return surface.emission + surface.baseColor * kAmbientRadiance;
+}
+
+/// Returns the radiance that one light adds to a sample: irradiance * n.l * visibility * albedo /
+/// pi. Call it for pairs only (pairs.h); lights are added in ascending order, so that sums are
+/// equal bit for bit.
+/// @param positionWorld,normalWorld the sample and its unit normal on the light's side
+/// @param visibility 255 lit .. 0 dark
+SDAG_HD inline glm::vec3 reflectedRadiance(const Light& light, const glm::vec3& positionWorld,
+                                           const glm::vec3& normalWorld,
+                                           const SurfaceColor& surface, uint8_t visibility) {
+    constexpr float kInversePi = 0.318309886f;
+    const glm::vec3 toLight = light.positionWorld - positionWorld;
+    const float cosine = glm::dot(toLight, normalWorld) / glm::sqrt(glm::dot(toLight, toLight));
+    const float scale = cosine * (float(visibility) * (1.0f / 255.0f)) * kInversePi;
+    return lightIrradiance(light, positionWorld) * surface.baseColor * scale;
+}
+
+} // namespace shadowdag
