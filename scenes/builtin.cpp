@@ -18,6 +18,9 @@ struct Generator {
 /// The explicit table of everything that `builtin:NAME` can mean.
 const Generator kGenerators[] = {
     {"atrium", "two-storey colonnaded court after Crytek Sponza, 65 lamps", makeAtrium},
+    {"houses", "a village at night, 256 lamps of like size, a camera from far to near", makeHouses},
+    {"necropolis", "tombs among trees, 275 lights of very unequal range and 101 moving ones",
+     makeNecropolis},
 };
 
 } // namespace

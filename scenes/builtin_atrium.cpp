@@ -209,34 +209,32 @@ void addArcades(Stage& s, const Materials& mat) {
 }
 
 void addFloors(Stage& s, const Materials& mat) {
-    HashRandom random(11);
     MeshBuilder m("flat_floor", mat.darkStone);
-    addBox(m, {-kInnerX - 0.5, -0.4, -kInnerZ - 0.5}, {kInnerX + 0.5, -0.015, kInnerZ + 0.5});
-    const auto paving = [&](double x0, double z0, double x1, double z1, double pitch) {
-        const int nx = int((x1 - x0) / pitch + 0.5), nz = int((z1 - z0) / pitch + 0.5);
-        const double px = (x1 - x0) / nx, pz = (z1 - z0) / nz;
+    addBox(m, {-kInnerX - 0.5, -0.4, -kInnerZ - 0.5}, {kInnerX + 0.5, -0.05, kInnerZ + 0.5});
+    // Flush squares without joints: grooves narrower than a ray's offset would only be contact
+    // errors.
+    const auto paving = [&](double x0, double z0, double x1, double z1, double pitch,
+                            uint32_t light, uint32_t dark) {
+        const int nx = std::max(1, int((x1 - x0) / pitch + 0.5));
+        const int nz = std::max(1, int((z1 - z0) / pitch + 0.5));
         for (int i = 0; i < nx; ++i)
             for (int j = 0; j < nz; ++j) {
-                m.setMaterial((i + j) & 1 ? mat.tileDark : mat.tileLight);
-                const double sink = 0.002 * random.unit();
-                addBox(m, {x0 + i * px + 0.008, -0.015, z0 + j * pz + 0.008},
-                       {x0 + (i + 1) * px - 0.008, -sink, z0 + (j + 1) * pz - 0.008}, false);
+                m.setMaterial((i + j) & 1 ? dark : light);
+                const double xa = x0 + (x1 - x0) * i / nx, xb = x0 + (x1 - x0) * (i + 1) / nx;
+                const double za = z0 + (z1 - z0) * j / nz, zb = z0 + (z1 - z0) * (j + 1) / nz;
+                m.quad({xa, 0, za}, {xa, 0, zb}, {xb, 0, zb}, {xb, 0, za});
             }
     };
-    paving(-kCourtX + 0.5, -kCourtZ + 0.5, kCourtX - 0.5, kCourtZ - 0.5, 0.58);
-    paving(-kInnerX, kCourtZ + 0.5, kInnerX, kInnerZ, 0.62);
-    paving(-kInnerX, -kInnerZ, kInnerX, -kCourtZ - 0.5, 0.62);
-    paving(-kInnerX, -kCourtZ - 0.5, -kCourtX - 0.5, kCourtZ + 0.5, 0.62);
-    paving(kCourtX + 0.5, -kCourtZ - 0.5, kInnerX, kCourtZ + 0.5, 0.62);
-    // The stylobate under the columns: a ring one step high would block the lamps' floor pools;
-    // flush.
-    m.setMaterial(mat.paleStone);
-    const double sx = kCourtX + 0.492, sz = kCourtZ + 0.492, tx = kCourtX - 0.492,
-                 tz = kCourtZ - 0.492;
-    addBox(m, {-sx, -0.015, tz}, {sx, 0.0, sz}, false);
-    addBox(m, {-sx, -0.015, -sz}, {sx, 0.0, -tz}, false);
-    addBox(m, {-sx, -0.015, -tz}, {-tx, 0.0, tz}, false);
-    addBox(m, {tx, -0.015, -tz}, {sx, 0.0, tz}, false);
+    const double e = 0.5; // half width of the border under the columns
+    paving(-kCourtX + e, -kCourtZ + e, kCourtX - e, kCourtZ - e, 0.58, mat.tileLight, mat.tileDark);
+    paving(-kInnerX, kCourtZ + e, kInnerX, kInnerZ, 0.62, mat.tileLight, mat.tileDark);
+    paving(-kInnerX, -kInnerZ, kInnerX, -kCourtZ - e, 0.62, mat.tileLight, mat.tileDark);
+    paving(-kInnerX, -kCourtZ - e, -kCourtX - e, kCourtZ + e, 0.62, mat.tileLight, mat.tileDark);
+    paving(kCourtX + e, -kCourtZ - e, kInnerX, kCourtZ + e, 0.62, mat.tileLight, mat.tileDark);
+    paving(-kCourtX - e, kCourtZ - e, kCourtX + e, kCourtZ + e, 1.0, mat.paleStone, mat.stone);
+    paving(-kCourtX - e, -kCourtZ - e, kCourtX + e, -kCourtZ + e, 1.0, mat.paleStone, mat.stone);
+    paving(-kCourtX - e, -kCourtZ + e, -kCourtX + e, kCourtZ - e, 1.0, mat.paleStone, mat.stone);
+    paving(kCourtX - e, -kCourtZ + e, kCourtX + e, kCourtZ - e, 1.0, mat.paleStone, mat.stone);
     // Upper floor and ceiling slabs.
     const auto ring = [&](double y0, double y1, double inX, double inZ) {
         addBox(m, {-kInnerX, y0, inZ}, {kInnerX, y1, kInnerZ});
