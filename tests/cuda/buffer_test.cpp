@@ -59,9 +59,11 @@ TEST_P(BufferOn, LedgerKnowsWhatIsHeldAndThePeak) {
             EXPECT_EQ(entryOf(name, GetParam()).bytes, 600u);
         }
         EXPECT_EQ(entryOf(name, GetParam()).bytes, 400u);
+        Buffer<uint32_t> c(GetParam(), name, 1); // less than the peak
+        EXPECT_EQ(entryOf(name, GetParam()).peakBytes, 600u);
         Buffer<uint32_t> moved = std::move(a);
         EXPECT_EQ(a.size(), 0u); // NOLINT: a moved-from buffer is empty, and may be used again
-        EXPECT_EQ(entryOf(name, GetParam()).bytes, 400u);
+        EXPECT_EQ(entryOf(name, GetParam()).bytes, 404u);
     }
     EXPECT_EQ(entryOf(name, GetParam()).bytes, 0u);
     EXPECT_EQ(entryOf(name, GetParam()).peakBytes, 600u);
@@ -79,7 +81,8 @@ TEST_P(BufferOn, ResizeWithinCapacityAllocatesNothing) {
 
 TEST_P(BufferOn, MoreThanThereIsIsAResourceErrorThatNamesTheBuffer) {
     Buffer<uint64_t> buffer(GetParam(), "test/too large");
-    for (const size_t count : {size_t(1) << 50, size_t(1) << 60, ~size_t(0)}) {
+    for (const size_t count :
+         {size_t(1) << 50, size_t(1) << 60, (size_t(1) << 61) + 1, ~size_t(0)}) {
         try {
             buffer.resize(count);
             FAIL() << "no error for " << count;

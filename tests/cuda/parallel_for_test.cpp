@@ -38,7 +38,8 @@ TEST_F(ParallelFor, VisitsEveryIndexExactlyOnce) {
 }
 
 TEST_F(ParallelFor, RangesDependOnCountAndGrainOnly) {
-    for (const auto& [count, grain] : {std::pair<size_t, size_t>{100'000, 7}, {1'000'000, 1}}) {
+    for (const auto& [count, grain] :
+         {std::pair<size_t, size_t>{100'000, 7}, {10'000, 64}, {1'000'000, 1}}) {
         std::set<std::pair<size_t, size_t>> expected;
         for (const int threads : kThreadCounts) {
             setThreadCount(threads);
