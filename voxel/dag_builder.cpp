@@ -11,15 +11,6 @@
 namespace shadowdag {
 namespace {
 
-// A multiply a word, then a finish that brings the high bits down. Any function would do: equality is by content.
-uint32_t hashWords(const uint32_t* words, uint32_t count) {
-    uint64_t h = words[0] * 0x9e3779b97f4a7c15u;
-    for (uint32_t i = 1; i < count; ++i)
-        h = (std::rotl(h, 23) ^ words[i]) * 0x9e3779b97f4a7c15u;
-    h = (h ^ (h >> 32)) * 0xd6e8feb86659fd93u;
-    return uint32_t(h >> 32);
-}
-
 uint32_t innerWordCount(uint32_t mask) { return 1 + uint32_t(std::popcount(mask)); }
 
 uint32_t wordCountAt(uint32_t level, const std::vector<uint32_t>& words, size_t address) {
@@ -33,10 +24,19 @@ uint32_t wordCountAt(uint32_t level, const std::vector<uint32_t>& words, size_t 
 
 } // namespace
 
+// A multiply a word, then a finish that brings the high bits down. Any function would do: equality is by content.
+uint32_t NodeTable::hashWords(const uint32_t* words, uint32_t count) {
+    uint64_t h = words[0] * 0x9e3779b97f4a7c15u;
+    for (uint32_t i = 1; i < count; ++i)
+        h = (std::rotl(h, 23) ^ words[i]) * 0x9e3779b97f4a7c15u;
+    h = (h ^ (h >> 32)) * 0xd6e8feb86659fd93u;
+    return uint32_t(h >> 32);
+}
+
 uint32_t NodeTable::findOrAdd(const uint32_t* node, uint32_t wordCount) {
     if (nodeCount_ * 2 >= slots_.size())
         grow();
-    const uint32_t hash = hashWords(node, wordCount);
+    const uint32_t hash = hash_(node, wordCount);
     const size_t last = slots_.size() - 1;
     for (size_t i = hash & last;; i = (i + 1) & last) {
         const uint64_t slot = slots_[i];

@@ -13,6 +13,12 @@ namespace shadowdag {
 /// mean equal counts (dag.h's layouts are). Equality is that of the words; hashes only find candidates.
 class NodeTable {
 public:
+    using Hash = uint32_t (*)(const uint32_t* node, uint32_t wordCount);
+
+    /// The default hash.
+    static uint32_t hashWords(const uint32_t* node, uint32_t wordCount);
+    explicit NodeTable(Hash hash = hashWords) : hash_(hash) {}
+
     /// Returns where the node is (index of its first word in words()), adding it when it is new.
     /// Throws Error kResource over 2^32 - 2 words.
     uint32_t findOrAdd(const uint32_t* node, uint32_t wordCount);
@@ -29,6 +35,7 @@ private:
     std::vector<uint32_t> words_;
     std::vector<uint64_t> slots_;
     size_t nodeCount_ = 0;
+    Hash hash_; // a parameter so that a test can make all nodes collide
 };
 
 /// Builds a DAG bottom-up. Level L holds cells of side 2^L voxels. Node addresses are local to builder and level.

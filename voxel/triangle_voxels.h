@@ -31,7 +31,8 @@ SDAG_HD inline double greater(double a, double b) { return a > b ? a : b; }
 ///               3.6 N / |nd| + 2 eps at most, over a lever of E + 3; evaluating costs 30 eps M, moved vertices 6 eps M.
 /// So a box grown by slack = 32 eps M, and a plane grown by 8 N (E + 3) / |nd| + 64 eps M, miss nothing that
 /// the exact triangle touches. With |nd| <= 4 N (a sliver: thinner than the plane is known) the plane test is dropped;
-/// the three projections remain and are exact for the segment that the sliver then is.
+/// the three projections remain and are exact for the segment that the sliver then is. What is accepted besides lies within
+/// the smaller of the plane's growth and the sliver's thickness, hence within 2^-23 E.
 struct TriangleSetup {
     double p[3][3];   ///< [axis u, v, d][corner]
     double inv[3][3]; ///< [axis][edge i to i + 1]: 1 / (p[i + 1] - p[i]), 0 where that is 0
