@@ -322,8 +322,13 @@ Document loadDocument(const std::string& path) {
     }
     // A missing extension is the better explanation of whatever else went wrong.
     checkExtensions(document);
-    if (!isLoaded)
-        fail(document, "not a readable glTF 2.0 file", firstLine(error));
+    if (!isLoaded) {
+        std::string reason = firstLine(error);
+        for (const std::string& name : document.model.extensionsUsed)
+            if (!contains(kColorExtensions, name) && !contains(kSupportedExtensions, name))
+                reason += "; it uses the extension '" + name + "', which is not supported";
+        fail(document, "not a readable glTF 2.0 file", reason);
+    }
     const tinygltf::Asset& asset = document.model.asset;
     if (asset.version.rfind("2.", 0) != 0)
         fail(document, "asset.version",

@@ -67,6 +67,18 @@ private:
 
 bool isInside(const Box& box, const glm::vec3& p) { return distanceSquared(box, p) == 0.0f; }
 
+// How far one gets from a point of the box to the next surface or, where there is none, to the end of the box: a
+// wall's outer side has no room.
+float roomAlong(const TriangleGrid& grid, const Box& bounds, const glm::vec3& p, const glm::vec3& direction) {
+    float room = grid.trace(p, direction).distance;
+    for (int axis = 0; axis < 3; ++axis)
+        if (direction[axis] != 0.0f) {
+            const float end = direction[axis] > 0.0f ? bounds.max[axis] : bounds.min[axis];
+            room = std::min(room, (end - p[axis]) / direction[axis]);
+        }
+    return std::max(room, 0.0f);
+}
+
 // One place: the first of 64 tries that is free enough, else the freest of them.
 glm::vec3 placeOne(const SurfaceSampler& surface, const TriangleGrid& grid, const Box& bounds,
                    Random& random) {
@@ -79,9 +91,8 @@ glm::vec3 placeOne(const SurfaceSampler& surface, const TriangleGrid& grid, cons
         if (point.normal == glm::vec3(0.0f))
             continue;
         const glm::vec3 lifted = point.normal * (height * 1e-3f);
-        const float roomFront = grid.trace(point.position + lifted, point.normal).distance;
-        const float roomBack = grid.trace(point.position - lifted, -point.normal).distance;
-        // A ray that leaves the scene has no end; then the side that the corners turn to wins.
+        const float roomFront = roomAlong(grid, bounds, point.position + lifted, point.normal);
+        const float roomBack = roomAlong(grid, bounds, point.position - lifted, -point.normal);
         const glm::vec3 side = roomBack > roomFront ? -point.normal : point.normal;
         const float room = std::max(roomFront, roomBack);
         // A niche narrower than the height gets its light in the middle.

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/scenes/gltf_files.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+namespace shadowdag::test {
+
+TemporaryFolder::TemporaryFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "sdag-test-XXXXXX").string();
+    if (!mkdtemp(pattern.data()))
+        throw std::runtime_error("cannot make a folder in " + pattern);
+    path_ = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+}
+
+std::string TemporaryFolder::write(const std::string& name, const std::string& content) const {
+    std::ofstream(path(name), std::ios::binary) << content;
+    return path(name);
+}
+
+std::string GltfParts::json() const {
+    std::string text = "{";
+    for (const auto& [key, value] : members)
+        if (!value.empty())
+            text += (text.size() > 1 ? ",\"" : "\"") + key + "\":" + value;
+    return text + "}";
+}
+
+std::string GltfParts::glb() const {
+    std::string text = json(), bytes = binary;
+    text.resize((text.size() + 3) / 4 * 4, ' ');
+    bytes.resize((bytes.size() + 3) / 4 * 4, '\0');
+    const auto word = [](size_t value) {
+        const uint32_t v = uint32_t(value);
+        return std::string(reinterpret_cast<const char*>(&v), 4);
+    };
+    std::string out = "glTF" + word(2) + word(20 + text.size() + (bytes.empty() ? 0 : 8 + bytes.size()));
+    out += word(text.size()) + "JSON" + text;
+    if (!bytes.empty())
+        out += word(bytes.size()) + std::string("BIN\0", 4) + bytes;
+    return out;
+}
+
+GltfParts triangleFile() {
+    GltfParts parts;
+    parts.append<float>({0, 0, 0, 2, 0, 0, 0, 1, 0}).append<uint16_t>({0, 1, 2, 0});
+    parts.members = {
+        {"asset", R"({"version":"2.0"})"},
+        {"buffers", R"([{"byteLength":44}])"},
+        {"bufferViews",
+         R"([{"buffer":0,"byteLength":36},{"buffer":0,"byteOffset":36,"byteLength":6}])"},
+        {"accessors",
+         R"([{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[2,1,0]},)"
+         R"({"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"}])"},
+        {"meshes", R"([{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}])"},
+        {"nodes", R"([{"mesh":0}])"},
+        {"scenes", R"([{"nodes":[0]}])"},
+    };
+    return parts;
+}
+
+void expectSound(const Scene& scene, const std::string& name) {
+    SCOPED_TRACE(name);
+    const auto isFinite = [](const glm::vec3& v) {
+        return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+    };
+    ASSERT_FALSE(scene.materials.empty());
+    for (const Mesh& mesh : scene.meshes) {
+        ASSERT_EQ(mesh.triangles.size(), mesh.triangleMaterial.size());
+        for (const glm::vec3& p : mesh.positions)
+            ASSERT_TRUE(isFinite(p));
+        for (const glm::uvec3& t : mesh.triangles)
+            ASSERT_TRUE(t.x < mesh.positions.size() && t.y < mesh.positions.size() &&
+                        t.z < mesh.positions.size());
+        for (uint32_t material : mesh.triangleMaterial)
+            ASSERT_LT(material, scene.materials.size());
+    }
+    const auto inRange = [](int i, size_t count) { return i == kNone || (i >= 0 && size_t(i) < count); };
+    std::vector<int> parents(scene.nodes.size(), kNone);
+    for (size_t i = 0; i < scene.nodes.size(); ++i) {
+        const Node& node = scene.nodes[i];
+        ASSERT_TRUE(inRange(node.mesh, scene.meshes.size()));
+        ASSERT_TRUE(inRange(node.light, scene.lights.size()));
+        ASSERT_TRUE(inRange(node.camera, scene.cameras.size()));
+        for (int child : node.children) {
+            ASSERT_TRUE(child != kNone && inRange(child, scene.nodes.size()));
+            ASSERT_EQ(parents[size_t(child)], kNone);
+            parents[size_t(child)] = int(i);
+        }
+    }
+    for (size_t i = 0; i < scene.nodes.size(); ++i) {
+        ASSERT_EQ(parents[i], scene.nodes[i].parent);
+        size_t steps = 0;
+        for (int n = int(i); n != kNone; n = parents[size_t(n)])
+            ASSERT_LE(++steps, scene.nodes.size()) << "loop at node " << i;
+    }
+    for (int root : scene.roots) {
+        ASSERT_TRUE(root != kNone && inRange(root, scene.nodes.size()));
+        ASSERT_EQ(parents[size_t(root)], kNone);
+    }
+    for (const Animation& animation : scene.animations)
+        for (const AnimationChannel& channel : animation.channels) {
+            ASSERT_TRUE(channel.node != kNone && inRange(channel.node, scene.nodes.size()));
+            const bool isCubic = channel.interpolation == AnimationChannel::Interpolation::kCubicSpline;
+            ASSERT_FALSE(channel.times.empty());
+            ASSERT_EQ(channel.values.size(), channel.times.size() * (isCubic ? 3 : 1));
+        }
+}
+
+std::string sharedScenes() {
+    const char* named = std::getenv("SDAG_SHARED_SCENES");
+    const std::string folder = named ? named : std::string(SDAG_SOURCE_DIR) + "/../shared/scenes";
+    return std::filesystem::is_directory(folder) ? folder + "/" : "";
+}
+
+} // namespace shadowdag::test

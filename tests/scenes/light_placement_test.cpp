@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/light_placement.h"
+
+#include "scenes/gltf.h"
+#include "tests/scenes/gltf_files.h"
+#include "tests/scenes/room.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <random>
+
+namespace shadowdag {
+namespace {
+
+bool areSame(const std::vector<Light>& a, const std::vector<Light>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Light)) == 0;
+}
+
+TEST(LightPlacement, SameSeedSameLights) {
+    const Scene scene = test::room({0, 0, 0}, {8, 3, 5});
+    const World world(scene, {});
+    EXPECT_TRUE(areSame(placeLights(world, 20, 3), placeLights(world, 20, 3)));
+    EXPECT_FALSE(areSame(placeLights(world, 20, 3), placeLights(world, 20, 4)));
+    EXPECT_EQ(placeLights(world, 30, 3)[5].positionWorld, placeLights(world, 20, 3)[5].positionWorld);
+    EXPECT_TRUE(placeLights(world, 0, 3).empty());
+}
+
+TEST(LightPlacement, LightsHangFreeInsideTheRoom) {
+    const Scene scene = test::room({0, 0, 0}, {8, 3, 5});
+    const World world(scene, {});
+    const float diagonal = std::sqrt(98.0f);
+    for (const Light& light : placeLights(world, 200, 1)) {
+        const glm::vec3 p = light.positionWorld;
+        const float clearance = std::min({p.x, p.y, p.z, 8 - p.x, 3 - p.y, 5 - p.z});
+        EXPECT_GE(clearance, 0.5f * 0.005f * diagonal * 0.999f);
+        EXPECT_LE(clearance, 0.03f * diagonal * 1.001f);
+        EXPECT_EQ(light.kind, Light::kPoint);
+        EXPECT_EQ(light.isMoving, 0u);
+    }
+}
+
+double lightsPerSurfacePoint(const std::vector<Light>& lights) { // of the 8 x 3 x 5 room
+    std::mt19937 random(99);
+    std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
+    size_t count = 0;
+    constexpr int kPointCount = 20000;
+    for (int i = 0; i < kPointCount; ++i) {
+        const float x = 8 * uniform(random), y = 3 * uniform(random), z = 5 * uniform(random);
+        const float side = uniform(random) * (8 * 3 + 3 * 5 + 5 * 8); // areas of the pairs of walls
+        const bool end = uniform(random) < 0.5f;
+        const glm::vec3 p = side < 24   ? glm::vec3(x, y, end ? 5 : 0)
+                            : side < 39 ? glm::vec3(end ? 8 : 0, y, z)
+                                        : glm::vec3(x, end ? 3 : 0, z);
+        for (const Light& light : lights)
+            count += lightReaches(light, p);
+    }
+    return double(count) / kPointCount;
+}
+
+TEST(LightPlacement, TwelveLightsReachASurfacePoint) {
+    const Scene scene = test::room({0, 0, 0}, {8, 3, 5});
+    const World world(scene, {});
+    for (uint64_t seed = 1; seed <= 5; ++seed)
+        for (int count : {16, 65, 256})
+            EXPECT_NEAR(lightsPerSurfacePoint(placeLights(world, count, seed)), 12.0, 0.8) << count << " lights, seed " << seed;
+    EXPECT_NEAR(lightsPerSurfacePoint(placeLights(world, 4, 1)), 3.0, 0.3);
+}
+
+TEST(LightPlacement, RangesAndIntensitiesFollowTheirRule) {
+    const Scene scene = test::room({0, 0, 0}, {8, 3, 5});
+    const World world(scene, {});
+    const std::vector<Light> lights = placeLights(world, 100, 1);
+    float least = 1e30f, most = 0.0f;
+    for (const Light& light : lights) {
+        least = std::min(least, light.rangeWorld);
+        most = std::max(most, light.rangeWorld);
+        EXPECT_FLOAT_EQ(light.intensity.x, 0.25f * light.rangeWorld * light.rangeWorld);
+    }
+    EXPECT_LE(most / least, 4.0f);
+    EXPECT_GE(most / least, 2.5f);
+}
+
+TEST(LightPlacement, AllGrowsWithTheScene) {
+    const Scene small = test::room({0, 0, 0}, {8, 3, 5}), large = test::room({0, 0, 0}, {8192, 3072, 5120});
+    const std::vector<Light> a = placeLights(World(small, {}), 40, 1), b = placeLights(World(large, {}), 40, 1);
+    for (size_t i = 0; i < a.size(); ++i) { // a factor of 2^10 changes no rounding
+        EXPECT_EQ(a[i].positionWorld * 1024.0f, b[i].positionWorld);
+        EXPECT_FLOAT_EQ(a[i].rangeWorld * 1024.0f, b[i].rangeWorld);
+    }
+}
+
+TEST(LightPlacement, FlatAndDegenerateScenesStillGetTheirLights) {
+    Scene scene = test::room({0, 0, 0}, {8, 0, 5}); // no height: nowhere is free
+    for (const Light& light : placeLights(World(scene, {}), 10, 1)) {
+        EXPECT_TRUE(std::isfinite(light.positionWorld.x));
+        EXPECT_GT(light.rangeWorld, 0.0f);
+    }
+    scene = test::room({1, 1, 1}, {1, 1, 1}); // a point
+    for (const Light& light : placeLights(World(scene, {}), 10, 1)) {
+        EXPECT_EQ(light.positionWorld, glm::vec3(1.0f));
+        EXPECT_GT(light.rangeWorld, 0.0f);
+    }
+}
+
+} // namespace
+} // namespace shadowdag

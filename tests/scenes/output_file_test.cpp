@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/output_file.h"
+
+#include "cuda/error.h"
+#include "tests/scenes/gltf_files.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+namespace shadowdag {
+namespace {
+
+std::string content(const std::string& path) {
+    std::stringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+size_t fileCount(const test::TemporaryFolder& folder) {
+    return size_t(std::distance(std::filesystem::directory_iterator(folder.path("")),
+                                std::filesystem::directory_iterator()));
+}
+
+TEST(OutputFile, AppearsWholeOnCommit) {
+    const test::TemporaryFolder folder;
+    OutputFile file(folder.path("a"));
+    file.write("one ");
+    file.write("two", 3);
+    EXPECT_FALSE(std::filesystem::exists(folder.path("a")));
+    EXPECT_TRUE(std::filesystem::exists(file.temporaryPath()));
+    file.commit();
+    EXPECT_EQ(content(folder.path("a")), "one two");
+    EXPECT_EQ(fileCount(folder), 1u);
+}
+
+TEST(OutputFile, WithoutCommitTheOldFileStays) {
+    const test::TemporaryFolder folder;
+    folder.write("a", "old");
+    {
+        OutputFile file(folder.path("a"));
+        file.write("new");
+    }
+    EXPECT_EQ(content(folder.path("a")), "old");
+    EXPECT_EQ(fileCount(folder), 1u);
+}
+
+TEST(OutputFile, ReplacesAnOldFile) {
+    const test::TemporaryFolder folder;
+    folder.write("a", "a long old file");
+    OutputFile file(folder.path("a"));
+    file.write("new");
+    file.commit();
+    EXPECT_EQ(content(folder.path("a")), "new");
+}
+
+TEST(OutputFile, TwoWritersOfOneNameDoNotMix) {
+    const test::TemporaryFolder folder;
+    OutputFile a(folder.path("x")), b(folder.path("x"));
+    a.write("aaaa");
+    b.write("b");
+    a.commit();
+    EXPECT_EQ(content(folder.path("x")), "aaaa");
+    b.commit();
+    EXPECT_EQ(content(folder.path("x")), "b");
+}
+
+TEST(OutputFile, LibraryMayReplaceTheTemporaryFileByName) {
+    const test::TemporaryFolder folder;
+    OutputFile file(folder.path("a"));
+    std::ofstream(file.temporaryPath(), std::ios::trunc) << "by a library";
+    file.commit();
+    EXPECT_EQ(content(folder.path("a")), "by a library");
+}
+
+TEST(OutputFile, TroubleNamesPathAndReason) {
+    const test::TemporaryFolder folder;
+    const auto message = [](const std::string& path) {
+        try {
+            OutputFile file(path);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource);
+            return std::string(error.what());
+        }
+        return std::string("no error");
+    };
+    EXPECT_THAT(message(folder.path("absent/a")),
+                testing::AllOf(testing::HasSubstr("absent/a"), testing::HasSubstr("No such file")));
+    EXPECT_THAT(message(folder.path(".")), testing::HasSubstr("it is a folder"));
+    EXPECT_THAT(message(""), testing::HasSubstr("empty name"));
+}
+
+// A full disk, played by a limit on file size: the write or the commit says so and nothing is left.
+TEST(OutputFile, FullDiskIsSaidAndLeavesNothing) {
+    const test::TemporaryFolder folder;
+    folder.write("a", "old");
+    rlimit before{};
+    getrlimit(RLIMIT_FSIZE, &before);
+    rlimit small = before;
+    small.rlim_cur = 1000;
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    setrlimit(RLIMIT_FSIZE, &small);
+    std::string message = "no error";
+    try {
+        OutputFile file(folder.path("a"));
+        file.write(std::string(100'000, 'x'));
+        file.commit();
+    } catch (const Error& error) {
+        message = error.what();
+    }
+    setrlimit(RLIMIT_FSIZE, &before);
+    std::signal(SIGXFSZ, handler);
+    EXPECT_THAT(message, testing::AllOf(testing::HasSubstr("cannot write"), testing::HasSubstr("too large")));
+    EXPECT_EQ(content(folder.path("a")), "old");
+    EXPECT_EQ(fileCount(folder), 1u);
+}
+
+TEST(OutputFile, RenameThatFailsIsSaid) {
+    const test::TemporaryFolder folder;
+    OutputFile file(folder.path("a"));
+    std::filesystem::create_directory(folder.path("a"));
+    EXPECT_THROW(file.commit(), Error);
+}
+
+} // namespace
+} // namespace shadowdag
