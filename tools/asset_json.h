@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an asset holds, for scripts and for people.
+#pragma once
+
+#include "tools/json.h"
+#include "voxel/asset.h"
+
+#include <iosfwd>
+
+namespace shadowdag {
+
+/// Returns resolution, voxel_count, node_counts, leaf_count, asset_bytes, traced_bytes, ratios and provenance.
+Json assetJson(const Asset& asset, uint64_t fileBytes);
+/// Prints them as a table.
+void printAsset(std::ostream& out, const Json& json);
+
+} // namespace shadowdag

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/common_options.h"
+
+#include "cuda/error.h"
+#include "tools/parse.h"
+
+#include <tuple>
+
+namespace shadowdag {
+
+void GlobalOptions::declare(CommandLine& commandLine) {
+    commandLine.heading("Everywhere");
+    commandLine.flag("--json", json, "Write exactly one JSON object to standard output, all else to standard error");
+    commandLine.text("--threads", threads, "N", "Processor threads, 0 for all; never changes a result [0]");
+    commandLine.text("--backend", backend, "auto|cpu|cuda",
+                     "Where passes run; auto says what it chose, cuda without a device is an error [auto]");
+}
+
+Backend GlobalOptions::apply(const Console& console, bool announce) const {
+    const Backend chosen = chooseBackend(backend);
+    setThreadCount(int(parseInteger("--threads", threads, 0, 4096)));
+    if (announce && backend == "auto")
+        console.note(std::string("backend auto: ") + backendName(chosen) + ", " + std::to_string(threadCount()) +
+                     (threadCount() == 1 ? " thread" : " threads"));
+    return chosen;
+}
+
+void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {
+    commandLine.heading("View");
+    commandLine.text("--size", size, "WxH", "Picture size in pixels [640x360]");
+    commandLine.text("--camera", camera, "auto|NAME|NUMBERS",
+                     "auto places one; NAME is a camera of the scene; NUMBERS are px,py,pz,tx,ty,tz[,fovDegrees]: "
+                     "position, target, vertical angle [the scene's first, else auto]");
+    if (!isSweep)
+        commandLine.text("--time", time, "SECONDS", "Time of the scene's animations [0]");
+    commandLine.text("--frames", frames, "A:B", "Frames A to B, both included, or A:B:STEP [0]");
+    commandLine.text("--fps", fps, "RATE", "Frame f shows the scene at f / RATE seconds [30]");
+}
+
+void CommonOptions::declareLights(CommandLine& commandLine) {
+    commandLine.heading("Lights");
+    commandLine.text("--lights", lights, "N", "Replace the scene's lights by N placed ones [-1: keep the scene's]");
+    commandLine.text("--seed", seed, "S", "Where they are placed [1]");
+}
+
+void CommonOptions::declareVoxels(CommandLine& commandLine, bool isSweep) {
+    commandLine.heading("Voxels");
+    commandLine.texts("--voxels", voxels, "F.svdag",
+                      isSweep ? "A built asset instead of --resolution; may be given several times"
+                              : "A built asset instead of --resolution");
+    commandLine.text("--resolution", resolution, isSweep ? "N,..." : "N",
+                     "Voxels an axis, a power of two up to 131072; built when needed and cached [1024]");
+    if (isSweep)
+        commandLine.text("--dag-resolution", dagResolution, "N,...",
+                         "More resolutions, for method dag alone: how its error falls");
+    commandLine.text("--cache", cache, "DIR",
+                     "Where built assets are kept [$XDG_CACHE_HOME/shadowdag or ~/.cache/shadowdag]");
+    commandLine.flag("--allow-stale", allowStale, "Accept an asset that was built from another scene");
+}
+
+void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
+    const std::string list = isSweep ? ",..." : "";
+    commandLine.heading("Maps");
+    commandLine.text("--undersample", undersample, "U" + list, "Divisor of the required resolution [1]");
+    commandLine.text("--page-size", pageSize, "TEXELS" + list, "Side of a page, a power of two from 16 to 256 [64]");
+    commandLine.text("--pool", pool, "BYTES", "Budget of the page pool, whole MiB, as in 256M [256M]");
+    commandLine.text("--bias", bias, "B" + list, "Depth bias in units of the derived one [1]");
+    commandLine.text("--taps", taps, "1|9" + list, "Taps of the percentage-closer filter [9]");
+}
+
+void CommonOptions::declareRays(CommandLine& commandLine, bool isSweep) {
+    const std::string list = isSweep ? ",..." : "";
+    commandLine.heading("Rays");
+    commandLine.text("--offset", offset, "O" + list,
+                     "How far a ray's ends leave the surface, in units of the derived offset [1]");
+    commandLine.text("--lod", lod, "L" + list, "Level of detail of rays: cells of 2^L voxels [0]");
+}
+
+Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSweep) const {
+    const auto contradict = [&](const char* a, const char* b, const char* remedy) {
+        if (commandLine.given(a) && commandLine.given(b))
+            throw Error(ErrorKind::kUsage,
+                        std::string(a) + " and " + b + " contradict each other: " + remedy);
+    };
+    contradict("--voxels", "--resolution", "an asset has its resolution; drop one of them");
+    contradict("--voxels", "--cache", "an asset is read from where it is; drop one of them");
+    if (!isSweep)
+        contradict("--time", "--frames", "a frame has its time; drop one of them");
+    if (!isSweep && voxels.size() > 1)
+        throw Error(ErrorKind::kUsage, "--voxels '" + voxels[1] + "': this command takes one asset; compare takes several");
+
+    // A command that is no sweep takes one value where compare takes a list.
+    const auto list = [&](const char* option, const std::string& text) {
+        const std::vector<std::string> parts = parseList(option, text);
+        if (!isSweep && parts.size() > 1)
+            throw Error(ErrorKind::kUsage, std::string(option) + " '" + text +
+                                               "': this command takes one value; compare takes a list");
+        return parts;
+    };
+    const auto numbers = [&](const char* option, const std::string& text, double min, double max) {
+        std::vector<float> values;
+        for (const std::string& part : list(option, text))
+            values.push_back(float(parseNumber(option, part, min, max)));
+        return values;
+    };
+
+    Experiment e;
+    std::tie(e.width, e.height) = parseSize("--size", size);
+    e.camera = camera;
+    if (!frames.empty()) {
+        e.framesText = frames;
+        e.frames = parseFrames("--frames", frames);
+    }
+    if (!time.empty())
+        parseNumber("--time", time, -1e6, 1e6);
+    e.fps = parseNumber("--fps", fps, 0.001, 1e6);
+    e.lightCount = int(parseInteger("--lights", lights, -1, 100000));
+    e.lightSeed = uint64_t(parseInteger("--seed", seed, 0, 9'000'000'000'000'000));
+    e.resolutionLog2.clear();
+    for (const std::string& part : list("--resolution", resolution))
+        e.resolutionLog2.push_back(parsePowerOfTwo("--resolution", part, 4, 131072));
+    if (!dagResolution.empty())
+        for (const std::string& part : list("--dag-resolution", dagResolution))
+            e.dagResolutionLog2.push_back(parsePowerOfTwo("--dag-resolution", part, 4, 131072));
+    e.thresholds = parseThresholds("--thresholds", thresholds);
+    e.undersample = numbers("--undersample", undersample, 1, 1024);
+    e.pageTexels.clear();
+    for (const std::string& part : list("--page-size", pageSize))
+        e.pageTexels.push_back(1u << parsePowerOfTwo("--page-size", part, 16, 256));
+    const uint64_t poolBytes = parseBytes("--pool", pool);
+    if (poolBytes < (1u << 20) || poolBytes % (1u << 20) != 0 || poolBytes >> 20 > (1u << 20))
+        throw Error(ErrorKind::kUsage, "--pool '" + pool + "': must be whole MiB from 1M to 1024G, as in 256M");
+    e.poolMib = uint32_t(poolBytes >> 20);
+    e.bias = numbers("--bias", bias, 0, 100);
+    e.taps.clear();
+    for (const std::string& part : list("--taps", taps)) {
+        e.taps.push_back(uint32_t(parseInteger("--taps", part, 1, 9)));
+        if (e.taps.back() != 1 && e.taps.back() != 9)
+            throw Error(ErrorKind::kUsage, "--taps '" + part + "': must be 1 or 9");
+    }
+    e.offset = numbers("--offset", offset, 0, 100);
+    e.lod.clear();
+    for (const std::string& part : list("--lod", lod))
+        e.lod.push_back(uint32_t(parseInteger("--lod", part, 0, 17)));
+    if (!models.empty())
+        e.models = models;
+    for (const std::string& model : models)
+        makeCostModel(model); // throws for an unknown one, before any work
+    return e;
+}
+
+float CommonOptions::timeSeconds(const Experiment& experiment) const {
+    if (!time.empty())
+        return float(parseNumber("--time", time, -1e6, 1e6));
+    return experiment.timeOfFrame(experiment.frames.front());
+}
+
+} // namespace shadowdag

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// The options that several subcommands share, and what they mean as an Experiment.
+#pragma once
+
+#include "tools/command_line.h"
+#include "tools/console.h"
+#include "tools/experiment.h"
+
+#include <string>
+#include <vector>
+
+namespace shadowdag {
+
+/// --json, --threads, --backend: on every subcommand.
+struct GlobalOptions {
+    bool json = false;
+    std::string threads = "0";
+    std::string backend = "auto";
+
+    void declare(CommandLine& commandLine);
+    /// Sets the thread count, chooses the backend, says on standard error what auto chose when `announce`.
+    Backend apply(const Console& console, bool announce) const;
+};
+
+/// The texts of the shared options. A list is what `compare` takes; the others want one value of each.
+struct CommonOptions {
+    std::string size = "640x360", camera, time, frames, fps = "30";
+    std::string lights = "-1", seed = "1";
+    std::vector<std::string> voxels;
+    std::string resolution = "1024", dagResolution, cache;
+    bool allowStale = false;
+    std::string thresholds = "0,8,16,32,64,96,192,inf";
+    std::string undersample = "1", pageSize = "64", pool = "256M", bias = "1", taps = "9";
+    std::string offset = "1", lod = "0";
+    std::vector<std::string> models;
+    std::string costs;
+
+    void declareView(CommandLine& commandLine, bool isSweep);
+    void declareLights(CommandLine& commandLine);
+    void declareVoxels(CommandLine& commandLine, bool isSweep);
+    void declareMaps(CommandLine& commandLine, bool isSweep);
+    void declareRays(CommandLine& commandLine, bool isSweep);
+
+    /// Returns the options as an experiment (scenes, methods, repeats left at their defaults). With `isSweep`
+    /// false a list in any of them is Error kUsage. Contradictions are Error kUsage naming both options.
+    Experiment experiment(const CommandLine& commandLine, bool isSweep) const;
+    /// Returns the time to show: --time, or that of --frames' first; for commands that show one.
+    float timeSeconds(const Experiment& experiment) const;
+};
+
+} // namespace shadowdag

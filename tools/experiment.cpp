@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/experiment.h"
+
+#include "cuda/error.h"
+#include "tools/parse.h"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <tuple>
+
+namespace shadowdag {
+
+namespace {
+
+/// Takes keys out of a JSON object, checks their kind and value, and refuses what is left over.
+class KeyReader {
+public:
+    KeyReader(const Json& json, std::string where) : json_(json), where_(std::move(where)) {
+        if (!json.is_object())
+            throw Error(ErrorKind::kInput, where_ + ": must hold one JSON object");
+    }
+
+    void text(const char* key, std::string& value) {
+        if (const Json* found = find(key)) {
+            if (!found->is_string())
+                refuse(key, *found, "must be a text");
+            value = found->get<std::string>();
+        }
+    }
+    void texts(const char* key, std::vector<std::string>& values) {
+        if (const Json* found = find(key)) {
+            values.clear();
+            for (const Json& item : list(key, *found)) {
+                if (!item.is_string())
+                    refuse(key, item, "must be a list of texts");
+                values.push_back(item.get<std::string>());
+            }
+        }
+    }
+    template <class T> void number(const char* key, T& value, double min, double max) {
+        if (const Json* found = find(key))
+            value = read<T>(key, *found, min, max);
+    }
+    template <class T>
+    void numbers(const char* key, std::vector<T>& values, double min, double max, bool mayBeEmpty = false) {
+        if (const Json* found = find(key)) {
+            values.clear();
+            for (const Json& item : list(key, *found)) {
+                values.push_back(read<T>(key, item, min, max));
+                if (std::count(values.begin(), values.end(), values.back()) > 1)
+                    refuse(key, item, "stands there twice; name each value once");
+            }
+            if (values.empty() && !mayBeEmpty)
+                refuse(key, *found, "must hold at least one value");
+        }
+    }
+    [[noreturn]] void refuse(const char* key, const Json& value, const std::string& right) const {
+        throw Error(ErrorKind::kInput, where_ + ": key \"" + key + "\" is " + value.dump() + "; it " + right);
+    }
+    void finish() const {
+        for (const auto& [key, value] : json_.items())
+            if (!known_.contains(key)) {
+                std::string all;
+                for (const std::string& name : known_)
+                    all += (all.empty() ? "" : ", ") + name;
+                throw Error(ErrorKind::kInput, where_ + ": unknown key \"" + key + "\"; the keys are " + all);
+            }
+    }
+    const Json* find(const char* key) {
+        known_.insert(key);
+        const auto found = json_.find(key);
+        return found == json_.end() ? nullptr : &*found;
+    }
+    const Json& list(const char* key, const Json& value) const {
+        if (!value.is_array())
+            refuse(key, value, "must be a list");
+        return value;
+    }
+
+private:
+    template <class T> T read(const char* key, const Json& value, double min, double max) const {
+        const bool isWhole = !std::is_floating_point_v<T>;
+        if (!(isWhole ? value.is_number_integer() : value.is_number()) || value.get<double>() < min ||
+            value.get<double>() > max)
+            refuse(key, value,
+                   std::string("must be a ") + (isWhole ? "whole " : "") + "number from " + numberText(min) +
+                       " to " + numberText(max));
+        return value.get<T>();
+    }
+
+    const Json& json_;
+    std::string where_;
+    std::set<std::string> known_;
+};
+
+template <class T> Json jsonList(const std::vector<T>& values) {
+    Json list = Json::array();
+    for (const T& value : values)
+        list.push_back(value);
+    return list;
+}
+
+Json jsonPowers(const std::vector<uint32_t>& log2s) {
+    Json list = Json::array();
+    for (const uint32_t log2 : log2s)
+        list.push_back(1u << log2);
+    return list;
+}
+
+/// Writes 0.1f as 0.1, not as 0.10000000149.
+double decimal(float value) {
+    return std::stod(numberText(value));
+}
+
+Json jsonFloats(const std::vector<float>& values) {
+    Json list = Json::array();
+    for (const float value : values)
+        if (std::isinf(value))
+            list.push_back("inf");
+        else
+            list.push_back(decimal(value));
+    return list;
+}
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+} // namespace
+
+Experiment::Experiment() : thresholds{0, 8, 16, 32, 64, 96, 192, kInfinity} {}
+
+Experiment experimentFromJson(const Json& json, const std::string& where) {
+    Experiment e;
+    KeyReader keys(json, where);
+    // Texts that options take too are read by the same functions; their complaint becomes one about the file.
+    const auto parsed = [&](const char* key, const auto& parse) {
+        std::string text;
+        keys.text(key, text);
+        if (keys.find(key) == nullptr)
+            return;
+        try {
+            parse(text);
+        } catch (const Error& error) {
+            throw Error(ErrorKind::kInput, where + ": key " + error.what());
+        }
+    };
+    keys.text("title", e.title);
+    keys.texts("scenes", e.scenes);
+    parsed("size", [&](const std::string& text) {
+        std::tie(e.width, e.height) = parseSize("\"size\"", text);
+    });
+    keys.text("camera", e.camera);
+    parsed("frames", [&](const std::string& text) {
+        e.frames = parseFrames("\"frames\"", text);
+        e.framesText = text;
+    });
+    keys.number("fps", e.fps, 0.001, 1e6);
+    keys.number("lights", e.lightCount, -1, 100000);
+    keys.number("light_seed", e.lightSeed, 0, 9e15);
+    const auto powers = [&](const char* key, std::vector<uint32_t>& log2s, bool mayBeEmpty) {
+        std::vector<uint32_t> values;
+        if (const Json* found = keys.find(key)) {
+            keys.numbers(key, values, 4, 131072, mayBeEmpty);
+            log2s.clear();
+            for (const uint32_t value : values) {
+                if (!std::has_single_bit(value))
+                    keys.refuse(key, *found, "must hold powers of two from 4 to 131072");
+                log2s.push_back(uint32_t(std::countr_zero(value)));
+            }
+        }
+    };
+    powers("resolutions", e.resolutionLog2, false);
+    powers("dag_resolutions", e.dagResolutionLog2, true);
+    keys.texts("methods", e.methods);
+    for (const std::string& method : e.methods)
+        if (method != "embree" && method != "dag" && method != "maps" && method != "hybrid")
+            keys.refuse("methods", method, "must hold some of embree, dag, maps, hybrid");
+    if (const Json* found = keys.find("thresholds")) {
+        std::string joined;
+        for (const Json& item : keys.list("thresholds", *found)) {
+            if (!item.is_number() && item != "inf")
+                keys.refuse("thresholds", item, "must hold numbers of texels or \"inf\"");
+            joined += (joined.empty() ? "" : ",") +
+                      (item.is_string() ? "inf" : numberText(item.get<double>()));
+        }
+        try {
+            e.thresholds = joined.empty() ? std::vector<float>() : parseThresholds("\"thresholds\"", joined);
+        } catch (const Error& error) {
+            throw Error(ErrorKind::kInput, where + ": key " + error.what());
+        }
+    }
+    keys.texts("models", e.models);
+    keys.numbers("undersample", e.undersample, 1, 1024);
+    keys.numbers("page_size", e.pageTexels, 16, 256);
+    for (const uint32_t texels : e.pageTexels)
+        if (!std::has_single_bit(texels))
+            keys.refuse("page_size", texels, "must hold powers of two from 16 to 256");
+    keys.number("pool_mib", e.poolMib, 1, 1 << 20);
+    keys.numbers("bias", e.bias, 0, 100);
+    keys.numbers("taps", e.taps, 1, 9);
+    for (const uint32_t taps : e.taps)
+        if (taps != 1 && taps != 9)
+            keys.refuse("taps", taps, "must be 1 or 9");
+    keys.numbers("offset", e.offset, 0, 100);
+    keys.numbers("lod", e.lod, 0, 17);
+    keys.number("repeats", e.repeats, 1, 1000);
+    keys.number("warmups", e.warmups, 0, 1000);
+    keys.number("error_seed", e.errorSeed, 0, 9e15);
+    keys.finish();
+    for (const std::string& model : e.models)
+        makeCostModel(model); // throws for an unknown one
+    return e;
+}
+
+Experiment readExperiment(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file)
+        throw Error(ErrorKind::kInput, path + ": cannot be opened; give the path of an experiment file, as in "
+                                              "scenes/experiments/atrium.json");
+    std::stringstream text;
+    text << file.rdbuf();
+    Json json;
+    try {
+        json = Json::parse(text.str());
+    } catch (const Json::exception& error) {
+        throw Error(ErrorKind::kInput, path + ": not JSON: " + error.what());
+    }
+    return experimentFromJson(json, path);
+}
+
+Json toJson(const Experiment& e) {
+    return {{"title", e.title},
+            {"scenes", e.scenes},
+            {"size", std::to_string(e.width) + "x" + std::to_string(e.height)},
+            {"camera", e.camera},
+            {"frames", e.framesText},
+            {"fps", e.fps},
+            {"lights", e.lightCount},
+            {"light_seed", e.lightSeed},
+            {"resolutions", jsonPowers(e.resolutionLog2)},
+            {"dag_resolutions", jsonPowers(e.dagResolutionLog2)},
+            {"methods", e.methods},
+            {"thresholds", jsonFloats(e.thresholds)},
+            {"models", e.models},
+            {"undersample", jsonFloats(e.undersample)},
+            {"page_size", jsonList(e.pageTexels)},
+            {"pool_mib", e.poolMib},
+            {"bias", jsonFloats(e.bias)},
+            {"taps", jsonList(e.taps)},
+            {"offset", jsonFloats(e.offset)},
+            {"lod", jsonList(e.lod)},
+            {"repeats", e.repeats},
+            {"warmups", e.warmups},
+            {"error_seed", e.errorSeed}};
+}
+
+Json RunParameters::toJson() const {
+    Json json = Json::object();
+    if (usesRays()) {
+        json["resolution"] = resolution;
+        json["offset"] = decimal(frame.dagOffset);
+        json["lod"] = frame.dagLevel;
+    }
+    if (usesMaps()) {
+        json["undersample"] = decimal(frame.undersample);
+        json["page_size"] = frame.maps.pageTexels;
+        json["pool_bytes"] = frame.maps.poolBytes;
+        json["bias"] = decimal(frame.bias.constantTexels);
+        json["taps"] = frame.bias.taps;
+    }
+    if (model.starts_with("texels:")) {
+        const std::string threshold = model.substr(7);
+        json["threshold_texels"] = threshold == "inf" ? Json("inf") : Json(std::stod(threshold));
+    }
+    return json;
+}
+
+std::string RunParameters::label() const {
+    std::string text = method;
+    if (method == "hybrid")
+        text += " " + model;
+    const FrameOptions usual;
+    if (usesRays()) {
+        text += " " + std::to_string(resolution) + "^3";
+        if (frame.dagOffset != usual.dagOffset)
+            text += " offset " + numberText(frame.dagOffset);
+        if (frame.dagLevel != usual.dagLevel)
+            text += " lod " + std::to_string(frame.dagLevel);
+    }
+    if (usesMaps()) {
+        if (frame.undersample != usual.undersample)
+            text += " u" + numberText(frame.undersample);
+        if (frame.maps.pageTexels != usual.maps.pageTexels)
+            text += " pages " + std::to_string(frame.maps.pageTexels);
+        if (frame.bias.constantTexels != usual.bias.constantTexels)
+            text += " bias " + numberText(frame.bias.constantTexels);
+        if (frame.bias.taps != usual.bias.taps)
+            text += " taps " + std::to_string(frame.bias.taps);
+    }
+    return text;
+}
+
+std::string RunParameters::slug() const {
+    std::string name = label();
+    for (char& c : name)
+        if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-')
+            c = '_';
+    return name;
+}
+
+std::vector<RunParameters> configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
+                                          size_t fullCount) {
+    const auto has = [&](const char* method) {
+        return std::find(e.methods.begin(), e.methods.end(), method) != e.methods.end();
+    };
+    std::vector<RunParameters> runs;
+    std::set<std::string> seen;
+    const auto add = [&](RunParameters run) {
+        if (has(run.method.c_str()) && seen.insert(run.label()).second)
+            runs.push_back(std::move(run));
+    };
+    FrameOptions base;
+    base.width = e.width;
+    base.height = e.height;
+    base.maps.poolBytes = uint64_t(e.poolMib) << 20;
+    base.undersample = e.undersample[0];
+    base.maps.pageTexels = e.pageTexels[0];
+    base.bias.constantTexels = e.bias[0];
+    base.bias.taps = base.maps.taps = e.taps[0];
+    base.dagOffset = e.offset[0];
+    base.dagLevel = e.lod[0];
+
+    add({"embree", "", 0, 0, base});
+    const size_t dagCount = dagResolutions.size();
+    const auto resolutionOf = [&](size_t dag) { return dag < dagCount ? dagResolutions[dag] : 0; };
+    const auto addThreshold = [&](float threshold, size_t dag, const FrameOptions& frame) {
+        const std::string model = "texels:" + numberText(threshold);
+        const std::string method = threshold == 0 ? "maps" : std::isinf(threshold) ? "dag" : "hybrid";
+        add({method, model, uint32_t(dag), method == "maps" ? 0 : resolutionOf(dag), frame});
+    };
+    std::vector<float> thresholds = e.thresholds;
+    thresholds.push_back(0); // the two pure methods belong to every comparison that names them
+    thresholds.push_back(kInfinity);
+    std::sort(thresholds.begin(), thresholds.end());
+    thresholds.erase(std::unique(thresholds.begin(), thresholds.end()), thresholds.end());
+
+    for (size_t dag = 0; dag < std::max<size_t>(fullCount, 1); ++dag)
+        for (const float undersample : e.undersample)
+            for (const uint32_t page : e.pageTexels)
+                for (const float bias : e.bias)
+                    for (const uint32_t taps : e.taps)
+                        for (const float offset : e.offset)
+                            for (const uint32_t lod : e.lod)
+                                for (const float threshold : thresholds) {
+                                    FrameOptions frame = base;
+                                    frame.undersample = undersample;
+                                    frame.maps.pageTexels = page;
+                                    frame.bias.constantTexels = bias;
+                                    frame.bias.taps = frame.maps.taps = taps;
+                                    frame.dagOffset = offset;
+                                    frame.dagLevel = lod;
+                                    addThreshold(threshold, dag, frame);
+                                }
+    for (size_t dag = fullCount; dag < dagCount; ++dag)
+        addThreshold(kInfinity, dag, base);
+    for (const std::string& model : e.models)
+        add({"hybrid", model, 0, resolutionOf(0), base});
+    return runs;
+}
+
+} // namespace shadowdag

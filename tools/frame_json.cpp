@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/frame_json.h"
+
+namespace shadowdag {
+
+Json toJson(const ErrorCounts& c) {
+    return {{"pair_count", c.pairCount},
+            {"occluded_count", c.occludedCount},
+            {"false_shadow_count", c.falseShadowCount},
+            {"false_light_count", c.falseLightCount},
+            {"unexplained_false_shadow_count", c.unexplainedFalseShadowCount},
+            {"unexplained_false_light_count", c.unexplainedFalseLightCount},
+            {"acne_count", c.acneCount},
+            {"contact_count", c.contactCount},
+            {"mean_abs_visibility_error", c.meanAbsVisibilityError()}};
+}
+
+Json toJson(const StageTimes& stages) {
+    Json json = Json::object();
+    for (const auto& [name, timeMs] : stages.stagesMs)
+        json[name] = timeMs;
+    return json;
+}
+
+Json toJson(const FrameCounts& c) {
+    return {{"sample_count", c.sampleCount},
+            {"cluster_count", c.clusterCount},
+            {"cluster_light_count", c.clusterLightCount},
+            {"traced_light_count", c.tracedLightCount},
+            {"mapped_light_count", c.mappedLightCount},
+            {"page_count", c.maps.pageCount},
+            {"pages_wanted_count", c.maps.pagesWantedCount},
+            {"degrade_divisor", c.maps.degradeDivisor},
+            {"texel_count", c.maps.texelCount},
+            {"triangle_draw_count", c.maps.triangleDrawCount},
+            {"triangle_sphere_count", c.maps.triangleSphereCount},
+            {"batch_face_count", c.maps.batchFaceCount},
+            {"batch_face_sphere_count", c.maps.batchFaceSphereCount},
+            {"ray_count", c.rayCount},
+            {"lookup_count", c.lookupCount},
+            {"missing_tap_count", c.missingTapCount},
+            {"map_bytes", c.maps.mapBytes}};
+}
+
+Json toJson(const std::vector<MapRecord>& maps) {
+    Json list = Json::array();
+    for (const MapRecord& map : maps) {
+        const MapQuantities& q = map.quantities;
+        list.push_back({{"light", q.light},
+                        {"route", map.route == Route::kRays ? "rays" : "map"},
+                        {"texels", q.texels},
+                        {"face_texels", q.faceTexels},
+                        {"pages", q.pages},
+                        {"samples", q.samples},
+                        {"clusters", q.clusters},
+                        {"triangles", q.triangles},
+                        {"batches", q.batches},
+                        {"range", q.range},
+                        {"pair_count", map.pairCount}});
+    }
+    return list;
+}
+
+} // namespace shadowdag

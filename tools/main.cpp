@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program `shadowdag`: parses, runs one subcommand, turns trouble into a message and an exit status.
+#include "cuda/error.h"
+#include "tools/commands.h"
+#include "tools/console.h"
+#include "tools/provenance.h"
+
+#include <csignal>
+#include <exception>
+#include <iostream>
+#include <new>
+
+namespace {
+
+int complain(const std::string& message, int status) {
+    std::cout << std::flush;
+    std::cerr << "shadowdag: error: " << message << std::endl;
+    return status;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    using namespace shadowdag;
+    catchInterrupts();
+    try {
+        Program program("shadowdag",
+                        "Rays through a sparse voxel DAG against virtual cube shadow maps, for many lights: "
+                        "their speed, and their error against Embree.",
+                        "shadowdag " + programVersion() + " (" + programCommit() + ")");
+        program.command("scene", "Write a built-in scene as .glb", declareScene);
+        program.command("voxelize", "Build the voxel DAG of a scene", declareVoxelize);
+        program.command("info", "Show what an asset or a scene holds", declareInfo);
+        program.command("render", "Render frames with one method, with AOVs", declareRender);
+        program.command("validate", "Hold shadows against Embree, pair by pair", declareValidate);
+        program.command("compare", "Every method and parameter: time against error, as a report", declareCompare);
+        program.command("bench", "Our rates beside Embree's and NanoVDB's", declareBench);
+        program.run(argc, argv);
+        if (!std::cout.flush())
+            return complain("standard output cannot be written; is the disk full?", int(ErrorKind::kResource));
+        return 0;
+    } catch (const Interrupted& interrupted) {
+        complain("interrupted; files are whole or not there", 1);
+        std::signal(interrupted.signal, SIG_DFL);
+        std::raise(interrupted.signal); // so that shells see what ended us
+    } catch (const Error& error) {
+        return complain(error.what(), int(error.kind()));
+    } catch (const std::bad_alloc&) {
+        return complain("not enough memory; try a smaller --size, --resolution or --pool, or fewer frames",
+                        int(ErrorKind::kResource));
+    } catch (const std::exception& error) {
+        return complain(error.what(), int(ErrorKind::kInput));
+    }
+    return 1;
+}

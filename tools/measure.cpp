@@ -1,0 +1,384 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/measure.h"
+
+#include "cuda/error.h"
+#include "hybrid/error.h"
+#include "tools/console.h"
+#include "tools/error_image.h"
+#include "tools/frame_json.h"
+#include "tools/image_io.h"
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <memory>
+#include <stdexcept>
+
+namespace shadowdag {
+
+namespace {
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const size_t half = values.size() / 2;
+    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+std::string fileName(std::string text) {
+    for (char& c : text)
+        if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-')
+            c = '_';
+    return text;
+}
+
+/// The times of one configuration, round by round.
+struct Timing {
+    std::vector<double> totalMs;
+    std::vector<std::pair<std::string, std::vector<double>>> stagesMs;
+
+    void add(const StageTimes& stages) {
+        totalMs.push_back(stages.totalMs());
+        for (const auto& [name, timeMs] : stages.stagesMs) {
+            auto found = std::find_if(stagesMs.begin(), stagesMs.end(), [&](const auto& s) { return s.first == name; });
+            if (found == stagesMs.end())
+                found = stagesMs.insert(stagesMs.end(), {name, {}});
+            found->second.push_back(timeMs);
+        }
+    }
+    Json toJson() const {
+        Json stages = Json::object();
+        for (const auto& [name, times] : stagesMs)
+            stages[name] = median(times);
+        return {{"time_ms", median(totalMs)},
+                {"time_ms_min", *std::min_element(totalMs.begin(), totalMs.end())},
+                {"time_ms_max", *std::max_element(totalMs.begin(), totalMs.end())},
+                {"repeat_count", totalMs.size()},
+                {"stages_ms", std::move(stages)}};
+    }
+};
+
+/// One frame of one scene: the truth once, then every configuration.
+class FrameMeasurement {
+public:
+    FrameMeasurement(const LoadedScene& scene, uint32_t frame, const Experiment& experiment,
+                     const std::vector<RunParameters>& runs, std::vector<std::unique_ptr<FrameRenderer>>& renderers,
+                     const std::vector<Dag>& dags, const Truth& truth, const MeasureContext& context)
+        : scene_(scene), frame_(frame), experiment_(experiment), runs_(runs), renderers_(renderers), dags_(dags),
+          truth_(truth), context_(context),
+          part_(scene.geometryHash + "/" + scene.name + "/" + std::to_string(frame) + "/") {}
+
+    void measure(bool withPictures, const std::function<void()>& step, SceneMeasurement& out) {
+        camera_ = chooseCamera(*scene_.world, experiment_.camera);
+        withPictures_ = withPictures;
+        if (!isDone())
+            prepareTruth();
+        measureCosts(step, out);
+        for (const RunParameters& run : runs_) {
+            answer(run);
+            step();
+        }
+        measureTimes(step);
+        collect(out);
+    }
+
+private:
+    const Json* part(const std::string& name) const { return context_.journal->find(part_ + name); }
+    std::string pictureBase() const {
+        return "images/" + fileName(scene_.name) + "_f" + std::to_string(frame_) + "_";
+    }
+
+    bool isDone() const {
+        if (part("times") == nullptr)
+            return false;
+        return std::all_of(runs_.begin(), runs_.end(),
+                           [&](const RunParameters& run) { return part("answer/" + run.label()) != nullptr; });
+    }
+
+    FrameRenderer& rendererOf(const RunParameters& run) {
+        return *renderers_[std::min<size_t>(run.dag, renderers_.size() - 1)];
+    }
+
+    const RunParameters* firstRun(bool (RunParameters::*uses)() const) const {
+        for (const RunParameters& run : runs_)
+            if ((run.*uses)())
+                return &run;
+        return nullptr;
+    }
+
+    /// Renders one configuration from nothing.
+    FrameResult render(const RunParameters& run, bool recordPairs) {
+        FrameRenderer& renderer = rendererOf(run);
+        const std::unique_ptr<CostModel> model = makeCostModel(run.model.empty() ? "texels:0" : run.model);
+        if (model->needsCosts())
+            model->setCosts(frameCosts_);
+        FrameOptions options = run.frame;
+        options.recordPairs = recordPairs;
+        if (run.method == "embree")
+            options.undersample = 1024; // only the pairs are wanted: the least maps
+        renderer.reset();
+        return renderer.render(camera_, *model, options);
+    }
+
+    /// Finds the pairs of the frame and the truth about them.
+    void prepareTruth() {
+        // Any configuration gives the same pairs: they follow from view and lights.
+        const RunParameters* maps = firstRun(&RunParameters::usesMaps);
+        RunParameters probe = maps != nullptr ? *maps : runs_.front();
+        probe.method = "embree";
+        probe.model.clear();
+        FrameResult result = render(probe, true);
+        gbufferRenderer_ = &rendererOf(probe);
+        pairs_ = std::move(result.pairs);
+        quantities_ = std::move(result.maps);
+        const std::vector<Light>& lights = scene_.world->lights();
+        truthVisibility_ = truth_.visibility(gbufferRenderer_->gbuffer(), lights, pairs_);
+        const std::vector<glm::vec3> color =
+            shadePairs(gbufferRenderer_->gbuffer(), *scene_.world, pairs_, truthVisibility_);
+        exposure_ = autoExposure(color);
+        truthDisplay_ = toneMap(color, exposure_);
+        if (withPictures_)
+            writePng(context_.directory + "/" + pictureBase() + "truth.png", experiment_.width, experiment_.height,
+                     truthDisplay_);
+    }
+
+    /// Measures what every map costs by rays and by map alone, or takes the costs that were given.
+    void measureCosts(const std::function<void()>& step, SceneMeasurement& out) {
+        const RunParameters* base = firstRun(&RunParameters::usesRays);
+        const bool isWanted = base != nullptr && firstRun(&RunParameters::usesMaps) != nullptr;
+        if (isWanted) {
+            if (part("costs") == nullptr) {
+                checkInterrupted();
+                RunParameters run = *base;
+                for (const RunParameters& candidate : runs_)
+                    if (candidate.method == "hybrid") {
+                        run = candidate; // its options hold those of both methods
+                        break;
+                    }
+                if (context_.costs != nullptr) {
+                    frameCosts_ = findCosts(*context_.costs, context_.costsPath, scene_.name, frame_);
+                } else {
+                    FrameOptions options = run.frame;
+                    options.recordPairs = false;
+                    rendererOf(run).reset();
+                    frameCosts_ = rendererOf(run).measureCosts(camera_, options);
+                }
+                frameCosts_.frame = frame_;
+                RunParameters drawAll = run;
+                drawAll.model = "texels:0";
+                const FrameResult result = render(drawAll, true);
+                context_.journal->set(part_ + "costs", costsJson(result.maps));
+            }
+            const Json& saved = *part("costs");
+            frameCosts_ = {};
+            frameCosts_.frame = frame_;
+            for (const Json& map : saved) {
+                frameCosts_.maps.push_back({map.at("light").get<uint32_t>(), map.at("rays_ms").get<double>(),
+                                            map.at("map_ms").get<double>()});
+                out.mapCosts.push_back(map);
+            }
+            out.costs[{scene_.name, frame_}] = frameCosts_;
+        }
+        step();
+    }
+
+    Json costsJson(const std::vector<MapRecord>& maps) const {
+        Json list = Json::array();
+        const Json quantities = toJson(maps);
+        for (const MapCost& cost : frameCosts_.maps)
+            for (const Json& map : quantities)
+                if (map.at("light") == cost.light) {
+                    Json entry = {{"scene", scene_.name}, {"frame", frame_}};
+                    entry.update(map);
+                    entry.erase("route");
+                    entry["rays_ms"] = cost.raysMs;
+                    entry["map_ms"] = cost.mapMs;
+                    list.push_back(std::move(entry));
+                }
+        return list;
+    }
+
+    void answer(const RunParameters& run) {
+        if (part("answer/" + run.label()) != nullptr)
+            return;
+        checkInterrupted();
+        Json json = {{"scene", scene_.name}, {"frame", frame_}, {"method", run.method}, {"model", run.model},
+                     {"parameters", run.toJson()}, {"label", run.label()}};
+        Json lights = Json::array();
+        if (run.method == "embree")
+            answerTruth(json);
+        else
+            answerMethod(run, json, lights);
+        context_.journal->set(part_ + "answer/" + run.label(), {{"run", std::move(json)}, {"lights", std::move(lights)}});
+    }
+
+    /// The truth held against itself: no error by definition, kept as a row so that tables and charts show its time.
+    void answerTruth(Json& json) {
+        ErrorCounts counts;
+        counts.pairCount = pairs_.count();
+        for (const uint8_t visibility : truthVisibility_)
+            counts.occludedCount += visibility < kHalfLit ? 1 : 0;
+        json.update(toJson(counts));
+        json["null_rate"] = 0.0;
+        json["rmse"] = 0.0;
+        json["flip"] = 0.0;
+        FrameCounts none;
+        none.rayCount = pairs_.count();
+        none.tracedLightCount = uint32_t(quantities_.size());
+        json.update(toJson(none));
+        json["dag_bytes"] = 0;
+    }
+
+    void answerMethod(const RunParameters& run, Json& json, Json& lights) {
+        const FrameResult result = render(run, true);
+        if (result.pairs.count() != pairs_.count())
+            throw std::logic_error("the pairs of " + run.label() + " differ from those of the truth");
+        ErrorOptions options;
+        options.seed = experiment_.errorSeed;
+        options.dagOffset = run.frame.dagOffset;
+        options.dagLevel = run.frame.dagLevel;
+        options.bias = run.frame.bias;
+        static const Dag kNoDag;
+        const Dag& dag = run.dag < dags_.size() ? dags_[run.dag] : kNoDag;
+        const ErrorReport report =
+            computeError(rendererOf(run), result, *scene_.world, dag, truth_, truthVisibility_, options);
+        json.update(toJson(report.total));
+        json["null_rate"] = report.nullRate;
+        const std::vector<glm::vec3> display = toneMap(result.color, exposure_);
+        json["rmse"] = computeRmse(truthDisplay_, display);
+        json["flip"] = computeFlip(truthDisplay_, display, experiment_.width, experiment_.height);
+        json.update(toJson(result.counts));
+        json["dag_bytes"] = run.usesRays() ? dag.words.size() * sizeof(uint32_t) : 0;
+        json["visibility_histogram"] = report.visibilityHistogram;
+        for (const MapRecord& map : result.maps) {
+            const uint32_t light = map.quantities.light;
+            Json entry = {{"scene", scene_.name}, {"frame", frame_}, {"label", run.label()}, {"light", light},
+                          {"route", map.route == Route::kRays ? "rays" : "map"}, {"texels", map.quantities.texels},
+                          {"face_texels", map.quantities.faceTexels}, {"pages", map.quantities.pages}};
+            entry.update(toJson(report.perLight[light]));
+            lights.push_back(std::move(entry));
+        }
+        if (withPictures_)
+            writePictures(run, result, display, json);
+    }
+
+    void writePictures(const RunParameters& run, const FrameResult& result, const std::vector<glm::vec3>& display,
+                       Json& json) {
+        const uint32_t width = experiment_.width, height = experiment_.height;
+        const auto write = [&](const char* kind, const std::vector<glm::vec3>& picture) {
+            const std::string file = pictureBase() + run.slug() + "_" + kind + ".png";
+            writePng(context_.directory + "/" + file, width, height, picture);
+            json["images"][kind] = file;
+        };
+        write("color", display);
+        write("error", errorPicture(truthDisplay_, countPixelErrors(pairs_, result.visibility, truthVisibility_)));
+        write("method", methodPicture(truthDisplay_, rayShare(result.pairs, result.pairRoute), result.maps,
+                                      scene_.world->lights(), camera_, width, height));
+    }
+
+    void measureTimes(const std::function<void()>& step) {
+        const int rounds = experiment_.warmups + experiment_.repeats;
+        if (part("times") != nullptr) {
+            for (int i = 0; i < rounds * int(runs_.size()); ++i)
+                step();
+            return;
+        }
+        std::vector<Timing> timings(runs_.size());
+        for (int round = 0; round < rounds; ++round)
+            for (size_t i = 0; i < runs_.size(); ++i) {
+                const size_t index = (i + size_t(round)) % runs_.size();
+                const RunParameters& run = runs_[index];
+                StageTimes stages;
+                if (run.method == "embree") {
+                    const auto start = std::chrono::steady_clock::now();
+                    truth_.visibility(gbufferRenderer_->gbuffer(), scene_.world->lights(), pairs_);
+                    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+                    stages.add("embree rays", time.count());
+                } else {
+                    stages = render(run, false).stages;
+                }
+                if (round >= experiment_.warmups)
+                    timings[index].add(stages);
+                step();
+            }
+        Json times = Json::object();
+        for (size_t i = 0; i < runs_.size(); ++i)
+            times[runs_[i].label()] = timings[i].toJson();
+        context_.journal->set(part_ + "times", std::move(times));
+    }
+
+    void collect(SceneMeasurement& out) const {
+        const Json& times = *part("times");
+        for (const RunParameters& run : runs_) {
+            const Json& saved = *part("answer/" + run.label());
+            Json json = Json::object();
+            for (const auto& [key, value] : saved["run"].items()) {
+                json[key] = value;
+                if (key == "label")
+                    json.update(times[run.label()]);
+            }
+            out.runs.push_back(std::move(json));
+            for (const Json& light : saved["lights"])
+                out.lights.push_back(light);
+        }
+        if (withPictures_)
+            out.truthImages.push_back(
+                {{"scene", scene_.name}, {"frame", frame_}, {"file", pictureBase() + "truth.png"}});
+    }
+
+    const LoadedScene& scene_;
+    uint32_t frame_;
+    const Experiment& experiment_;
+    const std::vector<RunParameters>& runs_;
+    std::vector<std::unique_ptr<FrameRenderer>>& renderers_;
+    const std::vector<Dag>& dags_;
+    const Truth& truth_;
+    const MeasureContext& context_;
+    std::string part_;
+    bool withPictures_ = false;
+    Camera camera_;
+    FrameRenderer* gbufferRenderer_ = nullptr;
+    PairList pairs_;
+    std::vector<MapRecord> quantities_;
+    std::vector<uint8_t> truthVisibility_;
+    std::vector<glm::vec3> truthDisplay_;
+    float exposure_ = 1;
+    FrameCosts frameCosts_;
+};
+
+} // namespace
+
+SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags, const Experiment& experiment,
+                              const std::vector<RunParameters>& runs, const MeasureContext& context) {
+    SceneMeasurement out;
+    static const Dag kNoDag;
+    std::vector<std::unique_ptr<FrameRenderer>> renderers;
+    for (const Dag& dag : dags)
+        renderers.push_back(std::make_unique<FrameRenderer>(context.backend, *scene.world, dag));
+    if (renderers.empty())
+        renderers.push_back(std::make_unique<FrameRenderer>(context.backend, *scene.world, kNoDag));
+    Truth truth(*scene.world);
+
+    const size_t stepsAFrame = 1 + runs.size() * size_t(1 + experiment.warmups + experiment.repeats);
+    const double stepCount = double(stepsAFrame * experiment.frames.size());
+    size_t stepsDone = 0;
+    const auto step = [&] {
+        ++stepsDone;
+        if (context.progress)
+            context.progress(double(stepsDone) / stepCount);
+    };
+    for (const uint32_t frame : experiment.frames) {
+        const float time = experiment.timeOfFrame(frame);
+        if (time != scene.world->timeSeconds()) {
+            const std::vector<uint32_t> moved = scene.world->setTime(time);
+            for (const std::unique_ptr<FrameRenderer>& renderer : renderers)
+                renderer->worldChanged(moved);
+            if (!moved.empty())
+                truth.update(*scene.world);
+        }
+        FrameMeasurement measurement(scene, frame, experiment, runs, renderers, dags, truth, context);
+        measurement.measure(frame == experiment.frames.front(), step, out);
+    }
+    return out;
+}
+
+} // namespace shadowdag

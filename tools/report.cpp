@@ -1,0 +1,352 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string_view>
+#include <vector>
+
+namespace shadowdag {
+
+namespace {
+
+std::string csvCell(const Json& value) {
+    std::string text = value.is_string() ? value.get<std::string>()
+                                         : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (text.find_first_of(",\"\n") == std::string::npos)
+        return text;
+    std::string quoted = "\"";
+    for (const char c : text)
+        quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + "\"";
+}
+
+std::string escaped(const std::string& text) {
+    std::string out;
+    for (const char c : text)
+        switch (c) {
+        case '&': out += "&amp;"; break;
+        case '<': out += "&lt;"; break;
+        case '>': out += "&gt;"; break;
+        case '"': out += "&quot;"; break;
+        default: out += c;
+        }
+    return out;
+}
+
+std::string text(const Json& value) {
+    return escaped(value.is_string() ? value.get<std::string>()
+                                     : value.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+std::string number(double value, int decimals) {
+    char buffer[48];
+    std::snprintf(buffer, sizeof buffer, "%.*f", decimals, value);
+    return buffer;
+}
+
+/// Returns a count with thin spaces between thousands.
+std::string grouped(double value) {
+    std::string digits = number(value, 0);
+    for (int at = int(digits.size()) - 3; at > (digits[0] == '-' ? 1 : 0); at -= 3)
+        digits.insert(size_t(at), "&#8239;");
+    return digits;
+}
+
+double percent(const Json& run, const char* key) {
+    return 100.0 * run[key].get<double>() / std::max(1.0, run["pair_count"].get<double>());
+}
+
+double wrongPercent(const Json& run) {
+    return percent(run, "false_shadow_count") + percent(run, "false_light_count");
+}
+
+double mebibytes(const Json& bytes) {
+    return bytes.get<double>() / (1024.0 * 1024.0);
+}
+
+constexpr std::string_view kStyle = R"(
+:root { --ink: #1b1f24; --soft: #5b6570; --line: #dde2e7; --wash: #f5f7f9; }
+* { box-sizing: border-box; }
+body { margin: 0 auto; padding: 2.5rem 1.5rem 4rem; max-width: 76rem; color: var(--ink); background: #fff;
+       font: 16px/1.55 "Source Sans 3", "Segoe UI", "Helvetica Neue", Arial, sans-serif; }
+h1 { font-size: 2rem; line-height: 1.2; margin: 0 0 .4rem; }
+h2 { font-size: 1.35rem; margin: 3rem 0 .8rem; padding-top: 1rem; border-top: 1px solid var(--line); }
+h3 { font-size: 1.05rem; margin: 1.6rem 0 .5rem; }
+p { max-width: 46rem; }
+.lead { color: var(--soft); margin: 0 0 1.2rem; }
+nav a { margin-right: 1.1rem; }
+a { color: #0072b2; }
+figure { margin: 0; }
+figure img { width: 100%; height: auto; display: block; }
+figcaption { color: var(--soft); font-size: .92rem; margin-top: .4rem; max-width: 46rem; }
+.main { max-width: 44rem; margin: 1.5rem 0; }
+.charts { display: grid; grid-template-columns: repeat(auto-fill, minmax(21rem, 1fr)); gap: 2.2rem 2.5rem; }
+.pictures { display: grid; grid-template-columns: repeat(4, 1fr); gap: .6rem; }
+.pictures figcaption { font-size: .82rem; margin-top: .2rem; }
+@media (max-width: 64rem) { .pictures { grid-template-columns: repeat(2, 1fr); }
+                            .charts { grid-template-columns: 1fr; } }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; width: 100%; }
+th, td { padding: .28rem .6rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th { color: var(--soft); font-weight: 600; background: var(--wash); }
+table.sortable th { cursor: pointer; }
+th:first-child, td:first-child { text-align: left; }
+td.wide { white-space: normal; text-align: left; overflow-wrap: anywhere; }
+tr:hover td { background: var(--wash); }
+.key { display: inline-block; width: .8em; height: .8em; border-radius: 2px; margin: 0 .25em 0 .6em; }
+details summary { cursor: pointer; margin: 1rem 0; color: #0072b2; }
+)";
+
+// Sorts a table by the column whose heading is clicked. The page works without it.
+constexpr std::string_view kScript = R"(
+document.querySelectorAll('table.sortable th').forEach((th, column) => th.addEventListener('click', () => {
+  const body = th.closest('table').tBodies[0], rows = [...body.rows];
+  const value = row => { const c = row.cells[th.cellIndex]; return c.dataset.v ?? c.textContent; };
+  const up = th.dataset.up !== '1'; th.dataset.up = up ? '1' : '0';
+  rows.sort((a, b) => { const x = value(a), y = value(b), d = x - y;
+    return (isNaN(d) ? x.localeCompare(y) : d) * (up ? 1 : -1); });
+  rows.forEach(row => body.append(row));
+}));
+)";
+
+void addFigure(std::string& html, const Json& chart, const std::string& cssClass) {
+    const std::string stem = "charts/" + chart["file"].get<std::string>();
+    html += "<figure" + (cssClass.empty() ? "" : " class=\"" + cssClass + "\"") + "><a href=\"" + escaped(stem) +
+            ".svg\"><img src=\"" + escaped(stem) + ".svg\" alt=\"" + text(chart["title"]) + "\"></a><figcaption><b>" +
+            text(chart["title"]) + ".</b> " + text(chart["caption"]) + " (<a href=\"" + escaped(stem) +
+            ".png\">PNG</a>)</figcaption></figure>\n";
+}
+
+/// One sentence a scene and frame: the pure methods, and the hybrid that is fastest among those no worse than either.
+void addFindings(std::string& html, const Json& runs) {
+    std::vector<std::pair<std::string, std::vector<const Json*>>> groups;
+    for (const Json& run : runs) {
+        const std::string name =
+            run["scene"].get<std::string>() + ", frame " + std::to_string(run["frame"].get<uint32_t>());
+        if (groups.empty() || groups.back().first != name)
+            groups.push_back({name, {}});
+        groups.back().second.push_back(&run);
+    }
+    html += "<ul>\n";
+    for (const auto& [name, members] : groups) {
+        html += "<li><b>" + escaped(name) + "</b>: ";
+        const Json* fastestHybrid = nullptr;
+        bool isFirst = true;
+        for (const Json* run : members) {
+            const std::string method = (*run)["method"].get<std::string>();
+            if (method == "hybrid") {
+                if (fastestHybrid == nullptr || (*run)["time_ms"] < (*fastestHybrid)["time_ms"])
+                    fastestHybrid = run;
+                continue;
+            }
+            if (!isFirst)
+                html += "; ";
+            isFirst = false;
+            html += text((*run)["label"]) + " " + number((*run)["time_ms"].get<double>(), 1) + " ms";
+            if (method != "embree")
+                html += " at " + number(wrongPercent(*run), 2) + " % wrong pairs";
+        }
+        if (fastestHybrid != nullptr)
+            html += "; the fastest hybrid (" + text((*fastestHybrid)["label"]) + ") " +
+                    number((*fastestHybrid)["time_ms"].get<double>(), 1) + " ms at " +
+                    number(wrongPercent(*fastestHybrid), 2) + " %";
+        html += ".</li>\n";
+    }
+    html += "</ul>\n";
+}
+
+void addTable(std::string& html, const Json& runs) {
+    html += "<div class=\"scroll\"><table class=\"sortable\"><thead><tr><th>Run</th><th>Scene</th><th>Frame</th>"
+            "<th>Time, ms</th><th>min to max</th><th>Mean error</th><th>False shadow, %</th><th>False light, %</th>"
+            "<th>Unexplained</th><th>Acne</th><th>Contact</th><th>RMSE</th><th>FLIP</th><th>Traced lights</th>"
+            "<th>Mapped</th><th>Rays</th><th>Pages</th><th>DAG, MiB</th><th>Pages, MiB</th></tr></thead><tbody>\n";
+    const auto cell = [&](double value, const std::string& shown) {
+        html += "<td data-v=\"" + number(value, 9) + "\">" + shown + "</td>";
+    };
+    for (const Json& run : runs) {
+        html += "<tr><td>" + text(run["label"]) + "</td><td>" + text(run["scene"]) + "</td>";
+        const auto count = [&](const char* key) { cell(run[key].get<double>(), grouped(run[key].get<double>())); };
+        const auto decimal = [&](double value, int decimals) { cell(value, number(value, decimals)); };
+        count("frame");
+        decimal(run["time_ms"].get<double>(), 2);
+        cell(run["time_ms_min"].get<double>(), number(run["time_ms_min"].get<double>(), 2) + " to " +
+                                                   number(run["time_ms_max"].get<double>(), 2));
+        decimal(run["mean_abs_visibility_error"].get<double>(), 5);
+        decimal(percent(run, "false_shadow_count"), 3);
+        decimal(percent(run, "false_light_count"), 3);
+        const double unexplained = run["unexplained_false_shadow_count"].get<double>() +
+                                   run["unexplained_false_light_count"].get<double>();
+        cell(unexplained, grouped(unexplained));
+        count("acne_count");
+        count("contact_count");
+        decimal(run["rmse"].get<double>(), 4);
+        decimal(run["flip"].get<double>(), 4);
+        count("traced_light_count");
+        count("mapped_light_count");
+        count("ray_count");
+        count("page_count");
+        decimal(mebibytes(run["dag_bytes"]), 2);
+        decimal(mebibytes(run["map_bytes"]), 2);
+        html += "</tr>\n";
+    }
+    html += "</tbody></table></div>\n";
+}
+
+/// Returns whether a run belongs to the pictures that are shown at once; the others are folded away.
+bool isShownAtOnce(const Json& run) {
+    const std::string model = run["model"].get<std::string>();
+    return run["method"] != "hybrid" || model == "oracle" || model == "texels:96" || model == "texels:32";
+}
+
+void addPictureRow(std::string& html, const Json& run, const std::string& truthFile) {
+    html += "<h3>" + text(run["label"]) + ": " + number(run["time_ms"].get<double>(), 1) + " ms, " +
+            number(percent(run, "false_shadow_count"), 2) + " % false shadow, " +
+            number(percent(run, "false_light_count"), 2) + " % false light</h3>\n<div class=\"pictures\">";
+    const auto add = [&](const std::string& file, const std::string& caption) {
+        html += "<figure><a href=\"" + escaped(file) + "\"><img loading=\"lazy\" src=\"" + escaped(file) + "\" alt=\"" +
+                escaped(caption) + "\"></a><figcaption>" + escaped(caption) + "</figcaption></figure>";
+    };
+    add(run["images"]["color"].get<std::string>(), "The method");
+    add(truthFile, "The truth (Embree)");
+    add(run["images"]["error"].get<std::string>(), "False shadow and false light");
+    add(run["images"]["method"].get<std::string>(), "Rays or maps");
+    html += "</div>\n";
+}
+
+void addPictures(std::string& html, const Json& results) {
+    for (const Json& truth : results["truth_images"]) {
+        html += "<h2 id=\"pictures\">Pictures: " + text(truth["scene"]) + ", frame " + text(truth["frame"]) + "</h2>\n";
+        html += "<p>Errors: <span class=\"key\" style=\"background:#d55e00\"></span>false shadow (the method says dark, "
+                "Embree lit), <span class=\"key\" style=\"background:#0072b2\"></span>false light; strength is the "
+                "square root of the share of the pixel's lights. Last column: answered by "
+                "<span class=\"key\" style=\"background:#56b4e9\"></span>rays, "
+                "<span class=\"key\" style=\"background:#e69f00\"></span>maps; discs are the lights.</p>\n";
+        std::string folded;
+        for (const Json& run : results["runs"]) {
+            if (run["scene"] != truth["scene"] || run["frame"] != truth["frame"] || !run.contains("images"))
+                continue;
+            addPictureRow(isShownAtOnce(run) ? html : folded, run, truth["file"].get<std::string>());
+        }
+        if (!folded.empty())
+            html += "<details><summary>The other runs</summary>\n" + folded + "</details>\n";
+    }
+}
+
+void addProvenance(std::string& html, const Json& results) {
+    html += "<div class=\"scroll\"><table><tbody>\n";
+    const auto row = [&](const std::string& name, const std::string& value) {
+        html += "<tr><td>" + name + "</td><td class=\"wide\">" + value + "</td></tr>\n";
+    };
+    for (const auto& [key, value] : results["provenance"].items())
+        row(escaped(key), text(value));
+    for (const Json& scene : results["scenes"])
+        row("scene", text(scene["scene"]) + ", hash " + text(scene["scene_hash"]) + ", " +
+                         grouped(scene["triangle_count"].get<double>()) + " triangles, " + text(scene["light_count"]) +
+                         " lights");
+    for (const auto& [key, value] : results["experiment"].items())
+        row(escaped(key), text(value));
+    html += "</tbody></table></div>\n";
+}
+
+} // namespace
+
+std::string flatCsv(const Json& rows) {
+    std::string csv;
+    if (rows.empty())
+        return csv;
+    std::vector<std::string> columns;
+    for (const auto& [key, value] : rows.front().items())
+        columns.push_back(key);
+    for (size_t i = 0; i < columns.size(); ++i)
+        csv += (i == 0 ? "" : ",") + csvCell(columns[i]);
+    csv += "\n";
+    for (const Json& row : rows) {
+        for (size_t i = 0; i < columns.size(); ++i)
+            csv += (i == 0 ? "" : ",") + (row.contains(columns[i]) ? csvCell(row[columns[i]]) : "");
+        csv += "\n";
+    }
+    return csv;
+}
+
+std::string runsCsv(const Json& runs) {
+    // Nested objects become columns of their own; every row gets every column, in order of first appearance.
+    std::vector<Json> flat;
+    Json all = Json::object();
+    for (const Json& run : runs) {
+        Json row = Json::object();
+        for (const auto& [key, value] : run.items()) {
+            if (key == "visibility_histogram" || key == "images")
+                continue;
+            if (!value.is_object()) {
+                row[key] = value;
+                continue;
+            }
+            for (const auto& [inner, innerValue] : value.items())
+                row[key + "." + inner] = innerValue;
+        }
+        for (const auto& [key, value] : row.items())
+            all[key] = "";
+        flat.push_back(std::move(row));
+    }
+    Json rows = Json::array();
+    for (const Json& row : flat) {
+        Json full = all;
+        full.update(row);
+        rows.push_back(std::move(full));
+    }
+    return flatCsv(rows);
+}
+
+std::string reportHtml(const Json& results, const Json& charts) {
+    const Json& runs = results["runs"];
+    std::string title = results["experiment"]["title"].get<std::string>();
+    if (title.empty())
+        title = "Shadows by rays and by maps: time against error";
+    std::string html = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+                       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>" +
+                       escaped(title) + "</title><style>" + std::string(kStyle) + "</style></head><body>\n";
+    html += "<h1>" + escaped(title) + "</h1>\n<p class=\"lead\">" + std::to_string(runs.size()) + " runs on ";
+    for (size_t i = 0; i < results["scenes"].size(); ++i)
+        html += (i == 0 ? "" : ", ") + text(results["scenes"][i]["scene"]) + " (" +
+                grouped(results["scenes"][i]["triangle_count"].get<double>()) + " triangles, " +
+                text(results["scenes"][i]["light_count"]) + " lights)";
+    html += " at " + text(results["experiment"]["size"]) + " pixels, " + text(results["provenance"]["cpu"]) + ", " +
+            text(results["provenance"]["thread_count"]) + " threads, backend " + text(results["provenance"]["backend"]) +
+            ". Every (visible point, light) pair is held against Embree.</p>\n";
+    html += "<nav><a href=\"#charts\">Charts</a><a href=\"#table\">Table</a><a href=\"#pictures\">Pictures</a>"
+            "<a href=\"#provenance\">Provenance</a><a href=\"#limits\">Limits</a><a href=\"results.json\">results.json</a>"
+            "<a href=\"results.csv\">results.csv</a><a href=\"lights.csv\">lights.csv</a>"
+            "<a href=\"costs.json\">costs.json</a></nav>\n";
+    addFindings(html, runs);
+    if (!charts.is_null() && !charts["charts"].empty()) {
+        const Json& list = charts["charts"];
+        html += "<h2 id=\"charts\">Charts</h2>\n";
+        addFigure(html, list[0], "main");
+        html += "<div class=\"charts\">\n";
+        for (size_t i = 1; i < list.size(); ++i)
+            addFigure(html, list[i], "");
+        html += "</div>\n";
+    }
+    html += "<h2 id=\"table\">All runs</h2>\n<p>Click a heading to sort. Mean error is the mean of |visibility - Embree's| "
+            "over all pairs; unexplained, acne and contact are counts of wrong pairs.</p>\n";
+    addTable(html, runs);
+    addPictures(html, results);
+    html += "<h2 id=\"provenance\">Provenance</h2>\n";
+    addProvenance(html, results);
+    html += "<h2 id=\"limits\">Limits</h2>\n<ul>\n"
+            "<li>Times are medians of interleaved runs on this machine; the spread is in the table. They hold what a frame "
+            "does: no loading, no voxelizing, no truth, no copies for this report.</li>\n"
+            "<li>Embree's time is that of its shadow rays alone, without G-buffer and shading.</li>\n"
+            "<li>Every frame stands for itself: resolutions that an animation would have kept from the frame before are "
+            "forgotten.</li>\n"
+            "<li>Rays see static geometry only; what moves is in maps and in the truth.</li>\n"
+            "<li>The isolated cost of a map is measured with nothing else running; a frame's sum differs.</li>\n"
+            "<li>96 texels is the paper's threshold at 1920 x 1080; a frame of 640 x 360 requests a third of the "
+            "resolution, so 32 is its equivalent there.</li>\n</ul>\n";
+    html += "<script>" + std::string(kScript) + "</script>\n</body></html>\n";
+    return html;
+}
+
+} // namespace shadowdag

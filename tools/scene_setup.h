@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// From SCENE and options to what a frame needs: world, camera, voxels (built, cached or read).
+#pragma once
+
+#include "hybrid/frame.h"
+#include "tools/console.h"
+#include "tools/experiment.h"
+#include "voxel/asset.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace shadowdag {
+
+/// A scene, flattened. Movable: the world refers to the scene through the pointer.
+struct LoadedScene {
+    std::string argument; ///< as the user named it
+    std::string name;     ///< without directories
+    std::string geometryHash;
+    std::unique_ptr<Scene> scene;
+    std::unique_ptr<World> world;
+};
+
+/// Loads SCENE and places lights. Warnings go to standard error. Throws as loadScene does; with
+/// `needsLights`, Error kInput when there is no light.
+LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, uint64_t lightSeed,
+                              bool needsLights, const Console& console);
+
+/// Returns the camera that --camera asks for, at the world's current time; "" is the scene's first, else auto.
+/// Throws Error kUsage for an unknown name, listing those that are there, and for bad numbers.
+Camera chooseCamera(const World& world, const std::string& text);
+
+/// Where built assets are kept.
+struct VoxelSource {
+    std::vector<std::string> assetPaths; ///< instead of resolutions, when not empty
+    std::string cacheDirectory;          ///< "" for the user's own
+    bool allowStale = false;
+};
+
+/// Returns the directory of the cache: `asked`, or $XDG_CACHE_HOME/shadowdag, or ~/.cache/shadowdag, or "" (no
+/// cache) where neither variable is set.
+std::string cacheDirectory(const std::string& asked);
+
+/// Returns the DAG of the scene's static triangles at a resolution, from the cache where it is there. A damaged cache
+/// file is said and built anew; a cache that cannot be written is said and done without.
+Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSource& source, const Console& console);
+
+/// Reads an asset for a scene. Throws Error kInput when it was built from another scene and that is not allowed.
+Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStale, const Console& console);
+
+/// Returns the DAGs of a run: those of the assets given, else one a resolution.
+std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t>& resolutionLog2,
+                            const VoxelSource& source, const Console& console);
+
+/// Returns the provenance that an asset of this scene carries.
+AssetProvenance assetProvenance(const LoadedScene& scene);
+
+/// Throws Error kResource unless a file can be made at `path`: so that hours of work do not end in a bad directory.
+void checkWritable(const std::string& path);
+
+} // namespace shadowdag

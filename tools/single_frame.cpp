@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/single_frame.h"
+
+#include "cuda/error.h"
+
+#include <algorithm>
+
+namespace shadowdag {
+
+void MethodOptions::declare(CommandLine& commandLine, const std::string& methods) {
+    commandLine.heading("Method");
+    commandLine.text("--method", method, methods,
+                     "embree: the truth; dag: all lights by rays through voxels; maps: all by virtual cube shadow "
+                     "maps; hybrid: each by the method that --model chooses [" + method + "]");
+    commandLine.text("--model", model, "M",
+                     "For hybrid: texels:N (maps under N texels are traced), expr:EXPRESSION (rays where it is over 0), "
+                     "oracle (the cheaper by isolated cost) [texels:96]");
+    commandLine.text("--costs", costs, "F", "Costs for --model oracle, as compare writes them; else they are measured");
+}
+
+void MethodOptions::check(const CommandLine& commandLine, const std::vector<std::string>& allowed) const {
+    if (std::find(allowed.begin(), allowed.end(), method) == allowed.end()) {
+        std::string names;
+        for (const std::string& name : allowed)
+            names += (names.empty() ? "" : ", ") + name;
+        throw Error(ErrorKind::kUsage, "--method '" + method + "': must be one of " + names);
+    }
+    if (method != "hybrid" && commandLine.given("--model"))
+        throw Error(ErrorKind::kUsage, "--model is for --method hybrid, not for '" + method + "'; drop one of them");
+    if (!makeModel()->needsCosts() && commandLine.given("--costs"))
+        throw Error(ErrorKind::kUsage, "--costs is for --method hybrid --model oracle; drop it");
+    const bool usesRays = method == "dag" || method == "hybrid", usesMaps = method == "maps" || method == "hybrid";
+    for (const char* option : {"--voxels", "--resolution", "--offset", "--lod"})
+        if (!usesRays && commandLine.given(option))
+            throw Error(ErrorKind::kUsage,
+                        std::string(option) + " is for methods that trace voxels, not for '" + method + "'; drop it");
+    for (const char* option : {"--page-size", "--pool", "--bias", "--taps", "--undersample"})
+        if (!usesMaps && commandLine.given(option))
+            throw Error(ErrorKind::kUsage,
+                        std::string(option) + " is for methods that draw maps, not for '" + method + "'; drop it");
+}
+
+std::unique_ptr<CostModel> MethodOptions::makeModel() const {
+    if (method == "dag")
+        return makeCostModel("texels:inf");
+    if (method == "hybrid")
+        return makeCostModel(model.empty() ? "texels:96" : model);
+    return makeCostModel("texels:0");
+}
+
+SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
+                           const Experiment& experiment, const MethodOptions& method, bool wantsTruth,
+                           Backend backend, const Console& console)
+    : cameraText_(experiment.camera), method_(method), model_(method.makeModel()) {
+    if (!method.costs.empty())
+        costs_ = readCosts(method.costs);
+    scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true, console);
+    if (method.method == "dag" || method.method == "hybrid") {
+        const VoxelSource source{options.voxels, options.cache, options.allowStale};
+        dag_ = std::move(obtainDags(scene_, experiment.resolutionLog2, source, console).front());
+    }
+    frameOptions_.width = experiment.width;
+    frameOptions_.height = experiment.height;
+    frameOptions_.undersample = method.method == "embree" ? 1024.0f : experiment.undersample[0];
+    frameOptions_.maps.pageTexels = experiment.pageTexels[0];
+    frameOptions_.maps.poolBytes = uint64_t(experiment.poolMib) << 20;
+    frameOptions_.maps.taps = frameOptions_.bias.taps = experiment.taps[0];
+    frameOptions_.bias.constantTexels = experiment.bias[0];
+    frameOptions_.dagOffset = experiment.offset[0];
+    frameOptions_.dagLevel = experiment.lod[0];
+    errorSeed_ = experiment.errorSeed;
+    renderer_ = std::make_unique<FrameRenderer>(backend, *scene_.world, dag_);
+    if (wantsTruth)
+        truth_ = std::make_unique<Truth>(*scene_.world);
+}
+
+const FrameResult& SingleFrames::render(float timeSeconds, uint32_t frame) {
+    if (timeSeconds != scene_.world->timeSeconds()) {
+        const std::vector<uint32_t> moved = scene_.world->setTime(timeSeconds);
+        renderer_->worldChanged(moved);
+        if (truth_ && !moved.empty())
+            truth_->update(*scene_.world);
+    }
+    camera_ = chooseCamera(*scene_.world, cameraText_);
+    if (model_->needsCosts()) {
+        renderer_->reset();
+        model_->setCosts(costs_ ? findCosts(*costs_, method_.costs, scene_.name, frame)
+                                : renderer_->measureCosts(camera_, frameOptions_));
+    }
+    renderer_->reset();
+    result_ = renderer_->render(camera_, *model_, frameOptions_);
+    return result_;
+}
+
+ErrorOptions SingleFrames::errorOptions() const {
+    ErrorOptions options;
+    options.seed = errorSeed_;
+    options.dagOffset = frameOptions_.dagOffset;
+    options.dagLevel = frameOptions_.dagLevel;
+    options.bias = frameOptions_.bias;
+    return options;
+}
+
+std::vector<uint8_t> SingleFrames::truthVisibility(const FrameResult& frame) const {
+    return truth_->visibility(renderer_->gbuffer(), scene_.world->lights(), frame.pairs);
+}
+
+} // namespace shadowdag
