@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake --install: the program, the libraries with their headers, the experiments, and the package config with which
-# find_package(ShadowDAG) gives ShadowDAG::sdag_hybrid and what stands before it. tests/house/consumer uses it.
+# cmake --install: the libraries with their headers, the experiments, and the package config with which
+# find_package(ShadowDAG) gives ShadowDAG::sdag_hybrid and what stands before it; tests/house/consumer uses it.
+# tools/ installs the program.
 include(CMakePackageConfigHelpers)
 set(configFolder ${CMAKE_INSTALL_LIBDIR}/cmake/ShadowDAG)
 
@@ -13,9 +14,6 @@ foreach(folder ${SDAG_FOLDERS})
 endforeach()
 install(TARGETS ${installed} EXPORT ShadowDAGTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT ShadowDAGTargets NAMESPACE ShadowDAG:: DESTINATION ${configFolder})
-if(TARGET shadowdag)
-  install(TARGETS shadowdag RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-endif()
 if(EXISTS ${PROJECT_SOURCE_DIR}/scenes/experiments)
   install(DIRECTORY scenes/experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/shadowdag)
 endif()

@@ -32,12 +32,12 @@ THIRD_PARTY = {
     r"openvdb/.*|nanovdb/.*|zstd.*\.h|hwy/.*": {"voxel"},
     r"embree\d/.*|muParser.*\.h": {"hybrid"},
     r"CLI/.*|nlohmann/.*|OpenEXR/.*|Imf.*\.h|Imath/.*|half\.h|GLFW/.*|imgui.*\.h|backends/imgui.*|epoxy/.*": {"tools"},
-    r"gtest/.*|gmock/.*|benchmark/.*": set(),
+    r"gtest/.*|gmock/.*|benchmark/.*|boost/.*": set(),
 }
 # A standard header has neither dot nor slash; these are the C and POSIX headers of the system.
 SYSTEM = re.compile(r"[a-z0-9_]+|(sys|linux|arpa|netinet)/\w+\.h|"
                     r"(unistd|fcntl|dirent|dlfcn|errno|signal|time|stdio|stdlib|string|math|stdint|"
-                    r"(x|p|e|t|s|n|w|i|a)mmintrin|immintrin|cpuid|xmmintrin|termios|pthread|sched|malloc|execinfo)\.h")
+                    r"(x|p|e|t|s|n|w|i|a)mmintrin|immintrin|cpuid|xmmintrin|termios|pthread|sched|malloc|execinfo|spawn|poll|glob|ftw)\.h")
 # Written into the build folder by the folder's CMakeLists.txt.
 GENERATED = {"tools/provenance_values.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
