@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "scenes/builtin_stage.h"
+#include "scenes/fail_scenes.h"
 #include "scenes/gltf.h"
 
 namespace shadowdag {
@@ -15,7 +16,7 @@ struct Generator {
     Scene (*make)();
 };
 
-/// The explicit table of everything that `builtin:NAME` can mean.
+/// The explicit table of everything but the failure scenes that `builtin:NAME` can mean.
 const Generator kGenerators[] = {
     {"atrium", "two-storey colonnaded court after Crytek Sponza, 65 lamps", makeAtrium},
     {"houses", "a village at night, 256 lamps of like size, a camera from far to near", makeHouses},
@@ -29,6 +30,8 @@ std::vector<BuiltinInfo> builtinScenes() {
     std::vector<BuiltinInfo> infos;
     for (const Generator& generator : kGenerators)
         infos.push_back({generator.name, generator.description});
+    for (const FailScene& scene : failScenes())
+        infos.push_back({scene.name, scene.description});
     return infos;
 }
 

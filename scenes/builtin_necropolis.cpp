@@ -689,7 +689,6 @@ void addMovers(Stage& s, const Materials& mat) {
 Scene makeNecropolis() {
     Stage s("necropolis");
     const Materials mat = makeMaterials(s);
-    // The camera path comes first: its animation is number 0, the movers' number 1.
     s.cameraPath({{0.0, {-33, 13, 30}, {-2, 3.5, -3}},
                   {4.0, {-24, 9.5, 24}, {0, 3.5, 0}},
                   {8.0, {-17.3, 3.6, 15.5}, {-6, 3.0, 8}},

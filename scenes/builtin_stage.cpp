@@ -161,6 +161,15 @@ void Stage::cameraPath(const std::vector<Waypoint>& waypoints, double yfov, doub
     scene_.animations.push_back({"camera path", {move, turn}});
 }
 
+void Stage::addMover(AnimationChannel channel) {
+    for (Animation& animation : scene_.animations)
+        if (animation.name == "movers") {
+            animation.channels.push_back(std::move(channel));
+            return;
+        }
+    scene_.animations.push_back({"movers", {std::move(channel)}});
+}
+
 void Stage::animateTranslation(int node, const std::vector<float>& times,
                                const std::vector<dvec3>& keys) {
     AnimationChannel channel;
@@ -168,10 +177,7 @@ void Stage::animateTranslation(int node, const std::vector<float>& times,
     channel.times = times;
     for (const dvec3& key : keys)
         channel.values.emplace_back(glm::vec3(key), 0.0f);
-    if (scene_.animations.size() < 2)
-        scene_.animations.resize(2);
-    scene_.animations[1].name = "movers";
-    scene_.animations[1].channels.push_back(std::move(channel));
+    addMover(std::move(channel));
 }
 
 void Stage::animateYaw(int node, double periodSeconds, double untilSeconds, double startTurns) {
@@ -185,10 +191,7 @@ void Stage::animateYaw(int node, double periodSeconds, double untilSeconds, doub
         channel.values.emplace_back(0.0f, float(sinTurns(turns / 2)), 0.0f,
                                     float(cosTurns(turns / 2)));
     }
-    if (scene_.animations.size() < 2)
-        scene_.animations.resize(2);
-    scene_.animations[1].name = "movers";
-    scene_.animations[1].channels.push_back(std::move(channel));
+    addMover(std::move(channel));
 }
 
 } // namespace shadowdag

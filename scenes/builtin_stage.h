@@ -55,6 +55,7 @@ public:
 
 private:
     int addNode(Node node);
+    void addMover(AnimationChannel channel);
 
     Scene scene_;
 };

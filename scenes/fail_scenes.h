@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The failure scenes: each provokes one known failure of shadow maps or voxel rays and is made of
+// boxes and lights only, so that the right answer has a closed form. One description makes both.
+#pragma once
+
+#include "scenes/scene.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace shadowdag {
+
+/// A box in any orientation; may be flat (one half extent 0). Moves by `velocity` metres a second
+/// from time 0 to 4 seconds.
+struct FailBox {
+    glm::dvec3 center, half;
+    double yawTurns = 0.0, pitchTurns = 0.0; ///< turned about its own X, then about Y
+    uint32_t material = 1;                   ///< 1 floor, 2 occluder, 3 second occluder
+    glm::dvec3 velocity{0.0};
+};
+
+struct FailLight {
+    glm::dvec3 position;
+    double range;
+    double intensity; ///< candela
+};
+
+struct FailScene {
+    std::string name;
+    std::string description; ///< one line with the source of the failure
+    std::vector<FailBox> boxes;
+    std::vector<FailLight> lights;
+    glm::dvec3 eye, target;
+    bool isMessy =
+        false; ///< degenerate, doubled and flipped triangles are added, which must change nothing
+};
+
+/// Returns every failure scene, in the order in which they are listed to the user.
+std::vector<FailScene> failScenes();
+
+/// Returns the scene as any other: meshes, lights, a camera node "camera".
+Scene makeFailScene(const FailScene& description);
+
+/// Returns whether light number `light` is seen from point p of a surface whose normal faces it, at
+/// a time: true lit, false dark, nothing where the answer hangs on less than 1e-5 of the scene's
+/// extent (a ray along an edge or along its own surface). In closed form: the segment, shortened by
+/// 1e-4 of the extent at both ends, against every box. So a light that touches a surface lights the
+/// side on which it lies, and a point is not shadowed by the surface it lies on. The light's range
+/// is not asked.
+std::optional<bool> expectedLit(const FailScene& scene, const glm::dvec3& pointWorld, int light,
+                                double timeSeconds = 0.0);
+
+} // namespace shadowdag
