@@ -57,6 +57,44 @@ SDAG_HD inline void texelSpan(double lo, double hi, uint32_t faceTexels, int32_t
     last = b < end ? int32_t(b) : int32_t(end); // floor
 }
 
+/// Bounds, in face coordinates, of the part of a triangle within the face's pyramid |x| <= z, |y| <= z: for triangles
+/// that reach behind the light, which have no projection of their own. Returns false when nothing is within.
+/// Source: Sutherland and Hodgman, Reentrant Polygon Clipping, 1974.
+SDAG_HD inline bool clippedBounds(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
+                                  glm::dvec2& lo, glm::dvec2& hi) {
+    glm::dvec3 from[7] = {a, b, c}, to[7];
+    int count = 3;
+    for (int plane = 0; plane < 4; ++plane) {
+        const auto inside = [plane](const glm::dvec3& p) {
+            const double s = plane < 2 ? p.x : p.y;
+            return p.z + (plane & 1 ? -s : s);
+        };
+        int kept = 0;
+        for (int i = 0; i < count; ++i) {
+            const glm::dvec3& p = from[i];
+            const glm::dvec3& q = from[i + 1 < count ? i + 1 : 0];
+            const double dp = inside(p), dq = inside(q);
+            if (dp >= 0.0)
+                to[kept++] = p;
+            if ((dp < 0.0) != (dq < 0.0))
+                to[kept++] = p + (q - p) * (dp / (dp - dq));
+        }
+        count = kept;
+        for (int i = 0; i < count; ++i)
+            from[i] = to[i];
+    }
+    lo = glm::dvec2(1.0);
+    hi = glm::dvec2(-1.0);
+    for (int i = 0; i < count; ++i) {
+        // At the light itself every direction is possible.
+        const bool isPoint = from[i].z > 0.0;
+        const glm::dvec2 uv = isPoint ? glm::dvec2(from[i].x, from[i].y) / from[i].z : glm::dvec2(0.0);
+        lo = glm::min(lo, isPoint ? uv : glm::dvec2(-1.0));
+        hi = glm::max(hi, isPoint ? uv : glm::dvec2(1.0));
+    }
+    return count > 0;
+}
+
 /// Returns whether a triangle can cover a texel of a face, and its set-up.
 ///
 /// Edges are evaluated homogeneously: the ray c = (u, v, 1) meets the cone of a, b, c when (a x b).c, (b x c).c and
@@ -91,8 +129,14 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
             return false;
         t.wMax = float(1.0 / zMin);
     } else {
-        t.x0 = t.y0 = 0;
-        t.x1 = t.y1 = int32_t(n) - 1;
+        glm::dvec2 lo, hi;
+        if (!clippedBounds(a, b, c, lo, hi))
+            return false;
+        const double texel = 2.0 / double(n); // more than clipping rounds
+        texelSpan(lo.x - texel, hi.x + texel, n, t.x0, t.x1);
+        texelSpan(lo.y - texel, hi.y + texel, n, t.y0, t.y1);
+        if (t.x0 > t.x1 || t.y0 > t.y1)
+            return false;
         t.wMax = 3.0e38f;
     }
 
@@ -126,6 +170,37 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
     return true;
 }
 
+/// Narrows the columns [first, last] of a row to those inside of an edge. Evaluated like this, ex X + r never turns around:
+/// the columns inside are one run, whose end is found by its quotient and settled by the edge function itself.
+SDAG_HD inline void narrowSpan(double ex, double r, double tolerance, double rEx, int32_t n,
+                               int32_t& first, int32_t& last) {
+    const auto inside = [&](int32_t x) { return ex * double(2 * x + 1 - n) + r >= -tolerance; };
+    if (ex == 0.0) {
+        if (!(r >= -tolerance))
+            last = first - 1;
+        return;
+    }
+    const double end = 0.5 * ((-tolerance - r) * rEx + double(n) - 1.0);
+    // The comparisons send a NaN (0 times infinity) to one end, whence the loops walk.
+    int32_t x = end > double(first) ? end < double(last) ? int32_t(end) : last : first;
+    if (ex > 0.0) {
+        while (x > first && inside(x - 1))
+            --x;
+        while (x <= last && !inside(x))
+            ++x;
+        first = x;
+    } else {
+        while (x < last && inside(x + 1))
+            ++x;
+        while (x >= first && !inside(x))
+            --x;
+        last = x;
+    }
+}
+
+/// Triangles narrower than this are tested texel by texel: cheaper than finding where rows begin and end.
+constexpr int32_t kNarrowTexels = 4;
+
 /// Calls store(index, bits) for the texels of a triangle in rows [row0, row1] of the face that have memory; `index` is into
 /// RasterView::depths.
 template <class Store>
@@ -135,6 +210,12 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
     const uint32_t log2 = view.pageTexelsLog2;
     const int32_t side = 1 << log2;
     const int32_t n = int32_t(map.faceTexels);
+    const bool isNarrow = t.x1 - t.x0 < kNarrowTexels;
+    const bool isClearOfNear = t.wMax <= t.wNear;
+    const double rEx[3] = {isNarrow ? 0.0 : 1.0 / t.ex[0], isNarrow ? 0.0 : 1.0 / t.ex[1],
+                           isNarrow ? 0.0 : 1.0 / t.ex[2]};
+    const double wx = t.wx;
+    const float wMin = t.wMin, wMax = t.wMax, wNear = t.wNear;
     for (int32_t py = row0 >> log2; py <= row1 >> log2; ++py) {
         for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
             const uint32_t page =
@@ -151,14 +232,31 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
                              r2 = t.ey[2] * Y + t.e0[2], rw = t.wy * Y + t.w0;
                 const size_t row = (size_t(page) << (2 * log2)) +
                                    (size_t(y - py * side) << log2) - size_t(px * side);
-                for (int32_t x = xFirst; x <= xLast; ++x) {
-                    const double X = double(2 * x + 1 - n);
-                    if (t.ex[0] * X + r0 < -t.tolerance[0] || t.ex[1] * X + r1 < -t.tolerance[1] ||
-                        t.ex[2] * X + r2 < -t.tolerance[2])
-                        continue;
-                    const float w = glm::min(glm::max(float(t.wx * X + rw), t.wMin), t.wMax);
-                    if (w <= t.wNear)
-                        store(row + size_t(x), floatBits(w));
+                const auto depth = [=](int32_t x) {
+                    const float w = float(wx * double(2 * x + 1 - n) + rw);
+                    return glm::min(glm::max(w, wMin), wMax);
+                };
+                int32_t first = xFirst, last = xLast;
+                if (isNarrow) {
+                    for (int32_t x = first; x <= last; ++x) {
+                        const double X = double(2 * x + 1 - n);
+                        if (t.ex[0] * X + r0 >= -t.tolerance[0] &&
+                            t.ex[1] * X + r1 >= -t.tolerance[1] &&
+                            t.ex[2] * X + r2 >= -t.tolerance[2] && depth(x) <= wNear)
+                            store(row + size_t(x), floatBits(depth(x)));
+                    }
+                    continue;
+                }
+                narrowSpan(t.ex[0], r0, t.tolerance[0], rEx[0], n, first, last);
+                narrowSpan(t.ex[1], r1, t.tolerance[1], rEx[1], n, first, last);
+                narrowSpan(t.ex[2], r2, t.tolerance[2], rEx[2], n, first, last);
+                if (isClearOfNear) {
+                    for (int32_t x = first; x <= last; ++x)
+                        store(row + size_t(x), floatBits(depth(x)));
+                } else {
+                    for (int32_t x = first; x <= last; ++x)
+                        if (depth(x) <= wNear)
+                            store(row + size_t(x), floatBits(depth(x)));
                 }
             }
         }

@@ -40,9 +40,9 @@ void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawSt
                     FaceTriangle t;
                     if (!setUpTriangle(corners[0], corners[1], corners[2], map, t))
                         continue;
+                    // Written always, so that the compiler may take several texels at once.
                     coverTexels(view, map, face, t, t.y0, t.y1, [depths](size_t texel, uint32_t bits) {
-                        if (depths[texel] < bits)
-                            depths[texel] = bits;
+                        depths[texel] = depths[texel] > bits ? depths[texel] : bits;
                     });
                 }
             }
