@@ -19,9 +19,12 @@
 
 #include <zstd.h>
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <new>
 
@@ -61,39 +64,26 @@ private:
     std::vector<uint8_t> data_;
 };
 
-/// Reads a file from its start, never past its end.
-class FileReader {
+/// Reads bytes from their start, never past their end.
+class ByteReader {
 public:
-    explicit FileReader(const std::string& path) : path_(path), stream_(path, std::ios::binary | std::ios::ate) {
-        if (!stream_)
-            fail("cannot be opened; check the name and its permissions");
-        const std::streamoff size = stream_.tellg();
-        if (size < 0)
-            fail("is not a regular file");
-        size_ = uint64_t(size);
-        stream_.seekg(0);
-    }
+    ByteReader(const std::vector<uint8_t>& bytes, const std::string& name) : bytes_(bytes), name_(name) {}
+
     [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kInput, "asset " + path_ + ": " + what);
+        throw Error(ErrorKind::kInput, "asset " + name_ + ": " + what);
     }
-    void bytes(void* out, uint64_t count, const char* what) {
-        if (count > size_ - offset_)
-            fail("ends at byte " + std::to_string(size_) + " inside " + what + " (byte " + std::to_string(offset_) +
-                 ", " + std::to_string(count) + " bytes); the file is cut off, copy or build it again");
-        stream_.read(static_cast<char*>(out), std::streamsize(count));
-        if (!stream_)
-            fail("cannot be read at byte " + std::to_string(offset_));
+    const uint8_t* take(uint64_t count, const char* what) {
+        if (count > left())
+            fail("ends at byte " + std::to_string(bytes_.size()) + " inside " + what + " (byte " +
+                 std::to_string(offset_) + ", " + std::to_string(count) +
+                 " bytes); the file is cut off, copy or build it again");
+        const uint8_t* at = bytes_.data() + offset_;
         offset_ += count;
-    }
-    /// Reads what belongs to the header and remembers it for the checksum.
-    void headerBytes(void* out, uint64_t count, const char* what) {
-        bytes(out, count, what);
-        const auto* first = static_cast<const uint8_t*>(out);
-        header_.insert(header_.end(), first, first + count);
+        return at;
     }
     template <class T> T take(const char* what) {
         T value;
-        headerBytes(&value, sizeof(T), what);
+        std::memcpy(&value, take(sizeof(T), what), sizeof(T));
         return value;
     }
     std::string text(const char* what) {
@@ -101,27 +91,25 @@ public:
         if (count > kMaxTextBytes)
             fail(std::string(what) + " claims " + std::to_string(count) + " bytes, more than " +
                  std::to_string(kMaxTextBytes) + "; the file is damaged");
-        std::string s(count, '\0');
-        headerBytes(s.data(), count, what);
-        return s;
+        const uint8_t* at = take(count, what);
+        return std::string(at, at + count);
     }
-    const std::vector<uint8_t>& header() const { return header_; }
-    uint64_t left() const { return size_ - offset_; }
+    uint64_t offset() const { return offset_; }
+    uint64_t left() const { return bytes_.size() - offset_; }
 
 private:
-    std::string path_;
-    std::ifstream stream_;
-    uint64_t size_ = 0, offset_ = 0;
-    std::vector<uint8_t> header_;
+    const std::vector<uint8_t>& bytes_;
+    const std::string& name_;
+    uint64_t offset_ = 0;
 };
 
 using Hash = std::array<uint8_t, 16>;
 
-Asset readUnguarded(const std::string& path) {
-    FileReader in(path);
-    uint8_t magic[8];
-    in.headerBytes(magic, sizeof(magic), "the magic");
-    if (std::memcmp(magic, kMagic, sizeof(magic)) != 0)
+} // namespace
+
+Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
+    ByteReader in(bytes, name);
+    if (std::memcmp(in.take(sizeof(kMagic), "the magic"), kMagic, sizeof(kMagic)) != 0)
         in.fail("does not begin as an .svdag file does; it is something else or was damaged by a text-mode copy");
     const auto version = in.take<uint32_t>("the version");
     if (version != kVersion)
@@ -140,9 +128,8 @@ Asset readUnguarded(const std::string& path) {
     asset.provenance.sceneHash = in.text("the scene hash");
     asset.provenance.programVersion = in.text("the program version");
     asset.provenance.options = in.text("the options");
-    Hash headerHash;
-    in.bytes(headerHash.data(), headerHash.size(), "the header checksum");
-    if (headerHash != contentHash(in.header().data(), in.header().size()))
+    const uint64_t headerBytes = in.offset();
+    if (in.take<Hash>("the header checksum") != contentHash(bytes.data(), headerBytes))
         in.fail("its header does not match its checksum; the file is damaged, copy or build it again");
 
     if (grid.resolutionLog2 > kMaxResolutionLog2)
@@ -167,23 +154,21 @@ Asset readUnguarded(const std::string& path) {
                 std::to_string(counts.pointerCount) + " pointers, " + std::to_string(counts.referenceCount) +
                 " references, " + std::to_string(counts.leafCount) + " leaves) do not fit a payload of " +
                 std::to_string(payloadBytes) + " bytes");
-    std::vector<uint8_t> payload(payloadBytes);
-    in.bytes(payload.data(), payloadBytes, "the payload");
-    if (payloadHash != contentHash(payload.data(), payload.size()))
+    const uint8_t* payload = in.take(payloadBytes, "the payload");
+    if (payloadHash != contentHash(payload, payloadBytes))
         in.fail("its payload does not match its checksum; the file is damaged, copy or build it again");
+    std::vector<uint8_t> streams(counts.byteCount());
     if (packing == kPackingZstd) {
-        std::vector<uint8_t> streams(counts.byteCount());
-        const size_t got = ZSTD_decompress(streams.data(), streams.size(), payload.data(), payload.size());
+        const size_t got = ZSTD_decompress(streams.data(), streams.size(), payload, payloadBytes);
         if (ZSTD_isError(got) || got != streams.size())
             in.fail("its payload does not unpack to " + std::to_string(streams.size()) + " bytes" +
                     (ZSTD_isError(got) ? std::string(": ") + ZSTD_getErrorName(got) : std::string()));
-        payload.swap(streams);
+    } else {
+        std::copy(payload, payload + payloadBytes, streams.begin());
     }
-    asset.dag = decodeDag(payload, counts, grid, "asset " + path);
+    asset.dag = decodeDag(streams, counts, grid, "asset " + name);
     return asset;
 }
-
-} // namespace
 
 uint64_t writeAsset(const Asset& asset, const std::string& path) {
     EncodedCounts counts;
@@ -220,7 +205,18 @@ uint64_t writeAsset(const Asset& asset, const std::string& path) {
 
 Asset readAsset(const std::string& path) {
     try {
-        return readUnguarded(path);
+        std::error_code error;
+        if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
+            throw Error(ErrorKind::kInput, "asset " + path + ": is not a regular file");
+        std::ifstream in(path, std::ios::binary | std::ios::ate);
+        const std::streamoff size = in ? std::streamoff(in.tellg()) : -1;
+        if (size < 0)
+            throw Error(ErrorKind::kInput, "asset " + path + ": cannot be opened; check the name and its permissions");
+        std::vector<uint8_t> bytes(static_cast<size_t>(size));
+        in.seekg(0);
+        if (!in.read(reinterpret_cast<char*>(bytes.data()), size))
+            throw Error(ErrorKind::kInput, "asset " + path + ": cannot be read");
+        return parseAsset(bytes, path);
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kResource, "asset " + path + ": not enough memory to load it");
     }

@@ -30,4 +30,7 @@ uint64_t writeAsset(const Asset& asset, const std::string& path);
 /// Throws Error kInput naming file, place and value.
 Asset readAsset(const std::string& path);
 
+/// The same for the bytes of a file; `name` stands for its path in messages.
+Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name);
+
 } // namespace shadowdag
