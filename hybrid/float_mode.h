@@ -6,12 +6,15 @@
 
 namespace shadowdag {
 
-/// Sets flush-to-zero and denormals-are-zero on the calling thread and restores the former mode at the end of the scope.
-/// The mode belongs to a thread: every task of a parallel loop that calls Embree opens a scope of its own, because a mode left
-/// behind on a worker would change what later tasks on it compute. Only for files that call Embree.
+/// Sets flush-to-zero and denormals-are-zero on the calling thread and restores the former mode at
+/// the end of the scope. The mode belongs to a thread: every task of a parallel loop that calls
+/// Embree opens a scope of its own, because a mode left behind on a worker would change what later
+/// tasks on it compute. Only for files that call Embree.
 class EmbreeFloatMode {
 public:
-    EmbreeFloatMode() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero); }
+    EmbreeFloatMode() : saved_(_mm_getcsr()) {
+        _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero);
+    }
     ~EmbreeFloatMode() { _mm_setcsr(saved_); }
     EmbreeFloatMode(const EmbreeFloatMode&) = delete;
     EmbreeFloatMode& operator=(const EmbreeFloatMode&) = delete;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree's door: building, the filter that confirms hits in double, packets. Ray set-up is in truth_rays.cpp.
+// Embree's door: building, the filter that confirms hits in double, packets. Ray set-up is in
+// truth_rays.cpp.
 #include "hybrid/truth_state.h"
 
 #include "cuda/error.h"
@@ -14,7 +15,8 @@ namespace shadowdag {
 namespace {
 
 constexpr uint32_t kPacketWidth = 8;
-/// Embree's documentation of RTC_BUFFER_TYPE_VERTEX: larger coordinates make a triangle silently invisible.
+/// Embree's documentation of RTC_BUFFER_TYPE_VERTEX: larger coordinates make a triangle silently
+/// invisible.
 constexpr float kEmbreeLimit = 1.0e18f;
 
 /// Embree's context with what the filter needs to know about the rays of a packet.
@@ -24,11 +26,12 @@ struct FilterContext {
     const TruthRay* rays; ///< of this packet; a ray's id is its index here
 };
 
-/// Returns where the ray crosses the triangle's plane, in double; NaN when they are parallel. The differences of
-/// floats are exact or off by 2^-53 relative, so is what follows to a few of those.
+/// Returns where the ray crosses the triangle's plane, in double; NaN when they are parallel. The
+/// differences of floats are exact or off by 2^-53 relative, so is what follows to a few of those.
 double crossing(const Truth::State& state, const TruthRay& ray, uint32_t triangle) {
     const glm::dvec3 v0 = state.vertex(triangle, 0);
-    const glm::dvec3 normal = glm::cross(state.vertex(triangle, 1) - v0, state.vertex(triangle, 2) - v0);
+    const glm::dvec3 normal =
+        glm::cross(state.vertex(triangle, 1) - v0, state.vertex(triangle, 2) - v0);
     const double along = glm::dot(normal, glm::dvec3(ray.direction));
     if (along == 0.0)
         return std::nan("");
@@ -53,7 +56,8 @@ void confirmHits(const RTCFilterFunctionNArguments* args) {
         }
 }
 
-FilterContext makeContext(const Truth::State& state, const TruthRay* rays, RTCIntersectContextFlags flags) {
+FilterContext makeContext(const Truth::State& state, const TruthRay* rays,
+                          RTCIntersectContextFlags flags) {
     FilterContext context;
     rtcInitIntersectContext(&context.embree);
     context.embree.flags = flags;
@@ -97,8 +101,9 @@ void onEmbreeError(void* user, RTCError, const char* text) {
 Truth::State::State() {
     device = rtcNewDevice("isa=avx2");
     if (!device)
-        throw Error(ErrorKind::kResource, "Embree cannot start (code " + std::to_string(rtcGetDeviceError(nullptr)) +
-                                              "); it needs libembree 3.13 and a processor with AVX2");
+        throw Error(ErrorKind::kResource,
+                    "Embree cannot start (code " + std::to_string(rtcGetDeviceError(nullptr)) +
+                        "); it needs libembree 3.13 and a processor with AVX2");
     rtcSetDeviceErrorFunction(device, onEmbreeError, &lastError);
 }
 
@@ -116,9 +121,10 @@ void Truth::State::build(const TriangleView& source) {
     for (int a = 0; a < 3; ++a) {
         const float lo = bounds.min[a], hi = bounds.max[a];
         if (!(std::fabs(lo) < kEmbreeLimit && std::fabs(hi) < kEmbreeLimit))
-            throw Error(ErrorKind::kInput, "the truth needs coordinates under 1e18, the scene reaches " +
-                                               std::to_string(std::fabs(lo) > std::fabs(hi) ? lo : hi) +
-                                               " on axis " + std::to_string(a) + "; scale the scene down");
+            throw Error(ErrorKind::kInput,
+                        "the truth needs coordinates under 1e18, the scene reaches " +
+                            std::to_string(std::fabs(lo) > std::fabs(hi) ? lo : hi) + " on axis " +
+                            std::to_string(a) + "; scale the scene down");
         const float middle = lo + 0.5f * (hi - lo);
         const bool isExact = middle > 0.0f ? lo >= 0.5f * middle && hi <= 2.0f * middle
                                            : hi <= 0.5f * middle && lo >= 2.0f * middle;
@@ -135,32 +141,43 @@ void Truth::State::build(const TriangleView& source) {
         rtcReleaseScene(scene);
     lastError.clear();
     scene = rtcNewScene(device);
-    rtcSetSceneFlags(scene, RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
+    rtcSetSceneFlags(scene,
+                     RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
     RTCGeometry mesh = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertices.data(), 0, sizeof(glm::vec4),
-                               vertices.size());
-    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(), 0, sizeof(glm::uvec3),
-                               triangles.size());
+    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertices.data(),
+                               0, sizeof(glm::vec4), vertices.size());
+    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, triangles.data(),
+                               0, sizeof(glm::uvec3), triangles.size());
     rtcCommitGeometry(mesh);
     rtcAttachGeometryByID(scene, mesh, 0);
     rtcReleaseGeometry(mesh);
     rtcCommitScene(scene);
     if (!lastError.empty())
-        throw Error(ErrorKind::kResource, "Embree cannot build over " + std::to_string(triangles.size()) +
-                                              " triangles: " + lastError + "; free memory or use a smaller scene");
+        throw Error(ErrorKind::kResource,
+                    "Embree cannot build over " + std::to_string(triangles.size()) +
+                        " triangles: " + lastError + "; free memory or use a smaller scene");
 }
 
 Truth::Truth(const World& world) : Truth(world.triangles()) {}
-Truth::Truth(const TriangleView& triangles) : state_(std::make_unique<State>()) { state_->build(triangles); }
+Truth::Truth(const TriangleView& triangles) : state_(std::make_unique<State>()) {
+    state_->build(triangles);
+}
 Truth::~Truth() = default;
-void Truth::update(const World& world) { state_->build(world.triangles()); }
-void Truth::update(const TriangleView& triangles) { state_->build(triangles); }
-const glm::dvec3& Truth::originWorld() const { return state_->origin; }
+void Truth::update(const World& world) {
+    state_->build(world.triangles());
+}
+void Truth::update(const TriangleView& triangles) {
+    state_->build(triangles);
+}
+const glm::dvec3& Truth::originWorld() const {
+    return state_->origin;
+}
 
 void Truth::traceBlocked(const TruthRay* rays, size_t count, uint8_t* blocked) const {
     const EmbreeFloatMode mode;
     for (size_t i = 0; i < count; i += kPacketWidth)
-        traceEight(*state_, rays + i, uint32_t(std::min<size_t>(kPacketWidth, count - i)), blocked + i);
+        traceEight(*state_, rays + i, uint32_t(std::min<size_t>(kPacketWidth, count - i)),
+                   blocked + i);
 }
 
 uint32_t Truth::traceFirst(const TruthRay& ray, float* t) const {
@@ -218,7 +235,8 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
     std::vector<uint8_t> result(pairs.count());
     // Within a screen tile the rays of one light are neighbours; over tiles we run in parallel.
     constexpr uint32_t kTile = 16;
-    const uint32_t tilesX = (gbuffer.width + kTile - 1) / kTile, tilesY = (gbuffer.height + kTile - 1) / kTile;
+    const uint32_t tilesX = (gbuffer.width + kTile - 1) / kTile,
+                   tilesY = (gbuffer.height + kTile - 1) / kTile;
     cpuParallelRanges(size_t(tilesX) * tilesY, 4, [&](size_t begin, size_t end) {
         struct Item {
             uint32_t light, sample;
@@ -231,7 +249,8 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
             items.clear();
             for (uint32_t k = 0; k < kTile * kTile; ++k) {
                 // 4 x 2 blocks of samples: a packet is as square as 8 allows.
-                const uint32_t block = k / 8, x = uint32_t(tile % tilesX) * kTile + block % 4 * 4 + k % 4;
+                const uint32_t block = k / 8,
+                               x = uint32_t(tile % tilesX) * kTile + block % 4 * 4 + k % 4;
                 const uint32_t y = uint32_t(tile / tilesX) * kTile + block / 4 * 2 + k % 8 / 4;
                 if (x >= gbuffer.width || y >= gbuffer.height)
                     continue;
@@ -244,8 +263,9 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
             rays.resize(items.size());
             blocked.resize(items.size());
             for (size_t i = 0; i < items.size(); ++i)
-                rays[i] = pairRay(gbuffer.positionWorld[items[i].sample], gbuffer.normalWorld[items[i].sample],
-                                  gbuffer.triangle[items[i].sample], lights[items[i].light].positionWorld);
+                rays[i] = pairRay(
+                    gbuffer.positionWorld[items[i].sample], gbuffer.normalWorld[items[i].sample],
+                    gbuffer.triangle[items[i].sample], lights[items[i].light].positionWorld);
             traceBlocked(rays.data(), rays.size(), blocked.data());
             for (size_t i = 0; i < items.size(); ++i)
                 result[items[i].pair] = blocked[i] ? 0 : kLit;

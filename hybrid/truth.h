@@ -1,21 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 // The truth: Embree's answer for every pair. The only door to Embree besides embree_baseline.
 //
-// What it answers. The triangles are what they are as floats in world space. A pair is dark when a triangle other than the
-// receiver's crosses the truth ray strictly between its ends. In the local frame (see TruthRay) the ray
-//  - starts above the receiver's plane, by at least c on the light's side, and inside the receiver's outline by c where
-//    the triangle is wide enough: whatever error the G-buffer made is measured against the triangle, not guessed;
-//  - ends at the light, raised to c above that plane if it lies lower, and is cut at 1 - 16 u of its length;
+// What it answers. The triangles are what they are as floats in world space. A pair is dark when a
+// triangle other than the receiver's crosses the truth ray strictly between its ends. In the local
+// frame (see TruthRay) the ray
+//  - starts above the receiver's plane, by at least c on the light's side, and inside the
+//  receiver's outline by c where
+//    the triangle is wide enough: whatever error the G-buffer made is measured against the
+//    triangle, not guessed;
+//  - ends at the light, raised to c above that plane if it lies lower, and is cut at 1 - 16 u of
+//  its length;
 //  - never counts the receiver's own triangle: it is flat, and the whole ray lies above it.
 // With u = 2^-24, M the largest coordinate of receiver and sample and L the diagonal of the bounds,
 //      c = 4 u M + 16 u L.
-// Derivation: tessellated or doubled flat surfaces are flat only to the rounding of their vertices. World::setTime sums
-// rotated vertices (error about 4 u L) to a translation (u M, half an ulp); a plane through three of them is off by sqrt(3) of
-// that, two planes by 2 sqrt(3) < 4 times. Below c, surfaces are the same surface (failure 27); above, they shadow each other.
-// Embree's distances along the ray are float, and at slivers and grazing rays arbitrarily wrong: each hit that it reports is
-// confirmed in double (0 < t < end, both exact to 2^-50 relative), so that what touches only an end never blocks. Embree's edge
-// tests are its own (robust, watertight). A triangle seen exactly edge-on does not block.
-// Not guaranteed: that a blocker nearer than c to the sample is seen, nor which way a ray through an edge within rounding is answered.
+// Derivation: tessellated or doubled flat surfaces are flat only to the rounding of their vertices.
+// World::setTime sums rotated vertices (error about 4 u L) to a translation (u M, half an ulp); a
+// plane through three of them is off by sqrt(3) of that, two planes by 2 sqrt(3) < 4 times. Below
+// c, surfaces are the same surface (failure 27); above, they shadow each other. Embree's distances
+// along the ray are float, and at slivers and grazing rays arbitrarily wrong: each hit that it
+// reports is confirmed in double (0 < t < end, both exact to 2^-50 relative), so that what touches
+// only an end never blocks. Embree's edge tests are its own (robust, watertight). A triangle seen
+// exactly edge-on does not block. Not guaranteed: that a blocker nearer than c to the sample is
+// seen, nor which way a ray through an edge within rounding is answered.
 #pragma once
 
 #include "hybrid/pairs.h"
@@ -33,21 +39,25 @@ struct TruthBlocker {
     float distanceWorld = 0;         ///< from the sample
 };
 
-/// A segment as Embree is asked for it: local space = world space - Truth::originWorld(), t in [0, 1] from start to end.
+/// A segment as Embree is asked for it: local space = world space - Truth::originWorld(), t in [0,
+/// 1] from start to end.
 struct TruthRay {
     glm::vec3 startLocal;
-    glm::vec3 direction;   ///< end - start, not unit
-    float tFar = 1.0f;     ///< hits with 0 < t < tFar count; <= 0: nothing blocks
+    glm::vec3 direction;             ///< end - start, not unit
+    float tFar = 1.0f;               ///< hits with 0 < t < tFar count; <= 0: nothing blocks
     uint32_t receiver = kBackground; ///< triangle that never counts
 };
 
-/// Embree over the triangles of a world at its current time. Robust flag; both ends moved by a derived error bound so that
-/// it does not hit the receiver itself; ends short of the light. The processor's float mode is saved and restored around Embree's calls.
-/// Const functions are thread safe. Embree is held to AVX2 (isa=avx2): the same answers on every machine that runs our programs.
+/// Embree over the triangles of a world at its current time. Robust flag; both ends moved by a
+/// derived error bound so that it does not hit the receiver itself; ends short of the light. The
+/// processor's float mode is saved and restored around Embree's calls. Const functions are thread
+/// safe. Embree is held to AVX2 (isa=avx2): the same answers on every machine that runs our
+/// programs.
 class Truth {
 public:
-    /// Builds over all triangles (static and moving), two-sided. Throws Error kInput when a position is beyond 1e18 (Embree would leave
-    /// the triangle out), kResource when Embree cannot build.
+    /// Builds over all triangles (static and moving), two-sided. Throws Error kInput when a
+    /// position is beyond 1e18 (Embree would leave the triangle out), kResource when Embree cannot
+    /// build.
     explicit Truth(const World& world);
     /// The same over bare triangles on the host; they are copied.
     explicit Truth(const TriangleView& triangles);
@@ -58,34 +68,45 @@ public:
     void update(const TriangleView& triangles);
 
     /// Returns per pair 255 (lit) or 0 (dark). Deterministic: the same for every thread count.
-    std::vector<uint8_t> visibility(const GBufferView& gbuffer, const std::vector<Light>& lights, const PairList& pairs) const;
+    std::vector<uint8_t> visibility(const GBufferView& gbuffer, const std::vector<Light>& lights,
+                                    const PairList& pairs) const;
 
-    /// Returns whether the segment between two world points is blocked; the ends are used as they are (rounded to the local
-    /// frame); what only touches an end does not block.
+    /// Returns whether the segment between two world points is blocked; the ends are used as they
+    /// are (rounded to the local frame); what only touches an end does not block.
     bool isBlocked(const glm::vec3& from, const glm::vec3& to) const;
     /// Returns the blocker nearest to the start of a pair's own truth ray.
-    TruthBlocker blocker(const glm::vec3& sampleWorld, const glm::vec3& normalWorld, uint32_t receiverTriangle, const glm::vec3& lightWorld) const;
+    TruthBlocker blocker(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
+                         uint32_t receiverTriangle, const glm::vec3& lightWorld) const;
 
-    /// Returns the truth ray of a pair. @param receiverTriangle kBackground: the plane through sample and normal is used
-    TruthRay pairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld, uint32_t receiverTriangle, const glm::vec3& lightWorld) const;
-    /// Returns the pair's ray with both ends shifted by one vector, the start lifted back to c above the receiver's plane.
-    TruthRay shiftedPairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld, uint32_t receiverTriangle,
-                            const glm::vec3& lightWorld, const glm::dvec3& shiftWorld) const;
+    /// Returns the truth ray of a pair. @param receiverTriangle kBackground: the plane through
+    /// sample and normal is used
+    TruthRay pairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
+                     uint32_t receiverTriangle, const glm::vec3& lightWorld) const;
+    /// Returns the pair's ray with both ends shifted by one vector, the start lifted back to c
+    /// above the receiver's plane.
+    TruthRay shiftedPairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
+                            uint32_t receiverTriangle, const glm::vec3& lightWorld,
+                            const glm::dvec3& shiftWorld) const;
     /// Returns the segment between two world points as isBlocked asks for it.
     TruthRay segmentRay(const glm::vec3& fromWorld, const glm::vec3& toWorld) const;
 
-    /// Writes 1 (blocked) or 0 for each ray, on the calling thread, in packets of 8: neighbours should be coherent.
+    /// Writes 1 (blocked) or 0 for each ray, on the calling thread, in packets of 8: neighbours
+    /// should be coherent.
     void traceBlocked(const TruthRay* rays, size_t count, uint8_t* blocked) const;
     /// Returns the first triangle along the ray and, in `t`, where; kBackground when none.
     uint32_t traceFirst(const TruthRay& ray, float* t = nullptr) const;
 
-    /// Calls visit(triangle) once for each triangle that may come within `radiusWorld` of a point; may call it for others near by.
-    void forTrianglesNear(const glm::dvec3& centerWorld, double radiusWorld, const std::function<void(uint32_t)>& visit) const;
-    /// Returns whether triangle `other` lies in the plane of `triangle` to within c; true for the triangle itself.
+    /// Calls visit(triangle) once for each triangle that may come within `radiusWorld` of a point;
+    /// may call it for others near by.
+    void forTrianglesNear(const glm::dvec3& centerWorld, double radiusWorld,
+                          const std::function<void(uint32_t)>& visit) const;
+    /// Returns whether triangle `other` lies in the plane of `triangle` to within c; true for the
+    /// triangle itself.
     bool isCoplanar(uint32_t triangle, uint32_t other) const;
 
-    /// Returns the world point that is the local frame's origin: per axis 0, or the middle of the bounds where subtracting it from every vertex is
-    /// exact (Sterbenz: all coordinates within a factor 2 of it), which gives scenes far from the origin their full precision.
+    /// Returns the world point that is the local frame's origin: per axis 0, or the middle of the
+    /// bounds where subtracting it from every vertex is exact (Sterbenz: all coordinates within a
+    /// factor 2 of it), which gives scenes far from the origin their full precision.
     const glm::dvec3& originWorld() const;
 
     struct State; ///< of truth_state.h, for the implementation

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a pair becomes a ray of the truth: off the receiver's plane, inside its outline, short of the light.
+// How a pair becomes a ray of the truth: off the receiver's plane, inside its outline, short of the
+// light.
 #include "hybrid/truth_state.h"
 
 #include <algorithm>
@@ -12,18 +13,20 @@ constexpr double kUnit = 5.9604644775390625e-8; // 2^-24, half an ulp of 1.0f
 
 /// The receiver as the ray set-up needs it.
 struct Receiver {
-    glm::dvec3 normal; ///< unit, towards the light's side
-    double offset;     ///< normal . x over the plane
+    glm::dvec3 normal;    ///< unit, towards the light's side
+    double offset;        ///< normal . x over the plane
     glm::dvec3 inward[3]; ///< per edge: unit, in the plane, towards the triangle
     double inwardOffset[3];
     glm::dvec3 corner[3];
     bool hasTriangle;
 
-    double inside(int edge, const glm::dvec3& p) const { return glm::dot(inward[edge], p) - inwardOffset[edge]; }
+    double inside(int edge, const glm::dvec3& p) const {
+        return glm::dot(inward[edge], p) - inwardOffset[edge];
+    }
 };
 
-Receiver makeReceiver(const Truth::State& state, const glm::dvec3& sampleLocal, const glm::vec3& normalWorld,
-                      uint32_t triangle) {
+Receiver makeReceiver(const Truth::State& state, const glm::dvec3& sampleLocal,
+                      const glm::vec3& normalWorld, uint32_t triangle) {
     Receiver r;
     r.normal = glm::normalize(glm::dvec3(normalWorld));
     r.offset = glm::dot(r.normal, sampleLocal);
@@ -48,22 +51,26 @@ Receiver makeReceiver(const Truth::State& state, const glm::dvec3& sampleLocal, 
     return r;
 }
 
-/// Returns the point moved within the plane until it is at least c inside all three edges; the incentre where the triangle is
-/// too narrow for that. Where an edge meets another room's wall, a sample that rounding put behind the wall comes back.
+/// Returns the point moved within the plane until it is at least c inside all three edges; the
+/// incentre where the triangle is too narrow for that. Where an edge meets another room's wall, a
+/// sample that rounding put behind the wall comes back.
 glm::dvec3 moveInside(const Receiver& r, glm::dvec3 p, double c) {
-    // Twice, because at a corner the second edge pushes back over the first; right and obtuse corners are then done.
+    // Twice, because at a corner the second edge pushes back over the first; right and obtuse
+    // corners are then done.
     for (int pass = 0; pass < 2; ++pass)
         for (int i = 0; i < 3; ++i)
             p += r.inward[i] * std::max(c - r.inside(i, p), 0.0);
     const double slack = 0.001 * c;
     if (r.inside(0, p) >= c - slack && r.inside(1, p) >= c - slack && r.inside(2, p) >= c - slack)
         return p;
-    // An acute corner: the point c from both its edges lies on the bisector, c / inradius of the way to the incentre.
+    // An acute corner: the point c from both its edges lies on the bisector, c / inradius of the
+    // way to the incentre.
     double side[3]; // opposite to corner i
     for (int i = 0; i < 3; ++i)
         side[i] = glm::length(r.corner[(i + 2) % 3] - r.corner[(i + 1) % 3]);
-    const glm::dvec3 incentre = (side[0] * r.corner[0] + side[1] * r.corner[1] + side[2] * r.corner[2]) /
-                                (side[0] + side[1] + side[2]);
+    const glm::dvec3 incentre =
+        (side[0] * r.corner[0] + side[1] * r.corner[1] + side[2] * r.corner[2]) /
+        (side[0] + side[1] + side[2]);
     int nearest = 0;
     for (int i = 1; i < 3; ++i)
         if (glm::length(r.corner[i] - p) < glm::length(r.corner[nearest] - p))
@@ -72,22 +79,27 @@ glm::dvec3 moveInside(const Receiver& r, glm::dvec3 p, double c) {
     return r.corner[nearest] + (incentre - r.corner[nearest]) * (inradius > c ? c / inradius : 1.0);
 }
 
-/// Returns the float point that stands at least `height` above the plane, next to p, which is moved along the normal only.
+/// Returns the float point that stands at least `height` above the plane, next to p, which is moved
+/// along the normal only.
 glm::vec3 liftToFloat(const Receiver& r, glm::dvec3 p, double height) {
     p += r.normal * std::max(height - (glm::dot(r.normal, p) - r.offset), 0.0);
     glm::vec3 rounded(p);
-    // Rounding costs at most half an ulp an axis; one axis, the normal's largest, is stepped until the height is kept.
+    // Rounding costs at most half an ulp an axis; one axis, the normal's largest, is stepped until
+    // the height is kept.
     const int axis = std::fabs(r.normal.x) >= std::fabs(r.normal.y)
                          ? (std::fabs(r.normal.x) >= std::fabs(r.normal.z) ? 0 : 2)
                          : (std::fabs(r.normal.y) >= std::fabs(r.normal.z) ? 1 : 2);
     const float towards = r.normal[axis] > 0.0 ? INFINITY : -INFINITY;
-    for (int step = 0; step < 8 && glm::dot(r.normal, glm::dvec3(rounded)) - r.offset < height; ++step)
+    for (int step = 0; step < 8 && glm::dot(r.normal, glm::dvec3(rounded)) - r.offset < height;
+         ++step)
         rounded[axis] = std::nextafter(rounded[axis], towards);
     return rounded;
 }
 
-TruthRay makeRay(const Receiver& r, const glm::vec3& start, glm::dvec3 lightLocal, double clearance, uint32_t triangle) {
-    // A light lower than c over the plane (a grazing pair, or one whose n.l > 0 is rounding) is raised to c.
+TruthRay makeRay(const Receiver& r, const glm::vec3& start, glm::dvec3 lightLocal, double clearance,
+                 uint32_t triangle) {
+    // A light lower than c over the plane (a grazing pair, or one whose n.l > 0 is rounding) is
+    // raised to c.
     lightLocal += r.normal * std::max(clearance - (glm::dot(r.normal, lightLocal) - r.offset), 0.0);
     TruthRay ray;
     ray.startLocal = start;
@@ -111,23 +123,25 @@ double Truth::State::clearance(const glm::dvec3& sampleLocal, uint32_t triangle)
     return 4.0 * kUnit * largest + 16.0 * kUnit * diagonal;
 }
 
-TruthRay Truth::pairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld, uint32_t receiverTriangle,
-                        const glm::vec3& lightWorld) const {
+TruthRay Truth::pairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
+                        uint32_t receiverTriangle, const glm::vec3& lightWorld) const {
     glm::dvec3 p = glm::dvec3(sampleWorld) - state_->origin;
     const double c = state_->clearance(p, receiverTriangle);
     const Receiver r = makeReceiver(*state_, p, normalWorld, receiverTriangle);
     if (r.hasTriangle)
         p = moveInside(r, p, c);
-    return makeRay(r, liftToFloat(r, p, c), glm::dvec3(lightWorld) - state_->origin, c, receiverTriangle);
+    return makeRay(r, liftToFloat(r, p, c), glm::dvec3(lightWorld) - state_->origin, c,
+                   receiverTriangle);
 }
 
-TruthRay Truth::shiftedPairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld, uint32_t receiverTriangle,
-                               const glm::vec3& lightWorld, const glm::dvec3& shiftWorld) const {
+TruthRay Truth::shiftedPairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
+                               uint32_t receiverTriangle, const glm::vec3& lightWorld,
+                               const glm::dvec3& shiftWorld) const {
     const glm::dvec3 p = glm::dvec3(sampleWorld) - state_->origin;
     const double c = state_->clearance(p, receiverTriangle);
     const Receiver r = makeReceiver(*state_, p, normalWorld, receiverTriangle);
-    return makeRay(r, liftToFloat(r, p + shiftWorld, c), glm::dvec3(lightWorld) + shiftWorld - state_->origin, c,
-                   receiverTriangle);
+    return makeRay(r, liftToFloat(r, p + shiftWorld, c),
+                   glm::dvec3(lightWorld) + shiftWorld - state_->origin, c, receiverTriangle);
 }
 
 TruthRay Truth::segmentRay(const glm::vec3& fromWorld, const glm::vec3& toWorld) const {
@@ -144,8 +158,8 @@ bool Truth::isBlocked(const glm::vec3& from, const glm::vec3& to) const {
     return blocked != 0;
 }
 
-TruthBlocker Truth::blocker(const glm::vec3& sampleWorld, const glm::vec3& normalWorld, uint32_t receiverTriangle,
-                            const glm::vec3& lightWorld) const {
+TruthBlocker Truth::blocker(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
+                            uint32_t receiverTriangle, const glm::vec3& lightWorld) const {
     const TruthRay ray = pairRay(sampleWorld, normalWorld, receiverTriangle, lightWorld);
     float t = 0;
     TruthBlocker found;
@@ -161,7 +175,8 @@ bool Truth::isCoplanar(uint32_t triangle, uint32_t other) const {
     if (triangle == kBackground || other == kBackground)
         return false;
     const glm::dvec3 v0 = state_->vertex(triangle, 0);
-    const glm::dvec3 cross = glm::cross(state_->vertex(triangle, 1) - v0, state_->vertex(triangle, 2) - v0);
+    const glm::dvec3 cross =
+        glm::cross(state_->vertex(triangle, 1) - v0, state_->vertex(triangle, 2) - v0);
     const double area = glm::length(cross);
     if (!(area > 0.0))
         return false;

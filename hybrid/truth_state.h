@@ -29,7 +29,8 @@ struct Truth::State {
     std::string lastError;
     glm::dvec3 origin{0.0};
     double diagonal = 0; ///< of the bounds
-    std::vector<glm::vec4> vertices; ///< local; 16 bytes each because Embree reads a float past the third
+    std::vector<glm::vec4>
+        vertices; ///< local; 16 bytes each because Embree reads a float past the third
     std::vector<glm::uvec3> triangles;
 };
 

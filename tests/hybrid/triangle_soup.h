@@ -22,7 +22,8 @@ struct TriangleSoup {
         return uint32_t(triangles.size() - 1);
     }
     /// Adds a, b, c, d around as two triangles that share a diagonal; returns the first.
-    uint32_t addQuad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c, const glm::vec3& d) {
+    uint32_t addQuad(const glm::vec3& a, const glm::vec3& b, const glm::vec3& c,
+                     const glm::vec3& d) {
         const uint32_t first = add(a, b, c);
         add(a, c, d);
         return first;
@@ -37,7 +38,8 @@ struct TriangleSoup {
         const auto corner = [&](int i) {
             return glm::vec3(i & 1 ? hi.x : lo.x, i & 2 ? hi.y : lo.y, i & 4 ? hi.z : lo.z);
         };
-        constexpr int kFaces[6][4] = {{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 6, 7, 5}};
+        constexpr int kFaces[6][4] = {{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1},
+                                      {2, 3, 7, 6}, {0, 1, 3, 2}, {4, 6, 7, 5}};
         for (const auto& f : kFaces)
             addQuad(corner(f[0]), corner(f[1]), corner(f[2]), corner(f[3]));
     }
@@ -61,7 +63,12 @@ struct SampleRow {
         triangle.push_back(receiver);
     }
     GBufferView view() const {
-        return {viewOf(position), viewOf(normal), viewOf(depth), viewOf(triangle), uint32_t(position.size()), 1};
+        return {viewOf(position),
+                viewOf(normal),
+                viewOf(depth),
+                viewOf(triangle),
+                uint32_t(position.size()),
+                1};
     }
     /// Returns every pair of a sample with a light by pairs.h.
     PairList pairs(const std::vector<Light>& lights) const {

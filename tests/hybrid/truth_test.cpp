@@ -26,7 +26,9 @@ constexpr uint64_t kSeed = 20260101;
 class Random {
 public:
     explicit Random(uint64_t seed) : engine_(seed) {}
-    double between(double low, double high) { return low + (high - low) * double(engine_() >> 11) * 0x1p-53; }
+    double between(double low, double high) {
+        return low + (high - low) * double(engine_() >> 11) * 0x1p-53;
+    }
     glm::vec3 inBox(const glm::vec3& lo, const glm::vec3& hi) {
         const double x = between(lo.x, hi.x), y = between(lo.y, hi.y), z = between(lo.z, hi.z);
         return glm::vec3(x, y, z);
@@ -37,7 +39,8 @@ private:
     std::mt19937_64 engine_;
 };
 
-/// A floor of two triangles at y = 0 and a square blocker of half side 1 at y = 1, all moved by `by`.
+/// A floor of two triangles at y = 0 and a square blocker of half side 1 at y = 1, all moved by
+/// `by`.
 struct UmbraScene {
     TriangleSoup soup;
     glm::vec3 by;
@@ -48,13 +51,17 @@ struct UmbraScene {
         soup.addLevelSquare(glm::vec3(0, 1, 0), 1.0f);
         soup.move(by);
     }
-    /// Returns how far (metres, Chebyshev) the segment to the light passes the blocker's outline; negative inside.
+    /// Returns how far (metres, Chebyshev) the segment to the light passes the blocker's outline;
+    /// negative inside.
     double outside(const glm::vec3& sample, const glm::vec3& light) const {
-        const glm::dvec3 p = glm::dvec3(sample) - glm::dvec3(by), l = glm::dvec3(light) - glm::dvec3(by);
+        const glm::dvec3 p = glm::dvec3(sample) - glm::dvec3(by),
+                         l = glm::dvec3(light) - glm::dvec3(by);
         const glm::dvec3 q = p + (l - p) * ((1.0 - p.y) / (l.y - p.y));
         return std::max(std::fabs(q.x), std::fabs(q.z)) - 1.0;
     }
-    uint32_t floorTriangle(const glm::vec3& sample) const { return sample.z - by.z >= sample.x - by.x ? 0u : 1u; }
+    uint32_t floorTriangle(const glm::vec3& sample) const {
+        return sample.z - by.z >= sample.x - by.x ? 0u : 1u;
+    }
 };
 
 void expectUmbra(const glm::vec3& by, double tolerance, double sampleNoise) {
@@ -76,7 +83,8 @@ void expectUmbra(const glm::vec3& by, double tolerance, double sampleNoise) {
     size_t darkCount = 0, wrongCount = 0, judgedCount = 0;
     for (size_t s = 0; s < row.position.size(); ++s)
         for (uint64_t k = pairs.sampleStart[s]; k < pairs.sampleStart[s + 1]; ++k) {
-            const double outside = scene.outside(row.position[s], lights[pairs.light[k]].positionWorld);
+            const double outside =
+                scene.outside(row.position[s], lights[pairs.light[k]].positionWorld);
             darkCount += visibility[k] == 0;
             if (std::fabs(outside) <= tolerance)
                 continue;
@@ -88,14 +96,18 @@ void expectUmbra(const glm::vec3& by, double tolerance, double sampleNoise) {
     EXPECT_GT(darkCount, 3000u);
 }
 
-TEST(Truth, UmbraOfASquareIsTheClosedForm) { expectUmbra(glm::vec3(0.0f), 3e-5, 0.0); }
+TEST(Truth, UmbraOfASquareIsTheClosedForm) {
+    expectUmbra(glm::vec3(0.0f), 3e-5, 0.0);
+}
 
 TEST(Truth, UmbraHoldsAHundredThousandUnitsFromTheOrigin) {
     // Positions are multiples of 1/128 there: samples and lights are exact, c is 0.024.
     expectUmbra(glm::vec3(1e5f, -1e5f, 1e5f), 0.03, 0.0);
 }
 
-TEST(Truth, SamplesBelowOrAboveTheirPlaneByRoundingAreAnsweredAlike) { expectUmbra(glm::vec3(0.0f), 1e-4, 2e-5); }
+TEST(Truth, SamplesBelowOrAboveTheirPlaneByRoundingAreAnsweredAlike) {
+    expectUmbra(glm::vec3(0.0f), 1e-4, 2e-5);
+}
 
 TEST(Truth, CoplanarDuplicatesDoNotBlock) {
     TriangleSoup soup;
@@ -105,14 +117,16 @@ TEST(Truth, CoplanarDuplicatesDoNotBlock) {
     for (int i = -10; i < 10; ++i)
         for (int k = -10; k < 10; ++k) {
             const auto corner = [&](int x, int z) {
-                return glm::vec3(c * float(x) - s * float(z), 3e-7f * float((x * 7 + z * 3) % 5), s * float(x) + c * float(z));
+                return glm::vec3(c * float(x) - s * float(z), 3e-7f * float((x * 7 + z * 3) % 5),
+                                 s * float(x) + c * float(z));
             };
             soup.addQuad(corner(i, k), corner(i, k + 1), corner(i + 1, k + 1), corner(i + 1, k));
         }
     const Truth truth(soup.view());
     Random random(kSeed);
     SampleRow row;
-    std::vector<Light> lights{pointLight({1, 3, 2}), pointLight({-30, 0.5f, 2}), pointLight({0.3f, 0.01f, 0.1f})};
+    std::vector<Light> lights{pointLight({1, 3, 2}), pointLight({-30, 0.5f, 2}),
+                              pointLight({0.3f, 0.01f, 0.1f})};
     for (int i = 0; i < 50000; ++i) {
         const glm::vec3 p = random.inBox({-7.9f, 0, -7.9f}, {7.9f, 0, 7.9f});
         row.add(p, {0, 1, 0}, p.z >= p.x ? 0 : 1);
@@ -131,13 +145,14 @@ TEST(Truth, LightsThatTouchGeometryShine) {
     soup.addLevelSquare({0, 3, 0}, 8.0f); // a ceiling, in whose plane the first two lights lie
     soup.addBox({1, 1, 1}, {2, 2, 2});    // on whose face and corner the others lie
     const Truth truth(soup.view());
-    const std::vector<Light> lights{pointLight({0.3f, 3, 0.1f}), pointLight({-8, 3, 8}), pointLight({1.5f, 1.5f, 1}),
-                                    pointLight({1, 1, 1})};
+    const std::vector<Light> lights{pointLight({0.3f, 3, 0.1f}), pointLight({-8, 3, 8}),
+                                    pointLight({1.5f, 1.5f, 1}), pointLight({1, 1, 1})};
     Random random(kSeed);
     for (int i = 0; i < 20000; ++i) {
         const glm::vec3 p = random.inBox({-7.9f, 0, -7.9f}, {0.9f, 0, 0.9f});
         for (const Light& light : lights) {
-            const TruthRay ray = truth.pairRay(p, {0, 1, 0}, p.z >= p.x ? 0 : 1, light.positionWorld);
+            const TruthRay ray =
+                truth.pairRay(p, {0, 1, 0}, p.z >= p.x ? 0 : 1, light.positionWorld);
             uint8_t blocked = 1;
             truth.traceBlocked(&ray, 1, &blocked);
             // Lights on the box are seen from where the box's near faces are: x < 1 and z < 1.
@@ -179,7 +194,8 @@ TEST(Truth, RoomIsLitIntoItsCornersAndEdges) {
         Random random(kSeed);
         SampleRow row;
         for (uint32_t t = 0; t < soup.triangles.size(); ++t) {
-            const glm::vec3 v[3] = {soup.view().vertex(t, 0), soup.view().vertex(t, 1), soup.view().vertex(t, 2)};
+            const glm::vec3 v[3] = {soup.view().vertex(t, 0), soup.view().vertex(t, 1),
+                                    soup.view().vertex(t, 2)};
             glm::vec3 normal = glm::normalize(glm::cross(v[1] - v[0], v[2] - v[0]));
             if (glm::dot(normal, light.positionWorld - v[0]) < 0)
                 normal = -normal;
@@ -204,18 +220,21 @@ TEST(Truth, RoomIsLitIntoItsCornersAndEdges) {
     }
 }
 
-/// A sphere of quads and, at the poles, slivers; not exactly convex: its quads are flat only to rounding.
+/// A sphere of quads and, at the poles, slivers; not exactly convex: its quads are flat only to
+/// rounding.
 TriangleSoup makeSphere(int segments, int rings, float radius, const glm::vec3& center) {
     TriangleSoup soup;
     const double pi = 3.14159265358979;
     const auto point = [&](int i, int k) {
         const double theta = pi * k / rings, phi = 2 * pi * (i % segments) / segments;
-        return center + glm::vec3(radius * std::sin(theta) * std::cos(phi), radius * std::cos(theta),
+        return center + glm::vec3(radius * std::sin(theta) * std::cos(phi),
+                                  radius * std::cos(theta),
                                   radius * std::sin(theta) * std::sin(phi));
     };
     for (int k = 0; k < rings; ++k)
         for (int i = 0; i < segments; ++i) {
-            const glm::vec3 a = point(i, k), b = point(i + 1, k), c = point(i + 1, k + 1), d = point(i, k + 1);
+            const glm::vec3 a = point(i, k), b = point(i + 1, k), c = point(i + 1, k + 1),
+                            d = point(i, k + 1);
             if (k > 0)
                 soup.add(a, b, c);
             if (k + 1 < rings)
@@ -224,14 +243,16 @@ TriangleSoup makeSphere(int segments, int rings, float radius, const glm::vec3& 
     return soup;
 }
 
-void expectConvexBodyLit(const glm::vec3& center, float radius, int segments, int rings, int count) {
+void expectConvexBodyLit(const glm::vec3& center, float radius, int segments, int rings,
+                         int count) {
     const TriangleSoup soup = makeSphere(segments, rings, radius, center);
     const Truth truth(soup.view());
     Random random(kSeed);
     std::vector<TruthRay> rays;
     for (int i = 0; i < count; ++i) {
         const uint32_t t = random.below(uint32_t(soup.triangles.size()));
-        const glm::dvec3 v[3] = {soup.view().vertex(t, 0), soup.view().vertex(t, 1), soup.view().vertex(t, 2)};
+        const glm::dvec3 v[3] = {soup.view().vertex(t, 0), soup.view().vertex(t, 1),
+                                 soup.view().vertex(t, 2)};
         double u = random.between(0, 1), w = random.between(0, 1);
         if (u + w > 1)
             u = 1 - u, w = 1 - w;
@@ -244,10 +265,12 @@ void expectConvexBodyLit(const glm::vec3& center, float radius, int segments, in
         if (glm::dot(normal, v[0] - glm::dvec3(center)) < 0)
             normal = -normal;
         // Lights all around, one in three within rounding of the horizon.
-        glm::dvec3 light = glm::dvec3(center) + glm::dvec3(random.inBox(glm::vec3(-3 * radius), glm::vec3(3 * radius)));
+        glm::dvec3 light = glm::dvec3(center) +
+                           glm::dvec3(random.inBox(glm::vec3(-3 * radius), glm::vec3(3 * radius)));
         if (i % 3 == 0)
             light -= normal * (glm::dot(normal, light - v[0]) - random.between(0, 1e-5) * radius);
-        if (glm::dot(normal, light - v[0]) <= 0 || glm::dot(glm::vec3(light) - p, glm::vec3(normal)) <= 0)
+        if (glm::dot(normal, light - v[0]) <= 0 ||
+            glm::dot(glm::vec3(light) - p, glm::vec3(normal)) <= 0)
             continue;
         rays.push_back(truth.pairRay(p, glm::vec3(normal), t, glm::vec3(light)));
     }
@@ -260,15 +283,22 @@ void expectConvexBodyLit(const glm::vec3& center, float radius, int segments, in
     EXPECT_GT(rays.size(), size_t(count) / 3);
 }
 
-TEST(Truth, ConvexBodyNeverShadowsItself) { expectConvexBodyLit({0.3f, 1.1f, -0.7f}, 1.0f, 64, 48, 1000000); }
-TEST(Truth, ConvexBodyOfSliversNeverShadowsItself) { expectConvexBodyLit({0, 0, 0}, 3.0f, 2000, 7, 200000); }
-TEST(Truth, ConvexBodyFarAwayNeverShadowsItself) { expectConvexBodyLit({1e5f, 2e4f, -1e5f}, 50.0f, 24, 16, 200000); }
+TEST(Truth, ConvexBodyNeverShadowsItself) {
+    expectConvexBodyLit({0.3f, 1.1f, -0.7f}, 1.0f, 64, 48, 1000000);
+}
+TEST(Truth, ConvexBodyOfSliversNeverShadowsItself) {
+    expectConvexBodyLit({0, 0, 0}, 3.0f, 2000, 7, 200000);
+}
+TEST(Truth, ConvexBodyFarAwayNeverShadowsItself) {
+    expectConvexBodyLit({1e5f, 2e4f, -1e5f}, 50.0f, 24, 16, 200000);
+}
 
 TEST(Truth, SheetsDoNotLeakAtSharedEdgesAndVertices) {
     TriangleSoup soup;
     constexpr int kCells = 32;
     const auto corner = [](int x, int z) {
-        return glm::vec3(0.37f * float(x), 1.0f + 0.01f * float((x * 31 + z * 17) % 7), 0.29f * float(z));
+        return glm::vec3(0.37f * float(x), 1.0f + 0.01f * float((x * 31 + z * 17) % 7),
+                         0.29f * float(z));
     };
     for (int x = 0; x < kCells; ++x)
         for (int z = 0; z < kCells; ++z)
@@ -281,7 +311,8 @@ TEST(Truth, SheetsDoNotLeakAtSharedEdgesAndVertices) {
         const int x = 4 + int(random.below(kCells - 8)), z = 4 + int(random.below(kCells - 8));
         const glm::dvec3 a = corner(x, z), b = corner(x + int(random.below(2)), z + 1);
         const glm::dvec3 target = a + (b - a) * (i % 4 ? random.between(0, 1) : 0.0);
-        const glm::dvec3 from = target + glm::dvec3(random.inBox({-0.5f, -0.9f, -0.5f}, {0.5f, -0.2f, 0.5f}));
+        const glm::dvec3 from =
+            target + glm::dvec3(random.inBox({-0.5f, -0.9f, -0.5f}, {0.5f, -0.2f, 0.5f}));
         rays.push_back(truth.segmentRay(glm::vec3(from), glm::vec3(from + (target - from) * 2.0)));
     }
     std::vector<uint8_t> blocked(rays.size());
@@ -327,7 +358,8 @@ TEST(Truth, AnswersDependNeitherOnThreadsNorOnPackets) {
     for (size_t s = 0; s < row.position.size(); ++s)
         for (uint64_t k = pairs.sampleStart[s]; k < pairs.sampleStart[s + 1]; ++k) {
             const TruthBlocker found =
-                truth.blocker(row.position[s], row.normal[s], row.triangle[s], lights[pairs.light[k]].positionWorld);
+                truth.blocker(row.position[s], row.normal[s], row.triangle[s],
+                              lights[pairs.light[k]].positionWorld);
             differentCount += (found.triangle != kBackground) != (one[k] == 0);
             darkCount += one[k] == 0;
         }
@@ -394,8 +426,8 @@ TEST(Truth, UpdateSeesMovedTriangles) {
 
 TEST(Truth, NearbyTrianglesAndTheirPlanesAreFound) {
     TriangleSoup soup;
-    soup.addLevelSquare({0, 0, 0}, 1.0f);  // 0, 1
-    soup.addLevelSquare({4, 0, 0}, 1.0f);  // 2, 3: the same plane
+    soup.addLevelSquare({0, 0, 0}, 1.0f);    // 0, 1
+    soup.addLevelSquare({4, 0, 0}, 1.0f);    // 2, 3: the same plane
     soup.addLevelSquare({0, 0.1f, 0}, 1.0f); // 4, 5
     const Truth truth(soup.view());
     std::vector<int> seen(6);

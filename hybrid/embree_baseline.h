@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Embree's own shadow-ray rates over a list of segments, by each of its interfaces: what our
+// tracers are held against. Not the truth: no filter, no offsets, and by default not robust,
+// because that is Embree at its fastest.
+#pragma once
+
+#include "scenes/world.h"
+
+#include <memory>
+#include <vector>
+
+namespace shadowdag {
+
+/// A segment in world space; ends are used as they are.
+struct WorldSegment {
+    glm::vec3 from;
+    glm::vec3 to;
+};
+
+/// Embree's interfaces for occlusion.
+enum class EmbreeCall {
+    kOccluded1,  ///< rtcOccluded1
+    kOccluded8,  ///< rtcOccluded8
+    kOccluded16, ///< rtcOccluded16
+    kStream,     ///< rtcOccluded1M, kEmbreeStreamLength rays a call
+};
+constexpr EmbreeCall kEmbreeCalls[] = {EmbreeCall::kOccluded1, EmbreeCall::kOccluded8,
+                                       EmbreeCall::kOccluded16, EmbreeCall::kStream};
+constexpr size_t kEmbreeStreamLength = 4096;
+
+/// Returns the name of the interface as Embree spells it.
+const char* embreeCallName(EmbreeCall call);
+
+struct EmbreeBaselineOptions {
+    bool isRobust = false; ///< RTC_SCENE_FLAG_ROBUST
+    bool isCoherent =
+        true; ///< RTC_INTERSECT_CONTEXT_FLAG_COHERENT: neighbours in the list are alike
+    bool useHighQuality = true; ///< RTC_BUILD_QUALITY_HIGH (spatial splits)
+};
+
+/// What one interface reached.
+struct EmbreeRate {
+    EmbreeCall call;
+    double megaraysPerSecond = 0; ///< median over repeats, one thread
+    double megaraysPerSecondMin = 0, megaraysPerSecondMax = 0;
+    uint64_t occludedCount = 0;
+    uint64_t disagreementCount =
+        0; ///< segments answered otherwise than by rtcOccluded1 (edges, unless robust)
+};
+
+/// Embree over a set of triangles, with the best instruction set of the machine. Triangles are
+/// copied.
+class EmbreeBaseline {
+public:
+    /// Throws Error kInput when a coordinate is beyond 1e18, kResource when Embree cannot build.
+    explicit EmbreeBaseline(const TriangleView& triangles,
+                            const EmbreeBaselineOptions& options = {});
+    ~EmbreeBaseline();
+
+    /// Returns 1 (blocked) or 0 per segment, on the calling thread.
+    std::vector<uint8_t> occluded(EmbreeCall call, const std::vector<WorldSegment>& segments) const;
+
+    /// Returns the rate of every interface on the calling thread: one warm-up, then `repeats`
+    /// interleaved runs. Packing segments into rays and reading answers are outside the timing.
+    std::vector<EmbreeRate> measure(const std::vector<WorldSegment>& segments,
+                                    int repeats = 5) const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+} // namespace shadowdag

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid/explain.h"
+
+#include "voxel/triangle_voxels.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shadowdag {
+namespace {
+
+constexpr double kSqrt2 = 1.4142135623730951;
+constexpr double kSqrt3 = 1.7320508075688772;
+
+/// SplitMix64, one step. Source: Steele, Lea, Flood, Fast Splittable Pseudorandom Number
+/// Generators, OOPSLA 2014.
+uint64_t mix(uint64_t x) {
+    x += 0x9e3779b97f4a7c15ull;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+    return x ^ (x >> 31);
+}
+
+/// Returns the side of a texel of the map, world units, at a point.
+double texelWorldAt(const ShadowMapInfo& map, const glm::vec3& pointWorld) {
+    const glm::vec3 d = glm::abs(pointWorld - map.lightPositionWorld);
+    return 2.0 * std::max({d.x, d.y, d.z}) / map.faceTexels;
+}
+
+} // namespace
+
+std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed) {
+    constexpr int kSunflowerCount = 24;
+    const glm::dvec2 golden(-0.7373688780783197,
+                            0.6754902942615238); // cos and sin of 2.39996 radians
+    const glm::dvec2 eighth(0.7071067811865476, 0.7071067811865476);
+    const auto times = [](const glm::dvec2& a, const glm::dvec2& b) {
+        return glm::dvec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x);
+    };
+    const double u = double(mix(seed) >> 11) * 0x1p-53; // tangent of half the angle
+    const glm::dvec2 turn = glm::dvec2(1 - u * u, 2 * u) / (1 + u * u);
+    std::array<glm::dvec2, kShiftCount> shifts;
+    glm::dvec2 inner = turn, rim = turn;
+    int innerCount = 0;
+    for (int i = 0; i < kShiftCount; ++i) {
+        if (i % 4 == 3) {
+            shifts[size_t(i)] = rim;
+            rim = times(rim, eighth);
+        } else {
+            shifts[size_t(i)] = inner * std::sqrt((innerCount++ + 0.5) / kSunflowerCount);
+            inner = times(inner, golden);
+        }
+    }
+    return shifts;
+}
+
+/// A pair, and what asking its method again told.
+struct PairJudge::Question {
+    glm::vec3 position, normal, light;
+    uint32_t receiver;
+    Route route;
+    double rhoWorld;
+    double startOffsetWorld, endOffsetWorld;
+    DagHit hit;           ///< rays, dark
+    ShadowMapTrace trace; ///< maps, dark
+};
+
+PairJudge::PairJudge(const ErrorInputs& inputs, const Truth& truth, uint64_t seed)
+    : inputs_(inputs), truth_(truth), shifts_(makeShifts(seed)) {}
+
+PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) const {
+    const VisibilityInputs& method = inputs_.method;
+    const uint32_t lightIndex = inputs_.pairs.light[pair];
+    Question q{};
+    q.position = inputs_.gbuffer.positionWorld[sample];
+    q.normal = inputs_.gbuffer.normalWorld[sample];
+    q.receiver = inputs_.gbuffer.triangle[sample];
+    q.light = inputs_.lights[lightIndex].positionWorld;
+    q.route = inputs_.pairRoute[pair];
+    if (q.route == Route::kRays) {
+        const VoxelGrid& grid = method.dag.grid;
+        const DagSegment segment =
+            shadowSegment(grid, q.position, q.normal, q.light, method.dagOffset, method.dagLevel);
+        q.hit.level = method.dagLevel;
+        if (isDark)
+            occluded(method.dag, segment, method.dagLevel, &q.hit);
+        const auto moved = [&](const glm::vec3& end, const glm::vec3& world) {
+            return glm::length(glm::dvec3(end) - grid.voxelFromWorld(glm::dvec3(world))) *
+                   grid.voxelSizeWorld;
+        };
+        q.startOffsetWorld = moved(segment.from, q.position);
+        q.endOffsetWorld = moved(segment.to, q.light);
+        q.rhoWorld = kSqrt3 * grid.voxelSizeWorld * double(1u << q.hit.level) + q.startOffsetWorld;
+        return q;
+    }
+    const auto mapIndex = uint32_t(method.mapOfLight[lightIndex]);
+    const ShadowMapInfo& map = method.maps.maps[mapIndex];
+    double texelWorld;
+    if (isDark) {
+        lookupVisibility(method.maps, mapIndex, q.position, q.normal, method.bias, &q.trace);
+        texelWorld = q.trace.texelWorld;
+    } else {
+        const TruthBlocker found = truth_.blocker(q.position, q.normal, q.receiver, q.light);
+        const glm::vec3 toLight = glm::normalize(q.light - q.position);
+        texelWorld = texelWorldAt(
+            map, q.position + toLight * found.distanceWorld); // the receiver's when lit
+    }
+    q.startOffsetWorld = method.bias.constantTexels * texelWorldAt(map, q.position);
+    q.endOffsetWorld = 0.0;
+    q.rhoWorld = ((method.bias.taps > 1 ? kSqrt2 : 0.0) + 1.0) * texelWorld;
+    return q;
+}
+
+bool PairJudge::isAcne(const Question& q) const {
+    if (q.receiver == kBackground)
+        return false;
+    if (q.route == Route::kRays) {
+        const VoxelGrid& grid = inputs_.method.dag.grid;
+        const double side = double(1u << q.hit.level);
+        bool isOwn = false;
+        truth_.forTrianglesNear(
+            grid.worldFromVoxel(glm::dvec3(q.hit.cell) + 0.5 * side),
+            0.5 * kSqrt3 * side * grid.voxelSizeWorld, [&](uint32_t triangle) {
+                if (isOwn || !truth_.isCoplanar(q.receiver, triangle))
+                    return;
+                const glm::vec3 corners[3] = {inputs_.triangles.vertex(triangle, 0),
+                                              inputs_.triangles.vertex(triangle, 1),
+                                              inputs_.triangles.vertex(triangle, 2)};
+                isOwn =
+                    touchesCube(setupTriangle(grid, corners), glm::ivec3(q.hit.cell), int(side));
+            });
+        return isOwn;
+    }
+    const glm::dvec3 v0(inputs_.triangles.vertex(q.receiver, 0));
+    const glm::dvec3 cross = glm::cross(glm::dvec3(inputs_.triangles.vertex(q.receiver, 1)) - v0,
+                                        glm::dvec3(inputs_.triangles.vertex(q.receiver, 2)) - v0);
+    const double height = std::fabs(glm::dot(cross, glm::dvec3(q.trace.blockerWorld) - v0));
+    if (q.trace.missingTapCount != 0 &&
+        q.trace.texelWorld == 0.0f) // dark for want of pages: no blocker
+        return false;
+    if (!(height <= q.trace.texelWorld * glm::length(cross)))
+        return false;
+    // A little past the point, which is as exact as the map's 1/z.
+    const glm::vec3 past = q.light + (q.trace.blockerWorld - q.light) * 1.5f;
+    return truth_.isCoplanar(q.receiver, truth_.traceFirst(truth_.segmentRay(q.light, past)));
+}
+
+bool PairJudge::isContact(const Question& q) const {
+    TruthRay ray = truth_.pairRay(q.position, q.normal, q.receiver, q.light);
+    const double distance = glm::length(glm::dvec3(ray.direction));
+    const double tStart = q.startOffsetWorld / distance, tEnd = 1.0 - q.endOffsetWorld / distance;
+    if (!(tStart < tEnd))
+        return true;
+    ray.startLocal = glm::vec3(glm::dvec3(ray.startLocal) + glm::dvec3(ray.direction) * tStart);
+    ray.direction = glm::vec3(glm::dvec3(ray.direction) * (tEnd - tStart));
+    uint8_t blocked = 0;
+    truth_.traceBlocked(&ray, 1, &blocked);
+    return blocked == 0;
+}
+
+bool PairJudge::anyShiftAnswers(const Question& q, bool dark) const {
+    const glm::dvec3 way = glm::normalize(glm::dvec3(q.light) - glm::dvec3(q.position));
+    const glm::dvec3 size = glm::abs(way);
+    const glm::dvec3 axis = size.x <= size.y && size.x <= size.z ? glm::dvec3(1, 0, 0)
+                            : size.y <= size.z                   ? glm::dvec3(0, 1, 0)
+                                                                 : glm::dvec3(0, 0, 1);
+    const glm::dvec3 right = glm::normalize(glm::cross(way, axis)), up = glm::cross(right, way);
+    constexpr int kBatch = 8;
+    for (int first = 0; first < kShiftCount; first += kBatch) {
+        TruthRay rays[kBatch];
+        uint8_t blocked[kBatch];
+        for (int i = 0; i < kBatch; ++i) {
+            const glm::dvec2 s = shifts_[size_t(first + i)] * q.rhoWorld;
+            rays[i] = truth_.shiftedPairRay(q.position, q.normal, q.receiver, q.light,
+                                            right * s.x + up * s.y);
+        }
+        truth_.traceBlocked(rays, kBatch, blocked);
+        for (int i = 0; i < kBatch; ++i)
+            if ((blocked[i] != 0) == dark)
+                return true;
+    }
+    return false;
+}
+
+PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const {
+    const Question q = ask(sample, pair, isDark);
+    if (isDark ? isAcne(q) : isContact(q))
+        return isDark ? PairVerdict::kAcne : PairVerdict::kContact;
+    return anyShiftAnswers(q, isDark) ? PairVerdict::kExplained : PairVerdict::kUnexplained;
+}
+
+bool PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {
+    return anyShiftAnswers(ask(sample, pair, isDark), !isDark);
+}
+
+} // namespace shadowdag

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// Why a method was wrong about a pair: acne, contact, explained by a shift within its resolution,
+// or unexplained.
+//
+// acne (false shadows only). The blocker is the receiver's own surface: the receiver's triangle or
+// one in its plane to within
+//   the truth's c (Truth::isCoplanar). Connected or not makes no difference: no triangle in the
+//   plane can shadow a point of it, so this counts more than asked, never less. DAG: such a
+//   triangle touches the closed cell that stopped the ray. Map: the blocking texel's point is
+//   within one texel of the receiver's plane, and the first triangle that Embree meets from the
+//   light through that point is such a triangle.
+// contact (false lights only). Every blocker that Embree has lies nearer to an end of its ray than
+// the offset: with the ray cut
+//   by the offsets nothing blocks it. DAG: start and end offset are the distances by which
+//   shadowSegment moved the ends. Map: the bias at the receiver, constantTexels texels there; the
+//   light's end has none.
+// explained. Of 32 fixed shifts perpendicular to the ray, no longer than rho, both ends by one
+// vector, the start lifted back to the lit side of
+//   the receiver's plane, Embree answers at least one as the method did.
+//   DAG: rho = sqrt(3) voxels of the level that was hit (of the level asked for, when nothing was)
+//   + the start's offset. Map: rho = the filter's radius (sqrt(2) texels, half the diagonal of its
+//   two by two texels; 0 with one tap) + one texel, at the blocker: the map's for a false shadow,
+//   Embree's nearest to the receiver for a false light.
+#pragma once
+
+#include "hybrid/error.h"
+
+namespace shadowdag {
+
+constexpr int kShiftCount = 32;
+
+/// Returns the shifts in the unit disc: 24 of a sunflower (radius sqrt((i + 1/2) / 24), golden
+/// angle) and, after every third of them, one of 8 on the rim, all turned by a seeded angle. Basic
+/// IEEE operations only. Source of the sunflower: Vogel, A Better Way to Construct the Sunflower
+/// Head, Mathematical Biosciences 1979.
+std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed);
+
+/// Judges single pairs. Const and thread safe.
+class PairJudge {
+public:
+    PairJudge(const ErrorInputs& inputs, const Truth& truth, uint64_t seed);
+
+    /// Returns what a wrong pair is. @param isDark the method's answer, the reverse of the truth's
+    PairVerdict judge(uint32_t sample, uint64_t pair, bool isDark) const;
+
+    /// Returns whether any of the 32 shifted rays of a right pair differs from its answer. @param
+    /// isDark that answer
+    bool flips(uint32_t sample, uint64_t pair, bool isDark) const;
+
+private:
+    struct Question;
+    Question ask(uint32_t sample, uint64_t pair, bool isDark) const;
+    bool isAcne(const Question& q) const;
+    bool isContact(const Question& q) const;
+    bool anyShiftAnswers(const Question& q, bool dark) const;
+
+    const ErrorInputs& inputs_;
+    const Truth& truth_;
+    std::array<glm::dvec2, kShiftCount> shifts_;
+};
+
+} // namespace shadowdag
