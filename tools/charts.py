@@ -96,7 +96,9 @@ def plain(value, _=None):
     """1000 as 1000, 0.05 as 0.05: no powers where plain digits are read faster."""
     if value == 0:
         return "0"
-    return f"{value:.0f}" if value >= 10 else f"{value:.3g}"
+    if value >= 10000:
+        return f"{value:,.0f}".replace(",", "\u2009")
+    return f"{value:.0f}" if value >= 10 and value == round(value) or value >= 100 else f"{value:.3g}"
 
 
 def threshold_of(run):
@@ -162,9 +164,9 @@ def log_axis(axis, low, high, ticks=(1, 2, 5)):
     """A logarithmic axis with plain numbers at 1, 2, 5 (fewer when it spans many decades)."""
     axis.axes.set_xscale("log") if axis.axis_name == "x" else axis.axes.set_yscale("log")
     decades = math.log10(high / low)
-    ticks = (1,) if decades > 4 else (1, 3) if decades > 2 else ticks
-    if decades < 0.6:
-        ticks = (1, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
+    ticks = (1,) if decades > 3 else (1, 3) if decades > 2 else ticks
+    if decades < 1.3:
+        ticks = (1, 1.5, 2, 3, 4, 5, 7) if decades > 0.6 else (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
     places = [m * 10.0 ** e for e in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1) for m in ticks]
     axis.set_major_locator(FixedLocator([p for p in places if low <= p <= high]))
     axis.set_minor_locator(NullLocator())
@@ -441,7 +443,7 @@ def stages_chart(charts, scene, runs):
         names += [n for n in run["stages"] if n not in names]
     if not names:
         return
-    colors = [BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW, GREY]
+    colors = [BLUE, ORANGE, GREEN, PURPLE, YELLOW, VERMILION, "#d5d9de", GREY, SKY, "#3d444d"]
     figure, axes = plt.subplots(figsize=(COLUMN, 0.9 + 0.17 * len(members) + 0.1 * math.ceil(len(names) / 3)))
     ys = np.arange(len(members))[::-1]
     left = np.zeros(len(members))

@@ -152,7 +152,7 @@ std::string numberText(double value) {
     if (std::isinf(value))
         return value > 0 ? "inf" : "-inf";
     char buffer[32];
-    std::snprintf(buffer, sizeof buffer, "%.9g", value);
+    std::snprintf(buffer, sizeof buffer, "%.7g", value);
     return buffer;
 }
 

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/experiment.h"
+
+#include "cuda/error.h"
+#include "tests/tools/temporary_directory.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+std::string inputMessage(const Json& json) {
+    try {
+        experimentFromJson(json, "x.json");
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        return error.what();
+    }
+    ADD_FAILURE() << "no error for " << json;
+    return "";
+}
+
+std::vector<std::string> labels(const std::vector<RunParameters>& runs) {
+    std::vector<std::string> texts;
+    for (const RunParameters& run : runs)
+        texts.push_back(run.label());
+    return texts;
+}
+
+} // namespace
+
+TEST(Experiment, ComesBackFromItsOwnJson) {
+    const Experiment e = experimentFromJson(
+        {{"size", "320x200"}, {"frames", "0:4:2"}, {"thresholds", {0, 48.5, "inf"}}, {"undersample", {1, 2.5}}}, "x");
+    const Json json = toJson(e);
+    EXPECT_EQ(toJson(experimentFromJson(json, "x")), json);
+    EXPECT_EQ(json["size"], "320x200");
+    EXPECT_THAT(e.frames, ElementsAre(0, 2, 4));
+    EXPECT_EQ(json["thresholds"].dump(), "[0.0,48.5,\"inf\"]");
+}
+
+TEST(Experiment, AnUnknownKeyIsRefusedByName) {
+    EXPECT_THAT(inputMessage({{"treshold", 1}}), HasSubstr("x.json: unknown key \"treshold\""));
+}
+
+TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
+    const std::vector<std::pair<std::string, Json>> wrong = {
+        {"size", "0x0"},         {"size", 640},           {"frames", "5:1"},        {"fps", 0},
+        {"lights", -2},          {"lights", 1.5},         {"resolutions", {1000}},  {"resolutions", Json::array()},
+        {"resolutions", {8, 8}}, {"methods", {"magic"}},  {"thresholds", {"x"}},    {"thresholds", {-1}},
+        {"thresholds", 96},      {"undersample", {0.5}},  {"page_size", {48}},      {"pool_mib", 0},
+        {"taps", {4}},           {"repeats", 0},          {"lod", {18}},            {"title", 3},
+        {"scenes", "atrium"},    {"offset", {-1}},        {"error_seed", -1}};
+    for (const auto& [key, value] : wrong)
+        EXPECT_THAT(inputMessage({{key, value}}), HasSubstr("\"" + key + "\"")) << value;
+    EXPECT_THAT(inputMessage(Json::array()), HasSubstr("one JSON object"));
+}
+
+TEST(Experiment, AFileThatIsMissingOrBrokenIsNamed) {
+    const TemporaryDirectory directory;
+    EXPECT_THROW(readExperiment(directory / "none.json"), Error);
+    writeText(directory / "bad.json", "{\"size\": ");
+    try {
+        readExperiment(directory / "bad.json");
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("bad.json: not JSON"));
+    }
+}
+
+TEST(Configurations, PureMethodsStandForTheEndsOfTheSweep) {
+    Experiment e;
+    e.thresholds = {0, 96, std::numeric_limits<float>::infinity()};
+    EXPECT_THAT(labels(configurations(e, {1024, 512}, 1)),
+                ElementsAre("embree", "maps", "hybrid texels:96 1024^3", "dag 1024^3", "dag 512^3",
+                            "hybrid oracle 1024^3"));
+}
+
+TEST(Configurations, RaysDoNotVaryWithMapsNorMapsWithRays) {
+    Experiment e;
+    e.thresholds = {96};
+    e.models.clear();
+    e.undersample = {1, 2};
+    e.offset = {1, 2};
+    e.methods = {"dag", "maps"};
+    EXPECT_THAT(labels(configurations(e, {1024}, 1)),
+                ElementsAre("maps", "dag 1024^3", "dag 1024^3 offset 2", "maps u2"));
+}
+
+TEST(Configurations, LabelsAndFileNamesAreUnique) {
+    Experiment e;
+    e.undersample = {1, 2};
+    e.taps = {1, 9};
+    e.bias = {0, 1};
+    e.lod = {0, 1};
+    e.pageTexels = {32, 64};
+    e.models = {"oracle", "expr:texels-96", "expr:texels-48"};
+    std::set<std::string> seen, files;
+    const std::vector<RunParameters> runs = configurations(e, {1024, 2048}, 2);
+    for (const RunParameters& run : runs) {
+        seen.insert(run.label());
+        files.insert(run.slug());
+    }
+    EXPECT_EQ(seen.size(), runs.size());
+    EXPECT_EQ(files.size(), runs.size());
+}
+
+TEST(Experiment, TheCommittedFilesAreValid) {
+    for (const char* name : {"atrium", "houses", "necropolis", "smoke", "real"}) {
+        const Experiment e = readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json");
+        EXPECT_FALSE(e.title.empty()) << name;
+        EXPECT_GE(e.thresholds.size(), 4u) << name;
+    }
+}
+
+} // namespace shadowdag

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+// The built program as scripts meet it: help, exit statuses, messages, one JSON object on standard output.
+#include "tests/tools/program_runner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using Arguments = std::vector<std::string>;
+
+/// The smallest scene that the tests use.
+const std::string kScene = "builtin:atrium";
+const Arguments kSmall = {"--size", "32x18", "--resolution", "64"};
+
+Arguments operator+(Arguments a, const Arguments& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+} // namespace
+
+TEST(Program, EverySubcommandHasHelp) {
+    const TemporaryDirectory directory;
+    const ProgramResult root = runShadowdag(directory, {"--help"});
+    EXPECT_EQ(root.status, 0);
+    EXPECT_THAT(root.out, HasSubstr("Exit status"));
+    for (const char* command : {"scene", "voxelize", "info", "render", "validate", "compare", "bench"}) {
+        const ProgramResult result = runShadowdag(directory, {command, "--help"});
+        EXPECT_EQ(result.status, 0) << command;
+        EXPECT_THAT(root.out, HasSubstr(command));
+        for (const char* option : {"--json", "--threads", "--backend"})
+            EXPECT_THAT(result.out, HasSubstr(option)) << command;
+        EXPECT_THAT(result.err, IsEmpty()) << command;
+    }
+    EXPECT_THAT(runShadowdag(directory, {"--version"}).out, HasSubstr("shadowdag 0."));
+}
+
+TEST(Program, LaterCommandsAreNotPretended) {
+    const TemporaryDirectory directory;
+    for (const char* command : {"merge", "export", "import", "calibrate", "fit", "diff", "rays", "view"})
+        EXPECT_EQ(runShadowdag(directory, {command}).status, 1) << command;
+}
+
+struct Wrong {
+    Arguments arguments;
+    int status;
+    std::string message; ///< part of standard error
+};
+
+TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
+    const TemporaryDirectory directory;
+    const std::string exr = directory / "a.exr", dag = directory / "a.svdag", dir = directory / "report";
+    writeText(directory / "broken.glb", "this is no glTF");
+    writeText(directory / "broken.svdag", "this is no asset");
+    writeText(directory / "experiment.json", "{\"scenes\": [\"builtin:atrium\"], \"sise\": \"1x1\"}");
+    const std::vector<Wrong> cases = {
+        {{}, 1, "subcommand"},
+        {{"rendr"}, 1, "rendr"},
+        {{"render"}, 1, "required"},
+        {{"render", kScene, "-o", exr, "--nonsense"}, 1, "--nonsense"},
+        {{"render", kScene, "-o", exr, "--size", "0x0"}, 1, "--size '0x0'"},
+        {{"render", kScene, "-o", exr, "--size", "1000000x1000000"}, 1, "pixels at most"},
+        {{"render", kScene, "-o", exr, "--resolution", "1000"}, 1, "the nearest are 512 and 1024"},
+        {{"render", kScene, "-o", exr, "--resolution", "512,1024"}, 1, "takes one value"},
+        {{"render", kScene, "-o", exr, "--method", "magic"}, 1, "--method 'magic'"},
+        {{"render", kScene, "-o", exr, "--method", "dag", "--model", "oracle"}, 1, "--model is for"},
+        {{"render", kScene, "-o", exr, "--method", "maps", "--lod", "1"}, 1, "--lod is for"},
+        {{"render", kScene, "-o", exr, "--method", "dag", "--taps", "1"}, 1, "--taps is for"},
+        {{"render", kScene, "-o", exr, "--model", "texel:96"}, 1, "texel:96"},
+        {{"render", kScene, "-o", exr, "--costs", "c.json"}, 1, "--costs"},
+        {{"render", kScene, "-o", exr, "--taps", "4"}, 1, "--taps '4'"},
+        {{"render", kScene, "-o", exr, "--pool", "12Q"}, 1, "--pool '12Q'"},
+        {{"render", kScene, "-o", exr, "--time", "1", "--frames", "0:1"}, 1, "--time and --frames contradict"},
+        {{"render", kScene, "-o", exr, "--voxels", dag, "--resolution", "64"}, 1, "--voxels and --resolution"},
+        {{"render", kScene, "-o", exr, "--voxels", directory / "none.svdag"}, 2, "none.svdag"},
+        {{"render", kScene, "-o", exr, "--voxels", directory / "broken.svdag"}, 2, "broken.svdag"},
+        {{"render", kScene, "-o", exr, "--threads", "-3"}, 1, "--threads '-3'"},
+        {{"render", kScene, "-o", exr, "--backend", "gpu"}, 1, "gpu"},
+        {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3"} + kSmall, 1, "six numbers"},
+        {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3,1,2,3"} + kSmall, 1, "same point"},
+        {Arguments{"render", kScene, "-o", exr, "--camera", "nobody", "--method", "maps", "--size", "32x18"}, 1,
+         "no camera of that name"},
+        {{"render", kScene, "-o", directory / "a.jpg"}, 1, ".exr or .png"},
+        {{"render", kScene, "-o", directory / "a.png", "--per-light"}, 1, "--per-light"},
+        {{"render", kScene, "-o", directory / "missing/a.exr"}, 3, "there is no directory"},
+        {{"render", "builtin:nothing", "-o", exr}, 1, "nothing"},
+        {{"render", directory / "none.glb", "-o", exr}, 2, "none.glb"},
+        {{"render", directory / "broken.glb", "-o", exr}, 2, "broken.glb"},
+        {{"info", directory / "broken.svdag"}, 2, "broken.svdag"},
+        {{"info", directory / "broken.svdag", "--lights", "3"}, 1, "is an asset"},
+        {{"info", kScene, "--verify"}, 1, "is a scene"},
+        {{"scene", "atrium"}, 1, "-o F.glb"},
+        {{"scene", "atrium", "--list"}, 1, "--list"},
+        {{"scene", "nothing", "-o", directory / "a.glb"}, 1, "nothing"},
+        {{"scene", "atrium", "-o", directory / "a.obj"}, 1, ".glb"},
+        {{"scene", "atrium", "-o", "/proc/a.glb"}, 3, "/proc/a.glb"},
+        {{"voxelize", kScene, "-o", directory / "a.vox"}, 1, ".svdag"},
+        {{"voxelize", kScene, "-o", dag, "--resolution", "262144"}, 1, "131072"},
+        {{"validate", kScene, "--method", "embree"}, 1, "must be one of dag, maps, hybrid"},
+        {{"validate", kScene, "--frames", "0:1"}, 1, "one frame"},
+        {{"compare", "-o", dir}, 1, "SCENE or --experiment"},
+        {{"compare", kScene, "-o", dir, "--methods", "dag,dag"}, 1, "twice"},
+        {{"compare", kScene, "-o", dir, "--thresholds", "0,-1"}, 1, "'-1'"},
+        {{"compare", kScene, "-o", dir, "--repeats", "0"}, 1, "--repeats '0'"},
+        {{"compare", kScene, "-o", dir, "--experiment", directory / "none.json"}, 2, "none.json"},
+        {{"compare", "-o", dir, "--experiment", directory / "experiment.json"}, 2, "unknown key \"sise\""},
+        {{"compare", "-o", dir, "--experiment", directory / "experiment.json", "--size", "1x1"}, 1, "contradict"},
+        {{"compare", kScene, "-o", exr + "/x", "--no-charts", "--costs", directory / "none.json"}, 2, "none.json"},
+        {{"bench", "nothing"}, 1, "there are voxel, raster"},
+        {{"bench", "voxel", "--backend", "cuda"}, 1, "drop --backend cuda"},
+    };
+    for (const Wrong& wrong : cases) {
+        const ProgramResult result = runShadowdag(directory, wrong.arguments);
+        std::string command;
+        for (const std::string& argument : wrong.arguments)
+            command += argument + " ";
+        EXPECT_EQ(result.status, wrong.status) << command << "\n" << result.err;
+        EXPECT_THAT(result.err, HasSubstr(wrong.message)) << command;
+        EXPECT_THAT(result.err, HasSubstr("shadowdag: error: ")) << command;
+        EXPECT_THAT(result.out, IsEmpty()) << command;
+    }
+    EXPECT_FALSE(std::filesystem::exists(exr));
+    EXPECT_FALSE(std::filesystem::exists(dag));
+}
+
+TEST(Program, AskingForAMissingDeviceIsStatusFour) {
+    const TemporaryDirectory directory;
+    const ProgramResult result = runShadowdag(directory, {"info", kScene, "--backend", "cuda"});
+    if (result.status == 0)
+        GTEST_SKIP() << "there is a CUDA device here";
+    EXPECT_EQ(result.status, 4);
+    EXPECT_THAT(result.err, HasSubstr("shadowdag: error: "));
+}
+
+TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
+    const TemporaryDirectory directory;
+    const std::string dag = directory / "a.svdag";
+    ProgramResult result = runShadowdag(directory, {"info", kScene, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* key : {"triangle_count", "bounds_min", "bounds_max", "light_count", "camera_count"})
+        EXPECT_TRUE(result.json().contains(key)) << key;
+
+    result = runShadowdag(directory, {"scene", "--list", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_GE(result.json()["scenes"].size(), 3u);
+
+    result = runShadowdag(directory, {"voxelize", kScene, "-o", dag, "--resolution", "64", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* key : {"resolution", "voxel_count", "node_counts", "leaf_count", "asset_bytes", "traced_bytes",
+                            "wall_s", "cpu_s", "peak_rss_bytes"})
+        EXPECT_TRUE(result.json().contains(key)) << key;
+    const Json built = result.json();
+    result = runShadowdag(directory, {"info", dag, "--verify", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* key : {"resolution", "voxel_count", "node_counts", "leaf_count", "asset_bytes", "traced_bytes"})
+        EXPECT_EQ(result.json()[key], built[key]) << key;
+    EXPECT_EQ(built["asset_bytes"], std::filesystem::file_size(dag));
+
+    result = runShadowdag(directory, {"validate", kScene, "--size", "32x18", "--voxels", dag, "--json", "-o",
+                                      directory / "errors"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* key : {"pair_count", "occluded_count", "false_shadow_count", "false_light_count",
+                            "unexplained_false_shadow_count", "unexplained_false_light_count", "acne_count",
+                            "contact_count", "null_rate"})
+        EXPECT_TRUE(result.json().contains(key)) << key;
+    uint64_t sum = 0;
+    for (const Json& light : result.json()["lights"])
+        sum += light["pair_count"].get<uint64_t>();
+    EXPECT_EQ(sum, result.json()["pair_count"].get<uint64_t>());
+    EXPECT_TRUE(std::filesystem::exists(directory / "errors/error.png"));
+}
+
+TEST(Program, RenderWritesNumberedFramesOfEveryMethod) {
+    const TemporaryDirectory directory;
+    for (const char* method : {"embree", "dag", "maps", "hybrid"}) {
+        Arguments arguments = {"render",   kScene, "--method", method, "-o", directory / (std::string(method) + ".exr"),
+                               "--frames", "0:1",  "--truth",  "--json", "--size", "32x18"};
+        if (std::string(method) == "dag" || std::string(method) == "hybrid")
+            arguments = arguments + Arguments{"--resolution", "64"};
+        const ProgramResult result = runShadowdag(directory, arguments);
+        ASSERT_EQ(result.status, 0) << result.err;
+        EXPECT_EQ(result.json()["frames"].size(), 2u);
+        for (const char* number : {".0000.exr", ".0001.exr"})
+            EXPECT_TRUE(std::filesystem::exists(directory / (std::string(method) + number))) << method;
+    }
+}
+
+TEST(Program, AnAssetOfAnotherSceneIsRefusedUnlessAllowed) {
+    const TemporaryDirectory directory;
+    const std::string dag = directory / "a.svdag";
+    const Json scenes = runShadowdag(directory, {"scene", "--list", "--json"}).json()["scenes"];
+    std::string other;
+    for (const Json& scene : scenes)
+        if (other.empty() && scene["name"].get<std::string>().starts_with("fail-"))
+            other = "builtin:" + scene["name"].get<std::string>();
+    if (other.empty())
+        GTEST_SKIP() << "no failure scene in this build";
+    ASSERT_EQ(runShadowdag(directory, {"voxelize", other, "-o", dag, "--resolution", "16"}).status, 0);
+    const Arguments render = {"render", kScene, "-o", directory / "a.png", "--size", "8x8", "--voxels", dag};
+    const ProgramResult refused = runShadowdag(directory, render);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_THAT(refused.err, HasSubstr("--allow-stale"));
+    const ProgramResult allowed = runShadowdag(directory, render + Arguments{"--allow-stale"});
+    EXPECT_EQ(allowed.status, 0) << allowed.err;
+    EXPECT_THAT(allowed.err, HasSubstr("used all the same"));
+}
+
+} // namespace shadowdag
