@@ -42,6 +42,11 @@ Scene makeBuiltin(const std::string& name) {
             return generator.make();
         known += std::string(known.empty() ? "" : ", ") + generator.name;
     }
+    for (const FailScene& scene : failScenes()) {
+        if (name == scene.name)
+            return makeFailScene(scene);
+        known += ", " + scene.name;
+    }
     throw Error(ErrorKind::kUsage,
                 "no built-in scene is called '" + name + "'; there are: " + known);
 }

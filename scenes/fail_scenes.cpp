@@ -374,9 +374,11 @@ std::optional<bool> expectedLit(const FailScene& scene, const dvec3& pointWorld,
     const dvec3 a = pointWorld + along, b = to - along;
     bool mayHit = false;
     for (const FailBox& occluder : scene.boxes) {
-        if (segmentMeetsBox(occluder, timeSeconds, a, b, -1e-5 * extent))
+        if (segmentMeetsBox(occluder, timeSeconds, a, a, 0.0))
+            return std::nullopt;
+        if (segmentMeetsBox(occluder, timeSeconds, a, b, -1e-6 * extent))
             return false;
-        mayHit |= segmentMeetsBox(occluder, timeSeconds, a, b, 1e-5 * extent);
+        mayHit |= segmentMeetsBox(occluder, timeSeconds, a, b, 1e-6 * extent);
     }
     return mayHit ? std::nullopt : std::optional<bool>(true);
 }
