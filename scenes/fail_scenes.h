@@ -32,8 +32,8 @@ struct FailScene {
     std::vector<FailBox> boxes;
     std::vector<FailLight> lights;
     glm::dvec3 eye, target;
-    bool isMessy =
-        false; ///< degenerate, doubled and flipped triangles are added, which must change nothing
+    /// Degenerate, doubled and flipped triangles are added, which must change nothing.
+    bool isMessy = false;
 };
 
 /// Returns every failure scene, in the order in which they are listed to the user.
@@ -43,11 +43,11 @@ std::vector<FailScene> failScenes();
 Scene makeFailScene(const FailScene& description);
 
 /// Returns whether light number `light` is seen from point p of a surface whose normal faces it, at
-/// a time: true lit, false dark, nothing where the answer hangs on less than 1e-5 of the scene's
-/// extent (a ray along an edge or along its own surface). In closed form: the segment, shortened by
-/// 1e-4 of the extent at both ends, against every box. So a light that touches a surface lights the
-/// side on which it lies, and a point is not shadowed by the surface it lies on. The light's range
-/// is not asked.
+/// a time: true lit, false dark, nothing where the answer hangs on less than 1e-6 of the scene's
+/// extent (a ray along an edge or along its own surface) or where p is buried in a solid. In closed
+/// form: the segment, shortened by 1e-4 of the extent at both ends, against every box. So a light
+/// that touches a surface lights the side on which it lies, and a point is not shadowed by the
+/// surface it lies on. The light's range is not asked.
 std::optional<bool> expectedLit(const FailScene& scene, const glm::dvec3& pointWorld, int light,
                                 double timeSeconds = 0.0);
 
