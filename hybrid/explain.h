@@ -2,25 +2,26 @@
 // Why a method was wrong about a pair: acne, contact, explained by a shift within its resolution,
 // or unexplained.
 //
-// acne (false shadows only). The blocker is the receiver's own surface: the receiver's triangle or
-// one in its plane to within
-//   the truth's c (Truth::isCoplanar). Connected or not makes no difference: no triangle in the
-//   plane can shadow a point of it, so this counts more than asked, never less. DAG: such a
-//   triangle touches the closed cell that stopped the ray. Map: the blocking texel's point is
-//   within one texel of the receiver's plane, and the first triangle that Embree meets from the
-//   light through that point is such a triangle.
-// contact (false lights only). Every blocker that Embree has lies nearer to an end of its ray than
-// the offset: with the ray cut
-//   by the offsets nothing blocks it. DAG: start and end offset are the distances by which
-//   shadowSegment moved the ends. Map: the bias at the receiver, constantTexels texels there; the
-//   light's end has none.
-// explained. Of 32 fixed shifts perpendicular to the ray, no longer than rho, both ends by one
-// vector, the start lifted back to the lit side of
-//   the receiver's plane, Embree answers at least one as the method did.
-//   DAG: rho = sqrt(3) voxels of the level that was hit (of the level asked for, when nothing was)
-//   + the start's offset. Map: rho = the filter's radius (sqrt(2) texels, half the diagonal of its
-//   two by two texels; 0 with one tap) + one texel, at the blocker: the map's for a false shadow,
-//   Embree's nearest to the receiver for a false light.
+// Acne (false shadows only): the blocker is the receiver's own surface, that is its triangle or one
+// in its plane to within the truth's c (Truth::isCoplanar). Connected or not makes no difference:
+// no triangle in the plane can shadow a point of it, so this counts more than asked, never less.
+//     DAG: such a triangle touches the closed cell that stopped the ray.
+//     Map: the blocking texel's point is within one texel of the receiver's plane, and the first
+//     triangle that Embree meets from the light through that point is such a triangle.
+//
+// Contact (false lights only): every blocker that Embree has lies nearer to an end of its ray than
+// the offset, that is: with the ray cut by the offsets nothing blocks it.
+//     DAG: the distances by which shadowSegment moved the two ends.
+//     Map: constantTexels texels at the receiver; none at the light.
+//
+// Explained: of 32 fixed shifts perpendicular to the ray, no longer than rho, both ends by one
+// vector, the start lifted back to the lit side of the receiver's plane, Embree answers at least
+// one as the method did.
+//     DAG: rho = sqrt(3) voxels of the level that was hit (of the level asked for, when nothing
+//     was) + the start's offset.
+//     Map: rho = the filter's radius (sqrt(2) texels, half the diagonal of its two by two texels;
+//     0 with one tap) + one texel, at the blocker: the map's for a false shadow, Embree's nearest
+//     to the receiver for a false light.
 #pragma once
 
 #include "hybrid/error.h"

@@ -2,26 +2,25 @@
 // The truth: Embree's answer for every pair. The only door to Embree besides embree_baseline.
 //
 // What it answers. The triangles are what they are as floats in world space. A pair is dark when a
-// triangle other than the receiver's crosses the truth ray strictly between its ends. In the local
-// frame (see TruthRay) the ray
-//  - starts above the receiver's plane, by at least c on the light's side, and inside the
-//  receiver's outline by c where
-//    the triangle is wide enough: whatever error the G-buffer made is measured against the
-//    triangle, not guessed;
+// triangle other than the receiver's crosses the truth ray strictly between its ends. The ray
+//  - starts above the receiver's plane by at least c, on the light's side, and inside the
+//    receiver's outline by c where the triangle is wide enough: the G-buffer's error is measured
+//    against the triangle, not guessed;
 //  - ends at the light, raised to c above that plane if it lies lower, and is cut at 1 - 16 u of
-//  its length;
+//    its length;
 //  - never counts the receiver's own triangle: it is flat, and the whole ray lies above it.
 // With u = 2^-24, M the largest coordinate of receiver and sample and L the diagonal of the bounds,
-//      c = 4 u M + 16 u L.
+//     c = 4 u M + 16 u L.
 // Derivation: tessellated or doubled flat surfaces are flat only to the rounding of their vertices.
-// World::setTime sums rotated vertices (error about 4 u L) to a translation (u M, half an ulp); a
-// plane through three of them is off by sqrt(3) of that, two planes by 2 sqrt(3) < 4 times. Below
-// c, surfaces are the same surface (failure 27); above, they shadow each other. Embree's distances
-// along the ray are float, and at slivers and grazing rays arbitrarily wrong: each hit that it
-// reports is confirmed in double (0 < t < end, both exact to 2^-50 relative), so that what touches
-// only an end never blocks. Embree's edge tests are its own (robust, watertight). A triangle seen
-// exactly edge-on does not block. Not guaranteed: that a blocker nearer than c to the sample is
-// seen, nor which way a ray through an edge within rounding is answered.
+// World::setTime adds rotated vertices (error about 4 u L) to a translation (u M, half an ulp); a
+// plane through three of them is off by sqrt(3) of that, two planes by 2 sqrt(3) < 4 times. Below c
+// surfaces are the same surface (failure 27), above they shadow each other.
+//
+// Embree's distances along the ray are float, at slivers and grazing rays arbitrarily wrong: each
+// hit that it reports is confirmed in double, 0 < t < end, so what touches only an end never
+// blocks. Its edge tests are its own (robust, watertight). A triangle seen edge-on does not block.
+// Not guaranteed: that a blocker nearer than c to the sample is seen, nor which way a ray through
+// an outer edge within rounding is answered.
 #pragma once
 
 #include "hybrid/pairs.h"
