@@ -47,7 +47,9 @@ glm::vec4 sampleChannel(const AnimationChannel& channel, float timeSeconds) {
     const auto value = [&](size_t key) {
         return glm::dvec4(channel.values[isCubic ? 3 * key + 1 : key]);
     };
-    const auto finish = [&](const glm::dvec4& v) { return glm::vec4(isRotation ? normalized(v) : v); };
+    const auto finish = [&](const glm::dvec4& v) {
+        return glm::vec4(isRotation ? normalized(v) : v);
+    };
 
     const std::vector<float>& times = channel.times;
     if (!(timeSeconds > times.front()))
@@ -55,7 +57,8 @@ glm::vec4 sampleChannel(const AnimationChannel& channel, float timeSeconds) {
     if (timeSeconds >= times.back())
         return finish(value(times.size() - 1));
     // The last key that is not after the time: with equal times, the later key.
-    const size_t next = size_t(std::upper_bound(times.begin(), times.end(), timeSeconds) - times.begin());
+    const size_t next =
+        size_t(std::upper_bound(times.begin(), times.end(), timeSeconds) - times.begin());
     const size_t key = next - 1;
     if (channel.interpolation == Interpolation::kStep)
         return finish(value(key));

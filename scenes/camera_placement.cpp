@@ -11,12 +11,13 @@ namespace shadowdag {
 
 namespace {
 
-// 16 azimuths by five elevations, from tables: no libm here, so every machine places the same camera.
+// 16 azimuths by five elevations, from tables: no libm here, so every machine places the same
+// camera.
 constexpr int kAzimuthCount = 16;
 constexpr int kElevationCount = 5;
 constexpr double kC1 = 0.92387953251128674, kS1 = 0.38268343236508977, kC2 = 0.70710678118654752;
-constexpr std::array<double, kAzimuthCount> kCos = {1,   kC1,  kC2,  kS1,  0, -kS1, -kC2, -kC1,
-                                                    -1,  -kC1, -kC2, -kS1, 0, kS1,  kC2,  kC1};
+constexpr std::array<double, kAzimuthCount> kCos = {1,  kC1,  kC2,  kS1,  0, -kS1, -kC2, -kC1,
+                                                    -1, -kC1, -kC2, -kS1, 0, kS1,  kC2,  kC1};
 constexpr std::array<double, kElevationCount> kElevationSin = {-kC2, -kS1, 0, kS1, kC2};
 constexpr std::array<double, kElevationCount> kElevationCos = {kC2, kC1, 1, kC1, kC2};
 
@@ -29,11 +30,12 @@ glm::vec3 direction(int azimuth, int elevation) {
 
 } // namespace
 
-// Candidates stand on a 10 x 4 x 10 grid inside the bounds. Each sends 80 rays; a view is a window of 3 x 3
-// of them. A ray earns the root of its length relative to the diagonal (so that a wide view of middling
-// length beats a keyhole), half of that on a back face (the viewpoint may lie inside a solid), and nothing
-// when it leaves the scene. The middle ray counts twice. Viewpoints nearer than a fiftieth of the diagonal
-// to a surface in any direction pay in proportion. The first best in order wins.
+// Candidates stand on a 10 x 4 x 10 grid inside the bounds. Each sends 80 rays; a view is a window
+// of 3 x 3 of them. A ray earns the root of its length relative to the diagonal (so that a wide
+// view of middling length beats a keyhole), half of that on a back face (the viewpoint may lie
+// inside a solid), and nothing when it leaves the scene. The middle ray counts twice. Viewpoints
+// nearer than a fiftieth of the diagonal to a surface in any direction pay in proportion. The first
+// best in order wins.
 Camera placeCamera(const World& world) {
     const Box& bounds = world.boundsWorld();
     const TriangleGrid grid(world.triangles(), bounds);
@@ -55,8 +57,8 @@ Camera placeCamera(const World& world) {
                         const TriangleGrid::Hit hit = grid.trace(position, direction(a, e));
                         clearance = std::min(clearance, hit.distance);
                         if (hit.distance < 2.0f * diagonal)
-                            worth[size_t(a)][size_t(e)] =
-                                std::sqrt(hit.distance / diagonal) * (hit.isFrontFace ? 1.0f : 0.5f);
+                            worth[size_t(a)][size_t(e)] = std::sqrt(hit.distance / diagonal) *
+                                                          (hit.isFrontFace ? 1.0f : 0.5f);
                     }
                 const float free = std::min(1.0f, clearance / (0.02f * diagonal));
                 for (int a = 0; a < kAzimuthCount; ++a)

@@ -9,14 +9,16 @@
 namespace shadowdag {
 
 /// Reads a .glb or .gltf file and returns its default scene (or the first) with everything checked:
-/// indices in range, nodes a forest, positions finite. What is ignored is counted in Scene::warnings.
-/// Throws Error kInput naming the file, the place and the value for anything broken, and for every
-/// required extension that is not supported (KHR_lights_punctual and KHR_mesh_quantization are). Memory
-/// is bounded by a small multiple of the file's own size, whatever the file claims.
+/// indices in range, nodes a forest, positions finite. What is ignored is counted in
+/// Scene::warnings. Throws Error kInput naming the file, the place and the value for anything
+/// broken, and for every required extension that is not supported (KHR_lights_punctual and
+/// KHR_mesh_quantization are). Memory is bounded by a small multiple of the file's own size,
+/// whatever the file claims.
 Scene readGltf(const std::string& path);
 
-/// Writes the scene as one binary .glb that other programs open, through a temporary file beside `path`.
-/// Throws Error kResource when the disk refuses. Reading it back gives the same world positions.
+/// Writes the scene as one binary .glb that other programs open, through a temporary file beside
+/// `path`. Throws Error kResource when the disk refuses. Reading it back gives the same world
+/// positions.
 void writeGlb(const Scene& scene, const std::string& path);
 
 } // namespace shadowdag

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a loaded glTF document to a Scene: materials, meshes, the node forest, lights, cameras, animations.
-// Source: Khronos, glTF 2.0 specification; KHR_lights_punctual; KHR_materials_emissive_strength.
+// From a loaded glTF document to a Scene: materials, meshes, the node forest, lights, cameras,
+// animations. Source: Khronos, glTF 2.0 specification; KHR_lights_punctual;
+// KHR_materials_emissive_strength. Over 500 lines because the chapters share one state, what was
+// ignored is counted over all of them, and half of it are messages.
 #include "scenes/gltf_reader.h"
 
 #include "cuda/error.h"
@@ -20,10 +22,12 @@ using gltf::AccessorReader;
 using gltf::Document;
 using gltf::fail;
 
-constexpr double kMaxMagnitude = 1e30; // as World; its square is a finite double
+constexpr double kMaxMagnitude = 1e30;  // as World; its square is a finite double
 constexpr float kMaxRangeWorld = 1e18f; // its square is a finite float
 
-std::string numbered(const char* kind, size_t index) { return kind + std::to_string(index); }
+std::string numbered(const char* kind, size_t index) {
+    return kind + std::to_string(index);
+}
 
 class SceneReader {
 public:
@@ -60,7 +64,8 @@ private:
     }
     /// Returns `fallback` for an absent array; throws when it has another length than N.
     template <int N>
-    glm::vec<N, float> vectorOr(const std::vector<double>& values, const glm::vec<N, float>& fallback,
+    glm::vec<N, float> vectorOr(const std::vector<double>& values,
+                                const glm::vec<N, float>& fallback,
                                 const std::string& place) const {
         if (values.empty())
             return fallback;
@@ -107,9 +112,9 @@ void SceneReader::readMaterials() {
             vectorOr<3>(source.emissiveFactor, glm::vec3(0.0f), place + "/emissiveFactor");
         const auto strength = source.extensions.find("KHR_materials_emissive_strength");
         if (strength != source.extensions.end() && strength->second.Has("emissiveStrength"))
-            material.emission *= checkedPositiveOrZero(
-                strength->second.Get("emissiveStrength").GetNumberAsDouble(),
-                place + "/extensions/KHR_materials_emissive_strength");
+            material.emission *=
+                checkedPositiveOrZero(strength->second.Get("emissiveStrength").GetNumberAsDouble(),
+                                      place + "/extensions/KHR_materials_emissive_strength");
         if (source.alphaMode == "MASK" || source.alphaMode == "BLEND")
             ++translucentCount_;
         scene_.materials.push_back(std::move(material));
@@ -117,7 +122,8 @@ void SceneReader::readMaterials() {
 }
 
 // Appends the triangles of one primitive to `out`, as indices into its POSITION accessor.
-// Source: glTF 2.0, sec. 3.7.2.1, "Topology Types". What does not fill the last triangle is left out.
+// Source: glTF 2.0, sec. 3.7.2.1, "Topology Types". What does not fill the last triangle is left
+// out.
 void assembleTriangles(int mode, const std::vector<uint32_t>& v, std::vector<glm::uvec3>& out) {
     if (mode == TINYGLTF_MODE_TRIANGLES) {
         for (size_t i = 0; i + 2 < v.size(); i += 3)
@@ -136,8 +142,8 @@ void SceneReader::readMesh(size_t index) {
     Mesh mesh;
     mesh.name = source.name;
 
-    // Primitives that share a POSITION accessor share its vertices; only those in use are kept, because some
-    // exporters put a whole scene into one accessor.
+    // Primitives that share a POSITION accessor share its vertices; only those in use are kept,
+    // because some exporters put a whole scene into one accessor.
     struct Group {
         int accessor;
         std::vector<glm::uvec3> triangles;
@@ -189,15 +195,15 @@ void SceneReader::readMesh(size_t index) {
         const bool isList = primitive.mode == TINYGLTF_MODE_TRIANGLES;
         if (corners.size() < 3 || (isList && corners.size() % 3 != 0))
             ++incompleteCount_;
-        auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
-            return g.accessor == position->second;
-        });
+        auto group = std::find_if(groups.begin(), groups.end(),
+                                  [&](const Group& g) { return g.accessor == position->second; });
         if (group == groups.end()) {
             groups.push_back({position->second, {}, {}});
             group = groups.end() - 1;
         }
         // A triangle and its material, and a vertex that may be its own.
-        accessors_.charge((isList ? corners.size() / 3 : corners.size()) * 28 + corners.size() * 12, place);
+        accessors_.charge((isList ? corners.size() / 3 : corners.size()) * 28 + corners.size() * 12,
+                          place);
         const size_t before = group->triangles.size();
         assembleTriangles(primitive.mode, corners, group->triangles);
         const size_t added = group->triangles.size() - before;
@@ -243,7 +249,8 @@ void SceneReader::readLights() {
             continue;
         }
         if (source.type != "point" && source.type != "spot")
-            fail(document_, place + "/type", "'" + source.type.substr(0, 40) + "' is not a kind of light");
+            fail(document_, place + "/type",
+                 "'" + source.type.substr(0, 40) + "' is not a kind of light");
         LightSource light;
         light.name = source.name;
         light.color = vectorOr<3>(source.color, glm::vec3(1.0f), place + "/color");
@@ -255,7 +262,8 @@ void SceneReader::readLights() {
         }
         light.rangeWorld = checkedPositiveOrZero(source.range, place + "/range");
         if (light.rangeWorld > kMaxRangeWorld)
-            fail(document_, place + "/range", std::to_string(source.range) + " exceeds 1e18 metres");
+            fail(document_, place + "/range",
+                 std::to_string(source.range) + " exceeds 1e18 metres");
         if (source.type == "spot") {
             light.kind = Light::kSpot;
             const double inner = source.spot.innerConeAngle, outer = source.spot.outerConeAngle;
@@ -282,14 +290,16 @@ void SceneReader::readCameras() {
             continue;
         }
         if (source.type != "perspective")
-            fail(document_, place + "/type", "'" + source.type.substr(0, 40) + "' is not a kind of camera");
+            fail(document_, place + "/type",
+                 "'" + source.type.substr(0, 40) + "' is not a kind of camera");
         CameraSource camera;
         camera.name = source.name;
         camera.yfov = checkedFloat(source.perspective.yfov, place + "/yfov");
         camera.znear = checkedFloat(source.perspective.znear, place + "/znear");
         camera.zfar = checkedFloat(source.perspective.zfar, place + "/zfar");
         if (!(camera.yfov > 0.0f && camera.yfov < 3.1415925f))
-            fail(document_, place + "/yfov", std::to_string(camera.yfov) + " is not within 0 and pi");
+            fail(document_, place + "/yfov",
+                 std::to_string(camera.yfov) + " is not within 0 and pi");
         if (!(camera.znear > 0.0f))
             fail(document_, place + "/znear", std::to_string(camera.znear) + " is not above 0");
         if (camera.zfar == 0.0f)
@@ -303,7 +313,8 @@ void SceneReader::readCameras() {
 
 void SceneReader::readNodes() {
     const auto& nodes = model().nodes;
-    const auto checkIndex = [&](int index, size_t count, const std::string& place, const char* kind) {
+    const auto checkIndex = [&](int index, size_t count, const std::string& place,
+                                const char* kind) {
         if (index < 0 || size_t(index) >= count)
             fail(document_, place,
                  std::string("refers to ") + kind + " " + std::to_string(index) + " of " +
@@ -324,19 +335,23 @@ void SceneReader::readNodes() {
                      std::to_string(source.matrix.size()) + " numbers instead of 16");
             local.hasMatrix = true;
             for (int m = 0; m < 16; ++m)
-                local.matrix[m / 4][m % 4] = checkedFloat(source.matrix[size_t(m)], place + "/matrix");
+                local.matrix[m / 4][m % 4] =
+                    checkedFloat(source.matrix[size_t(m)], place + "/matrix");
             for (int c = 0; c < 4; ++c) {
                 const float expected = c == 3 ? 1.0f : 0.0f;
                 if (std::fabs(local.matrix[c][3] - expected) > 1e-5f)
                     fail(document_, place + "/matrix",
-                         "the bottom row holds " + std::to_string(local.matrix[c][3]) + " instead of " +
-                             std::to_string(expected) + "; projections cannot place nodes");
+                         "the bottom row holds " + std::to_string(local.matrix[c][3]) +
+                             " instead of " + std::to_string(expected) +
+                             "; projections cannot place nodes");
                 local.matrix[c][3] = expected;
             }
         }
-        local.translation = vectorOr<3>(source.translation, local.translation, place + "/translation");
+        local.translation =
+            vectorOr<3>(source.translation, local.translation, place + "/translation");
         local.scale = vectorOr<3>(source.scale, local.scale, place + "/scale");
-        const glm::vec4 q = vectorOr<4>(source.rotation, glm::vec4(0, 0, 0, 1), place + "/rotation");
+        const glm::vec4 q =
+            vectorOr<4>(source.rotation, glm::vec4(0, 0, 0, 1), place + "/rotation");
         if (!(glm::dot(glm::dvec4(q), glm::dvec4(q)) > 1e-12))
             fail(document_, place + "/rotation", "the quaternion is zero");
         local.rotation = glm::quat(q.w, q.x, q.y, q.z);
@@ -344,8 +359,8 @@ void SceneReader::readNodes() {
         if (source.mesh != -1)
             node.mesh = checkIndex(source.mesh, model().meshes.size(), place + "/mesh", "mesh");
         if (source.camera != -1)
-            node.camera =
-                cameraOf_[size_t(checkIndex(source.camera, cameraOf_.size(), place + "/camera", "camera"))];
+            node.camera = cameraOf_[size_t(
+                checkIndex(source.camera, cameraOf_.size(), place + "/camera", "camera"))];
         const auto punctual = source.extensions.find("KHR_lights_punctual");
         if (punctual != source.extensions.end()) {
             const tinygltf::Value& light = punctual->second.Get("light");
@@ -391,7 +406,8 @@ void SceneReader::readRoots() {
     const auto& scenes = model().scenes;
     if (scenes.empty()) {
         if (model().defaultScene != -1)
-            fail(document_, "scene", std::to_string(model().defaultScene) + ", but there are no scenes");
+            fail(document_, "scene",
+                 std::to_string(model().defaultScene) + ", but there are no scenes");
         // Nothing says what is shown: everything is.
         for (size_t i = 0; i < scene_.nodes.size(); ++i)
             if (scene_.nodes[i].parent == kNone)
@@ -401,7 +417,8 @@ void SceneReader::readRoots() {
     const int index = model().defaultScene == -1 ? 0 : model().defaultScene;
     if (index < 0 || size_t(index) >= scenes.size())
         fail(document_, "scene",
-             std::to_string(index) + ", but there are " + std::to_string(scenes.size()) + " scenes");
+             std::to_string(index) + ", but there are " + std::to_string(scenes.size()) +
+                 " scenes");
     const std::string place = numbered("scenes/", size_t(index)) + "/nodes";
     std::vector<bool> isTaken(scene_.nodes.size());
     for (int root : scenes[size_t(index)].nodes) {
@@ -451,9 +468,10 @@ void SceneReader::readAnimation(size_t index) {
                  "refers to sampler " + std::to_string(from.sampler) + " of " +
                      std::to_string(source.samplers.size()));
         if (scene_.nodes[size_t(from.target_node)].local.hasMatrix)
-            fail(document_, place,
-                 "moves node " + std::to_string(from.target_node) +
-                     ", which is placed by a matrix; only translation, rotation and scale can move");
+            fail(
+                document_, place,
+                "moves node " + std::to_string(from.target_node) +
+                    ", which is placed by a matrix; only translation, rotation and scale can move");
         const tinygltf::AnimationSampler& sampler = source.samplers[size_t(from.sampler)];
         channel.node = from.target_node;
         if (sampler.interpolation == "STEP")
@@ -505,7 +523,8 @@ void SceneReader::writeWarnings() {
     warn(orthographicCount_, "orthographic cameras ignored: only perspective ones are supported.");
     warn(model().skins.size(), "skins ignored: skinned meshes stay in rest pose.");
     warn(morphCount_, "primitives with morph targets stay in rest pose.");
-    warn(channelCount_, "animation channels ignored: only translation, rotation and scale of nodes move.");
+    warn(channelCount_,
+         "animation channels ignored: only translation, rotation and scale of nodes move.");
     warn(instancingCount_, "nodes with EXT_mesh_gpu_instancing show their mesh once only.");
     warn(translucentCount_, "translucent or masked materials taken as opaque.");
     warn(model().textures.size(), "textures ignored: surfaces have their base colour factor.");

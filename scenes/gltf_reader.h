@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of the glTF reader: loading a document through tinygltf, and reading its accessors with every
-// bound checked. Included by gltf_reader*.cpp only, the files that know tinygltf.
+// The parts of the glTF reader: loading a document through tinygltf, and reading its accessors with
+// every bound checked. Included by gltf_reader*.cpp only, the files that know tinygltf.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -13,12 +13,12 @@
 
 namespace shadowdag::gltf {
 
-/// What tinygltf understood of a file. It accepts indices out of range, cycles, overlong accessors and
-/// non-finite numbers: nothing in `model` may be trusted.
+/// What tinygltf understood of a file. It accepts indices out of range, cycles, overlong accessors
+/// and non-finite numbers: nothing in `model` may be trusted.
 struct Document {
     std::string path;
     tinygltf::Model model;
-    uint64_t inputBytes = 0; ///< of the file and the buffers beside it
+    uint64_t inputBytes = 0;                    ///< of the file and the buffers beside it
     uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
 };
 
@@ -31,14 +31,14 @@ Document loadDocument(const std::string& path);
 [[noreturn]] void fail(const Document& document, const std::string& place,
                        const std::string& problem);
 
-/// Reads accessors of one document. Counts what it hands out, and refuses a file that would make it hand out
-/// out of all proportion to its size.
+/// Reads accessors of one document. Counts what it hands out, and refuses a file that would make it
+/// hand out out of all proportion to its size.
 class AccessorReader {
 public:
     explicit AccessorReader(const Document& document);
 
-    /// Returns count * componentCount floats; integers are normalised when the accessor says so, else
-    /// converted. `place` names the user in messages. All returned values are finite.
+    /// Returns count * componentCount floats; integers are normalised when the accessor says so,
+    /// else converted. `place` names the user in messages. All returned values are finite.
     std::vector<float> readFloats(int accessor, int componentCount, const std::string& place);
     /// Returns the positions of a VEC3 accessor; the reference stays valid for the reader's life.
     const std::vector<glm::vec3>& readPositions(int accessor, const std::string& place);

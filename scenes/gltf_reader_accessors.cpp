@@ -8,30 +8,40 @@ namespace shadowdag::gltf {
 
 namespace {
 
-// An honest file of quantised strips grows by a factor of 16 when it is read (a one-byte index becomes a
-// triangle of three four-byte indices and a material); four times that, and some room for tiny files.
+// An honest file of quantised strips grows by a factor of 16 when it is read (a one-byte index
+// becomes a triangle of three four-byte indices and a material); four times that, and some room for
+// tiny files.
 constexpr uint64_t kGrowthLimit = 64;
 constexpr uint64_t kFreeBytes = 16u << 20;
 
 size_t componentBytes(int componentType) {
     switch (componentType) {
     case TINYGLTF_COMPONENT_TYPE_BYTE:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return 1;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return 1;
     case TINYGLTF_COMPONENT_TYPE_SHORT:
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return 2;
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return 2;
     case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-    case TINYGLTF_COMPONENT_TYPE_FLOAT: return 4;
-    default: return 0; // INT and DOUBLE, which tinygltf lets through, are not glTF
+    case TINYGLTF_COMPONENT_TYPE_FLOAT:
+        return 4;
+    default:
+        return 0; // INT and DOUBLE, which tinygltf lets through, are not glTF
     }
 }
 
 int vectorComponentCount(int type) {
     switch (type) {
-    case TINYGLTF_TYPE_SCALAR: return 1;
-    case TINYGLTF_TYPE_VEC2: return 2;
-    case TINYGLTF_TYPE_VEC3: return 3;
-    case TINYGLTF_TYPE_VEC4: return 4;
-    default: return 0; // matrices: only skins use them, and skins stay in rest pose
+    case TINYGLTF_TYPE_SCALAR:
+        return 1;
+    case TINYGLTF_TYPE_VEC2:
+        return 2;
+    case TINYGLTF_TYPE_VEC3:
+        return 3;
+    case TINYGLTF_TYPE_VEC4:
+        return 4;
+    default:
+        return 0; // matrices: only skins use them, and skins stay in rest pose
     }
 }
 
@@ -41,7 +51,8 @@ template <class T> T load(const uint8_t* p) {
     return value;
 }
 
-// Source: glTF 2.0, sec. 3.11 (animation sampler outputs) and KHR_mesh_quantization: the decoding formulas.
+// Source: glTF 2.0, sec. 3.11 (animation sampler outputs) and KHR_mesh_quantization: the decoding
+// formulas.
 float loadFloat(const uint8_t* p, int componentType, bool isNormalized) {
     switch (componentType) {
     case TINYGLTF_COMPONENT_TYPE_BYTE: {
@@ -60,16 +71,21 @@ float loadFloat(const uint8_t* p, int componentType, bool isNormalized) {
         const float v = load<uint16_t>(p);
         return isNormalized ? v / 65535.0f : v;
     }
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT: return float(load<uint32_t>(p));
-    default: return load<float>(p);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        return float(load<uint32_t>(p));
+    default:
+        return load<float>(p);
     }
 }
 
 uint32_t loadUnsigned(const uint8_t* p, int componentType) {
     switch (componentType) {
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return load<uint8_t>(p);
-    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return load<uint16_t>(p);
-    default: return load<uint32_t>(p);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+        return load<uint8_t>(p);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+        return load<uint16_t>(p);
+    default:
+        return load<uint32_t>(p);
     }
 }
 
@@ -87,9 +103,8 @@ AccessorReader::AccessorReader(const Document& document)
 void AccessorReader::charge(uint64_t bytes, const std::string& place) {
     if (bytes > budgetBytes_ - usedBytes_)
         fail(document_, place,
-             "the file of " + std::to_string(document_.inputBytes) +
-                 " bytes claims more than " + std::to_string(budgetBytes_) +
-                 " bytes of content; its counts are wrong");
+             "the file of " + std::to_string(document_.inputBytes) + " bytes claims more than " +
+                 std::to_string(budgetBytes_) + " bytes of content; its counts are wrong");
     usedBytes_ += bytes;
 }
 
@@ -136,7 +151,8 @@ AccessorReader::Source AccessorReader::source(int bufferView, uint64_t byteOffse
         fail(document_, place,
              viewName + " has stride " + std::to_string(stride) + ", less than an element of " +
                  std::to_string(elementBytes) + " bytes");
-    const bool fits = byteOffset <= view.byteLength && elementBytes <= view.byteLength - byteOffset &&
+    const bool fits = byteOffset <= view.byteLength &&
+                      elementBytes <= view.byteLength - byteOffset &&
                       count - 1 <= (view.byteLength - byteOffset - elementBytes) / stride;
     if (!fits)
         fail(document_, place,
@@ -146,11 +162,11 @@ AccessorReader::Source AccessorReader::source(int bufferView, uint64_t byteOffse
     return {bytes.data() + view.byteOffset + byteOffset, stride};
 }
 
-// Calls store(element, pointer to its components or null for zeros), the dense elements first and then
-// the sparse ones over them.
+// Calls store(element, pointer to its components or null for zeros), the dense elements first and
+// then the sparse ones over them.
 template <class Store>
-void AccessorReader::visit(const tinygltf::Accessor& a, int componentCount, const std::string& place,
-                           const Store& store) const {
+void AccessorReader::visit(const tinygltf::Accessor& a, int componentCount,
+                           const std::string& place, const Store& store) const {
     const size_t elementBytes = componentBytes(a.componentType) * size_t(componentCount);
     if (a.bufferView >= 0) {
         const Source dense = source(a.bufferView, a.byteOffset, a.count, elementBytes, true, place);
@@ -175,11 +191,12 @@ void AccessorReader::visit(const tinygltf::Accessor& a, int componentCount, cons
         fail(document_, place,
              "a sparse accessor has byte offset " +
                  std::to_string(std::min(sparse.indices.byteOffset, sparse.values.byteOffset)));
-    const Source indices =
-        source(sparse.indices.bufferView, uint64_t(sparse.indices.byteOffset), uint64_t(sparse.count),
-               componentBytes(sparse.indices.componentType), false, place + " (sparse indices)");
-    const Source values = source(sparse.values.bufferView, uint64_t(sparse.values.byteOffset),
-                                 uint64_t(sparse.count), elementBytes, false, place + " (sparse values)");
+    const Source indices = source(
+        sparse.indices.bufferView, uint64_t(sparse.indices.byteOffset), uint64_t(sparse.count),
+        componentBytes(sparse.indices.componentType), false, place + " (sparse indices)");
+    const Source values =
+        source(sparse.values.bufferView, uint64_t(sparse.values.byteOffset), uint64_t(sparse.count),
+               elementBytes, false, place + " (sparse values)");
     for (size_t i = 0; i < size_t(sparse.count); ++i) {
         const uint32_t element =
             loadUnsigned(indices.data + i * indices.stride, sparse.indices.componentType);
@@ -217,7 +234,8 @@ std::vector<float> AccessorReader::readFloats(int accessor, int componentCount,
     return values;
 }
 
-const std::vector<glm::vec3>& AccessorReader::readPositions(int accessor, const std::string& place) {
+const std::vector<glm::vec3>& AccessorReader::readPositions(int accessor,
+                                                            const std::string& place) {
     const auto known = positions_.find(accessor);
     if (known != positions_.end())
         return known->second;

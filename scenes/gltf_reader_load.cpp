@@ -17,31 +17,23 @@ namespace {
 
 // Deeper than any glTF; tinygltf recurses over what nests.
 constexpr int kMaxDepth = 256;
-// tinygltf keeps up to a kilobyte for an empty JSON object; two million are more than the largest scenes
-// that exporters write, and cost what a workstation has.
+// tinygltf keeps up to a kilobyte for an empty JSON object; two million are more than the largest
+// scenes that exporters write, and cost what a workstation has.
 constexpr uint64_t kMaxObjectCount = 2'000'000;
 // A buffer file may be named more than once, but not to multiply it.
 constexpr int kMaxReadsOfOneFile = 4;
 
-// Extensions that a file may require because they change neither geometry nor lights: colours come from
-// base colour and emission factors alone here, so these are ignored with a warning.
+// Extensions that a file may require because they change neither geometry nor lights: colours come
+// from base colour and emission factors alone here, so these are ignored with a warning.
 constexpr std::array kColorExtensions = {
-    "EXT_texture_webp",
-    "KHR_materials_anisotropy",
-    "KHR_materials_clearcoat",
-    "KHR_materials_diffuse_transmission",
-    "KHR_materials_dispersion",
-    "KHR_materials_ior",
-    "KHR_materials_iridescence",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_sheen",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_materials_variants",
-    "KHR_materials_volume",
-    "KHR_techniques_webgl",
-    "KHR_texture_basisu",
+    "EXT_texture_webp",           "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",   "KHR_materials_ior",
+    "KHR_materials_iridescence",  "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_sheen",        "KHR_materials_specular",
+    "KHR_materials_transmission", "KHR_materials_unlit",
+    "KHR_materials_variants",     "KHR_materials_volume",
+    "KHR_techniques_webgl",       "KHR_texture_basisu",
     "KHR_texture_transform",
 };
 constexpr std::array kSupportedExtensions = {
@@ -69,20 +61,24 @@ struct FileAccess {
 };
 
 bool bufferExists(const std::string& path, void* userData) {
-    // tinygltf also looks into the working folder; what is found there would be another file by chance.
+    // tinygltf also looks into the working folder; what is found there would be another file by
+    // chance.
     const std::string& base = static_cast<FileAccess*>(userData)->baseFolder;
     if (path.rfind(base.back() == '/' ? base : base + "/", 0) != 0)
         return false;
-    // Images are asked for through the same callback and are not needed: "not found" is only a warning.
-    static constexpr std::array kImages = {".png", ".jpg", ".jpeg", ".webp", ".ktx2", ".ktx",
-                                           ".dds", ".avif", ".gif", ".bmp", ".basis", ".tga"};
+    // Images are asked for through the same callback and are not needed: "not found" is only a
+    // warning.
+    static constexpr std::array kImages = {".png", ".jpg",  ".jpeg", ".webp", ".ktx2",  ".ktx",
+                                           ".dds", ".avif", ".gif",  ".bmp",  ".basis", ".tga"};
     if (contains(kImages, lowerCaseExtension(path)))
         return false;
     std::error_code ignored;
     return std::filesystem::is_regular_file(path, ignored);
 }
 
-std::string sameFilePath(const std::string& path, void*) { return path; }
+std::string sameFilePath(const std::string& path, void*) {
+    return path;
+}
 
 bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::string& path,
                 void* userData) {
@@ -108,8 +104,8 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
     return true;
 }
 
-bool ignoreImage(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int,
-                 void*) {
+bool ignoreImage(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
+                 int, void*) {
     return true;
 }
 
@@ -117,16 +113,16 @@ struct JsonSummary {
     uint64_t bufferCount = 0;
 };
 
-// Goes over the text once before tinygltf sees it: limits depth and objects, counts buffers, and blanks the
-// values of "extras", which may hold anything and which nothing here reads. Text that is no JSON passes
-// through; the parser will say so.
+// Goes over the text once before tinygltf sees it: limits depth and objects, counts buffers, and
+// blanks the values of "extras", which may hold anything and which nothing here reads. Text that is
+// no JSON passes through; the parser will say so.
 JsonSummary screenJson(const Document& document, char* text, size_t length) {
     JsonSummary summary;
     uint64_t objectCount = 0;
     int depth = 0;
-    std::string_view topKey;     // of the root object
-    size_t blankFrom = 0;        // start of an extras value
-    int blankDepth = -1;         // its depth; -1: none
+    std::string_view topKey; // of the root object
+    size_t blankFrom = 0;    // start of an extras value
+    int blankDepth = -1;     // its depth; -1: none
     const auto endBlank = [&](size_t end) {
         std::fill(text + blankFrom, text + end, ' ');
         text[blankFrom] = '0';
@@ -149,8 +145,9 @@ JsonSummary screenJson(const Document& document, char* text, size_t length) {
             const std::string_view key(text + start, i - start);
             if (depth == 1) {
                 if (key.find('\\') != std::string_view::npos)
-                    fail(document, "JSON", "the top-level key \"" + std::string(key) +
-                                               "\" is escaped; write it plainly");
+                    fail(document, "JSON",
+                         "the top-level key \"" + std::string(key) +
+                             "\" is escaped; write it plainly");
                 topKey = key;
             }
             if (key == "extras" && blankDepth < 0) {
@@ -182,7 +179,8 @@ JsonSummary screenJson(const Document& document, char* text, size_t length) {
             if (depth == blankDepth)
                 endBlank(i);
             break;
-        default: break;
+        default:
+            break;
         }
     }
     return summary;
@@ -202,7 +200,8 @@ struct GlbLayout {
 GlbLayout checkGlb(const Document& document, const std::vector<unsigned char>& bytes) {
     constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
     if (bytes.size() < kHeaderBytes + kChunkHeaderBytes)
-        fail(document, "GLB header", "the file ends after " + std::to_string(bytes.size()) + " bytes");
+        fail(document, "GLB header",
+             "the file ends after " + std::to_string(bytes.size()) + " bytes");
     const uint32_t version = loadUint32(bytes, 4), length = loadUint32(bytes, 8);
     if (version != 2)
         fail(document, "GLB header",
@@ -237,7 +236,8 @@ std::vector<unsigned char> readWhole(const Document& document) {
     if (!std::filesystem::exists(path, error))
         throw Error(ErrorKind::kInput, document.path + ": no such file; check the name");
     if (!std::filesystem::is_regular_file(path, error))
-        throw Error(ErrorKind::kInput, document.path + ": not a regular file; name a .glb or .gltf");
+        throw Error(ErrorKind::kInput,
+                    document.path + ": not a regular file; name a .glb or .gltf");
     const uint64_t size = std::filesystem::file_size(path, error);
     if (error)
         throw Error(ErrorKind::kInput, document.path + ": " + error.message());
@@ -250,8 +250,7 @@ std::vector<unsigned char> readWhole(const Document& document) {
     std::vector<unsigned char> bytes(size);
     stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
     if (!stream)
-        throw Error(ErrorKind::kInput,
-                    document.path + ": cannot be read: " + std::strerror(errno));
+        throw Error(ErrorKind::kInput, document.path + ": cannot be read: " + std::strerror(errno));
     return bytes;
 }
 
@@ -291,8 +290,8 @@ Document loadDocument(const std::string& path) {
         const JsonSummary summary =
             screenJson(document, reinterpret_cast<char*>(bytes.data()) + 20, layout.jsonBytes);
         // tinygltf copies the BIN chunk into every buffer without a URI; the format allows one.
-        if (summary.bufferCount > 1 &&
-            (summary.bufferCount - 1) * uint64_t(layout.binaryBytes) > 16 * bytes.size() + (64u << 20))
+        if (summary.bufferCount > 1 && (summary.bufferCount - 1) * uint64_t(layout.binaryBytes) >
+                                           16 * bytes.size() + (64u << 20))
             fail(document, "buffers",
                  std::to_string(summary.bufferCount) + " buffers over a BIN chunk of " +
                      std::to_string(layout.binaryBytes) + " bytes; one is meant to use it");
@@ -310,11 +309,12 @@ Document loadDocument(const std::string& path) {
     std::string error, warning;
     bool isLoaded = false;
     try {
-        isLoaded = isGlb ? loader.LoadBinaryFromMemory(&document.model, &error, &warning, bytes.data(),
-                                                       unsigned(bytes.size()), access.baseFolder)
-                         : loader.LoadASCIIFromString(&document.model, &error, &warning,
-                                                      reinterpret_cast<const char*>(bytes.data()),
-                                                      unsigned(bytes.size()), access.baseFolder);
+        isLoaded =
+            isGlb ? loader.LoadBinaryFromMemory(&document.model, &error, &warning, bytes.data(),
+                                                unsigned(bytes.size()), access.baseFolder)
+                  : loader.LoadASCIIFromString(&document.model, &error, &warning,
+                                               reinterpret_cast<const char*>(bytes.data()),
+                                               unsigned(bytes.size()), access.baseFolder);
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kResource, path + ": not enough memory to parse the file");
     } catch (const std::exception& e) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Scene as one .glb. The JSON is written by hand: tinygltf's writer rounds numbers and keeps a second copy of
-// everything. Source: Khronos, glTF 2.0 specification, sec. 4.4; KHR_lights_punctual;
-// KHR_materials_emissive_strength.
+// A Scene as one .glb. The JSON is written by hand: tinygltf's writer rounds numbers and keeps a
+// second copy of everything. Source: Khronos, glTF 2.0 specification, sec. 4.4;
+// KHR_lights_punctual; KHR_materials_emissive_strength.
 #include "scenes/gltf.h"
 
 #include "cuda/error.h"
@@ -94,20 +94,20 @@ public:
     }
 
 private:
-    size_t addAccessor(const void* data, size_t count, int componentCount, ComponentType type, int target,
-                       const std::string& bounds) {
+    size_t addAccessor(const void* data, size_t count, int componentCount, ComponentType type,
+                       int target, const std::string& bounds) {
         static constexpr const char* kTypes[] = {"", "SCALAR", "VEC2", "VEC3", "VEC4"};
         const size_t bytes = count * size_t(componentCount) * 4;
-        const size_t view = views_.add(
-            "{\"buffer\":0,\"byteOffset\":" + std::to_string(binary_.size()) +
-            ",\"byteLength\":" + std::to_string(bytes) +
-            (target ? ",\"target\":" + std::to_string(target) : std::string()) + "}");
+        const size_t view =
+            views_.add("{\"buffer\":0,\"byteOffset\":" + std::to_string(binary_.size()) +
+                       ",\"byteLength\":" + std::to_string(bytes) +
+                       (target ? ",\"target\":" + std::to_string(target) : std::string()) + "}");
         const auto* begin = static_cast<const char*>(data);
-        binary_.insert(binary_.end(), begin, begin + bytes); // all elements are multiples of 4 bytes
-        return accessors_.add("{\"bufferView\":" + std::to_string(view) +
-                              ",\"componentType\":" + std::to_string(type) +
-                              ",\"count\":" + std::to_string(count) + ",\"type\":\"" +
-                              kTypes[componentCount] + "\"" + bounds + "}");
+        binary_.insert(binary_.end(), begin,
+                       begin + bytes); // all elements are multiples of 4 bytes
+        return accessors_.add("{\"bufferView\":" + std::to_string(view) + ",\"componentType\":" +
+                              std::to_string(type) + ",\"count\":" + std::to_string(count) +
+                              ",\"type\":\"" + kTypes[componentCount] + "\"" + bounds + "}");
     }
     size_t addVectors(const std::vector<glm::vec4>& values, int componentCount) {
         std::vector<float> flat;
@@ -172,14 +172,15 @@ void GlbWriter::writeMeshes() {
         Box bounds;
         for (const glm::vec3& p : mesh.positions)
             bounds.add(p);
-        const size_t positions =
-            addAccessor(mesh.positions.data(), mesh.positions.size(), 3, kFloat, 34962,
-                        ",\"min\":" + numbers(bounds.min, 3) + ",\"max\":" + numbers(bounds.max, 3));
+        const size_t positions = addAccessor(
+            mesh.positions.data(), mesh.positions.size(), 3, kFloat, 34962,
+            ",\"min\":" + numbers(bounds.min, 3) + ",\"max\":" + numbers(bounds.max, 3));
         // One primitive a run of equal materials: the order of triangles is kept.
         JsonArray primitives("primitives");
         for (size_t first = 0, end; first < mesh.triangles.size(); first = end) {
             const uint32_t material = mesh.triangleMaterial[first];
-            for (end = first; end < mesh.triangles.size() && mesh.triangleMaterial[end] == material;)
+            for (end = first;
+                 end < mesh.triangles.size() && mesh.triangleMaterial[end] == material;)
                 ++end;
             const size_t indices =
                 addAccessor(&mesh.triangles[first], 3 * (end - first), 1, kUint32, 34963, "");
@@ -202,17 +203,19 @@ void GlbWriter::writeLightsAndCameras() {
         if (light.rangeWorld > 0.0f)
             text += "\"range\":" + number(light.rangeWorld) + ",";
         if (light.kind == Light::kSpot)
-            text += "\"type\":\"spot\",\"spot\":{\"innerConeAngle\":" + number(light.innerConeAngle) +
-                    ",\"outerConeAngle\":" + number(light.outerConeAngle) + "}";
+            text +=
+                "\"type\":\"spot\",\"spot\":{\"innerConeAngle\":" + number(light.innerConeAngle) +
+                ",\"outerConeAngle\":" + number(light.outerConeAngle) + "}";
         else
             text += "\"type\":\"point\"";
         lights_.add(strip(text));
     }
     for (const CameraSource& camera : scene_.cameras)
-        cameras_.add("{" + nameMember(camera.name) + "\"type\":\"perspective\",\"perspective\":{\"yfov\":" +
-                     number(camera.yfov) + ",\"znear\":" + number(camera.znear) +
-                     (std::isfinite(camera.zfar) ? ",\"zfar\":" + number(camera.zfar) : std::string()) +
-                     "}}");
+        cameras_.add(
+            "{" + nameMember(camera.name) + "\"type\":\"perspective\",\"perspective\":{\"yfov\":" +
+            number(camera.yfov) + ",\"znear\":" + number(camera.znear) +
+            (std::isfinite(camera.zfar) ? ",\"zfar\":" + number(camera.zfar) : std::string()) +
+            "}}");
 }
 
 void GlbWriter::writeNodes() {
@@ -244,7 +247,9 @@ void GlbWriter::writeNodes() {
             text += "],";
         }
         if (node.light != kNone)
-            text += "\"extensions\":{\"KHR_lights_punctual\":{\"light\":" + std::to_string(node.light) + "}},";
+            text +=
+                "\"extensions\":{\"KHR_lights_punctual\":{\"light\":" + std::to_string(node.light) +
+                "}},";
         nodes_.add(strip(text));
     }
 }
@@ -255,11 +260,12 @@ void GlbWriter::writeAnimations() {
     for (const Animation& animation : scene_.animations) {
         JsonArray samplers("samplers"), channels("channels");
         for (const AnimationChannel& channel : animation.channels) {
-            const size_t input = addAccessor(channel.times.data(), channel.times.size(), 1, kFloat, 0,
-                                             ",\"min\":[" + number(channel.times.front()) +
-                                                 "],\"max\":[" + number(channel.times.back()) + "]");
-            const size_t output =
-                addVectors(channel.values, channel.path == AnimationChannel::Path::kRotation ? 4 : 3);
+            const size_t input =
+                addAccessor(channel.times.data(), channel.times.size(), 1, kFloat, 0,
+                            ",\"min\":[" + number(channel.times.front()) + "],\"max\":[" +
+                                number(channel.times.back()) + "]");
+            const size_t output = addVectors(
+                channel.values, channel.path == AnimationChannel::Path::kRotation ? 4 : 3);
             const size_t sampler = samplers.add(
                 "{\"input\":" + std::to_string(input) + ",\"output\":" + std::to_string(output) +
                 ",\"interpolation\":\"" + kInterpolations[int(channel.interpolation)] + "\"}");
@@ -277,7 +283,8 @@ void GlbWriter::save(const std::string& path) {
     std::string used, extensions;
     if (!lights_.empty()) {
         used = "\"KHR_lights_punctual\"";
-        extensions = ",\"extensions\":{\"KHR_lights_punctual\":{" + lights_.member().substr(1) + "}}";
+        extensions =
+            ",\"extensions\":{\"KHR_lights_punctual\":{" + lights_.member().substr(1) + "}}";
     }
     if (hasEmissiveStrength_)
         used += (used.empty() ? "" : ",") + std::string("\"KHR_materials_emissive_strength\"");
@@ -287,8 +294,10 @@ void GlbWriter::save(const std::string& path) {
     std::string roots;
     for (size_t i = 0; i < scene_.roots.size(); ++i)
         roots += (i ? "," : "") + std::to_string(scene_.roots[i]);
-    json += ",\"scene\":0,\"scenes\":[" +
-            strip("{" + nameMember(scene_.name) + (roots.empty() ? "" : "\"nodes\":[" + roots + "]")) + "]";
+    json +=
+        ",\"scene\":0,\"scenes\":[" +
+        strip("{" + nameMember(scene_.name) + (roots.empty() ? "" : "\"nodes\":[" + roots + "]")) +
+        "]";
     json += nodes_.member() + meshes_.member() + materials_.member() + cameras_.member() +
             animations_.member() + accessors_.member() + views_.member();
     if (!binary_.empty())
@@ -298,8 +307,9 @@ void GlbWriter::save(const std::string& path) {
 
     const uint64_t total = 12 + 8 + json.size() + (binary_.empty() ? 0 : 8 + binary_.size());
     if (total > 0xffffffffu)
-        throw Error(ErrorKind::kResource, path + ": " + std::to_string(total) +
-                                              " bytes; a .glb ends at 4 GiB, write a smaller scene");
+        throw Error(ErrorKind::kResource,
+                    path + ": " + std::to_string(total) +
+                        " bytes; a .glb ends at 4 GiB, write a smaller scene");
     OutputFile file(path);
     const auto word = [&](uint64_t value) {
         const unsigned char bytes[4] = {
@@ -323,6 +333,8 @@ void GlbWriter::save(const std::string& path) {
 
 } // namespace
 
-void writeGlb(const Scene& scene, const std::string& path) { GlbWriter(scene).write(path); }
+void writeGlb(const Scene& scene, const std::string& path) {
+    GlbWriter(scene).write(path);
+}
 
 } // namespace shadowdag

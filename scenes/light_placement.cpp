@@ -30,7 +30,8 @@ private:
 // Draws points of the surface, each area as likely as any other of its size.
 class SurfaceSampler {
 public:
-    explicit SurfaceSampler(TriangleView triangles) : triangles_(triangles), areas_(triangles.count()) {
+    explicit SurfaceSampler(TriangleView triangles)
+        : triangles_(triangles), areas_(triangles.count()) {
         double sum = 0.0;
         for (size_t t = 0; t < triangles.count(); ++t) {
             const glm::dvec3 a(triangles.vertex(t, 0)), b(triangles.vertex(t, 1)),
@@ -44,9 +45,9 @@ public:
     };
     Point draw(Random& random) const {
         const double at = random.next() * areas_.back();
-        const size_t t = std::min(
-            size_t(std::upper_bound(areas_.begin(), areas_.end(), at) - areas_.begin()),
-            areas_.size() - 1);
+        const size_t t =
+            std::min(size_t(std::upper_bound(areas_.begin(), areas_.end(), at) - areas_.begin()),
+                     areas_.size() - 1);
         double u = random.next(), v = random.next();
         if (u + v > 1.0) { // fold the parallelogram onto the triangle
             u = 1.0 - u;
@@ -65,11 +66,14 @@ private:
     std::vector<double> areas_; // running sum
 };
 
-bool isInside(const Box& box, const glm::vec3& p) { return distanceSquared(box, p) == 0.0f; }
+bool isInside(const Box& box, const glm::vec3& p) {
+    return distanceSquared(box, p) == 0.0f;
+}
 
-// How far one gets from a point of the box to the next surface or, where there is none, to the end of the box: a
-// wall's outer side has no room.
-float roomAlong(const TriangleGrid& grid, const Box& bounds, const glm::vec3& p, const glm::vec3& direction) {
+// How far one gets from a point of the box to the next surface or, where there is none, to the end
+// of the box: a wall's outer side has no room.
+float roomAlong(const TriangleGrid& grid, const Box& bounds, const glm::vec3& p,
+                const glm::vec3& direction) {
     float room = grid.trace(p, direction).distance;
     for (int axis = 0; axis < 3; ++axis)
         if (direction[axis] != 0.0f) {
@@ -125,11 +129,12 @@ std::vector<Light> placeLights(const World& world, int count, uint64_t seed) {
         light.positionWorld = placeOne(surface, grid, bounds, random);
         // Relative range for now: 1/2 to 2, small ones more often.
         light.rangeWorld = float(1.0 / (2.0 - 1.5 * random.next()));
-        light.intensity = {1.0f, float(0.7 + 0.3 * random.next()), float(0.4 + 0.6 * random.next())};
+        light.intensity = {1.0f, float(0.7 + 0.3 * random.next()),
+                           float(0.4 + 0.6 * random.next())};
         lights.push_back(light);
     }
-    // The scale at which a surface point lies in kMeanLightsPerPoint ranges on average is an order statistic of
-    // distance / relative range over all pairs of sampled points and lights.
+    // The scale at which a surface point lies in kMeanLightsPerPoint ranges on average is an order
+    // statistic of distance / relative range over all pairs of sampled points and lights.
     constexpr double kMeanLightsPerPoint = 12.0;
     const size_t pointCount = std::clamp<size_t>((size_t(1) << 21) / size_t(count), 64, 2048);
     std::vector<float> ratios;

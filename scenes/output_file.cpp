@@ -21,13 +21,13 @@ namespace {
 std::atomic<unsigned> gFileCounter{0};
 
 [[noreturn]] void fail(const std::string& what, const std::string& path, int error) {
-    throw Error(ErrorKind::kResource, what + " '" + path + "': " +
-                                          (error ? std::strerror(error) : "unknown reason") +
-                                          "; choose another place or free some disk space");
+    throw Error(ErrorKind::kResource,
+                what + " '" + path + "': " + (error ? std::strerror(error) : "unknown reason") +
+                    "; choose another place or free some disk space");
 }
 
-// Makes what was written under `path` survive a power cut; a file system that cannot sync (EINVAL) is
-// taken as it is.
+// Makes what was written under `path` survive a power cut; a file system that cannot sync (EINVAL)
+// is taken as it is.
 void syncToDisk(const std::string& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (fd < 0)
@@ -48,8 +48,8 @@ OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
     if (std::filesystem::is_directory(path_, ignored))
         throw Error(ErrorKind::kResource,
                     "cannot write '" + path_ + "': it is a folder; name a file in it");
-    // The process id and a counter keep two writers of one name apart; the same folder keeps the rename
-    // atomic.
+    // The process id and a counter keep two writers of one name apart; the same folder keeps the
+    // rename atomic.
     temporaryPath_ = path_ + ".tmp-" + std::to_string(::getpid()) + "-" +
                      std::to_string(gFileCounter.fetch_add(1));
     errno = 0;

@@ -8,8 +8,9 @@
 
 namespace shadowdag {
 
-/// Writes beside the final name and renames on commit(); destroyed without commit, it removes what it
-/// wrote and leaves an old file of that name alone. Throws Error kResource naming path and reason.
+/// Writes beside the final name and renames on commit(); destroyed without commit, it removes what
+/// it wrote and leaves an old file of that name alone. Throws Error kResource naming path and
+/// reason.
 class OutputFile {
 public:
     explicit OutputFile(std::string path);

@@ -14,9 +14,12 @@ glm::dmat4 LocalTransform::parentFromLocalDouble() const {
     const double f = lengthSquared > 0.0 ? 2.0 / lengthSquared : 0.0;
     const glm::dvec3 s(scale);
     glm::dmat4 m(1.0);
-    m[0] = glm::dvec4(1.0 - f * (y * y + z * z), f * (x * y + w * z), f * (x * z - w * y), 0.0) * s.x;
-    m[1] = glm::dvec4(f * (x * y - w * z), 1.0 - f * (x * x + z * z), f * (y * z + w * x), 0.0) * s.y;
-    m[2] = glm::dvec4(f * (x * z + w * y), f * (y * z - w * x), 1.0 - f * (x * x + y * y), 0.0) * s.z;
+    m[0] =
+        glm::dvec4(1.0 - f * (y * y + z * z), f * (x * y + w * z), f * (x * z - w * y), 0.0) * s.x;
+    m[1] =
+        glm::dvec4(f * (x * y - w * z), 1.0 - f * (x * x + z * z), f * (y * z + w * x), 0.0) * s.y;
+    m[2] =
+        glm::dvec4(f * (x * z + w * y), f * (y * z - w * x), 1.0 - f * (x * x + y * y), 0.0) * s.z;
     m[3] = glm::dvec4(glm::dvec3(translation), 1.0);
     return m;
 }

@@ -31,7 +31,8 @@ struct Mesh {
     std::vector<uint32_t> triangleMaterial; ///< count = triangles; index into Scene::materials
 };
 
-/// A node's local transform: a matrix, or translation * rotation * scale when animated or authored so.
+/// A node's local transform: a matrix, or translation * rotation * scale when animated or authored
+/// so.
 struct LocalTransform {
     bool hasMatrix = false;
     glm::mat4 matrix{1.0f};
@@ -74,8 +75,8 @@ struct CameraSource {
     float zfar = 1000.0f; ///< infinity: none authored, World takes what encloses the scene
 };
 
-/// One animated property of one node. Times ascend, in seconds; before the first and after the last key
-/// the nearest key holds.
+/// One animated property of one node. Times ascend, in seconds; before the first and after the last
+/// key the nearest key holds.
 struct AnimationChannel {
     enum class Path { kTranslation, kRotation, kScale };
     enum class Interpolation { kStep, kLinear, kCubicSpline };
@@ -84,8 +85,8 @@ struct AnimationChannel {
     Path path = Path::kTranslation;
     Interpolation interpolation = Interpolation::kLinear;
     std::vector<float> times;
-    std::vector<glm::vec4> values; ///< xyz or quaternion xyzw; count = times, or 3 * times (in-tangent,
-                                   ///< value, out-tangent) for kCubicSpline
+    std::vector<glm::vec4> values; ///< xyz or quaternion xyzw; count = times, or 3 * times
+                                   ///< (in-tangent, value, out-tangent) for kCubicSpline
 };
 
 struct Animation {
@@ -93,8 +94,8 @@ struct Animation {
     std::vector<AnimationChannel> channels;
 };
 
-/// The whole scene as authored. World units are metres, right-handed, Y up. The node graph is a forest
-/// (checked by the reader); `roots` are those of the default scene.
+/// The whole scene as authored. World units are metres, right-handed, Y up. The node graph is a
+/// forest (checked by the reader); `roots` are those of the default scene.
 struct Scene {
     std::string name;
     std::vector<Material> materials; ///< never empty; 0 is the default material
@@ -106,8 +107,9 @@ struct Scene {
     std::vector<Animation> animations;
     std::vector<std::string> warnings; ///< what was ignored, one sentence each, with counts
 
-    /// Returns the last key time over all animations in seconds; 0 without animations. All animations
-    /// play at once; where several drive the same property of a node, the first in the list does.
+    /// Returns the last key time over all animations in seconds; 0 without animations. All
+    /// animations play at once; where several drive the same property of a node, the first in the
+    /// list does.
     float durationSeconds() const;
 };
 

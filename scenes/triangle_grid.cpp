@@ -11,8 +11,8 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// Moeller and Trumbore, Fast, Minimum Storage Ray/Triangle Intersection, 1997. Two-sided; returns the
-// distance or infinity.
+// Moeller and Trumbore, Fast, Minimum Storage Ray/Triangle Intersection, 1997. Two-sided; returns
+// the distance or infinity.
 float intersect(const glm::vec3& origin, const glm::vec3& direction, const glm::vec3& a,
                 const glm::vec3& b, const glm::vec3& c, bool& isFrontFace) {
     const glm::vec3 e1 = b - a, e2 = c - a;
@@ -33,7 +33,8 @@ float intersect(const glm::vec3& origin, const glm::vec3& direction, const glm::
 }
 
 // Ericson, Real-Time Collision Detection, 2005, sec. 5.1.5.
-glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b, const glm::vec3& c) {
+glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b,
+                       const glm::vec3& c) {
     const glm::vec3 ab = b - a, ac = c - a, ap = p - a;
     const float d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
     if (d1 <= 0.0f && d2 <= 0.0f)
@@ -62,7 +63,8 @@ glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& 
     return a + ab * (vb / sum) + ac * (vc / sum);
 }
 
-// Whether the plane of a triangle passes the box: spares long diagonal triangles most of their cells.
+// Whether the plane of a triangle passes the box: spares long diagonal triangles most of their
+// cells.
 bool planePasses(const Box& box, const glm::vec3& a, const glm::vec3& normal) {
     const glm::vec3 half = box.extent() * 0.5f;
     const float reach = glm::dot(glm::abs(normal), half);
@@ -74,10 +76,12 @@ bool planePasses(const Box& box, const glm::vec3& a, const glm::vec3& normal) {
 TriangleGrid::TriangleGrid(TriangleView triangles, const Box& bounds)
     : triangles_(triangles), bounds_(bounds) {
     const glm::vec3 extent = bounds.extent();
-    const float longest = std::max({extent.x, extent.y, extent.z, std::numeric_limits<float>::min()});
+    const float longest =
+        std::max({extent.x, extent.y, extent.z, std::numeric_limits<float>::min()});
     // About two cells a triangle if they filled the volume; surfaces fill it less.
     float cellsPerAxis = 2.0f;
-    while (cellsPerAxis < 128.0f && cellsPerAxis * cellsPerAxis * cellsPerAxis < 2.0f * float(triangles.count()))
+    while (cellsPerAxis < 128.0f &&
+           cellsPerAxis * cellsPerAxis * cellsPerAxis < 2.0f * float(triangles.count()))
         cellsPerAxis *= 2.0f;
     for (int axis = 0; axis < 3; ++axis) {
         size_[axis] = std::max(1, int(std::ceil(extent[axis] / longest * cellsPerAxis)));
@@ -188,7 +192,8 @@ TriangleGrid::Hit TriangleGrid::trace(const glm::vec3& origin, const glm::vec3& 
 }
 
 float TriangleGrid::distance(const glm::vec3& point, float limit) const {
-    const glm::ivec3 low = cellOf(point - glm::vec3(limit)), high = cellOf(point + glm::vec3(limit));
+    const glm::ivec3 low = cellOf(point - glm::vec3(limit)),
+                     high = cellOf(point + glm::vec3(limit));
     float best = limit * limit;
     glm::ivec3 cell;
     for (cell.z = low.z; cell.z <= high.z; ++cell.z)
@@ -197,9 +202,9 @@ float TriangleGrid::distance(const glm::vec3& point, float limit) const {
                 const size_t i = index(cell);
                 for (uint32_t k = cellStart_[i]; k < cellStart_[i + 1]; ++k) {
                     const uint32_t t = items_[k];
-                    const glm::vec3 d = point - closestPoint(point, triangles_.vertex(t, 0),
-                                                             triangles_.vertex(t, 1),
-                                                             triangles_.vertex(t, 2));
+                    const glm::vec3 d =
+                        point - closestPoint(point, triangles_.vertex(t, 0),
+                                             triangles_.vertex(t, 1), triangles_.vertex(t, 2));
                     best = std::min(best, glm::dot(d, d));
                 }
             }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A uniform grid over triangles for the few thousand rays and distances by which lights and cameras are
-// placed. Neither fast nor watertight: shadows and truth have their own tracers.
+// A uniform grid over triangles for the few thousand rays and distances by which lights and cameras
+// are placed. Neither fast nor watertight: shadows and truth have their own tracers.
 #pragma once
 
 #include "scenes/world.h"
@@ -13,12 +13,13 @@ namespace shadowdag {
 /// The same answers on every machine: only add, multiply, divide and square root.
 class TriangleGrid {
 public:
-    /// Copies nothing: the triangles must outlive the grid and not move. @param bounds encloses them.
+    /// Copies nothing: the triangles must outlive the grid and not move. @param bounds encloses
+    /// them.
     TriangleGrid(TriangleView triangles, const Box& bounds);
 
     struct Hit {
-        float distance;    ///< along the ray, world units; infinity: nothing was hit
-        bool isFrontFace;  ///< the corners turn counter-clockwise as seen from the origin
+        float distance;   ///< along the ray, world units; infinity: nothing was hit
+        bool isFrontFace; ///< the corners turn counter-clockwise as seen from the origin
     };
     /// Returns the first triangle along a ray. @param direction unit. Rays through edges may slip.
     Hit trace(const glm::vec3& origin, const glm::vec3& direction) const;
@@ -29,7 +30,8 @@ public:
 private:
     glm::ivec3 cellOf(const glm::vec3& p) const;
     size_t index(const glm::ivec3& cell) const {
-        return (size_t(cell.z) * size_t(size_.y) + size_t(cell.y)) * size_t(size_.x) + size_t(cell.x);
+        return (size_t(cell.z) * size_t(size_.y) + size_t(cell.y)) * size_t(size_.x) +
+               size_t(cell.x);
     }
 
     TriangleView triangles_;

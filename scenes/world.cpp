@@ -17,7 +17,8 @@ namespace shadowdag {
 
 namespace {
 
-// Beyond this the square of a distance, which every method computes in float, would be useless anyway.
+// Beyond this the square of a distance, which every method computes in float, would be useless
+// anyway.
 constexpr double kMaxCoordinate = 1e30;
 
 std::string nodeLabel(const Scene& scene, uint32_t node) {
@@ -68,7 +69,8 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
     std::map<std::pair<int, AnimationChannel::Path>, bool> taken;
     for (const Animation& animation : scene.animations) {
         for (const AnimationChannel& channel : animation.channels) {
-            if (channel.times.empty() || !taken.emplace(std::pair(channel.node, channel.path), true).second)
+            if (channel.times.empty() ||
+                !taken.emplace(std::pair(channel.node, channel.path), true).second)
                 continue;
             nodeChannels_[channel.node].push_back(uint32_t(channels_.size()));
             channels_.push_back(&channel);
@@ -76,7 +78,8 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
     }
     for (uint32_t node : reachableNodes_) {
         const int parent = scene.nodes[node].parent;
-        isNodeMoving_[node] = !nodeChannels_[node].empty() || (parent != kNone && isNodeMoving_[parent]);
+        isNodeMoving_[node] =
+            !nodeChannels_[node].empty() || (parent != kNone && isNodeMoving_[parent]);
     }
 
     // Sizes first: instancing multiplies what a small file holds.
@@ -99,7 +102,8 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
                     "scene '" + scene.name + "' has " + std::to_string(triangleCount) +
                         " instanced triangles and " + std::to_string(vertexCount) +
                         " vertices, more than the limit of " +
-                        std::to_string(options.maxTriangleCount) + " triangles; use fewer instances");
+                        std::to_string(options.maxTriangleCount) +
+                        " triangles; use fewer instances");
     try {
         positions_.resize(vertexCount);
         triangles_.reserve(triangleCount);
@@ -162,9 +166,15 @@ void World::updateTransforms(bool movingOnly) {
             const glm::vec4 v = sampleChannel(channel, timeSeconds_);
             local.hasMatrix = false; // the reader refuses animated matrices
             switch (channel.path) {
-            case AnimationChannel::Path::kTranslation: local.translation = glm::vec3(v); break;
-            case AnimationChannel::Path::kRotation: local.rotation = glm::quat(v.w, v.x, v.y, v.z); break;
-            case AnimationChannel::Path::kScale: local.scale = glm::vec3(v); break;
+            case AnimationChannel::Path::kTranslation:
+                local.translation = glm::vec3(v);
+                break;
+            case AnimationChannel::Path::kRotation:
+                local.rotation = glm::quat(v.w, v.x, v.y, v.z);
+                break;
+            case AnimationChannel::Path::kScale:
+                local.scale = glm::vec3(v);
+                break;
             }
         }
         const int parent = scene_->nodes[node].parent;
@@ -181,12 +191,13 @@ void World::placeVertices(const Instance& instance) {
         const glm::dvec3 p = transformPoint(m, mesh.positions[i]);
         if (!(std::fabs(p.x) <= kMaxCoordinate && std::fabs(p.y) <= kMaxCoordinate &&
               std::fabs(p.z) <= kMaxCoordinate))
-            throw Error(ErrorKind::kInput,
-                        "scene '" + scene_->name + "': " + nodeLabel(*scene_, instance.node) +
-                            " places vertex " + std::to_string(i) + " of mesh " +
-                            std::to_string(instance.mesh) + " at (" + std::to_string(p.x) + ", " +
-                            std::to_string(p.y) + ", " + std::to_string(p.z) +
-                            "), not within 1e30 of the origin; check the transforms of its ancestors");
+            throw Error(
+                ErrorKind::kInput,
+                "scene '" + scene_->name + "': " + nodeLabel(*scene_, instance.node) +
+                    " places vertex " + std::to_string(i) + " of mesh " +
+                    std::to_string(instance.mesh) + " at (" + std::to_string(p.x) + ", " +
+                    std::to_string(p.y) + ", " + std::to_string(p.z) +
+                    "), not within 1e30 of the origin; check the transforms of its ancestors");
         positions_[instance.firstVertex + i] = glm::vec3(p);
     }
 }
@@ -221,12 +232,14 @@ void World::updateLightsAndCameras() {
             light.positionWorld = glm::vec3(glm::dvec3(m[3]));
             light.intensity = intensity;
             light.kind = source.kind;
-            light.rangeWorld = source.rangeWorld > 0.0f
-                                   ? source.rangeWorld
-                                   : float(std::sqrt(double(strongest) / double(options_.rangeCutoff)));
+            light.rangeWorld =
+                source.rangeWorld > 0.0f
+                    ? source.rangeWorld
+                    : float(std::sqrt(double(strongest) / double(options_.rangeCutoff)));
             light.directionWorld = glm::vec3(forward);
             if (source.kind == Light::kSpot) {
-                // The one use of libm: a cosine of an authored constant, for shading and culling alike.
+                // The one use of libm: a cosine of an authored constant, for shading and culling
+                // alike.
                 light.cosInner = float(std::cos(double(source.innerConeAngle)));
                 light.cosOuter = float(std::cos(double(source.outerConeAngle)));
             }
@@ -239,7 +252,8 @@ void World::updateLightsAndCameras() {
             camera.positionWorld = glm::vec3(glm::dvec3(m[3]));
             camera.forward = glm::vec3(forward);
             // Gram-Schmidt; a node that squashes its Y axis away gets any vector across.
-            const glm::dvec3 side = std::fabs(forward.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
+            const glm::dvec3 side =
+                std::fabs(forward.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(1, 0, 0);
             const glm::dvec3 across = normalizedOr(side - forward * glm::dot(side, forward), side);
             const glm::dvec3 y = normalizedOr(glm::dvec3(m[1]), across);
             camera.up = glm::vec3(normalizedOr(y - forward * glm::dot(y, forward), across));

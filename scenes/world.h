@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene at one time, in world space: instanced triangles, lights, cameras. What every method and
-// the truth read, so that all of them see the same floats.
+// The scene at one time, in world space: instanced triangles, lights, cameras. What every method
+// and the truth read, so that all of them see the same floats.
 #pragma once
 
 #include "cuda/view.h"
@@ -48,21 +48,21 @@ struct WorldOptions {
     uint64_t maxTriangleCount = 200'000'000;
 };
 
-/// The scene in world space at one time. Triangles keep their index over time: only positions of moving
-/// instances change. Degenerate triangles are kept (everything downstream must cope).
+/// The scene in world space at one time. Triangles keep their index over time: only positions of
+/// moving instances change. Degenerate triangles are kept (everything downstream must cope).
 class World {
 public:
-    /// Flattens the default scene at time 0: nodes in index order, each mesh's triangles in their order,
-    /// corners swapped where the node mirrors at time 0. Matrices and positions are computed in double,
-    /// positions then rounded once to float. Throws Error kInput when there is no triangle, or when a
-    /// world position is not finite or beyond 1e30 in magnitude; Error kResource when instancing exceeds
-    /// options.maxTriangleCount. Lights that emit nothing are left out.
-    /// The scene must outlive the world.
+    /// Flattens the default scene at time 0: nodes in index order, each mesh's triangles in their
+    /// order, corners swapped where the node mirrors at time 0. Matrices and positions are computed
+    /// in double, positions then rounded once to float. Throws Error kInput when there is no
+    /// triangle, or when a world position is not finite or beyond 1e30 in magnitude; Error
+    /// kResource when instancing exceeds options.maxTriangleCount. Lights that emit nothing are
+    /// left out. The scene must outlive the world.
     World(const Scene& scene, const WorldOptions& options);
 
-    /// Moves everything to `timeSeconds`; returns the indices of moving instances, ascending, whose vertices
-    /// were computed anew. Corner order stays that of time 0. Depends on the time alone, not on earlier
-    /// calls. Throws as the constructor does; the world is then unusable.
+    /// Moves everything to `timeSeconds`; returns the indices of moving instances, ascending, whose
+    /// vertices were computed anew. Corner order stays that of time 0. Depends on the time alone,
+    /// not on earlier calls. Throws as the constructor does; the world is then unusable.
     std::vector<uint32_t> setTime(float timeSeconds);
 
     float timeSeconds() const { return timeSeconds_; }
@@ -79,8 +79,8 @@ public:
     /// Returns the bounds of all triangles at the current time.
     const Box& boundsWorld() const { return bounds_; }
 
-    /// Returns a 128-bit hash, 32 hex digits, of every triangle at time 0 of static instances: what a voxel
-    /// asset of this scene depends on.
+    /// Returns a 128-bit hash, 32 hex digits, of every triangle at time 0 of static instances: what
+    /// a voxel asset of this scene depends on.
     std::string geometryHash() const;
 
 private:
@@ -91,13 +91,13 @@ private:
 
     const Scene* scene_;
     WorldOptions options_;
-    std::vector<uint32_t> reachableNodes_;     // of the default scene, parents before children
-    std::vector<uint8_t> isNodeReachable_;     // nodeCount
-    std::vector<uint8_t> isNodeMoving_;        // nodeCount; an animation moves it or an ancestor
+    std::vector<uint32_t> reachableNodes_; // of the default scene, parents before children
+    std::vector<uint8_t> isNodeReachable_; // nodeCount
+    std::vector<uint8_t> isNodeMoving_;    // nodeCount; an animation moves it or an ancestor
     std::vector<std::vector<uint32_t>> nodeChannels_; // nodeCount; into channels_
     std::vector<const AnimationChannel*> channels_;   // one a (node, path)
-    std::vector<glm::dmat4> worldFromNode_;    // nodeCount
-    std::vector<Light> placedLights_;          // replace the authored ones when asked for
+    std::vector<glm::dmat4> worldFromNode_;           // nodeCount
+    std::vector<Light> placedLights_;                 // replace the authored ones when asked for
     Box staticBounds_;
     float timeSeconds_ = 0;
     std::vector<glm::vec3> positions_;
@@ -111,8 +111,8 @@ private:
     Box bounds_;
 };
 
-/// Returns a camera that sees the scene from inside its bounds, chosen by a stated rule from the geometry
-/// alone (deterministic): used when a scene brings none or `--camera auto` asks for it.
+/// Returns a camera that sees the scene from inside its bounds, chosen by a stated rule from the
+/// geometry alone (deterministic): used when a scene brings none or `--camera auto` asks for it.
 Camera placeCamera(const World& world);
 
 } // namespace shadowdag

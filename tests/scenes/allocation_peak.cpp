@@ -30,12 +30,24 @@ void release(void* data) {
 
 } // namespace
 
-void* operator new(size_t bytes) { return allocate(bytes); }
-void* operator new[](size_t bytes) { return allocate(bytes); }
-void operator delete(void* data) noexcept { release(data); }
-void operator delete[](void* data) noexcept { release(data); }
-void operator delete(void* data, size_t) noexcept { release(data); }
-void operator delete[](void* data, size_t) noexcept { release(data); }
+void* operator new(size_t bytes) {
+    return allocate(bytes);
+}
+void* operator new[](size_t bytes) {
+    return allocate(bytes);
+}
+void operator delete(void* data) noexcept {
+    release(data);
+}
+void operator delete[](void* data) noexcept {
+    release(data);
+}
+void operator delete(void* data, size_t) noexcept {
+    release(data);
+}
+void operator delete[](void* data, size_t) noexcept {
+    release(data);
+}
 
 namespace shadowdag::test {
 
@@ -44,6 +56,8 @@ void resetAllocationPeak() {
     gPeak = gHeld.load();
 }
 
-size_t allocationPeakBytes() { return size_t(gPeak - gStart); }
+size_t allocationPeakBytes() {
+    return size_t(gPeak - gStart);
+}
 
 } // namespace shadowdag::test

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The most bytes that operator new has held at once: replaces it for the whole test binary, libraries
-// included.
+// The most bytes that operator new has held at once: replaces it for the whole test binary,
+// libraries included.
 #pragma once
 
 #include <cstddef>

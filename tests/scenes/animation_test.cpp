@@ -38,9 +38,9 @@ TEST(Animation, LinearIsTheMixOfItsKeys) {
 TEST(Animation, CubicSplineReproducesACubic) {
     const auto p = [](float t) { return t * t * t - 2.0f * t; };
     const auto slope = [](float t) { return 3.0f * t * t - 2.0f; };
-    const AnimationChannel c =
-        translation(Interpolation::kCubicSpline, {glm::vec4(99), glm::vec4(p(1)), glm::vec4(slope(1)),
-                                                  glm::vec4(slope(3)), glm::vec4(p(3)), glm::vec4(99)});
+    const AnimationChannel c = translation(Interpolation::kCubicSpline,
+                                           {glm::vec4(99), glm::vec4(p(1)), glm::vec4(slope(1)),
+                                            glm::vec4(slope(3)), glm::vec4(p(3)), glm::vec4(99)});
     for (float t : {1.0f, 1.25f, 1.5f, 2.0f, 2.75f, 3.0f})
         EXPECT_FLOAT_EQ(sampleChannel(c, t).x, p(t)) << t;
     EXPECT_EQ(sampleChannel(c, 0.0f).x, p(1));
@@ -48,7 +48,8 @@ TEST(Animation, CubicSplineReproducesACubic) {
 }
 
 TEST(Animation, RotationTurnsAtConstantSpeed) {
-    AnimationChannel c = translation(Interpolation::kLinear, {{0, 0, 0, 1}, {0, 0, std::sqrt(0.5f), std::sqrt(0.5f)}});
+    AnimationChannel c = translation(Interpolation::kLinear,
+                                     {{0, 0, 0, 1}, {0, 0, std::sqrt(0.5f), std::sqrt(0.5f)}});
     c.path = AnimationChannel::Path::kRotation;
     for (float t : {1.0f, 1.3f, 2.0f, 2.9f}) {
         const float half = 0.78539816f * (t - 1.0f) / 2.0f; // half the angle of a quarter turn
@@ -71,14 +72,17 @@ TEST(Animation, SlerpAgreesWithTheClosedForm) {
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
     for (int i = 0; i < 1000; ++i) {
-        const glm::dvec4 a = glm::normalize(glm::dvec4(normal(random), normal(random), normal(random), normal(random)));
-        glm::dvec4 b = glm::normalize(glm::dvec4(normal(random), normal(random), normal(random), normal(random)));
+        const glm::dvec4 a = glm::normalize(
+            glm::dvec4(normal(random), normal(random), normal(random), normal(random)));
+        glm::dvec4 b = glm::normalize(
+            glm::dvec4(normal(random), normal(random), normal(random), normal(random)));
         const double t = uniform(random);
         const glm::dvec4 got = slerp(a, b, t);
         if (glm::dot(a, b) < 0.0)
             b = -b;
         const double angle = std::acos(glm::dot(a, b));
-        const glm::dvec4 expected = (std::sin((1 - t) * angle) * a + std::sin(t * angle) * b) / std::sin(angle);
+        const glm::dvec4 expected =
+            (std::sin((1 - t) * angle) * a + std::sin(t * angle) * b) / std::sin(angle);
         EXPECT_LT(glm::length(got - expected), 1e-12) << "seed " << kSeed << ", case " << i;
     }
     const glm::dvec4 a(0, 0, 0, 1);

@@ -37,7 +37,8 @@ TEST(CameraPlacement, LooksAlongTheLengthOfACorridor) {
 }
 
 TEST(CameraPlacement, GrowsWithTheScene) {
-    const Scene small = test::room({0, 0, 0}, {8, 3, 5}), large = test::room({0, 0, 0}, {8192, 3072, 5120});
+    const Scene small = test::room({0, 0, 0}, {8, 3, 5}),
+                large = test::room({0, 0, 0}, {8192, 3072, 5120});
     const Camera a = placeCamera(World(small, {})), b = placeCamera(World(large, {}));
     EXPECT_EQ(a.positionWorld * 1024.0f, b.positionWorld);
     EXPECT_EQ(a.forward, b.forward);
@@ -63,7 +64,8 @@ TEST(CameraPlacement, StaysOutOfASolidBlock) {
 TEST(CameraPlacement, RealScenesGetASoundCameraTwiceTheSame) {
     if (test::sharedScenes().empty())
         GTEST_SKIP() << "the shared scenes are absent; SDAG_SHARED_SCENES names their folder";
-    for (const char* name : {"crytek_sponza_half", "conference", "teapot", "lq_e2m3", "cornell_original"}) {
+    for (const char* name :
+         {"crytek_sponza_half", "conference", "teapot", "lq_e2m3", "cornell_original"}) {
         SCOPED_TRACE(name);
         const Scene scene = readGltf(test::sharedScenes() + "glb/" + name + ".glb");
         const World world(scene, {});

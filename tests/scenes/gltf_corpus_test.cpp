@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The glTF reader against the shared collections: conformance files against their index, broken files, the
-// real scenes. Skipped where they are absent.
+// The glTF reader against the shared collections: conformance files against their index, broken
+// files, the real scenes. Skipped where they are absent.
 #include "cuda/error.h"
 #include "scenes/gltf.h"
 #include "scenes/world.h"
@@ -21,8 +21,8 @@
 namespace shadowdag {
 namespace {
 
-#define SKIP_WITHOUT_SHARED_SCENES()                                                                    \
-    if (test::sharedScenes().empty())                                                                   \
+#define SKIP_WITHOUT_SHARED_SCENES()                                                               \
+    if (test::sharedScenes().empty())                                                              \
     GTEST_SKIP() << "the shared scenes are absent; SDAG_SHARED_SCENES names their folder"
 
 // The world at rest pose, or nothing when the scene has no triangle.
@@ -66,7 +66,8 @@ TEST(GltfCorpus, ConformanceFilesGiveTheTrianglesAndBoundsOfTheIndex) {
         } catch (const Error& error) {
             ++refusedCount;
             const auto known = refused.find(path);
-            EXPECT_THAT(error.what(), testing::HasSubstr(known != refused.end() ? known->second : "extension"));
+            EXPECT_THAT(error.what(),
+                        testing::HasSubstr(known != refused.end() ? known->second : "extension"));
             continue;
         }
         ++loadedCount;
@@ -77,15 +78,17 @@ TEST(GltfCorpus, ConformanceFilesGiveTheTrianglesAndBoundsOfTheIndex) {
         EXPECT_EQ(world ? world->triangles().count() : 0, expected.at("tris").get<size_t>());
         if (!world || !expected.contains("bbox"))
             continue;
-        // Some files have quaternions that are short of unit length by a few 1e-7, which we normalise and the
-        // reader behind the index did not.
+        // Some files have quaternions that are short of unit length by a few 1e-7, which we
+        // normalise and the reader behind the index did not.
         float scale = 0.0f;
         for (int end = 0; end < 2; ++end)
             for (int axis = 0; axis < 3; ++axis)
                 scale = std::max(scale, std::fabs(expected.at("bbox")[end][axis].get<float>()));
         for (int axis = 0; axis < 3; ++axis) {
-            EXPECT_NEAR(world->boundsWorld().min[axis], expected.at("bbox")[0][axis].get<float>(), 1e-6f * scale);
-            EXPECT_NEAR(world->boundsWorld().max[axis], expected.at("bbox")[1][axis].get<float>(), 1e-6f * scale);
+            EXPECT_NEAR(world->boundsWorld().min[axis], expected.at("bbox")[0][axis].get<float>(),
+                        1e-6f * scale);
+            EXPECT_NEAR(world->boundsWorld().max[axis], expected.at("bbox")[1][axis].get<float>(),
+                        1e-6f * scale);
         }
     }
     EXPECT_GE(loadedCount, 343u);

@@ -43,7 +43,8 @@ std::string GltfParts::glb() const {
         const uint32_t v = uint32_t(value);
         return std::string(reinterpret_cast<const char*>(&v), 4);
     };
-    std::string out = "glTF" + word(2) + word(20 + text.size() + (bytes.empty() ? 0 : 8 + bytes.size()));
+    std::string out =
+        "glTF" + word(2) + word(20 + text.size() + (bytes.empty() ? 0 : 8 + bytes.size()));
     out += word(text.size()) + "JSON" + text;
     if (!bytes.empty())
         out += word(bytes.size()) + std::string("BIN\0", 4) + bytes;
@@ -84,7 +85,9 @@ void expectSound(const Scene& scene, const std::string& name) {
         for (uint32_t material : mesh.triangleMaterial)
             ASSERT_LT(material, scene.materials.size());
     }
-    const auto inRange = [](int i, size_t count) { return i == kNone || (i >= 0 && size_t(i) < count); };
+    const auto inRange = [](int i, size_t count) {
+        return i == kNone || (i >= 0 && size_t(i) < count);
+    };
     std::vector<int> parents(scene.nodes.size(), kNone);
     for (size_t i = 0; i < scene.nodes.size(); ++i) {
         const Node& node = scene.nodes[i];
@@ -110,7 +113,8 @@ void expectSound(const Scene& scene, const std::string& name) {
     for (const Animation& animation : scene.animations)
         for (const AnimationChannel& channel : animation.channels) {
             ASSERT_TRUE(channel.node != kNone && inRange(channel.node, scene.nodes.size()));
-            const bool isCubic = channel.interpolation == AnimationChannel::Interpolation::kCubicSpline;
+            const bool isCubic =
+                channel.interpolation == AnimationChannel::Interpolation::kCubicSpline;
             ASSERT_FALSE(channel.times.empty());
             ASSERT_EQ(channel.values.size(), channel.times.size() * (isCubic ? 3 : 1));
         }

@@ -46,8 +46,9 @@ struct GltfParts {
     std::string glb() const; ///< padded as the format asks
 };
 
-/// Returns a valid file: one node, one triangle (0 0 0), (2 0 0), (0 1 0) with indices of two bytes.
-/// Positions are accessor 0 (buffer view 0, 36 bytes), indices accessor 1 (view 1, 6 bytes at 36).
+/// Returns a valid file: one node, one triangle (0 0 0), (2 0 0), (0 1 0) with indices of two
+/// bytes. Positions are accessor 0 (buffer view 0, 36 bytes), indices accessor 1 (view 1, 6 bytes
+/// at 36).
 GltfParts triangleFile();
 
 /// Fails the current test when an index is out of range, the nodes are no forest or a number is not

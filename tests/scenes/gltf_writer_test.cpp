@@ -19,12 +19,14 @@
 namespace shadowdag {
 namespace {
 
-// A scene with everything: shared meshes, odd names, nested and mirrored nodes, a matrix, every kind of light,
-// camera and animation. Numbers are random, so that none is short by chance.
+// A scene with everything: shared meshes, odd names, nested and mirrored nodes, a matrix, every
+// kind of light, camera and animation. Numbers are random, so that none is short by chance.
 Scene richScene(unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(-10.0f, 10.0f);
-    const auto vector = [&] { return glm::vec3(uniform(random), uniform(random), uniform(random)); };
+    const auto vector = [&] {
+        return glm::vec3(uniform(random), uniform(random), uniform(random));
+    };
     Scene scene;
     scene.name = "rich \"scene\"\n\x01 \xc3\xa4";
     scene.materials.resize(3);
@@ -76,7 +78,8 @@ Scene richScene(unsigned seed) {
         channel.path = AnimationChannel::Path(i);
         channel.interpolation = AnimationChannel::Interpolation(2 - i);
         channel.times = {0.1f, 0.3f, 1.7f};
-        const size_t count = channel.interpolation == AnimationChannel::Interpolation::kCubicSpline ? 9 : 3;
+        const size_t count =
+            channel.interpolation == AnimationChannel::Interpolation::kCubicSpline ? 9 : 3;
         for (size_t k = 0; k < count; ++k)
             channel.values.push_back(channel.path == AnimationChannel::Path::kRotation
                                          ? glm::normalize(glm::vec4(vector(), 1.0f))
@@ -96,15 +99,18 @@ void expectSameWorld(const Scene& a, const Scene& b, float timeSeconds) {
     for (size_t t = 0; t < ta.count(); ++t)
         for (int corner = 0; corner < 3; ++corner) {
             const glm::vec3 pa = ta.vertex(t, corner), pb = tb.vertex(t, corner);
-            ASSERT_EQ(std::memcmp(&pa, &pb, sizeof pa), 0) << "triangle " << t << " at " << timeSeconds << " s";
+            ASSERT_EQ(std::memcmp(&pa, &pb, sizeof pa), 0)
+                << "triangle " << t << " at " << timeSeconds << " s";
         }
     EXPECT_EQ(worldA.geometryHash(), worldB.geometryHash());
     ASSERT_EQ(worldA.lights().size(), worldB.lights().size());
     for (size_t i = 0; i < worldA.lights().size(); ++i)
-        EXPECT_EQ(std::memcmp(&worldA.lights()[i], &worldB.lights()[i], sizeof(Light)), 0) << "light " << i;
+        EXPECT_EQ(std::memcmp(&worldA.lights()[i], &worldB.lights()[i], sizeof(Light)), 0)
+            << "light " << i;
     ASSERT_EQ(worldA.cameras().size(), worldB.cameras().size());
     for (size_t i = 0; i < worldA.cameras().size(); ++i)
-        EXPECT_EQ(std::memcmp(&worldA.cameras()[i], &worldB.cameras()[i], sizeof(Camera)), 0) << "camera " << i;
+        EXPECT_EQ(std::memcmp(&worldA.cameras()[i], &worldB.cameras()[i], sizeof(Camera)), 0)
+            << "camera " << i;
     for (size_t t = 0; t < ta.count(); ++t) {
         const Material& ma = a.materials[worldA.triangleMaterial()[t]];
         const Material& mb = b.materials[worldB.triangleMaterial()[t]];
@@ -146,7 +152,8 @@ TEST(GltfWriter, WritingWhatWasReadGivesTheSameFile) {
     EXPECT_EQ(content(second), content(third));
 }
 
-// glTF 2.0: chunk alignment (4.4.3), accessor alignment (3.6.2.4), bounds of POSITION (3.7.2.1), no empty arrays.
+// glTF 2.0: chunk alignment (4.4.3), accessor alignment (3.6.2.4), bounds of POSITION (3.7.2.1), no
+// empty arrays.
 TEST(GltfWriter, FileIsWhatTheFormatAsksFor) {
     const test::TemporaryFolder folder;
     const Scene scene = richScene(7);
@@ -169,7 +176,8 @@ TEST(GltfWriter, FileIsWhatTheFormatAsksFor) {
         EXPECT_LE(view["byteOffset"].get<size_t>() + view["byteLength"].get<size_t>(),
                   json["buffers"][0]["byteLength"].get<size_t>());
     }
-    const auto position = json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<size_t>();
+    const auto position =
+        json["meshes"][0]["primitives"][0]["attributes"]["POSITION"].get<size_t>();
     Box bounds;
     for (const glm::vec3& p : scene.meshes[0].positions)
         bounds.add(p);
@@ -177,14 +185,15 @@ TEST(GltfWriter, FileIsWhatTheFormatAsksFor) {
         EXPECT_EQ(json["accessors"][position]["min"][size_t(axis)].get<float>(), bounds.min[axis]);
         EXPECT_EQ(json["accessors"][position]["max"][size_t(axis)].get<float>(), bounds.max[axis]);
     }
-    const std::function<void(const nlohmann::json&)> noEmptyArrays = [&](const nlohmann::json& value) {
-        if (value.is_array()) {
-            EXPECT_FALSE(value.empty());
-        }
-        if (value.is_structured())
-            for (const nlohmann::json& inner : value)
-                noEmptyArrays(inner);
-    };
+    const std::function<void(const nlohmann::json&)> noEmptyArrays =
+        [&](const nlohmann::json& value) {
+            if (value.is_array()) {
+                EXPECT_FALSE(value.empty());
+            }
+            if (value.is_structured())
+                for (const nlohmann::json& inner : value)
+                    noEmptyArrays(inner);
+        };
     noEmptyArrays(json);
     EXPECT_LE(json["materials"][1]["emissiveFactor"][0].get<float>(), 1.0f);
 }

@@ -23,7 +23,8 @@ TEST(LightPlacement, SameSeedSameLights) {
     const World world(scene, {});
     EXPECT_TRUE(areSame(placeLights(world, 20, 3), placeLights(world, 20, 3)));
     EXPECT_FALSE(areSame(placeLights(world, 20, 3), placeLights(world, 20, 4)));
-    EXPECT_EQ(placeLights(world, 30, 3)[5].positionWorld, placeLights(world, 20, 3)[5].positionWorld);
+    EXPECT_EQ(placeLights(world, 30, 3)[5].positionWorld,
+              placeLights(world, 20, 3)[5].positionWorld);
     EXPECT_TRUE(placeLights(world, 0, 3).empty());
 }
 
@@ -64,7 +65,8 @@ TEST(LightPlacement, TwelveLightsReachASurfacePoint) {
     const World world(scene, {});
     for (uint64_t seed = 1; seed <= 5; ++seed)
         for (int count : {16, 65, 256})
-            EXPECT_NEAR(lightsPerSurfacePoint(placeLights(world, count, seed)), 12.0, 0.8) << count << " lights, seed " << seed;
+            EXPECT_NEAR(lightsPerSurfacePoint(placeLights(world, count, seed)), 12.0, 0.8)
+                << count << " lights, seed " << seed;
     EXPECT_NEAR(lightsPerSurfacePoint(placeLights(world, 4, 1)), 3.0, 0.3);
 }
 
@@ -83,8 +85,10 @@ TEST(LightPlacement, RangesAndIntensitiesFollowTheirRule) {
 }
 
 TEST(LightPlacement, AllGrowsWithTheScene) {
-    const Scene small = test::room({0, 0, 0}, {8, 3, 5}), large = test::room({0, 0, 0}, {8192, 3072, 5120});
-    const std::vector<Light> a = placeLights(World(small, {}), 40, 1), b = placeLights(World(large, {}), 40, 1);
+    const Scene small = test::room({0, 0, 0}, {8, 3, 5}),
+                large = test::room({0, 0, 0}, {8192, 3072, 5120});
+    const std::vector<Light> a = placeLights(World(small, {}), 40, 1),
+                             b = placeLights(World(large, {}), 40, 1);
     for (size_t i = 0; i < a.size(); ++i) { // a factor of 2^10 changes no rounding
         EXPECT_EQ(a[i].positionWorld * 1024.0f, b[i].positionWorld);
         EXPECT_FLOAT_EQ(a[i].rangeWorld * 1024.0f, b[i].rangeWorld);

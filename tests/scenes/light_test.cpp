@@ -17,7 +17,8 @@ Light pointLight() {
     return light;
 }
 
-// Looks along -z; full within 60 degrees of opening (half angle 30), dark outside 120 (half angle 60).
+// Looks along -z; full within 60 degrees of opening (half angle 30), dark outside 120 (half angle
+// 60).
 Light spotLight() {
     Light light = pointLight();
     light.kind = Light::kSpot;
@@ -83,12 +84,15 @@ TEST(Light, ConeTestAgreesWithTheCosine) {
     Light spot = spotLight();
     for (int i = 0; i < 100000; ++i) {
         spot.cosOuter = uniform(random);
-        spot.directionWorld = glm::normalize(glm::vec3(uniform(random), uniform(random), uniform(random)));
+        spot.directionWorld =
+            glm::normalize(glm::vec3(uniform(random), uniform(random), uniform(random)));
         const glm::vec3 p(uniform(random), uniform(random), uniform(random));
-        const double cosine = glm::dot(glm::dvec3(p), glm::dvec3(spot.directionWorld)) / glm::length(glm::dvec3(p));
+        const double cosine =
+            glm::dot(glm::dvec3(p), glm::dvec3(spot.directionWorld)) / glm::length(glm::dvec3(p));
         if (std::fabs(cosine - double(spot.cosOuter)) < 1e-5)
             continue;
-        ASSERT_EQ(lightReaches(spot, p), cosine > double(spot.cosOuter)) << "seed " << kSeed << ", case " << i;
+        ASSERT_EQ(lightReaches(spot, p), cosine > double(spot.cosOuter))
+            << "seed " << kSeed << ", case " << i;
     }
 }
 

@@ -116,7 +116,8 @@ TEST(OutputFile, FullDiskIsSaidAndLeavesNothing) {
     }
     setrlimit(RLIMIT_FSIZE, &before);
     std::signal(SIGXFSZ, handler);
-    EXPECT_THAT(message, testing::AllOf(testing::HasSubstr("cannot write"), testing::HasSubstr("too large")));
+    EXPECT_THAT(message, testing::AllOf(testing::HasSubstr("cannot write"),
+                                        testing::HasSubstr("too large")));
     EXPECT_EQ(content(folder.path("a")), "old");
     EXPECT_EQ(fileCount(folder), 1u);
 }

@@ -20,7 +20,8 @@ struct Soup {
         std::mt19937 random(seed);
         std::uniform_real_distribution<float> uniform(-1.0f, 1.0f);
         const auto vector = [&](float size) {
-            return size * scale * glm::vec3(uniform(random), flatness * uniform(random), uniform(random));
+            return size * scale *
+                   glm::vec3(uniform(random), flatness * uniform(random), uniform(random));
         };
         for (uint32_t t = 0; t < count; ++t) {
             const glm::vec3 at = vector(1.0f);
@@ -45,8 +46,10 @@ TEST(TriangleGrid, AgreesWithAllTrianglesOneByOne) {
         std::mt19937 random(seed);
         std::uniform_real_distribution<float> uniform(-1.5f, 1.5f);
         for (int i = 0; i < 300; ++i) {
-            const glm::vec3 p = scale * glm::vec3(uniform(random), uniform(random), uniform(random));
-            glm::vec3 direction = glm::normalize(glm::vec3(uniform(random), uniform(random), uniform(random)));
+            const glm::vec3 p =
+                scale * glm::vec3(uniform(random), uniform(random), uniform(random));
+            glm::vec3 direction =
+                glm::normalize(glm::vec3(uniform(random), uniform(random), uniform(random)));
             if (i % 10 == 0)
                 direction = {0, i % 20 ? 1 : -1, 0}; // along an axis
             // A grid of one triangle is a plain test of that triangle.
@@ -78,10 +81,10 @@ TEST(TriangleGrid, HandComputedHitsAndDistances) {
     EXPECT_FALSE(back.isFrontFace);
     EXPECT_TRUE(std::isinf(grid.trace({3, 3, 3}, {0, 0, -1}).distance)); // beyond the long edge
     EXPECT_TRUE(std::isinf(grid.trace({1, 1, 3}, {0, 0, 1}).distance));
-    EXPECT_EQ(grid.distance({1, 1, 2}, 9.0f), 2.0f);      // face
-    EXPECT_EQ(grid.distance({2, -3, 0}, 9.0f), 3.0f);     // edge
-    EXPECT_EQ(grid.distance({-3, -4, 0}, 9.0f), 5.0f);    // corner
-    EXPECT_EQ(grid.distance({-3, -4, 0}, 4.0f), 4.0f);    // none within the limit
+    EXPECT_EQ(grid.distance({1, 1, 2}, 9.0f), 2.0f);                  // face
+    EXPECT_EQ(grid.distance({2, -3, 0}, 9.0f), 3.0f);                 // edge
+    EXPECT_EQ(grid.distance({-3, -4, 0}, 9.0f), 5.0f);                // corner
+    EXPECT_EQ(grid.distance({-3, -4, 0}, 4.0f), 4.0f);                // none within the limit
     EXPECT_FLOAT_EQ(grid.distance({4, 4, 0}, 9.0f), std::sqrt(8.0f)); // the long edge
 }
 

@@ -65,7 +65,8 @@ TEST(World, NestedTransformsMultiplyParentFirst) {
     adopt(scene, 0, 1);
     scene.nodes[0].mesh = kNone;
     scene.nodes[0].local.translation = {10, 0, 0};
-    scene.nodes[0].local.rotation = glm::quat(std::sqrt(0.5f), 0, 0, std::sqrt(0.5f)); // x to y about z
+    scene.nodes[0].local.rotation =
+        glm::quat(std::sqrt(0.5f), 0, 0, std::sqrt(0.5f)); // x to y about z
     scene.nodes[1].local.translation = {1, 0, 0};
     scene.nodes[1].local.scale = {2, 3, 4};
     const World world(scene, {});
@@ -174,7 +175,7 @@ TEST(World, LightsAndCamerasFollowTheirNodes) {
     scene.nodes[0].camera = 0;
     scene.nodes[0].local.translation = {1, 2, 3};
     scene.nodes[0].local.rotation = glm::quat(std::sqrt(0.5f), 0, -std::sqrt(0.5f), 0); // -z to +x
-    scene.nodes[0].local.scale = {3, 3, 3};                                            // ranges do not scale
+    scene.nodes[0].local.scale = {3, 3, 3}; // ranges do not scale
     scene.nodes[1].light = 1;
     scene.nodes[2].light = 2;
     scene.animations = {{"a", {glide(2, {4, 0, 0})}}};
