@@ -10,7 +10,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <ostream>
 #include <set>
 
 namespace shadowdag {
@@ -21,6 +23,11 @@ struct Expected {
     size_t triangleCount;
     size_t lightCount;
 };
+
+/// Keeps ctest's names free of addresses.
+void PrintTo(const Expected& expected, std::ostream* out) {
+    *out << expected.name;
+}
 
 class BuiltinScene : public testing::TestWithParam<Expected> {};
 
