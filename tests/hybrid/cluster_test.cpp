@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Clusters partition the samples, and their boxes hold them.
+#include "hybrid/cluster_pass.h"
+
+#include "tests/hybrid/seen_soup.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace shadowdag::test {
+namespace {
+
+struct Clustered {
+    Clustered(uint64_t seed, uint32_t width, uint32_t height, ClusterBounds bounds)
+        : soup(randomSoup(seed, 500)), view(makeViewRays(frontCamera(), width, height)),
+          gbuffer(drawSoup(soup, view)), clusters(Backend::kCpu) {
+        buildClusters(Backend::kCpu, gbuffer.view(), view, bounds, clusters);
+    }
+    TriangleSoup soup;
+    ViewRays view;
+    GBuffer gbuffer;
+    ClusterSet clusters;
+};
+
+TEST(Clusters, HoldEverySampleExactlyOnceInItsCell) {
+    for (uint64_t seed = 1; seed <= 3; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        const Clustered c(seed, 131, 77, ClusterBounds::kTight);
+        const ClusterView clusters = c.clusters.view();
+        const GBufferView gbuffer = c.gbuffer.view();
+        const ClusterGridView grid = clusterGrid(c.view, c.clusters.sliceStart.view());
+        std::vector<int> seen(gbuffer.count(), 0);
+        for (size_t k = 0; k < clusters.count(); ++k) {
+            EXPECT_GT(clusters.sampleCount(k), 0u);
+            if (k > 0) {
+                EXPECT_LT(clusters.cell[k - 1], clusters.cell[k]);
+            }
+            const uint32_t slice = grid.sliceOfCell(clusters.cell[k]);
+            for (uint32_t i = clusters.sampleStart[k]; i < clusters.sampleStart[k + 1]; ++i) {
+                const uint32_t sample = clusters.samples[i];
+                ++seen[sample];
+                EXPECT_EQ(clusters.clusterOfSample[sample], k);
+                if (i > clusters.sampleStart[k]) {
+                    EXPECT_LT(clusters.samples[i - 1], sample);
+                }
+                EXPECT_EQ(grid.tileOfCell(clusters.cell[k]),
+                          sample / 131 / 32 * 5 + sample % 131 / 32);
+                EXPECT_GE(gbuffer.depthView[sample], grid.sliceStart[slice]);
+                if (slice + 1 < grid.sliceCount()) {
+                    EXPECT_LT(gbuffer.depthView[sample], grid.sliceStart[slice + 1]);
+                }
+            }
+        }
+        for (size_t i = 0; i < seen.size(); ++i) {
+            EXPECT_EQ(seen[i], gbuffer.triangle[i] != kBackground);
+            if (gbuffer.triangle[i] == kBackground) {
+                EXPECT_EQ(clusters.clusterOfSample[i], kNoCluster);
+            }
+        }
+    }
+}
+
+TEST(Clusters, BoxesHoldTheirSamplesAndTightOnesAreLeast) {
+    for (const ClusterBounds bounds : {ClusterBounds::kImplicit, ClusterBounds::kTight}) {
+        const Clustered c(5, 200, 100, bounds);
+        const ClusterView clusters = c.clusters.view();
+        for (size_t k = 0; k < clusters.count(); ++k) {
+            Box least;
+            for (uint32_t i = clusters.sampleStart[k]; i < clusters.sampleStart[k + 1]; ++i)
+                least.add(c.gbuffer.view().positionWorld[clusters.samples[i]]);
+            const Box box = clusters.boxesWorld[k];
+            if (bounds == ClusterBounds::kTight) {
+                EXPECT_EQ(box, least);
+            }
+            Box both = box;
+            both.add(least);
+            EXPECT_EQ(box, both);
+        }
+    }
+}
+
+TEST(Clusters, OfAnEmptyImageAreNone) {
+    const TriangleSoup soup;
+    const ViewRays view = makeViewRays(frontCamera(), 40, 40);
+    const GBuffer gbuffer = drawSoup(soup, view);
+    ClusterSet clusters(Backend::kCpu);
+    buildClusters(Backend::kCpu, gbuffer.view(), view, ClusterBounds::kTight, clusters);
+    EXPECT_EQ(clusters.view().count(), 0u);
+    EXPECT_EQ(clusters.samples.size(), 0u);
+}
+
+TEST(Clusters, AreTheSameForOneAndTwoThreads) {
+    setThreadCount(1);
+    const Clustered one(9, 320, 200, ClusterBounds::kTight);
+    setThreadCount(2);
+    const Clustered two(9, 320, 200, ClusterBounds::kTight);
+    setThreadCount(0);
+    EXPECT_EQ(one.clusters.cell.download(), two.clusters.cell.download());
+    EXPECT_EQ(one.clusters.samples.download(), two.clusters.samples.download());
+    EXPECT_EQ(one.clusters.sampleStart.download(), two.clusters.sampleStart.download());
+    EXPECT_EQ(one.clusters.boxesWorld.download(), two.clusters.boxesWorld.download());
+}
+
+TEST(ClusterGrid, SlicesAreHalfOpenAndSelfSimilar) {
+    const ViewRays view = makeViewRays(frontCamera(), 640, 360);
+    const std::vector<float> starts = makeSliceTable(view);
+    const ClusterGridView grid = clusterGrid(view, viewOf(starts));
+    ASSERT_GT(starts.size(), 50u);
+    EXPECT_EQ(starts.front(), 0.1f);
+    EXPECT_LT(starts.back(), 100.0f);
+    const double ratio = 1.0 + 32.0 * 2.0 * std::tan(0.45) / 360.0;
+    EXPECT_GE(starts.back() * ratio, 100.0 * (1.0 - 1e-5));
+    for (uint32_t k = 0; k < starts.size(); ++k) {
+        EXPECT_NEAR(starts[k], 0.1 * std::pow(ratio, k), 1e-5 * starts[k]);
+        EXPECT_EQ(grid.sliceOf(starts[k]), k);
+        EXPECT_EQ(grid.sliceOf(std::nextafter(starts[k], 0.0f)), k == 0 ? 0 : k - 1);
+        EXPECT_EQ(grid.sliceOf(std::nextafter(starts[k], 1e9f)), k);
+    }
+    EXPECT_EQ(grid.sliceOf(0.0f), 0u);
+    EXPECT_EQ(grid.sliceOf(1e9f), starts.size() - 1);
+}
+
+TEST(ClusterGrid, TilesAreHalfOpen) {
+    const ViewRays view = makeViewRays(frontCamera(), 70, 40);
+    const std::vector<float> starts = makeSliceTable(view);
+    const ClusterGridView grid = clusterGrid(view, viewOf(starts));
+    EXPECT_EQ(grid.tileCountX, 3u);
+    EXPECT_EQ(grid.tileCountY, 2u);
+    EXPECT_EQ(grid.tileOf(31, 31), 0u);
+    EXPECT_EQ(grid.tileOf(32, 31), 1u);
+    EXPECT_EQ(grid.tileOf(31, 32), 3u);
+    EXPECT_EQ(grid.tileOf(69, 39), 5u);
+    const uint32_t cell = grid.cellOf(4, 7);
+    EXPECT_EQ(grid.tileOfCell(cell), 4u);
+    EXPECT_EQ(grid.sliceOfCell(cell), 7u);
+}
+
+} // namespace
+} // namespace shadowdag::test

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// The resolution equation by hand, its rule inside the sphere, the steps and their hysteresis.
+#include "hybrid/resolution_pass.h"
+#include "hybrid/resolution_steps.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace shadowdag::test {
+namespace {
+
+TEST(RequiredResolution, IsThePapersEquation) {
+    // R^2 = (S / (alpha / 4 pi)) / 6 by hand. r = 1, d = 2: alpha / 4 pi = (1 - sqrt(3/4)) / 2 =
+    // 0.0669873.
+    EXPECT_NEAR(requiredResolutionSquared(1024, 1.0, 4.0), 1024.0 / 0.0669872981 / 6.0, 0.01);
+    // r = 3, d = 5: sqrt(1 - 9/25) = 0.8, alpha / 4 pi = 0.1.
+    EXPECT_NEAR(requiredResolutionSquared(600, 9.0, 25.0), 1000.0, 1e-3);
+    EXPECT_NEAR(requiredResolutionSquared(600, 0.09, 0.25), 1000.0, 1e-3); // unit free
+    // Far away alpha = pi r^2 / d^2, R^2 = (2/3) S d^2 / r^2; 1 - sqrt(1 - 1e-12) would have four
+    // digits.
+    EXPECT_NEAR(requiredResolutionSquared(3, 1e-12, 1.0) / 2e12, 1.0, 1e-6);
+}
+
+TEST(RequiredResolution, InsideTheSphereIsThatOfAHalfSpaceAndContinues) {
+    EXPECT_EQ(requiredResolutionSquared(1024, 1.0, 0.25), float(1024.0 / 3.0));
+    EXPECT_EQ(requiredResolutionSquared(1024, 1.0, 0.0), float(1024.0 / 3.0));
+    EXPECT_EQ(requiredResolutionSquared(1024, 1.0, 1.0), float(1024.0 / 3.0));
+    EXPECT_NEAR(requiredResolutionSquared(1024, 1.0, 1.0 + 1e-10), 1024.0 / 3.0, 1e-2);
+    EXPECT_EQ(requiredResolutionSquared(7, 0.0, 0.0),
+              float(7.0 / 3.0)); // a point at the light: finite
+}
+
+TEST(RequiredResolution, NeverShrinksAsTheLightGoesAwayOrTheClusterGrowsInPixels) {
+    float last = 0.0f;
+    for (double d = 0.0; d < 8.0; d += 0.01) {
+        const float now = requiredResolutionSquared(100, 1.0, d * d);
+        EXPECT_GE(now, last) << d;
+        EXPECT_GT(requiredResolutionSquared(101, 1.0, d * d), now);
+        last = now;
+    }
+}
+
+TEST(RequiredResolution, OfOneSampleIsOneTexelForItsPixel) {
+    Camera camera;
+    const ViewRays view = makeViewRays(camera, 640, 360);
+    Box box;
+    box.add(glm::vec3(0, 0, -10));
+    const double pixel = 10.0 * 2.0 * std::tan(0.45) / 360.0;
+    const double radiusSquared = clusterRadiusSquared(box, view);
+    EXPECT_NEAR(radiusSquared, 0.5 * pixel * pixel, 1e-9);
+    // Six faces of R^2 texels around a light 4 m away: a texel is 4 pi 16 / (6 R^2) m^2, the disc
+    // around a pixel pi / 2 pixels.
+    const double texel =
+        4.0 * 3.14159265 * 16.0 / (6.0 * requiredResolutionSquared(1, radiusSquared, 16.0));
+    EXPECT_NEAR(texel / (pixel * pixel), 3.14159265 / 2.0, 1e-3);
+}
+
+TEST(DemandResolution, IsTheMaximumOverALightsClusters) {
+    const std::vector<Box> boxes{{{-1, -1, -1}, {1, 1, 1}}, {{4, 4, 4}, {5, 5, 5}}};
+    const std::vector<uint32_t> cell{0, 1}, start{0, 100, 110}, samples(110), cluster(110);
+    const std::vector<uint32_t> listStart{0, 2, 3}, list{0, 1, 1};
+    std::vector<Light> lights(3);
+    lights[0].positionWorld = {10, 0, 0};
+    lights[1].positionWorld = {0, 0, 0};
+    const ViewRays view = makeViewRays(Camera(), 640, 360);
+    const ClusterView clusters{viewOf(cell), viewOf(boxes), viewOf(start), viewOf(samples),
+                               viewOf(cluster)};
+    LightDemand demand(Backend::kCpu);
+    gatherDemand(Backend::kCpu, clusters, {viewOf(listStart), viewOf(list)}, viewOf(lights), view,
+                 demand);
+    const auto resolution = [&](size_t l) {
+        return std::bit_cast<float>(demand.resolutionSquaredBits.at(l));
+    };
+    EXPECT_EQ(resolution(0),
+              requiredResolutionSquared(100, clusterRadiusSquared(boxes[0], view), 100.0));
+    EXPECT_EQ(resolution(1),
+              std::max(requiredResolutionSquared(100, clusterRadiusSquared(boxes[0], view), 0.0),
+                       requiredResolutionSquared(10, clusterRadiusSquared(boxes[1], view), 60.75)));
+    EXPECT_EQ(resolution(2), 0.0f);
+    EXPECT_EQ(demand.sampleCount.download(), (std::vector<uint32_t>{100, 110, 0}));
+    EXPECT_EQ(demand.clusterCount.download(), (std::vector<uint32_t>{1, 2, 0}));
+}
+
+TEST(ResolutionSteps, AreRoundedFourthRootsOfPowersOfTwo) {
+    const std::vector<uint32_t> steps = makeResolutionSteps(8192);
+    const std::vector<uint32_t> first(steps.begin(), steps.begin() + 16);
+    EXPECT_EQ(first,
+              (std::vector<uint32_t>{1, 2, 3, 4, 5, 6, 7, 8, 10, 11, 13, 16, 19, 23, 27, 32}));
+    EXPECT_EQ(steps.back(), 8192u);
+    for (size_t i = 1; i < steps.size(); ++i)
+        EXPECT_LT(steps[i - 1], steps[i]);
+    for (size_t i = 12; i < steps.size(); ++i)
+        EXPECT_NEAR(double(steps[i]) / steps[i - 1], std::pow(2.0, 0.25), 0.03);
+    EXPECT_EQ(makeResolutionSteps(100).back(), 100u);
+    EXPECT_EQ(makeResolutionSteps(1), std::vector<uint32_t>{1});
+}
+
+uint32_t allocate(double texels, uint32_t previous) {
+    return allocateResolution(makeResolutionSteps(2048), texels * texels, 16, previous);
+}
+
+TEST(ResolutionSteps, HoldTheRequestWithinTheLimits) {
+    EXPECT_EQ(allocate(64.0, 0), 64u); // exactly a step
+    EXPECT_EQ(allocate(64.001, 0), 76u);
+    EXPECT_EQ(allocate(63.9, 0), 64u);
+    EXPECT_EQ(allocate(3.0, 0), 16u);
+    EXPECT_EQ(allocate(5000.0, 0), 2048u);
+    EXPECT_EQ(allocate(0.0, 0), 16u);
+}
+
+TEST(ResolutionSteps, ARequestThatWaversByTenPercentDoesNotFlap) {
+    uint32_t held = allocate(66.0, 0);
+    EXPECT_EQ(held, 76u);
+    for (int frame = 0; frame < 20; ++frame) {
+        held = allocate(frame % 2 ? 66.0 : 60.0, held); // around the step of 64
+        EXPECT_EQ(held, 76u);
+    }
+    held = allocate(57.5, held); // under 0.9 * 64 = 57.6
+    EXPECT_EQ(held, 64u);
+    EXPECT_EQ(allocate(57.7, 76), 76u);
+    EXPECT_EQ(allocate(77.0, 76), 91u);   // grows at once
+    EXPECT_EQ(allocate(20.0, 1024), 23u); // far too much is not kept
+    EXPECT_EQ(allocate(60.0, 0), 64u);    // nothing held: the frame's own
+}
+
+} // namespace
+} // namespace shadowdag::test
