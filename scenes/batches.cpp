@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bottom-up agglomeration of triangles into batches: all clusters of a round look for the neighbour, along the
-// Morton curve, with which their union box has the shortest diagonal, and those that choose each other merge.
-// Source of the rounds: Meister and Bittner, Parallel Locally-Ordered Clustering for BVH Construction, TVCG 2018;
-// of the dissimilarity: Olsson et al. 2015, sec. VI-B. Unlike there, clusters that together would exceed a
-// batch never merge, so that batches are full rather than what a cut through a finished tree happens to leave.
+// Bottom-up agglomeration of triangles into batches: all clusters of a round look for the
+// neighbour, along the Morton curve, with which their union box has the shortest diagonal, and
+// those that choose each other merge. Source of the rounds: Meister and Bittner, Parallel
+// Locally-Ordered Clustering for BVH Construction, TVCG 2018; of the dissimilarity: Olsson et al.
+// 2015, sec. VI-B. Unlike there, clusters that together would exceed a batch never merge, so that
+// batches are full rather than what a cut through a finished tree happens to leave.
 #include "scenes/batches.h"
 
 #include "cuda/parallel_for.h"
@@ -21,9 +22,9 @@ constexpr uint32_t kSearchRadius = 8;
 
 struct Cluster {
     Box box;
-    uint32_t count;    ///< triangles
+    uint32_t count; ///< triangles
     uint32_t instance;
-    uint32_t first;    ///< a leaf: its triangle; else index into merges
+    uint32_t first; ///< a leaf: its triangle; else index into merges
     bool isLeaf;
 };
 
@@ -37,8 +38,9 @@ float diagonalSquared(const Box& a, const Box& b) {
     return glm::dot(e, e);
 }
 
-/// Writes to partner[i] the admissible neighbour with the shortest union diagonal; i itself for none. Ties go to
-/// the smaller index, so that there always is a pair that agrees: no round is wasted.
+/// Writes to partner[i] the admissible neighbour with the shortest union diagonal; i itself for
+/// none. Ties go to the smaller index, so that there always is a pair that agrees: no round is
+/// wasted.
 void findPartners(const std::vector<Cluster>& clusters, std::vector<uint32_t>& partner) {
     const size_t count = clusters.size();
     partner.resize(count);
@@ -55,8 +57,8 @@ void findPartners(const std::vector<Cluster>& clusters, std::vector<uint32_t>& p
                 if (j == i || b.instance != a.instance ||
                     a.count + b.count > kMaxBatchTriangleCount)
                     continue;
-                // Equal lengths are ordered by the pair, the same seen from both ends; otherwise a ring of equal
-                // neighbours (a regular grid) would choose in a circle.
+                // Equal lengths are ordered by the pair, the same seen from both ends; otherwise a
+                // ring of equal neighbours (a regular grid) would choose in a circle.
                 const float d = diagonalSquared(a.box, b.box);
                 const size_t pair = std::min(i, j) * 2 * kSearchRadius + (i < j ? j - i : i - j);
                 if (d < best || (d == best && (found == i || pair < bestPair))) {

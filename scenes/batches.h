@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Batches of at most 128 triangles: the unit in which geometry is culled and drawn into shadow maps.
-// Source: Olsson et al., More Efficient Virtual Shadow Maps for Many Lights, TVCG 2015, sec. IV-G.
+// Batches of at most 128 triangles: the unit in which geometry is culled and drawn into shadow
+// maps. Source: Olsson et al., More Efficient Virtual Shadow Maps for Many Lights, TVCG 2015, sec.
+// IV-G.
 #pragma once
 
-#include "scenes/world.h"
 #include "scenes/wide_bvh.h"
+#include "scenes/world.h"
 
 namespace shadowdag {
 
@@ -19,15 +20,16 @@ struct Batch {
 
 struct BatchView {
     View<const Batch> batches;
-    View<const Box> boxesWorld;       ///< batchCount, closed, of the current positions
-    View<const uint32_t> triangles;   ///< triangleCount; world triangle indices in batch order
-    WideBvhView bvh;                  ///< over boxesWorld
+    View<const Box> boxesWorld;     ///< batchCount, closed, of the current positions
+    View<const uint32_t> triangles; ///< triangleCount; world triangle indices in batch order
+    WideBvhView bvh;                ///< over boxesWorld
 };
 
 /// The batches of a world on the host, rebuilt offline once and refitted when instances move.
 class BatchSet {
 public:
-    /// Partitions every triangle of the world into batches that are compact in space (deterministic).
+    /// Partitions every triangle of the world into batches that are compact in space
+    /// (deterministic).
     explicit BatchSet(const World& world);
     /// The same for bare triangles. @param triangleInstance one value a triangle
     BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance);

@@ -26,8 +26,9 @@ SDAG_HD inline uint64_t mortonCode(uint32_t x, uint32_t y, uint32_t z) {
     return spreadBits3(x) | spreadBits3(y) << 1 | spreadBits3(z) << 2;
 }
 
-/// Returns the Morton code of a point on a grid of 2^21 cells an axis over a cube at the box's minimum
-/// with the box's longest side. Points outside go to the nearest cell; an empty or flat box gives 0.
+/// Returns the Morton code of a point on a grid of 2^21 cells an axis over a cube at the box's
+/// minimum with the box's longest side. Points outside go to the nearest cell; an empty or flat box
+/// gives 0.
 SDAG_HD inline uint64_t mortonCode(const glm::vec3& p, const Box& bounds) {
     const glm::vec3 e = bounds.extent();
     const float side = glm::max(e.x, glm::max(e.y, e.z));
@@ -36,9 +37,7 @@ SDAG_HD inline uint64_t mortonCode(const glm::vec3& p, const Box& bounds) {
     constexpr float kLast = float((1u << kMortonAxisBits) - 1);
     const glm::vec3 q = (p - bounds.min) / side * kLast;
     // Written so that a NaN becomes 0.
-    const auto cell = [](float c) {
-        return c > 0.0f ? uint32_t(c < kLast ? c : kLast) : 0u;
-    };
+    const auto cell = [](float c) { return c > 0.0f ? uint32_t(c < kLast ? c : kLast) : 0u; };
     return mortonCode(cell(q.x), cell(q.y), cell(q.z));
 }
 

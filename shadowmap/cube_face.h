@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The six faces of a cube map: their frames, their texels, and the rectangles that boxes cover on them.
-// Source: Olsson et al. 2015, appendix A, Listing 1; as printed it rejects no box, so two rejections come first here.
+// The six faces of a cube map: their frames, their texels, and the rectangles that boxes cover on
+// them. Source: Olsson et al. 2015, appendix A, Listing 1; as printed it rejects no box, so two
+// rejections come first here.
 #pragma once
 
 #include "scenes/box.h"
@@ -11,9 +12,10 @@ namespace shadowdag {
 
 constexpr uint32_t kFaceCount = 6;
 
-/// Returns a light-relative vector in the frame of a face: (u axis, v axis, depth). Face 2 a looks along +axis a and
-/// face 2 a + 1 along -axis a; u runs along axis a + 1 and v along axis a + 2, modulo 3, on both. So half of the
-/// faces are mirrored, which nothing here minds: both sides of a triangle block.
+/// Returns a light-relative vector in the frame of a face: (u axis, v axis, depth). Face 2 a looks
+/// along +axis a and face 2 a + 1 along -axis a; u runs along axis a + 1 and v along axis a + 2,
+/// modulo 3, on both. So half of the faces are mirrored, which nothing here minds: both sides of a
+/// triangle block.
 template <class Vec> SDAG_HD inline Vec faceFromLight(uint32_t face, const Vec& p) {
     const Vec q = face < 2 ? Vec(p.y, p.z, p.x) : face < 4 ? Vec(p.z, p.x, p.y) : p;
     return (face & 1u) ? Vec(q.x, q.y, -q.z) : q;
@@ -25,8 +27,8 @@ template <class Vec> SDAG_HD inline Vec lightFromFace(uint32_t face, const Vec& 
     return face < 2 ? Vec(p.z, p.x, p.y) : face < 4 ? Vec(p.y, p.z, p.x) : p;
 }
 
-/// Returns the face that a direction points through: the axis of largest magnitude, x before y before z when
-/// equal, so every direction belongs to one face.
+/// Returns the face that a direction points through: the axis of largest magnitude, x before y
+/// before z when equal, so every direction belongs to one face.
 SDAG_HD inline uint32_t faceOf(const glm::vec3& d) {
     const glm::vec3 a = glm::abs(d);
     if (a.x >= a.y && a.x >= a.z)
@@ -36,8 +38,9 @@ SDAG_HD inline uint32_t faceOf(const glm::vec3& d) {
     return d.z < 0.0f ? 5 : 4;
 }
 
-/// Returns the texel (or page, or cell) that holds face coordinate u in [-1, 1] when `count` of them divide the face;
-/// clamped. Half open: a border belongs to the upper one. Monotone in u, which the conservative masks rely on.
+/// Returns the texel (or page, or cell) that holds face coordinate u in [-1, 1] when `count` of
+/// them divide the face; clamped. Half open: a border belongs to the upper one. Monotone in u,
+/// which the conservative masks rely on.
 SDAG_HD inline uint32_t faceCell(float u, uint32_t count) {
     const float s = (u + 1.0f) * (0.5f * float(count));
     if (!(s > 0.0f)) // NaN as well
@@ -51,7 +54,8 @@ SDAG_HD inline float faceCellCentre(int32_t cell, uint32_t count) {
     return float(2 * cell + 1 - int32_t(count)) / float(count);
 }
 
-/// Where a box lies on a face: a rectangle within [-1, 1]^2 and the depths along the face's axis, in world units.
+/// Where a box lies on a face: a rectangle within [-1, 1]^2 and the depths along the face's axis,
+/// in world units.
 struct FaceRect {
     float uMin, uMax, vMin, vMax;
     float depthMin, depthMax; ///< depthMin >= 0
@@ -60,11 +64,13 @@ struct FaceRect {
 /// Covers what float division rounds: 2 units in the last place of 1.
 constexpr float kProjectionSlack = 1e-6f;
 
-/// Returns whether a box reaches a face, and its rectangle there: every point of the box that projects on the face
-/// lies in the rectangle (conservative; a box across the edge of the face's pyramid may be told to reach it when it
-/// does not). A box that holds the light reaches every face, whole.
+/// Returns whether a box reaches a face, and its rectangle there: every point of the box that
+/// projects on the face lies in the rectangle (conservative; a box across the edge of the face's
+/// pyramid may be told to reach it when it does not). A box that holds the light reaches every
+/// face, whole.
 /// @param boxLight relative to the light, world axes and units
-/// @param margin grows the unclamped rectangle on all sides, in face coordinates, before it is held against the face
+/// @param margin grows the unclamped rectangle on all sides, in face coordinates, before it is held
+/// against the face
 SDAG_HD inline bool projectBox(const Box& boxLight, uint32_t face, float margin, FaceRect& rect) {
     const glm::vec3 a = faceFromLight(face, boxLight.min);
     const glm::vec3 b = faceFromLight(face, boxLight.max);
@@ -73,8 +79,9 @@ SDAG_HD inline bool projectBox(const Box& boxLight, uint32_t face, float margin,
     if (!(hi.z > 0.0f) || boxLight.empty())
         return false;
     const float rFar = 1.0f / hi.z;
-    // u = x / z is least for the least x, at the near side when x < 0 and at the far side otherwise. A near side at
-    // or behind the light leaves it unbounded; on the face it still is at least -1.
+    // u = x / z is least for the least x, at the near side when x < 0 and at the far side
+    // otherwise. A near side at or behind the light leaves it unbounded; on the face it still is at
+    // least -1.
     constexpr float kLeastDepth = 1e-30f; // below, 1 / z would overflow
     if (lo.z > kLeastDepth) {
         const float rNear = 1.0f / lo.z;

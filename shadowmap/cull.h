@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which batches are drawn into which faces of which map; one part of the batch hierarchy for one map an item.
-// Source: Olsson et al. 2015, sec. IV-G and V-A, V-B.
+// Which batches are drawn into which faces of which map; one part of the batch hierarchy for one
+// map an item. Source: Olsson et al. 2015, sec. IV-G and V-A, V-B.
 #pragma once
 
 #include "scenes/batches.h"
@@ -23,8 +23,8 @@ struct CullCounts {
     uint32_t sphereTriangles; ///< their triangles
 };
 
-/// What culling reads. Item i is part i % parts of the hierarchy's top level for map i / parts, so the list of draws
-/// is ordered by map, then along the Morton curve.
+/// What culling reads. Item i is part i % parts of the hierarchy's top level for map i / parts, so
+/// the list of draws is ordered by map, then along the Morton curve.
 struct CullView {
     View<const ShadowMapInfo> maps;
     PageMaskView masks;

@@ -8,6 +8,8 @@ namespace shadowdag::cpu {
 void countDraws(const CountDraws& items) {
     parallelFor<CpuTag>(items.drawCounts.count, items, 4);
 }
-void listDraws(const ListDraws& items) { parallelFor<CpuTag>(items.firstDraw.count, items, 4); }
+void listDraws(const ListDraws& items) {
+    parallelFor<CpuTag>(items.firstDraw.count, items, 4);
+}
 
 } // namespace shadowdag::cpu

@@ -8,6 +8,8 @@ namespace shadowdag::cuda {
 void countDraws(const CountDraws& items) {
     parallelFor<CudaTag>(items.drawCounts.count, items, 4);
 }
-void listDraws(const ListDraws& items) { parallelFor<CudaTag>(items.firstDraw.count, items, 4); }
+void listDraws(const ListDraws& items) {
+    parallelFor<CudaTag>(items.firstDraw.count, items, 4);
+}
 
 } // namespace shadowdag::cuda

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which pages, faces and projection-map cells the receivers of a map need, as bits; one receiver an item.
-// Source: Olsson et al. 2015, sec. IV-D to IV-F and V-A, V-B.
+// Which pages, faces and projection-map cells the receivers of a map need, as bits; one receiver an
+// item. Source: Olsson et al. 2015, sec. IV-D to IV-F and V-A, V-B.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -16,7 +16,8 @@ namespace shadowdag {
 constexpr uint32_t kProjectionMapSize = 32;
 constexpr uint32_t kProjectionWordsPerMap = kFaceCount * kProjectionMapSize;
 
-/// Faces smaller than this are needed whole with all their neighbours: a filter's taps then reach around corners.
+/// Faces smaller than this are needed whole with all their neighbours: a filter's taps then reach
+/// around corners.
 constexpr uint32_t kLeastMaskedFaceTexels = 8;
 
 /// A receiver box (cluster bounds) that will be looked up in a map.
@@ -27,8 +28,9 @@ struct MapReceiver {
 
 /// What receivers need of the maps. All words start at 0.
 /// pages: one bit a page-table entry, in its order (so a map starts at word pageTableStart / 32);
-/// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face mask, a word a map;
-/// depths: kFaceCount a map, the farthest depth at which a blocker can matter, as float bits.
+/// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face
+/// mask, a word a map; depths: kFaceCount a map, the farthest depth at which a blocker can matter,
+/// as float bits.
 struct PageMaskView {
     View<uint32_t> pages;
     View<uint32_t> projection;
@@ -38,11 +40,13 @@ struct PageMaskView {
 
 /// How far the taps of a filter reach beyond the receiver, in face coordinates.
 ///
-/// Derivation. A tap's texel centre lies at most r texels from the receiver, r = 0.5 for one tap and 1.5 for 3 x 3, so
-/// at most e = 2 r / N in u and in v; half a texel more covers rounding. A tap beyond the edge u = 1 is read on the
-/// neighbour face, where the receiver itself lies (unclamped) at (1/u, v/u) and the tap at (1/u', v'/u'), with
-/// u' > 1, u >= 1 - e, |v| <= 1: they differ by at most e/(1 - e) and e + e/(1 - e), and snapping to the texel that holds the tap adds
-/// 1/N. So a box grown by 2 e/(1 - e) + 2/N on every face that it reaches unclamped covers all taps.
+/// Derivation. A tap's texel centre lies at most r texels from the receiver, r = 0.5 for one tap
+/// and 1.5 for 3 x 3, so at most e = 2 r / N in u and in v; half a texel more covers rounding. A
+/// tap beyond the edge u = 1 is read on the neighbour face, where the receiver itself lies
+/// (unclamped) at (1/u, v/u) and the tap at (1/u', v'/u'), with u' > 1, u >= 1 - e, |v| <= 1: they
+/// differ by at most e/(1 - e) and e + e/(1 - e), and snapping to the texel that holds the tap adds
+/// 1/N. So a box grown by 2 e/(1 - e) + 2/N on every face that it reaches unclamped covers all
+/// taps.
 SDAG_HD inline float filterMargin(uint32_t faceTexels, uint32_t taps) {
     const float n = float(faceTexels);
     if (taps <= 1)
@@ -51,9 +55,10 @@ SDAG_HD inline float filterMargin(uint32_t faceTexels, uint32_t taps) {
     return 2.0f * e / (1.0f - e) + 2.0f / n;
 }
 
-/// How much deeper than the receiver a blocker may lie and still be compared: taps ask at the plane through the
-/// receiver perpendicular to its ray (see shadow_map_lookup.h), whose 1/depth at a tap m away is at least
-/// (1 - m sqrt(1/2)) of the receiver's. Without bound (1e30) where that is not positive: very small faces.
+/// How much deeper than the receiver a blocker may lie and still be compared: taps ask at the plane
+/// through the receiver perpendicular to its ray (see shadow_map_lookup.h), whose 1/depth at a tap
+/// m away is at least (1 - m sqrt(1/2)) of the receiver's. Without bound (1e30) where that is not
+/// positive: very small faces.
 SDAG_HD inline float filterDepthFactor(float margin) {
     const float least = 1.0f - 0.7072f * margin;
     return least > 1e-3f ? 1.0f / least : 1e30f;
@@ -130,8 +135,7 @@ private:
         const uint32_t u1 = faceCell(rect.uMax, kProjectionMapSize);
         const uint32_t v0 = faceCell(rect.vMin, kProjectionMapSize);
         const uint32_t v1 = faceCell(rect.vMax, kProjectionMapSize);
-        const uint32_t first =
-            mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
+        const uint32_t first = mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
         for (uint32_t v = v0; v <= v1; ++v)
             atomicOrRelaxed(&masks.projection[first + v], (~0u >> (31 - u1)) & (~0u << u0));
     }
@@ -150,7 +154,8 @@ struct CountPages {
     }
 };
 
-/// Gives the marked pages of word i pool pages in order, as far as the pool goes; kNoPage to all others.
+/// Gives the marked pages of word i pool pages in order, as far as the pool goes; kNoPage to all
+/// others.
 struct AssignPages {
     View<const uint32_t> pages;
     View<const uint32_t> firstPage; ///< exclusive scan of CountPages

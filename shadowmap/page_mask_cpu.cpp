@@ -8,7 +8,11 @@ namespace shadowdag::cpu {
 void markReceivers(const MarkReceiver& items) {
     parallelFor<CpuTag>(items.receivers.count, items);
 }
-void countPages(const CountPages& items) { parallelFor<CpuTag>(items.pages.count, items, 4096); }
-void assignPages(const AssignPages& items) { parallelFor<CpuTag>(items.pages.count, items, 1024); }
+void countPages(const CountPages& items) {
+    parallelFor<CpuTag>(items.pages.count, items, 4096);
+}
+void assignPages(const AssignPages& items) {
+    parallelFor<CpuTag>(items.pages.count, items, 1024);
+}
 
 } // namespace shadowdag::cpu

@@ -8,7 +8,11 @@ namespace shadowdag::cuda {
 void markReceivers(const MarkReceiver& items) {
     parallelFor<CudaTag>(items.receivers.count, items);
 }
-void countPages(const CountPages& items) { parallelFor<CudaTag>(items.pages.count, items, 4096); }
-void assignPages(const AssignPages& items) { parallelFor<CudaTag>(items.pages.count, items, 1024); }
+void countPages(const CountPages& items) {
+    parallelFor<CudaTag>(items.pages.count, items, 4096);
+}
+void assignPages(const AssignPages& items) {
+    parallelFor<CudaTag>(items.pages.count, items, 1024);
+}
 
 } // namespace shadowdag::cuda

@@ -19,7 +19,8 @@ void countPages(const CountPages& items);
 void assignPages(const AssignPages& items);
 } // namespace cuda
 
-/// Marks the pages, faces, cells and depths that every receiver needs. All views live on the backend.
+/// Marks the pages, faces, cells and depths that every receiver needs. All views live on the
+/// backend.
 inline void markReceivers(Backend backend, const MarkReceiver& items) {
     SDAG_DISPATCH(backend, markReceivers, items);
 }

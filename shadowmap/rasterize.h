@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Triangles to depth texels of a cube map's face.
 //
-// Fill rule: a texel is covered when the ray from the light through its centre meets the closed triangle; triangles that
-// share an edge or a corner leave no gap between them. Both sides block. A triangle whose plane holds the light
-// (to double rounding) has no area from there and covers nothing, like a degenerate one.
-// Near plane: what lies nearer to the light than kNearPerRange times its range, along the face's axis, does not block.
-// Depth convention: see ShadowMapView. The greatest bits win, so the order of triangles does not matter.
+// Fill rule: a texel is covered when the ray from the light through its centre meets the closed
+// triangle; triangles that share an edge or a corner leave no gap between them. Both sides block. A
+// triangle whose plane holds the light (to double rounding) has no area from there and covers
+// nothing, like a degenerate one. Near plane: what lies nearer to the light than kNearPerRange
+// times its range, along the face's axis, does not block. Depth convention: see ShadowMapView. The
+// greatest bits win, so the order of triangles does not matter.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -29,18 +30,19 @@ struct RasterView {
     View<const BatchDraw> draws;
 };
 
-/// A triangle set up for one face: functions of the texel coordinates X = 2 x + 1 - N, Y = 2 y + 1 - N.
+/// A triangle set up for one face: functions of the texel coordinates X = 2 x + 1 - N, Y = 2 y + 1
+/// - N.
 struct FaceTriangle {
     double ex[3], ey[3], e0[3]; ///< edge k is inside where ex X + ey Y + e0 >= -tolerance[k]
     double tolerance[3];
-    double wx, wy, w0; ///< 1/z = wx X + wy Y + w0
-    float wMin, wMax;  ///< the range of 1/z over the triangle, as far as it is in front
-    float wNear;       ///< what exceeds this is nearer than the near plane
+    double wx, wy, w0;      ///< 1/z = wx X + wy Y + w0
+    float wMin, wMax;       ///< the range of 1/z over the triangle, as far as it is in front
+    float wNear;            ///< what exceeds this is nearer than the near plane
     int32_t x0, x1, y0, y1; ///< texels whose centres can lie inside, clipped to the face
 };
 
-/// Returns the first and last texel whose centres lie in face coordinates [lo, hi], clipped to the face; empty when
-/// first > last. A millionth of a texel is added on both sides for rounding.
+/// Returns the first and last texel whose centres lie in face coordinates [lo, hi], clipped to the
+/// face; empty when first > last. A millionth of a texel is added on both sides for rounding.
 SDAG_HD inline void texelSpan(double lo, double hi, uint32_t faceTexels, int32_t& first,
                               int32_t& last) {
     const double half = 0.5 * double(faceTexels);
@@ -57,9 +59,9 @@ SDAG_HD inline void texelSpan(double lo, double hi, uint32_t faceTexels, int32_t
     last = b < end ? int32_t(b) : int32_t(end); // floor
 }
 
-/// Bounds, in face coordinates, of the part of a triangle within the face's pyramid |x| <= z, |y| <= z: for triangles
-/// that reach behind the light, which have no projection of their own. Returns false when nothing is within.
-/// Source: Sutherland and Hodgman, Reentrant Polygon Clipping, 1974.
+/// Bounds, in face coordinates, of the part of a triangle within the face's pyramid |x| <= z, |y|
+/// <= z: for triangles that reach behind the light, which have no projection of their own. Returns
+/// false when nothing is within. Source: Sutherland and Hodgman, Reentrant Polygon Clipping, 1974.
 SDAG_HD inline bool clippedBounds(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
                                   glm::dvec2& lo, glm::dvec2& hi) {
     glm::dvec3 from[7] = {a, b, c}, to[7];
@@ -88,7 +90,8 @@ SDAG_HD inline bool clippedBounds(const glm::dvec3& a, const glm::dvec3& b, cons
     for (int i = 0; i < count; ++i) {
         // At the light itself every direction is possible.
         const bool isPoint = from[i].z > 0.0;
-        const glm::dvec2 uv = isPoint ? glm::dvec2(from[i].x, from[i].y) / from[i].z : glm::dvec2(0.0);
+        const glm::dvec2 uv =
+            isPoint ? glm::dvec2(from[i].x, from[i].y) / from[i].z : glm::dvec2(0.0);
         lo = glm::min(lo, isPoint ? uv : glm::dvec2(-1.0));
         hi = glm::max(hi, isPoint ? uv : glm::dvec2(1.0));
     }
@@ -97,11 +100,12 @@ SDAG_HD inline bool clippedBounds(const glm::dvec3& a, const glm::dvec3& b, cons
 
 /// Returns whether a triangle can cover a texel of a face, and its set-up.
 ///
-/// Edges are evaluated homogeneously: the ray c = (u, v, 1) meets the cone of a, b, c when (a x b).c, (b x c).c and
-/// (c x a).c all have the sign of the determinant, whatever lies behind the light, so nothing is clipped. Products and
-/// differences round alike when a and b are exchanged, so two triangles see their common edge as the same number with opposite sign. Each
-/// edge takes its rounding (about 24 2^-53 |a| |b|) as inside: a ray that meets a triangle in exact arithmetic is never
-/// lost, at edges and at corners; the price is an overlap of about 1e-14 of a face.
+/// Edges are evaluated homogeneously: the ray c = (u, v, 1) meets the cone of a, b, c when (a x
+/// b).c, (b x c).c and (c x a).c all have the sign of the determinant, whatever lies behind the
+/// light, so nothing is clipped. Products and differences round alike when a and b are exchanged,
+/// so two triangles see their common edge as the same number with opposite sign. Each edge takes
+/// its rounding (about 24 2^-53 |a| |b|) as inside: a ray that meets a triangle in exact arithmetic
+/// is never lost, at edges and at corners; the price is an overlap of about 1e-14 of a face.
 /// @param a,b,c corners in the face's frame (faceFromLight)
 SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
                                   const ShadowMapInfo& map, FaceTriangle& t) {
@@ -140,7 +144,8 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
         t.wMax = 3.0e38f;
     }
 
-    // n = (b - a) x (c - a), 1/z = n.c / n.a: from differences, which lose nothing on small triangles far away.
+    // n = (b - a) x (c - a), 1/z = n.c / n.a: from differences, which lose nothing on small
+    // triangles far away.
     const glm::dvec3 ab = b - a, ac = c - a;
     const glm::dvec3 normal = glm::cross(ab, ac);
     const double k = glm::dot(normal, a);
@@ -170,8 +175,9 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
     return true;
 }
 
-/// Narrows the columns [first, last] of a row to those inside of an edge. Evaluated like this, ex X + r never turns around:
-/// the columns inside are one run, whose end is found by its quotient and settled by the edge function itself.
+/// Narrows the columns [first, last] of a row to those inside of an edge. Evaluated like this, ex X
+/// + r never turns around: the columns inside are one run, whose end is found by its quotient and
+/// settled by the edge function itself.
 SDAG_HD inline void narrowSpan(double ex, double r, double tolerance, double rEx, int32_t n,
                                int32_t& first, int32_t& last) {
     const auto inside = [&](int32_t x) { return ex * double(2 * x + 1 - n) + r >= -tolerance; };
@@ -198,11 +204,12 @@ SDAG_HD inline void narrowSpan(double ex, double r, double tolerance, double rEx
     }
 }
 
-/// Triangles narrower than this are tested texel by texel: cheaper than finding where rows begin and end.
+/// Triangles narrower than this are tested texel by texel: cheaper than finding where rows begin
+/// and end.
 constexpr int32_t kNarrowTexels = 4;
 
-/// Calls store(index, bits) for the texels of a triangle in rows [row0, row1] of the face that have memory; `index` is into
-/// RasterView::depths.
+/// Calls store(index, bits) for the texels of a triangle in rows [row0, row1] of the face that have
+/// memory; `index` is into RasterView::depths.
 template <class Store>
 SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
                                 const FaceTriangle& t, int32_t row0, int32_t row1,
@@ -230,8 +237,8 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
                 const double Y = double(2 * y + 1 - n);
                 const double r0 = t.ey[0] * Y + t.e0[0], r1 = t.ey[1] * Y + t.e0[1],
                              r2 = t.ey[2] * Y + t.e0[2], rw = t.wy * Y + t.w0;
-                const size_t row = (size_t(page) << (2 * log2)) +
-                                   (size_t(y - py * side) << log2) - size_t(px * side);
+                const size_t row = (size_t(page) << (2 * log2)) + (size_t(y - py * side) << log2) -
+                                   size_t(px * side);
                 const auto depth = [=](int32_t x) {
                     const float w = float(wx * double(2 * x + 1 - n) + rw);
                     return glm::min(glm::max(w, wMin), wMax);
@@ -263,7 +270,8 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
     }
 }
 
-/// Returns a corner relative to the light, in double: the difference of two floats, nearly always exact.
+/// Returns a corner relative to the light, in double: the difference of two floats, nearly always
+/// exact.
 SDAG_HD inline glm::dvec3 cornerFromLight(const TriangleView& geometry, uint32_t triangle,
                                           int corner, const glm::vec3& lightWorld) {
     return glm::dvec3(geometry.vertex(triangle, corner)) - glm::dvec3(lightWorld);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU's own rasterization kernel: the set-up and fill of rasterize.h, a face of a map at a time, so that texels
-// need no atomics.
+// The CPU's own rasterization kernel: the set-up and fill of rasterize.h, a face of a map at a
+// time, so that texels need no atomics.
 #include "shadowmap/rasterize_pass.h"
 
 #include "cuda/parallel_for.h"
@@ -34,16 +34,17 @@ void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawSt
                     const uint32_t triangle = view.batchTriangles[batch.first + inBatch];
                     glm::dvec3 corners[3];
                     for (int corner = 0; corner < 3; ++corner)
-                        corners[corner] = faceFromLight(
-                            face, cornerFromLight(view.geometry, triangle, corner,
-                                                  map.lightPositionWorld));
+                        corners[corner] =
+                            faceFromLight(face, cornerFromLight(view.geometry, triangle, corner,
+                                                                map.lightPositionWorld));
                     FaceTriangle t;
                     if (!setUpTriangle(corners[0], corners[1], corners[2], map, t))
                         continue;
                     // Written always, so that the compiler may take several texels at once.
-                    coverTexels(view, map, face, t, t.y0, t.y1, [depths](size_t texel, uint32_t bits) {
-                        depths[texel] = depths[texel] > bits ? depths[texel] : bits;
-                    });
+                    coverTexels(view, map, face, t, t.y0, t.y1,
+                                [depths](size_t texel, uint32_t bits) {
+                                    depths[texel] = depths[texel] > bits ? depths[texel] : bits;
+                                });
                 }
             }
         }

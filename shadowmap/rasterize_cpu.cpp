@@ -7,7 +7,7 @@ namespace shadowdag::cpu {
 
 void rasterizeTriangles(const RasterizeTriangle& items) {
     parallelFor<CpuTag>(items.view.draws.count * kMaxBatchTriangleCount, items,
-                         4 * kMaxBatchTriangleCount);
+                        4 * kMaxBatchTriangleCount);
 }
 
 } // namespace shadowdag::cpu

@@ -22,7 +22,8 @@ inline void rasterizeTriangles(Backend backend, const RasterizeTriangle& items) 
     SDAG_DISPATCH(backend, rasterizeTriangles, items);
 }
 
-/// Draws the same on the CPU, bit for bit, without atomics: an item a face of a map, which one thread owns.
+/// Draws the same on the CPU, bit for bit, without atomics: an item a face of a map, which one
+/// thread owns.
 /// @param drawStart mapCount + 1; draws of map m are [drawStart[m], drawStart[m + 1])
 void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawStart);
 

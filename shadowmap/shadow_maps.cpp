@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The order of the passes that build the virtual cube shadow maps of a frame, and the memory between them.
+// The order of the passes that build the virtual cube shadow maps of a frame, and the memory
+// between them.
 #include "shadowmap/shadow_maps.h"
 
 #include "cuda/scan_sort.h"
@@ -12,7 +13,8 @@
 namespace shadowdag {
 namespace {
 
-/// Returns host data where the backend can read it: as it is on the CPU, as a copy in `buffer` otherwise.
+/// Returns host data where the backend can read it: as it is on the CPU, as a copy in `buffer`
+/// otherwise.
 template <class T> View<const T> place(Buffer<T>& buffer, View<const T> host) {
     if (buffer.backend() == Backend::kCpu)
         return host;
@@ -78,7 +80,8 @@ struct ShadowMaps::State {
     std::vector<uint32_t> pagesPerMap, trianglesPerMap;
     std::vector<ShadowMapInfo> infos;
 
-    // Copies of host inputs, used by CUDA only. count * type: receivers, boxes, vertices, triangles, batches.
+    // Copies of host inputs, used by CUDA only. count * type: receivers, boxes, vertices,
+    // triangles, batches.
     Buffer<Box> receiverBoxes{backend, "shadowmap receiver boxes"};
     Buffer<MapReceiver> receivers{backend, "shadowmap receivers"};
     Buffer<glm::vec3> positions{backend, "shadowmap positions"};
@@ -119,8 +122,8 @@ struct ShadowMaps::State {
         for (const MapRequest& r : requests) {
             const uint32_t texels = glm::max(1u, uint32_t(double(r.faceTexels) / divisor));
             const uint32_t pages = (texels + options.pageTexels - 1) / options.pageTexels;
-            infos.push_back({r.lightPositionWorld, r.rangeWorld, texels, pages,
-                             uint32_t(words * 32)});
+            infos.push_back(
+                {r.lightPositionWorld, r.rangeWorld, texels, pages, uint32_t(words * 32)});
             words += (uint64_t(kFaceCount) * pages * pages + 31) / 32;
         }
         if (words * 32 > 0xffffffffull)
@@ -139,8 +142,8 @@ struct ShadowMaps::State {
         zero(faces, infos.size());
         zero(depthLimits, infos.size() * kFaceCount);
         firstPage.resize(words);
-        markReceivers(backend, {std::as_const(maps).view(), boxes, pairs, masks(),
-                                pageTexelsLog2(), options.taps});
+        markReceivers(backend, {std::as_const(maps).view(), boxes, pairs, masks(), pageTexelsLog2(),
+                                options.taps});
         countPages(backend, {std::as_const(pageBits).view(), firstPage.view()});
         return exclusiveScan(backend, std::as_const(firstPage).view(), firstPage.view());
     }
@@ -161,11 +164,11 @@ struct ShadowMaps::State {
         pagesPerMap.clear();
         for (size_t i = 0; i < infos.size(); ++i) {
             const auto at = [&](size_t map) -> uint64_t {
-                const size_t word = map < infos.size() ? infos[map].pageTableStart / 32 : first.size();
+                const size_t word =
+                    map < infos.size() ? infos[map].pageTableStart / 32 : first.size();
                 return word < first.size() ? first[word] : wanted;
             };
-            pagesPerMap.push_back(
-                uint32_t(glm::min(at(i + 1), pages) - glm::min(at(i), pages)));
+            pagesPerMap.push_back(uint32_t(glm::min(at(i + 1), pages) - glm::min(at(i), pages)));
         }
     }
 
@@ -247,7 +250,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     std::vector<uint32_t> drawStart;
     {
         StageTimer timer(s.backend, stages, "culling");
-        triangles = {place(s.positions, geometry.positions), place(s.triangles, geometry.triangles)};
+        triangles = {place(s.positions, geometry.positions),
+                     place(s.triangles, geometry.triangles)};
         onBackend = batches;
         onBackend.batches = place(s.batches, batches.batches);
         onBackend.boxesWorld = place(s.batchBoxes, batches.boxesWorld);
@@ -258,10 +262,14 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     }
     {
         StageTimer timer(s.backend, stages, "rasterization");
-        const RasterView raster{std::as_const(s.maps).view(), std::as_const(s.pageTable).view(),
-                                s.pool.view(),           s.pageTexelsLog2(),
-                                triangles,               onBackend.batches,
-                                onBackend.triangles,     std::as_const(s.draws).view()};
+        const RasterView raster{std::as_const(s.maps).view(),
+                                std::as_const(s.pageTable).view(),
+                                s.pool.view(),
+                                s.pageTexelsLog2(),
+                                triangles,
+                                onBackend.batches,
+                                onBackend.triangles,
+                                std::as_const(s.draws).view()};
         if (s.backend == Backend::kCpu && !options.useAtomicRasterizer)
             rasterizeByFace(raster, drawStart);
         else
@@ -274,8 +282,12 @@ ShadowMapView ShadowMaps::view() const {
     return {s.maps.view(), s.pageTable.view(), s.pool.view(), s.pageTexelsLog2()};
 }
 
-const ShadowMapCounts& ShadowMaps::counts() const { return state_->counts; }
-const std::vector<uint32_t>& ShadowMaps::pagesPerMap() const { return state_->pagesPerMap; }
+const ShadowMapCounts& ShadowMaps::counts() const {
+    return state_->counts;
+}
+const std::vector<uint32_t>& ShadowMaps::pagesPerMap() const {
+    return state_->pagesPerMap;
+}
 const std::vector<uint32_t>& ShadowMaps::trianglesPerMap() const {
     return state_->trianglesPerMap;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Virtual cube shadow maps of one frame: which pages are needed, what memory they get, what is drawn into them.
-// Source: Olsson, Billeter, Sintorn, Kaempe, Assarsson, More Efficient Virtual Shadow Maps for Many
-// Lights, TVCG 2015, sec. IV and V.
+// Virtual cube shadow maps of one frame: which pages are needed, what memory they get, what is
+// drawn into them. Source: Olsson, Billeter, Sintorn, Kaempe, Assarsson, More Efficient Virtual
+// Shadow Maps for Many Lights, TVCG 2015, sec. IV and V.
 #pragma once
 
 #include "cuda/buffer.h"
@@ -22,32 +22,36 @@ constexpr uint32_t kMaxFaceTexels = 8192;
 struct MapRequest {
     glm::vec3 lightPositionWorld;
     float rangeWorld;
-    uint32_t light;       ///< index into the world's lights
-    uint32_t faceTexels;  ///< allocated resolution of a face, 1..kMaxFaceTexels
+    uint32_t light;      ///< index into the world's lights
+    uint32_t faceTexels; ///< allocated resolution of a face, 1..kMaxFaceTexels
 };
 
 /// How maps are built. Results of lookups do not depend on the culling switches.
 struct ShadowMapOptions {
-    uint32_t pageTexels = 64;                 ///< side of a page, a power of two, 16..256
-    uint64_t poolBytes = 256ull << 20;        ///< budget of the page pool
-    uint32_t taps = 9;                        ///< 1 or 9: which page borders the filter needs marked
-    bool useProjectionMaps = true;            ///< PMC; false: cube-face masks alone (CFM)
-    bool useMaximumDepth = true;              ///< PMCD: cull batches behind the farthest receiver of a face
-    bool useAtomicRasterizer = false;         ///< CPU only: draw by the one text instead of the CPU's own kernel (same bits)
+    uint32_t pageTexels = 64;          ///< side of a page, a power of two, 16..256
+    uint64_t poolBytes = 256ull << 20; ///< budget of the page pool
+    uint32_t taps = 9;                 ///< 1 or 9: which page borders the filter needs marked
+    bool useProjectionMaps = true;     ///< PMC; false: cube-face masks alone (CFM)
+    bool useMaximumDepth = true; ///< PMCD: cull batches behind the farthest receiver of a face
+    bool useAtomicRasterizer =
+        false; ///< CPU only: draw by the one text instead of the CPU's own kernel (same bits)
 };
 
 /// What building the maps of a frame counted.
 struct ShadowMapCounts {
-    uint64_t pageCount = 0;            ///< pages with memory
-    uint64_t pagesWantedCount = 0;     ///< before degrading; more than fit means that the pool was full
-    uint64_t pagesRefusedCount = 0;    ///< did not fit even at one texel a face: lookups there are dark and counted
-    uint64_t texelCount = 0;           ///< pageCount * pageTexels^2
-    uint64_t batchFaceCount = 0;       ///< (batch, face) pairs drawn
-    uint64_t batchFaceSphereCount = 0; ///< the same by sphere x six faces, no masks: what culling is held against
-    uint64_t triangleDrawCount = 0;    ///< triangles of the pairs drawn
-    uint64_t triangleSphereCount = 0;  ///< triangles of batches in the sphere times six faces
-    uint64_t mapBytes = 0;             ///< pool pages in use + tables
-    float degradeDivisor = 1.0f;       ///< > 1: the pool was full and every resolution was divided by this
+    uint64_t pageCount = 0;        ///< pages with memory
+    uint64_t pagesWantedCount = 0; ///< before degrading; more than fit means that the pool was full
+    uint64_t pagesRefusedCount =
+        0; ///< did not fit even at one texel a face: lookups there are dark and counted
+    uint64_t texelCount = 0;     ///< pageCount * pageTexels^2
+    uint64_t batchFaceCount = 0; ///< (batch, face) pairs drawn
+    uint64_t batchFaceSphereCount =
+        0; ///< the same by sphere x six faces, no masks: what culling is held against
+    uint64_t triangleDrawCount = 0;   ///< triangles of the pairs drawn
+    uint64_t triangleSphereCount = 0; ///< triangles of batches in the sphere times six faces
+    uint64_t mapBytes = 0;            ///< pool pages in use + tables
+    float degradeDivisor =
+        1.0f; ///< > 1: the pool was full and every resolution was divided by this
 };
 
 /// Builds and holds the shadow maps of one frame on one backend.
@@ -56,22 +60,26 @@ public:
     explicit ShadowMaps(Backend backend);
     ~ShadowMaps();
 
-    /// Marks pages, allocates them, culls batches and draws depth. All integers are deterministic. When the pool is too
-    /// small, face resolutions are divided by a common divisor in steps of sqrt(2) until it fits, which counts()
-    /// says; pages that do not fit even then get no memory and are counted. Replaces the maps of the last frame.
-    /// Empty inputs are valid: no requests, receivers or geometry gives maps that hold nothing.
-    /// Throws Error kUsage for a resolution, page size, range, position, light or receiver index out of bounds.
-    /// @param requests the maps; @param receiverBoxes world boxes; @param receivers which box reads which map
+    /// Marks pages, allocates them, culls batches and draws depth. All integers are deterministic.
+    /// When the pool is too small, face resolutions are divided by a common divisor in steps of
+    /// sqrt(2) until it fits, which counts() says; pages that do not fit even then get no memory
+    /// and are counted. Replaces the maps of the last frame. Empty inputs are valid: no requests,
+    /// receivers or geometry gives maps that hold nothing. Throws Error kUsage for a resolution,
+    /// page size, range, position, light or receiver index out of bounds.
+    /// @param requests the maps; @param receiverBoxes world boxes; @param receivers which box reads
+    /// which map
     /// @param geometry,batches the same positions, on the host
-    /// @param stages receives the times of "page masks", "page allocation", "culling", "rasterization"
+    /// @param stages receives the times of "page masks", "page allocation", "culling",
+    /// "rasterization"
     void build(const std::vector<MapRequest>& requests, const std::vector<Box>& receiverBoxes,
-               const std::vector<MapReceiver>& receivers, const TriangleView& geometry, const BatchView& batches,
-               const ShadowMapOptions& options, StageTimes& stages);
+               const std::vector<MapReceiver>& receivers, const TriangleView& geometry,
+               const BatchView& batches, const ShadowMapOptions& options, StageTimes& stages);
 
     /// Returns what lookups need; valid until the next build.
     ShadowMapView view() const;
     const ShadowMapCounts& counts() const;
-    /// Returns pages with memory and triangles drawn of each request: what a cost model may learn from.
+    /// Returns pages with memory and triangles drawn of each request: what a cost model may learn
+    /// from.
     const std::vector<uint32_t>& pagesPerMap() const;
     const std::vector<uint32_t>& trianglesPerMap() const;
 

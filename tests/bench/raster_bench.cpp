@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times the building of virtual cube shadow maps, stage by stage, after checking what it built: depths against Embree
-// along texel centres, the CPU's kernel against the one text. Beside it, Embree's rays along as many texel centres.
+// Times the building of virtual cube shadow maps, stage by stage, after checking what it built:
+// depths against Embree along texel centres, the CPU's kernel against the one text. Beside it,
+// Embree's rays along as many texel centres.
 //     raster_bench [SCENE] [mapCount] [faceTexels] [pageTexels] [repeats]
 #include "scenes/builtin.h"
 #include "shadowmap/shadow_maps.h"
@@ -68,9 +69,10 @@ std::vector<Box> visibleBoxes(const Embree& embree, const Camera& camera, float 
     const float tanY = std::tan(0.5f * camera.yfov);
     for (int y = 0; y < 180; ++y)
         for (int x = 0; x < 320; ++x) {
-            const glm::vec3 d = camera.forward +
-                                camera.right() * (tanY * 16 / 9 * (2 * (float(x) + 0.5f) / 320 - 1)) +
-                                camera.up * (tanY * (1 - 2 * (float(y) + 0.5f) / 180));
+            const glm::vec3 d =
+                camera.forward +
+                camera.right() * (tanY * 16 / 9 * (2 * (float(x) + 0.5f) / 320 - 1)) +
+                camera.up * (tanY * (1 - 2 * (float(y) + 0.5f) / 180));
             const float t = embree.firstHit(camera.positionWorld, d, camera.zfar);
             if (std::isinf(t))
                 continue;
@@ -105,8 +107,8 @@ int main(int argc, char** argv) try {
     double boxSides = 0;
     for (const Box& box : batches.view().boxesWorld)
         boxSides += glm::length(box.extent());
-    std::printf("%s: %zu triangles in %zu batches (%.1f a batch, mean diagonal %.3f) in %.0f ms\n", name.c_str(),
-                world.triangles().count(), batches.size(),
+    std::printf("%s: %zu triangles in %zu batches (%.1f a batch, mean diagonal %.3f) in %.0f ms\n",
+                name.c_str(), world.triangles().count(), batches.size(),
                 double(world.triangles().count()) / double(batches.size()),
                 boxSides / double(batches.size()), msSince(batchStart));
 
@@ -120,17 +122,20 @@ int main(int argc, char** argv) try {
         const Light& light = world.lights()[i];
         const size_t before = receivers.size();
         for (uint32_t b = 0; b < boxes.size(); ++b)
-            if (distanceSquared(boxes[b], light.positionWorld) < light.rangeWorld * light.rangeWorld)
+            if (distanceSquared(boxes[b], light.positionWorld) <
+                light.rangeWorld * light.rangeWorld)
                 receivers.push_back({b, uint32_t(requests.size())});
         if (receivers.size() > before)
-            requests.push_back({light.positionWorld, light.rangeWorld, i,
-                                std::max(8u, uint32_t(double(faceTexels) * std::exp2(-0.5 * double(i % 9))))});
+            requests.push_back(
+                {light.positionWorld, light.rangeWorld, i,
+                 std::max(8u, uint32_t(double(faceTexels) * std::exp2(-0.5 * double(i % 9))))});
     }
 
     ShadowMaps maps(Backend::kCpu), text(Backend::kCpu);
     StageTimes ignored;
     const auto build = [&](ShadowMaps& target, StageTimes& stages) {
-        target.build(requests, boxes, receivers, world.triangles(), batches.view(), options, stages);
+        target.build(requests, boxes, receivers, world.triangles(), batches.view(), options,
+                     stages);
     };
     build(maps, ignored);
     options.useAtomicRasterizer = true;
@@ -142,7 +147,8 @@ int main(int argc, char** argv) try {
         return 1;
     }
 
-    // Texels of receivers' centres: what stored depth says against Embree along the same ray, up to the receiver.
+    // Texels of receivers' centres: what stored depth says against Embree along the same ray, up to
+    // the receiver.
     std::mt19937 rng(1);
     size_t asked = 0, wrong = 0;
     std::vector<std::pair<glm::vec3, glm::vec3>> rays;
@@ -151,9 +157,11 @@ int main(int argc, char** argv) try {
         const glm::vec3 d = boxes[r.box].center() - map.lightPositionWorld;
         const uint32_t face = faceOf(d);
         const glm::vec3 q = faceFromLight(face, d);
-        const uint32_t x = faceCell(q.x / q.z, map.faceTexels), y = faceCell(q.y / q.z, map.faceTexels);
-        const glm::vec3 c = lightFromFace(face, glm::vec3(faceCellCentre(int32_t(x), map.faceTexels),
-                                                          faceCellCentre(int32_t(y), map.faceTexels), 1.0f));
+        const uint32_t x = faceCell(q.x / q.z, map.faceTexels),
+                       y = faceCell(q.y / q.z, map.faceTexels);
+        const glm::vec3 c =
+            lightFromFace(face, glm::vec3(faceCellCentre(int32_t(x), map.faceTexels),
+                                          faceCellCentre(int32_t(y), map.faceTexels), 1.0f));
         const uint32_t bits = depthAt(view, map, {face, x, y});
         const float z = embree.firstHit(map.lightPositionWorld, c, q.z);
         rays.push_back({map.lightPositionWorld, c});
@@ -162,7 +170,8 @@ int main(int argc, char** argv) try {
                                               : std::abs(bitsFloat(bits) * z - 1.0f) > 1e-4f))
             ++wrong;
     }
-    std::printf("verified: %zu texels against Embree, %zu differ; both kernels equal\n", asked, wrong);
+    std::printf("verified: %zu texels against Embree, %zu differ; both kernels equal\n", asked,
+                wrong);
     if (wrong * 1000 > asked) {
         std::printf("too many differ\n");
         return 1;
@@ -187,8 +196,9 @@ int main(int argc, char** argv) try {
     const double rasterMs = times["rasterization"][size_t(repeats) / 2];
     std::printf("%zu maps, %zu boxes, %zu receivers; %llu pages, %.1f M texels; "
                 "%llu batch faces (sphere x 6: %llu), %.2f M triangle draws (%.2f M)\n",
-                requests.size(), boxes.size(), receivers.size(), (unsigned long long)counts.pageCount,
-                double(counts.texelCount) * 1e-6, (unsigned long long)counts.batchFaceCount,
+                requests.size(), boxes.size(), receivers.size(),
+                (unsigned long long)counts.pageCount, double(counts.texelCount) * 1e-6,
+                (unsigned long long)counts.batchFaceCount,
                 (unsigned long long)counts.batchFaceSphereCount,
                 double(counts.triangleDrawCount) * 1e-6, double(counts.triangleSphereCount) * 1e-6);
     std::printf("%.1f ns a triangle draw, %.2f ns a texel (%d threads)\n",
@@ -201,9 +211,10 @@ int main(int argc, char** argv) try {
         for (const auto& [o, c] : rays)
             sum += embree.firstHit(o, c, 1e30f) < 1e30f;
         const double nsPerRay = msSince(start) * 1e6 / double(rays.size());
-        std::printf("Embree, rtcIntersect1: %.0f ns a ray and core; as many rays as texels: %.1f times the "
-                    "rasterization (%.0f hits)\n",
-                    nsPerRay, nsPerRay * double(counts.texelCount) * 1e-6 / rasterMs / threadCount(), sum);
+        std::printf(
+            "Embree, rtcIntersect1: %.0f ns a ray and core; as many rays as texels: %.1f times the "
+            "rasterization (%.0f hits)\n",
+            nsPerRay, nsPerRay * double(counts.texelCount) * 1e-6 / rasterMs / threadCount(), sum);
     }
     return 0;
 } catch (const Error& error) {

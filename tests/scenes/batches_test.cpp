@@ -79,9 +79,12 @@ TEST(BatchSet, RandomTrianglesAndCoincidentOnesArePartitioned) {
         std::normal_distribution<float> normal;
         Triangles t;
         for (uint32_t i = 0; i < 5000; ++i) {
-            const glm::vec3 c = i % 4 == 0 ? glm::vec3(1.0f) : 5.0f * glm::vec3(normal(rng), normal(rng), normal(rng));
+            const glm::vec3 c = i % 4 == 0
+                                    ? glm::vec3(1.0f)
+                                    : 5.0f * glm::vec3(normal(rng), normal(rng), normal(rng));
             for (int k = 0; k < 3; ++k)
-                t.positions.push_back(c + (seed == 2 ? 0.0f : 0.1f) * glm::vec3(normal(rng), normal(rng), normal(rng)));
+                t.positions.push_back(c + (seed == 2 ? 0.0f : 0.1f) *
+                                              glm::vec3(normal(rng), normal(rng), normal(rng)));
             t.triangles.push_back(glm::uvec3(3 * i) + glm::uvec3(0, 1, 2));
             t.instances.push_back(uint32_t(rng() % 3));
         }
@@ -90,7 +93,8 @@ TEST(BatchSet, RandomTrianglesAndCoincidentOnesArePartitioned) {
 }
 
 TEST(BatchSet, BatchesAreCompact) {
-    // 128 triangles are 64 cells: a square of 8 x 8, diagonal 11.3. A strip of one row would have 64.
+    // 128 triangles are 64 cells: a square of 8 x 8, diagonal 11.3. A strip of one row would
+    // have 64.
     const Triangles t = heightField(128);
     const BatchSet set(t.view(), t.instances);
     double sum = 0;
@@ -117,7 +121,8 @@ TEST(BatchSet, UpdateRecomputesTheBoxesOfMovedInstancesOnly) {
     Triangles t = heightField(40);
     BatchSet set(t.view(), t.instances);
     const std::vector<Box> before(set.view().boxesWorld.begin(), set.view().boxesWorld.end());
-    // Corners of instance 2 move; those shared with others are left alone by update unless it is told.
+    // Corners of instance 2 move; those shared with others are left alone by update unless it is
+    // told.
     for (size_t i = 0; i < t.triangles.size(); ++i)
         if (t.instances[i] == 2)
             for (int corner = 0; corner < 3; ++corner)

@@ -27,9 +27,7 @@ std::vector<uint32_t> query(const WideBvhView& bvh, const glm::vec3& p, float ra
     std::vector<uint32_t> found;
     traverse(
         bvh,
-        [&](const Box& box) {
-            return !box.empty() && distanceSquared(box, p) < radius * radius;
-        },
+        [&](const Box& box) { return !box.empty() && distanceSquared(box, p) < radius * radius; },
         [&](uint32_t i) { found.push_back(i); });
     return found;
 }

@@ -107,7 +107,8 @@ TEST(CubeFace, SmallBoxOnAnAxisReachesOneFaceAndEmptyBoxNone) {
     EXPECT_EQ(r.depthMax, 5.0f);
 }
 
-// The digest's figure: 1.3 faces a box once what misses is rejected. It depends on the boxes; these are small and random.
+// The digest's figure: 1.3 faces a box once what misses is rejected. It depends on the boxes; these
+// are small and random.
 TEST(CubeFace, RandomSmallBoxesReachFewFaces) {
     std::mt19937 rng(3);
     uint32_t reached = 0;

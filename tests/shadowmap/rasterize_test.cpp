@@ -30,7 +30,8 @@ size_t coveredCount(const DrawnMap& drawn) {
     return count;
 }
 
-// The square [-1, 1]^2 at depth 2 covers half of a face each way: texel centres with |u| <= 1/2, exactly.
+// The square [-1, 1]^2 at depth 2 covers half of a face each way: texel centres with |u| <= 1/2,
+// exactly.
 TEST(Rasterize, SquareCoversTheTexelsWhoseCentresItHoldsAtItsExactDepth) {
     for (const uint32_t n : {4u, 7u, 8u, 64u, 200u}) {
         SmallScene scene;
@@ -46,15 +47,16 @@ TEST(Rasterize, SquareCoversTheTexelsWhoseCentresItHoldsAtItsExactDepth) {
     }
 }
 
-// A closed surface around the light has no hole: every texel of every face is covered, whatever the mesh, including
-// corners that lie exactly on texel centres, page borders and the cube's own edges.
+// A closed surface around the light has no hole: every texel of every face is covered, whatever the
+// mesh, including corners that lie exactly on texel centres, page borders and the cube's own edges.
 TEST(Rasterize, ClosedSurfacesAroundTheLightLeaveNoTexelUncovered) {
     for (const uint32_t n : {1u, 3u, 16u, 64u, 65u, 321u})
         for (int shape = 0; shape < 4; ++shape) {
             SmallScene scene;
             glm::vec3 light(0.0f);
             if (shape == 0)
-                scene.addBox(glm::vec3(-1), glm::vec3(1), n < 100 ? n : 7); // corners on texel borders
+                scene.addBox(glm::vec3(-1), glm::vec3(1),
+                             n < 100 ? n : 7); // corners on texel borders
             else if (shape == 1)
                 scene.addBox(glm::vec3(-1), glm::vec3(1), 2 * (n < 50 ? n : 50)); // and on centres
             else if (shape == 2)
@@ -79,19 +81,22 @@ TEST(Rasterize, RotatedBoxesSharingEdgesLeaveNoHoles) {
         const glm::vec3 b = glm::normalize(glm::cross(a, test::randomDirection(rng)));
         const glm::vec3 c = glm::cross(a, b);
         for (glm::vec3& p : scene.positions)
-            p = glm::vec3(3.0f, 1.0f, -2.0f) + p.x * a + p.y * b + 1000.0f * float(k % 2) * p.z * c + p.z * c;
+            p = glm::vec3(3.0f, 1.0f, -2.0f) + p.x * a + p.y * b +
+                1000.0f * float(k % 2) * p.z * c + p.z * c;
         const DrawnMap drawn(scene, {3.0f, 1.0f, -2.0f}, 3000.0f, 97);
         EXPECT_EQ(coveredCount(drawn), 6u * 97 * 97) << k;
     }
 }
 
-// Failure 9. The stated convention: what is nearer than the near plane (range / 2^20) and what lies in a plane with the light
-// does not block; a light within a closed body is dark outside of it; a light just over a surface lights it.
+// Failure 9. The stated convention: what is nearer than the near plane (range / 2^20) and what lies
+// in a plane with the light does not block; a light within a closed body is dark outside of it; a
+// light just over a surface lights it.
 TEST(Rasterize, LightTouchingOrInsideGeometryFollowsTheConvention) {
     const float range = 8.0f;
     SmallScene floor;
     floor.addQuad({0, 0, 0}, {3, 0, 0}, {0, 0, 3}, 2);
-    EXPECT_EQ(coveredCount(DrawnMap(floor, {0.1f, 0, 0.2f}, range, 65)), 0u); // in the floor's plane
+    EXPECT_EQ(coveredCount(DrawnMap(floor, {0.1f, 0, 0.2f}, range, 65)),
+              0u); // in the floor's plane
     // A hair above: the floor is seen below, and only there; nothing that it holds is dark.
     const float hair = 1e-3f;
     const DrawnMap above(floor, {0.1f, hair, 0.2f}, range, 65);
@@ -115,7 +120,8 @@ TEST(Rasterize, DegenerateTrianglesCoverNothingAndBothWindingsCoverTheSame) {
     SmallScene none;
     none.addTriangle({1, 1, 1}, {1, 1, 1}, {1, 1, 1});
     none.addTriangle({1, 0, 1}, {1, 0.5f, 1}, {1, 0, 1});
-    none.addTriangle({-1, 0, 1}, {0, 0, 1}, {1, 0, 1}); // collinear, through texel centres when n is odd
+    none.addTriangle({-1, 0, 1}, {0, 0, 1},
+                     {1, 0, 1}); // collinear, through texel centres when n is odd
     EXPECT_EQ(coveredCount(DrawnMap(none, {0, 0, 0}, 4.0f, 65)), 0u);
     SmallScene front, back;
     front.addTriangle({1, -1, -1}, {1, 1, 0}, {1, 0, 1});

@@ -12,13 +12,14 @@ using test::DrawnMap;
 using test::Oracle;
 using test::SmallScene;
 
-// A texel's centre ray, as Embree sees it: the stored 1/z is that of the first hit, and 0 where there is none. Rays
-// that pass within rounding of an edge may differ; they are few.
+// A texel's centre ray, as Embree sees it: the stored 1/z is that of the first hit, and 0 where
+// there is none. Rays that pass within rounding of an edge may differ; they are few.
 TEST(ShadowMaps, StoredDepthIsEmbreesFirstHitAlongEveryTexelCentre) {
     for (const uint32_t seed : {1u, 2u, 3u}) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         std::mt19937 rng(seed);
-        const SmallScene scene = test::randomScene(rng, seed == 1 ? 40 : 800, 3.0f, seed == 3 ? 3.0f : 0.5f);
+        const SmallScene scene =
+            test::randomScene(rng, seed == 1 ? 40 : 800, 3.0f, seed == 3 ? 3.0f : 0.5f);
         const Oracle oracle(scene);
         const glm::vec3 light(0.1f, -0.2f, 0.3f);
         for (const uint32_t n : {1u, 7u, 64u, 150u}) {
@@ -33,8 +34,9 @@ TEST(ShadowMaps, StoredDepthIsEmbreesFirstHitAlongEveryTexelCentre) {
                         const uint32_t bits = depthAt(view, map, {face, x, y});
                         ASSERT_NE(bits, kNoPage);
                         const float w = bitsFloat(bits);
-                        const glm::vec3 c = lightFromFace(
-                            face, glm::vec3(faceCellCentre(int32_t(x), n), faceCellCentre(int32_t(y), n), 1.0f));
+                        const glm::vec3 c =
+                            lightFromFace(face, glm::vec3(faceCellCentre(int32_t(x), n),
+                                                          faceCellCentre(int32_t(y), n), 1.0f));
                         const float z = oracle.firstHit(light, c, 0.0f, 6.0f);
                         blocked += w > 0.0f;
                         const float expected = std::isinf(z) ? 0.0f : 1.0f / z;
@@ -51,7 +53,8 @@ TEST(ShadowMaps, StoredDepthIsEmbreesFirstHitAlongEveryTexelCentre) {
     }
 }
 
-// What a frame of several maps looks like: lights in and around a scene, receivers that are small boxes.
+// What a frame of several maps looks like: lights in and around a scene, receivers that are small
+// boxes.
 struct Frame {
     SmallScene scene;
     BatchSet batches;
@@ -87,7 +90,9 @@ struct Frame {
     }
 };
 
-Box wholeBoxOf(float range) { return test::wholeBox(glm::vec3(0), range); }
+Box wholeBoxOf(float range) {
+    return test::wholeBox(glm::vec3(0), range);
+}
 
 std::vector<uint32_t> tableOf(const ShadowMaps& maps) {
     const View<const uint32_t> t = maps.view().pageTable;
@@ -124,7 +129,8 @@ TEST(ShadowMaps, SameBitsForOneAndTwoThreadsAndForBothCpuKernels) {
     EXPECT_EQ(pages, one.counts().pageCount);
 }
 
-// Any receiver in its box, any normal: no tap misses its page, and no culling switch changes an answer.
+// Any receiver in its box, any normal: no tap misses its page, and no culling switch changes an
+// answer.
 TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
     for (const uint32_t seed : {1u, 2u})
         for (const uint32_t taps : {1u, 9u})
@@ -153,7 +159,8 @@ TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
                     for (int i = 0; i < 60; ++i) {
                         const Box& box = frame.boxes[r.box];
                         const MapRequest& map = frame.requests[r.map];
-                        glm::vec3 p = box.min + box.extent() * glm::vec3(unit(rng), unit(rng), unit(rng));
+                        glm::vec3 p =
+                            box.min + box.extent() * glm::vec3(unit(rng), unit(rng), unit(rng));
                         if (i < 8)
                             p = {i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
                                  i & 4 ? box.max.z : box.min.z};
@@ -164,7 +171,8 @@ TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
                         if (glm::dot(normal, d) > 0.0f)
                             normal = -normal;
                         ShadowMapTrace trace;
-                        const uint8_t v = lookupVisibility(full.view(), r.map, p, normal, bias, &trace);
+                        const uint8_t v =
+                            lookupVisibility(full.view(), r.map, p, normal, bias, &trace);
                         missing += trace.missingTapCount;
                         different +=
                             v != lookupVisibility(projected.view(), r.map, p, normal, bias) ||
@@ -212,7 +220,8 @@ TEST(ShadowMaps, PageThatFitsNowhereIsDarkAndCountedNeverLit) {
     ShadowMapOptions options;
     options.poolBytes = 2 * 64 * 64 * 4;
     const BatchSet none = scene.batches();
-    maps.build(frame.requests, frame.boxes, frame.receivers, scene.view(), none.view(), options, stages);
+    maps.build(frame.requests, frame.boxes, frame.receivers, scene.view(), none.view(), options,
+               stages);
     EXPECT_EQ(maps.counts().pageCount, 2u);
     EXPECT_GT(maps.counts().pagesRefusedCount, 10u);
     size_t lit = 0, dark = 0;
@@ -230,7 +239,8 @@ TEST(ShadowMaps, PageThatFitsNowhereIsDarkAndCountedNeverLit) {
     }
     EXPECT_GT(dark, lit);
     options.poolBytes = 0;
-    maps.build(frame.requests, frame.boxes, frame.receivers, scene.view(), none.view(), options, stages);
+    maps.build(frame.requests, frame.boxes, frame.receivers, scene.view(), none.view(), options,
+               stages);
     EXPECT_EQ(maps.counts().pageCount, 0u);
 }
 
@@ -253,7 +263,8 @@ TEST(ShadowMaps, EmptyInputsGiveEmptyMaps) {
     std::vector<std::string> names;
     for (const auto& stage : stages.stagesMs)
         names.push_back(stage.first);
-    EXPECT_EQ(names, (std::vector<std::string>{"page masks", "page allocation", "culling", "rasterization"}));
+    EXPECT_EQ(names, (std::vector<std::string>{"page masks", "page allocation", "culling",
+                                               "rasterization"}));
 }
 
 TEST(ShadowMaps, SidesOfOneAnd8192TexelsWorkWithEveryPageSide) {
@@ -266,7 +277,8 @@ TEST(ShadowMaps, SidesOfOneAnd8192TexelsWorkWithEveryPageSide) {
             options.pageTexels = pageTexels;
             const DrawnMap drawn(scene, {0, 4, 0}, 9.0f, n, {receiver}, options);
             ShadowMapTrace trace;
-            const uint8_t v = lookupVisibility(drawn.maps.view(), 0, {0.01f, 0, 0.02f}, {0, 1, 0}, {}, &trace);
+            const uint8_t v =
+                lookupVisibility(drawn.maps.view(), 0, {0.01f, 0, 0.02f}, {0, 1, 0}, {}, &trace);
             EXPECT_EQ(trace.missingTapCount, 0u);
             if (n == 1) {
                 EXPECT_EQ(drawn.maps.counts().pageCount, 6u);
@@ -296,15 +308,29 @@ TEST(ShadowMaps, BadInputIsRefusedByName) {
         return "no error";
     };
     using O = ShadowMapOptions;
-    EXPECT_NE(messageOf([](Frame&, O& o) { o.pageTexels = 48; }).find("page side 48"), std::string::npos);
-    EXPECT_NE(messageOf([](Frame&, O& o) { o.pageTexels = 8; }).find("page side 8"), std::string::npos);
+    EXPECT_NE(messageOf([](Frame&, O& o) { o.pageTexels = 48; }).find("page side 48"),
+              std::string::npos);
+    EXPECT_NE(messageOf([](Frame&, O& o) { o.pageTexels = 8; }).find("page side 8"),
+              std::string::npos);
     EXPECT_NE(messageOf([](Frame&, O& o) { o.taps = 4; }).find("4 taps"), std::string::npos);
-    EXPECT_NE(messageOf([](Frame& f, O&) { f.requests[3].faceTexels = 8193; }).find("request 3 has 8193"), std::string::npos);
-    EXPECT_NE(messageOf([](Frame& f, O&) { f.requests[3].faceTexels = 0; }).find("request 3 has 0"), std::string::npos);
-    EXPECT_NE(messageOf([](Frame& f, O&) { f.requests[2].rangeWorld = 0; }).find("request 2 has range"), std::string::npos);
-    EXPECT_NE(messageOf([](Frame& f, O&) { f.requests[2].lightPositionWorld.y = NAN; }).find("not finite"), std::string::npos);
-    EXPECT_NE(messageOf([](Frame& f, O&) { f.receivers[1].map = 10; }).find("receiver 1 refers to map 10 of 10"), std::string::npos);
-    EXPECT_NE(messageOf([](Frame& f, O&) { f.receivers[1].box = 60; }).find("box 60 of 60"), std::string::npos);
+    EXPECT_NE(
+        messageOf([](Frame& f, O&) { f.requests[3].faceTexels = 8193; }).find("request 3 has 8193"),
+        std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) { f.requests[3].faceTexels = 0; }).find("request 3 has 0"),
+              std::string::npos);
+    EXPECT_NE(
+        messageOf([](Frame& f, O&) { f.requests[2].rangeWorld = 0; }).find("request 2 has range"),
+        std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) {
+                  f.requests[2].lightPositionWorld.y = NAN;
+              }).find("not finite"),
+              std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) {
+                  f.receivers[1].map = 10;
+              }).find("receiver 1 refers to map 10 of 10"),
+              std::string::npos);
+    EXPECT_NE(messageOf([](Frame& f, O&) { f.receivers[1].box = 60; }).find("box 60 of 60"),
+              std::string::npos);
 }
 
 } // namespace

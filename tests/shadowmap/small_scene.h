@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small triangle scenes for the shadow-map tests: built by hand, batched, drawn, and asked of Embree.
+// Small triangle scenes for the shadow-map tests: built by hand, batched, drawn, and asked of
+// Embree.
 #pragma once
 
 #include "scenes/batches.h"
@@ -26,7 +27,8 @@ struct SmallScene {
         positions.insert(positions.end(), {a, b, c});
         triangles.push_back({n, n + 1, n + 2});
     }
-    /// Adds a parallelogram centred at c with half sides u and v, divided into n x n cells with shared corners.
+    /// Adds a parallelogram centred at c with half sides u and v, divided into n x n cells with
+    /// shared corners.
     void addQuad(const glm::vec3& c, const glm::vec3& u, const glm::vec3& v, uint32_t n = 1) {
         const uint32_t first = uint32_t(positions.size());
         for (uint32_t j = 0; j <= n; ++j)
@@ -84,7 +86,8 @@ inline glm::vec3 randomDirection(std::mt19937& rng) {
     }
 }
 
-/// Returns a scene of `count` random triangles of edge about `size` in the cube [-1, 1]^3 times `extent`.
+/// Returns a scene of `count` random triangles of edge about `size` in the cube [-1, 1]^3 times
+/// `extent`.
 inline SmallScene randomScene(std::mt19937& rng, uint32_t count, float extent, float size) {
     std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
     SmallScene scene;
@@ -132,8 +135,8 @@ public:
         rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
         if (!scene.triangles.empty()) {
-            void* v = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                              12, scene.positions.size());
+            void* v = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                              RTC_FORMAT_FLOAT3, 12, scene.positions.size());
             memcpy(v, scene.positions.data(), scene.positions.size() * 12);
             void* t = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                               12, scene.triangles.size());
