@@ -4,9 +4,9 @@
 #pragma once
 
 #include "cuda/buffer.h"
+#include "voxel/bits.h"
 #include "voxel/voxel_grid.h"
 
-#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -37,24 +37,6 @@ struct DagView {
 };
 
 constexpr uint32_t kNoNode = 0xffffffffu;
-
-/// Returns how many bits are set.
-SDAG_HD inline uint32_t bitCount32(uint32_t bits) {
-#if defined(__CUDA_ARCH__)
-    return uint32_t(__popc(bits));
-#else
-    return uint32_t(std::popcount(bits));
-#endif
-}
-
-/// Returns the number of the lowest bit set; bits must not be 0.
-SDAG_HD inline uint32_t lowestBit32(uint32_t bits) {
-#if defined(__CUDA_ARCH__)
-    return uint32_t(__ffs(int(bits))) - 1;
-#else
-    return uint32_t(std::countr_zero(bits));
-#endif
-}
 
 /// Numbers of a DAG by level. Level convention of `nodeCounts`: index 0 is the root, every cell down to the
 /// 2^3 voxel cells is a node (so that other programs' counts can be held against them), although this layout

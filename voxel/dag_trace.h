@@ -21,15 +21,6 @@ struct DagHit {
 
 namespace detail {
 
-/// Returns the lowest bit of `bits` (not 0) when bit numbers are exchanged by `octant` (i for i ^ octant): the
-/// first cell of a set of eight in the order in which a segment of that octant meets them.
-SDAG_HD inline uint32_t firstInOctant(uint32_t bits, uint32_t octant) {
-    bits = (octant & 1) ? (bits & 0x55u) << 1 | (bits >> 1 & 0x55u) : bits;
-    bits = (octant & 2) ? (bits & 0x33u) << 2 | (bits >> 2 & 0x33u) : bits;
-    bits = (octant & 4) ? (bits & 0x0fu) << 4 | (bits >> 4 & 0x0fu) : bits;
-    return lowestBit32(bits) ^ octant;
-}
-
 /// Returns the bytes of a leaf that are not zero as bits: its occupied 2^3 octants.
 SDAG_HD inline uint32_t octantsOf(uint64_t voxels) {
     uint32_t octants = 0;
@@ -38,25 +29,24 @@ SDAG_HD inline uint32_t octantsOf(uint64_t voxels) {
     return octants;
 }
 
-SDAG_HD inline void reportHit(DagHit* hit, uint32_t x, uint32_t y, uint32_t z, uint32_t c, uint32_t level) {
-    hit->cell = glm::uvec3(x + ((c & 1) << level), y + ((c >> 1 & 1) << level), z + ((c >> 2) << level));
-    hit->level = level;
+SDAG_HD inline uint64_t leafAt(const uint32_t* words, uint32_t address) {
+    return words[address] | uint64_t(words[address + 1]) << 32;
 }
 
-/// Returns whether a segment meets cells of `level` < kLeafLog2 + 1 in the leaf at x, y, z.
-SDAG_HD inline bool occludedInLeaf(const RaySlabs& r, uint64_t voxels, uint32_t x, uint32_t y, uint32_t z,
-                                   uint32_t level, DagHit* hit) {
+/// Returns whether a segment meets cells of `level` < kLeafLog2 in the leaf at the corner.
+template <class Tester, class Corner>
+SDAG_HD inline bool occludedInLeaf(const Tester& tester, uint64_t voxels, const Corner& corner, uint32_t level, DagHit* hit) {
     if (level == 1) {
-        const uint32_t hits = slabs::childHits(r, float(x), float(y), float(z), 2.0f) & octantsOf(voxels);
+        const uint32_t hits = tester.childHits(corner, 2) & octantsOf(voxels);
         if (hits != 0 && hit)
-            reportHit(hit, x, y, z, firstInOctant(hits, r.octant), 1);
+            *hit = {corner.child(tester.first(hits), 2).cell(), 1};
         return hits != 0;
     }
-    const uint64_t hits = slabs::leafHits(r, float(x), float(y), float(z)) & voxels;
+    const uint64_t hits = tester.leafHits(corner) & voxels;
     if (hits != 0 && hit) {
-        const uint32_t o = firstInOctant(octantsOf(hits), r.octant);
-        const uint32_t s = firstInOctant(uint32_t(hits >> (8 * o)) & 0xffu, r.octant);
-        reportHit(hit, x + 2 * (o & 1), y + 2 * (o >> 1 & 1), z + 2 * (o >> 2), s, 0);
+        const uint32_t o = tester.first(octantsOf(hits));
+        const uint32_t s = tester.first(uint32_t(hits >> (8 * o)) & 0xffu);
+        *hit = {corner.child(o, 2).child(s, 1).cell(), 0};
     }
     return hits != 0;
 }
@@ -87,53 +77,47 @@ SDAG_HD inline bool occluded(const DagView& dag, const DagSegment& segment, uint
         return isMet;
     }
     const uint32_t* words = dag.words.data;
-    uint32_t address = dag.rootAddress;
-    uint32_t x = 0, y = 0, z = 0, cellLevel = rootLevel;
+    const slabs::Tester tester(r);
+    slabs::Corner corner;
+    uint32_t address = dag.rootAddress, cellLevel = rootLevel;
     if (rootLevel == kLeafLog2)
-        return detail::occludedInLeaf(r, words[address] | uint64_t(words[address + 1]) << 32, 0, 0, 0, level, hit);
+        return detail::occludedInLeaf(tester, detail::leafAt(words, address), corner, level, hit);
 
     // stack[l]: the node of level l on the path, and which of its children that the segment meets are still to visit.
     uint32_t stackAddress[kMaxResolutionLog2 + 1], stackPending[kMaxResolutionLog2 + 1];
     uint32_t mask = words[address];
-    uint32_t pending = mask & slabs::childHits(r, 0.0f, 0.0f, 0.0f, float(1u << (rootLevel - 1)));
+    uint32_t pending = mask & tester.childHits(corner, 1u << (rootLevel - 1));
     while (true) {
         while (pending == 0) {
             if (++cellLevel > rootLevel)
                 return false;
             pending = stackPending[cellLevel];
             address = stackAddress[cellLevel];
-            const uint32_t keep = ~0u << cellLevel;
-            x &= keep;
-            y &= keep;
-            z &= keep;
+            corner = corner.ancestor(cellLevel);
             mask = words[address];
         }
         const uint32_t childLevel = cellLevel - 1;
-        const uint32_t c = detail::firstInOctant(pending, r.octant);
+        const uint32_t c = tester.first(pending);
+        const slabs::Corner child = corner.child(c, 1u << childLevel);
         if (childLevel == level) {
             if (hit)
-                detail::reportHit(hit, x, y, z, c, level);
+                *hit = {child.cell(), level};
             return true;
         }
         pending &= ~(1u << c);
         const uint32_t childAddress = words[address + 1 + bitCount32(mask & ((1u << c) - 1))];
-        const uint32_t childX = x + ((c & 1) << childLevel), childY = y + ((c >> 1 & 1) << childLevel),
-                       childZ = z + ((c >> 2) << childLevel);
         if (childLevel == kLeafLog2) {
-            const uint64_t voxels = words[childAddress] | uint64_t(words[childAddress + 1]) << 32;
-            if (detail::occludedInLeaf(r, voxels, childX, childY, childZ, level, hit))
+            if (detail::occludedInLeaf(tester, detail::leafAt(words, childAddress), child, level, hit))
                 return true;
             continue;
         }
         stackPending[cellLevel] = pending;
         stackAddress[cellLevel] = address;
         address = childAddress;
-        x = childX;
-        y = childY;
-        z = childZ;
+        corner = child;
         cellLevel = childLevel;
         mask = words[address];
-        pending = mask & slabs::childHits(r, float(x), float(y), float(z), float(1u << (cellLevel - 1)));
+        pending = mask & tester.childHits(corner, 1u << (cellLevel - 1));
     }
 }
 

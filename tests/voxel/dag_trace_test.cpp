@@ -234,9 +234,22 @@ TEST(RaySlabs, LanesGiveThePortableBits) {
         const RaySlabs r = makeRaySlabs(s, segmentScale(grid, s));
         const glm::vec3 p = glm::floor(glm::mix(s.from, s.to, 0.5f) / 8.0f) * 8.0f;
         const float h = float(1u << (random() % 4));
-        ASSERT_EQ(slabs::childHits(r, p.x, p.y, p.z, h), portable::childHits(r, p.x, p.y, p.z, h));
-        const uint64_t hits = portable::leafHits(r, p.x, p.y, p.z);
-        ASSERT_EQ(slabs::leafHits(r, p.x, p.y, p.z), hits);
+        if (!(glm::all(glm::greaterThanEqual(p, glm::vec3(0))) && glm::all(glm::lessThan(p, glm::vec3(64)))))
+            continue;
+        const glm::uvec3 cell(p);
+        const slabs::Tester tester(r);
+        const portable::Tester portableTester(r);
+        slabs::Corner corner;
+        for (uint32_t level = 6; level-- > 0;)
+            corner = corner.child((cell.x >> level & 1) | (cell.y >> level & 1) << 1 | (cell.z >> level & 1) << 2, 1u << level);
+        ASSERT_EQ(corner.cell(), cell);
+        const portable::Corner portableCorner{cell.x, cell.y, cell.z};
+        ASSERT_EQ(corner.ancestor(3).cell(), portableCorner.ancestor(3).cell());
+        ASSERT_EQ(tester.childHits(corner, uint32_t(h)), portableTester.childHits(portableCorner, uint32_t(h)));
+        const uint64_t hits = portableTester.leafHits(portableCorner);
+        ASSERT_EQ(tester.leafHits(corner), hits);
+        const uint32_t some = 1 + random() % 255;
+        ASSERT_EQ(tester.first(some), portableTester.first(some));
         any |= hits;
         for (uint32_t v = 0; v < 64; v += 1 + random() % 8) {
             const uint32_t o = v / 8, c = v % 8;

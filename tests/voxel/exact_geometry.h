@@ -76,6 +76,11 @@ inline bool hullTouchesBox(const std::vector<Point>& hull, const Point& lo, cons
     return overlapOnAxes(hull, box, axes);
 }
 
+/// Returns whether three points lie on one line.
+inline bool isDegenerate(const std::vector<Point>& triangle) {
+    return cross(triangle[1] - triangle[0], triangle[2] - triangle[0]) == Point{0, 0, 0};
+}
+
 /// Returns whether the closed segment meets the closed triangle: separating axes of two flat convex bodies.
 inline bool segmentMeetsTriangle(const Point& p, const Point& q, const std::vector<Point>& triangle) {
     const Point way = q - p;

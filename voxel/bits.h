@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Counting bits, with one spelling for both processors.
+#pragma once
+
+#include "cuda/macros.h"
+
+#include <bit>
+#include <cstdint>
+
+namespace shadowdag {
+
+/// Returns how many bits are set.
+SDAG_HD inline uint32_t bitCount32(uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+    return uint32_t(__popc(bits));
+#else
+    return uint32_t(std::popcount(bits));
+#endif
+}
+
+/// Returns the number of the lowest bit set; bits must not be 0.
+SDAG_HD inline uint32_t lowestBit32(uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+    return uint32_t(__ffs(int(bits))) - 1;
+#else
+    return uint32_t(std::countr_zero(bits));
+#endif
+}
+
+} // namespace shadowdag
