@@ -105,7 +105,14 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         texelWorld = texelWorldAt(
             map, q.position + toLight * found.distanceWorld); // the receiver's when lit
     }
-    q.startOffsetWorld = method.bias.constantTexels * texelWorldAt(map, q.position);
+    // What the lookup's bias leaves out of the ray: the nearest texels, and what is not above the
+    // lifted own plane.
+    const glm::dvec3 way = glm::dvec3(q.light) - glm::dvec3(q.position);
+    const double lift = method.bias.constantTexels * texelWorldAt(map, q.position);
+    const double lightHeight = glm::dot(way, glm::dvec3(q.normal));
+    const double underPlane =
+        lightHeight > 0.0 ? glm::length(way) * std::min(lift / lightHeight, 0.5) : 0.0;
+    q.startOffsetWorld = std::max(lift, underPlane);
     q.endOffsetWorld = 0.0;
     q.rhoWorld = ((method.bias.taps > 1 ? kSqrt2 : 0.0) + 1.0) * texelWorld;
     return q;
@@ -165,15 +172,15 @@ bool PairJudge::anyShiftAnswers(const Question& q, bool dark) const {
                             : size.y <= size.z                   ? glm::dvec3(0, 1, 0)
                                                                  : glm::dvec3(0, 0, 1);
     const glm::dvec3 right = glm::normalize(glm::cross(way, axis)), up = glm::cross(right, way);
-    constexpr int kBatch = 8;
+    glm::dvec3 shiftsWorld[kShiftCount];
+    for (int i = 0; i < kShiftCount; ++i)
+        shiftsWorld[i] = (right * shifts_[size_t(i)].x + up * shifts_[size_t(i)].y) * q.rhoWorld;
+    constexpr int kBatch = 8; // a packet; most pairs need no second
     for (int first = 0; first < kShiftCount; first += kBatch) {
         TruthRay rays[kBatch];
         uint8_t blocked[kBatch];
-        for (int i = 0; i < kBatch; ++i) {
-            const glm::dvec2 s = shifts_[size_t(first + i)] * q.rhoWorld;
-            rays[i] = truth_.shiftedPairRay(q.position, q.normal, q.receiver, q.light,
-                                            right * s.x + up * s.y);
-        }
+        truth_.shiftedPairRays(q.position, q.normal, q.receiver, q.light, shiftsWorld + first,
+                               kBatch, rays);
         truth_.traceBlocked(rays, kBatch, blocked);
         for (int i = 0; i < kBatch; ++i)
             if ((blocked[i] != 0) == dark)

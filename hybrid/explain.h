@@ -12,7 +12,10 @@
 // Contact (false lights only): every blocker that Embree has lies nearer to an end of its ray than
 // the offset, that is: with the ray cut by the offsets nothing blocks it.
 //     DAG: the distances by which shadowSegment moved the two ends.
-//     Map: constantTexels texels at the receiver; none at the light.
+//     Map: the part of the ray that the lookup's bias leaves out (shadow_map_lookup.h), with k =
+//     constantTexels texels at the receiver: nearer than k to the receiver, or lower than k (at
+//     most half of the light's height) over its plane, which at grazing light is far along the
+//     ray. Nothing at the light's end.
 //
 // Explained: of 32 fixed shifts perpendicular to the ray, no longer than rho, both ends by one
 // vector, the start lifted back to the lit side of the receiver's plane, Embree answers at least

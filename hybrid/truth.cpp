@@ -239,33 +239,46 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
                    tilesY = (gbuffer.height + kTile - 1) / kTile;
     cpuParallelRanges(size_t(tilesX) * tilesY, 4, [&](size_t begin, size_t end) {
         struct Item {
-            uint32_t light, sample;
+            uint32_t light;
+            uint32_t receiver; ///< of this tile
             uint64_t pair;
         };
+        std::vector<TruthReceiver> receivers;
+        std::vector<glm::vec3> starts;
         std::vector<Item> items;
         std::vector<TruthRay> rays;
         std::vector<uint8_t> blocked;
         for (size_t tile = begin; tile < end; ++tile) {
             items.clear();
+            receivers.clear();
+            starts.clear();
             for (uint32_t k = 0; k < kTile * kTile; ++k) {
                 // 4 x 2 blocks of samples: a packet is as square as 8 allows.
-                const uint32_t block = k / 8,
-                               x = uint32_t(tile % tilesX) * kTile + block % 4 * 4 + k % 4;
+                const uint32_t block = k / 8;
+                const uint32_t x = uint32_t(tile % tilesX) * kTile + block % 4 * 4 + k % 4;
                 const uint32_t y = uint32_t(tile / tilesX) * kTile + block / 4 * 2 + k % 8 / 4;
                 if (x >= gbuffer.width || y >= gbuffer.height)
                     continue;
                 const uint32_t sample = y * gbuffer.width + x;
-                for (uint64_t p = pairs.sampleStart[sample]; p < pairs.sampleStart[sample + 1]; ++p)
-                    items.push_back({pairs.light[p], sample, p});
+                const uint64_t first = pairs.sampleStart[sample];
+                const uint64_t last = pairs.sampleStart[sample + 1];
+                if (first == last)
+                    continue;
+                for (uint64_t p = first; p < last; ++p)
+                    items.push_back({pairs.light[p], uint32_t(receivers.size()), p});
+                receivers.push_back(state_->receiver(gbuffer.positionWorld[sample],
+                                                     gbuffer.normalWorld[sample],
+                                                     gbuffer.triangle[sample]));
+                starts.push_back(truthStart(receivers.back()));
             }
             std::stable_sort(items.begin(), items.end(),
                              [](const Item& a, const Item& b) { return a.light < b.light; });
             rays.resize(items.size());
             blocked.resize(items.size());
             for (size_t i = 0; i < items.size(); ++i)
-                rays[i] = pairRay(
-                    gbuffer.positionWorld[items[i].sample], gbuffer.normalWorld[items[i].sample],
-                    gbuffer.triangle[items[i].sample], lights[items[i].light].positionWorld);
+                rays[i] =
+                    truthRay(receivers[items[i].receiver], starts[items[i].receiver],
+                             glm::dvec3(lights[items[i].light].positionWorld) - state_->origin);
             traceBlocked(rays.data(), rays.size(), blocked.data());
             for (size_t i = 0; i < items.size(); ++i)
                 result[items[i].pair] = blocked[i] ? 0 : kLit;

@@ -81,11 +81,11 @@ public:
     /// sample and normal is used
     TruthRay pairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
                      uint32_t receiverTriangle, const glm::vec3& lightWorld) const;
-    /// Returns the pair's ray with both ends shifted by one vector, the start lifted back to c
-    /// above the receiver's plane.
-    TruthRay shiftedPairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
-                            uint32_t receiverTriangle, const glm::vec3& lightWorld,
-                            const glm::dvec3& shiftWorld) const;
+    /// Writes the pair's ray with both ends shifted by one vector, for each of `count` vectors, the
+    /// start lifted back to c above the receiver's plane where it lies lower.
+    void shiftedPairRays(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
+                         uint32_t receiverTriangle, const glm::vec3& lightWorld,
+                         const glm::dvec3* shiftsWorld, size_t count, TruthRay* rays) const;
     /// Returns the segment between two world points as isBlocked asks for it.
     TruthRay segmentRay(const glm::vec3& fromWorld, const glm::vec3& toWorld) const;
 

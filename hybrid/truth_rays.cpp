@@ -11,50 +11,11 @@ namespace {
 
 constexpr double kUnit = 5.9604644775390625e-8; // 2^-24, half an ulp of 1.0f
 
-/// The receiver as the ray set-up needs it.
-struct Receiver {
-    glm::dvec3 normal;    ///< unit, towards the light's side
-    double offset;        ///< normal . x over the plane
-    glm::dvec3 inward[3]; ///< per edge: unit, in the plane, towards the triangle
-    double inwardOffset[3];
-    glm::dvec3 corner[3];
-    bool hasTriangle;
-
-    double inside(int edge, const glm::dvec3& p) const {
-        return glm::dot(inward[edge], p) - inwardOffset[edge];
-    }
-};
-
-Receiver makeReceiver(const Truth::State& state, const glm::dvec3& sampleLocal,
-                      const glm::vec3& normalWorld, uint32_t triangle) {
-    Receiver r;
-    r.normal = glm::normalize(glm::dvec3(normalWorld));
-    r.offset = glm::dot(r.normal, sampleLocal);
-    r.hasTriangle = false;
-    if (triangle == kBackground)
-        return r;
-    glm::dvec3(&v)[3] = r.corner;
-    for (int i = 0; i < 3; ++i)
-        v[i] = state.vertex(triangle, i);
-    const glm::dvec3 cross = glm::cross(v[1] - v[0], v[2] - v[0]);
-    const double area = glm::length(cross);
-    if (!(area > 0.0)) // degenerate: no camera ray hits it; the G-buffer's plane will do
-        return r;
-    r.hasTriangle = true;
-    r.normal = glm::dot(cross, r.normal) < 0.0 ? cross / -area : cross / area;
-    r.offset = glm::dot(r.normal, v[0]);
-    for (int i = 0; i < 3; ++i) {
-        const glm::dvec3 edge = v[(i + 1) % 3] - v[i];
-        r.inward[i] = glm::normalize(glm::cross(cross, edge));
-        r.inwardOffset[i] = glm::dot(r.inward[i], v[i]);
-    }
-    return r;
-}
-
 /// Returns the point moved within the plane until it is at least c inside all three edges; the
 /// incentre where the triangle is too narrow for that. Where an edge meets another room's wall, a
 /// sample that rounding put behind the wall comes back.
-glm::dvec3 moveInside(const Receiver& r, glm::dvec3 p, double c) {
+glm::dvec3 moveInside(const TruthReceiver& r, glm::dvec3 p) {
+    const double c = r.clearance;
     // Twice, because at a corner the second edge pushes back over the first; right and obtuse
     // corners are then done.
     for (int pass = 0; pass < 2; ++pass)
@@ -79,38 +40,64 @@ glm::dvec3 moveInside(const Receiver& r, glm::dvec3 p, double c) {
     return r.corner[nearest] + (incentre - r.corner[nearest]) * (inradius > c ? c / inradius : 1.0);
 }
 
-/// Returns the float point that stands at least `height` above the plane, next to p, which is moved
-/// along the normal only.
-glm::vec3 liftToFloat(const Receiver& r, glm::dvec3 p, double height) {
-    p += r.normal * std::max(height - (glm::dot(r.normal, p) - r.offset), 0.0);
+} // namespace
+
+TruthReceiver Truth::State::receiver(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
+                                     uint32_t triangle) const {
+    TruthReceiver r;
+    r.triangle = triangle;
+    r.sample = glm::dvec3(sampleWorld) - origin;
+    r.clearance = clearance(r.sample, triangle);
+    r.normal = glm::normalize(glm::dvec3(normalWorld));
+    r.offset = glm::dot(r.normal, r.sample);
+    r.hasTriangle = false;
+    if (triangle == kBackground)
+        return r;
+    for (int i = 0; i < 3; ++i)
+        r.corner[i] = vertex(triangle, i);
+    const glm::dvec3 cross = glm::cross(r.corner[1] - r.corner[0], r.corner[2] - r.corner[0]);
+    const double area = glm::length(cross);
+    if (!(area > 0.0)) // degenerate: no camera ray hits it; the G-buffer's plane will do
+        return r;
+    r.hasTriangle = true;
+    r.normal = glm::dot(cross, r.normal) < 0.0 ? cross / -area : cross / area;
+    r.offset = glm::dot(r.normal, r.corner[0]);
+    for (int i = 0; i < 3; ++i) {
+        const glm::dvec3 edge = r.corner[(i + 1) % 3] - r.corner[i];
+        r.inward[i] = glm::normalize(glm::cross(cross, edge));
+        r.inwardOffset[i] = glm::dot(r.inward[i], r.corner[i]);
+    }
+    return r;
+}
+
+glm::vec3 liftOffPlane(const TruthReceiver& r, glm::dvec3 p) {
+    p += r.normal * std::max(r.clearance - r.height(p), 0.0);
     glm::vec3 rounded(p);
     // Rounding costs at most half an ulp an axis; one axis, the normal's largest, is stepped until
     // the height is kept.
-    const int axis = std::fabs(r.normal.x) >= std::fabs(r.normal.y)
-                         ? (std::fabs(r.normal.x) >= std::fabs(r.normal.z) ? 0 : 2)
-                         : (std::fabs(r.normal.y) >= std::fabs(r.normal.z) ? 1 : 2);
+    const glm::dvec3 size = glm::abs(r.normal);
+    const int axis = size.x >= size.y ? (size.x >= size.z ? 0 : 2) : (size.y >= size.z ? 1 : 2);
     const float towards = r.normal[axis] > 0.0 ? INFINITY : -INFINITY;
-    for (int step = 0; step < 8 && glm::dot(r.normal, glm::dvec3(rounded)) - r.offset < height;
-         ++step)
+    for (int step = 0; step < 8 && r.height(glm::dvec3(rounded)) < r.clearance; ++step)
         rounded[axis] = std::nextafter(rounded[axis], towards);
     return rounded;
 }
 
-TruthRay makeRay(const Receiver& r, const glm::vec3& start, glm::dvec3 lightLocal, double clearance,
-                 uint32_t triangle) {
-    // A light lower than c over the plane (a grazing pair, or one whose n.l > 0 is rounding) is
-    // raised to c.
-    lightLocal += r.normal * std::max(clearance - (glm::dot(r.normal, lightLocal) - r.offset), 0.0);
+glm::vec3 truthStart(const TruthReceiver& r) {
+    return liftOffPlane(r, r.hasTriangle ? moveInside(r, r.sample) : r.sample);
+}
+
+TruthRay truthRay(const TruthReceiver& r, const glm::vec3& start, glm::dvec3 lightLocal) {
+    // A light lower than c over the plane (a grazing pair, or one whose n.l > 0 is rounding).
+    lightLocal += r.normal * std::max(r.clearance - r.height(lightLocal), 0.0);
     TruthRay ray;
     ray.startLocal = start;
     ray.direction = glm::vec3(lightLocal - glm::dvec3(start));
     const double distance = glm::length(glm::dvec3(ray.direction));
-    ray.tFar = distance > clearance ? float(1.0 - 16.0 * kUnit) : 0.0f;
-    ray.receiver = triangle;
+    ray.tFar = distance > r.clearance ? float(1.0 - 16.0 * kUnit) : 0.0f;
+    ray.receiver = r.triangle;
     return ray;
 }
-
-} // namespace
 
 double Truth::State::clearance(const glm::dvec3& sampleLocal, uint32_t triangle) const {
     double largest = 0;
@@ -125,23 +112,17 @@ double Truth::State::clearance(const glm::dvec3& sampleLocal, uint32_t triangle)
 
 TruthRay Truth::pairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
                         uint32_t receiverTriangle, const glm::vec3& lightWorld) const {
-    glm::dvec3 p = glm::dvec3(sampleWorld) - state_->origin;
-    const double c = state_->clearance(p, receiverTriangle);
-    const Receiver r = makeReceiver(*state_, p, normalWorld, receiverTriangle);
-    if (r.hasTriangle)
-        p = moveInside(r, p, c);
-    return makeRay(r, liftToFloat(r, p, c), glm::dvec3(lightWorld) - state_->origin, c,
-                   receiverTriangle);
+    const TruthReceiver r = state_->receiver(sampleWorld, normalWorld, receiverTriangle);
+    return truthRay(r, truthStart(r), glm::dvec3(lightWorld) - state_->origin);
 }
 
-TruthRay Truth::shiftedPairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
-                               uint32_t receiverTriangle, const glm::vec3& lightWorld,
-                               const glm::dvec3& shiftWorld) const {
-    const glm::dvec3 p = glm::dvec3(sampleWorld) - state_->origin;
-    const double c = state_->clearance(p, receiverTriangle);
-    const Receiver r = makeReceiver(*state_, p, normalWorld, receiverTriangle);
-    return makeRay(r, liftToFloat(r, p + shiftWorld, c),
-                   glm::dvec3(lightWorld) + shiftWorld - state_->origin, c, receiverTriangle);
+void Truth::shiftedPairRays(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
+                            uint32_t receiverTriangle, const glm::vec3& lightWorld,
+                            const glm::dvec3* shiftsWorld, size_t count, TruthRay* rays) const {
+    const TruthReceiver r = state_->receiver(sampleWorld, normalWorld, receiverTriangle);
+    for (size_t i = 0; i < count; ++i)
+        rays[i] = truthRay(r, liftOffPlane(r, r.sample + shiftsWorld[i]),
+                           glm::dvec3(lightWorld) + shiftsWorld[i] - state_->origin);
 }
 
 TruthRay Truth::segmentRay(const glm::vec3& fromWorld, const glm::vec3& toWorld) const {

@@ -322,6 +322,22 @@ TEST(Error, BlockersWithinTheMapsBiasAreContact) {
     }
 }
 
+TEST(Error, BlockersUnderTheMapsLiftedPlaneAreContactAtGrazingLight) {
+    // The light is 10 m over the floor, 80 m away: a texel is 10 m there, the bias half the light's
+    // height. The ray is lower than that for 40 m.
+    for (const float x : {30.0f, 50.0f}) {
+        MapFrame f;
+        f.bias.constantTexels = 1.0f;
+        f.soup.addLevelSquare({0, 0, 0}, 200.0f);
+        f.add({80, 0, 0.1f}, {0, 10, 0}, 3, 0);
+        f.soup.addQuad({x, -1, -90}, {x, 30, -90}, {x, 30, 90}, {x, -1, 90});
+        f.answer();
+        ASSERT_EQ(f.visibility[0], kLit);
+        EXPECT_EQ(f.judge().verdicts[0],
+                  x > 40.0f ? PairVerdict::kContact : PairVerdict::kUnexplained);
+    }
+}
+
 TEST(Error, DarknessForWantOfPagesIsNeverExplained) {
     MapFrame f;
     f.addPair(0.4f, 0.4f);
