@@ -68,7 +68,8 @@ public:
     /// page size, range, position, light or receiver index out of bounds.
     /// @param requests the maps; @param receiverBoxes world boxes; @param receivers which box reads
     /// which map
-    /// @param geometry,batches the same positions, on the host
+    /// @param geometry,batches the same positions, on the host; the CPU reads them in place, CUDA
+    /// copies them every time
     /// @param stages receives the times of "page masks", "page allocation", "culling",
     /// "rasterization"
     void build(const std::vector<MapRequest>& requests, const std::vector<Box>& receiverBoxes,

@@ -129,6 +129,28 @@ TEST(ShadowMaps, SameBitsForOneAndTwoThreadsAndForBothCpuKernels) {
     EXPECT_EQ(pages, one.counts().pageCount);
 }
 
+TEST(ShadowMaps, CudaGivesTheBitsOfTheCpu) {
+    try {
+        chooseBackend("cuda");
+    } catch (const Error& error) {
+        GTEST_SKIP() << error.what();
+    }
+    const Frame frame(4, 3000);
+    ShadowMaps host(Backend::kCpu), device(Backend::kCuda);
+    frame.build(host);
+    frame.build(device);
+    const auto downloaded = [](View<const uint32_t> words) {
+        std::vector<uint32_t> copy(words.count);
+        detail::copyBytes(Backend::kCpu, copy.data(), Backend::kCuda, words.data,
+                          words.count * sizeof(uint32_t));
+        return copy;
+    };
+    EXPECT_EQ(tableOf(host), downloaded(device.view().pageTable));
+    EXPECT_EQ(depthsOf(host), downloaded(device.view().depths));
+    EXPECT_EQ(host.pagesPerMap(), device.pagesPerMap());
+    EXPECT_EQ(host.trianglesPerMap(), device.trianglesPerMap());
+}
+
 // Any receiver in its box, any normal: no tap misses its page, and no culling switch changes an
 // answer.
 TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
