@@ -223,7 +223,7 @@ def speed_accuracy(charts, scene, runs, experiment):
                           textcoords="offset points", fontsize=5.6, color="#8a5f00")
     others = [r for r in runs if r["method"] == "hybrid" and threshold_of(r) is None]
     for i, run in enumerate(others):
-        axes.plot(run["time_ms"], height(run), linestyle="none", marker="*P Xd"[i % 5].strip() or "*", color=VERMILION,
+        axes.plot(run["time_ms"], height(run), linestyle="none", marker="*PXdh"[i % 5], color=VERMILION,
                   markersize=7 if i == 0 else 5, markeredgecolor="black", markeredgewidth=0.4, zorder=5,
                   label=f"hybrid, {run['model'] if len(run['model']) < 22 else run['model'][:20] + '…'}")
     equivalent = equivalent_texels(experiment)
@@ -302,12 +302,15 @@ def over_threshold(charts, scene, runs, experiment):
         below.set_ylabel("share of pairs (%)")
         below.legend(loc="lower right", bbox_to_anchor=(1, 1), ncol=3, borderaxespad=0.2)
         equivalent = equivalent_texels(experiment)
+        finite = [t for t in thresholds if 0 < t < math.inf]
+        inside = [(t, style) for t, style in ((PAPER_TEXELS, "-"), (equivalent, "--"))
+                  if finite and finite[0] * 0.99 <= t <= finite[-1] * 1.01]
         for axes in (above, below):
-            for texels, style in ((PAPER_TEXELS, "-"), (equivalent, "--")):
+            for texels, style in inside:
                 axes.axvline(place(texels), color=GREY, linewidth=0.8, linestyle=style, zorder=1)
             axes.grid(axis="x", visible=False)
         top = above.get_ylim()[1]
-        for texels in (PAPER_TEXELS, equivalent):
+        for texels, _ in inside:
             above.annotate(f"{texels:.0f}", (place(texels), top), xytext=(1.5, -1), textcoords="offset points",
                            va="top", fontsize=5.8, color="#5b6570")
         threshold_ticks(below, thresholds, place)
@@ -318,8 +321,8 @@ def over_threshold(charts, scene, runs, experiment):
                     f"Time and error over the threshold, {scene}" + (f", {name}" if name else ""),
                     f"0 draws every map and ∞ traces every light; the least time of the sweep is {best['time_ms']:.1f} ms "
                     f"at {plain(threshold_of(best)) if threshold_of(best) < math.inf else '∞'} texels. "
-                    f"Lines stand at the paper's 96 texels and at its equivalent for this picture size, "
-                    f"{equivalent:.0f}.")
+                    f"Lines stand, where the sweep reaches, at the paper's 96 texels and at its equivalent for this "
+                    f"picture size, {equivalent:.0f}.")
 
 
 def power_fit(xs, ys):

@@ -62,17 +62,17 @@ void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
     const std::string list = isSweep ? ",..." : "";
     commandLine.heading("Maps");
     commandLine.text("--undersample", undersample, "U" + list, "Divisor of the required resolution [1]");
-    commandLine.text("--page-size", pageSize, "TEXELS" + list, "Side of a page, a power of two from 16 to 256 [64]");
+    commandLine.text("--page-size", pageSize, "TEXELS" + list, "Side of a page, a power of two from 16 to 256 [" + pageSize + "]");
     commandLine.text("--pool", pool, "BYTES", "Budget of the page pool, whole MiB, as in 256M [256M]");
-    commandLine.text("--bias", bias, "B" + list, "Depth bias in units of the derived one [1]");
-    commandLine.text("--taps", taps, "1|9" + list, "Taps of the percentage-closer filter [9]");
+    commandLine.text("--bias", bias, "B" + list, "Depth bias in texels [" + bias + "]");
+    commandLine.text("--taps", taps, "1|9" + list, "Taps of the percentage-closer filter [" + taps + "]");
 }
 
 void CommonOptions::declareRays(CommandLine& commandLine, bool isSweep) {
     const std::string list = isSweep ? ",..." : "";
     commandLine.heading("Rays");
     commandLine.text("--offset", offset, "O" + list,
-                     "How far a ray's ends leave the surface, in units of the derived offset [1]");
+                     "How far a ray's ends leave the surface, in units of the derived offset [" + offset + "]");
     commandLine.text("--lod", lod, "L" + list, "Level of detail of rays: cells of 2^L voxels [0]");
 }
 

@@ -5,6 +5,7 @@
 #include "tools/command_line.h"
 #include "tools/console.h"
 #include "tools/experiment.h"
+#include "tools/parse.h"
 
 #include <string>
 #include <vector>
@@ -30,8 +31,10 @@ struct CommonOptions {
     std::string resolution = "1024", dagResolution, cache;
     bool allowStale = false;
     std::string thresholds = "0,8,16,32,64,96,192,inf";
-    std::string undersample = "1", pageSize = "64", pool = "256M", bias = "1", taps = "9";
-    std::string offset = "1", lod = "0";
+    // Defaults come from where the methods state theirs: one text.
+    std::string undersample = "1", pageSize = std::to_string(ShadowMapOptions{}.pageTexels), pool = "256M";
+    std::string bias = numberText(ShadowMapBias{}.constantTexels), taps = std::to_string(ShadowMapBias{}.taps);
+    std::string offset = numberText(FrameOptions{}.dagOffset), lod = "0";
     std::vector<std::string> models;
     std::string costs;
 

@@ -18,10 +18,10 @@
 //   "thresholds"       [0, 8, 16, 32, 64, 96, 192, "inf"]  texels; 0 is method maps, "inf" method dag
 //   "models"           ["oracle"]    further cost models for hybrid, at the first of every list below
 //   "undersample"      [1]           divisors of the required resolution
-//   "page_size"        [64]          texels a side, powers of two from 16 to 256
+//   "page_size"        [one]         ShadowMapOptions' default; texels a side, powers of two from 16 to 256
 //   "pool_mib"         256           byte budget of the page pool, MiB
-//   "bias"             [1]           in units of the derived bias
-//   "taps"             [9]           1 or 9
+//   "bias"             [one]         ShadowMapBias' default; texels
+//   "taps"             [one]         ShadowMapBias' default; 1 or 9
 //   "offset"           [1]           of rays, in units of the derived offset
 //   "lod"              [0]           level of detail of rays: cells of 2^lod voxels
 //   "repeats"          5             timed runs of every configuration, interleaved
@@ -53,11 +53,11 @@ struct Experiment {
     std::vector<float> thresholds; ///< texels, ascending, infinity allowed
     std::vector<std::string> models{"oracle"};
     std::vector<float> undersample{1};
-    std::vector<uint32_t> pageTexels{64};
+    std::vector<uint32_t> pageTexels{ShadowMapOptions{}.pageTexels};
     uint32_t poolMib = 256;
-    std::vector<float> bias{1};
-    std::vector<uint32_t> taps{9};
-    std::vector<float> offset{1};
+    std::vector<float> bias{ShadowMapBias{}.constantTexels};
+    std::vector<uint32_t> taps{ShadowMapBias{}.taps};
+    std::vector<float> offset{FrameOptions{}.dagOffset};
     std::vector<uint32_t> lod{0};
     int repeats = 5;
     int warmups = 1;
