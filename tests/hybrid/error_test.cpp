@@ -214,6 +214,18 @@ TEST(Error, NullRateCountsRightAnswersNearAnEdge) {
     EXPECT_NEAR(report.nullRate, 0.5, 0.1);
 }
 
+TEST(Error, ShiftsBelowTheReceiversPlaneAreLiftedBack) {
+    // At slanting light half of the shifts push the start under the floor, whose other triangle
+    // would stop them.
+    HandFrame f;
+    f.soup.addLevelSquare({32, 0.5f, 32}, 32.0f);
+    f.dag = makeDag(6, {{60, 60, 2}});
+    f.add({20, 0.5f, 20.1f}, {55, 20, 50}, 0);
+    f.answer();
+    ASSERT_EQ(f.visibility[0], kLit);
+    EXPECT_EQ(f.judge().nullRate, 0.0);
+}
+
 TEST(Error, HitsInTheReceiversOwnVoxelsAreAcne) {
     HandFrame f;
     f.dagOffset = 0.0f;
