@@ -367,6 +367,40 @@ TEST(Frame, RefusesContradictoryOptions) {
     EXPECT_THAT(messageOf([](FrameOptions& o) { o.width = 0; }), HasSubstr("image size"));
 }
 
+// Gives a node a linear path from its place at 0 s to another at 1 s.
+void animate(Scene& scene, int node, const glm::vec3& to) {
+    AnimationChannel channel;
+    channel.node = node;
+    channel.times = {0.0f, 1.0f};
+    channel.values = {glm::vec4(scene.nodes[node].local.translation, 0.0f), glm::vec4(to, 0.0f)};
+    Animation animation;
+    animation.channels = {channel};
+    scene.animations.push_back(animation);
+}
+
+TEST(Frame, FollowsMovedInstancesAndLightsAsIfBuiltAnew) {
+    Scene scene = blockerScene(kManyLights, true);
+    scene.nodes.push_back(scene.nodes[0]); // a second, moving copy of all triangles
+    scene.roots.push_back(int(scene.nodes.size() - 1));
+    animate(scene, int(scene.nodes.size() - 1), {2.5f, 0.7f, -1.0f});
+    animate(scene, 2, {-1.0f, 3.0f, 2.0f});
+    World world(scene, {});
+    const Dag dag = dagOf(world, 7);
+    FrameRenderer renderer(Backend::kCpu, world, dag);
+    const FrameResult before =
+        renderer.render(roomCamera(), *makeCostModel("texels:0"), smallFrame());
+    renderer.worldChanged(world.setTime(1.0f));
+    renderer.reset();
+    const FrameResult moved =
+        renderer.render(roomCamera(), *makeCostModel("texels:0"), smallFrame());
+    FrameRenderer anew(Backend::kCpu, world, dag);
+    const FrameResult fresh = anew.render(roomCamera(), *makeCostModel("texels:0"), smallFrame());
+    EXPECT_NE(before.color, moved.color);
+    EXPECT_EQ(moved.color, fresh.color);
+    EXPECT_EQ(moved.visibility, fresh.visibility);
+    EXPECT_EQ(moved.pairs.light, fresh.pairs.light);
+}
+
 TEST(Frame, UndersamplingDividesTheRequest) {
     Stage stage(blockerScene(kManyLights), 5);
     FrameOptions options = smallFrame();
