@@ -31,14 +31,15 @@
 namespace shadowdag {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "values are copied as they stand in memory");
+static_assert(std::endian::native == std::endian::little,
+              "values are copied as they stand in memory");
 
 constexpr uint8_t kMagic[8] = {0x53, 0x56, 0x44, 0x41, 0x47, 0x0d, 0x0a, 0x1a};
 constexpr uint32_t kVersion = 1;
 constexpr uint32_t kPackingNone = 0, kPackingZstd = 1;
 constexpr uint32_t kMaxTextBytes = 4096;
-// What a file may unpack to, relative to its payload: bounds what is allocated on its word. The writer leaves what would
-// shrink more as it is.
+// What a file may unpack to, relative to its payload: bounds what is allocated on its word. The
+// writer leaves what would shrink more as it is.
 constexpr uint64_t kMaxUnpackRatio = 16;
 // Levels above 12 gain a few percent for several times the time.
 constexpr int kZstdLevel = 12;
@@ -67,7 +68,8 @@ private:
 /// Reads bytes from their start, never past their end.
 class ByteReader {
 public:
-    ByteReader(const std::vector<uint8_t>& bytes, const std::string& name) : bytes_(bytes), name_(name) {}
+    ByteReader(const std::vector<uint8_t>& bytes, const std::string& name)
+        : bytes_(bytes), name_(name) {}
 
     [[noreturn]] void fail(const std::string& what) const {
         throw Error(ErrorKind::kInput, "asset " + name_ + ": " + what);
@@ -110,11 +112,12 @@ using Hash = std::array<uint8_t, 16>;
 Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
     ByteReader in(bytes, name);
     if (std::memcmp(in.take(sizeof(kMagic), "the magic"), kMagic, sizeof(kMagic)) != 0)
-        in.fail("does not begin as an .svdag file does; it is something else or was damaged by a text-mode copy");
+        in.fail("does not begin as an .svdag file does; it is something else or was damaged by a "
+                "text-mode copy");
     const auto version = in.take<uint32_t>("the version");
     if (version != kVersion)
-        in.fail("has version " + std::to_string(version) + ", this program reads " + std::to_string(kVersion) +
-                "; build it again with this program");
+        in.fail("has version " + std::to_string(version) + ", this program reads " +
+                std::to_string(kVersion) + "; build it again with this program");
     VoxelGrid grid;
     grid.resolutionLog2 = in.take<uint32_t>("the resolution");
     grid.originWorld = in.take<glm::dvec3>("the origin");
@@ -130,39 +133,45 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
     asset.provenance.options = in.text("the options");
     const uint64_t headerBytes = in.offset();
     if (in.take<Hash>("the header checksum") != contentHash(bytes.data(), headerBytes))
-        in.fail("its header does not match its checksum; the file is damaged, copy or build it again");
+        in.fail(
+            "its header does not match its checksum; the file is damaged, copy or build it again");
 
     if (grid.resolutionLog2 > kMaxResolutionLog2)
         in.fail("its resolution 2^" + std::to_string(grid.resolutionLog2) + " is over 2^" +
                 std::to_string(kMaxResolutionLog2));
     if (!(grid.voxelSizeWorld > 0) || !std::isfinite(grid.voxelSizeWorld) ||
         !std::isfinite(grid.originWorld.x + grid.originWorld.y + grid.originWorld.z))
-        in.fail("its transform is not finite or its voxel size " + std::to_string(grid.voxelSizeWorld) +
-                " not positive");
+        in.fail("its transform is not finite or its voxel size " +
+                std::to_string(grid.voxelSizeWorld) + " not positive");
     if (payloadBytes != in.left())
-        in.fail("its payload should be " + std::to_string(payloadBytes) + " bytes, the file holds " +
-                std::to_string(in.left()) + "; copy or build it again");
-    const uint64_t unpackLimit = packing == kPackingZstd ? payloadBytes * kMaxUnpackRatio : payloadBytes;
+        in.fail("its payload should be " + std::to_string(payloadBytes) +
+                " bytes, the file holds " + std::to_string(in.left()) + "; copy or build it again");
+    const uint64_t unpackLimit =
+        packing == kPackingZstd ? payloadBytes * kMaxUnpackRatio : payloadBytes;
     // Each count alone against the limit first, so that their sum cannot wrap.
     if (packing > kPackingZstd)
         in.fail("its packing " + std::to_string(packing) + " is unknown");
     if (counts.innerCount > unpackLimit || counts.pointerCount > 8 * counts.innerCount ||
         counts.referenceCount > counts.pointerCount || counts.leafCount > unpackLimit ||
-        counts.byteCount() > unpackLimit || (packing == kPackingNone && counts.byteCount() != payloadBytes) ||
+        counts.byteCount() > unpackLimit ||
+        (packing == kPackingNone && counts.byteCount() != payloadBytes) ||
         counts.wordCount() >= kNoNode)
         in.fail("its counts (" + std::to_string(counts.innerCount) + " inner nodes, " +
-                std::to_string(counts.pointerCount) + " pointers, " + std::to_string(counts.referenceCount) +
-                " references, " + std::to_string(counts.leafCount) + " leaves) do not fit a payload of " +
+                std::to_string(counts.pointerCount) + " pointers, " +
+                std::to_string(counts.referenceCount) + " references, " +
+                std::to_string(counts.leafCount) + " leaves) do not fit a payload of " +
                 std::to_string(payloadBytes) + " bytes");
     const uint8_t* payload = in.take(payloadBytes, "the payload");
     if (payloadHash != contentHash(payload, payloadBytes))
-        in.fail("its payload does not match its checksum; the file is damaged, copy or build it again");
+        in.fail(
+            "its payload does not match its checksum; the file is damaged, copy or build it again");
     std::vector<uint8_t> streams(counts.byteCount());
     if (packing == kPackingZstd) {
         const size_t got = ZSTD_decompress(streams.data(), streams.size(), payload, payloadBytes);
         if (ZSTD_isError(got) || got != streams.size())
-            in.fail("its payload does not unpack to " + std::to_string(streams.size()) + " bytes" +
-                    (ZSTD_isError(got) ? std::string(": ") + ZSTD_getErrorName(got) : std::string()));
+            in.fail(
+                "its payload does not unpack to " + std::to_string(streams.size()) + " bytes" +
+                (ZSTD_isError(got) ? std::string(": ") + ZSTD_getErrorName(got) : std::string()));
     } else {
         std::copy(payload, payload + payloadBytes, streams.begin());
     }
@@ -174,8 +183,10 @@ uint64_t writeAsset(const Asset& asset, const std::string& path) {
     EncodedCounts counts;
     const std::vector<uint8_t> streams = encodeDag(asset.dag, counts);
     std::vector<uint8_t> packed(ZSTD_compressBound(streams.size()));
-    const size_t got = ZSTD_compress(packed.data(), packed.size(), streams.data(), streams.size(), kZstdLevel);
-    const bool isPacked = !ZSTD_isError(got) && got < streams.size() && got * kMaxUnpackRatio >= streams.size();
+    const size_t got =
+        ZSTD_compress(packed.data(), packed.size(), streams.data(), streams.size(), kZstdLevel);
+    const bool isPacked =
+        !ZSTD_isError(got) && got < streams.size() && got * kMaxUnpackRatio >= streams.size();
     packed.resize(isPacked ? got : 0);
     const std::vector<uint8_t>& payload = isPacked ? packed : streams;
 
@@ -211,7 +222,8 @@ Asset readAsset(const std::string& path) {
         std::ifstream in(path, std::ios::binary | std::ios::ate);
         const std::streamoff size = in ? std::streamoff(in.tellg()) : -1;
         if (size < 0)
-            throw Error(ErrorKind::kInput, "asset " + path + ": cannot be opened; check the name and its permissions");
+            throw Error(ErrorKind::kInput,
+                        "asset " + path + ": cannot be opened; check the name and its permissions");
         std::vector<uint8_t> bytes(static_cast<size_t>(size));
         in.seekg(0);
         if (!in.read(reinterpret_cast<char*>(bytes.data()), size))

@@ -10,10 +10,10 @@ namespace shadowdag {
 
 /// Where an asset comes from. No time, no thread count: the same input gives the same file.
 struct AssetProvenance {
-    std::string sceneName;      ///< as the user named it, without directories
-    std::string sceneHash;      ///< World::geometryHash()
+    std::string sceneName; ///< as the user named it, without directories
+    std::string sceneHash; ///< World::geometryHash()
     std::string programVersion;
-    std::string options;        ///< what changed the voxels, as text; "" for defaults
+    std::string options; ///< what changed the voxels, as text; "" for defaults
 };
 
 struct Asset {
@@ -25,9 +25,9 @@ struct Asset {
 /// Returns the file's size in bytes.
 uint64_t writeAsset(const Asset& asset, const std::string& path);
 
-/// Reads an asset and verifies everything before it trusts anything: magic, version, sizes against the file's own
-/// size, checksums, every address in range, downwards and aligned to a node of the right level, no empty child.
-/// Throws Error kInput naming file, place and value.
+/// Reads an asset and verifies everything before it trusts anything: magic, version, sizes against
+/// the file's own size, checksums, every address in range, downwards and aligned to a node of the
+/// right level, no empty child. Throws Error kInput naming file, place and value.
 Asset readAsset(const std::string& path);
 
 /// The same for the bytes of a file; `name` stands for its path in messages.

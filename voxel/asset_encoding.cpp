@@ -77,7 +77,8 @@ struct WritingVisitor {
         }
         const uint64_t r = next.referenceCount++;
         for (uint64_t plane = 0; plane < 4; ++plane)
-            out[at.references + plane * counts.referenceCount + r] = uint8_t(distance >> (8 * plane));
+            out[at.references + plane * counts.referenceCount + r] =
+                uint8_t(distance >> (8 * plane));
     }
     void leaf(uint64_t voxels) const {
         const uint64_t l = next.leafCount++;
@@ -101,7 +102,8 @@ std::vector<uint8_t> encodeDag(const Dag& dag, EncodedCounts& counts) {
 Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, const VoxelGrid& grid,
               const std::string& name) {
     const auto fail = [&](const std::string& what) {
-        throw Error(ErrorKind::kInput, name + ": " + what + "; the file is damaged, build it again");
+        throw Error(ErrorKind::kInput,
+                    name + ": " + what + "; the file is damaged, build it again");
     };
     SDAG_ASSERT(bytes.size() == counts.byteCount());
     Dag dag;
@@ -113,28 +115,33 @@ Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, co
     dag.words.reserve(counts.wordCount());
     dag.rootAddress = 0;
     EncodedCounts next;
-    // Addresses of the level being read: its own nodes end where the level below begins, so a level's masks are
-    // summed first. nodeAddress: the nodes of the level below, as far as they are seen.
+    // Addresses of the level being read: its own nodes end where the level below begins, so a
+    // level's masks are summed first. nodeAddress: the nodes of the level below, as far as they are
+    // seen.
     std::vector<uint32_t> nodeAddress;
     uint64_t nodeCount = 1;
     for (uint32_t level = std::max(grid.resolutionLog2, kLeafLog2); level > kLeafLog2; --level) {
         if (nodeCount > counts.innerCount - next.innerCount)
-            fail("level " + std::to_string(level) + " has " + std::to_string(nodeCount) + " nodes, the file holds " +
-                 std::to_string(counts.innerCount - next.innerCount) + " more");
+            fail("level " + std::to_string(level) + " has " + std::to_string(nodeCount) +
+                 " nodes, the file holds " + std::to_string(counts.innerCount - next.innerCount) +
+                 " more");
         const uint8_t* masks = in + at.masks + next.innerCount;
         uint64_t pointers = 0;
         for (uint64_t i = 0; i < nodeCount; ++i) {
             if (masks[i] == 0)
-                fail("node " + std::to_string(i) + " of level " + std::to_string(level) + " has no child");
+                fail("node " + std::to_string(i) + " of level " + std::to_string(level) +
+                     " has no child");
             pointers += uint64_t(std::popcount(masks[i]));
         }
         if (pointers > counts.pointerCount - next.pointerCount)
-            fail("level " + std::to_string(level) + " has " + std::to_string(pointers) + " pointers, the file holds " +
+            fail("level " + std::to_string(level) + " has " + std::to_string(pointers) +
+                 " pointers, the file holds " +
                  std::to_string(counts.pointerCount - next.pointerCount) + " more");
         // The words per child node are its mask's bits and one, or two for a leaf.
         const uint8_t* childMasks = masks + nodeCount;
-        const uint64_t childLimit = level - 1 == kLeafLog2 ? counts.leafCount
-                                                           : counts.innerCount - next.innerCount - nodeCount;
+        const uint64_t childLimit = level - 1 == kLeafLog2
+                                        ? counts.leafCount
+                                        : counts.innerCount - next.innerCount - nodeCount;
         uint64_t cursor = dag.words.size() + nodeCount + pointers;
         nodeAddress.clear();
         for (uint64_t i = 0; i < nodeCount; ++i) {
@@ -143,21 +150,26 @@ Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, co
                 const uint64_t p = next.pointerCount++;
                 if (in[at.flags + p / 8] >> (p % 8) & 1) {
                     if (nodeAddress.size() >= childLimit)
-                        fail("level " + std::to_string(level - 1) + " has more nodes than the file holds");
+                        fail("level " + std::to_string(level - 1) +
+                             " has more nodes than the file holds");
                     dag.words.push_back(uint32_t(cursor));
-                    cursor += level - 1 == kLeafLog2 ? 2 : 1 + uint64_t(std::popcount(childMasks[nodeAddress.size()]));
+                    cursor += level - 1 == kLeafLog2
+                                  ? 2
+                                  : 1 + uint64_t(std::popcount(childMasks[nodeAddress.size()]));
                     nodeAddress.push_back(dag.words.back());
                     continue;
                 }
                 if (next.referenceCount >= counts.referenceCount)
-                    fail("pointer " + std::to_string(p) + " is a reference, the file holds no more of them");
+                    fail("pointer " + std::to_string(p) +
+                         " is a reference, the file holds no more of them");
                 const uint64_t r = next.referenceCount++;
                 uint32_t distance = 0;
                 for (uint64_t plane = 0; plane < 4; ++plane)
-                    distance |= uint32_t(in[at.references + plane * counts.referenceCount + r]) << (8 * plane);
+                    distance |= uint32_t(in[at.references + plane * counts.referenceCount + r])
+                                << (8 * plane);
                 if (distance == 0 || distance > nodeAddress.size())
-                    fail("reference " + std::to_string(r) + " leads " + std::to_string(distance) + " nodes back, " +
-                         std::to_string(nodeAddress.size()) + " are there");
+                    fail("reference " + std::to_string(r) + " leads " + std::to_string(distance) +
+                         " nodes back, " + std::to_string(nodeAddress.size()) + " are there");
                 dag.words.push_back(nodeAddress[nodeAddress.size() - distance]);
             }
         }
@@ -175,7 +187,8 @@ Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, co
         for (uint64_t plane = 0; plane < 8; ++plane)
             voxels |= uint64_t(in[at.leaves + plane * counts.leafCount + l]) << (8 * plane);
         if (voxels == 0 || (voxels & ~leafVoxels(grid)) != 0)
-            fail("leaf " + std::to_string(l) + (voxels == 0 ? " is empty" : " has voxels outside the grid"));
+            fail("leaf " + std::to_string(l) +
+                 (voxels == 0 ? " is empty" : " has voxels outside the grid"));
         dag.words.push_back(uint32_t(voxels));
         dag.words.push_back(uint32_t(voxels >> 32));
     }

@@ -30,7 +30,8 @@ DagStats computeDagStats(const Dag& dag) {
     stats.svoNodeCounts.assign(rootLevel, 0);
     if (dag.empty())
         return stats;
-    // Top-down: how often each node of a level occurs in the unmerged tree. Addresses grow from level to level.
+    // Top-down: how often each node of a level occurs in the unmerged tree. Addresses grow from
+    // level to level.
     std::vector<uint32_t> nodes{dag.rootAddress}, below;
     std::vector<uint64_t> times{1}, timesBelow;
     for (uint32_t level = rootLevel; level > kLeafLog2; --level) {

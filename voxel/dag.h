@@ -27,9 +27,9 @@ constexpr uint32_t kLeafLog2 = 2;
 ///     +----------------------+
 ///     child, octant and voxel numbers are x | y << 1 | z << 2
 ///
-/// Nodes are unique by content, children are addressed before use is possible only downwards (a DAG), and
-/// stand in a canonical order: level by level from the root, in each level by first visit in child order.
-/// Empty scene: rootAddress = kNoNode. A grid of 2^2 or smaller has a leaf as root.
+/// Nodes are unique by content, children are addressed before use is possible only downwards (a
+/// DAG), and stand in a canonical order: level by level from the root, in each level by first visit
+/// in child order. Empty scene: rootAddress = kNoNode. A grid of 2^2 or smaller has a leaf as root.
 struct DagView {
     View<const uint32_t> words;
     uint32_t rootAddress = 0xffffffffu;
@@ -38,18 +38,19 @@ struct DagView {
 
 constexpr uint32_t kNoNode = 0xffffffffu;
 
-/// Numbers of a DAG by level. Level convention of `nodeCounts`: index 0 is the root, every cell down to the
-/// 2^3 voxel cells is a node (so that other programs' counts can be held against them), although this layout
-/// stores 4^3 leaves.
+/// Numbers of a DAG by level. Level convention of `nodeCounts`: index 0 is the root, every cell
+/// down to the 2^3 voxel cells is a node (so that other programs' counts can be held against them),
+/// although this layout stores 4^3 leaves.
 struct DagStats {
-    uint64_t voxelCount = 0;              ///< occupied voxels (saturates nowhere: 2^51 at most)
-    std::vector<uint64_t> nodeCounts;     ///< unique nodes per level, root first, 2^3 cells last
-    std::vector<uint64_t> svoNodeCounts;  ///< the same before merging
-    uint64_t leafCount = 0;               ///< unique 4^3 leaves
-    uint64_t tracedBytes = 0;             ///< words held for tracing
+    uint64_t voxelCount = 0;             ///< occupied voxels (saturates nowhere: 2^51 at most)
+    std::vector<uint64_t> nodeCounts;    ///< unique nodes per level, root first, 2^3 cells last
+    std::vector<uint64_t> svoNodeCounts; ///< the same before merging
+    uint64_t leafCount = 0;              ///< unique 4^3 leaves
+    uint64_t tracedBytes = 0;            ///< words held for tracing
 };
 
-/// Owns a DAG on the host. Immutable once built; deterministic: the same scene and grid give the same words.
+/// Owns a DAG on the host. Immutable once built; deterministic: the same scene and grid give the
+/// same words.
 struct Dag {
     std::vector<uint32_t> words;
     uint32_t rootAddress = kNoNode;

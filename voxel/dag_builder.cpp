@@ -11,20 +11,24 @@
 namespace shadowdag {
 namespace {
 
-uint32_t innerWordCount(uint32_t mask) { return 1 + uint32_t(std::popcount(mask)); }
+uint32_t innerWordCount(uint32_t mask) {
+    return 1 + uint32_t(std::popcount(mask));
+}
 
 uint32_t wordCountAt(uint32_t level, const std::vector<uint32_t>& words, size_t address) {
     return level == kLeafLog2 ? 2 : innerWordCount(words[address]);
 }
 
 [[noreturn]] void throwTooLarge() {
-    throw Error(ErrorKind::kResource, "the voxel DAG outgrows the 2^32 words that its 32-bit addresses reach; "
-                                      "ask for a lower resolution");
+    throw Error(ErrorKind::kResource,
+                "the voxel DAG outgrows the 2^32 words that its 32-bit addresses reach; "
+                "ask for a lower resolution");
 }
 
 } // namespace
 
-// A multiply a word, then a finish that brings the high bits down. Any function would do: equality is by content.
+// A multiply a word, then a finish that brings the high bits down. Any function would do: equality
+// is by content.
 uint32_t NodeTable::hashWords(const uint32_t* words, uint32_t count) {
     uint64_t h = words[0] * 0x9e3779b97f4a7c15u;
     for (uint32_t i = 1; i < count; ++i)
@@ -131,7 +135,8 @@ Dag DagBuilder::finish(uint32_t level, uint32_t address, const VoxelGrid& grid) 
     dag.grid = grid;
     if (address == kNoNode)
         return dag;
-    // Breadth first: `order` holds a level's nodes as first visited, `base` the address of the first of them.
+    // Breadth first: `order` holds a level's nodes as first visited, `base` the address of the
+    // first of them.
     std::vector<uint32_t> order{address}, next, newAddress;
     uint64_t base = 0;
     dag.rootAddress = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Merges equal subtrees while a DAG is built bottom-up: one table of unique nodes a level, then the canonical order.
+// Merges equal subtrees while a DAG is built bottom-up: one table of unique nodes a level, then the
+// canonical order.
 #pragma once
 
 #include "voxel/dag.h"
@@ -9,8 +10,9 @@
 
 namespace shadowdag {
 
-/// The unique nodes of one level. A node is 1 or more words of known count, a prefix-free code: equal first words
-/// mean equal counts (dag.h's layouts are). Equality is that of the words; hashes only find candidates.
+/// The unique nodes of one level. A node is 1 or more words of known count, a prefix-free code:
+/// equal first words mean equal counts (dag.h's layouts are). Equality is that of the words; hashes
+/// only find candidates.
 class NodeTable {
 public:
     using Hash = uint32_t (*)(const uint32_t* node, uint32_t wordCount);
@@ -30,7 +32,8 @@ public:
 private:
     void grow();
 
-    // slots_: 2^n * (hash << 32 | address), probed linearly; kFree is free. At most half of them are taken.
+    // slots_: 2^n * (hash << 32 | address), probed linearly; kFree is free. At most half of them
+    // are taken.
     static constexpr uint64_t kFree = ~uint64_t(0);
     std::vector<uint32_t> words_;
     std::vector<uint64_t> slots_;
@@ -38,25 +41,28 @@ private:
     Hash hash_; // a parameter so that a test can make all nodes collide
 };
 
-/// Builds a DAG bottom-up. Level L holds cells of side 2^L voxels. Node addresses are local to builder and level.
+/// Builds a DAG bottom-up. Level L holds cells of side 2^L voxels. Node addresses are local to
+/// builder and level.
 class DagBuilder {
 public:
     /// @param topLevel level of the root, kLeafLog2 or more
     explicit DagBuilder(uint32_t topLevel) : tables_(topLevel - kLeafLog2 + 1) {}
 
-    /// Returns the address of the leaf with these voxels (bits as dag.h says), kNoNode when none is set.
+    /// Returns the address of the leaf with these voxels (bits as dag.h says), kNoNode when none is
+    /// set.
     uint32_t addLeaf(uint64_t voxels);
-    /// Returns the address of the node of level `level` with these eight children (addresses of level - 1, kNoNode
-    /// where there is none), kNoNode when there are none at all.
+    /// Returns the address of the node of level `level` with these eight children (addresses of
+    /// level - 1, kNoNode where there is none), kNoNode when there are none at all.
     uint32_t addInner(uint32_t level, const uint32_t children[8]);
-    /// Adds the subtree of another builder whose root is at `address` of its level `level`; every node of `other` must
-    /// belong to it. Returns its address here.
+    /// Adds the subtree of another builder whose root is at `address` of its level `level`; every
+    /// node of `other` must belong to it. Returns its address here.
     uint32_t addSubtree(const DagBuilder& other, uint32_t level, uint32_t address);
     /// Forgets all nodes, keeps the memory.
     void clear();
 
-    /// Returns the DAG under the node at `address` of level `level`, in canonical order (dag.h): the result
-    /// depends on its voxels alone, not on the order of additions. Throws Error kResource over 2^32 - 2 words.
+    /// Returns the DAG under the node at `address` of level `level`, in canonical order (dag.h):
+    /// the result depends on its voxels alone, not on the order of additions. Throws Error
+    /// kResource over 2^32 - 2 words.
     Dag finish(uint32_t level, uint32_t address, const VoxelGrid& grid) const;
 
 private:

@@ -4,7 +4,8 @@
 
 namespace shadowdag::cuda {
 
-void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t level, View<uint32_t> bits) {
+void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t level,
+                   View<uint32_t> bits) {
     parallelFor<CudaTag>((segments.count + 31) / 32, TraceSegments{dag, segments, level, bits});
 }
 

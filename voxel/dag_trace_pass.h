@@ -7,7 +7,8 @@
 
 namespace shadowdag {
 
-/// For item i: sets bit i % 32 of bits[i / 32] to occluded(dag, segments[i], level). One item a word, so that none is shared.
+/// For item i: sets bit i % 32 of bits[i / 32] to occluded(dag, segments[i], level). One item a
+/// word, so that none is shared.
 struct TraceSegments {
     DagView dag;
     View<const DagSegment> segments;
@@ -25,17 +26,20 @@ struct TraceSegments {
 };
 
 namespace cpu {
-void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t level, View<uint32_t> bits);
+void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t level,
+                   View<uint32_t> bits);
 }
 namespace cuda {
-void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t level, View<uint32_t> bits);
+void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t level,
+                   View<uint32_t> bits);
 }
 
-/// Answers every segment: bit i % 32 of bits[i / 32] is set where occluded() is true, bits past the last segment are zero.
+/// Answers every segment: bit i % 32 of bits[i / 32] is set where occluded() is true, bits past the
+/// last segment are zero.
 /// @param dag,segments,bits live on `backend`; bits: (segments.count + 31) / 32 words
 /// Deterministic: the same bits on both backends, for any thread count.
-inline void traceSegments(Backend backend, const DagView& dag, View<const DagSegment> segments, uint32_t level,
-                          View<uint32_t> bits) {
+inline void traceSegments(Backend backend, const DagView& dag, View<const DagSegment> segments,
+                          uint32_t level, View<uint32_t> bits) {
     SDAG_ASSERT(bits.count >= (segments.count + 31) / 32);
     SDAG_DISPATCH(backend, traceSegments, dag, segments, level, bits);
 }

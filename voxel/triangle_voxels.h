@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which voxels a triangle touches: the exact closed triangle/box overlap, evaluated column by column in
-// double, with every rounding error on the conservative side.
+// Which voxels a triangle touches: the exact closed triangle/box overlap, evaluated column by
+// column in double, with every rounding error on the conservative side.
 //
-// The separating axes of triangle and box (Akenine-Moeller, Fast 3D Triangle-Box Overlap Testing, 2001) are
-// the box axes, the triangle's normal, and the nine edge x axis products. The nine are the overlap of the
-// two projections on each coordinate plane, and in a plane the overlap of a triangle with the cell of
-// slabs a and b is: the part of the triangle inside slab a reaches slab b (both convex). So per slab an
-// interval replaces half-planes; nothing has a winding, and segments and points need no case of their own.
+// The separating axes of triangle and box (Akenine-Moeller, Fast 3D Triangle-Box Overlap Testing,
+// 2001) are the box axes, the triangle's normal, and the nine edge x axis products. The nine are
+// the overlap of the two projections on each coordinate plane, and in a plane the overlap of a
+// triangle with the cell of slabs a and b is: the part of the triangle inside slab a reaches slab b
+// (both convex). So per slab an interval replaces half-planes; nothing has a winding, and segments
+// and points need no case of their own.
 #pragma once
 
 #include "scenes/world.h"
@@ -17,8 +18,12 @@
 namespace shadowdag {
 
 /// The smaller and the larger of two numbers, as one instruction each (fmin and fmax are calls).
-SDAG_HD inline double lesser(double a, double b) { return a < b ? a : b; }
-SDAG_HD inline double greater(double a, double b) { return a > b ? a : b; }
+SDAG_HD inline double lesser(double a, double b) {
+    return a < b ? a : b;
+}
+SDAG_HD inline double greater(double a, double b) {
+    return a > b ? a : b;
+}
 
 /// A triangle made ready for overlap tests. Voxel space; axes are renamed so that d is the axis of
 /// the largest normal component.
@@ -27,15 +32,18 @@ SDAG_HD inline double greater(double a, double b) { return a > b ? a : b; }
 ///  vertices     (w - o) / s has two roundings                              2 eps M
 ///  slab ends    fl(cell - slack)                                           1 eps M
 ///  interval     b0 + ((end - a0) * inv) * db: six roundings, |db| <= 2M    13 eps M
-///  plane        N = 8 eps E^2 bounds the error of a normal's component; with |nd| > 4 N a slope is off by
-///               3.6 N / |nd| + 2 eps at most, over a lever of E + 3; evaluating costs 30 eps M, moved vertices 6 eps M.
-/// So a box grown by slack = 32 eps M, and a plane grown by 8 N (E + 3) / |nd| + 64 eps M, miss nothing that
-/// the exact triangle touches. With |nd| <= 4 N (a sliver: thinner than the plane is known) the plane test is dropped;
-/// the three projections remain and are exact for the segment that the sliver then is. What is accepted besides lies within
-/// the smaller of the plane's growth and the sliver's thickness, hence within 2^-23 E.
+///  plane        N = 8 eps E^2 bounds the error of a normal's component; with |nd| > 4 N a slope is
+///  off by
+///               3.6 N / |nd| + 2 eps at most, over a lever of E + 3; evaluating costs 30 eps M,
+///               moved vertices 6 eps M.
+/// So a box grown by slack = 32 eps M, and a plane grown by 8 N (E + 3) / |nd| + 64 eps M, miss
+/// nothing that the exact triangle touches. With |nd| <= 4 N (a sliver: thinner than the plane is
+/// known) the plane test is dropped; the three projections remain and are exact for the segment
+/// that the sliver then is. What is accepted besides lies within the smaller of the plane's growth
+/// and the sliver's thickness, hence within 2^-23 E.
 struct TriangleSetup {
-    double p[3][3];   ///< [axis u, v, d][corner]
-    double inv[3][3]; ///< [axis][edge i to i + 1]: 1 / (p[i + 1] - p[i]), 0 where that is 0
+    double p[3][3];           ///< [axis u, v, d][corner]
+    double inv[3][3];         ///< [axis][edge i to i + 1]: 1 / (p[i + 1] - p[i]), 0 where that is 0
     double least[3], most[3]; ///< bounds grown by slack
     double slack;
     double slopeU, slopeV; ///< d(u, v) = p[2][0] + slopeU (u - p[0][0]) + slopeV (v - p[1][0])
@@ -70,7 +78,8 @@ SDAG_HD inline TriangleSetup setupTriangle(const VoxelGrid& grid, const glm::vec
         for (int i = 0; i < 3; ++i)
             s.p[a][i] = q[i][s.axis[a]];
         for (int i = 0; i < 3; ++i) {
-            // Under 1e-290 both ends share a slab (slack is larger), and each edge's start is counted: 0 will do.
+            // Under 1e-290 both ends share a slab (slack is larger), and each edge's start is
+            // counted: 0 will do.
             const double delta = s.p[a][(i + 1) % 3] - s.p[a][i];
             s.inv[a][i] = fabs(delta) > 1e-290 ? 1.0 / delta : 0.0;
         }
@@ -90,8 +99,8 @@ SDAG_HD inline TriangleSetup setupTriangle(const VoxelGrid& grid, const glm::vec
     return s;
 }
 
-/// Returns in [bMin, bMax] what the part of the triangle with lo <= a <= hi covers on axis b, grown by slack;
-/// bMin > bMax when no part is there. `a` and `b` are 0..2 for u, v, d.
+/// Returns in [bMin, bMax] what the part of the triangle with lo <= a <= hi covers on axis b, grown
+/// by slack; bMin > bMax when no part is there. `a` and `b` are 0..2 for u, v, d.
 SDAG_HD inline void slabInterval(const TriangleSetup& s, int a, int b, double lo, double hi,
                                  double& bMin, double& bMax) {
     lo -= s.slack;
@@ -113,8 +122,8 @@ SDAG_HD inline void slabInterval(const TriangleSetup& s, int a, int b, double lo
     bMax += s.slack;
 }
 
-/// Returns whether the triangle touches the closed cube of side `size` whose least corner is `corner` (voxel
-/// space, x y z). Never false for a touching pair.
+/// Returns whether the triangle touches the closed cube of side `size` whose least corner is
+/// `corner` (voxel space, x y z). Never false for a touching pair.
 SDAG_HD inline bool touchesCube(const TriangleSetup& s, const glm::ivec3& corner, int size) {
     double lo[3], hi[3];
     for (int a = 0; a < 3; ++a) {
@@ -134,8 +143,8 @@ SDAG_HD inline bool touchesCube(const TriangleSetup& s, const glm::ivec3& corner
     if (least > hi[2] || most < lo[2])
         return false;
     const double half = 0.5 * size;
-    const double middle = s.p[2][0] + s.slopeU * (lo[0] + half - s.p[0][0]) +
-                          s.slopeV * (lo[1] + half - s.p[1][0]);
+    const double middle =
+        s.p[2][0] + s.slopeU * (lo[0] + half - s.p[0][0]) + s.slopeV * (lo[1] + half - s.p[1][0]);
     const double reach = half * (fabs(s.slopeU) + fabs(s.slopeV)) + s.slackPlane;
     return !(middle - reach > hi[2] || middle + reach < lo[2]);
 }
@@ -143,9 +152,9 @@ SDAG_HD inline bool touchesCube(const TriangleSetup& s, const glm::ivec3& corner
 constexpr int kBrickLog2 = 6;
 constexpr int kBrickSize = 1 << kBrickLog2;
 
-/// Calls emit(u, v, first, last) for every column of the cube of side `size` <= kBrickSize at `corner` in which the triangle
-/// touches voxels: numbers are relative to the corner, along the setup's axes u, v, d; voxels first..last of the column
-/// are touched, none else.
+/// Calls emit(u, v, first, last) for every column of the cube of side `size` <= kBrickSize at
+/// `corner` in which the triangle touches voxels: numbers are relative to the corner, along the
+/// setup's axes u, v, d; voxels first..last of the column are touched, none else.
 template <class Emit>
 SDAG_HD inline void forEachColumn(const TriangleSetup& s, const glm::ivec3& corner, int size,
                                   const Emit& emit) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles are sorted down the octree, depth first, to bricks of 64^3 voxels; a brick is filled column by column, its 4^3
-// leaves are merged upwards in the table of its task, and every finished task is merged into the whole. What is held at a time: one
-// brick of voxels a thread, the triangle lists of one path down, and unique nodes.
+// Triangles are sorted down the octree, depth first, to bricks of 64^3 voxels; a brick is filled
+// column by column, its 4^3 leaves are merged upwards in the table of its task, and every finished
+// task is merged into the whole. What is held at a time: one brick of voxels a thread, the triangle
+// lists of one path down, and unique nodes.
 #include "voxel/voxelize.h"
 
 #include "cuda/error.h"
@@ -18,23 +19,28 @@
 namespace shadowdag {
 namespace {
 
-// Tasks are cells of 2^8 voxels (larger where the grid is larger than 2^13): a thousand of them where Sponza is 4096^3.
+// Tasks are cells of 2^8 voxels (larger where the grid is larger than 2^13): a thousand of them
+// where Sponza is 4096^3.
 constexpr uint32_t kTaskLog2 = 8;
 
 constexpr int kLeavesPerBrickAxis = kBrickSize >> kLeafLog2;
 
-/// Bit of voxel coordinate c & 3 on axis 0 in a leaf's mask; those of axes 1 and 2 are shifted by 1 and 2 more.
-/// (dag.h: bit 8 * octant + voxel, both x | y << 1 | z << 2.)
-int leafBit(int c, int axis) { return ((c & 1) + ((c & 2) << 2)) << axis; }
+/// Bit of voxel coordinate c & 3 on axis 0 in a leaf's mask; those of axes 1 and 2 are shifted by 1
+/// and 2 more. (dag.h: bit 8 * octant + voxel, both x | y << 1 | z << 2.)
+int leafBit(int c, int axis) {
+    return ((c & 1) + ((c & 2) << 2)) << axis;
+}
 
 /// Spreads the low 4 bits of a leaf coordinate to every third bit.
-int spread4(int c) { return (c & 1) | (c & 2) << 2 | (c & 4) << 4 | (c & 8) << 6; }
+int spread4(int c) {
+    return (c & 1) | (c & 2) << 2 | (c & 4) << 4 | (c & 8) << 6;
+}
 
 /// The tables that turn a column's run of voxels into bits of Morton-ordered leaves.
 struct ColumnTables {
-    uint64_t run[3][4][4];                  ///< [axis][first][last]: voxels first..last of a leaf's row at 0, 0
-    int voxelShift[3][kBrickSize];          ///< [axis][coordinate]
-    int leafNumber[3][kBrickSize];          ///< [axis][coordinate]: share of the leaf's Morton number
+    uint64_t run[3][4][4]; ///< [axis][first][last]: voxels first..last of a leaf's row at 0, 0
+    int voxelShift[3][kBrickSize]; ///< [axis][coordinate]
+    int leafNumber[3][kBrickSize]; ///< [axis][coordinate]: share of the leaf's Morton number
 
     ColumnTables() : run{} {
         for (int axis = 0; axis < 3; ++axis) {
@@ -97,7 +103,8 @@ public:
               const Progress& progress)
         : triangles_(triangles), which_(which), grid_(grid), progress_(progress),
           rootLevel_(std::max(grid.resolutionLog2, kLeafLog2)),
-          taskLevel_(std::min(rootLevel_, std::max(kTaskLog2, rootLevel_ > 5 ? rootLevel_ - 5 : 0))),
+          taskLevel_(
+              std::min(rootLevel_, std::max(kTaskLog2, rootLevel_ > 5 ? rootLevel_ - 5 : 0))),
           merged_(rootLevel_) {}
 
     Dag run() {
@@ -108,8 +115,9 @@ public:
             bool inside = true;
             for (int a = 0; a < 3; ++a) {
                 if (!std::isfinite(s.p[a][0] + s.p[a][1] + s.p[a][2]))
-                    throw Error(ErrorKind::kInput, "triangle " + std::to_string(t) +
-                                                       " has a position that is not finite; repair the scene");
+                    throw Error(ErrorKind::kInput,
+                                "triangle " + std::to_string(t) +
+                                    " has a position that is not finite; repair the scene");
                 inside = inside && s.least[a] <= limit && s.most[a] >= 0;
             }
             if (inside)
@@ -124,7 +132,8 @@ public:
             for (size_t i = begin; i < end; ++i) {
                 DagBuilder builder(taskLevel_);
                 Brick brick;
-                const uint32_t address = build(builder, brick, taskLevel_, tasks_[i].corner, tasks_[i].triangles);
+                const uint32_t address =
+                    build(builder, brick, taskLevel_, tasks_[i].corner, tasks_[i].triangles);
                 const std::lock_guard<std::mutex> lock(mutex);
                 tasks_[i].address = merged_.addSubtree(builder, taskLevel_, address);
                 workDone += work(tasks_[i]);
@@ -156,7 +165,8 @@ private:
             const TriangleSetup s = setup(t);
             for (uint32_t c = 0; c < 8; ++c) {
                 const glm::ivec3 child = childCorner(corner, c, half);
-                if (child.x < limit && child.y < limit && child.z < limit && touchesCube(s, child, half))
+                if (child.x < limit && child.y < limit && child.z < limit &&
+                    touchesCube(s, child, half))
                     lists[c].push_back(t);
             }
         }
@@ -176,7 +186,8 @@ private:
             listTasks(level - 1, childCorner(corner, c, 1 << (level - 1)), std::move(lists[c]));
     }
 
-    /// Returns the node over the tasks of a cell; walks as listTasks did, `next` is the first task not yet met.
+    /// Returns the node over the tasks of a cell; walks as listTasks did, `next` is the first task
+    /// not yet met.
     uint32_t joinTasks(uint32_t level, const glm::ivec3& corner, size_t& next) {
         const glm::ivec3 end = corner + glm::ivec3(1 << level);
         if (next == tasks_.size() || glm::any(glm::lessThan(tasks_[next].corner, corner)) ||
@@ -200,7 +211,8 @@ private:
         sortToChildren(level, corner, list, lists);
         uint32_t children[8];
         for (uint32_t c = 0; c < 8; ++c)
-            children[c] = build(builder, brick, level - 1, childCorner(corner, c, 1 << (level - 1)), lists[c]);
+            children[c] = build(builder, brick, level - 1, childCorner(corner, c, 1 << (level - 1)),
+                                lists[c]);
         return builder.addInner(level, children);
     }
 

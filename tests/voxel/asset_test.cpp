@@ -21,7 +21,9 @@ namespace {
 using Bytes = std::vector<uint8_t>;
 
 std::string tempPath(const std::string& name) {
-    return (std::filesystem::temp_directory_path() / ("shadowdag_asset_" + std::to_string(getpid()) + "_" + name)).string();
+    return (std::filesystem::temp_directory_path() /
+            ("shadowdag_asset_" + std::to_string(getpid()) + "_" + name))
+        .string();
 }
 
 /// A path that is removed with the object.
@@ -78,7 +80,8 @@ TEST(Asset, HighestLevelSurvives) {
     DagBuilder builder(kMaxResolutionLog2);
     uint32_t node = builder.addLeaf(uint64_t(1) << 63);
     for (uint32_t level = kLeafLog2 + 1; level <= kMaxResolutionLog2; ++level) {
-        uint32_t children[8] = {kNoNode, kNoNode, kNoNode, kNoNode, kNoNode, kNoNode, kNoNode, node};
+        uint32_t children[8] = {kNoNode, kNoNode, kNoNode, kNoNode,
+                                kNoNode, kNoNode, kNoNode, node};
         node = builder.addInner(level, children);
     }
     Asset asset;
@@ -91,7 +94,8 @@ TEST(Asset, HighestLevelSurvives) {
     EXPECT_TRUE(isOccupied(back.dag.view(), 131071, 131071, 131071));
 }
 
-/// Reads bytes that should not be an asset; returns the message, fails when something else than Error kInput comes.
+/// Reads bytes that should not be an asset; returns the message, fails when something else than
+/// Error kInput comes.
 std::string refusal(const TempFile& file, const Bytes& bytes) {
     try {
         parseAsset(bytes, file.path);
@@ -128,7 +132,8 @@ TEST(Asset, AThousandBitFlipsAreRefused) {
 }
 
 // Where things are in the file (asset.cpp's table).
-constexpr size_t kResolutionAt = 12, kCountsAt = 48, kPackingAt = 80, kPayloadBytesAt = 84, kPayloadHashAt = 92;
+constexpr size_t kResolutionAt = 12, kCountsAt = 48, kPackingAt = 80, kPayloadBytesAt = 84,
+                 kPayloadHashAt = 92;
 
 /// Makes the checksums of a damaged file right again, so that the checks behind them are reached.
 void correctChecksums(Bytes& bytes) {
@@ -143,7 +148,8 @@ void correctChecksums(Bytes& bytes) {
     std::memcpy(&bytes[payload - 16], headerHash.data(), 16);
 }
 
-// With right checksums a flip may give another valid asset, but never a crash, and never one that cannot be walked.
+// With right checksums a flip may give another valid asset, but never a crash, and never one that
+// cannot be walked.
 TEST(Asset, BitFlipsWithRightChecksumsAreRefusedOrSound) {
     const TempFile file("checksummed.svdag");
     std::mt19937 random(52);
@@ -168,7 +174,8 @@ TEST(Asset, BitFlipsWithRightChecksumsAreRefusedOrSound) {
             const DagStats stats = computeDagStats(dag);
             ASSERT_LE(stats.voxelCount, uint64_t(1) << (3 * dag.grid.resolutionLog2));
             for (int v = 0; v < 100; ++v)
-                isOccupied(dag.view(), random() % dag.grid.resolution(), random() % dag.grid.resolution(), random() % dag.grid.resolution());
+                isOccupied(dag.view(), random() % dag.grid.resolution(),
+                           random() % dag.grid.resolution(), random() % dag.grid.resolution());
         }
     }
     EXPECT_GT(refused, 1000);
@@ -224,16 +231,19 @@ TEST(Asset, EachStructuralFaultIsNamed) {
     EXPECT_THAT(with(kCountsAt, uint64_t(1) << 40, 8), HasSubstr("counts"));
     EXPECT_THAT(with(kCountsAt + 24, ~uint64_t(0), 8), HasSubstr("counts"));
     EXPECT_THAT(with(kPackingAt, 7, 4), HasSubstr("packing 7"));
-    EXPECT_THAT(with(kPayloadBytesAt, uint64_t(1) << 50, 8), HasSubstr("checksum")); // cannot be corrected
+    EXPECT_THAT(with(kPayloadBytesAt, uint64_t(1) << 50, 8),
+                HasSubstr("checksum")); // cannot be corrected
     EXPECT_THAT(with(kPayloadHashAt + 16, 1u << 30, 4), HasSubstr("scene name claims"));
     Bytes flipped = whole;
     flipped.back() ^= 1;
     EXPECT_THAT(refusal(file, flipped), HasSubstr("payload does not match its checksum"));
-    EXPECT_THAT(refusal(file, Bytes(whole.begin(), whole.end() - 1)), HasSubstr("payload should be"));
+    EXPECT_THAT(refusal(file, Bytes(whole.begin(), whole.end() - 1)),
+                HasSubstr("payload should be"));
 
     EncodedCounts counts;
     const Bytes streams = encodeDag(asset.dag, counts);
-    const auto streamsWith = [&](size_t at, uint8_t value, const EncodedCounts& c, const VoxelGrid& grid) {
+    const auto streamsWith = [&](size_t at, uint8_t value, const EncodedCounts& c,
+                                 const VoxelGrid& grid) {
         Bytes bytes = streams;
         bytes.resize(c.byteCount());
         if (at < bytes.size())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conservative means conservative: what Embree finds blocked between empty voxels is never free in the DAG. Where the two
-// disagree, integers decide: Embree rounds, too.
+// Conservative means conservative: what Embree finds blocked between empty voxels is never free in
+// the DAG. Where the two disagree, integers decide: Embree rounds, too.
 #include "scenes/builtin.h"
 #include "tests/voxel/exact_geometry.h"
 #include "tests/voxel/soup.h"
@@ -20,12 +20,16 @@ namespace {
 /// Embree over the triangles, robust mode, one ray at a time.
 class Embree {
 public:
-    explicit Embree(const TriangleView& t) : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
+    explicit Embree(const TriangleView& t)
+        : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
         rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
         RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-        auto* vertices = static_cast<glm::vec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(glm::vec3), t.positions.count));
+        auto* vertices = static_cast<glm::vec3*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                    sizeof(glm::vec3), t.positions.count));
         std::copy(t.positions.begin(), t.positions.end(), vertices);
-        auto* indices = static_cast<glm::uvec3*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(glm::uvec3), t.count()));
+        auto* indices = static_cast<glm::uvec3*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(glm::uvec3), t.count()));
         std::copy(t.triangles.begin(), t.triangles.end(), indices);
         rtcCommitGeometry(geometry);
         rtcAttachGeometry(scene_, geometry);
@@ -51,7 +55,8 @@ private:
     RTCScene scene_;
 };
 
-bool isBlockedExactly(const TriangleView& triangles, View<const uint32_t> which, const glm::vec3& from, const glm::vec3& to) {
+bool isBlockedExactly(const TriangleView& triangles, View<const uint32_t> which,
+                      const glm::vec3& from, const glm::vec3& to) {
     Box ray;
     ray.add(from);
     ray.add(to);
@@ -72,15 +77,21 @@ bool isBlockedExactly(const TriangleView& triangles, View<const uint32_t> which,
     return false;
 }
 
-/// Rays between empty voxels: a third anywhere, a third short, a third aimed at a vertex or an edge of a triangle.
-void expectConservative(const TriangleView& triangles, View<const uint32_t> which, const Box& bounds, uint32_t log2, int rayCount, unsigned seed) {
+/// Rays between empty voxels: a third anywhere, a third short, a third aimed at a vertex or an edge
+/// of a triangle.
+void expectConservative(const TriangleView& triangles, View<const uint32_t> which,
+                        const Box& bounds, uint32_t log2, int rayCount, unsigned seed) {
     const VoxelGrid grid = gridAround(bounds, log2);
     const Dag dag = voxelize(triangles, which, grid);
     const Embree embree(triangles);
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> unit(0, 1);
-    const auto point = [&] { return bounds.min + bounds.extent() * glm::vec3(unit(random), unit(random), unit(random)); };
-    const auto direction = [&] { return glm::vec3(unit(random), unit(random), unit(random)) * 2.0f - 1.0f; };
+    const auto point = [&] {
+        return bounds.min + bounds.extent() * glm::vec3(unit(random), unit(random), unit(random));
+    };
+    const auto direction = [&] {
+        return glm::vec3(unit(random), unit(random), unit(random)) * 2.0f - 1.0f;
+    };
     const auto isInEmptyVoxel = [&](const glm::vec3& p) {
         const glm::dvec3 v = glm::floor(grid.voxelFromWorld(glm::dvec3(p)));
         for (int a = 0; a < 3; ++a)
@@ -103,7 +114,8 @@ void expectConservative(const TriangleView& triangles, View<const uint32_t> whic
             const uint32_t t = which[random() % which.count];
             const int corner = int(random() % 3);
             const float along = random() % 3 ? unit(random) : 0.0f;
-            const glm::vec3 p = glm::mix(triangles.vertex(t, corner), triangles.vertex(t, (corner + 1) % 3), along);
+            const glm::vec3 p =
+                glm::mix(triangles.vertex(t, corner), triangles.vertex(t, (corner + 1) % 3), along);
             const glm::vec3 d = direction();
             from = p - d * length;
             to = p + d * (size * std::exp2(-10 * unit(random)));
@@ -111,7 +123,8 @@ void expectConservative(const TriangleView& triangles, View<const uint32_t> whic
         if (from == to || !isInEmptyVoxel(from) || !isInEmptyVoxel(to))
             continue;
         ++rays;
-        const DagSegment segment{glm::vec3(grid.voxelFromWorld(glm::dvec3(from))), glm::vec3(grid.voxelFromWorld(glm::dvec3(to)))};
+        const DagSegment segment{glm::vec3(grid.voxelFromWorld(glm::dvec3(from))),
+                                 glm::vec3(grid.voxelFromWorld(glm::dvec3(to)))};
         const bool isDark = occluded(dag.view(), segment);
         const bool isBlocked = embree.isBlocked(from, to);
         dark += isDark;
@@ -123,12 +136,14 @@ void expectConservative(const TriangleView& triangles, View<const uint32_t> whic
             ++ties;
         }
     }
-    std::cout << "    " << rays << " rays, blocked " << blocked << ", dark " << dark << ", blocked but free " << freeInDag
-              << " (of these rounding of Embree's: " << ties << ")\n";
+    std::cout << "    " << rays << " rays, blocked " << blocked << ", dark " << dark
+              << ", blocked but free " << freeInDag << " (of these rounding of Embree's: " << ties
+              << ")\n";
     EXPECT_EQ(rays, rayCount);
     EXPECT_GT(blocked, rayCount / 20);
     EXPECT_GT(rayCount - blocked, rayCount / 20);
-    EXPECT_LT(dark - blocked, rayCount / 5) << "voxels block far more than triangles: is the grid too coarse to tell?";
+    EXPECT_LT(dark - blocked, rayCount / 5)
+        << "voxels block far more than triangles: is the grid too coarse to tell?";
 }
 
 TEST(Conservative, NoRayThatEmbreeFindsBlockedIsFreeInASoup) {
@@ -140,7 +155,8 @@ TEST(Conservative, NoRayThatEmbreeFindsBlockedIsFreeInASoup) {
 TEST(Conservative, NoRayThatEmbreeFindsBlockedIsFreeInTheAtrium) {
     const Scene scene = makeBuiltin("atrium");
     const World world(scene, {});
-    expectConservative(world.triangles(), viewOf(world.staticTriangles()), world.boundsWorld(), 10, 1000000, 63);
+    expectConservative(world.triangles(), viewOf(world.staticTriangles()), world.boundsWorld(), 10,
+                       1000000, 63);
 }
 
 } // namespace

@@ -30,7 +30,8 @@ TEST(NodeTable, FindsEveryNodeAgainThroughManyGrowths) {
     const size_t words = table.words().size();
     for (size_t i = 0; i < nodes.size(); ++i) {
         EXPECT_EQ(table.findOrAdd(nodes[i].data(), uint32_t(nodes[i].size())), addresses[i]);
-        EXPECT_TRUE(std::equal(nodes[i].begin(), nodes[i].end(), table.words().begin() + addresses[i]));
+        EXPECT_TRUE(
+            std::equal(nodes[i].begin(), nodes[i].end(), table.words().begin() + addresses[i]));
     }
     EXPECT_EQ(table.words().size(), words);
 }
@@ -93,7 +94,8 @@ TEST(DagBuilder, CanonicalOrderIsByLevelThenFirstVisit) {
 TEST(DagBuilder, NothingAddedGivesAnEmptyDag) {
     DagBuilder builder(3);
     EXPECT_EQ(builder.addLeaf(0), kNoNode);
-    const uint32_t children[8] = {kNoNode, kNoNode, kNoNode, kNoNode, kNoNode, kNoNode, kNoNode, kNoNode};
+    const uint32_t children[8] = {kNoNode, kNoNode, kNoNode, kNoNode,
+                                  kNoNode, kNoNode, kNoNode, kNoNode};
     EXPECT_EQ(builder.addInner(3, children), kNoNode);
     EXPECT_TRUE(builder.finish(3, kNoNode, VoxelGrid{}).empty());
 }

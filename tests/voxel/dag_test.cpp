@@ -23,7 +23,8 @@ TEST(Dag, HoldsExactlyTheVoxelsItWasBuiltFrom) {
             for (uint32_t z = 0; z <= grid.size(); ++z)
                 for (uint32_t y = 0; y <= grid.size(); ++y)
                     for (uint32_t x = 0; x <= grid.size(); ++x)
-                        ASSERT_EQ(isOccupied(dag.view(), x, y, z), grid.at(x, y, z)) << log2 << ": " << x << " " << y << " " << z;
+                        ASSERT_EQ(isOccupied(dag.view(), x, y, z), grid.at(x, y, z))
+                            << log2 << ": " << x << " " << y << " " << z;
         }
 }
 
@@ -56,7 +57,8 @@ TEST(Dag, StatsAgreeWithCountingSubtreesByContent) {
                         std::vector<bool> content;
                         bool any = false;
                         for (uint32_t i = 0; i < side * side * side; ++i) {
-                            content.push_back(grid.at(x + i % side, y + i / side % side, z + i / side / side));
+                            content.push_back(
+                                grid.at(x + i % side, y + i / side % side, z + i / side / side));
                             any = any || content.back();
                         }
                         cells += any;

@@ -82,7 +82,8 @@ TEST(DagTrace, AnswersEveryBitAsTestingEveryVoxelDoes) {
                 const uint32_t level = random() % (log2 + 2);
                 const bool expected = occludedByDefinition(grid, segment, level);
                 ASSERT_EQ(occluded(dag.view(), segment, level), expected)
-                    << "log2 " << log2 << " density " << density << " ray " << i << " level " << level;
+                    << "log2 " << log2 << " density " << density << " ray " << i << " level "
+                    << level;
                 ++(expected ? hits : misses);
             }
         }
@@ -99,21 +100,26 @@ TEST(DagTrace, HitIsAnOccupiedCellThatTheSegmentMeets) {
             const DagSegment segment = awkwardSegment(float(grid.size()), random);
             const uint32_t level = random() % (std::max(log2, 2u) + 1);
             DagHit hit;
-            if (!occluded(dag.view(), segment, level, &hit))
+            const bool isDark = occluded(dag.view(), segment, level, &hit);
+            ASSERT_EQ(isDark, occluded(dag.view(), segment, level)); // visited from the other end
+            if (!isDark)
                 continue;
             ASSERT_EQ(hit.level, level);
             const uint32_t side = 1u << level;
             bool any = false;
             for (uint32_t v = 0; v < side * side * side && !any; ++v)
-                any = grid.at(hit.cell.x + v % side, hit.cell.y + v / side % side, hit.cell.z + v / side / side);
+                any = grid.at(hit.cell.x + v % side, hit.cell.y + v / side % side,
+                              hit.cell.z + v / side / side);
             ASSERT_TRUE(any);
             const RaySlabs r = makeRaySlabs(segment, segmentScale(dag.grid, segment));
-            ASSERT_TRUE(hitsCube(r, float(hit.cell.x), float(hit.cell.y), float(hit.cell.z), float(side)));
+            ASSERT_TRUE(
+                hitsCube(r, float(hit.cell.x), float(hit.cell.y), float(hit.cell.z), float(side)));
         }
     }
 }
 
-// Each of the 26 directions through a single voxel in an 8^3 grid: over its face, edge and corner, and one past it.
+// Each of the 26 directions through a single voxel in an 8^3 grid: over its face, edge and corner,
+// and one past it.
 TEST(DagTrace, TwentySixDirectionsThroughCornersEdgesAndFaces) {
     DenseGrid grid(3);
     grid.set(3, 4, 5);
@@ -141,7 +147,8 @@ TEST(DagTrace, TwentySixDirectionsThroughCornersEdgesAndFaces) {
                         EXPECT_FALSE(occluded(dag.view(), {p - 20.0f * d, p + 20.0f * d}));
                     }
                 // Ending 1/64 before it: a miss.
-                EXPECT_FALSE(occluded(dag.view(), {lo + 0.5f - 20.0f * d, lo + 0.5f - d * (0.5f + 1.0f / 64)}));
+                EXPECT_FALSE(occluded(dag.view(),
+                                      {lo + 0.5f - 20.0f * d, lo + 0.5f - d * (0.5f + 1.0f / 64)}));
             }
 }
 
@@ -158,7 +165,8 @@ TEST(DagTrace, NotANumberInfinityAndOverflowAreDark) {
     DenseGrid grid(4);
     grid.set(1, 2, 3);
     const Dag dag = dagOf(grid);
-    const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+    const float nan = std::numeric_limits<float>::quiet_NaN(),
+                infinity = std::numeric_limits<float>::infinity();
     for (const float bad : {nan, infinity, -infinity, 1e31f, -3e38f})
         for (int end = 0; end < 2; ++end)
             for (int axis = 0; axis < 3; ++axis) {
@@ -170,7 +178,9 @@ TEST(DagTrace, NotANumberInfinityAndOverflowAreDark) {
             }
 }
 
-TEST(DagTrace, EmptyDagIsLit) { EXPECT_FALSE(occluded(Dag{}.view(), {glm::vec3(0), glm::vec3(1)})); }
+TEST(DagTrace, EmptyDagIsLit) {
+    EXPECT_FALSE(occluded(Dag{}.view(), {glm::vec3(0), glm::vec3(1)}));
+}
 
 TEST(DagTrace, MinusZeroIsZero) {
     DenseGrid grid(2);
@@ -180,8 +190,8 @@ TEST(DagTrace, MinusZeroIsZero) {
     EXPECT_TRUE(occluded(dag.view(), {glm::vec3(-0.0f, 0, 3), glm::vec3(0, -0.0f, -3)}));
 }
 
-// The slab test against integers: it accepts whatever the exact segment touches, and nothing that it does not touch
-// when grown by twice the margin.
+// The slab test against integers: it accepts whatever the exact segment touches, and nothing that
+// it does not touch when grown by twice the margin.
 TEST(RaySlabs, ErrsByNoMoreThanTwiceTheMarginAndOnlyOutwards) {
     std::mt19937 random(13);
     int touching = 0, apart = 0, between = 0;
@@ -193,12 +203,17 @@ TEST(RaySlabs, ErrsByNoMoreThanTwiceTheMarginAndOnlyOutwards) {
             DagSegment s = awkwardSegment(size, random);
             // A cube near some point of the segment, of any power of two.
             const uint32_t side = 1u << (random() % (log2 + 1));
-            const glm::vec3 near = glm::mix(s.from, s.to, std::uniform_real_distribution<float>(-0.1f, 1.1f)(random));
-            glm::vec3 corner = glm::floor(near / float(side) + glm::vec3(int(random() % 3) - 1, int(random() % 3) - 1, int(random() % 3) - 1)) * float(side);
+            const glm::vec3 near =
+                glm::mix(s.from, s.to, std::uniform_real_distribution<float>(-0.1f, 1.1f)(random));
+            glm::vec3 corner = glm::floor(near / float(side) + glm::vec3(int(random() % 3) - 1,
+                                                                         int(random() % 3) - 1,
+                                                                         int(random() % 3) - 1)) *
+                               float(side);
             if (random() % 4 == 0) // start a few roundings beside a face
                 s.from[random() % 3] = std::nextafter(corner[0], random() % 2 ? 1e9f : -1e9f);
             const float scale = segmentScale(grid, s);
-            const bool computed = hitsCube(makeRaySlabs(s, scale), corner.x, corner.y, corner.z, float(side));
+            const bool computed =
+                hitsCube(makeRaySlabs(s, scale), corner.x, corner.y, corner.z, float(side));
             const exact::Point p = exact::point(s.from), q = exact::point(s.to);
             const auto touches = [&](double grow) {
                 exact::Point lo, hi;
@@ -234,18 +249,23 @@ TEST(RaySlabs, LanesGiveThePortableBits) {
         const RaySlabs r = makeRaySlabs(s, segmentScale(grid, s));
         const glm::vec3 p = glm::floor(glm::mix(s.from, s.to, 0.5f) / 8.0f) * 8.0f;
         const float h = float(1u << (random() % 4));
-        if (!(glm::all(glm::greaterThanEqual(p, glm::vec3(0))) && glm::all(glm::lessThan(p, glm::vec3(64)))))
+        if (!(glm::all(glm::greaterThanEqual(p, glm::vec3(0))) &&
+              glm::all(glm::lessThan(p, glm::vec3(64)))))
             continue;
         const glm::uvec3 cell(p);
-        const slabs::Tester tester(r);
-        const portable::Tester portableTester(r);
+        const bool isFromBack = i % 2 != 0;
+        const slabs::Tester tester(r, isFromBack);
+        const portable::Tester portableTester(r, isFromBack);
         slabs::Corner corner;
         for (uint32_t level = 6; level-- > 0;)
-            corner = corner.child((cell.x >> level & 1) | (cell.y >> level & 1) << 1 | (cell.z >> level & 1) << 2, 1u << level);
+            corner = corner.child((cell.x >> level & 1) | (cell.y >> level & 1) << 1 |
+                                      (cell.z >> level & 1) << 2,
+                                  1u << level);
         ASSERT_EQ(corner.cell(), cell);
         const portable::Corner portableCorner{cell.x, cell.y, cell.z};
         ASSERT_EQ(corner.ancestor(3).cell(), portableCorner.ancestor(3).cell());
-        ASSERT_EQ(tester.childHits(corner, uint32_t(h)), portableTester.childHits(portableCorner, uint32_t(h)));
+        ASSERT_EQ(tester.childHits(corner, uint32_t(h)),
+                  portableTester.childHits(portableCorner, uint32_t(h)));
         const uint64_t hits = portableTester.leafHits(portableCorner);
         ASSERT_EQ(tester.leafHits(corner), hits);
         const uint32_t some = 1 + random() % 255;
@@ -253,7 +273,9 @@ TEST(RaySlabs, LanesGiveThePortableBits) {
         any |= hits;
         for (uint32_t v = 0; v < 64; v += 1 + random() % 8) {
             const uint32_t o = v / 8, c = v % 8;
-            ASSERT_EQ(hits >> v & 1, hitsCube(r, p.x + 2 * (o & 1) + (c & 1), p.y + 2 * (o >> 1 & 1) + (c >> 1 & 1), p.z + 2 * (o >> 2) + (c >> 2), 1.0f));
+            ASSERT_EQ(hits >> v & 1, hitsCube(r, p.x + 2 * (o & 1) + (c & 1),
+                                              p.y + 2 * (o >> 1 & 1) + (c >> 1 & 1),
+                                              p.z + 2 * (o >> 2) + (c >> 2), 1.0f));
         }
     }
     EXPECT_EQ(any, ~uint64_t(0));
@@ -271,7 +293,8 @@ TEST(DagTracePass, BitsAreThoseOfOccludedForAnyThreadCount) {
         std::vector<uint32_t> bits((segments.size() + 31) / 32, 0xffffffffu);
         traceSegments(Backend::kCpu, dag.view(), viewOf(segments), 1, viewOf(bits));
         for (size_t i = 0; i < bits.size() * 32; ++i)
-            ASSERT_EQ(bits[i / 32] >> (i % 32) & 1, i < segments.size() && occluded(dag.view(), segments[i], 1));
+            ASSERT_EQ(bits[i / 32] >> (i % 32) & 1,
+                      i < segments.size() && occluded(dag.view(), segments[i], 1));
     }
     setThreadCount(0);
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The judges: closed overlap and intersection in integers of any length, hence without rounding. Slow, and plain on purpose.
+// The judges: closed overlap and intersection in integers of any length, hence without rounding.
+// Slow, and plain on purpose.
 #pragma once
 
 #include <boost/multiprecision/cpp_int.hpp>
@@ -15,12 +16,18 @@ namespace shadowdag::exact {
 using Int = boost::multiprecision::cpp_int;
 using Point = std::array<Int, 3>;
 
-inline Point operator-(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+inline Point operator-(const Point& a, const Point& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
 inline Point cross(const Point& a, const Point& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-inline Int dot(const Point& a, const Point& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-inline int sign(const Int& v) { return v > 0 ? 1 : v < 0 ? -1 : 0; }
+inline Int dot(const Point& a, const Point& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline int sign(const Int& v) {
+    return v > 0 ? 1 : v < 0 ? -1 : 0;
+}
 
 /// Returns value * 2^shift, which must be an integer.
 inline Int scaled(double value, int shift) {
@@ -37,10 +44,14 @@ inline Int scaled(double value, int shift) {
 }
 
 /// Returns a float point times 2^149 (every finite float is then an integer).
-inline Point point(const glm::vec3& p, int shift = 149) { return {scaled(p.x, shift), scaled(p.y, shift), scaled(p.z, shift)}; }
+inline Point point(const glm::vec3& p, int shift = 149) {
+    return {scaled(p.x, shift), scaled(p.y, shift), scaled(p.z, shift)};
+}
 
-/// Returns whether two convex hulls of points have a common point, given axes that suffice to separate them.
-inline bool overlapOnAxes(const std::vector<Point>& a, const std::vector<Point>& b, const std::vector<Point>& axes) {
+/// Returns whether two convex hulls of points have a common point, given axes that suffice to
+/// separate them.
+inline bool overlapOnAxes(const std::vector<Point>& a, const std::vector<Point>& b,
+                          const std::vector<Point>& axes) {
     for (const Point& axis : axes) {
         Int aMin, aMax, bMin, bMax;
         for (size_t i = 0; i < a.size(); ++i) {
@@ -59,8 +70,8 @@ inline bool overlapOnAxes(const std::vector<Point>& a, const std::vector<Point>&
     return true;
 }
 
-/// Returns whether the closed convex hull of one, two or three points (a segment or triangle, however degenerate)
-/// meets the closed box: separating axes, all of them.
+/// Returns whether the closed convex hull of one, two or three points (a segment or triangle,
+/// however degenerate) meets the closed box: separating axes, all of them.
 inline bool hullTouchesBox(const std::vector<Point>& hull, const Point& lo, const Point& hi) {
     std::vector<Point> box;
     for (int c = 0; c < 8; ++c)
@@ -81,8 +92,10 @@ inline bool isDegenerate(const std::vector<Point>& triangle) {
     return cross(triangle[1] - triangle[0], triangle[2] - triangle[0]) == Point{0, 0, 0};
 }
 
-/// Returns whether the closed segment meets the closed triangle: separating axes of two flat convex bodies.
-inline bool segmentMeetsTriangle(const Point& p, const Point& q, const std::vector<Point>& triangle) {
+/// Returns whether the closed segment meets the closed triangle: separating axes of two flat convex
+/// bodies.
+inline bool segmentMeetsTriangle(const Point& p, const Point& q,
+                                 const std::vector<Point>& triangle) {
     const Point way = q - p;
     const Point normal = cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
     std::vector<Point> axes{normal, cross(way, normal)};

@@ -21,8 +21,9 @@ TEST(ExactGeometry, HullTouchesBoxCountsTies) {
     EXPECT_FALSE(hullTouchesBox({{2, 2, 3}}, lo, hi));
     EXPECT_TRUE(hullTouchesBox({{4, 0, 1}, {0, 4, 1}}, lo, hi));  // through the edge (2, 2, *)
     EXPECT_FALSE(hullTouchesBox({{5, 0, 1}, {0, 5, 1}}, lo, hi)); // past it
-    EXPECT_TRUE(hullTouchesBox({{6, 0, 0}, {0, 6, 0}, {0, 0, 6}}, lo, hi));  // plane x + y + z = 6 at the corner
-    EXPECT_FALSE(hullTouchesBox({{7, 0, 0}, {0, 7, 0}, {0, 0, 7}}, lo, hi)); // beyond it
+    EXPECT_TRUE(hullTouchesBox({{6, 0, 0}, {0, 6, 0}, {0, 0, 6}}, lo,
+                               hi)); // plane x + y + z = 6 at the corner
+    EXPECT_FALSE(hullTouchesBox({{7, 0, 0}, {0, 7, 0}, {0, 0, 7}}, lo, hi));   // beyond it
     EXPECT_TRUE(hullTouchesBox({{-9, -9, 1}, {9, -9, 1}, {0, 9, 1}}, lo, hi)); // around it
     EXPECT_FALSE(hullTouchesBox({{-1, 4, 0}, {4, 4, 0}, {4, -1, 3}}, {-9, -9, -9}, {0, 0, -1}));
 }
@@ -30,13 +31,13 @@ TEST(ExactGeometry, HullTouchesBoxCountsTies) {
 TEST(ExactGeometry, SegmentMeetsTriangleCountsTies) {
     const std::vector<Point> t{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
     EXPECT_TRUE(segmentMeetsTriangle({1, 1, -1}, {1, 1, 1}, t));
-    EXPECT_TRUE(segmentMeetsTriangle({2, 2, -1}, {2, 2, 1}, t));   // on the long edge
-    EXPECT_FALSE(segmentMeetsTriangle({2, 3, -1}, {2, 3, 1}, t));  // beyond it
-    EXPECT_TRUE(segmentMeetsTriangle({1, 1, 0}, {1, 1, 1}, t));    // ends on it
-    EXPECT_FALSE(segmentMeetsTriangle({1, 1, 1}, {1, 1, 2}, t));   // ends before it
-    EXPECT_TRUE(segmentMeetsTriangle({-1, 1, 0}, {5, 1, 0}, t));   // in its plane, across
-    EXPECT_FALSE(segmentMeetsTriangle({3, 3, 0}, {5, 1, 0}, t));   // in its plane, beside
-    EXPECT_FALSE(segmentMeetsTriangle({1, 1, 1}, {5, 1, 1}, t));   // parallel above
+    EXPECT_TRUE(segmentMeetsTriangle({2, 2, -1}, {2, 2, 1}, t));  // on the long edge
+    EXPECT_FALSE(segmentMeetsTriangle({2, 3, -1}, {2, 3, 1}, t)); // beyond it
+    EXPECT_TRUE(segmentMeetsTriangle({1, 1, 0}, {1, 1, 1}, t));   // ends on it
+    EXPECT_FALSE(segmentMeetsTriangle({1, 1, 1}, {1, 1, 2}, t));  // ends before it
+    EXPECT_TRUE(segmentMeetsTriangle({-1, 1, 0}, {5, 1, 0}, t));  // in its plane, across
+    EXPECT_FALSE(segmentMeetsTriangle({3, 3, 0}, {5, 1, 0}, t));  // in its plane, beside
+    EXPECT_FALSE(segmentMeetsTriangle({1, 1, 1}, {5, 1, 1}, t));  // parallel above
 }
 
 } // namespace

@@ -15,7 +15,8 @@ struct Receiver {
     glm::vec3 normal;
 };
 
-/// A triangle that crosses much of a grid, of any orientation (some axis-parallel, some diagonal), anywhere.
+/// A triangle that crosses much of a grid, of any orientation (some axis-parallel, some diagonal),
+/// anywhere.
 Receiver makeReceiver(std::mt19937& random) {
     std::uniform_real_distribution<float> unit(-1, 1);
     const auto point = [&] { return glm::vec3(unit(random), unit(random), unit(random)); };
@@ -34,7 +35,8 @@ Receiver makeReceiver(std::mt19937& random) {
     r.grid = gridAround(box, 6 + random() % 4);
     r.dag = voxelize(r.soup.view(), r.soup.all(), r.grid);
     const TriangleView t = r.soup.view();
-    r.normal = glm::normalize(glm::cross(t.vertex(0, 1) - t.vertex(0, 0), t.vertex(0, 2) - t.vertex(0, 0)));
+    r.normal = glm::normalize(
+        glm::cross(t.vertex(0, 1) - t.vertex(0, 0), t.vertex(0, 2) - t.vertex(0, 0)));
     return r;
 }
 
@@ -65,9 +67,12 @@ TEST(ShadowSegment, PlanarReceiverOfAnyOrientationNeverSeesItsOwnVoxels) {
             if (!(glm::dot(light - p, n) > 0))
                 continue;
             const uint32_t level = random() % 4;
-            ASSERT_FALSE(occluded(r.dag.view(), shadowSegment(r.grid, p, n, light, 1.0f, level), level))
-                << "seed 41 plane " << plane << " ray " << i << " level " << level << " reach " << reach << " height " << height;
-            shadowedWithout += occluded(r.dag.view(), shadowSegment(r.grid, p, n, light, 0.0f, level), level);
+            ASSERT_FALSE(
+                occluded(r.dag.view(), shadowSegment(r.grid, p, n, light, 1.0f, level), level))
+                << "seed 41 plane " << plane << " ray " << i << " level " << level << " reach "
+                << reach << " height " << height;
+            shadowedWithout +=
+                occluded(r.dag.view(), shadowSegment(r.grid, p, n, light, 0.0f, level), level);
         }
     }
     EXPECT_GT(shadowedWithout, 20000); // what the offset is there for
@@ -81,7 +86,8 @@ TEST(ShadowSegment, OffsetIsTight) {
         const Receiver r = makeReceiver(random);
         for (int i = 0; i < 200; ++i) {
             const glm::vec3 p = pointOn(r.soup, random);
-            shadowed += occluded(r.dag.view(), shadowSegment(r.grid, p, r.normal, p + r.normal, 0.9f, 0));
+            shadowed +=
+                occluded(r.dag.view(), shadowSegment(r.grid, p, r.normal, p + r.normal, 0.9f, 0));
         }
     }
     EXPECT_GT(shadowed, 0);
@@ -92,7 +98,8 @@ TEST(ShadowSegment, EndsAreWhereTheFormulaPutsThem) {
     grid.resolutionLog2 = 6;
     grid.voxelSizeWorld = 0.5;
     grid.originWorld = glm::dvec3(-1, 0, 1);
-    // Plane z = 5 (voxel 8), light 10 voxels above. Lift: one cell of 2 voxels; end: sqrt(3) cells back.
+    // Plane z = 5 (voxel 8), light 10 voxels above. Lift: one cell of 2 voxels; end: sqrt(3) cells
+    // back.
     const DagSegment s = shadowSegment(grid, {3, 4, 5}, {0, 0, 1}, {3, 4, 10}, 1.0f, 1);
     EXPECT_NEAR(s.from.x, 8, 1e-6);
     EXPECT_NEAR(s.from.y, 8, 1e-6);

@@ -23,7 +23,8 @@ using Cell = std::array<int, 3>;
 std::set<Cell> columnsOf(const TriangleSetup& s, const glm::ivec3& corner, int size) {
     std::set<Cell> cells;
     forEachColumn(s, corner, size, [&](int u, int v, int first, int last) {
-        EXPECT_TRUE(0 <= u && u < size && 0 <= v && v < size && 0 <= first && first <= last && last < size);
+        EXPECT_TRUE(0 <= u && u < size && 0 <= v && v < size && 0 <= first && first <= last &&
+                    last < size);
         for (int d = first; d <= last; ++d) {
             Cell cell;
             cell[s.axis[0]] = corner[s.axis[0]] + u;
@@ -35,8 +36,8 @@ std::set<Cell> columnsOf(const TriangleSetup& s, const glm::ivec3& corner, int s
     return cells;
 }
 
-/// Holds columns and cubes of one triangle against integers: every touched voxel is there, and none that does not touch when
-/// grown by `grow` voxels. `shift`: coordinates are multiples of 2^-shift.
+/// Holds columns and cubes of one triangle against integers: every touched voxel is there, and none
+/// that does not touch when grown by `grow` voxels. `shift`: coordinates are multiples of 2^-shift.
 void expectOverlap(const VoxelGrid& grid, const glm::vec3 t[3], int shift, double grow) {
     const TriangleSetup s = setupTriangle(grid, t);
     const int n = int(grid.resolution());
@@ -63,11 +64,11 @@ void expectOverlap(const VoxelGrid& grid, const glm::vec3 t[3], int shift, doubl
                         ASSERT_TRUE(computed) << "cube missed";
                         ASSERT_TRUE(inColumns) << "voxel missed";
                     } else if ((computed || inColumns) && !touches(c, size, grow)) {
-                        FAIL() << (computed ? "cube " : "column voxel ") << x << " " << y << " " << z << " size " << size << " does not touch";
+                        FAIL() << (computed ? "cube " : "column voxel ") << x << " " << y << " "
+                               << z << " size " << size << " does not touch";
                     }
                 }
 }
-
 
 TEST(TriangleVoxels, EqualsTheExactOverlapOnLatticeTriangles) {
     std::mt19937 random(21);
@@ -101,7 +102,9 @@ TEST(TriangleVoxels, MissesNothingAndGrowsByLessThanAMillionthOnFineTriangles) {
         const glm::vec3 centre(random() % 9, random() % 9, random() % 9);
         for (glm::vec3& p : t)
             for (int a = 0; a < 3; ++a)
-                p[a] = centre[a] + std::round(std::ldexp(spread * (float(random() % 20001) / 10000 - 1), 12)) / 4096;
+                p[a] = centre[a] +
+                       std::round(std::ldexp(spread * (float(random() % 20001) / 10000 - 1), 12)) /
+                           4096;
         if (i % 4 == 1) // a sliver
             t[2] = t[0] + (t[1] - t[0]) * 0.5f + glm::vec3(0, std::ldexp(1.0f, -12), 0);
         SCOPED_TRACE(testing::Message() << "seed 22 triangle " << i);
@@ -118,10 +121,13 @@ TEST(TriangleVoxels, MissesNothingOfSliversSpecksAndGiants) {
     for (int i = 0; i < 300; ++i) {
         glm::vec3 t[3];
         const float size = i % 3 == 0 ? 1e-6f : i % 3 == 1 ? 6.0f : 1e7f;
-        const glm::vec3 centre = glm::vec3(4) + 4.0f * glm::vec3(unit(random), unit(random), unit(random));
-        const glm::vec3 along(unit(random), unit(random), unit(random)), across(unit(random), unit(random), unit(random));
+        const glm::vec3 centre =
+            glm::vec3(4) + 4.0f * glm::vec3(unit(random), unit(random), unit(random));
+        const glm::vec3 along(unit(random), unit(random), unit(random)),
+            across(unit(random), unit(random), unit(random));
         for (glm::vec3& p : t)
-            p = centre + size * (unit(random) * along + (i % 2 ? 1e-7f : 1.0f) * unit(random) * across);
+            p = centre +
+                size * (unit(random) * along + (i % 2 ? 1e-7f : 1.0f) * unit(random) * across);
         SCOPED_TRACE(testing::Message() << "seed 23 triangle " << i);
         // What triangle_voxels.h states: a sliver of extent E may be grown by 2^-23.5 E.
         const bool isGiant = i % 3 == 2;
@@ -131,7 +137,8 @@ TEST(TriangleVoxels, MissesNothingOfSliversSpecksAndGiants) {
     }
 }
 
-// The same voxels whether a cube is walked at once or in parts, wherever it lies and with the transform not trivial.
+// The same voxels whether a cube is walked at once or in parts, wherever it lies and with the
+// transform not trivial.
 TEST(TriangleVoxels, PartsOfACubeGiveTheVoxelsOfTheWhole) {
     std::mt19937 random(24);
     std::uniform_real_distribution<float> unit(-1, 1);
@@ -143,7 +150,9 @@ TEST(TriangleVoxels, PartsOfACubeGiveTheVoxelsOfTheWhole) {
         glm::vec3 t[3];
         const glm::ivec3 corner(glm::ivec3(random() % 64, random() % 64, random() % 64) * 64);
         for (glm::vec3& p : t)
-            p = glm::vec3(grid.worldFromVoxel(glm::dvec3(corner) + 32.0 + 50.0 * glm::dvec3(unit(random), unit(random), unit(random))));
+            p = glm::vec3(
+                grid.worldFromVoxel(glm::dvec3(corner) + 32.0 +
+                                    50.0 * glm::dvec3(unit(random), unit(random), unit(random))));
         const TriangleSetup s = setupTriangle(grid, t);
         std::set<Cell> parts;
         for (int c = 0; c < 8; ++c) {

@@ -17,7 +17,9 @@ struct DenseGrid {
 
     explicit DenseGrid(uint32_t l) : log2(l), bits(size_t(1) << (3 * l)) {}
     uint32_t size() const { return 1u << log2; }
-    size_t index(uint32_t x, uint32_t y, uint32_t z) const { return (size_t(z) << (2 * log2)) + (size_t(y) << log2) + x; }
+    size_t index(uint32_t x, uint32_t y, uint32_t z) const {
+        return (size_t(z) << (2 * log2)) + (size_t(y) << log2) + x;
+    }
     bool at(uint32_t x, uint32_t y, uint32_t z) const {
         return x < size() && y < size() && z < size() && bits[index(x, y, z)];
     }
@@ -33,19 +35,22 @@ inline DenseGrid randomGrid(uint32_t log2, double density, std::mt19937& random)
     return grid;
 }
 
-inline uint32_t addCell(DagBuilder& builder, const DenseGrid& grid, uint32_t level, uint32_t x, uint32_t y, uint32_t z) {
+inline uint32_t addCell(DagBuilder& builder, const DenseGrid& grid, uint32_t level, uint32_t x,
+                        uint32_t y, uint32_t z) {
     if (level == kLeafLog2) {
         uint64_t voxels = 0;
         for (uint32_t o = 0; o < 8; ++o)
             for (uint32_t s = 0; s < 8; ++s)
-                if (grid.at(x + 2 * (o & 1) + (s & 1), y + 2 * (o >> 1 & 1) + (s >> 1 & 1), z + 2 * (o >> 2) + (s >> 2)))
+                if (grid.at(x + 2 * (o & 1) + (s & 1), y + 2 * (o >> 1 & 1) + (s >> 1 & 1),
+                            z + 2 * (o >> 2) + (s >> 2)))
                     voxels |= uint64_t(1) << (8 * o + s);
         return builder.addLeaf(voxels);
     }
     uint32_t children[8];
     const uint32_t half = 1u << (level - 1);
     for (uint32_t c = 0; c < 8; ++c)
-        children[c] = addCell(builder, grid, level - 1, x + half * (c & 1), y + half * (c >> 1 & 1), z + half * (c >> 2));
+        children[c] = addCell(builder, grid, level - 1, x + half * (c & 1), y + half * (c >> 1 & 1),
+                              z + half * (c >> 2));
     return builder.addInner(level, children);
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "voxel/voxelize.h"
 
+#include "cuda/error.h"
 #include "tests/voxel/exact_geometry.h"
 #include "tests/voxel/soup.h"
 #include "tests/voxel/voxel_sets.h"
-#include "cuda/error.h"
 
 #include <gtest/gtest.h>
 
@@ -35,9 +35,13 @@ TEST(Voxelize, EqualsTheExactOverlapOfASoup) {
                 for (uint32_t x = 0; x < grid.resolution(); ++x) {
                     bool touched = false;
                     for (size_t t = 0; t < soup.triangles.size() && !touched; ++t)
-                        touched = exact::hullTouchesBox({exact::point(soup.view().vertex(t, 0), 2), exact::point(soup.view().vertex(t, 1), 2), exact::point(soup.view().vertex(t, 2), 2)},
-                                                        {4 * x, 4 * y, 4 * z}, {4 * x + 4, 4 * y + 4, 4 * z + 4});
-                    ASSERT_EQ(isOccupied(dag.view(), x, y, z), touched) << log2 << ": " << x << " " << y << " " << z;
+                        touched = exact::hullTouchesBox({exact::point(soup.view().vertex(t, 0), 2),
+                                                         exact::point(soup.view().vertex(t, 1), 2),
+                                                         exact::point(soup.view().vertex(t, 2), 2)},
+                                                        {4 * x, 4 * y, 4 * z},
+                                                        {4 * x + 4, 4 * y + 4, 4 * z + 4});
+                    ASSERT_EQ(isOccupied(dag.view(), x, y, z), touched)
+                        << log2 << ": " << x << " " << y << " " << z;
                     occupied += touched;
                 }
         EXPECT_EQ(computeDagStats(dag).voxelCount, occupied);
@@ -73,7 +77,8 @@ TEST(Voxelize, AnyThreadCountAndTriangleOrderGiveTheSameWords) {
     setThreadCount(0);
 }
 
-// The octree's sorting and the bricks change nothing: each level of a fine grid is the coarser grid of the same triangles.
+// The octree's sorting and the bricks change nothing: each level of a fine grid is the coarser grid
+// of the same triangles.
 TEST(Voxelize, CoarserGridIsTheFinerOneReduced) {
     std::mt19937 random(33);
     const Soup soup = randomSoup(40, 1.0f, random);
