@@ -81,6 +81,16 @@ void Program::command(const std::string& name, const std::string& description,
 }
 
 void Program::run(int argc, const char* const* argv) {
+    if (argc > 1 && argv[1][0] != '-') { // the parser's own complaint would not name what it did not know
+        std::string known;
+        bool isKnown = false;
+        for (const State::Entry& entry : state_->entries) {
+            known += (known.empty() ? "" : ", ") + entry.app->get_name();
+            isKnown = isKnown || entry.app->get_name() == argv[1];
+        }
+        if (!isKnown)
+            throw Error(ErrorKind::kUsage, "unknown subcommand '" + std::string(argv[1]) + "'; there are " + known);
+    }
     try {
         state_->app.parse(argc, argv);
     } catch (const CLI::Success& success) { // help or version was asked for
