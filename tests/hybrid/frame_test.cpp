@@ -382,6 +382,7 @@ TEST(Frame, FollowsMovedInstancesAndLightsAsIfBuiltAnew) {
     Scene scene = blockerScene(kManyLights, true);
     scene.nodes.push_back(scene.nodes[0]); // a second, moving copy of all triangles
     scene.roots.push_back(int(scene.nodes.size() - 1));
+    scene.nodes.back().local.translation = {60.0f, 0.0f, 0.0f}; // out of sight and of every light
     animate(scene, int(scene.nodes.size() - 1), {2.5f, 0.7f, -1.0f});
     animate(scene, 2, {-1.0f, 3.0f, 2.0f});
     World world(scene, {});
