@@ -35,10 +35,11 @@ Json withoutTimes(Json results) {
 
 std::vector<std::string> filesBelow(const std::string& directory) {
     std::vector<std::string> names;
-    if (std::filesystem::exists(directory))
-        for (const auto& entry : std::filesystem::recursive_directory_iterator(directory))
-            if (entry.is_regular_file())
-                names.push_back(std::filesystem::relative(entry.path(), directory).string());
+    if (!std::filesystem::exists(directory))
+        return names;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(directory))
+        if (entry.is_regular_file())
+            names.push_back(std::filesystem::relative(entry.path(), directory).string());
     return names;
 }
 
@@ -67,8 +68,9 @@ TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
             EXPECT_TRUE(run.contains(key)) << run["label"] << " " << key;
     const std::string html = readText(report + "/index.html");
     for (const std::string& name : filesBelow(report + "/charts"))
-        if (name.ends_with(".svg"))
+        if (name.ends_with(".svg")) {
             EXPECT_THAT(html, HasSubstr("charts/" + name));
+        }
     EXPECT_EQ(html.find("http"), std::string::npos) << "the page must not need the net";
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
 }

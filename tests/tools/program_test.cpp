@@ -171,9 +171,10 @@ TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
                             "contact_count", "null_rate"})
         EXPECT_TRUE(result.json().contains(key)) << key;
     uint64_t sum = 0;
-    for (const Json& light : result.json()["lights"])
+    const Json validated = result.json();
+    for (const Json& light : validated["lights"])
         sum += light["pair_count"].get<uint64_t>();
-    EXPECT_EQ(sum, result.json()["pair_count"].get<uint64_t>());
+    EXPECT_EQ(sum, validated["pair_count"].get<uint64_t>());
     EXPECT_TRUE(std::filesystem::exists(directory / "errors/error.png"));
 }
 
