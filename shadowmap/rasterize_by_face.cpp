@@ -4,11 +4,62 @@
 #include "shadowmap/rasterize_pass.h"
 
 #include "cuda/parallel_for.h"
+#include "shadowmap/rasterize_lanes.h"
 
 #include <algorithm>
 #include <numeric>
 
 namespace shadowdag {
+namespace {
+
+/// Draws one triangle by the one text, but without atomics.
+void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo& map,
+                  uint32_t face) {
+    glm::dvec3 corners[3];
+    for (int corner = 0; corner < 3; ++corner)
+        corners[corner] = faceFromLight(
+            face, cornerFromLight(view.geometry, triangle, corner, map.lightPositionWorld));
+    FaceTriangle t;
+    if (!setUpTriangle(corners[0], corners[1], corners[2], map, t))
+        return;
+    uint32_t* const depths = view.depths.data;
+    // Written always, so that the compiler may take several texels at once.
+    coverTexels(view, map, face, t, t.y0, t.y1, [depths](size_t texel, uint32_t bits) {
+        depths[texel] = depths[texel] > bits ? depths[texel] : bits;
+    });
+}
+
+/// Draws a batch into one face of a map, whose pages nobody else writes.
+void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& map,
+               uint32_t face) {
+    const uint32_t* const triangles = &view.batchTriangles[batch.first];
+#if defined(SDAG_RASTERIZE_AVX2)
+    const float wNear = float(1.0 / (double(map.rangeWorld) * kNearPerRange));
+    for (uint32_t first = 0; first < batch.count; first += 4) {
+        const uint32_t count = std::min(batch.count - first, 4u);
+        uint32_t four[4];
+        for (uint32_t lane = 0; lane < 4; ++lane)
+            four[lane] = triangles[first + std::min(lane, count - 1)];
+        const auto corners = [&](int corner) {
+            return avx2::cornersFromLight(view.geometry, four, corner, map.lightPositionWorld,
+                                          face);
+        };
+        avx2::FaceTriangles t;
+        uint32_t crossing;
+        uint32_t ready = avx2::setUpTriangles(corners(0), corners(1), corners(2), map,
+                                              (1u << count) - 1u, crossing, t);
+        for (; ready; ready &= ready - 1)
+            avx2::coverTexels(view, map, face, t.at(__builtin_ctz(ready), wNear));
+        for (; crossing; crossing &= crossing - 1)
+            drawTriangle(view, four[__builtin_ctz(crossing)], map, face);
+    }
+#else
+    for (uint32_t i = 0; i < batch.count; ++i)
+        drawTriangle(view, triangles[i], map, face);
+#endif
+}
+
+} // namespace
 
 void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawStart) {
     const size_t mapCount = view.maps.count;
@@ -23,30 +74,9 @@ void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawSt
         for (size_t item = begin; item < end; ++item) {
             const uint32_t mapIndex = order[item / kFaceCount];
             const uint32_t face = uint32_t(item % kFaceCount);
-            const ShadowMapInfo map = view.maps[mapIndex];
-            uint32_t* const depths = view.depths.data;
-            for (uint32_t i = drawStart[mapIndex]; i < drawStart[mapIndex + 1]; ++i) {
-                const BatchDraw& draw = view.draws[i];
-                if (!(draw.faces >> face & 1u))
-                    continue;
-                const Batch& batch = view.batches[draw.batch];
-                for (uint32_t inBatch = 0; inBatch < batch.count; ++inBatch) {
-                    const uint32_t triangle = view.batchTriangles[batch.first + inBatch];
-                    glm::dvec3 corners[3];
-                    for (int corner = 0; corner < 3; ++corner)
-                        corners[corner] =
-                            faceFromLight(face, cornerFromLight(view.geometry, triangle, corner,
-                                                                map.lightPositionWorld));
-                    FaceTriangle t;
-                    if (!setUpTriangle(corners[0], corners[1], corners[2], map, t))
-                        continue;
-                    // Written always, so that the compiler may take several texels at once.
-                    coverTexels(view, map, face, t, t.y0, t.y1,
-                                [depths](size_t texel, uint32_t bits) {
-                                    depths[texel] = depths[texel] > bits ? depths[texel] : bits;
-                                });
-                }
-            }
+            for (uint32_t i = drawStart[mapIndex]; i < drawStart[mapIndex + 1]; ++i)
+                if (view.draws[i].faces >> face & 1u)
+                    drawBatch(view, view.batches[view.draws[i].batch], view.maps[mapIndex], face);
         }
     });
 }

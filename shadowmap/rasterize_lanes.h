@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: Apache-2.0
+// rasterize.h in AVX2 lanes: four triangles set up at once, then the texels of one triangle four or
+// eight at once. The same operations in the same order, so the same bits; what a lane cannot settle
+// is left to the one text. Texels are written without atomics: a page has one writer.
+#pragma once
+
+#include "shadowmap/rasterize.h"
+
+#if defined(__AVX2__) && !defined(__CUDACC__)
+#define SDAG_RASTERIZE_AVX2 1
+#include <immintrin.h>
+
+namespace shadowdag::avx2 {
+
+/// Four numbers, or four masks. glm::min(x, y) is y < x ? y : x, which is minpd(y, x).
+using Lanes = __m256d;
+inline Lanes all(double value) {
+    return _mm256_set1_pd(value);
+}
+inline Lanes least(Lanes x, Lanes y) {
+    return _mm256_min_pd(y, x);
+}
+inline Lanes most(Lanes x, Lanes y) {
+    return _mm256_max_pd(y, x);
+}
+inline Lanes negative(Lanes x) {
+    return _mm256_xor_pd(x, all(-0.0));
+}
+inline Lanes magnitude(Lanes x) {
+    return _mm256_andnot_pd(all(-0.0), x);
+}
+inline Lanes above(Lanes x, Lanes y) {
+    return _mm256_cmp_pd(x, y, _CMP_GT_OQ);
+}
+inline Lanes atLeast(Lanes x, Lanes y) {
+    return _mm256_cmp_pd(x, y, _CMP_GE_OQ);
+}
+
+struct Lanes3 {
+    Lanes x, y, z;
+};
+inline Lanes3 difference(const Lanes3& a, const Lanes3& b) {
+    return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+    return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
+}
+inline Lanes sizeOf(const Lanes3& p) {
+    return most(magnitude(p.x), most(magnitude(p.y), magnitude(p.z)));
+}
+
+/// Returns corner `corner` of four triangles relative to the light, in the frame of a face.
+inline Lanes3 cornersFromLight(const TriangleView& geometry, const uint32_t* triangles, int corner,
+                               const glm::vec3& lightWorld, uint32_t face) {
+    const __m128i three = _mm_setr_epi32(-1, -1, -1, 0); // no byte beyond the last vertex
+    __m128 p[4];
+    for (int lane = 0; lane < 4; ++lane)
+        p[lane] = _mm_maskload_ps(
+            &geometry.positions[geometry.triangles[triangles[lane]][corner]].x, three);
+    _MM_TRANSPOSE4_PS(p[0], p[1], p[2], p[3]);
+    const Lanes world[3] = {_mm256_cvtps_pd(p[0]) - all(double(lightWorld.x)),
+                            _mm256_cvtps_pd(p[1]) - all(double(lightWorld.y)),
+                            _mm256_cvtps_pd(p[2]) - all(double(lightWorld.z))};
+    // As faceFromLight: the face's axis comes last.
+    const uint32_t axis = face / 2;
+    const Lanes z = world[axis];
+    return {world[axis == 2 ? 0 : axis + 1], world[axis == 0 ? 2 : axis - 1],
+            (face & 1u) ? negative(z) : z};
+}
+
+/// FaceTriangle, four of them.
+struct alignas(32) FaceTriangles {
+    double ex[3][4], ey[3][4], e0[3][4], tolerance[3][4];
+    double wx[4], wy[4], w0[4];
+    float wMin[4], wMax[4];
+    int32_t x0[4], x1[4], y0[4], y1[4];
+
+    FaceTriangle at(int lane, float wNear) const {
+        FaceTriangle t;
+        for (int k = 0; k < 3; ++k) {
+            t.ex[k] = ex[k][lane];
+            t.ey[k] = ey[k][lane];
+            t.e0[k] = e0[k][lane];
+            t.tolerance[k] = tolerance[k][lane];
+        }
+        t.wx = wx[lane];
+        t.wy = wy[lane];
+        t.w0 = w0[lane];
+        t.wMin = wMin[lane];
+        t.wMax = wMax[lane];
+        t.wNear = wNear;
+        t.x0 = x0[lane];
+        t.x1 = x1[lane];
+        t.y0 = y0[lane];
+        t.y1 = y1[lane];
+        return t;
+    }
+};
+
+/// texelSpan in lanes; returns the lanes that are not empty.
+inline Lanes texelSpans(Lanes lo, Lanes hi, Lanes half, Lanes end, int32_t* first, int32_t* last) {
+    const Lanes a = (lo + all(1.0)) * half - all(0.5) - all(1e-6);
+    const Lanes b = (hi + all(1.0)) * half - all(0.5) + all(1e-6);
+    const Lanes zero = _mm256_setzero_pd();
+    const Lanes from = _mm256_ceil_pd(_mm256_max_pd(a, zero));
+    const Lanes to = _mm256_floor_pd(_mm256_min_pd(b, end));
+    _mm_store_si128(reinterpret_cast<__m128i*>(first), _mm256_cvttpd_epi32(from));
+    _mm_store_si128(reinterpret_cast<__m128i*>(last), _mm256_cvttpd_epi32(to));
+    return _mm256_and_pd(_mm256_and_pd(atLeast(end, a), atLeast(b, zero)), atLeast(to, from));
+}
+
+/// setUpTriangle in lanes. Returns the lanes (bit i = lane i) that can cover texels and are set up
+/// in `t`; those in `crossing` reach the near plane or behind the light and are left to
+/// setUpTriangle. @param wanted lanes that hold a triangle; the others may hold any finite numbers
+inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c,
+                               const ShadowMapInfo& map, uint32_t wanted, uint32_t& crossing,
+                               FaceTriangles& t) {
+    const auto bits = [](Lanes mask) { return uint32_t(_mm256_movemask_pd(mask)); };
+    const auto allOutside = [](Lanes p, Lanes pz, Lanes q, Lanes qz, Lanes r, Lanes rz) {
+        return _mm256_and_pd(_mm256_and_pd(above(p, pz), above(q, qz)), above(r, rz));
+    };
+    const Lanes outside = _mm256_or_pd(
+        _mm256_or_pd(allOutside(a.x, a.z, b.x, b.z, c.x, c.z),
+                     allOutside(negative(a.x), a.z, negative(b.x), b.z, negative(c.x), c.z)),
+        _mm256_or_pd(allOutside(a.y, a.z, b.y, b.z, c.y, c.z),
+                     allOutside(negative(a.y), a.z, negative(b.y), b.z, negative(c.y), c.z)));
+    const Lanes zMin = least(a.z, least(b.z, c.z));
+    const Lanes zMax = most(a.z, most(b.z, c.z));
+    uint32_t kept = wanted & ~bits(outside) & bits(above(zMax, _mm256_setzero_pd()));
+    const double zNear = double(map.rangeWorld) * kNearPerRange;
+    crossing = kept & ~bits(above(zMin, all(zNear)));
+    kept &= ~crossing;
+    if (!kept)
+        return 0;
+    const double n = double(map.faceTexels);
+    const Lanes half = all(0.5 * n), end = all(n - 1.0), one = all(1.0);
+    const Lanes ra = one / a.z, rb = one / b.z, rc = one / c.z;
+    const Lanes ua = a.x * ra, ub = b.x * rb, uc = c.x * rc;
+    kept &=
+        bits(texelSpans(least(ua, least(ub, uc)), most(ua, most(ub, uc)), half, end, t.x0, t.x1));
+    const Lanes va = a.y * ra, vb = b.y * rb, vc = c.y * rc;
+    kept &=
+        bits(texelSpans(least(va, least(vb, vc)), most(va, most(vb, vc)), half, end, t.y0, t.y1));
+    if (!kept)
+        return 0;
+    // Division is monotone: the greatest of the reciprocals is that of the least depth.
+    _mm_store_ps(t.wMin, _mm256_cvtpd_ps(least(ra, least(rb, rc))));
+    _mm_store_ps(t.wMax, _mm256_cvtpd_ps(most(ra, most(rb, rc))));
+
+    const Lanes3 ab = difference(b, a), ac = difference(c, a);
+    const Lanes3 normal = cross(ab, ac);
+    const Lanes k = normal.x * a.x + normal.y * a.y + normal.z * a.z;
+    constexpr double kUnit = 1.0 / 9007199254740992.0; // 2^-53
+    const Lanes sizeA = sizeOf(a), sizeB = sizeOf(b), sizeC = sizeOf(c);
+    kept &= bits(above(magnitude(k), all(32.0 * kUnit) * sizeOf(ab) * sizeOf(ac) * sizeA));
+    if (!kept)
+        return 0;
+    // sign * x is x with its sign turned where k is negative.
+    const Lanes turn = _mm256_andnot_pd(above(k, _mm256_setzero_pd()), all(-0.0));
+    const Lanes count = all(n);
+    const auto edge = [&](int i, const Lanes3& p, const Lanes3& q, Lanes sizes) {
+        const Lanes3 e = cross(p, q);
+        _mm256_store_pd(t.ex[i], _mm256_xor_pd(turn, e.x));
+        _mm256_store_pd(t.ey[i], _mm256_xor_pd(turn, e.y));
+        _mm256_store_pd(t.e0[i], _mm256_xor_pd(turn, e.z * count));
+        _mm256_store_pd(t.tolerance[i], all(32.0 * kUnit) * sizes * count);
+    };
+    edge(0, a, b, sizeA * sizeB);
+    edge(1, b, c, sizeB * sizeC);
+    edge(2, c, a, sizeC * sizeA);
+    const Lanes scale = one / (k * count);
+    _mm256_store_pd(t.wx, normal.x * scale);
+    _mm256_store_pd(t.wy, normal.y * scale);
+    _mm256_store_pd(t.w0, normal.z / k);
+    return kept;
+}
+
+/// Stored depths of columns [first, last] of one row of a page become the greater ones.
+/// @param row the row's texels in its page, a multiple of 16 of them
+/// @param firstColumn of the face, of the page; @param first,last columns of the face, in the page
+inline void fillRow(uint32_t* row, int32_t firstColumn, int32_t first, int32_t last, int32_t n,
+                    double wx, double rw, const FaceTriangle& t) {
+    const __m256 wMin = _mm256_set1_ps(t.wMin), wMax = _mm256_set1_ps(t.wMax),
+                 wNear = _mm256_set1_ps(t.wNear);
+    const Lanes slope = all(wx), offset = all(rw), step = all(16.0);
+    // Eights that start at a multiple of eight of the page never leave it.
+    int32_t column = (first - firstColumn) & ~7;
+    const int32_t end = last - firstColumn;
+    const Lanes start = all(double(2 * (firstColumn + column) + 1 - n));
+    Lanes lo = start + _mm256_setr_pd(0, 2, 4, 6), hi = start + _mm256_setr_pd(8, 10, 12, 14);
+    const __m256i inEight = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+    const __m256i before = _mm256_set1_epi32(first - firstColumn - 1),
+                  after = _mm256_set1_epi32(end + 1);
+    for (; column <= end; column += 8, lo += step, hi += step) {
+        const __m256 w = _mm256_set_m128(_mm256_cvtpd_ps(slope * hi + offset),
+                                         _mm256_cvtpd_ps(slope * lo + offset));
+        const __m256 depth = _mm256_min_ps(wMax, _mm256_max_ps(wMin, w));
+        const __m256i index = _mm256_add_epi32(inEight, _mm256_set1_epi32(column));
+        const __m256i mask = _mm256_and_si256(
+            _mm256_and_si256(_mm256_cmpgt_epi32(index, before), _mm256_cmpgt_epi32(after, index)),
+            _mm256_castps_si256(_mm256_cmp_ps(depth, wNear, _CMP_LE_OQ)));
+        __m256i* const stored = reinterpret_cast<__m256i*>(row + column);
+        _mm256_storeu_si256(stored,
+                            _mm256_max_epu32(_mm256_loadu_si256(stored),
+                                             _mm256_and_si256(_mm256_castps_si256(depth), mask)));
+    }
+}
+
+/// The columns of four rows inside of all edges.
+struct RowSpans {
+    alignas(32) double rw[4];
+    alignas(16) int32_t first[4], last[4];
+};
+
+/// narrowSpan for four rows at once, from row `y` on, over columns [t.x0, t.x1]. Each end is
+/// guessed by its quotient and proven by the edge function on both sides of it, which never turns
+/// around; a row whose guess is wrong is done by narrowSpan.
+inline void spanRows(const FaceTriangle& t, const double* rEx, int32_t y, int32_t n,
+                     RowSpans& spans) {
+    const Lanes Y = all(double(2 * y + 1 - n)) + _mm256_setr_pd(0, 2, 4, 6);
+    const Lanes one = all(1.0), two = all(2.0), centre = one - all(double(n));
+    const Lanes x0 = all(double(t.x0)), x1 = all(double(t.x1));
+    Lanes first = x0, last = x1;
+    Lanes isWrong = _mm256_setzero_pd();
+    for (int k = 0; k < 3; ++k) {
+        const Lanes r = all(t.ey[k]) * Y + all(t.e0[k]);
+        const Lanes bound = all(-t.tolerance[k]);
+        if (t.ex[k] == 0.0) {
+            last = _mm256_blendv_pd(x0 - one, last, atLeast(r, bound));
+            continue;
+        }
+        const Lanes ex = all(t.ex[k]);
+        const auto inside = [&](Lanes x) { return atLeast(ex * (two * x + centre) + r, bound); };
+        const Lanes end = all(0.5) * ((bound - r) * all(rEx[k]) - centre);
+        // Of a NaN, max and min return their second operand: an end, which proof then refuses.
+        if (t.ex[k] > 0.0) {
+            const Lanes x = _mm256_min_pd(_mm256_max_pd(_mm256_ceil_pd(end), x0), x1 + one);
+            const Lanes isProven = _mm256_and_pd(
+                _mm256_or_pd(inside(x), above(x, x1)),
+                _mm256_or_pd(_mm256_andnot_pd(inside(x - one), all(-0.0)), atLeast(x0, x)));
+            isWrong = _mm256_or_pd(isWrong, _mm256_andnot_pd(isProven, all(-0.0)));
+            first = _mm256_max_pd(first, x);
+        } else {
+            const Lanes x = _mm256_max_pd(_mm256_min_pd(_mm256_floor_pd(end), x1), x0 - one);
+            const Lanes isProven = _mm256_and_pd(
+                _mm256_or_pd(inside(x), above(x0, x)),
+                _mm256_or_pd(_mm256_andnot_pd(inside(x + one), all(-0.0)), atLeast(x, x1)));
+            isWrong = _mm256_or_pd(isWrong, _mm256_andnot_pd(isProven, all(-0.0)));
+            last = _mm256_min_pd(last, x);
+        }
+    }
+    _mm_store_si128(reinterpret_cast<__m128i*>(spans.first), _mm256_cvttpd_epi32(first));
+    _mm_store_si128(reinterpret_cast<__m128i*>(spans.last), _mm256_cvttpd_epi32(last));
+    _mm256_store_pd(spans.rw, all(t.wy) * Y + all(t.w0));
+    for (int wrong = _mm256_movemask_pd(isWrong); wrong; wrong &= wrong - 1) {
+        const int i = __builtin_ctz(unsigned(wrong));
+        const double rowY = double(2 * (y + i) + 1 - n);
+        spans.first[i] = t.x0;
+        spans.last[i] = t.x1;
+        for (int k = 0; k < 3; ++k)
+            narrowSpan(t.ex[k], t.ey[k] * rowY + t.e0[k], t.tolerance[k], rEx[k], n, spans.first[i],
+                       spans.last[i]);
+    }
+}
+
+/// Draws a triangle at most four columns wide, a row at a time.
+inline void coverNarrow(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
+                        const FaceTriangle& t) {
+    const uint32_t log2 = view.pageTexelsLog2;
+    const int32_t side = 1 << log2;
+    const int32_t n = int32_t(map.faceTexels);
+    const Lanes ey = _mm256_setr_pd(t.ey[0], t.ey[1], t.ey[2], t.wy);
+    const Lanes e0 = _mm256_setr_pd(t.e0[0], t.e0[1], t.e0[2], t.w0);
+    const __m128 wMin = _mm_set1_ps(t.wMin), wMax = _mm_set1_ps(t.wMax),
+                 wNear = _mm_set1_ps(t.wNear);
+    for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
+        // Four columns that do not leave the page.
+        const int32_t base = glm::min(glm::max(t.x0, px * side), px * side + side - 4);
+        const __m128i column = _mm_add_epi32(_mm_set1_epi32(base), _mm_setr_epi32(0, 1, 2, 3));
+        const __m128i inBounds = _mm_and_si128(_mm_cmpgt_epi32(column, _mm_set1_epi32(t.x0 - 1)),
+                                               _mm_cmpgt_epi32(_mm_set1_epi32(t.x1 + 1), column));
+        const Lanes X = all(double(2 * base + 1 - n)) + _mm256_setr_pd(0, 2, 4, 6);
+        const Lanes x0 = all(t.ex[0]) * X, x1 = all(t.ex[1]) * X, x2 = all(t.ex[2]) * X,
+                    xw = all(t.wx) * X;
+        for (int32_t py = t.y0 >> log2; py <= t.y1 >> log2; ++py) {
+            const uint32_t page =
+                view.pageTable[pageTableIndex(map, face, uint32_t(px), uint32_t(py))];
+            if (page == kNoPage)
+                continue;
+            const int32_t yLast = glm::min(t.y1, py * side + side - 1);
+            int32_t y = glm::max(t.y0, py * side);
+            uint32_t* row = view.depths.data + (size_t(page) << (2 * log2)) +
+                            (size_t(y - py * side) << log2) + size_t(base - px * side);
+            for (; y <= yLast; ++y, row += side) {
+                const Lanes r = ey * all(double(2 * y + 1 - n)) + e0;
+                const Lanes inside = _mm256_and_pd(
+                    _mm256_and_pd(
+                        atLeast(x0 + _mm256_permute4x64_pd(r, 0x00), all(-t.tolerance[0])),
+                        atLeast(x1 + _mm256_permute4x64_pd(r, 0x55), all(-t.tolerance[1]))),
+                    atLeast(x2 + _mm256_permute4x64_pd(r, 0xaa), all(-t.tolerance[2])));
+                const __m128 w = _mm256_cvtpd_ps(xw + _mm256_permute4x64_pd(r, 0xff));
+                const __m128 depth = _mm_min_ps(wMax, _mm_max_ps(wMin, w));
+                const __m128 isInside =
+                    _mm_shuffle_ps(_mm_castpd_ps(_mm256_castpd256_pd128(inside)),
+                                   _mm_castpd_ps(_mm256_extractf128_pd(inside, 1)), 0x88);
+                const __m128i mask = _mm_and_si128(
+                    inBounds, _mm_castps_si128(_mm_and_ps(isInside, _mm_cmple_ps(depth, wNear))));
+                __m128i* const stored = reinterpret_cast<__m128i*>(row);
+                _mm_storeu_si128(stored,
+                                 _mm_max_epu32(_mm_loadu_si128(stored),
+                                               _mm_and_si128(_mm_castps_si128(depth), mask)));
+            }
+        }
+    }
+}
+
+/// coverTexels for all rows of a triangle, storing the greater depth.
+inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
+                        const FaceTriangle& t) {
+    if (t.x1 - t.x0 < 4) {
+        coverNarrow(view, map, face, t);
+        return;
+    }
+    const uint32_t log2 = view.pageTexelsLog2;
+    const int32_t side = 1 << log2;
+    const int32_t n = int32_t(map.faceTexels);
+    const double rEx[3] = {1.0 / t.ex[0], 1.0 / t.ex[1], 1.0 / t.ex[2]};
+    for (int32_t py = t.y0 >> log2; py <= t.y1 >> log2; ++py) {
+        const uint32_t* const pages = &view.pageTable[pageTableIndex(map, face, 0, uint32_t(py))];
+        bool hasPage = false;
+        for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px)
+            hasPage |= pages[px] != kNoPage;
+        if (!hasPage)
+            continue;
+        const int32_t yLast = glm::min(t.y1, py * side + side - 1);
+        for (int32_t y = glm::max(t.y0, py * side); y <= yLast; y += 4) {
+            RowSpans spans;
+            spanRows(t, rEx, y, n, spans);
+            for (int32_t i = 0; i < 4 && y + i <= yLast; ++i) {
+                const int32_t first = spans.first[i], last = spans.last[i];
+                if (first > last)
+                    continue;
+                for (int32_t px = first >> log2; px <= last >> log2; ++px) {
+                    if (pages[px] == kNoPage)
+                        continue;
+                    fillRow(view.depths.data + (size_t(pages[px]) << (2 * log2)) +
+                                (size_t(y + i - py * side) << log2),
+                            px * side, glm::max(first, px * side),
+                            glm::min(last, px * side + side - 1), n, t.wx, spans.rw[i], t);
+                }
+            }
+        }
+    }
+}
+
+} // namespace shadowdag::avx2
+
+#endif
