@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// A failure scene made ready for all methods: world, voxels, truth, and a method's frame held
+// against the truth.
+#pragma once
+
+#include "cuda/error.h"
+#include "hybrid/error.h"
+#include "scenes/fail_scenes.h"
+#include "voxel/voxelize.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace shadowdag::test {
+
+/// Returns the failure scene of that name. Throws Error kUsage for an unknown one.
+inline FailScene failSceneOf(const std::string& name) {
+    for (FailScene& scene : failScenes())
+        if (scene.name == name)
+            return scene;
+    throw Error(ErrorKind::kUsage, "no failure scene is called " + name);
+}
+
+/// A method's frame and what is wrong with it.
+struct FailOutcome {
+    FrameResult frame;
+    ErrorReport report;
+    std::vector<uint8_t> truth; ///< per pair of the frame
+
+    double pairs() const { return double(report.total.pairCount); }
+    double falseShadowPercent() const {
+        return 100.0 * double(report.total.falseShadowCount) / pairs();
+    }
+    double falseLightPercent() const {
+        return 100.0 * double(report.total.falseLightCount) / pairs();
+    }
+    double acnePercent() const { return 100.0 * double(report.total.acneCount) / pairs(); }
+};
+
+/// The options that every failure scene is rendered with: small, otherwise the defaults.
+inline FrameOptions failFrame() {
+    FrameOptions options;
+    options.width = 320;
+    options.height = 180;
+    options.maps.poolBytes = 128ull << 20;
+    return options;
+}
+
+class FailStage {
+public:
+    /// The scene at a time; its static triangles in 2^resolutionLog2 voxels an axis.
+    FailStage(const FailScene& failScene, uint32_t resolutionLog2, float timeSeconds = 0.0f)
+        : description(failScene), scene(makeFailScene(failScene)), world(scene, {}) {
+        world.setTime(timeSeconds);
+        dag = voxelize(world.triangles(), viewOf(world.staticTriangles()),
+                       gridAround(world.boundsWorld(), resolutionLog2));
+        truth = std::make_unique<Truth>(world);
+        renderer = std::make_unique<FrameRenderer>(Backend::kCpu, world, dag);
+    }
+
+    /// Renders from the scene's camera and holds every pair against the truth.
+    FailOutcome run(const std::string& model, const FrameOptions& options = failFrame()) {
+        renderer->reset();
+        FailOutcome outcome{
+            renderer->render(world.cameras().at(0), *makeCostModel(model), options), {}, {}};
+        outcome.truth = truth->visibility(renderer->gbuffer(), world.lights(), outcome.frame.pairs);
+        ErrorOptions judging;
+        judging.nullSampleCount = 100;
+        judging.dagOffset = options.dagOffset;
+        judging.dagLevel = options.dagLevel;
+        judging.bias = options.bias;
+        outcome.report =
+            computeError(*renderer, outcome.frame, world, dag, *truth, outcome.truth, judging);
+        return outcome;
+    }
+
+    FailScene description;
+    Scene scene;
+    World world;
+    Dag dag;
+    std::unique_ptr<Truth> truth;
+    std::unique_ptr<FrameRenderer> renderer;
+};
+
+} // namespace shadowdag::test
