@@ -46,7 +46,7 @@ uint32_t NodeTable::findOrAdd(const uint32_t* node, uint32_t wordCount) {
         const uint64_t slot = slots_[i];
         if (slot == kFree) {
             const size_t address = words_.size();
-            if (address + wordCount >= kNoNode)
+            if (address + wordCount > maxWordCount_)
                 throwTooLarge();
             words_.insert(words_.end(), node, node + wordCount);
             slots_[i] = uint64_t(hash) << 32 | address;
@@ -146,7 +146,7 @@ Dag DagBuilder::finish(uint32_t level, uint32_t address, const VoxelGrid& grid) 
         for (const uint32_t a : order)
             wordCount += wordCountAt(l, words, a);
         const uint64_t nextBase = base + wordCount;
-        if (nextBase >= kNoNode)
+        if (nextBase > maxWordCount_)
             throwTooLarge();
         dag.words.reserve(nextBase);
         if (l == kLeafLog2) {
@@ -163,7 +163,7 @@ Dag DagBuilder::finish(uint32_t level, uint32_t address, const VoxelGrid& grid) 
             for (uint32_t i = 1; i < count; ++i) {
                 const uint32_t child = words[a + i];
                 if (newAddress[child] == kNoNode) {
-                    if (cursor >= kNoNode)
+                    if (cursor > maxWordCount_)
                         throwTooLarge();
                     newAddress[child] = uint32_t(cursor);
                     cursor += wordCountAt(l - 1, table(l - 1).words(), child);

@@ -19,10 +19,12 @@ public:
 
     /// The default hash.
     static uint32_t hashWords(const uint32_t* node, uint32_t wordCount);
-    explicit NodeTable(Hash hash = hashWords) : hash_(hash) {}
+    /// @param maxWordCount a test may set a lower limit than addresses have
+    explicit NodeTable(Hash hash = hashWords, uint64_t maxWordCount = kNoNode - 1)
+        : maxWordCount_(maxWordCount), hash_(hash) {}
 
     /// Returns where the node is (index of its first word in words()), adding it when it is new.
-    /// Throws Error kResource over 2^32 - 2 words.
+    /// Throws Error kResource over 2^32 - 2 words (or maxWordCount).
     uint32_t findOrAdd(const uint32_t* node, uint32_t wordCount);
 
     const std::vector<uint32_t>& words() const { return words_; }
@@ -38,6 +40,7 @@ private:
     std::vector<uint32_t> words_;
     std::vector<uint64_t> slots_;
     size_t nodeCount_ = 0;
+    uint64_t maxWordCount_;
     Hash hash_; // a parameter so that a test can make all nodes collide
 };
 
@@ -46,7 +49,11 @@ private:
 class DagBuilder {
 public:
     /// @param topLevel level of the root, kLeafLog2 or more
-    explicit DagBuilder(uint32_t topLevel) : tables_(topLevel - kLeafLog2 + 1) {}
+    /// @param maxWordCount of each level and of the whole; a test may set a lower limit than
+    /// addresses have
+    explicit DagBuilder(uint32_t topLevel, uint64_t maxWordCount = kNoNode - 1)
+        : maxWordCount_(maxWordCount),
+          tables_(topLevel - kLeafLog2 + 1, NodeTable(NodeTable::hashWords, maxWordCount)) {}
 
     /// Returns the address of the leaf with these voxels (bits as dag.h says), kNoNode when none is
     /// set.
@@ -62,13 +69,14 @@ public:
 
     /// Returns the DAG under the node at `address` of level `level`, in canonical order (dag.h):
     /// the result depends on its voxels alone, not on the order of additions. Throws Error
-    /// kResource over 2^32 - 2 words.
+    /// kResource over 2^32 - 2 words (or maxWordCount).
     Dag finish(uint32_t level, uint32_t address, const VoxelGrid& grid) const;
 
 private:
     NodeTable& table(uint32_t level) { return tables_[level - kLeafLog2]; }
     const NodeTable& table(uint32_t level) const { return tables_[level - kLeafLog2]; }
 
+    uint64_t maxWordCount_;
     std::vector<NodeTable> tables_;
 };
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "voxel/dag_builder.h"
 
+#include "cuda/error.h"
 #include "tests/voxel/voxel_sets.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
+#include <string>
 
 namespace shadowdag {
 namespace {
@@ -89,6 +91,41 @@ TEST(DagBuilder, CanonicalOrderIsByLevelThenFirstVisit) {
         expected += 2;
     }
     EXPECT_EQ(expected, dag.words.size());
+}
+
+// The limit of 32-bit addresses, met early: every word up to it fits, the next is refused, by a
+// level as by the whole.
+TEST(DagBuilder, MoreWordsThanAddressesReachAreRefusedNotWrapped) {
+    NodeTable table(NodeTable::hashWords, 10);
+    for (uint32_t i = 0; i < 5; ++i) {
+        const uint32_t node[2] = {1, i};
+        EXPECT_EQ(table.findOrAdd(node, 2), 2 * i);
+    }
+    const uint32_t old[2] = {1, 3}, fresh[2] = {1, 5};
+    EXPECT_EQ(table.findOrAdd(old, 2), 6u);
+    EXPECT_THROW(table.findOrAdd(fresh, 2), Error);
+    EXPECT_EQ(table.words().size(), 10u);
+
+    std::mt19937 random(9);
+    const DenseGrid grid = randomGrid(5, 0.3, random);
+    const uint64_t wordCount = dagOf(grid).words.size();
+    VoxelGrid voxelGrid;
+    voxelGrid.resolutionLog2 = 5;
+    for (const uint64_t limit : {wordCount, wordCount - 1}) {
+        DagBuilder builder(5, limit);
+        const uint32_t root = addCell(builder, grid, 5, 0, 0, 0);
+        if (limit == wordCount) {
+            EXPECT_EQ(builder.finish(5, root, voxelGrid).words.size(), wordCount);
+            continue;
+        }
+        try {
+            builder.finish(5, root, voxelGrid);
+            FAIL() << "one word too many was taken";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource);
+            EXPECT_NE(std::string(error.what()).find("lower resolution"), std::string::npos);
+        }
+    }
 }
 
 TEST(DagBuilder, NothingAddedGivesAnEmptyDag) {

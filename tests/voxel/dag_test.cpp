@@ -41,6 +41,26 @@ TEST(Dag, FullGridHasOneNodeALevel) {
     EXPECT_EQ(stats.tracedBytes, dag.words.size() * 4);
 }
 
+// 2^51 voxels in 137 words: sizes are 64 bits wide.
+TEST(Dag, FullGridOfTheHighestResolutionIsCountedWithoutOverflow) {
+    DagBuilder builder(kMaxResolutionLog2);
+    uint32_t address = builder.addLeaf(~uint64_t(0));
+    for (uint32_t level = kLeafLog2 + 1; level <= kMaxResolutionLog2; ++level) {
+        const uint32_t children[8] = {address, address, address, address,
+                                      address, address, address, address};
+        address = builder.addInner(level, children);
+    }
+    VoxelGrid grid;
+    grid.resolutionLog2 = kMaxResolutionLog2;
+    const Dag dag = builder.finish(kMaxResolutionLog2, address, grid);
+    const DagStats stats = computeDagStats(dag);
+    EXPECT_EQ(stats.voxelCount, uint64_t(1) << 51);
+    EXPECT_EQ(stats.svoNodeCounts.back(), uint64_t(1) << 48);
+    EXPECT_EQ(dag.words.size(), (kMaxResolutionLog2 - kLeafLog2) * 9 + 2u);
+    const uint32_t last = grid.resolution() - 1;
+    EXPECT_TRUE(isOccupied(dag.view(), last, last, last));
+}
+
 // Counts cells of every level and different contents of them, straight from the dense grid.
 TEST(Dag, StatsAgreeWithCountingSubtreesByContent) {
     std::mt19937 random(2);
