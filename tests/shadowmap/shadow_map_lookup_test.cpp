@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 namespace shadowdag {
 namespace {
 
@@ -113,6 +115,32 @@ TEST(ShadowMapLookup, TraceNamesAPointOfTheBlockerAndItsTexel) {
     EXPECT_NEAR(trace.blockerWorld.x, 0.15f, 2.0f * 2.0f / float(n) * 2.0f);
     EXPECT_NEAR(trace.texelWorld, 2.0f * 2.0f / float(n), 1e-5f);
     EXPECT_EQ(trace.missingTapCount, 0u);
+}
+
+// Nothing that is not a place is ever lit, and nothing divides by zero into light.
+TEST(ShadowMapLookup, ReceiversThatAreNoPlaceAreDarkAndOneAtTheLightIsLit) {
+    SmallScene scene;
+    scene.addQuad({0, 0, 0}, {6, 0, 0}, {0, 0, 6});
+    const glm::vec3 light(0, 4, 0);
+    const DrawnMap drawn(scene, light, 20.0f, 64);
+    const ShadowMapView view = drawn.maps.view();
+    const glm::vec3 up(0, 1, 0);
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (int axis = 0; axis < 3; ++axis) {
+        glm::vec3 p(0.5f, 0.0f, 0.5f);
+        p[axis] = nan;
+        EXPECT_EQ(lookupVisibility(view, 0, p, up, {}), 0);
+    }
+    EXPECT_EQ(lookupVisibility(view, 0, light, up, {}), 255);
+    // Zero components, -0 among them: straight below, along both axes of the floor.
+    for (const glm::vec3& p :
+         {glm::vec3(0, 0, 0), glm::vec3(-0.0f, 0, 3), glm::vec3(3, 0, -0.0f)}) {
+        EXPECT_EQ(lookupVisibility(view, 0, p, up, {}), 255);
+        EXPECT_EQ(lookupVisibility(view, 0, p - up, up, {}), 0);
+        // A normal that faces away, is zero or no number: the direction to the light serves.
+        for (const glm::vec3& n : {-up, glm::vec3(0.0f), glm::vec3(nan)})
+            EXPECT_EQ(lookupVisibility(view, 0, p - up, n, {}), 0);
+    }
 }
 
 // A light in the middle of a closed room with posts at the cube's corners and edges: every surface
