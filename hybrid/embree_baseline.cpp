@@ -2,12 +2,12 @@
 #include "hybrid/embree_baseline.h"
 
 #include "cuda/error.h"
+#include "cuda/thread_clock.h"
 #include "hybrid/float_mode.h"
 
 #include <embree3/rtcore.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <string>
 
@@ -60,12 +60,12 @@ struct SingleRays {
     bool isBlocked(size_t i) const { return rays[i].tfar < 0.0f; }
 };
 
-/// Runs `trace` over the packed rays and returns seconds.
+/// Runs `trace` over the packed rays and returns its seconds of processor.
 template <class F> double secondsOf(const F& trace) {
     const EmbreeFloatMode mode;
-    const auto start = std::chrono::steady_clock::now();
+    const double start = threadSeconds();
     trace();
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return threadSeconds() - start;
 }
 
 template <class Rays> std::vector<uint8_t> answersOf(const Rays& rays) {
@@ -207,9 +207,10 @@ EmbreeBaseline::EmbreeBaseline(const TriangleView& triangles, const EmbreeBaseli
 EmbreeBaseline::~EmbreeBaseline() = default;
 
 std::vector<uint8_t> EmbreeBaseline::occluded(EmbreeCall call,
-                                              const std::vector<WorldSegment>& segments) const {
-    double seconds;
-    return state_->run(call, segments, seconds);
+                                              const std::vector<WorldSegment>& segments,
+                                              double* seconds) const {
+    double ignored;
+    return state_->run(call, segments, seconds ? *seconds : ignored);
 }
 
 std::vector<EmbreeRate> EmbreeBaseline::measure(const std::vector<WorldSegment>& segments,

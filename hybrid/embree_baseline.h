@@ -41,7 +41,7 @@ struct EmbreeBaselineOptions {
 /// What one interface reached.
 struct EmbreeRate {
     EmbreeCall call;
-    double megaraysPerSecond = 0; ///< median over repeats, one thread
+    double megaraysPerSecond = 0; ///< of processor time; median over repeats, one thread
     double megaraysPerSecondMin = 0, megaraysPerSecondMax = 0;
     uint64_t occludedCount = 0;
     uint64_t disagreementCount =
@@ -58,10 +58,13 @@ public:
     ~EmbreeBaseline();
 
     /// Returns 1 (blocked) or 0 per segment, on the calling thread.
-    std::vector<uint8_t> occluded(EmbreeCall call, const std::vector<WorldSegment>& segments) const;
+    /// @param seconds receives the processor time of the tracing, without packing segments into
+    /// rays and reading answers; may be null
+    std::vector<uint8_t> occluded(EmbreeCall call, const std::vector<WorldSegment>& segments,
+                                  double* seconds = nullptr) const;
 
     /// Returns the rate of every interface on the calling thread: one warm-up, then `repeats`
-    /// interleaved runs. Packing segments into rays and reading answers are outside the timing.
+    /// interleaved runs, timed as by occluded().
     std::vector<EmbreeRate> measure(const std::vector<WorldSegment>& segments,
                                     int repeats = 5) const;
 

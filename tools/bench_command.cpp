@@ -1,111 +1,113 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag bench`: runs one of the benchmark programs (tests/bench) that check their answers and print our rates
-// beside Embree's and NanoVDB's. They are programs of their own because the baselines are no part of ours.
-#include "tools/charts_run.h"
+// `shadowdag bench`: our rates beside Embree's and NanoVDB's in one run, after checking the
+// answers.
+#include "tools/bench_raster.h"
+#include "tools/bench_voxel.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
-#include "tools/parse.h"
+#include "tools/provenance.h"
+#include "tools/scene_setup.h"
 
-#include <sched.h>
-
-#include <filesystem>
 #include <iostream>
 #include <memory>
-#include <sstream>
 
 namespace shadowdag {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 struct BenchOptions {
     GlobalOptions global;
-    std::string name;
-    std::vector<std::string> arguments;
+    std::string name, scene = "builtin:atrium";
+    std::string size = "320x180", camera, lights = "-1", seed = "1", repeats = "5";
+    std::string resolution = "1024", nanoVdbLimit = "2048";
+    std::string maps = "40", faceTexels = "512",
+                pageSize = std::to_string(ShadowMapOptions{}.pageTexels);
 };
 
-struct Bench {
-    const char* name;
-    const char* program;
-    const char* arguments; ///< what it takes, for --help
-};
-
-constexpr Bench kBenches[] = {
-    {"voxel", "voxel_bench", "voxelizing and shadow rays beside Embree and NanoVDB"},
-    {"raster", "raster_bench", "shadow maps stage by stage: [SCENE] [mapCount] [faceTexels] [pageTexels] [repeats]"},
-};
-
-/// Returns where a benchmark program is: beside ours, in the build tree, or installed; "" when it is not.
-std::string findBench(const std::string& program) {
-    const fs::path directory = programDirectory();
-    for (const fs::path& candidate :
-         {directory / program, directory.parent_path() / "tests" / "bench" / program,
-          directory.parent_path() / "tests" / program, directory.parent_path() / "libexec" / "shadowdag" / program})
-        if (fs::exists(candidate))
-            return candidate.string();
-    return "";
-}
-
-/// Confines this process, and what it starts, to `count` of the processors that it may use. The benchmark then
-/// has as many threads; a second process cannot be told through setThreadCount.
-void confineToProcessors(int count) {
-    cpu_set_t allowed, chosen;
-    CPU_ZERO(&chosen);
-    if (count == 0 || sched_getaffinity(0, sizeof allowed, &allowed) != 0)
-        return;
-    for (int cpu = 0, taken = 0; cpu < CPU_SETSIZE && taken < count; ++cpu)
-        if (CPU_ISSET(cpu, &allowed)) {
-            CPU_SET(cpu, &chosen);
-            ++taken;
-        }
-    sched_setaffinity(0, sizeof chosen, &chosen);
-}
-
-void runBench(const BenchOptions& options) {
+void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
-    const Bench* bench = nullptr;
-    std::string known;
-    for (const Bench& candidate : kBenches) {
-        known += (known.empty() ? "" : ", ") + std::string(candidate.name);
-        if (options.name == candidate.name)
-            bench = &candidate;
-    }
-    if (bench == nullptr)
-        throw Error(ErrorKind::kUsage, "bench '" + options.name + "': no such benchmark; there are " + known);
+    const bool isVoxel = options.name == "voxel";
+    if (!isVoxel && options.name != "raster")
+        throw Error(ErrorKind::kUsage,
+                    "bench '" + options.name + "': no such benchmark; there are voxel, raster");
     if (options.global.backend == "cuda")
-        throw Error(ErrorKind::kUsage, "bench '" + options.name + "' runs on the processor: drop --backend cuda");
-    confineToProcessors(int(parseInteger("--threads", options.global.threads, 0, 4096)));
-    const std::string program = findBench(bench->program);
-    if (program.empty())
-        throw Error(ErrorKind::kUsage, std::string("bench '") + bench->name + "': the program " + bench->program +
-                                           " was not built; configure with -DSDAG_BENCHES=ON -DSDAG_TESTS=ON and build");
-    std::vector<std::string> command{program};
-    command.insert(command.end(), options.arguments.begin(), options.arguments.end());
-    std::string said;
-    const int status = runProgram(command, &said);
-    console.people() << said << std::flush;
-    if (status != 0)
-        throw Error(ErrorKind::kInput, program + ": ended with status " + std::to_string(status) +
-                                           "; a benchmark fails when an answer is wrong, see the lines above");
-    Json lines = Json::array();
-    std::istringstream stream(said);
-    for (std::string line; std::getline(stream, line);)
-        lines.push_back(line);
-    console.emit({{"bench", bench->name}, {"arguments", options.arguments}, {"lines", std::move(lines)}});
+        throw Error(ErrorKind::kUsage,
+                    "bench '" + options.name + "' runs on the processor: drop --backend cuda");
+    for (const char* option : {"--resolution", "--nanovdb-limit"})
+        if (!isVoxel && commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) + " is for bench voxel; drop it");
+    for (const char* option : {"--maps", "--face", "--page-size"})
+        if (isVoxel && commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) + " is for bench raster; drop it");
+    options.global.apply(console, false);
+
+    VoxelBenchOptions voxel;
+    RasterBenchOptions raster;
+    const auto [width, height] = parseSize("--size", options.size);
+    voxel.width = raster.width = width;
+    voxel.height = raster.height = height;
+    voxel.repeats = raster.repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
+    voxel.resolutionLog2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
+    voxel.nanoVdbResolutionLog2 =
+        parsePowerOfTwo("--nanovdb-limit", options.nanoVdbLimit, 1, 131072);
+    raster.mapCount = uint32_t(parseInteger("--maps", options.maps, 1, 65536));
+    raster.faceTexels = uint32_t(parseInteger("--face", options.faceTexels, 8, kMaxFaceTexels));
+    raster.pageTexels = 1u << parsePowerOfTwo("--page-size", options.pageSize, 16, 256);
+    const LoadedScene scene = loadSceneAndWorld(
+        options.scene, int(parseInteger("--lights", options.lights, -1, 65536)),
+        uint64_t(parseInteger("--seed", options.seed, 0, INT64_MAX)), true, console);
+    const Camera camera = chooseCamera(*scene.world, options.camera);
+
+    Json result = isVoxel ? runVoxelBench(*scene.world, camera, voxel, console)
+                          : runRasterBench(*scene.world, camera, raster, console);
+    if (isVoxel && !result.contains("nanovdb_bytes"))
+        console.note("NanoVDB is left out above --nanovdb-limit " + options.nanoVdbLimit);
+    console.people() << scene.name << " at " << options.size << "\n";
+    isVoxel ? printVoxelBench(console.people(), result)
+            : printRasterBench(console.people(), result);
+    result["scene"] = scene.name;
+    result["scene_hash"] = scene.geometryHash;
+    result["camera"] = options.camera;
+    result["lights"] = options.lights;
+    result["seed"] = options.seed;
+    result["provenance"] = buildProvenance(Backend::kCpu);
+    console.emit(result);
 }
 
 } // namespace
 
 std::function<void()> declareBench(CommandLine& commandLine) {
     auto options = std::make_shared<BenchOptions>();
-    std::string help;
-    for (const Bench& bench : kBenches)
-        help += (help.empty() ? "" : "; ") + std::string(bench.name) + ": " + bench.arguments;
-    commandLine.text("NAME", options->name, "", help, true);
-    commandLine.texts("ARGUMENT", options->arguments, "", "Handed on to the benchmark");
+    commandLine.text("NAME", options->name, "",
+                     "voxel: voxelizing and shadow rays beside Embree and NanoVDB; raster: shadow "
+                     "maps stage by stage "
+                     "beside Embree",
+                     true);
+    commandLine.text("SCENE", options->scene, "",
+                     "A .glb or .gltf file, or builtin:NAME [builtin:atrium]");
+    commandLine.heading("View");
+    commandLine.text("--size", options->size, "WxH",
+                     "Size of the view whose pairs are asked [320x180]");
+    commandLine.text("--camera", options->camera, "auto|NAME|NUMBERS",
+                     "As for render [the scene's first, else auto]");
+    commandLine.text("--lights", options->lights, "N",
+                     "Replace the scene's lights by N placed ones [-1: keep them]");
+    commandLine.text("--seed", options->seed, "S", "Where they are placed [1]");
+    commandLine.text("--repeats", options->repeats, "N",
+                     "Times that all is measured; the median is given [5]");
+    commandLine.heading("voxel");
+    commandLine.text("--resolution", options->resolution, "N",
+                     "Voxels an axis, a power of two [1024]");
+    commandLine.text("--nanovdb-limit", options->nanoVdbLimit, "N",
+                     "Leave NanoVDB out at resolutions above N, whose grids are large [2048]");
+    commandLine.heading("raster");
+    commandLine.text("--maps", options->maps, "N", "Draw the maps of this many lights [40]");
+    commandLine.text("--face", options->faceTexels, "N",
+                     "Texels a side of the largest map's faces [512]");
+    commandLine.text("--page-size", options->pageSize, "N",
+                     "Texels a side of a page, 16 to 256 [" + options->pageSize + "]");
     options->global.declare(commandLine);
-    return [options] { runBench(*options); };
+    return [options, &commandLine] { runBench(*options, commandLine); };
 }
 
 } // namespace shadowdag
