@@ -63,6 +63,7 @@ void ErrorCounts::add(const ErrorCounts& other) {
     falseLightCount += other.falseLightCount;
     unexplainedFalseShadowCount += other.unexplainedFalseShadowCount;
     unexplainedFalseLightCount += other.unexplainedFalseLightCount;
+    settledFalseShadowCount += other.settledFalseShadowCount;
     acneCount += other.acneCount;
     contactCount += other.contactCount;
     absVisibilityErrorSum += other.absVisibilityErrorSum;
@@ -103,7 +104,9 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
         const PairVerdict verdict = report.verdicts[c.pair];
         counts.acneCount += verdict == PairVerdict::kAcne;
         counts.contactCount += verdict == PairVerdict::kContact;
-        if (verdict == PairVerdict::kUnexplained)
+        if (verdict == PairVerdict::kSettled)
+            ++counts.settledFalseShadowCount;
+        if (verdict == PairVerdict::kUnexplained || verdict == PairVerdict::kSettled)
             ++(isDark(inputs.visibility[c.pair]) ? counts.unexplainedFalseShadowCount
                                                  : counts.unexplainedFalseLightCount);
     }

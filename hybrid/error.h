@@ -23,6 +23,7 @@ struct ErrorCounts {
     uint64_t falseLightCount = 0;
     uint64_t unexplainedFalseShadowCount = 0; ///< neither explained, nor acne, nor contact
     uint64_t unexplainedFalseLightCount = 0;
+    uint64_t settledFalseShadowCount = 0; ///< of the unexplained: a shift aimed at the blocker finds it
     uint64_t acneCount = 0; ///< false shadow whose blocker is the receiver's own surface
     uint64_t contactCount =
         0; ///< false light whose true blockers are nearer to an end than the offset
@@ -35,7 +36,7 @@ struct ErrorCounts {
 };
 
 /// What became of one pair; all but the first are wrong pairs. Definitions in explain.h.
-enum class PairVerdict : uint8_t { kRight, kExplained, kUnexplained, kAcne, kContact };
+enum class PairVerdict : uint8_t { kRight, kExplained, kUnexplained, kAcne, kContact, kSettled };
 
 struct ErrorReport {
     ErrorCounts total;

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace shadowdag {
 namespace {
@@ -25,6 +27,30 @@ uint64_t mix(uint64_t x) {
 double texelWorldAt(const ShadowMapInfo& map, const glm::vec3& pointWorld) {
     const glm::vec3 d = glm::abs(pointWorld - map.lightPositionWorld);
     return 2.0 * std::max({d.x, d.y, d.z}) / map.faceTexels;
+}
+
+/// Returns the part of a convex polygon that lies in the closed box; empty when none does.
+/// Source: Sutherland, Hodgman, Reentrant Polygon Clipping, CACM 1974.
+std::vector<glm::dvec3> clipToCube(std::vector<glm::dvec3> polygon, const glm::dvec3& least,
+                                   const glm::dvec3& most) {
+    for (int plane = 0; plane < 6 && !polygon.empty(); ++plane) {
+        const int axis = plane / 2;
+        const bool isMost = plane % 2 == 1;
+        const auto inside = [&](const glm::dvec3& p) {
+            return isMost ? most[axis] - p[axis] : p[axis] - least[axis];
+        };
+        std::vector<glm::dvec3> kept;
+        for (size_t i = 0; i < polygon.size(); ++i) {
+            const glm::dvec3 a = polygon[i], b = polygon[(i + 1) % polygon.size()];
+            const double insideA = inside(a), insideB = inside(b);
+            if (insideA >= 0.0)
+                kept.push_back(a);
+            if ((insideA < 0.0) != (insideB < 0.0))
+                kept.push_back(a + (b - a) * (insideA / (insideA - insideB)));
+        }
+        polygon = std::move(kept);
+    }
+    return polygon;
 }
 
 } // namespace
@@ -189,11 +215,58 @@ bool PairJudge::anyShiftAnswers(const Question& q, bool dark) const {
     return false;
 }
 
+bool PairJudge::anyAimedShiftIsDark(const Question& q) const {
+    const glm::dvec3 start(q.position);
+    const glm::dvec3 way = glm::normalize(glm::dvec3(q.light) - start);
+    bool isDark = false;
+    const auto aimAt = [&](const glm::dvec3& targetWorld) {
+        const glm::dvec3 to = targetWorld - start;
+        const glm::dvec3 shift = to - way * glm::dot(to, way);
+        if (isDark || glm::length(shift) > q.rhoWorld)
+            return;
+        TruthRay ray;
+        uint8_t blocked = 0;
+        truth_.shiftedPairRays(q.position, q.normal, q.receiver, q.light, &shift, 1, &ray);
+        truth_.traceBlocked(&ray, 1, &blocked);
+        isDark = blocked != 0;
+    };
+    if (q.route == Route::kMap) {
+        aimAt(glm::dvec3(q.trace.blockerWorld));
+        return isDark;
+    }
+    const VoxelGrid& grid = inputs_.method.dag.grid;
+    const double side = double(1u << q.hit.level);
+    const glm::dvec3 cell(q.hit.cell);
+    truth_.forTrianglesNear(
+        grid.worldFromVoxel(cell + 0.5 * side), 0.5 * kSqrt3 * side * grid.voxelSizeWorld,
+        [&](uint32_t triangle) {
+            if (isDark || triangle == q.receiver)
+                return;
+            std::vector<glm::dvec3> part(3);
+            for (int corner = 0; corner < 3; ++corner)
+                part[size_t(corner)] = grid.voxelFromWorld(
+                    glm::dvec3(inputs_.triangles.vertex(triangle, corner)));
+            part = clipToCube(std::move(part), cell, cell + side);
+            if (part.empty())
+                return;
+            glm::dvec3 middle(0.0);
+            for (const glm::dvec3& corner : part)
+                middle += corner / double(part.size());
+            // Corners are drawn in a little, off the triangle's own border.
+            for (const glm::dvec3& corner : part)
+                aimAt(grid.worldFromVoxel(corner + (middle - corner) * 0.01));
+            aimAt(grid.worldFromVoxel(middle));
+        });
+    return isDark;
+}
+
 PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const {
     const Question q = ask(sample, pair, isDark);
     if (isDark ? isAcne(q) : isContact(q))
         return isDark ? PairVerdict::kAcne : PairVerdict::kContact;
-    return anyShiftAnswers(q, isDark) ? PairVerdict::kExplained : PairVerdict::kUnexplained;
+    if (anyShiftAnswers(q, isDark))
+        return PairVerdict::kExplained;
+    return isDark && anyAimedShiftIsDark(q) ? PairVerdict::kSettled : PairVerdict::kUnexplained;
 }
 
 bool PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {

@@ -226,6 +226,23 @@ TEST(Error, ShiftsBelowTheReceiversPlaneAreLiftedBack) {
     EXPECT_EQ(f.judge().nullRate, 0.0);
 }
 
+TEST(Error, SpecksThatTheShiftsMissAreSettledByAnAimedOne) {
+    // A speck of 1 cm in a voxel of 1 m that the ray crosses; the 32 shifts over a disc of more
+    // than 20 square metres miss it, a shift aimed at it does not. Beside it an empty voxel.
+    HandFrame f;
+    f.soup.addLevelSquare({32, 0.5f, 32}, 32.0f);
+    f.soup.addLevelSquare({20.9f, 30.5f, 20.5f}, 0.01f);
+    f.dag = makeDag(6, {{20, 30, 20}, {40, 30, 40}});
+    f.add({20.3f, 0.5f, 20.4f}, {20.3f, 60, 20.4f}, 1);
+    f.add({40.5f, 0.5f, 40.5f}, {40.5f, 60, 40.5f}, 0);
+    f.answer();
+    const ErrorReport report = f.judge();
+    EXPECT_EQ(report.verdicts,
+              (std::vector<PairVerdict>{PairVerdict::kSettled, PairVerdict::kUnexplained}));
+    EXPECT_EQ(report.total.settledFalseShadowCount, 1u);
+    EXPECT_EQ(report.total.unexplainedFalseShadowCount, 2u);
+}
+
 TEST(Error, HitsInTheReceiversOwnVoxelsAreAcne) {
     HandFrame f;
     f.dagOffset = 0.0f;
