@@ -3,6 +3,7 @@
 #include "cuda/buffer.h"
 
 #include "cuda/device.h"
+#include "cuda/parallel_for.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -11,12 +12,40 @@
 #include <new>
 #include <tuple>
 
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
 namespace shadowdag {
 
 namespace {
 
 // A cache line, and the widest vector register.
 constexpr std::align_val_t kHostAlignment{64};
+
+// Large arrays lie on large pages where the system has them: a page pool of 250 MB is then cleared
+// by 120 page faults instead of 60000, and scattered reads miss the translation buffer less.
+constexpr size_t kLargePageBytes = size_t(2) << 20;
+constexpr size_t kLargeBytes = 4 * kLargePageBytes; // below, rounding up would show
+
+void* allocateHost(size_t bytes) {
+    if (bytes < kLargeBytes)
+        return ::operator new(bytes, kHostAlignment, std::nothrow);
+    void* data = ::operator new (bytes, std::align_val_t{kLargePageBytes}, std::nothrow);
+#if defined(__linux__)
+    if (data)
+        madvise(data, bytes, MADV_HUGEPAGE); // advice: a refusal changes no result
+#endif
+    return data;
+}
+
+void releaseHost(void* data, size_t bytes) {
+    ::operator delete (data,
+                       bytes < kLargeBytes ? kHostAlignment : std::align_val_t{kLargePageBytes});
+}
+
+// What one thread clears at a time: several large pages.
+constexpr size_t kFillGrainBytes = size_t(4) << 20;
 
 struct Ledger {
     std::mutex mutex;
@@ -50,8 +79,7 @@ void* allocateElements(Backend backend, const std::string& name, size_t count,
     const size_t bytes = countable ? count * elementBytes : 0;
     void* data = nullptr;
     if (countable && bytes < PTRDIFF_MAX)
-        data = backend == Backend::kCuda ? device::allocate(bytes)
-                                         : ::operator new(bytes, kHostAlignment, std::nothrow);
+        data = backend == Backend::kCuda ? device::allocate(bytes) : allocateHost(bytes);
     if (!data)
         throw Error(
             ErrorKind::kResource,
@@ -71,7 +99,7 @@ void freeBytes(Backend backend, const std::string& name, void* data, size_t byte
     if (backend == Backend::kCuda)
         device::release(data);
     else
-        ::operator delete(data, kHostAlignment);
+        releaseHost(data, bytes);
     Ledger& all = ledger();
     const std::lock_guard lock(all.mutex);
     const auto found = all.entries.find({name, backend});
@@ -94,7 +122,9 @@ void fillBytes(Backend backend, void* dst, int byteValue, size_t bytes) {
     if (backend == Backend::kCuda)
         device::fill(dst, byteValue, bytes);
     else
-        std::memset(dst, byteValue, bytes);
+        cpuParallelRanges(bytes, kFillGrainBytes, [=](size_t begin, size_t end) {
+            std::memset(static_cast<char*>(dst) + begin, byteValue, end - begin);
+        });
 }
 
 } // namespace detail
