@@ -209,6 +209,73 @@ TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
             }
 }
 
+// The culling depth of a face is that of its farthest receiver and hardly more, on every face: what
+// stands a hundredth before it blocks, what stands a fiftieth behind it is not drawn.
+TEST(ShadowMaps, BlockerJustBeforeTheFarthestReceiverIsDrawnAndOneBehindItIsNot) {
+    const glm::vec3 light(2.0f, -1.0f, 0.5f);
+    const float farDepth = 5.0f;
+    for (uint32_t face = 0; face < kFaceCount; ++face) {
+        SCOPED_TRACE("face " + std::to_string(face));
+        const auto world = [&](float u, float v, float depth) {
+            return light + lightFromFace(face, glm::vec3(u, v, depth));
+        };
+        Box receiver;
+        receiver.add(world(-0.2f, -0.2f, 3.0f));
+        receiver.add(world(0.2f, 0.2f, farDepth));
+        const glm::vec3 p = world(0.1f, -0.05f, farDepth);
+        const glm::vec3 normal = -lightFromFace(face, glm::vec3(0, 0, 1));
+        for (const float fraction : {0.5f, 0.99f, 1.02f}) {
+            SmallScene scene;
+            scene.addQuad(world(0, 0, fraction * farDepth), lightFromFace(face, glm::vec3(1, 0, 0)),
+                          lightFromFace(face, glm::vec3(0, 1, 0)));
+            const DrawnMap drawn(scene, light, 10.0f, 1000, {receiver});
+            const bool blocks = fraction < 1.0f;
+            EXPECT_EQ(drawn.maps.counts().batchFaceCount, blocks ? 1u : 0u) << fraction;
+            EXPECT_EQ(lookupVisibility(drawn.maps.view(), 0, p, normal, {}), blocks ? 0 : 255)
+                << fraction;
+        }
+    }
+}
+
+// Triangles of all sizes around and behind the light, thin and on texel centres: where the CPU's
+// kernel guesses, proves and leaves things to the one text.
+TEST(ShadowMaps, CpuKernelEqualsTheOneTextOnSliversGridsAndTrianglesAroundTheLight) {
+    for (const uint32_t seed : {11u, 12u, 13u})
+        for (const uint32_t pageTexels : {16u, 64u}) {
+            SCOPED_TRACE("seed " + std::to_string(seed));
+            std::mt19937 rng(seed);
+            std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+            SmallScene scene = test::randomScene(rng, 100, 0.5f, 3.0f); // many cross the light
+            scene.addQuad({0, 0, 2}, {1.9f, 0, 0}, {0, 1.9f, 0}, 19);   // edges on centres
+            scene.addBox(glm::vec3(-2), glm::vec3(2), 16);
+            for (int i = 0; i < 300; ++i) { // slivers, along and across the rows
+                const glm::vec3 a = 2.0f * test::randomDirection(rng);
+                const glm::vec3 along = (i & 1) ? glm::vec3(unit(rng), 1e-6f * unit(rng), 0)
+                                                : test::randomDirection(rng);
+                const float width = std::exp2(-20.0f * std::abs(unit(rng)));
+                scene.addTriangle(a, a + along, a + 0.5f * along + width * glm::vec3(0, 0, 1));
+            }
+            const glm::vec3 light = seed == 11 ? glm::vec3(0) : 0.1f * test::randomDirection(rng);
+            for (const uint32_t n : {1u, 5u, 64u, 200u, 777u}) {
+                ShadowMapOptions options;
+                options.pageTexels = pageTexels;
+                // Whole, and with holes between the pages.
+                std::vector<Box> boxes[2];
+                for (int i = 0; i < 12; ++i) {
+                    const glm::vec3 c = 2.0f * test::randomDirection(rng);
+                    boxes[1].push_back({c - 0.1f, c + 0.1f});
+                }
+                for (const std::vector<Box>& receivers : boxes) {
+                    options.useAtomicRasterizer = false;
+                    const DrawnMap own(scene, light, 8.0f, n, receivers, options);
+                    options.useAtomicRasterizer = true;
+                    const DrawnMap text(scene, light, 8.0f, n, receivers, options);
+                    EXPECT_EQ(depthsOf(own.maps), depthsOf(text.maps)) << n;
+                }
+            }
+        }
+}
+
 TEST(ShadowMaps, FullPoolDividesEveryResolutionUntilItFitsAndSaysSo) {
     const Frame frame(5, 500);
     ShadowMaps roomy(Backend::kCpu), tight(Backend::kCpu);
