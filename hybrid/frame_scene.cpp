@@ -3,6 +3,7 @@
 #include "hybrid/frame_scene.h"
 
 #include "hybrid/light_bvh.h"
+#include "voxel/wide_dag_trace.h"
 
 namespace shadowdag {
 
@@ -21,6 +22,8 @@ FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag)
     batches_.set(batchSet_.view().batches);
     batchTriangles_.set(batchSet_.view().triangles);
     dagWords_.set(hostDag_.words);
+    if (kTracesWide && backend == Backend::kCpu)
+        wideDag_ = buildWideDag(hostDag_);
     setMoving();
 }
 
@@ -50,7 +53,7 @@ WideBvhView FrameScene::lightBvh() const {
 }
 
 DagView FrameScene::dag() const {
-    return {dagWords_.view(), hostDag_.rootAddress, hostDag_.grid};
+    return {dagWords_.view(), hostDag_.rootAddress, hostDag_.grid, wideDag_.view()};
 }
 
 } // namespace shadowdag

@@ -40,6 +40,7 @@ private:
 
     const World& world_;
     const Dag& hostDag_;
+    WideDag wideDag_; // for rays on the CPU
     BatchSet batchSet_;
     WideBvh hostLightBvh_;
     std::vector<SurfaceColor> hostMaterials_;

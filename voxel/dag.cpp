@@ -19,7 +19,72 @@ struct ByteSet {
     }
 };
 
+/// Writes the wide nodes under canonical ones, each once.
+class WideBuilder {
+public:
+    WideBuilder(const Dag& dag, WideDag& wide)
+        : dag_(dag), wide_(wide), wideOf_(dag.words.size(), kNoNode) {}
+
+    /// Returns the wide address of the node of even level.
+    uint32_t add(uint32_t address, uint32_t level) {
+        if (wideOf_[address] != kNoNode)
+            return wideOf_[address];
+        if (level == kLeafLog2)
+            return wideOf_[address] =
+                       write(dag_.words[address], dag_.words[address + 1], nullptr, 0);
+        const uint32_t mask = dag_.words[address];
+        uint64_t cells = 0;
+        uint32_t below[64], count = 0, next = address + 1;
+        for (uint32_t c = 0; c < 8; ++c) {
+            if ((mask >> c & 1) == 0)
+                continue;
+            const uint32_t child = dag_.words[next++];
+            cells |= uint64_t(dag_.words[child]) << (8 * c);
+            const uint32_t grandchildren = uint32_t(std::popcount(dag_.words[child]));
+            for (uint32_t g = 0; g < grandchildren; ++g)
+                below[count++] = add(dag_.words[child + 1 + g], level - 2);
+        }
+        return wideOf_[address] = write(uint32_t(cells), uint32_t(cells >> 32), below, count);
+    }
+
+    uint32_t write(uint32_t low, uint32_t high, const uint32_t* below, uint32_t count) {
+        const size_t address = wide_.words.size();
+        wide_.words.push_back(low);
+        wide_.words.push_back(high);
+        wide_.words.insert(wide_.words.end(), below, below + count);
+        isTooLarge_ = isTooLarge_ || wide_.words.size() >= kNoNode;
+        return uint32_t(address);
+    }
+    bool isTooLarge() const { return isTooLarge_; }
+
+private:
+    const Dag& dag_;
+    WideDag& wide_;
+    std::vector<uint32_t> wideOf_; // by canonical address
+    bool isTooLarge_ = false;
+};
+
 } // namespace
+
+WideDag buildWideDag(const Dag& dag) {
+    WideDag wide;
+    const uint32_t rootLevel = dag.grid.resolutionLog2;
+    if (dag.empty() || rootLevel <= kLeafLog2)
+        return wide;
+    WideBuilder builder(dag, wide);
+    wide.rootLevel = (rootLevel + 1) & ~1u;
+    if (rootLevel % 2 == 0) {
+        wide.rootAddress = builder.add(dag.rootAddress, rootLevel);
+    } else {
+        // Child 0 of the node above is the root: its children are that node's first grandchildren.
+        uint32_t below[8];
+        const uint32_t mask = dag.words[dag.rootAddress], count = uint32_t(std::popcount(mask));
+        for (uint32_t i = 0; i < count; ++i)
+            below[i] = builder.add(dag.words[dag.rootAddress + 1 + i], rootLevel - 1);
+        wide.rootAddress = builder.write(mask, 0, below, count);
+    }
+    return builder.isTooLarge() ? WideDag{} : wide;
+}
 
 DagStats computeDagStats(const Dag& dag) {
     DagStats stats;

@@ -15,6 +15,20 @@ namespace shadowdag {
 /// A leaf holds 4 x 4 x 4 voxels.
 constexpr uint32_t kLeafLog2 = 2;
 
+/// A DAG for tracing on the CPU, made from the canonical one: two levels a node. Words of a node,
+/// which stand after the words of the nodes below it:
+///
+///     node of level L = 4, 6, ...: 64-bit mask of its 4^3 cells of level L - 2, bit 8 * c + g for
+///     grandchild g of child c; then the addresses of those that are there, ascending
+///     leaf: as in DagView
+///
+/// The root's level is even: an odd one gets a node above it in which it is child 0.
+struct WideDagView {
+    View<const uint32_t> words; ///< empty: there is none
+    uint32_t rootAddress = 0;
+    uint32_t rootLevel = 0;
+};
+
 /// Layout, in 32-bit words; a node's address is the index of its first word:
 ///
 ///     inner node, cells of side 2^L, L > kLeafLog2        leaf, cell of side 4
@@ -34,6 +48,7 @@ struct DagView {
     View<const uint32_t> words;
     uint32_t rootAddress = 0xffffffffu;
     VoxelGrid grid;
+    WideDagView wide = {}; ///< the same voxels once more, or empty; never changes an answer
 };
 
 constexpr uint32_t kNoNode = 0xffffffffu;
@@ -59,6 +74,19 @@ struct Dag {
     DagView view() const { return {viewOf(words), rootAddress, grid}; }
     bool empty() const { return rootAddress == kNoNode; }
 };
+
+/// Owns the wide form of a DAG.
+struct WideDag {
+    std::vector<uint32_t> words;
+    uint32_t rootAddress = 0;
+    uint32_t rootLevel = 0;
+
+    WideDagView view() const { return {viewOf(words), rootAddress, rootLevel}; }
+};
+
+/// Returns the wide form of a DAG; without words where there is none: no voxel, a leaf as root, or
+/// more words than addresses reach. Cost: linear in nodes; one word a word of `dag` besides.
+WideDag buildWideDag(const Dag& dag);
 
 /// Returns the numbers of a DAG by walking it once. Cost: linear in nodes.
 DagStats computeDagStats(const Dag& dag);

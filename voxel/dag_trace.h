@@ -12,6 +12,7 @@
 
 #include "voxel/dag.h"
 #include "voxel/ray_slabs.h"
+#include "voxel/wide_dag_trace.h"
 
 namespace shadowdag {
 
@@ -82,6 +83,11 @@ SDAG_HD inline bool occluded(const DagView& dag, const DagSegment& segment, uint
             *hit = {glm::uvec3(0), rootLevel};
         return isMet;
     }
+#if defined(SDAG_RAY_SLABS_AVX2)
+    // 1.65 times the rays from the same voxels: LAYOUT.md.
+    if (!dag.wide.words.empty() && level == 0 && !hit)
+        return avx2::meetsWide(dag.wide, r);
+#endif
     const uint32_t* words = dag.words.data;
     // Any order gives the same answer. From the far end (the light) fewer cells are visited,
     // because the near end skims the surface that it left: 1.11 to 1.50 and 0.95 to 2.15 M rays/s

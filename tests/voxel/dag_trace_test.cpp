@@ -91,6 +91,31 @@ TEST(DagTrace, AnswersEveryBitAsTestingEveryVoxelDoes) {
     EXPECT_GT(misses, 3000);
 }
 
+// Odd and even resolutions, so that the root is in a node by itself and is not; 2^7 for paths of
+// several nodes.
+TEST(DagTrace, WideFormAnswersEveryBitAsTheCanonicalOne) {
+    std::mt19937 random(16);
+    int hits = 0, misses = 0;
+    for (uint32_t log2 = 0; log2 <= 7; ++log2)
+        for (const double density : {0.00002, 0.002, 0.02}) {
+            const DenseGrid grid = randomGrid(log2, density, random);
+            const Dag dag = dagOf(grid);
+            const WideDag wide = buildWideDag(dag);
+            ASSERT_EQ(wide.words.empty(), dag.empty() || log2 <= kLeafLog2);
+            DagView view = dag.view();
+            view.wide = wide.view();
+            for (int i = 0; i < 3000; ++i) {
+                const DagSegment segment = awkwardSegment(float(grid.size()), random);
+                const bool expected = occluded(dag.view(), segment);
+                ASSERT_EQ(occluded(view, segment), expected)
+                    << "log2 " << log2 << " density " << density << " ray " << i;
+                ++(expected ? hits : misses);
+            }
+        }
+    EXPECT_GT(hits, 3000);
+    EXPECT_GT(misses, 3000);
+}
+
 TEST(DagTrace, HitIsAnOccupiedCellThatTheSegmentMeets) {
     std::mt19937 random(12);
     for (const uint32_t log2 : {1u, 2u, 3u, 5u}) {
