@@ -21,13 +21,12 @@ target_compile_options(sdag_flags INTERFACE
   $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-march=${SDAG_MARCH}>)
 
 # Warnings are for our own build only. -Wextra is not given to nvcc's host pass: it complains of generated stubs.
-# 20012: GLM's defaulted functions carry annotations that nvcc ignores. 554: View<const T>'s conversion to itself
-# is never called, as intended.
+# 20012: GLM's defaulted functions carry annotations that nvcc ignores.
 target_compile_options(sdag_flags INTERFACE
   $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wall>>
   $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wextra>>
   $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-Wall>>
-  $<$<COMPILE_LANGUAGE:CUDA>:--diag-suppress=20012,554>)
+  $<$<COMPILE_LANGUAGE:CUDA>:--diag-suppress=20012>)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
   # GCC 12 sees overlapping memcpys in "literal" + std::string (GCC bug 105651).
   target_compile_options(sdag_flags INTERFACE $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>>)

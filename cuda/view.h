@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 namespace shadowdag {
@@ -22,7 +23,11 @@ template <class T> struct View {
     SDAG_HD T* begin() const { return data; }
     SDAG_HD T* end() const { return data + count; }
     SDAG_HD bool empty() const { return count == 0; }
-    SDAG_HD operator View<const T>() const { return {data, count}; }
+    /// Views of the same elements that may not be written; a view of constants converts to nothing.
+    template <class U>
+    requires(std::is_same_v<U, const T> && !std::is_const_v<T>) SDAG_HD operator View<U>() const {
+        return {data, count};
+    }
 };
 
 /// Returns a view of a host vector, valid until the vector reallocates.
