@@ -180,6 +180,8 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
 /// settled by the edge function itself.
 SDAG_HD inline void narrowSpan(double ex, double r, double tolerance, double rEx, int32_t n,
                                int32_t& first, int32_t& last) {
+    if (first > last) // settling an end could otherwise fill an empty run again
+        return;
     const auto inside = [&](int32_t x) { return ex * double(2 * x + 1 - n) + r >= -tolerance; };
     if (ex == 0.0) {
         if (!(r >= -tolerance))

@@ -34,7 +34,6 @@ void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& 
                uint32_t face) {
     const uint32_t* const triangles = &view.batchTriangles[batch.first];
 #if defined(SDAG_RASTERIZE_AVX2)
-    const float wNear = float(1.0 / (double(map.rangeWorld) * kNearPerRange));
     for (uint32_t first = 0; first < batch.count; first += 4) {
         const uint32_t count = std::min(batch.count - first, 4u);
         uint32_t four[4];
@@ -49,7 +48,7 @@ void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& 
         uint32_t ready = avx2::setUpTriangles(corners(0), corners(1), corners(2), map,
                                               (1u << count) - 1u, crossing, t);
         for (; ready; ready &= ready - 1)
-            avx2::coverTexels(view, map, face, t.at(__builtin_ctz(ready), wNear));
+            avx2::coverTexels(view, map, face, t.at(__builtin_ctz(ready)));
         for (; crossing; crossing &= crossing - 1)
             drawTriangle(view, four[__builtin_ctz(crossing)], map, face);
     }

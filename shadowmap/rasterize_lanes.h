@@ -75,7 +75,7 @@ struct alignas(32) FaceTriangles {
     float wMin[4], wMax[4];
     int32_t x0[4], x1[4], y0[4], y1[4];
 
-    FaceTriangle at(int lane, float wNear) const {
+    FaceTriangle at(int lane) const {
         FaceTriangle t;
         for (int k = 0; k < 3; ++k) {
             t.ex[k] = ex[k][lane];
@@ -88,7 +88,7 @@ struct alignas(32) FaceTriangles {
         t.w0 = w0[lane];
         t.wMin = wMin[lane];
         t.wMax = wMax[lane];
-        t.wNear = wNear;
+        t.wNear = t.wMax; // all of it lies behind the near plane
         t.x0 = x0[lane];
         t.x1 = x1[lane];
         t.y0 = y0[lane];
@@ -180,8 +180,7 @@ inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c
 /// @param firstColumn of the face, of the page; @param first,last columns of the face, in the page
 inline void fillRow(uint32_t* row, int32_t firstColumn, int32_t first, int32_t last, int32_t n,
                     double wx, double rw, const FaceTriangle& t) {
-    const __m256 wMin = _mm256_set1_ps(t.wMin), wMax = _mm256_set1_ps(t.wMax),
-                 wNear = _mm256_set1_ps(t.wNear);
+    const __m256 wMin = _mm256_set1_ps(t.wMin), wMax = _mm256_set1_ps(t.wMax);
     const Lanes slope = all(wx), offset = all(rw), step = all(16.0);
     // Eights that start at a multiple of eight of the page never leave it.
     int32_t column = (first - firstColumn) & ~7;
@@ -196,9 +195,8 @@ inline void fillRow(uint32_t* row, int32_t firstColumn, int32_t first, int32_t l
                                          _mm256_cvtpd_ps(slope * lo + offset));
         const __m256 depth = _mm256_min_ps(wMax, _mm256_max_ps(wMin, w));
         const __m256i index = _mm256_add_epi32(inEight, _mm256_set1_epi32(column));
-        const __m256i mask = _mm256_and_si256(
-            _mm256_and_si256(_mm256_cmpgt_epi32(index, before), _mm256_cmpgt_epi32(after, index)),
-            _mm256_castps_si256(_mm256_cmp_ps(depth, wNear, _CMP_LE_OQ)));
+        const __m256i mask =
+            _mm256_and_si256(_mm256_cmpgt_epi32(index, before), _mm256_cmpgt_epi32(after, index));
         __m256i* const stored = reinterpret_cast<__m256i*>(row + column);
         _mm256_storeu_si256(stored,
                             _mm256_max_epu32(_mm256_loadu_si256(stored),
@@ -271,8 +269,7 @@ inline void coverNarrow(const RasterView& view, const ShadowMapInfo& map, uint32
     const int32_t n = int32_t(map.faceTexels);
     const Lanes ey = _mm256_setr_pd(t.ey[0], t.ey[1], t.ey[2], t.wy);
     const Lanes e0 = _mm256_setr_pd(t.e0[0], t.e0[1], t.e0[2], t.w0);
-    const __m128 wMin = _mm_set1_ps(t.wMin), wMax = _mm_set1_ps(t.wMax),
-                 wNear = _mm_set1_ps(t.wNear);
+    const __m128 wMin = _mm_set1_ps(t.wMin), wMax = _mm_set1_ps(t.wMax);
     for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
         // Four columns that do not leave the page.
         const int32_t base = glm::min(glm::max(t.x0, px * side), px * side + side - 4);
@@ -303,8 +300,7 @@ inline void coverNarrow(const RasterView& view, const ShadowMapInfo& map, uint32
                 const __m128 isInside =
                     _mm_shuffle_ps(_mm_castpd_ps(_mm256_castpd256_pd128(inside)),
                                    _mm_castpd_ps(_mm256_extractf128_pd(inside, 1)), 0x88);
-                const __m128i mask = _mm_and_si128(
-                    inBounds, _mm_castps_si128(_mm_and_ps(isInside, _mm_cmple_ps(depth, wNear))));
+                const __m128i mask = _mm_and_si128(inBounds, _mm_castps_si128(isInside));
                 __m128i* const stored = reinterpret_cast<__m128i*>(row);
                 _mm_storeu_si128(stored,
                                  _mm_max_epu32(_mm_loadu_si128(stored),
