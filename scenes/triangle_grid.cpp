@@ -78,10 +78,10 @@ TriangleGrid::TriangleGrid(TriangleView triangles, const Box& bounds)
     const glm::vec3 extent = bounds.extent();
     const float longest =
         std::max({extent.x, extent.y, extent.z, std::numeric_limits<float>::min()});
-    // About two cells a triangle if they filled the volume; surfaces fill it less.
+    // Eight cells a triangle if they filled the volume; surfaces fill it less.
     float cellsPerAxis = 2.0f;
-    while (cellsPerAxis < 128.0f &&
-           cellsPerAxis * cellsPerAxis * cellsPerAxis < 2.0f * float(triangles.count()))
+    while (cellsPerAxis < 256.0f &&
+           cellsPerAxis * cellsPerAxis * cellsPerAxis < 8.0f * float(triangles.count()))
         cellsPerAxis *= 2.0f;
     for (int axis = 0; axis < 3; ++axis) {
         size_[axis] = std::max(1, int(std::ceil(extent[axis] / longest * cellsPerAxis)));
@@ -180,7 +180,7 @@ TriangleGrid::Hit TriangleGrid::trace(const glm::vec3& origin, const glm::vec3& 
                 intersect(origin, direction, triangles_.vertex(t, 0), triangles_.vertex(t, 1),
                           triangles_.vertex(t, 2), isFrontFace);
             if (distance < best.distance)
-                best = {distance, isFrontFace};
+                best = {distance, isFrontFace, t};
         }
         if (best.distance <= next[axis])
             return best;

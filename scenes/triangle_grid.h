@@ -18,8 +18,9 @@ public:
     TriangleGrid(TriangleView triangles, const Box& bounds);
 
     struct Hit {
-        float distance;   ///< along the ray, world units; infinity: nothing was hit
-        bool isFrontFace; ///< the corners turn counter-clockwise as seen from the origin
+        float distance;        ///< along the ray, world units; infinity: nothing was hit
+        bool isFrontFace;      ///< the corners turn counter-clockwise as seen from the origin
+        uint32_t triangle = 0; ///< which was hit; 0 when none was
     };
     /// Returns the first triangle along a ray. @param direction unit. Rays through edges may slip.
     Hit trace(const glm::vec3& origin, const glm::vec3& direction) const;

@@ -61,6 +61,58 @@ TEST(CameraPlacement, StaysOutOfASolidBlock) {
     EXPECT_GT(camera.positionWorld.x, 15.0f);
 }
 
+bool isInHall(const glm::vec3& p) { // of hallInShell
+    return p.x > 2.2f && p.x < 17.8f && p.z > 2.2f && p.z < 9.8f;
+}
+
+TEST(CameraPlacement, StandsInTheHallAndNotInTheGapAroundIt) {
+    const Scene scene = test::hallInShell();
+    for (int lightCount : {-1, 40}) {
+        WorldOptions options;
+        options.placedLightCount = lightCount;
+        const World world(scene, options);
+        const Camera camera = placeCamera(world);
+        expectSound(camera, world.boundsWorld());
+        EXPECT_TRUE(isInHall(camera.positionWorld))
+            << camera.positionWorld.x << " " << camera.positionWorld.z;
+    }
+}
+
+TEST(CameraPlacement, NeverLooksAtASealedMapFromOutside) {
+    // Rooms with one-sided walls apart from each other: most of the bounds is outside of both.
+    Scene scene = test::room({0, 0, 0}, {10, 4, 8});
+    test::addMesh(scene, test::room({40, 10, 30}, {50, 15, 42}), false);
+    const World world(scene, {});
+    const glm::vec3 p = placeCamera(world).positionWorld;
+    const bool isInFirst = p.x < 10 && p.y < 4 && p.z < 8;
+    const bool isInSecond = p.x > 40 && p.y > 10 && p.z > 30;
+    EXPECT_TRUE(isInFirst || isInSecond) << p.x << " " << p.y << " " << p.z;
+}
+
+TEST(CameraPlacement, LooksAtWhatTheLightsReach) {
+    // Two equal rooms; all lights hang in the second.
+    Scene scene = test::room({0, 0, 0}, {10, 4, 8});
+    test::addMesh(scene, test::room({20, 0, 0}, {30, 4, 8}), false);
+    scene.lights.resize(1);
+    scene.lights[0].rangeWorld = 5.0f;
+    for (int i = 0; i < 8; ++i) {
+        scene.nodes.emplace_back();
+        scene.nodes.back().light = 0;
+        scene.nodes.back().local.translation = {21.0f + float(i), 3.0f, 4.0f};
+        scene.roots.push_back(uint32_t(scene.nodes.size() - 1));
+    }
+    const World world(scene, {});
+    EXPECT_GT(placeCamera(world).positionWorld.x, 20.0f);
+}
+
+TEST(CameraPlacement, SceneWithoutVolumeStillGetsACamera) {
+    for (const Scene& scene :
+         {test::room({0, 0, 0}, {8, 0, 5}), test::room({1, 1, 1}, {1, 1, 1})}) {
+        const World world(scene, {});
+        expectSound(placeCamera(world), world.boundsWorld());
+    }
+}
+
 TEST(CameraPlacement, RealScenesGetASoundCameraTwiceTheSame) {
     if (test::sharedScenes().empty())
         GTEST_SKIP() << "the shared scenes are absent; SDAG_SHARED_SCENES names their folder";

@@ -95,6 +95,14 @@ TEST(LightPlacement, AllGrowsWithTheScene) {
     }
 }
 
+TEST(LightPlacement, NoLightHangsInTheGapBetweenDoubleWalls) {
+    const Scene scene = test::hallInShell();
+    for (const Light& light : placeLights(World(scene, {}), 100, 1)) {
+        const glm::vec3 p = light.positionWorld;
+        EXPECT_TRUE(p.x > 2.2f && p.x < 17.8f && p.z > 2.2f && p.z < 9.8f) << p.x << " " << p.z;
+    }
+}
+
 TEST(LightPlacement, FlatAndDegenerateScenesStillGetTheirLights) {
     Scene scene = test::room({0, 0, 0}, {8, 0, 5}); // no height: nowhere is free
     for (const Light& light : placeLights(World(scene, {}), 10, 1)) {

@@ -4,6 +4,8 @@
 
 #include "scenes/scene.h"
 
+#include <utility>
+
 namespace shadowdag::test {
 
 /// Returns a box from `min` to `max` whose faces turn inwards, as one mesh of twelve triangles.
@@ -30,6 +32,32 @@ inline Scene room(const glm::vec3& min, const glm::vec3& max) {
     scene.nodes.resize(1);
     scene.nodes[0].mesh = 0;
     scene.roots = {0};
+    return scene;
+}
+
+/// Adds another scene's only mesh, its faces turned over when `isTurned`.
+inline void addMesh(Scene& scene, const Scene& other, bool isTurned) {
+    Mesh mesh = other.meshes[0];
+    if (isTurned)
+        for (glm::uvec3& t : mesh.triangles)
+            std::swap(t.y, t.z);
+    scene.nodes.emplace_back();
+    scene.nodes.back().mesh = int(scene.meshes.size());
+    scene.roots.push_back(uint32_t(scene.nodes.size() - 1));
+    scene.meshes.push_back(std::move(mesh));
+}
+
+/// Returns a furnished hall inside a shell: from 0 to (20, 8, 12) is the shell, seen from within;
+/// two metres further in stand the hall's double walls, 0.2 thick. Gap and hall are both closed.
+/// The hall, from 2.2 to (17.8, 8, 9.8), has 24 pillars.
+inline Scene hallInShell() {
+    Scene scene = room({0, 0, 0}, {20, 8, 12});
+    addMesh(scene, room({2, -0.1f, 2}, {18, 8.1f, 10}), true); // the gap's inner wall
+    addMesh(scene, room({2.2f, 0, 2.2f}, {17.8f, 8, 9.8f}), false);
+    for (int i = 0; i < 24; ++i) {
+        const float x = 3.5f + 2.5f * float(i % 6), z = 3.2f + 1.8f * float(i / 6);
+        addMesh(scene, room({x, 0, z}, {x + 0.3f, 1.0f + 0.2f * float(i % 5), z + 0.3f}), true);
+    }
     return scene;
 }
 
