@@ -152,14 +152,15 @@ private:
         }
         const float mean = float(pairCount) / float(hitCount);
         const auto seenCount = float(std::count(isSeen.begin(), isSeen.end(), 1));
-        const float many = mean / (mean + 4.0f) * std::min(1.0f, 24.0f / (mean + 1e-6f));
+        const float many = mean / (mean + 4.0f) * std::min(1.0f, 16.0f / (mean + 1e-6f));
         const float seen = seenCount / (seenCount + 4.0f);
         float dark = 1.0f;
         if (tracedCount > 0) {
             const float share = float(darkCount) / float(tracedCount);
             dark = 0.4f + 2.0f * std::min(share, 0.3f) - std::max(0.0f, share - 0.6f);
         }
-        return 0.05f + many * seen * dark * (1.0f - float(unlitCount) / float(hitCount));
+        const float reached = 1.0f - float(unlitCount) / float(hitCount);
+        return 0.05f + many * seen * dark * reached * reached;
     }
 
     const World& world_;

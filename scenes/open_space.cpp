@@ -144,7 +144,7 @@ OpenSpace::OpenSpace(TriangleView triangles, const Box& bounds, const std::vecto
     };
     keep([&](const Station& c) { return c.backShare <= typicalBackShare_ + 0.1f; });
     gather(&Station::escapeShare);
-    const float escapeLimit = quantile(values, 0.25) + 0.25f;
+    const float escapeLimit = std::max(0.55f, quantile(values, 0.25) + 0.25f);
     keep([&](const Station& c) { return c.escapeShare <= escapeLimit; });
     stations_ = std::move(candidates);
     keepVariedRooms();

@@ -31,8 +31,8 @@ public:
     /// - see at most 0.1 more of back faces than the least tenth of candidates: in a mesh of
     ///   consistent orientation that leaves out solids and the far side of one-sided walls, in any
     ///   other it leaves out little;
-    /// - let at most a quarter more of the rays escape than the least quarter: roofs, where there
-    ///   are rooms;
+    /// - let at most 0.55 of the rays escape, or a quarter more than the least quarter: 0.65 do on
+    ///   a plane under the sky, such as a roof;
     /// - lie in a room whose stations' fans hit at least 3/10 as many different triangles as those
     ///   of the most varied room. Stations that see each other, directly or over others, share a
     ///   room. This leaves out the long and tall gap between two walls, which few triangles bound;

@@ -121,7 +121,8 @@ private:
 ///   the share of neighbouring rays between which depth or normal jumps;
 /// - one less the share of rays that are nearer than 3/10 of the typical openness, twice counted,
 ///   that escape beyond a tenth, and that see more back faces than is usual here, each squared;
-/// - lights, when the world has any: lights that reach a sample and face it (to 24 on average),
+/// - lights, when the world has any: lights that reach a sample and face it (best up to 16 on
+/// average),
 ///   samples with none, lights that light something, the share of shadow rays that are blocked
 ///   (best from 3/10 to 6/10).
 /// Deterministic in the triangles and lights as they stand now; assumes no scale; uses no libm but
