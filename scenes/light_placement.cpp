@@ -37,20 +37,23 @@ glm::vec3 placeOne(const SurfaceSampler& surface, const OpenSpace& open, const B
         const glm::vec3 lifted = point.normal * (height * 1e-3f);
         const float roomFront = roomAlong(grid, bounds, point.position + lifted, point.normal);
         const float roomBack = roomAlong(grid, bounds, point.position - lifted, -point.normal);
-        const glm::vec3 side = roomBack > roomFront ? -point.normal : point.normal;
-        const float room = std::max(roomFront, roomBack);
-        // A niche narrower than the height gets its light in the middle.
-        const glm::vec3 place = point.position + side * std::min(height, 0.5f * room);
-        if (!isInside(bounds, place))
-            continue;
-        const float clearance = grid.distance(place, height);
-        const int inSight = open.stationsInSight(place, kStationsInSight);
-        if (inSight == kStationsInSight && clearance >= 0.5f * height)
-            return place;
-        if (inSight > bestInSight || (inSight == bestInSight && clearance > bestClearance)) {
-            bestClearance = clearance;
-            bestInSight = inSight;
-            best = place;
+        // The side with more room first; of a sealed map's wall that is often the outer one.
+        for (const bool isBack : {roomBack > roomFront, !(roomBack > roomFront)}) {
+            const glm::vec3 side = isBack ? -point.normal : point.normal;
+            const float room = isBack ? roomBack : roomFront;
+            // A niche narrower than the height gets its light in the middle.
+            const glm::vec3 place = point.position + side * std::min(height, 0.5f * room);
+            if (!isInside(bounds, place))
+                continue;
+            const float clearance = grid.distance(place, height);
+            const int inSight = open.stationsInSight(place, kStationsInSight);
+            if (inSight == kStationsInSight && clearance >= 0.5f * height)
+                return place;
+            if (inSight > bestInSight || (inSight == bestInSight && clearance > bestClearance)) {
+                bestClearance = clearance;
+                bestInSight = inSight;
+                best = place;
+            }
         }
     }
     return best;

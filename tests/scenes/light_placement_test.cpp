@@ -103,6 +103,16 @@ TEST(LightPlacement, NoLightHangsInTheGapBetweenDoubleWalls) {
     }
 }
 
+TEST(LightPlacement, LightsHangInsideOfSealedRooms) {
+    Scene scene = test::room({0, 0, 0}, {10, 4, 8}); // one-sided walls
+    test::addMesh(scene, test::room({40, 10, 30}, {50, 15, 42}), false);
+    for (const Light& light : placeLights(World(scene, {}), 100, 1)) {
+        const glm::vec3 p = light.positionWorld;
+        EXPECT_TRUE((p.x < 10 && p.y < 4 && p.z < 8) || (p.x > 40 && p.y > 10 && p.z > 30))
+            << p.x << " " << p.y << " " << p.z;
+    }
+}
+
 TEST(LightPlacement, FlatAndDegenerateScenesStillGetTheirLights) {
     Scene scene = test::room({0, 0, 0}, {8, 0, 5}); // no height: nowhere is free
     for (const Light& light : placeLights(World(scene, {}), 10, 1)) {

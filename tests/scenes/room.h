@@ -49,11 +49,11 @@ inline void addMesh(Scene& scene, const Scene& other, bool isTurned) {
 
 /// Returns a furnished hall inside a shell: from 0 to (20, 8, 12) is the shell, seen from within;
 /// two metres further in stand the hall's double walls, 0.2 thick. Gap and hall are both closed.
-/// The hall, from 2.2 to (17.8, 8, 9.8), has 24 pillars.
+/// The hall, from 2.2 to (17.8, 3, 9.8), has 24 pillars.
 inline Scene hallInShell() {
     Scene scene = room({0, 0, 0}, {20, 8, 12});
     addMesh(scene, room({2, -0.1f, 2}, {18, 8.1f, 10}), true); // the gap's inner wall
-    addMesh(scene, room({2.2f, 0, 2.2f}, {17.8f, 8, 9.8f}), false);
+    addMesh(scene, room({2.2f, 0, 2.2f}, {17.8f, 3, 9.8f}), false);
     for (int i = 0; i < 24; ++i) {
         const float x = 3.5f + 2.5f * float(i % 6), z = 3.2f + 1.8f * float(i / 6);
         addMesh(scene, room({x, 0, z}, {x + 0.3f, 1.0f + 0.2f * float(i % 5), z + 0.3f}), true);
