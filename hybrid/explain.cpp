@@ -116,7 +116,9 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         };
         q.startOffsetWorld = moved(segment.from, q.position);
         q.endOffsetWorld = moved(segment.to, q.light);
-        q.rhoWorld = kSqrt3 * grid.voxelSizeWorld * double(1u << q.hit.level) + q.startOffsetWorld;
+        const double lift = shadowLift(grid, q.position, q.normal, q.light, method.dagOffset,
+                                       method.dagLevel);
+        q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
         return q;
     }
     const auto mapIndex = uint32_t(method.mapOfLight[lightIndex]);

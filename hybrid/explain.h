@@ -21,7 +21,7 @@
 // vector, the start lifted back to the lit side of the receiver's plane, Embree answers at least
 // one as the method did.
 //     DAG: rho = sqrt(3) voxels of the level that was hit (of the level asked for, when nothing
-//     was) + the start's offset.
+//     was) + the start's lift.
 //     Map: rho = the filter's radius (sqrt(2) texels, half the diagonal of its two by two texels;
 //     0 with one tap) + one texel, at the blocker: the map's for a false shadow, Embree's nearest
 //     to the receiver for a false light.

@@ -138,24 +138,16 @@ SDAG_HD inline bool occluded(const DagView& dag, const DagSegment& segment, uint
     }
 }
 
-/// Returns the segment, in voxel space, by which a view sample asks for a light: both ends kept out
-/// of the voxels that the sample's surface and the light's fixture lie in. Start: lifted along the
-/// normal by offset * (|nx| + |ny| + |nz|) * (cells of side 2^level + twice the predicate's margin
-/// + the sample's own rounding): a plane's closed voxels reach exactly that far above it, so with
-/// offset = 1 a planar receiver never shadows itself. End: drawn back towards the start by offset *
-/// sqrt(3) cells, never past the start, then lifted to the start's height above the receiver's
-/// plane where it lies lower (a light nearer to the plane than the offset would otherwise be
-/// reached through the receiver's own voxels). What it costs: blockers nearer than the offset are
-/// not seen (contact shadows).
-/// @param sampleWorld,normalWorld position and unit geometric normal on the light's side
-/// @param offset in units of the derived offset; 1 is the default, 0 none
-SDAG_HD inline DagSegment shadowSegment(const VoxelGrid& grid, const glm::vec3& sampleWorld,
-                                        const glm::vec3& normalWorld, const glm::vec3& lightWorld,
-                                        float offset, uint32_t level) {
+/// Returns by how many voxels shadowSegment lifts the start along the normal: offset * (|nx| +
+/// |ny| + |nz|) * (cells of side 2^level + twice the predicate's margin + the sample's own
+/// rounding). A plane's closed voxels reach exactly that far above it, so with offset = 1 a planar
+/// receiver never shadows itself. Arguments as shadowSegment's.
+SDAG_HD inline double shadowLift(const VoxelGrid& grid, const glm::vec3& sampleWorld,
+                                 const glm::vec3& normalWorld, const glm::vec3& lightWorld,
+                                 float offset, uint32_t level) {
     const glm::dvec3 sample = grid.voxelFromWorld(glm::dvec3(sampleWorld));
     const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(lightWorld));
     const glm::dvec3 n(normalWorld);
-    const double cell = double(1u << level);
     double scale = double(grid.resolution()), world = 0;
     for (int a = 0; a < 3; ++a) {
         scale = fabs(sample[a]) > scale ? fabs(sample[a]) : scale;
@@ -166,8 +158,30 @@ SDAG_HD inline DagSegment shadowSegment(const VoxelGrid& grid, const glm::vec3& 
     // 2^-24 of its coordinates.
     const double slack =
         scale * 1.9073486328125e-6 + world / grid.voxelSizeWorld * 4.76837158203125e-7;
-    const double lift = double(offset) * (fabs(n.x) + fabs(n.y) + fabs(n.z)) * (cell + slack);
-    const glm::dvec3 from = sample + n * lift;
+    return double(offset) * (fabs(n.x) + fabs(n.y) + fabs(n.z)) * (double(1u << level) + slack);
+}
+
+/// Returns the segment, in voxel space, by which a view sample asks for a light: both ends kept out
+/// of the voxels that the sample's surface and the light's fixture lie in. Start: lifted along the
+/// normal by shadowLift, then drawn towards the light, which is upwards, by offset cells, halfway
+/// at most: out of the cells of a wall behind the sample, which no exact ray to the light meets
+/// (one cell: measured against none and sqrt(3), see the commit). End: drawn back towards the start
+/// by offset * sqrt(3) cells, never past the start, then lifted to the start's height above the
+/// receiver's plane where it lies lower (a light nearer to the plane than the offset would
+/// otherwise be reached through the receiver's own voxels; such a start is only lifted). What it
+/// costs: blockers nearer than the offset are not seen (contact shadows). Not guaranteed: a light
+/// that lies on a face keeps that face's voxels in the way of rays at grazing angles.
+/// @param sampleWorld,normalWorld position and unit geometric normal on the light's side
+/// @param offset in units of the derived offset; 1 is the default, 0 none
+SDAG_HD inline DagSegment shadowSegment(const VoxelGrid& grid, const glm::vec3& sampleWorld,
+                                        const glm::vec3& normalWorld, const glm::vec3& lightWorld,
+                                        float offset, uint32_t level) {
+    const glm::dvec3 sample = grid.voxelFromWorld(glm::dvec3(sampleWorld));
+    const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(lightWorld));
+    const glm::dvec3 n(normalWorld);
+    const double cell = double(1u << level);
+    const glm::dvec3 from =
+        sample + n * shadowLift(grid, sampleWorld, normalWorld, lightWorld, offset, level);
     const glm::dvec3 way = light - from;
     const double length = sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
     const double back = double(offset) * 1.7320508075688772 * cell;
@@ -175,9 +189,14 @@ SDAG_HD inline DagSegment shadowSegment(const VoxelGrid& grid, const glm::vec3& 
     if (length > back)
         to = from + way * ((length - back) / length);
     const double height = (to.x - from.x) * n.x + (to.y - from.y) * n.y + (to.z - from.z) * n.z;
-    if (height < 0)
+    if (height < 0) {
         to = to - n * height;
-    return {glm::vec3(from), glm::vec3(to)};
+        return {glm::vec3(from), glm::vec3(to)};
+    }
+    const double half = 0.5 * (length - back), whole = double(offset) * cell;
+    const double ahead = half < whole ? half : whole;
+    const glm::dvec3 start = ahead > 0 ? from + way * (ahead / length) : from;
+    return {glm::vec3(start), glm::vec3(to)};
 }
 
 } // namespace shadowdag

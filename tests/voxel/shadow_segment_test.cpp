@@ -81,13 +81,18 @@ TEST(ShadowSegment, PlanarReceiverOfAnyOrientationNeverSeesItsOwnVoxels) {
 // The offset is no larger than it must be: nine tenths of it let some planes shadow themselves.
 TEST(ShadowSegment, OffsetIsTight) {
     std::mt19937 random(42);
+    std::uniform_real_distribution<float> spread(-1, 1);
     int shadowed = 0;
     for (int plane = 0; plane < 100; ++plane) {
         const Receiver r = makeReceiver(random);
         for (int i = 0; i < 200; ++i) {
             const glm::vec3 p = pointOn(r.soup, random);
+            // Grazing, so that what draws the start towards the light does not lift it.
+            const glm::vec3 aside =
+                glm::cross(r.normal, glm::vec3(spread(random), spread(random), spread(random)));
+            const glm::vec3 light = p + aside + 1e-3f * r.normal;
             shadowed +=
-                occluded(r.dag.view(), shadowSegment(r.grid, p, r.normal, p + r.normal, 0.9f, 0));
+                occluded(r.dag.view(), shadowSegment(r.grid, p, r.normal, light, 0.9f, 0));
         }
     }
     EXPECT_GT(shadowed, 0);
@@ -98,19 +103,22 @@ TEST(ShadowSegment, EndsAreWhereTheFormulaPutsThem) {
     grid.resolutionLog2 = 6;
     grid.voxelSizeWorld = 0.5;
     grid.originWorld = glm::dvec3(-1, 0, 1);
-    // Plane z = 5 (voxel 8), light 10 voxels above. Lift: one cell of 2 voxels; end: sqrt(3) cells
-    // back.
+    // Plane z = 5 (voxel 8), light 10 voxels above. Lift: one cell of 2 voxels, and one towards the
+    // light; end: sqrt(3) cells back.
     const DagSegment s = shadowSegment(grid, {3, 4, 5}, {0, 0, 1}, {3, 4, 10}, 1.0f, 1);
     EXPECT_NEAR(s.from.x, 8, 1e-6);
     EXPECT_NEAR(s.from.y, 8, 1e-6);
-    EXPECT_NEAR(s.from.z, 8 + 2, 2e-3);
-    EXPECT_GT(s.from.z, 8 + 2);
+    EXPECT_NEAR(s.from.z, 8 + 2 + 2, 2e-3);
+    EXPECT_GT(s.from.z, 8 + 2 + 2);
     EXPECT_NEAR(s.to.z, 18 - 2 * std::sqrt(3.0), 1e-5);
-    // A diagonal normal reaches sqrt(3) cells up, 1 along each axis.
+    // A diagonal normal reaches sqrt(3) cells up, 1 along each axis, and 1 / sqrt(3) further.
     const float d = 1 / std::sqrt(3.0f);
     const DagSegment t = shadowSegment(grid, {3, 4, 5}, {d, d, d}, {13, 14, 15}, 1.0f, 0);
     for (int a = 0; a < 3; ++a)
-        EXPECT_NEAR(t.from[a], 8 + 1, 2e-3);
+        EXPECT_NEAR(t.from[a], 8 + 1 + 1 / std::sqrt(3.0), 2e-3);
+    // Halfway at most: 2.5 voxels from the lifted start to the light, sqrt(3) of them kept.
+    const DagSegment half = shadowSegment(grid, {3, 4, 5}, {0, 0, 1}, {3, 4, 6.75f}, 1.0f, 0);
+    EXPECT_NEAR(half.from.z, 9 + 0.5 * (2.5 - std::sqrt(3.0)), 2e-3);
     // Never past the start; no offset: the very ends.
     const DagSegment near = shadowSegment(grid, {3, 4, 5}, {0, 0, 1}, {3, 4, 6}, 1.0f, 1);
     EXPECT_EQ(near.from, near.to);
