@@ -112,4 +112,9 @@ const std::vector<int>& FrameRenderer::mapOfLight() const {
     return state_->mapOfLight;
 }
 
+uint64_t FrameRenderer::dagBytes() const {
+    const DagView dag = state_->scene.dag();
+    return (dag.wide.words.empty() ? dag.words.count : dag.wide.words.count) * sizeof(uint32_t);
+}
+
 } // namespace shadowdag

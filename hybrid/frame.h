@@ -95,6 +95,9 @@ public:
     /// Returns per world light the index into shadowMaps().maps, or kNone when it was traced or
     /// idle.
     const std::vector<int>& mapOfLight() const;
+    /// Returns the bytes of the DAG that rays of this backend read: the words, or the wide form
+    /// where rays are traced through that (dag.h).
+    uint64_t dagBytes() const;
 
 private:
     struct State;

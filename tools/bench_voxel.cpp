@@ -140,10 +140,13 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
     if (options.resolutionLog2 <= options.nanoVdbResolutionLog2)
         nanoVdb = std::make_unique<NanoVdbBaseline>(dag);
 
+    // As a frame traces them on the CPU.
+    const WideDag wide = buildWideDag(dag);
+    DagView traced = dag.view();
+    traced.wide = wide.view();
     std::vector<Tracer> tracers = {
-        {"occluded", [&](const BenchRays& r, double& s) { return traceSingly(dag.view(), r, s); }},
-        {"traceSegments",
-         [&](const BenchRays& r, double& s) { return tracePass(dag.view(), r, s); }}};
+        {"occluded", [&](const BenchRays& r, double& s) { return traceSingly(traced, r, s); }},
+        {"traceSegments", [&](const BenchRays& r, double& s) { return tracePass(traced, r, s); }}};
     for (const EmbreeCall call : kEmbreeCalls)
         tracers.push_back({embreeCallName(call), [&embree, call](const BenchRays& r, double& s) {
                                return embree.occluded(call, r.world, &s);

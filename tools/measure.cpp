@@ -39,7 +39,8 @@ struct Timing {
     void add(const StageTimes& stages) {
         totalMs.push_back(stages.totalMs());
         for (const auto& [name, timeMs] : stages.stagesMs) {
-            auto found = std::find_if(stagesMs.begin(), stagesMs.end(), [&](const auto& s) { return s.first == name; });
+            auto found = std::find_if(stagesMs.begin(), stagesMs.end(),
+                                      [&](const auto& s) { return s.first == name; });
             if (found == stagesMs.end())
                 found = stagesMs.insert(stagesMs.end(), {name, {}});
             found->second.push_back(timeMs);
@@ -61,10 +62,12 @@ struct Timing {
 class FrameMeasurement {
 public:
     FrameMeasurement(const LoadedScene& scene, uint32_t frame, const Experiment& experiment,
-                     const std::vector<RunParameters>& runs, std::vector<std::unique_ptr<FrameRenderer>>& renderers,
-                     const std::vector<Dag>& dags, const Truth& truth, const MeasureContext& context)
-        : scene_(scene), frame_(frame), experiment_(experiment), runs_(runs), renderers_(renderers), dags_(dags),
-          truth_(truth), context_(context),
+                     const std::vector<RunParameters>& runs,
+                     std::vector<std::unique_ptr<FrameRenderer>>& renderers,
+                     const std::vector<Dag>& dags, const Truth& truth,
+                     const MeasureContext& context)
+        : scene_(scene), frame_(frame), experiment_(experiment), runs_(runs), renderers_(renderers),
+          dags_(dags), truth_(truth), context_(context),
           part_(scene.geometryHash + "/" + scene.name + "/" + std::to_string(frame) + "/") {}
 
     void measure(bool withPictures, const std::function<void()>& step, SceneMeasurement& out) {
@@ -90,8 +93,9 @@ private:
     bool isDone() const {
         if (part("times") == nullptr)
             return false;
-        return std::all_of(runs_.begin(), runs_.end(),
-                           [&](const RunParameters& run) { return part("answer/" + run.label()) != nullptr; });
+        return std::all_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
+            return part("answer/" + run.label()) != nullptr;
+        });
     }
 
     FrameRenderer& rendererOf(const RunParameters& run) {
@@ -108,7 +112,8 @@ private:
     /// Renders one configuration from nothing.
     FrameResult render(const RunParameters& run, bool recordPairs) {
         FrameRenderer& renderer = rendererOf(run);
-        const std::unique_ptr<CostModel> model = makeCostModel(run.model.empty() ? "texels:0" : run.model);
+        const std::unique_ptr<CostModel> model =
+            makeCostModel(run.model.empty() ? "texels:0" : run.model);
         if (model->needsCosts())
             model->setCosts(frameCosts_);
         FrameOptions options = run.frame;
@@ -137,8 +142,8 @@ private:
         exposure_ = autoExposure(color);
         truthDisplay_ = toneMap(color, exposure_);
         if (withPictures_)
-            writePng(context_.directory + "/" + pictureBase() + "truth.png", experiment_.width, experiment_.height,
-                     truthDisplay_);
+            writePng(context_.directory + "/" + pictureBase() + "truth.png", experiment_.width,
+                     experiment_.height, truthDisplay_);
     }
 
     /// Measures what every map costs by rays and by map alone, or takes the costs that were given.
@@ -155,7 +160,8 @@ private:
                         break;
                     }
                 if (context_.costs != nullptr) {
-                    frameCosts_ = findCosts(*context_.costs, context_.costsPath, scene_.name, frame_);
+                    frameCosts_ =
+                        findCosts(*context_.costs, context_.costsPath, scene_.name, frame_);
                 } else {
                     FrameOptions options = run.frame;
                     options.recordPairs = false;
@@ -172,7 +178,8 @@ private:
             frameCosts_ = {};
             frameCosts_.frame = frame_;
             for (const Json& map : saved) {
-                frameCosts_.maps.push_back({map.at("light").get<uint32_t>(), map.at("rays_ms").get<double>(),
+                frameCosts_.maps.push_back({map.at("light").get<uint32_t>(),
+                                            map.at("rays_ms").get<double>(),
                                             map.at("map_ms").get<double>()});
                 out.mapCosts.push_back(map);
             }
@@ -201,17 +208,20 @@ private:
         if (part("answer/" + run.label()) != nullptr)
             return;
         checkInterrupted();
-        Json json = {{"scene", scene_.name}, {"frame", frame_}, {"method", run.method}, {"model", run.model},
+        Json json = {{"scene", scene_.name},       {"frame", frame_},
+                     {"method", run.method},       {"model", run.model},
                      {"parameters", run.toJson()}, {"label", run.label()}};
         Json lights = Json::array();
         if (run.method == "embree")
             answerTruth(json);
         else
             answerMethod(run, json, lights);
-        context_.journal->set(part_ + "answer/" + run.label(), {{"run", std::move(json)}, {"lights", std::move(lights)}});
+        context_.journal->set(part_ + "answer/" + run.label(),
+                              {{"run", std::move(json)}, {"lights", std::move(lights)}});
     }
 
-    /// The truth held against itself: no error by definition, kept as a row so that tables and charts show its time.
+    /// The truth held against itself: no error by definition, kept as a row so that tables and
+    /// charts show its time.
     void answerTruth(Json& json) {
         ErrorCounts counts;
         counts.pairCount = pairs_.count();
@@ -231,7 +241,8 @@ private:
     void answerMethod(const RunParameters& run, Json& json, Json& lights) {
         const FrameResult result = render(run, true);
         if (result.pairs.count() != pairs_.count())
-            throw std::logic_error("the pairs of " + run.label() + " differ from those of the truth");
+            throw std::logic_error("the pairs of " + run.label() +
+                                   " differ from those of the truth");
         ErrorOptions options;
         options.seed = experiment_.errorSeed;
         options.dagOffset = run.frame.dagOffset;
@@ -239,21 +250,26 @@ private:
         options.bias = run.frame.bias;
         static const Dag kNoDag;
         const Dag& dag = run.dag < dags_.size() ? dags_[run.dag] : kNoDag;
-        const ErrorReport report =
-            computeError(rendererOf(run), result, *scene_.world, dag, truth_, truthVisibility_, options);
+        const ErrorReport report = computeError(rendererOf(run), result, *scene_.world, dag, truth_,
+                                                truthVisibility_, options);
         json.update(toJson(report.total));
         json["null_rate"] = report.nullRate;
         const std::vector<glm::vec3> display = toneMap(result.color, exposure_);
         json["rmse"] = computeRmse(truthDisplay_, display);
         json["flip"] = computeFlip(truthDisplay_, display, experiment_.width, experiment_.height);
         json.update(toJson(result.counts));
-        json["dag_bytes"] = run.usesRays() ? dag.words.size() * sizeof(uint32_t) : 0;
+        json["dag_bytes"] = run.usesRays() ? rendererOf(run).dagBytes() : 0;
         json["visibility_histogram"] = report.visibilityHistogram;
         for (const MapRecord& map : result.maps) {
             const uint32_t light = map.quantities.light;
-            Json entry = {{"scene", scene_.name}, {"frame", frame_}, {"label", run.label()}, {"light", light},
-                          {"route", map.route == Route::kRays ? "rays" : "map"}, {"texels", map.quantities.texels},
-                          {"face_texels", map.quantities.faceTexels}, {"pages", map.quantities.pages}};
+            Json entry = {{"scene", scene_.name},
+                          {"frame", frame_},
+                          {"label", run.label()},
+                          {"light", light},
+                          {"route", map.route == Route::kRays ? "rays" : "map"},
+                          {"texels", map.quantities.texels},
+                          {"face_texels", map.quantities.faceTexels},
+                          {"pages", map.quantities.pages}};
             entry.update(toJson(report.perLight[light]));
             lights.push_back(std::move(entry));
         }
@@ -261,8 +277,8 @@ private:
             writePictures(run, result, display, json);
     }
 
-    void writePictures(const RunParameters& run, const FrameResult& result, const std::vector<glm::vec3>& display,
-                       Json& json) {
+    void writePictures(const RunParameters& run, const FrameResult& result,
+                       const std::vector<glm::vec3>& display, Json& json) {
         const uint32_t width = experiment_.width, height = experiment_.height;
         const auto write = [&](const char* kind, const std::vector<glm::vec3>& picture) {
             const std::string file = pictureBase() + run.slug() + "_" + kind + ".png";
@@ -270,9 +286,10 @@ private:
             json["images"][kind] = file;
         };
         write("color", display);
-        write("error", errorPicture(truthDisplay_, countPixelErrors(pairs_, result.visibility, truthVisibility_)));
-        write("method", methodPicture(truthDisplay_, rayShare(result.pairs, result.pairRoute), result.maps,
-                                      scene_.world->lights(), camera_, width, height));
+        write("error", errorPicture(truthDisplay_,
+                                    countPixelErrors(pairs_, result.visibility, truthVisibility_)));
+        write("method", methodPicture(truthDisplay_, rayShare(result.pairs, result.pairRoute),
+                                      result.maps, scene_.world->lights(), camera_, width, height));
     }
 
     void measureTimes(const std::function<void()>& step) {
@@ -291,7 +308,8 @@ private:
                 if (run.method == "embree") {
                     const auto start = std::chrono::steady_clock::now();
                     truth_.visibility(gbufferRenderer_->gbuffer(), scene_.world->lights(), pairs_);
-                    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+                    const std::chrono::duration<double, std::milli> time =
+                        std::chrono::steady_clock::now() - start;
                     stages.add("embree rays", time.count());
                 } else {
                     stages = render(run, false).stages;
@@ -347,8 +365,9 @@ private:
 
 } // namespace
 
-SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags, const Experiment& experiment,
-                              const std::vector<RunParameters>& runs, const MeasureContext& context) {
+SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags,
+                              const Experiment& experiment, const std::vector<RunParameters>& runs,
+                              const MeasureContext& context) {
     SceneMeasurement out;
     static const Dag kNoDag;
     std::vector<std::unique_ptr<FrameRenderer>> renderers;
@@ -358,7 +377,8 @@ SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags, 
         renderers.push_back(std::make_unique<FrameRenderer>(context.backend, *scene.world, kNoDag));
     Truth truth(*scene.world);
 
-    const size_t stepsAFrame = 1 + runs.size() * size_t(1 + experiment.warmups + experiment.repeats);
+    const size_t stepsAFrame =
+        1 + runs.size() * size_t(1 + experiment.warmups + experiment.repeats);
     const double stepCount = double(stepsAFrame * experiment.frames.size());
     size_t stepsDone = 0;
     const auto step = [&] {
@@ -375,7 +395,8 @@ SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags, 
             if (!moved.empty())
                 truth.update(*scene.world);
         }
-        FrameMeasurement measurement(scene, frame, experiment, runs, renderers, dags, truth, context);
+        FrameMeasurement measurement(scene, frame, experiment, runs, renderers, dags, truth,
+                                     context);
         measurement.measure(frame == experiment.frames.front(), step, out);
     }
     return out;
