@@ -15,6 +15,11 @@
 
 extern char** environ;
 
+#if !defined(SDAG_PROGRAM)
+/// The program under test: the targets define where it was built, else the one on the PATH.
+#define SDAG_PROGRAM "shadowdag"
+#endif
+
 namespace shadowdag {
 
 struct ProgramResult {
@@ -25,9 +30,11 @@ struct ProgramResult {
     Json json() const { return Json::parse(out); }
 };
 
-/// Starts the program with a cache of its own, so that tests neither read nor leave anything in the user's.
-inline pid_t startProgram(const TemporaryDirectory& directory, const std::vector<std::string>& arguments,
-                          const std::string& outPath, const std::string& errPath) {
+/// Starts the program with a cache of its own, so that tests neither read nor leave anything in the
+/// user's.
+inline pid_t startProgram(const TemporaryDirectory& directory,
+                          const std::vector<std::string>& arguments, const std::string& outPath,
+                          const std::string& errPath) {
     std::vector<std::string> texts{SDAG_PROGRAM};
     texts.insert(texts.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
@@ -37,8 +44,10 @@ inline pid_t startProgram(const TemporaryDirectory& directory, const std::vector
     setenv("XDG_CACHE_HOME", directory.path().c_str(), 1);
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, outPath.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errPath.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, outPath.c_str(),
+                                     O_WRONLY | O_CREAT | O_TRUNC, 0600);
+    posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errPath.c_str(),
+                                     O_WRONLY | O_CREAT | O_TRUNC, 0600);
     pid_t child = -1;
     posix_spawn(&child, SDAG_PROGRAM, &actions, nullptr, argv.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
@@ -51,7 +60,8 @@ inline int waitForProgram(pid_t child) {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-inline ProgramResult runShadowdag(const TemporaryDirectory& directory, const std::vector<std::string>& arguments) {
+inline ProgramResult runShadowdag(const TemporaryDirectory& directory,
+                                  const std::vector<std::string>& arguments) {
     ProgramResult result;
     const std::string out = directory / "program.out", err = directory / "program.err";
     result.status = waitForProgram(startProgram(directory, arguments, out, err));
