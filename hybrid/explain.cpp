@@ -116,8 +116,8 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         };
         q.startOffsetWorld = moved(segment.from, q.position);
         q.endOffsetWorld = moved(segment.to, q.light);
-        const double lift = shadowLift(grid, q.position, q.normal, q.light, method.dagOffset,
-                                       method.dagLevel);
+        const double lift =
+            shadowLift(grid, q.position, q.normal, q.light, method.dagOffset, method.dagLevel);
         q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
         return q;
     }
@@ -239,26 +239,25 @@ bool PairJudge::anyAimedShiftIsDark(const Question& q) const {
     const VoxelGrid& grid = inputs_.method.dag.grid;
     const double side = double(1u << q.hit.level);
     const glm::dvec3 cell(q.hit.cell);
-    truth_.forTrianglesNear(
-        grid.worldFromVoxel(cell + 0.5 * side), 0.5 * kSqrt3 * side * grid.voxelSizeWorld,
-        [&](uint32_t triangle) {
-            if (isDark || triangle == q.receiver)
-                return;
-            std::vector<glm::dvec3> part(3);
-            for (int corner = 0; corner < 3; ++corner)
-                part[size_t(corner)] = grid.voxelFromWorld(
-                    glm::dvec3(inputs_.triangles.vertex(triangle, corner)));
-            part = clipToCube(std::move(part), cell, cell + side);
-            if (part.empty())
-                return;
-            glm::dvec3 middle(0.0);
-            for (const glm::dvec3& corner : part)
-                middle += corner / double(part.size());
-            // Corners are drawn in a little, off the triangle's own border.
-            for (const glm::dvec3& corner : part)
-                aimAt(grid.worldFromVoxel(corner + (middle - corner) * 0.01));
-            aimAt(grid.worldFromVoxel(middle));
-        });
+    truth_.forTrianglesNear(grid.worldFromVoxel(cell + 0.5 * side),
+                            0.5 * kSqrt3 * side * grid.voxelSizeWorld, [&](uint32_t triangle) {
+                                if (isDark || triangle == q.receiver)
+                                    return;
+                                std::vector<glm::dvec3> part(3);
+                                for (int corner = 0; corner < 3; ++corner)
+                                    part[size_t(corner)] = grid.voxelFromWorld(
+                                        glm::dvec3(inputs_.triangles.vertex(triangle, corner)));
+                                part = clipToCube(std::move(part), cell, cell + side);
+                                if (part.empty())
+                                    return;
+                                glm::dvec3 middle(0.0);
+                                for (const glm::dvec3& corner : part)
+                                    middle += corner / double(part.size());
+                                // Corners are drawn in a little, off the triangle's own border.
+                                for (const glm::dvec3& corner : part)
+                                    aimAt(grid.worldFromVoxel(corner + (middle - corner) * 0.01));
+                                aimAt(grid.worldFromVoxel(middle));
+                            });
     return isDark;
 }
 

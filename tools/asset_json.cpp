@@ -48,7 +48,8 @@ void printAsset(std::ostream& out, const Json& json) {
         return std::string(buffer);
     };
     const std::string resolution = std::to_string(json["resolution"].get<uint64_t>());
-    row("resolution", resolution + "^3, voxel " + numberText(json["voxel_size_world"].get<double>()) + " m");
+    row("resolution",
+        resolution + "^3, voxel " + numberText(json["voxel_size_world"].get<double>()) + " m");
     row("voxels", std::to_string(json["voxel_count"].get<uint64_t>()));
     row("file", bytesText(json["asset_bytes"].get<double>()) + ", " +
                     fixed(json["asset_bits_per_voxel"].get<double>()) + " bits a voxel");
@@ -60,14 +61,15 @@ void printAsset(std::ostream& out, const Json& json) {
     out << line;
     const Json &nodes = json["node_counts"], &svo = json["svo_node_counts"];
     for (size_t level = 0; level < nodes.size(); ++level) {
-        std::snprintf(line, sizeof line, "  %-15zu %14llu %14llu\n", level,
-                      static_cast<unsigned long long>(nodes[level].get<uint64_t>()),
-                      static_cast<unsigned long long>(level < svo.size() ? svo[level].get<uint64_t>() : 0));
+        std::snprintf(
+            line, sizeof line, "  %-15zu %14llu %14llu\n", level,
+            static_cast<unsigned long long>(nodes[level].get<uint64_t>()),
+            static_cast<unsigned long long>(level < svo.size() ? svo[level].get<uint64_t>() : 0));
         out << line;
     }
     const Json& provenance = json["provenance"];
-    row("scene", provenance["scene"].get<std::string>() + " (hash " + provenance["scene_hash"].get<std::string>() +
-                     ")");
+    row("scene", provenance["scene"].get<std::string>() + " (hash " +
+                     provenance["scene_hash"].get<std::string>() + ")");
     row("program", provenance["program_version"].get<std::string>());
 }
 

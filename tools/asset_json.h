@@ -9,7 +9,8 @@
 
 namespace shadowdag {
 
-/// Returns resolution, voxel_count, node_counts, leaf_count, asset_bytes, traced_bytes, ratios and provenance.
+/// Returns resolution, voxel_count, node_counts, leaf_count, asset_bytes, traced_bytes, ratios and
+/// provenance.
 Json assetJson(const Asset& asset, uint64_t fileBytes);
 /// Prints them as a table.
 void printAsset(std::ostream& out, const Json& json);

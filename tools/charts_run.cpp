@@ -74,15 +74,19 @@ std::string findCharts() {
         if (std::filesystem::exists(candidate) && script.empty())
             script = candidate.string();
     if (script.empty())
-        throw Error(ErrorKind::kUsage, "charts.py is missing beside " + directory.string() +
-                                           "/shadowdag; build or install the program again, or pass --no-charts");
+        throw Error(ErrorKind::kUsage,
+                    "charts.py is missing beside " + directory.string() +
+                        "/shadowdag; build or install the program again, or pass --no-charts");
     if (runProgram({kPython, "-c", "import matplotlib"}) != 0)
-        throw Error(ErrorKind::kUsage, std::string("charts need ") + kPython +
-                                           " with matplotlib: apt-get install python3-matplotlib, or pass --no-charts");
+        throw Error(
+            ErrorKind::kUsage,
+            std::string("charts need ") + kPython +
+                " with matplotlib: apt-get install python3-matplotlib, or pass --no-charts");
     return script;
 }
 
-void drawCharts(const std::string& script, const std::string& resultsPath, const std::string& directory) {
+void drawCharts(const std::string& script, const std::string& resultsPath,
+                const std::string& directory) {
     std::string said;
     const int status = runProgram({kPython, script, resultsPath, "-o", directory}, &said);
     if (status != 0) {

@@ -7,15 +7,18 @@
 
 namespace shadowdag {
 
-/// Returns the path of charts.py: beside the program, or in ../share/shadowdag once installed. Throws Error kUsage
-/// when it is missing, or when Python or matplotlib is, naming the package; call it before any long work.
+/// Returns the path of charts.py: beside the program, or in ../share/shadowdag once installed.
+/// Throws Error kUsage when it is missing, or when Python or matplotlib is, naming the package;
+/// call it before any long work.
 std::string findCharts();
 
-/// Draws the charts of a results file into a directory, with charts.json, the list of them with captions.
-/// Throws Error kResource with the script's last words when it fails.
-void drawCharts(const std::string& script, const std::string& resultsPath, const std::string& directory);
+/// Draws the charts of a results file into a directory, with charts.json, the list of them with
+/// captions. Throws Error kResource with the script's last words when it fails.
+void drawCharts(const std::string& script, const std::string& resultsPath,
+                const std::string& directory);
 
-/// Runs a program to its end with standard output sent to standard error; returns its exit status, 127 when it cannot be started.
+/// Runs a program to its end with standard output sent to standard error; returns its exit status,
+/// 127 when it cannot be started.
 int runProgram(const std::vector<std::string>& arguments, std::string* errorText = nullptr);
 
 /// Returns the directory of the running program.

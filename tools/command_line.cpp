@@ -26,8 +26,8 @@ void CommandLine::text(const std::string& names, std::string& value, const std::
         ->expected(1);
 }
 
-void CommandLine::texts(const std::string& names, std::vector<std::string>& values, const std::string& kind,
-                        const std::string& help, bool required) {
+void CommandLine::texts(const std::string& names, std::vector<std::string>& values,
+                        const std::string& kind, const std::string& help, bool required) {
     CLI::Option* option = state_->app->add_option(names, values, help);
     option->type_name(kind)->group(state_->group)->required(required);
     if (names[0] == '-')
@@ -56,15 +56,18 @@ struct Program::State {
     std::vector<Entry> entries;
 };
 
-Program::Program(const std::string& name, const std::string& description, const std::string& version)
+Program::Program(const std::string& name, const std::string& description,
+                 const std::string& version)
     : state_(std::make_unique<State>()) {
     state_->app.name(name);
     state_->app.description(description);
     state_->app.set_version_flag("--version", version);
     state_->app.require_subcommand(1);
     state_->app.get_formatter()->column_width(34);
-    state_->app.footer("Exit status: 0 done, 1 wrong usage, 2 bad input file, 3 not enough memory or disk, "
-                       "4 device missing.\nSCENE is a .glb or .gltf file, or builtin:NAME (shadowdag scene --list).");
+    state_->app.footer(
+        "Exit status: 0 done, 1 wrong usage, 2 bad input file, 3 not enough memory or disk, "
+        "4 device missing.\nSCENE is a .glb or .gltf file, or builtin:NAME (shadowdag scene "
+        "--list).");
 }
 
 Program::~Program() = default;
@@ -81,7 +84,8 @@ void Program::command(const std::string& name, const std::string& description,
 }
 
 void Program::run(int argc, const char* const* argv) {
-    if (argc > 1 && argv[1][0] != '-') { // the parser's own complaint would not name what it did not know
+    if (argc > 1 &&
+        argv[1][0] != '-') { // the parser's own complaint would not name what it did not know
         std::string known;
         bool isKnown = false;
         for (const State::Entry& entry : state_->entries) {
@@ -89,7 +93,8 @@ void Program::run(int argc, const char* const* argv) {
             isKnown = isKnown || entry.app->get_name() == argv[1];
         }
         if (!isKnown)
-            throw Error(ErrorKind::kUsage, "unknown subcommand '" + std::string(argv[1]) + "'; there are " + known);
+            throw Error(ErrorKind::kUsage,
+                        "unknown subcommand '" + std::string(argv[1]) + "'; there are " + known);
     }
     try {
         state_->app.parse(argc, argv);
@@ -100,7 +105,8 @@ void Program::run(int argc, const char* const* argv) {
         std::string command;
         for (const CLI::App* sub : state_->app.get_subcommands())
             command = " " + sub->get_name();
-        throw Error(ErrorKind::kUsage, std::string(error.what()) + "; see shadowdag" + command + " --help");
+        throw Error(ErrorKind::kUsage,
+                    std::string(error.what()) + "; see shadowdag" + command + " --help");
     }
     for (const State::Entry& entry : state_->entries)
         if (entry.app->parsed())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one door to CLI11: subcommands whose options are taken as text. tools/parse.h gives the texts their
-// meaning, so that every message names option, value and remedy in the same way.
+// The one door to CLI11: subcommands whose options are taken as text. tools/parse.h gives the texts
+// their meaning, so that every message names option, value and remedy in the same way.
 #pragma once
 
 #include <functional>
@@ -15,8 +15,8 @@ class CommandLine {
 public:
     /// @param names as in "-o,--output"; a name without dashes is positional
     /// @param kind what stands for the value in --help, as in "WxH"
-    void text(const std::string& names, std::string& value, const std::string& kind, const std::string& help,
-              bool required = false);
+    void text(const std::string& names, std::string& value, const std::string& kind,
+              const std::string& help, bool required = false);
     /// As text, but may be given several times (a positional one: several values).
     void texts(const std::string& names, std::vector<std::string>& values, const std::string& kind,
                const std::string& help, bool required = false);
@@ -47,8 +47,9 @@ public:
     void command(const std::string& name, const std::string& description,
                  const std::function<std::function<void()>(CommandLine&)>& declare);
 
-    /// Parses and runs the subcommand that was asked for. Prints help or version and returns when those were
-    /// asked for. Throws Error kUsage for anything that the command line gets wrong, and what the command throws.
+    /// Parses and runs the subcommand that was asked for. Prints help or version and returns when
+    /// those were asked for. Throws Error kUsage for anything that the command line gets wrong, and
+    /// what the command throws.
     void run(int argc, const char* const* argv);
 
 private:

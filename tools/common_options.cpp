@@ -10,18 +10,22 @@ namespace shadowdag {
 
 void GlobalOptions::declare(CommandLine& commandLine) {
     commandLine.heading("Everywhere");
-    commandLine.flag("--json", json, "Write exactly one JSON object to standard output, all else to standard error");
-    commandLine.text("--threads", threads, "N", "Processor threads, 0 for all; never changes a result [0]");
-    commandLine.text("--backend", backend, "auto|cpu|cuda",
-                     "Where passes run; auto says what it chose, cuda without a device is an error [auto]");
+    commandLine.flag(
+        "--json", json,
+        "Write exactly one JSON object to standard output, all else to standard error");
+    commandLine.text("--threads", threads, "N",
+                     "Processor threads, 0 for all; never changes a result [0]");
+    commandLine.text(
+        "--backend", backend, "auto|cpu|cuda",
+        "Where passes run; auto says what it chose, cuda without a device is an error [auto]");
 }
 
 Backend GlobalOptions::apply(const Console& console, bool announce) const {
     const Backend chosen = chooseBackend(backend);
     setThreadCount(int(parseInteger("--threads", threads, 0, 4096)));
     if (announce && backend == "auto")
-        console.note(std::string("backend auto: ") + backendName(chosen) + ", " + std::to_string(threadCount()) +
-                     (threadCount() == 1 ? " thread" : " threads"));
+        console.note(std::string("backend auto: ") + backendName(chosen) + ", " +
+                     std::to_string(threadCount()) + (threadCount() == 1 ? " thread" : " threads"));
     return chosen;
 }
 
@@ -29,7 +33,8 @@ void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {
     commandLine.heading("View");
     commandLine.text("--size", size, "WxH", "Picture size in pixels [640x360]");
     commandLine.text("--camera", camera, "auto|NAME|NUMBERS",
-                     "auto places one; NAME is a camera of the scene; NUMBERS are px,py,pz,tx,ty,tz[,fovDegrees]: "
+                     "auto places one; NAME is a camera of the scene; NUMBERS are "
+                     "px,py,pz,tx,ty,tz[,fovDegrees]: "
                      "position, target, vertical angle [the scene's first, else auto]");
     if (!isSweep)
         commandLine.text("--time", time, "SECONDS", "Time of the scene's animations [0]");
@@ -39,7 +44,8 @@ void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {
 
 void CommonOptions::declareLights(CommandLine& commandLine) {
     commandLine.heading("Lights");
-    commandLine.text("--lights", lights, "N", "Replace the scene's lights by N placed ones [-1: keep the scene's]");
+    commandLine.text("--lights", lights, "N",
+                     "Replace the scene's lights by N placed ones [-1: keep the scene's]");
     commandLine.text("--seed", seed, "S", "Where they are placed [1]");
 }
 
@@ -48,31 +54,39 @@ void CommonOptions::declareVoxels(CommandLine& commandLine, bool isSweep) {
     commandLine.texts("--voxels", voxels, "F.svdag",
                       isSweep ? "A built asset instead of --resolution; may be given several times"
                               : "A built asset instead of --resolution");
-    commandLine.text("--resolution", resolution, isSweep ? "N,..." : "N",
-                     "Voxels an axis, a power of two up to 131072; built when needed and cached [1024]");
+    commandLine.text(
+        "--resolution", resolution, isSweep ? "N,..." : "N",
+        "Voxels an axis, a power of two up to 131072; built when needed and cached [1024]");
     if (isSweep)
         commandLine.text("--dag-resolution", dagResolution, "N,...",
                          "More resolutions, for method dag alone: how its error falls");
-    commandLine.text("--cache", cache, "DIR",
-                     "Where built assets are kept [$XDG_CACHE_HOME/shadowdag or ~/.cache/shadowdag]");
-    commandLine.flag("--allow-stale", allowStale, "Accept an asset that was built from another scene");
+    commandLine.text(
+        "--cache", cache, "DIR",
+        "Where built assets are kept [$XDG_CACHE_HOME/shadowdag or ~/.cache/shadowdag]");
+    commandLine.flag("--allow-stale", allowStale,
+                     "Accept an asset that was built from another scene");
 }
 
 void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
     const std::string list = isSweep ? ",..." : "";
     commandLine.heading("Maps");
-    commandLine.text("--undersample", undersample, "U" + list, "Divisor of the required resolution [1]");
-    commandLine.text("--page-size", pageSize, "TEXELS" + list, "Side of a page, a power of two from 16 to 256 [" + pageSize + "]");
-    commandLine.text("--pool", pool, "BYTES", "Budget of the page pool, whole MiB, as in 256M [256M]");
+    commandLine.text("--undersample", undersample, "U" + list,
+                     "Divisor of the required resolution [1]");
+    commandLine.text("--page-size", pageSize, "TEXELS" + list,
+                     "Side of a page, a power of two from 16 to 256 [" + pageSize + "]");
+    commandLine.text("--pool", pool, "BYTES",
+                     "Budget of the page pool, whole MiB, as in 256M [256M]");
     commandLine.text("--bias", bias, "B" + list, "Depth bias in texels [" + bias + "]");
-    commandLine.text("--taps", taps, "1|9" + list, "Taps of the percentage-closer filter [" + taps + "]");
+    commandLine.text("--taps", taps, "1|9" + list,
+                     "Taps of the percentage-closer filter [" + taps + "]");
 }
 
 void CommonOptions::declareRays(CommandLine& commandLine, bool isSweep) {
     const std::string list = isSweep ? ",..." : "";
     commandLine.heading("Rays");
     commandLine.text("--offset", offset, "O" + list,
-                     "How far a ray's ends leave the surface, in units of the derived offset [" + offset + "]");
+                     "How far a ray's ends leave the surface, in units of the derived offset [" +
+                         offset + "]");
     commandLine.text("--lod", lod, "L" + list, "Level of detail of rays: cells of 2^L voxels [0]");
 }
 
@@ -87,14 +101,17 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
     if (!isSweep)
         contradict("--time", "--frames", "a frame has its time; drop one of them");
     if (!isSweep && voxels.size() > 1)
-        throw Error(ErrorKind::kUsage, "--voxels '" + voxels[1] + "': this command takes one asset; compare takes several");
+        throw Error(ErrorKind::kUsage,
+                    "--voxels '" + voxels[1] +
+                        "': this command takes one asset; compare takes several");
 
     // A command that is no sweep takes one value where compare takes a list.
     const auto list = [&](const char* option, const std::string& text) {
         const std::vector<std::string> parts = parseList(option, text);
         if (!isSweep && parts.size() > 1)
-            throw Error(ErrorKind::kUsage, std::string(option) + " '" + text +
-                                               "': this command takes one value; compare takes a list");
+            throw Error(ErrorKind::kUsage,
+                        std::string(option) + " '" + text +
+                            "': this command takes one value; compare takes a list");
         return parts;
     };
     const auto numbers = [&](const char* option, const std::string& text, double min, double max) {
@@ -129,7 +146,8 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
         e.pageTexels.push_back(1u << parsePowerOfTwo("--page-size", part, 16, 256));
     const uint64_t poolBytes = parseBytes("--pool", pool);
     if (poolBytes < (1u << 20) || poolBytes % (1u << 20) != 0 || poolBytes >> 20 > (1u << 20))
-        throw Error(ErrorKind::kUsage, "--pool '" + pool + "': must be whole MiB from 1M to 1024G, as in 256M");
+        throw Error(ErrorKind::kUsage,
+                    "--pool '" + pool + "': must be whole MiB from 1M to 1024G, as in 256M");
     e.poolMib = uint32_t(poolBytes >> 20);
     e.bias = numbers("--bias", bias, 0, 100);
     e.taps.clear();

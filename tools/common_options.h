@@ -19,11 +19,13 @@ struct GlobalOptions {
     std::string backend = "auto";
 
     void declare(CommandLine& commandLine);
-    /// Sets the thread count, chooses the backend, says on standard error what auto chose when `announce`.
+    /// Sets the thread count, chooses the backend, says on standard error what auto chose when
+    /// `announce`.
     Backend apply(const Console& console, bool announce) const;
 };
 
-/// The texts of the shared options. A list is what `compare` takes; the others want one value of each.
+/// The texts of the shared options. A list is what `compare` takes; the others want one value of
+/// each.
 struct CommonOptions {
     std::string size = "640x360", camera, time, frames, fps = "30";
     std::string lights = "-1", seed = "1";
@@ -32,8 +34,10 @@ struct CommonOptions {
     bool allowStale = false;
     std::string thresholds = "0,8,16,32,64,96,192,inf";
     // Defaults come from where the methods state theirs: one text.
-    std::string undersample = "1", pageSize = std::to_string(ShadowMapOptions{}.pageTexels), pool = "256M";
-    std::string bias = numberText(ShadowMapBias{}.constantTexels), taps = std::to_string(ShadowMapBias{}.taps);
+    std::string undersample = "1", pageSize = std::to_string(ShadowMapOptions{}.pageTexels),
+                pool = "256M";
+    std::string bias = numberText(ShadowMapBias{}.constantTexels),
+                taps = std::to_string(ShadowMapBias{}.taps);
     std::string offset = numberText(FrameOptions{}.dagOffset), lod = "0";
     std::vector<std::string> models;
     std::string costs;
@@ -44,8 +48,9 @@ struct CommonOptions {
     void declareMaps(CommandLine& commandLine, bool isSweep);
     void declareRays(CommandLine& commandLine, bool isSweep);
 
-    /// Returns the options as an experiment (scenes, methods, repeats left at their defaults). With `isSweep`
-    /// false a list in any of them is Error kUsage. Contradictions are Error kUsage naming both options.
+    /// Returns the options as an experiment (scenes, methods, repeats left at their defaults). With
+    /// `isSweep` false a list in any of them is Error kUsage. Contradictions are Error kUsage
+    /// naming both options.
     Experiment experiment(const CommandLine& commandLine, bool isSweep) const;
     /// Returns the time to show: --time, or that of --frames' first; for commands that show one.
     float timeSeconds(const Experiment& experiment) const;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag compare`: every method and parameter asked for, timed and held against Embree, as a report.
+// `shadowdag compare`: every method and parameter asked for, timed and held against Embree, as a
+// report.
 #include "scenes/output_file.h"
 #include "tools/charts_run.h"
 #include "tools/commands.h"
@@ -27,15 +28,17 @@ struct CompareOptions {
     GlobalOptions global;
     CommonOptions common;
     std::vector<std::string> scenes;
-    std::string output, experiment, methods = "embree,dag,maps,hybrid", repeats = "5", warmups = "1", costs, title;
+    std::string output, experiment, methods = "embree,dag,maps,hybrid", repeats = "5",
+                                    warmups = "1", costs, title;
     bool resume = false, noCharts = false, noOracle = false;
 };
 
 /// Options that an experiment file fixes; what it leaves to the command line is not listed.
 constexpr const char* kFixedByExperiment[] = {
-    "--size", "--camera", "--frames", "--fps", "--lights", "--seed", "--resolution", "--dag-resolution",
-    "--thresholds", "--model", "--no-oracle", "--methods", "--undersample", "--page-size", "--pool", "--bias", "--taps",
-    "--offset", "--lod", "--repeats", "--warmups", "--title"};
+    "--size",        "--camera",         "--frames",     "--fps",   "--lights",    "--seed",
+    "--resolution",  "--dag-resolution", "--thresholds", "--model", "--no-oracle", "--methods",
+    "--undersample", "--page-size",      "--pool",       "--bias",  "--taps",      "--offset",
+    "--lod",         "--repeats",        "--warmups",    "--title"};
 
 Experiment experimentOf(const CompareOptions& options, const CommandLine& commandLine) {
     if (options.experiment.empty()) {
@@ -45,27 +48,33 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
         e.methods = parseList("--methods", options.methods);
         for (const std::string& method : e.methods)
             if (method != "embree" && method != "dag" && method != "maps" && method != "hybrid")
-                throw Error(ErrorKind::kUsage, "--methods '" + method + "': must be some of embree, dag, maps, hybrid");
+                throw Error(ErrorKind::kUsage, "--methods '" + method +
+                                                   "': must be some of embree, dag, maps, hybrid");
         if (options.common.models.empty() && options.noOracle)
             e.models.clear();
         e.repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
         e.warmups = int(parseInteger("--warmups", options.warmups, 0, 1000));
         if (e.scenes.empty())
-            throw Error(ErrorKind::kUsage, "compare needs a SCENE or --experiment F.json; see shadowdag compare --help");
+            throw Error(
+                ErrorKind::kUsage,
+                "compare needs a SCENE or --experiment F.json; see shadowdag compare --help");
         return e;
     }
     for (const char* option : kFixedByExperiment)
         if (commandLine.given(option))
-            throw Error(ErrorKind::kUsage, std::string(option) + " and --experiment contradict each other: " +
-                                               options.experiment + " fixes it; edit a copy of the file or drop one");
+            throw Error(ErrorKind::kUsage,
+                        std::string(option) + " and --experiment contradict each other: " +
+                            options.experiment + " fixes it; edit a copy of the file or drop one");
     Experiment e = readExperiment(options.experiment);
     if (!e.scenes.empty() && !options.scenes.empty())
-        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes[0] + "' and --experiment contradict each other: " +
+        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes[0] +
+                                           "' and --experiment contradict each other: " +
                                            options.experiment + " names its scenes; drop one");
     if (e.scenes.empty())
         e.scenes = options.scenes;
     if (e.scenes.empty())
-        throw Error(ErrorKind::kUsage, options.experiment + " names no scenes: give SCENE... on the command line");
+        throw Error(ErrorKind::kUsage,
+                    options.experiment + " names no scenes: give SCENE... on the command line");
     return e;
 }
 
@@ -85,28 +94,31 @@ std::vector<uint32_t> allResolutions(const Experiment& e) {
 }
 
 void printRuns(std::ostream& out, const Json& runs) {
-    out << std::left << std::setw(40) << "run" << std::right << std::setw(10) << "ms" << std::setw(14)
-        << "false shadow" << std::setw(13) << "false light" << std::setw(12) << "mean error" << std::setw(9) << "flip"
-        << "\n" << std::fixed;
+    out << std::left << std::setw(40) << "run" << std::right << std::setw(10) << "ms"
+        << std::setw(14) << "false shadow" << std::setw(13) << "false light" << std::setw(12)
+        << "mean error" << std::setw(9) << "flip"
+        << "\n"
+        << std::fixed;
     std::string heading;
     for (const Json& run : runs) {
-        const std::string group =
-            run["scene"].get<std::string>() + ", frame " + std::to_string(run["frame"].get<uint32_t>());
+        const std::string group = run["scene"].get<std::string>() + ", frame " +
+                                  std::to_string(run["frame"].get<uint32_t>());
         if (group != heading)
             out << (heading = group) << "\n";
         const double pairs = std::max(1.0, run["pair_count"].get<double>());
-        out << "  " << std::left << std::setw(38) << run["label"].get<std::string>() << std::right << std::setw(10)
-            << std::setprecision(2) << run["time_ms"].get<double>() << std::setw(12) << std::setprecision(3)
+        out << "  " << std::left << std::setw(38) << run["label"].get<std::string>() << std::right
+            << std::setw(10) << std::setprecision(2) << run["time_ms"].get<double>()
+            << std::setw(12) << std::setprecision(3)
             << 100 * run["false_shadow_count"].get<double>() / pairs << " %" << std::setw(11)
-            << 100 * run["false_light_count"].get<double>() / pairs << " %" << std::setw(12) << std::setprecision(5)
-            << run["mean_abs_visibility_error"].get<double>() << std::setw(9) << std::setprecision(4)
-            << run["flip"].get<double>() << "\n";
+            << 100 * run["false_light_count"].get<double>() / pairs << " %" << std::setw(12)
+            << std::setprecision(5) << run["mean_abs_visibility_error"].get<double>()
+            << std::setw(9) << std::setprecision(4) << run["flip"].get<double>() << "\n";
     }
     out << std::defaultfloat;
 }
 
-/// Makes the directory and proves that it can be written to, before any work. Everything unfinished lives in
-/// its folder `partial`, so that a compare that dies harms no older report.
+/// Makes the directory and proves that it can be written to, before any work. Everything unfinished
+/// lives in its folder `partial`, so that a compare that dies harms no older report.
 void prepareDirectory(const std::string& directory) {
     std::error_code failed;
     if (fs::exists(directory) && !fs::is_directory(directory))
@@ -148,28 +160,36 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     key["scenes"] = experiment.scenes;
     Journal journal(partial + "/journal.json", textHash(key.dump()), options.resume);
     if (journal.takenUpCount() > 0)
-        console.note("resume: " + std::to_string(journal.takenUpCount()) + " finished parts taken up");
+        console.note("resume: " + std::to_string(journal.takenUpCount()) +
+                     " finished parts taken up");
 
-    Json results = {{"provenance", provenance}, {"experiment", experimentJson}, {"scenes", Json::array()}};
+    Json results = {
+        {"provenance", provenance}, {"experiment", experimentJson}, {"scenes", Json::array()}};
     SceneMeasurement all;
     for (const std::string& argument : experiment.scenes) {
         checkInterrupted();
-        LoadedScene scene = loadSceneAndWorld(argument, experiment.lightCount, experiment.lightSeed, true, console);
-        chooseCamera(*scene.world, experiment.camera); // a wrong name is told before the voxels are built
+        LoadedScene scene =
+            loadSceneAndWorld(argument, experiment.lightCount, experiment.lightSeed, true, console);
+        chooseCamera(*scene.world,
+                     experiment.camera); // a wrong name is told before the voxels are built
         std::vector<Dag> dags;
         std::vector<uint32_t> resolutions;
-        const bool usesRays = std::any_of(experiment.methods.begin(), experiment.methods.end(),
-                                          [](const std::string& m) { return m == "dag" || m == "hybrid"; });
+        const bool usesRays =
+            std::any_of(experiment.methods.begin(), experiment.methods.end(),
+                        [](const std::string& m) { return m == "dag" || m == "hybrid"; });
         if (usesRays) {
-            const VoxelSource source{options.common.voxels, options.common.cache, options.common.allowStale};
+            const VoxelSource source{options.common.voxels, options.common.cache,
+                                     options.common.allowStale};
             dags = obtainDags(scene, allResolutions(experiment), source, console);
             for (const Dag& dag : dags)
                 resolutions.push_back(dag.grid.resolution());
         }
-        const size_t fullCount = options.common.voxels.empty() ? experiment.resolutionLog2.size() : dags.size();
+        const size_t fullCount =
+            options.common.voxels.empty() ? experiment.resolutionLog2.size() : dags.size();
         const std::vector<RunParameters> runs = configurations(experiment, resolutions, fullCount);
         if (runs.empty())
-            throw Error(ErrorKind::kUsage, "nothing to compare: --methods and --thresholds leave no run");
+            throw Error(ErrorKind::kUsage,
+                        "nothing to compare: --methods and --thresholds leave no run");
         MeasureContext context;
         context.backend = backend;
         context.directory = partial;
@@ -182,7 +202,9 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                                      {"scene_hash", scene.geometryHash},
                                      {"triangle_count", scene.world->triangles().count()},
                                      {"light_count", scene.world->lights().size()}});
-        const auto append = [](Json& to, const Json& from) { to.insert(to.end(), from.begin(), from.end()); };
+        const auto append = [](Json& to, const Json& from) {
+            to.insert(to.end(), from.begin(), from.end());
+        };
         append(all.runs, part.runs);
         append(all.mapCosts, part.mapCosts);
         append(all.lights, part.lights);
@@ -215,7 +237,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     std::error_code ignored;
     fs::remove_all(partial, ignored);
 
-    const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     printRuns(console.people(), results["runs"]);
     console.people() << "report: " << reportPath << "\n";
     console.emit({{"report", reportPath},
@@ -229,24 +252,37 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
 
 std::function<void()> declareCompare(CommandLine& commandLine) {
     auto options = std::make_shared<CompareOptions>();
-    commandLine.texts("SCENE", options->scenes, "", "Scenes to compare on; none when the experiment names them");
-    commandLine.text("-o,--output", options->output, "DIR",
-                     "The report: index.html, results.json, results.csv, lights.csv, costs.json, charts, images", true);
-    commandLine.text("--experiment", options->experiment, "F.json",
-                     "A file that fixes scenes, view, lights, sweeps and repeats; see scenes/experiments");
-    commandLine.flag("--resume", options->resume, "Go on with what an interrupted compare in DIR has finished");
-    commandLine.flag("--no-charts", options->noCharts, "Leave out the charts (they need python3-matplotlib)");
+    commandLine.texts("SCENE", options->scenes, "",
+                      "Scenes to compare on; none when the experiment names them");
+    commandLine.text(
+        "-o,--output", options->output, "DIR",
+        "The report: index.html, results.json, results.csv, lights.csv, costs.json, charts, images",
+        true);
+    commandLine.text(
+        "--experiment", options->experiment, "F.json",
+        "A file that fixes scenes, view, lights, sweeps and repeats; see scenes/experiments");
+    commandLine.flag("--resume", options->resume,
+                     "Go on with what an interrupted compare in DIR has finished");
+    commandLine.flag("--no-charts", options->noCharts,
+                     "Leave out the charts (they need python3-matplotlib)");
     commandLine.heading("Sweep");
-    commandLine.text("--methods", options->methods, "M,...", "Some of embree, dag, maps, hybrid [all four]");
-    commandLine.text("--thresholds", options->common.thresholds, "T,...",
-                     "For hybrid: maps that require fewer texels are traced; 0 is maps alone, inf rays alone "
-                     "[0,8,16,32,64,96,192,inf]");
+    commandLine.text("--methods", options->methods, "M,...",
+                     "Some of embree, dag, maps, hybrid [all four]");
+    commandLine.text(
+        "--thresholds", options->common.thresholds, "T,...",
+        "For hybrid: maps that require fewer texels are traced; 0 is maps alone, inf rays alone "
+        "[0,8,16,32,64,96,192,inf]");
     commandLine.texts("--model", options->common.models, "M",
-                      "A further cost model for hybrid: texels:N, expr:EXPRESSION, oracle; may be given several times [oracle]");
-    commandLine.flag("--no-oracle", options->noOracle, "Leave out the model oracle where --model is not given");
-    commandLine.text("--costs", options->costs, "F", "Replay the maps' isolated costs of a costs.json instead of measuring them");
-    commandLine.text("--repeats", options->repeats, "N", "Timed runs of every configuration, interleaved [5]");
-    commandLine.text("--warmups", options->warmups, "N", "Runs before them that are not counted [1]");
+                      "A further cost model for hybrid: texels:N, expr:EXPRESSION, oracle; may be "
+                      "given several times [oracle]");
+    commandLine.flag("--no-oracle", options->noOracle,
+                     "Leave out the model oracle where --model is not given");
+    commandLine.text("--costs", options->costs, "F",
+                     "Replay the maps' isolated costs of a costs.json instead of measuring them");
+    commandLine.text("--repeats", options->repeats, "N",
+                     "Timed runs of every configuration, interleaved [5]");
+    commandLine.text("--warmups", options->warmups, "N",
+                     "Runs before them that are not counted [1]");
     commandLine.text("--title", options->title, "TEXT", "Heads the report");
     options->common.declareView(commandLine, true);
     options->common.declareLights(commandLine);

@@ -23,7 +23,8 @@ void onInterrupt(int signal) {
 /// One line that is redrawn in place; removed when the work is done or abandoned.
 class Bar {
 public:
-    explicit Bar(std::string what) : what_(std::move(what)), isTerminal_(isatty(STDERR_FILENO) == 1) {}
+    explicit Bar(std::string what)
+        : what_(std::move(what)), isTerminal_(isatty(STDERR_FILENO) == 1) {}
     ~Bar() { clear(); }
     Bar(const Bar&) = delete;
     Bar& operator=(const Bar&) = delete;

@@ -10,19 +10,20 @@
 
 namespace shadowdag {
 
-/// Thrown by checkInterrupted() and by progress callbacks after SIGINT or SIGTERM, so that destructors
-/// remove what is half written. Not an Error: nothing was wrong.
+/// Thrown by checkInterrupted() and by progress callbacks after SIGINT or SIGTERM, so that
+/// destructors remove what is half written. Not an Error: nothing was wrong.
 struct Interrupted {
     int signal;
 };
 
-/// Makes SIGINT and SIGTERM raise a flag instead of ending the process at once; a second one ends it.
+/// Makes SIGINT and SIGTERM raise a flag instead of ending the process at once; a second one ends
+/// it.
 void catchInterrupts();
 /// Throws Interrupted once the flag is raised. Long commands call it between steps.
 void checkInterrupted();
 
-/// Where output goes. With --json standard output receives exactly one JSON object, from emit(), and
-/// lines for people go to standard error.
+/// Where output goes. With --json standard output receives exactly one JSON object, from emit(),
+/// and lines for people go to standard error.
 class Console {
 public:
     explicit Console(bool json) : json_(json) {}
@@ -35,8 +36,8 @@ public:
     void emit(const Json& object) const;
     bool isJson() const { return json_; }
 
-    /// Returns a callback that draws a bar on standard error: on a terminal only, and only for work that
-    /// lasts longer than a second. It throws Interrupted after a SIGINT, bar or not.
+    /// Returns a callback that draws a bar on standard error: on a terminal only, and only for work
+    /// that lasts longer than a second. It throws Interrupted after a SIGINT, bar or not.
     Progress progress(const std::string& what) const;
 
 private:

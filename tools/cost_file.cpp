@@ -23,7 +23,8 @@ Json toJson(const CostTable& costs) {
 CostTable readCosts(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file)
-        throw Error(ErrorKind::kInput, path + ": cannot be opened; give a cost file, as compare writes costs.json");
+        throw Error(ErrorKind::kInput,
+                    path + ": cannot be opened; give a cost file, as compare writes costs.json");
     std::stringstream text;
     text << file.rdbuf();
     CostTable table;
@@ -37,8 +38,9 @@ CostTable readCosts(const std::string& path) {
                 const MapCost cost{map.at("light").get<uint32_t>(), map.at("rays_ms").get<double>(),
                                    map.at("map_ms").get<double>()};
                 if (int64_t(cost.light) <= lastLight || !(cost.raysMs >= 0) || !(cost.mapMs >= 0))
-                    throw Error(ErrorKind::kInput, path + ": light " + std::to_string(cost.light) +
-                                                       ": lights must ascend and times be 0 or more; measure anew");
+                    throw Error(ErrorKind::kInput,
+                                path + ": light " + std::to_string(cost.light) +
+                                    ": lights must ascend and times be 0 or more; measure anew");
                 lastLight = cost.light;
                 costs.maps.push_back(cost);
             }
@@ -50,10 +52,12 @@ CostTable readCosts(const std::string& path) {
     return table;
 }
 
-const FrameCosts& findCosts(const CostTable& costs, const std::string& path, const std::string& scene, uint32_t frame) {
+const FrameCosts& findCosts(const CostTable& costs, const std::string& path,
+                            const std::string& scene, uint32_t frame) {
     const auto found = costs.find({scene, frame});
     if (found == costs.end())
-        throw Error(ErrorKind::kInput, path + ": has no costs of " + scene + " frame " + std::to_string(frame) +
+        throw Error(ErrorKind::kInput, path + ": has no costs of " + scene + " frame " +
+                                           std::to_string(frame) +
                                            "; measure them with the same scenes and frames");
     return found->second;
 }

@@ -19,6 +19,7 @@ Json toJson(const CostTable& costs);
 /// Reads such a file. Throws Error kInput naming the file and what is wrong in it.
 CostTable readCosts(const std::string& path);
 /// Returns the costs of a frame. Throws Error kInput naming the file when it does not have them.
-const FrameCosts& findCosts(const CostTable& costs, const std::string& path, const std::string& scene, uint32_t frame);
+const FrameCosts& findCosts(const CostTable& costs, const std::string& path,
+                            const std::string& scene, uint32_t frame);
 
 } // namespace shadowdag

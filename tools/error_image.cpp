@@ -21,7 +21,8 @@ float grey(const glm::vec3& display) {
 /// Calls visit(sample, pair) for every pair in order.
 template <class F> void forEachPair(const PairList& pairs, const F& visit) {
     for (size_t sample = 0; sample + 1 < pairs.sampleStart.size(); ++sample)
-        for (uint64_t pair = pairs.sampleStart[sample]; pair < pairs.sampleStart[sample + 1]; ++pair)
+        for (uint64_t pair = pairs.sampleStart[sample]; pair < pairs.sampleStart[sample + 1];
+             ++pair)
             visit(sample, pair);
 }
 
@@ -34,7 +35,8 @@ size_t sampleCount(const PairList& pairs) {
 PixelErrors countPixelErrors(const PairList& pairs, const std::vector<uint8_t>& visibility,
                              const std::vector<uint8_t>& truth) {
     const size_t count = sampleCount(pairs);
-    PixelErrors errors{std::vector<float>(count), std::vector<float>(count), std::vector<float>(count)};
+    PixelErrors errors{std::vector<float>(count), std::vector<float>(count),
+                       std::vector<float>(count)};
     forEachPair(pairs, [&](size_t sample, uint64_t pair) {
         const bool isDark = visibility[pair] < kHalfLit, isTrulyDark = truth[pair] < kHalfLit;
         errors.pairCount[sample] += 1;
@@ -61,12 +63,14 @@ std::vector<float> rayShare(const PairList& pairs, const std::vector<Route>& rou
     std::vector<float> shares(sampleCount(pairs), 0.0f);
     forEachPair(pairs, [&](size_t sample, uint64_t pair) {
         if (routes[pair] == Route::kRays)
-            shares[sample] += 1.0f / float(pairs.sampleStart[sample + 1] - pairs.sampleStart[sample]);
+            shares[sample] +=
+                1.0f / float(pairs.sampleStart[sample + 1] - pairs.sampleStart[sample]);
     });
     return shares;
 }
 
-std::vector<glm::vec3> errorPicture(const std::vector<glm::vec3>& truthDisplay, const PixelErrors& errors) {
+std::vector<glm::vec3> errorPicture(const std::vector<glm::vec3>& truthDisplay,
+                                    const PixelErrors& errors) {
     std::vector<glm::vec3> picture(truthDisplay.size());
     for (size_t i = 0; i < picture.size(); ++i) {
         glm::vec3 color(0.10f + 0.35f * grey(truthDisplay[i]));
@@ -81,12 +85,15 @@ std::vector<glm::vec3> errorPicture(const std::vector<glm::vec3>& truthDisplay, 
     return picture;
 }
 
-std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay, const std::vector<float>& rayShares,
-                                     const std::vector<MapRecord>& maps, const std::vector<Light>& lights,
-                                     const Camera& camera, uint32_t width, uint32_t height) {
+std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
+                                     const std::vector<float>& rayShares,
+                                     const std::vector<MapRecord>& maps,
+                                     const std::vector<Light>& lights, const Camera& camera,
+                                     uint32_t width, uint32_t height) {
     std::vector<glm::vec3> picture(truthDisplay.size());
     for (size_t i = 0; i < picture.size(); ++i)
-        picture[i] = glm::mix(kOrange, kSkyBlue, rayShares[i]) * (0.15f + 0.85f * grey(truthDisplay[i]));
+        picture[i] =
+            glm::mix(kOrange, kSkyBlue, rayShares[i]) * (0.15f + 0.85f * grey(truthDisplay[i]));
 
     const float tangent = std::tan(camera.yfov * 0.5f);
     const float radius = std::max(2.5f, float(height) / 120.0f);
@@ -98,7 +105,8 @@ std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
         const float scale = float(height) * 0.5f / (depth * tangent);
         const float x = float(width) * 0.5f + glm::dot(toLight, camera.right()) * scale;
         const float y = float(height) * 0.5f - glm::dot(toLight, camera.up) * scale;
-        if (!(x > -radius && y > -radius && x < float(width) + radius && y < float(height) + radius))
+        if (!(x > -radius && y > -radius && x < float(width) + radius &&
+              y < float(height) + radius))
             continue;
         const glm::vec3 color = map.route == Route::kRays ? kSkyBlue : kOrange;
         for (int py = int(y - radius - 1); py <= int(y + radius + 1); ++py)
@@ -107,7 +115,8 @@ std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
                     continue;
                 const float distance = std::hypot(float(px) + 0.5f - x, float(py) + 0.5f - y);
                 if (distance <= radius + 1) // a white rim sets the disc off from its surroundings
-                    picture[size_t(py) * width + size_t(px)] = distance <= radius ? color : glm::vec3(1.0f);
+                    picture[size_t(py) * width + size_t(px)] =
+                        distance <= radius ? color : glm::vec3(1.0f);
             }
     }
     return picture;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures about pairs: where a method errs, and which method answered. Colours are Okabe and Ito's, told apart
-// by colour-blind eyes: false shadow vermilion, false light blue; rays sky blue, maps orange.
+// Pictures about pairs: where a method errs, and which method answered. Colours are Okabe and
+// Ito's, told apart by colour-blind eyes: false shadow vermilion, false light blue; rays sky blue,
+// maps orange.
 #pragma once
 
 #include "hybrid/frame.h"
@@ -28,14 +29,19 @@ std::vector<float> meanVisibility(const PairList& pairs, const std::vector<uint8
 /// Returns the share of every pixel's pairs that rays answered in [0, 1]; 0 where there are none.
 std::vector<float> rayShare(const PairList& pairs, const std::vector<Route>& routes);
 
-/// Returns a display picture: the truth in dim grey, vermilion where pairs are falsely dark, blue where falsely lit; the
-/// square root of the share of pairs gives the strength, so that one pair in thirty still shows.
-std::vector<glm::vec3> errorPicture(const std::vector<glm::vec3>& truthDisplay, const PixelErrors& errors);
+/// Returns a display picture: the truth in dim grey, vermilion where pairs are falsely dark, blue
+/// where falsely lit; the square root of the share of pairs gives the strength, so that one pair in
+/// thirty still shows.
+std::vector<glm::vec3> errorPicture(const std::vector<glm::vec3>& truthDisplay,
+                                    const PixelErrors& errors);
 
-/// Returns a display picture: the truth's brightness, tinted sky blue where rays answered, orange where maps did; a disc a
-/// light that was served, where the camera sees its position (hidden or not).
-std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay, const std::vector<float>& rayShares,
-                                     const std::vector<MapRecord>& maps, const std::vector<Light>& lights,
-                                     const Camera& camera, uint32_t width, uint32_t height);
+/// Returns a display picture: the truth's brightness, tinted sky blue where rays answered, orange
+/// where maps did; a disc a light that was served, where the camera sees its position (hidden or
+/// not).
+std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
+                                     const std::vector<float>& rayShares,
+                                     const std::vector<MapRecord>& maps,
+                                     const std::vector<Light>& lights, const Camera& camera,
+                                     uint32_t width, uint32_t height);
 
 } // namespace shadowdag

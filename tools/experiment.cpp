@@ -48,7 +48,8 @@ public:
             value = read<T>(key, *found, min, max);
     }
     template <class T>
-    void numbers(const char* key, std::vector<T>& values, double min, double max, bool mayBeEmpty = false) {
+    void numbers(const char* key, std::vector<T>& values, double min, double max,
+                 bool mayBeEmpty = false) {
         if (const Json* found = find(key)) {
             values.clear();
             for (const Json& item : list(key, *found)) {
@@ -61,7 +62,8 @@ public:
         }
     }
     [[noreturn]] void refuse(const char* key, const Json& value, const std::string& right) const {
-        throw Error(ErrorKind::kInput, where_ + ": key \"" + key + "\" is " + value.dump() + "; it " + right);
+        throw Error(ErrorKind::kInput,
+                    where_ + ": key \"" + key + "\" is " + value.dump() + "; it " + right);
     }
     void finish() const {
         for (const auto& [key, value] : json_.items())
@@ -69,7 +71,8 @@ public:
                 std::string all;
                 for (const std::string& name : known_)
                     all += (all.empty() ? "" : ", ") + name;
-                throw Error(ErrorKind::kInput, where_ + ": unknown key \"" + key + "\"; the keys are " + all);
+                throw Error(ErrorKind::kInput,
+                            where_ + ": unknown key \"" + key + "\"; the keys are " + all);
             }
     }
     const Json* find(const char* key) {
@@ -86,11 +89,11 @@ public:
 private:
     template <class T> T read(const char* key, const Json& value, double min, double max) const {
         const bool isWhole = !std::is_floating_point_v<T>;
-        if (!(isWhole ? value.is_number_integer() : value.is_number()) || value.get<double>() < min ||
-            value.get<double>() > max)
+        if (!(isWhole ? value.is_number_integer() : value.is_number()) ||
+            value.get<double>() < min || value.get<double>() > max)
             refuse(key, value,
-                   std::string("must be a ") + (isWhole ? "whole " : "") + "number from " + numberText(min) +
-                       " to " + numberText(max));
+                   std::string("must be a ") + (isWhole ? "whole " : "") + "number from " +
+                       numberText(min) + " to " + numberText(max));
         return value.get<T>();
     }
 
@@ -137,7 +140,8 @@ Experiment::Experiment() : thresholds{0, 8, 16, 32, 64, 96, 192, kInfinity} {}
 Experiment experimentFromJson(const Json& json, const std::string& where) {
     Experiment e;
     KeyReader keys(json, where);
-    // Texts that options take too are read by the same functions; their complaint becomes one about the file.
+    // Texts that options take too are read by the same functions; their complaint becomes one about
+    // the file.
     const auto parsed = [&](const char* key, const auto& parse) {
         std::string text;
         keys.text(key, text);
@@ -189,7 +193,8 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
                       (item.is_string() ? "inf" : numberText(item.get<double>()));
         }
         try {
-            e.thresholds = joined.empty() ? std::vector<float>() : parseThresholds("\"thresholds\"", joined);
+            e.thresholds =
+                joined.empty() ? std::vector<float>() : parseThresholds("\"thresholds\"", joined);
         } catch (const Error& error) {
             throw Error(ErrorKind::kInput, where + ": key " + error.what());
         }
@@ -220,8 +225,9 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
 Experiment readExperiment(const std::string& path) {
     std::ifstream file(path, std::ios::binary);
     if (!file)
-        throw Error(ErrorKind::kInput, path + ": cannot be opened; give the path of an experiment file, as in "
-                                              "scenes/experiments/atrium.json");
+        throw Error(ErrorKind::kInput,
+                    path + ": cannot be opened; give the path of an experiment file, as in "
+                           "scenes/experiments/atrium.json");
     std::stringstream text;
     text << file.rdbuf();
     Json json;
@@ -313,8 +319,8 @@ std::string RunParameters::slug() const {
     return name;
 }
 
-std::vector<RunParameters> configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
-                                          size_t fullCount) {
+std::vector<RunParameters>
+configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions, size_t fullCount) {
     const auto has = [&](const char* method) {
         return std::find(e.methods.begin(), e.methods.end(), method) != e.methods.end();
     };
@@ -340,7 +346,9 @@ std::vector<RunParameters> configurations(const Experiment& e, const std::vector
     const auto resolutionOf = [&](size_t dag) { return dag < dagCount ? dagResolutions[dag] : 0; };
     const auto addThreshold = [&](float threshold, size_t dag, const FrameOptions& frame) {
         const std::string model = "texels:" + numberText(threshold);
-        const std::string method = threshold == 0 ? "maps" : std::isinf(threshold) ? "dag" : "hybrid";
+        const std::string method = threshold == 0          ? "maps"
+                                   : std::isinf(threshold) ? "dag"
+                                                           : "hybrid";
         add({method, model, uint32_t(dag), method == "maps" ? 0 : resolutionOf(dag), frame});
     };
     std::vector<float> thresholds = e.thresholds;

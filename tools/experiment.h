@@ -1,27 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is run: scene, view, voxels, maps, rays and the sweeps over them. Read from an experiment file or
-// from options; every command is a special case (render is a sweep of one).
+// What is run: scene, view, voxels, maps, rays and the sweeps over them. Read from an experiment
+// file or from options; every command is a special case (render is a sweep of one).
 //
 // An experiment file is one JSON object. An unknown key is an error. Keys, with their defaults:
 //
 //   "title"            ""            heads the report
 //   "scenes"           []            what SCENE may be on the command line; empty: given there
 //   "size"             "640x360"     pixels
-//   "camera"           ""            auto | NAME | "px,py,pz,tx,ty,tz[,fovDegrees]"; "" = the scene's first, else auto
-//   "frames"           "0"           A:B[:STEP], both ends included, or a comma list
-//   "fps"              30            frame f shows the scene at f / fps seconds: a fixed clock
-//   "lights"           -1            >= 0: replaces the scene's lights by that many placed ones
-//   "light_seed"       1             where they are placed
-//   "resolutions"      [1024]        voxels an axis; every one with every threshold
-//   "dag_resolutions"  []            more of them, for method dag alone (the error over resolution)
-//   "methods"          all four      of embree, dag, maps, hybrid
-//   "thresholds"       [0, 8, 16, 32, 64, 96, 192, "inf"]  texels; 0 is method maps, "inf" method dag
-//   "models"           ["oracle"]    further cost models for hybrid, at the first of every list below
-//   "undersample"      [1]           divisors of the required resolution
-//   "page_size"        [one]         ShadowMapOptions' default; texels a side, powers of two from 16 to 256
-//   "pool_mib"         256           byte budget of the page pool, MiB
-//   "bias"             [one]         ShadowMapBias' default; texels
-//   "taps"             [one]         ShadowMapBias' default; 1 or 9
+//   "camera"           ""            auto | NAME | "px,py,pz,tx,ty,tz[,fovDegrees]"; "" = the
+//   scene's first, else auto "frames"           "0"           A:B[:STEP], both ends included, or a
+//   comma list "fps"              30            frame f shows the scene at f / fps seconds: a fixed
+//   clock "lights"           -1            >= 0: replaces the scene's lights by that many placed
+//   ones "light_seed"       1             where they are placed "resolutions"      [1024] voxels an
+//   axis; every one with every threshold "dag_resolutions"  []            more of them, for method
+//   dag alone (the error over resolution) "methods"          all four      of embree, dag, maps,
+//   hybrid "thresholds"       [0, 8, 16, 32, 64, 96, 192, "inf"]  texels; 0 is method maps, "inf"
+//   method dag "models"           ["oracle"]    further cost models for hybrid, at the first of
+//   every list below "undersample"      [1]           divisors of the required resolution
+//   "page_size"        [one]         ShadowMapOptions' default; texels a side, powers of two from
+//   16 to 256 "pool_mib"         256           byte budget of the page pool, MiB "bias" [one]
+//   ShadowMapBias' default; texels "taps"             [one]         ShadowMapBias' default; 1 or 9
 //   "offset"           [1]           of rays, in units of the derived offset
 //   "lod"              [0]           level of detail of rays: cells of 2^lod voxels
 //   "repeats"          5             timed runs of every configuration, interleaved
@@ -72,7 +70,8 @@ struct Experiment {
 struct RunParameters {
     std::string method; ///< embree, dag, maps, hybrid
     std::string model;  ///< as makeCostModel takes it; "" for embree
-    uint32_t dag = 0;   ///< index into the resolutions (or assets) of the run; meaningless for embree and maps
+    uint32_t dag =
+        0; ///< index into the resolutions (or assets) of the run; meaningless for embree and maps
     uint32_t resolution = 0; ///< of that DAG; 0 where none is used
     FrameOptions frame;
 
@@ -90,14 +89,18 @@ struct RunParameters {
 Experiment readExperiment(const std::string& path);
 /// Reads an experiment from JSON; `where` heads messages.
 Experiment experimentFromJson(const Json& json, const std::string& where);
-/// Returns every key of the experiment, defaults written out; experimentFromJson gives the same back.
+/// Returns every key of the experiment, defaults written out; experimentFromJson gives the same
+/// back.
 Json toJson(const Experiment& experiment);
 
-/// Returns the configurations of an experiment in the order in which they are charted: embree, then for every combination of
-/// the lists the thresholds, then the DAG-only resolutions, then the models. No two are equal.
-/// @param dagResolutions of the DAGs at hand: the experiment's resolutions then its DAG-only ones, or those of the assets given
+/// Returns the configurations of an experiment in the order in which they are charted: embree, then
+/// for every combination of the lists the thresholds, then the DAG-only resolutions, then the
+/// models. No two are equal.
+/// @param dagResolutions of the DAGs at hand: the experiment's resolutions then its DAG-only ones,
+/// or those of the assets given
 /// @param fullCount how many of them take part in the whole sweep; the others in method dag alone
-std::vector<RunParameters> configurations(const Experiment& experiment, const std::vector<uint32_t>& dagResolutions,
+std::vector<RunParameters> configurations(const Experiment& experiment,
+                                          const std::vector<uint32_t>& dagResolutions,
                                           size_t fullCount);
 
 } // namespace shadowdag

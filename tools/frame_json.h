@@ -11,7 +11,8 @@ namespace shadowdag {
 Json toJson(const ErrorCounts& counts);
 /// Returns stage names and times.
 Json toJson(const StageTimes& stages);
-/// Returns traced_light_count .. ray_count, page_count, texel_count, map_bytes and what culling did.
+/// Returns traced_light_count .. ray_count, page_count, texel_count, map_bytes and what culling
+/// did.
 Json toJson(const FrameCounts& counts);
 /// Returns one object a map: quantities, route, pairs.
 Json toJson(const std::vector<MapRecord>& maps);

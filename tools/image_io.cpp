@@ -27,10 +27,10 @@ Imf::PixelType imfType(ExrChannel::Type type) {
 
 } // namespace
 
-void addColorChannels(std::vector<ExrChannel>& channels, const std::string& prefix, ExrChannel::Type type,
-                      const std::vector<glm::vec3>& pixels) {
+void addColorChannels(std::vector<ExrChannel>& channels, const std::string& prefix,
+                      ExrChannel::Type type, const std::vector<glm::vec3>& pixels) {
     for (int c = 0; c < 3; ++c) {
-        ExrChannel channel{prefix + "RGB"[c], type, {}};
+        ExrChannel channel{prefix + "RGB" [c], type, {}};
         channel.values.reserve(pixels.size());
         for (const glm::vec3& pixel : pixels)
             channel.values.push_back(pixel[c]);
@@ -38,7 +38,8 @@ void addColorChannels(std::vector<ExrChannel>& channels, const std::string& pref
     }
 }
 
-void writeExr(const std::string& path, uint32_t width, uint32_t height, const std::vector<ExrChannel>& channels,
+void writeExr(const std::string& path, uint32_t width, uint32_t height,
+              const std::vector<ExrChannel>& channels,
               const std::vector<std::pair<std::string, std::string>>& attributes) {
     OutputFile file(path);
     try {
@@ -59,9 +60,11 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height, const st
                 data = reinterpret_cast<char*>(halves[i].data());
                 size = sizeof(Imath::half);
             } else {
-                data = const_cast<char*>(reinterpret_cast<const char*>(channel.values.data())); // only read
+                data = const_cast<char*>(
+                    reinterpret_cast<const char*>(channel.values.data())); // only read
             }
-            frameBuffer.insert(channel.name, Imf::Slice(imfType(channel.type), data, size, size * width));
+            frameBuffer.insert(channel.name,
+                               Imf::Slice(imfType(channel.type), data, size, size * width));
         }
         Imf::OutputFile exr(file.temporaryPath().c_str(), header);
         exr.setFrameBuffer(frameBuffer);
@@ -72,7 +75,8 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height, const st
     file.commit();
 }
 
-void writePng(const std::string& path, uint32_t width, uint32_t height, const std::vector<glm::vec3>& display) {
+void writePng(const std::string& path, uint32_t width, uint32_t height,
+              const std::vector<glm::vec3>& display) {
     SDAG_ASSERT(display.size() == size_t(width) * height);
     std::vector<uint8_t> bytes;
     bytes.reserve(display.size() * 3);
@@ -84,7 +88,8 @@ void writePng(const std::string& path, uint32_t width, uint32_t height, const st
         static_cast<std::string*>(context)->append(static_cast<const char*>(data), size_t(size));
     };
     std::string encoded;
-    if (!stbi_write_png_to_func(append, &encoded, int(width), int(height), 3, bytes.data(), int(width) * 3))
+    if (!stbi_write_png_to_func(append, &encoded, int(width), int(height), 3, bytes.data(),
+                                int(width) * 3))
         throw Error(ErrorKind::kResource, path + ": not enough memory to encode the picture");
     file.write(encoded);
     file.commit();

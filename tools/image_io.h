@@ -13,22 +13,24 @@ namespace shadowdag {
 /// One channel of an EXR file.
 struct ExrChannel {
     enum class Type { kHalf, kFloat };
-    std::string name;          ///< as in "R", "visibility.mean"; unique
+    std::string name; ///< as in "R", "visibility.mean"; unique
     Type type = Type::kHalf;
     std::vector<float> values; ///< width * height, scanlines from the top; half rounds to nearest
 };
 
 /// Adds three channels `prefix` + R, G, B.
-void addColorChannels(std::vector<ExrChannel>& channels, const std::string& prefix, ExrChannel::Type type,
-                      const std::vector<glm::vec3>& pixels);
+void addColorChannels(std::vector<ExrChannel>& channels, const std::string& prefix,
+                      ExrChannel::Type type, const std::vector<glm::vec3>& pixels);
 
 /// Writes an EXR (zip compressed). `attributes` are name and text pairs of its header.
 /// Throws Error kResource when the disk refuses.
-void writeExr(const std::string& path, uint32_t width, uint32_t height, const std::vector<ExrChannel>& channels,
+void writeExr(const std::string& path, uint32_t width, uint32_t height,
+              const std::vector<ExrChannel>& channels,
               const std::vector<std::pair<std::string, std::string>>& attributes = {});
 
 /// Writes an 8-bit RGB PNG of display values in [0, 1] (clamped, rounded to nearest).
 /// Throws Error kResource when the disk refuses.
-void writePng(const std::string& path, uint32_t width, uint32_t height, const std::vector<glm::vec3>& display);
+void writePng(const std::string& path, uint32_t width, uint32_t height,
+              const std::vector<glm::vec3>& display);
 
 } // namespace shadowdag

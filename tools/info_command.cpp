@@ -54,14 +54,16 @@ void infoScene(const InfoOptions& options, const Console& console) {
 
     std::ostream& out = console.people();
     out << loaded.name << "\n"
-        << "  triangles       " << world.triangles().count() << " instanced, " << storedCount << " stored, "
-        << world.staticTriangles().size() << " static\n"
-        << "  instances       " << world.instances().size() << ", " << movingInstances << " moving\n"
-        << "  bounds          (" << bounds.min.x << ", " << bounds.min.y << ", " << bounds.min.z << ") to ("
-        << bounds.max.x << ", " << bounds.max.y << ", " << bounds.max.z << ") m\n"
+        << "  triangles       " << world.triangles().count() << " instanced, " << storedCount
+        << " stored, " << world.staticTriangles().size() << " static\n"
+        << "  instances       " << world.instances().size() << ", " << movingInstances
+        << " moving\n"
+        << "  bounds          (" << bounds.min.x << ", " << bounds.min.y << ", " << bounds.min.z
+        << ") to (" << bounds.max.x << ", " << bounds.max.y << ", " << bounds.max.z << ") m\n"
         << "  lights          " << world.lights().size() << ", " << movingLights << " moving\n"
         << "  cameras         " << world.cameras().size() << "\n"
-        << "  animations      " << scene.animations.size() << ", " << scene.durationSeconds() << " s\n"
+        << "  animations      " << scene.animations.size() << ", " << scene.durationSeconds()
+        << " s\n"
         << "  hash            " << loaded.geometryHash << "\n";
     for (const std::string& warning : scene.warnings)
         out << "  ignored         " << warning << "\n";
@@ -88,8 +90,10 @@ std::function<void()> declareInfo(CommandLine& commandLine) {
     auto options = std::make_shared<InfoOptions>();
     commandLine.text("FILE", options->what, "", "An asset (.svdag) or a SCENE", true);
     commandLine.flag("--verify", options->verify,
-                     "Say that every checksum and address of an asset was checked (reading one always checks them)");
-    commandLine.text("--lights", options->lights, "N", "Of a scene: replace its lights by N placed ones [-1]");
+                     "Say that every checksum and address of an asset was checked (reading one "
+                     "always checks them)");
+    commandLine.text("--lights", options->lights, "N",
+                     "Of a scene: replace its lights by N placed ones [-1]");
     commandLine.text("--seed", options->seed, "S", "Where they are placed [1]");
     options->global.declare(commandLine);
     return [options, &commandLine] {
@@ -97,9 +101,11 @@ std::function<void()> declareInfo(CommandLine& commandLine) {
         options->global.apply(console, false);
         const bool isAsset = std::filesystem::path(options->what).extension() == ".svdag";
         if (isAsset && (commandLine.given("--lights") || commandLine.given("--seed")))
-            throw Error(ErrorKind::kUsage, "--lights and --seed are for scenes; '" + options->what + "' is an asset");
+            throw Error(ErrorKind::kUsage,
+                        "--lights and --seed are for scenes; '" + options->what + "' is an asset");
         if (!isAsset && options->verify)
-            throw Error(ErrorKind::kUsage, "--verify is for assets (.svdag); '" + options->what + "' is a scene");
+            throw Error(ErrorKind::kUsage,
+                        "--verify is for assets (.svdag); '" + options->what + "' is a scene");
         isAsset ? infoAsset(*options, console) : infoScene(*options, console);
     };
 }

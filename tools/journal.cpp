@@ -17,12 +17,13 @@ Journal::Journal(std::string path, std::string key, bool resume) : path_(std::mo
     std::stringstream text;
     text << file.rdbuf();
     Json found = Json::parse(text.str(), nullptr, false);
-    if (found.is_discarded() || !found.is_object() || !found.contains("key") || !found.contains("parts") ||
-        !found["parts"].is_object())
+    if (found.is_discarded() || !found.is_object() || !found.contains("key") ||
+        !found.contains("parts") || !found["parts"].is_object())
         throw Error(ErrorKind::kInput, path_ + ": is damaged; delete it, or run without --resume");
     if (found["key"] != content_["key"])
-        throw Error(ErrorKind::kUsage, path_ + ": belongs to another compare (program, experiment, scenes or backend "
-                                               "differ); run without --resume, or into another directory");
+        throw Error(ErrorKind::kUsage,
+                    path_ + ": belongs to another compare (program, experiment, scenes or backend "
+                            "differ); run without --resume, or into another directory");
     content_ = std::move(found);
     takenUpCount_ = content_["parts"].size();
 }

@@ -11,9 +11,10 @@ namespace shadowdag {
 /// Finished parts by name. Every save replaces the file as a whole.
 class Journal {
 public:
-    /// @param path the file; @param key what must be equal for parts to be valid: commit, experiment, ...
-    /// @param resume false: starts empty; true: takes up the file when it is there. Throws Error kUsage when it
-    /// has another key, kInput when it is damaged.
+    /// @param path the file; @param key what must be equal for parts to be valid: commit,
+    /// experiment, ...
+    /// @param resume false: starts empty; true: takes up the file when it is there. Throws Error
+    /// kUsage when it has another key, kInput when it is damaged.
     Journal(std::string path, std::string key, bool resume);
 
     /// Returns the finished part, or null. Valid until the next set().

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program `shadowdag`: parses, runs one subcommand, turns trouble into a message and an exit status.
+// The program `shadowdag`: parses, runs one subcommand, turns trouble into a message and an exit
+// status.
 #include "cuda/error.h"
 #include "tools/commands.h"
 #include "tools/console.h"
@@ -24,20 +25,23 @@ int main(int argc, char** argv) {
     using namespace shadowdag;
     catchInterrupts();
     try {
-        Program program("shadowdag",
-                        "Rays through a sparse voxel DAG against virtual cube shadow maps, for many lights: "
-                        "their speed, and their error against Embree.",
-                        "shadowdag " + programVersion() + " (" + programCommit() + ")");
+        Program program(
+            "shadowdag",
+            "Rays through a sparse voxel DAG against virtual cube shadow maps, for many lights: "
+            "their speed, and their error against Embree.",
+            "shadowdag " + programVersion() + " (" + programCommit() + ")");
         program.command("scene", "Write a built-in scene as .glb", declareScene);
         program.command("voxelize", "Build the voxel DAG of a scene", declareVoxelize);
         program.command("info", "Show what an asset or a scene holds", declareInfo);
         program.command("render", "Render frames with one method, with AOVs", declareRender);
         program.command("validate", "Hold shadows against Embree, pair by pair", declareValidate);
-        program.command("compare", "Every method and parameter: time against error, as a report", declareCompare);
+        program.command("compare", "Every method and parameter: time against error, as a report",
+                        declareCompare);
         program.command("bench", "Our rates beside Embree's and NanoVDB's", declareBench);
         program.run(argc, argv);
         if (!std::cout.flush())
-            return complain("standard output cannot be written; is the disk full?", int(ErrorKind::kResource));
+            return complain("standard output cannot be written; is the disk full?",
+                            int(ErrorKind::kResource));
         return 0;
     } catch (const Interrupted& interrupted) {
         complain("interrupted; files are whole or not there", 1);
@@ -46,8 +50,9 @@ int main(int argc, char** argv) {
     } catch (const Error& error) {
         return complain(error.what(), int(error.kind()));
     } catch (const std::bad_alloc&) {
-        return complain("not enough memory; try a smaller --size, --resolution or --pool, or fewer frames",
-                        int(ErrorKind::kResource));
+        return complain(
+            "not enough memory; try a smaller --size, --resolution or --pool, or fewer frames",
+            int(ErrorKind::kResource));
     } catch (const std::exception& error) {
         return complain(error.what(), int(ErrorKind::kInput));
     }

@@ -15,7 +15,8 @@ namespace shadowdag {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& option, const std::string& text, const std::string& right) {
+[[noreturn]] void refuse(const std::string& option, const std::string& text,
+                         const std::string& right) {
     throw Error(ErrorKind::kUsage, option + " '" + text + "': " + right);
 }
 
@@ -31,7 +32,8 @@ template <class T> bool readWhole(const std::string& text, T& value) {
 int64_t parseInteger(const std::string& option, const std::string& text, int64_t min, int64_t max) {
     int64_t value = 0;
     if (!readWhole(text, value) || value < min || value > max)
-        refuse(option, text, "must be a whole number from " + std::to_string(min) + " to " + std::to_string(max));
+        refuse(option, text,
+               "must be a whole number from " + std::to_string(min) + " to " + std::to_string(max));
     return value;
 }
 
@@ -44,11 +46,12 @@ double parseNumber(const std::string& option, const std::string& text, double mi
 
 std::pair<uint32_t, uint32_t> parseSize(const std::string& option, const std::string& text) {
     const std::string right = "must be WIDTHxHEIGHT, as in 640x360, with sides from 1 to " +
-                              std::to_string(kMaxImageSide) + " and " + std::to_string(kMaxPixelCount) +
-                              " pixels at most";
+                              std::to_string(kMaxImageSide) + " and " +
+                              std::to_string(kMaxPixelCount) + " pixels at most";
     const size_t x = text.find('x');
     uint64_t width = 0, height = 0;
-    if (x == std::string::npos || !readWhole(text.substr(0, x), width) || !readWhole(text.substr(x + 1), height))
+    if (x == std::string::npos || !readWhole(text.substr(0, x), width) ||
+        !readWhole(text.substr(x + 1), height))
         refuse(option, text, right);
     if (width < 1 || height < 1 || width > kMaxImageSide || height > kMaxImageSide ||
         width * height > kMaxPixelCount)
@@ -74,8 +77,9 @@ std::vector<std::string> parseList(const std::string& option, const std::string&
 
 std::vector<uint32_t> parseFrames(const std::string& option, const std::string& text) {
     constexpr uint64_t kMaxFrame = 1000000;
-    const std::string right = "must be A, A:B or A:B:STEP (both ends included, A <= B <= 1000000), or several of "
-                              "them separated by commas, as in 0:90:30";
+    const std::string right =
+        "must be A, A:B or A:B:STEP (both ends included, A <= B <= 1000000), or several of "
+        "them separated by commas, as in 0:90:30";
     std::vector<uint32_t> frames;
     for (const std::string& part : parseList(option, text)) {
         std::vector<uint64_t> numbers;
@@ -108,14 +112,16 @@ std::vector<float> parseThresholds(const std::string& option, const std::string&
         }
         double value = 0;
         if (!readWhole(part, value) || !(value >= 0) || value > 1e6)
-            refuse(option, text, "'" + part + "' must be a number of texels from 0 to 1000000, or inf");
+            refuse(option, text,
+                   "'" + part + "' must be a number of texels from 0 to 1000000, or inf");
         thresholds.push_back(float(value));
     }
     std::sort(thresholds.begin(), thresholds.end());
     return thresholds;
 }
 
-uint32_t parsePowerOfTwo(const std::string& option, const std::string& text, uint32_t min, uint32_t max) {
+uint32_t parsePowerOfTwo(const std::string& option, const std::string& text, uint32_t min,
+                         uint32_t max) {
     uint64_t value = 0;
     if (!readWhole(text, value) || value < min || value > max || !std::has_single_bit(value)) {
         std::string right =
@@ -129,16 +135,24 @@ uint32_t parsePowerOfTwo(const std::string& option, const std::string& text, uin
 }
 
 uint64_t parseBytes(const std::string& option, const std::string& text) {
-    const std::string right = "must be a number of bytes, as in 268435456, or with K, M or G, as in 256M";
+    const std::string right =
+        "must be a number of bytes, as in 268435456, or with K, M or G, as in 256M";
     if (text.empty())
         refuse(option, text, right);
     double scale = 1;
     std::string digits = text;
     switch (text.back()) {
-    case 'K': scale = 1024.0; break;
-    case 'M': scale = 1024.0 * 1024; break;
-    case 'G': scale = 1024.0 * 1024 * 1024; break;
-    default: break;
+    case 'K':
+        scale = 1024.0;
+        break;
+    case 'M':
+        scale = 1024.0 * 1024;
+        break;
+    case 'G':
+        scale = 1024.0 * 1024 * 1024;
+        break;
+    default:
+        break;
     }
     if (scale > 1)
         digits.pop_back();

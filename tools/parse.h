@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The meaning of option texts. Every function throws Error kUsage naming the option, the offending text and
-// what would be right.
+// The meaning of option texts. Every function throws Error kUsage naming the option, the offending
+// text and what would be right.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,8 @@
 
 namespace shadowdag {
 
-/// Pictures may have this many pixels at most: beyond it, indices of pairs would leave 32 bits a light.
+/// Pictures may have this many pixels at most: beyond it, indices of pairs would leave 32 bits a
+/// light.
 constexpr uint64_t kMaxPixelCount = 1ull << 26;
 constexpr uint32_t kMaxImageSide = 16384;
 
@@ -22,16 +23,19 @@ double parseNumber(const std::string& option, const std::string& text, double mi
 std::pair<uint32_t, uint32_t> parseSize(const std::string& option, const std::string& text);
 /// Returns the parts of a comma-separated list, none of them empty or twice.
 std::vector<std::string> parseList(const std::string& option, const std::string& text);
-/// Returns the frames of "A", "A:B" or "A:B:STEP" (both ends included), or a comma-separated list of such.
+/// Returns the frames of "A", "A:B" or "A:B:STEP" (both ends included), or a comma-separated list
+/// of such.
 std::vector<uint32_t> parseFrames(const std::string& option, const std::string& text);
 /// Returns thresholds in texels, ascending; `inf` is infinity.
 std::vector<float> parseThresholds(const std::string& option, const std::string& text);
 /// Returns log2 of a power of two in [min, max], both powers of two.
-uint32_t parsePowerOfTwo(const std::string& option, const std::string& text, uint32_t min, uint32_t max);
+uint32_t parsePowerOfTwo(const std::string& option, const std::string& text, uint32_t min,
+                         uint32_t max);
 /// Returns bytes of "256M", "1.5G", "65536K" or "1000000" (binary multiples).
 uint64_t parseBytes(const std::string& option, const std::string& text);
 
-/// Returns the shortest usual text of a number, "inf" for infinity: how models and labels are spelled.
+/// Returns the shortest usual text of a number, "inf" for infinity: how models and labels are
+/// spelled.
 std::string numberText(double value);
 /// Returns bytes for people: "11.7 MiB".
 std::string bytesText(double bytes);

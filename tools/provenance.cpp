@@ -39,9 +39,11 @@ std::string voxelSourceHash() {
 }
 
 Json buildProvenance(Backend backend) {
-    return {{"commit", programCommit()},   {"version", programVersion()}, {"preset", SDAG_PRESET},
-            {"build_type", SDAG_BUILD_TYPE}, {"compiler", SDAG_COMPILER},   {"flags", SDAG_FLAGS},
-            {"backend", backendName(backend)}, {"cpu", processorName()},      {"thread_count", threadCount()}};
+    return {{"commit", programCommit()},       {"version", programVersion()},
+            {"preset", SDAG_PRESET},           {"build_type", SDAG_BUILD_TYPE},
+            {"compiler", SDAG_COMPILER},       {"flags", SDAG_FLAGS},
+            {"backend", backendName(backend)}, {"cpu", processorName()},
+            {"thread_count", threadCount()}};
 }
 
 std::string textHash(const std::string& text) {

@@ -25,7 +25,8 @@ struct RenderOptions {
     bool perLight = false, truth = false, floatColor = false;
 };
 
-/// Returns the name of a frame's file: "a.exr", numbered "a.0007.exr" when there are several frames.
+/// Returns the name of a frame's file: "a.exr", numbered "a.0007.exr" when there are several
+/// frames.
 std::string frameFile(const std::string& output, uint32_t frame, bool isNumbered) {
     if (!isNumbered)
         return output;
@@ -38,7 +39,8 @@ std::string frameFile(const std::string& output, uint32_t frame, bool isNumbered
 
 /// Adds one channel a light: the visibility of every pixel's pair with it, 1 where it is no pair.
 void addLightChannels(std::vector<ExrChannel>& channels, const PairList& pairs,
-                      const std::vector<uint8_t>& visibility, size_t pixelCount, size_t lightCount) {
+                      const std::vector<uint8_t>& visibility, size_t pixelCount,
+                      size_t lightCount) {
     std::vector<ExrChannel> perLight(lightCount);
     for (size_t light = 0; light < lightCount; ++light) {
         char name[48];
@@ -46,15 +48,18 @@ void addLightChannels(std::vector<ExrChannel>& channels, const PairList& pairs,
         perLight[light] = {name, ExrChannel::Type::kHalf, std::vector<float>(pixelCount, 1.0f)};
     }
     for (size_t sample = 0; sample < pixelCount; ++sample)
-        for (uint64_t pair = pairs.sampleStart[sample]; pair < pairs.sampleStart[sample + 1]; ++pair)
+        for (uint64_t pair = pairs.sampleStart[sample]; pair < pairs.sampleStart[sample + 1];
+             ++pair)
             perLight[pairs.light[pair]].values[sample] = float(visibility[pair]) / 255.0f;
     for (ExrChannel& channel : perLight)
         channels.push_back(std::move(channel));
 }
 
-/// Returns the channels of a frame: colour, visibility, share of rays, and errors when the truth is given.
+/// Returns the channels of a frame: colour, visibility, share of rays, and errors when the truth is
+/// given.
 std::vector<ExrChannel> frameChannels(const RenderOptions& options, const SingleFrames& frames,
-                                      const FrameResult& result, const std::vector<glm::vec3>& color,
+                                      const FrameResult& result,
+                                      const std::vector<glm::vec3>& color,
                                       const std::vector<uint8_t>& visibility,
                                       const std::vector<uint8_t>& truthVisibility) {
     using Type = ExrChannel::Type;
@@ -62,18 +67,22 @@ std::vector<ExrChannel> frameChannels(const RenderOptions& options, const Single
     addColorChannels(channels, "", options.floatColor ? Type::kFloat : Type::kHalf, color);
     channels.push_back({"visibility.mean", Type::kHalf, meanVisibility(result.pairs, visibility)});
     if (options.method.method != "embree")
-        channels.push_back({"method.rayShare", Type::kHalf, rayShare(result.pairs, result.pairRoute)});
+        channels.push_back(
+            {"method.rayShare", Type::kHalf, rayShare(result.pairs, result.pairRoute)});
     const GBufferView gbuffer = frames.renderer().gbuffer();
-    channels.push_back({"depth.Z", Type::kFloat, {gbuffer.depthView.begin(), gbuffer.depthView.end()}});
+    channels.push_back(
+        {"depth.Z", Type::kFloat, {gbuffer.depthView.begin(), gbuffer.depthView.end()}});
     if (!truthVisibility.empty() && options.method.method != "embree") {
         PixelErrors errors = countPixelErrors(result.pairs, visibility, truthVisibility);
         channels.push_back({"error.pairCount", Type::kFloat, std::move(errors.pairCount)});
         channels.push_back({"error.falseShadowCount", Type::kFloat, std::move(errors.falseShadow)});
         channels.push_back({"error.falseLightCount", Type::kFloat, std::move(errors.falseLight)});
-        channels.push_back({"error.truthVisibility", Type::kHalf, meanVisibility(result.pairs, truthVisibility)});
+        channels.push_back(
+            {"error.truthVisibility", Type::kHalf, meanVisibility(result.pairs, truthVisibility)});
     }
     if (options.perLight)
-        addLightChannels(channels, result.pairs, visibility, color.size(), frames.world().lights().size());
+        addLightChannels(channels, result.pairs, visibility, color.size(),
+                         frames.world().lights().size());
     return channels;
 }
 
@@ -83,44 +92,54 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     options.method.check(commandLine, {"embree", "dag", "maps", "hybrid"});
     const std::string extension = std::filesystem::path(options.output).extension().string();
     if (extension != ".exr" && extension != ".png")
-        throw Error(ErrorKind::kUsage, "-o '" + options.output + "': pictures are .exr or .png; end the name so");
+        throw Error(ErrorKind::kUsage,
+                    "-o '" + options.output + "': pictures are .exr or .png; end the name so");
     for (const char* option : {"--per-light", "--float"})
         if (extension == ".png" && commandLine.given(option))
-            throw Error(ErrorKind::kUsage, std::string(option) + " needs channels that a .png has not; write an .exr");
+            throw Error(ErrorKind::kUsage,
+                        std::string(option) + " needs channels that a .png has not; write an .exr");
     if (extension == ".png" && options.truth)
-        throw Error(ErrorKind::kUsage, "--truth adds channels that a .png has not; write an .exr, or see validate -o");
+        throw Error(ErrorKind::kUsage,
+                    "--truth adds channels that a .png has not; write an .exr, or see validate -o");
     checkWritable(options.output);
     const Backend backend = options.global.apply(console, true);
 
     const bool isEmbree = options.method.method == "embree";
-    SingleFrames frames(options.scene, options.common, experiment, options.method, options.truth || isEmbree, backend,
-                        console);
+    SingleFrames frames(options.scene, options.common, experiment, options.method,
+                        options.truth || isEmbree, backend, console);
     const size_t lightCount = frames.world().lights().size();
     if (options.perLight && lightCount > 1000)
-        throw Error(ErrorKind::kUsage, "--per-light with " + std::to_string(lightCount) +
-                                           " lights: 1000 channels at most; place fewer with --lights");
+        throw Error(ErrorKind::kUsage,
+                    "--per-light with " + std::to_string(lightCount) +
+                        " lights: 1000 channels at most; place fewer with --lights");
     const bool isNumbered = commandLine.given("--frames");
     const Progress progress = console.progress("render " + frames.scene().name);
     Json list = Json::array();
     for (size_t i = 0; i < experiment.frames.size(); ++i) {
         progress(double(i) / double(experiment.frames.size()));
         const uint32_t frame = experiment.frames[i];
-        const float time = isNumbered ? experiment.timeOfFrame(frame) : options.common.timeSeconds(experiment);
+        const float time =
+            isNumbered ? experiment.timeOfFrame(frame) : options.common.timeSeconds(experiment);
         const FrameResult& result = frames.render(time, frame);
         std::vector<uint8_t> truthVisibility;
         if (options.truth || isEmbree)
             truthVisibility = frames.truthVisibility(result);
         const std::vector<uint8_t>& visibility = isEmbree ? truthVisibility : result.visibility;
         const std::vector<glm::vec3> color =
-            isEmbree ? shadePairs(frames.renderer().gbuffer(), frames.world(), result.pairs, visibility) : result.color;
+            isEmbree
+                ? shadePairs(frames.renderer().gbuffer(), frames.world(), result.pairs, visibility)
+                : result.color;
 
         const std::string file = frameFile(options.output, frame, isNumbered);
         if (extension == ".png")
-            writePng(file, experiment.width, experiment.height, toneMap(color, autoExposure(color)));
+            writePng(file, experiment.width, experiment.height,
+                     toneMap(color, autoExposure(color)));
         else
             writeExr(file, experiment.width, experiment.height,
                      frameChannels(options, frames, result, color, visibility, truthVisibility),
-                     {{"scene", frames.scene().name}, {"method", options.method.method}, {"commit", programCommit()}});
+                     {{"scene", frames.scene().name},
+                      {"method", options.method.method},
+                      {"commit", programCommit()}});
         const double timeMs = result.stages.totalMs();
         Json entry = {{"frame", frame}, {"time_s", time}, {"output", file}};
         if (!isEmbree) { // the frame behind the truth's picture drew maps that nobody looked at
@@ -130,14 +149,17 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         }
         entry["pair_count"] = result.pairs.count();
         list.push_back(std::move(entry));
-        console.people() << file << ": " << result.pairs.count() << " pairs, " << result.maps.size() << " lights";
+        console.people() << file << ": " << result.pairs.count() << " pairs, " << result.maps.size()
+                         << " lights";
         if (!isEmbree)
-            console.people() << ", " << result.counts.tracedLightCount << " traced, " << result.counts.mappedLightCount
-                             << " by map, " << timeMs << " ms";
+            console.people() << ", " << result.counts.tracedLightCount << " traced, "
+                             << result.counts.mappedLightCount << " by map, " << timeMs << " ms";
         console.people() << "\n";
     }
     progress(1.0);
-    console.emit({{"scene", frames.scene().name}, {"method", options.method.method}, {"frames", std::move(list)}});
+    console.emit({{"scene", frames.scene().name},
+                  {"method", options.method.method},
+                  {"frames", std::move(list)}});
 }
 
 } // namespace
@@ -146,10 +168,14 @@ std::function<void()> declareRender(CommandLine& commandLine) {
     auto options = std::make_shared<RenderOptions>();
     commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
     commandLine.text("-o,--output", options->output, "F.exr|F.png",
-                     "The picture; with --frames numbered F.0007.exr. EXR channels: R G B (linear radiance), visibility.mean, "
-                     "method.rayShare, depth.Z; PNG: the colour, exposed and tone mapped", true);
-    commandLine.flag("--per-light", options->perLight, "Add a channel a light: visibility.light0000, ...");
-    commandLine.flag("--truth", options->truth, "Add channels of the error against Embree: error.*");
+                     "The picture; with --frames numbered F.0007.exr. EXR channels: R G B (linear "
+                     "radiance), visibility.mean, "
+                     "method.rayShare, depth.Z; PNG: the colour, exposed and tone mapped",
+                     true);
+    commandLine.flag("--per-light", options->perLight,
+                     "Add a channel a light: visibility.light0000, ...");
+    commandLine.flag("--truth", options->truth,
+                     "Add channels of the error against Embree: error.*");
     commandLine.flag("--float", options->floatColor, "Colour as 32-bit floats instead of halves");
     options->method.declare(commandLine, "embree|dag|maps|hybrid");
     options->common.declareView(commandLine, false);

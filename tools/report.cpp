@@ -12,8 +12,9 @@ namespace shadowdag {
 namespace {
 
 std::string csvCell(const Json& value) {
-    std::string text = value.is_string() ? value.get<std::string>()
-                                         : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    std::string text = value.is_string()
+                           ? value.get<std::string>()
+                           : value.dump(-1, ' ', false, Json::error_handler_t::replace);
     if (text.find_first_of(",\"\n") == std::string::npos)
         return text;
     std::string quoted = "\"";
@@ -26,11 +27,20 @@ std::string escaped(const std::string& text) {
     std::string out;
     for (const char c : text)
         switch (c) {
-        case '&': out += "&amp;"; break;
-        case '<': out += "&lt;"; break;
-        case '>': out += "&gt;"; break;
-        case '"': out += "&quot;"; break;
-        default: out += c;
+        case '&':
+            out += "&amp;";
+            break;
+        case '<':
+            out += "&lt;";
+            break;
+        case '>':
+            out += "&gt;";
+            break;
+        case '"':
+            out += "&quot;";
+            break;
+        default:
+            out += c;
         }
     return out;
 }
@@ -113,18 +123,20 @@ document.querySelectorAll('table.sortable th').forEach((th, column) => th.addEve
 
 void addFigure(std::string& html, const Json& chart, const std::string& cssClass) {
     const std::string stem = "charts/" + chart["file"].get<std::string>();
-    html += "<figure" + (cssClass.empty() ? "" : " class=\"" + cssClass + "\"") + "><a href=\"" + escaped(stem) +
-            ".svg\"><img src=\"" + escaped(stem) + ".svg\" alt=\"" + text(chart["title"]) + "\"></a><figcaption><b>" +
-            text(chart["title"]) + ".</b> " + text(chart["caption"]) + " (<a href=\"" + escaped(stem) +
+    html += "<figure" + (cssClass.empty() ? "" : " class=\"" + cssClass + "\"") + "><a href=\"" +
+            escaped(stem) + ".svg\"><img src=\"" + escaped(stem) + ".svg\" alt=\"" +
+            text(chart["title"]) + "\"></a><figcaption><b>" + text(chart["title"]) + ".</b> " +
+            text(chart["caption"]) + " (<a href=\"" + escaped(stem) +
             ".png\">PNG</a>)</figcaption></figure>\n";
 }
 
-/// One sentence a scene and frame: the pure methods, and the hybrid that is fastest among those no worse than either.
+/// One sentence a scene and frame: the pure methods, and the hybrid that is fastest among those no
+/// worse than either.
 void addFindings(std::string& html, const Json& runs) {
     std::vector<std::pair<std::string, std::vector<const Json*>>> groups;
     for (const Json& run : runs) {
-        const std::string name =
-            run["scene"].get<std::string>() + ", frame " + std::to_string(run["frame"].get<uint32_t>());
+        const std::string name = run["scene"].get<std::string>() + ", frame " +
+                                 std::to_string(run["frame"].get<uint32_t>());
         if (groups.empty() || groups.back().first != name)
             groups.push_back({name, {}});
         groups.back().second.push_back(&run);
@@ -144,7 +156,8 @@ void addFindings(std::string& html, const Json& runs) {
             if (!isFirst)
                 html += "; ";
             isFirst = false;
-            html += text((*run)["label"]) + " " + number((*run)["time_ms"].get<double>(), 1) + " ms";
+            html +=
+                text((*run)["label"]) + " " + number((*run)["time_ms"].get<double>(), 1) + " ms";
             if (method != "embree")
                 html += " at " + number(wrongPercent(*run), 2) + " % wrong pairs";
         }
@@ -158,20 +171,29 @@ void addFindings(std::string& html, const Json& runs) {
 }
 
 void addTable(std::string& html, const Json& runs) {
-    html += "<div class=\"scroll\"><table class=\"sortable\"><thead><tr><th>Run</th><th>Scene</th><th>Frame</th>"
-            "<th>Time, ms</th><th>min to max</th><th>Mean error</th><th>False shadow, %</th><th>False light, %</th>"
-            "<th>Unexplained</th><th>Acne</th><th>Contact</th><th>RMSE</th><th>FLIP</th><th>Traced lights</th>"
-            "<th>Mapped</th><th>Rays</th><th>Pages</th><th>DAG, MiB</th><th>Pages, MiB</th></tr></thead><tbody>\n";
+    html += "<div class=\"scroll\"><table "
+            "class=\"sortable\"><thead><tr><th>Run</th><th>Scene</th><th>Frame</th>"
+            "<th>Time, ms</th><th>min to max</th><th>Mean error</th><th>False shadow, "
+            "%</th><th>False light, %</th>"
+            "<th>Unexplained</th><th>Acne</th><th>Contact</th><th>RMSE</th><th>FLIP</th><th>Traced "
+            "lights</th>"
+            "<th>Mapped</th><th>Rays</th><th>Pages</th><th>DAG, MiB</th><th>Pages, "
+            "MiB</th></tr></thead><tbody>\n";
     const auto cell = [&](double value, const std::string& shown) {
         html += "<td data-v=\"" + number(value, 9) + "\">" + shown + "</td>";
     };
     for (const Json& run : runs) {
         html += "<tr><td>" + text(run["label"]) + "</td><td>" + text(run["scene"]) + "</td>";
-        const auto count = [&](const char* key) { cell(run[key].get<double>(), grouped(run[key].get<double>())); };
-        const auto decimal = [&](double value, int decimals) { cell(value, number(value, decimals)); };
+        const auto count = [&](const char* key) {
+            cell(run[key].get<double>(), grouped(run[key].get<double>()));
+        };
+        const auto decimal = [&](double value, int decimals) {
+            cell(value, number(value, decimals));
+        };
         count("frame");
         decimal(run["time_ms"].get<double>(), 2);
-        cell(run["time_ms_min"].get<double>(), number(run["time_ms_min"].get<double>(), 2) + " to " +
+        cell(run["time_ms_min"].get<double>(), number(run["time_ms_min"].get<double>(), 2) +
+                                                   " to " +
                                                    number(run["time_ms_max"].get<double>(), 2));
         decimal(run["mean_abs_visibility_error"].get<double>(), 5);
         decimal(percent(run, "false_shadow_count"), 3);
@@ -194,19 +216,23 @@ void addTable(std::string& html, const Json& runs) {
     html += "</tbody></table></div>\n";
 }
 
-/// Returns whether a run belongs to the pictures that are shown at once; the others are folded away.
+/// Returns whether a run belongs to the pictures that are shown at once; the others are folded
+/// away.
 bool isShownAtOnce(const Json& run) {
     const std::string model = run["model"].get<std::string>();
-    return run["method"] != "hybrid" || model == "oracle" || model == "texels:96" || model == "texels:32";
+    return run["method"] != "hybrid" || model == "oracle" || model == "texels:96" ||
+           model == "texels:32";
 }
 
 void addPictureRow(std::string& html, const Json& run, const std::string& truthFile) {
     html += "<h3>" + text(run["label"]) + ": " + number(run["time_ms"].get<double>(), 1) + " ms, " +
             number(percent(run, "false_shadow_count"), 2) + " % false shadow, " +
-            number(percent(run, "false_light_count"), 2) + " % false light</h3>\n<div class=\"pictures\">";
+            number(percent(run, "false_light_count"), 2) +
+            " % false light</h3>\n<div class=\"pictures\">";
     const auto add = [&](const std::string& file, const std::string& caption) {
-        html += "<figure><a href=\"" + escaped(file) + "\"><img loading=\"lazy\" src=\"" + escaped(file) + "\" alt=\"" +
-                escaped(caption) + "\"></a><figcaption>" + escaped(caption) + "</figcaption></figure>";
+        html += "<figure><a href=\"" + escaped(file) + "\"><img loading=\"lazy\" src=\"" +
+                escaped(file) + "\" alt=\"" + escaped(caption) + "\"></a><figcaption>" +
+                escaped(caption) + "</figcaption></figure>";
     };
     add(run["images"]["color"].get<std::string>(), "The method");
     add(truthFile, "The truth (Embree)");
@@ -217,17 +243,23 @@ void addPictureRow(std::string& html, const Json& run, const std::string& truthF
 
 void addPictures(std::string& html, const Json& results) {
     for (const Json& truth : results["truth_images"]) {
-        html += "<h2 id=\"pictures\">Pictures: " + text(truth["scene"]) + ", frame " + text(truth["frame"]) + "</h2>\n";
-        html += "<p>Errors: <span class=\"key\" style=\"background:#d55e00\"></span>false shadow (the method says dark, "
-                "Embree lit), <span class=\"key\" style=\"background:#0072b2\"></span>false light; strength is the "
+        html += "<h2 id=\"pictures\">Pictures: " + text(truth["scene"]) + ", frame " +
+                text(truth["frame"]) + "</h2>\n";
+        html += "<p>Errors: <span class=\"key\" style=\"background:#d55e00\"></span>false shadow "
+                "(the method says dark, "
+                "Embree lit), <span class=\"key\" style=\"background:#0072b2\"></span>false light; "
+                "strength is the "
                 "square root of the share of the pixel's lights. Last column: answered by "
                 "<span class=\"key\" style=\"background:#56b4e9\"></span>rays, "
-                "<span class=\"key\" style=\"background:#e69f00\"></span>maps; discs are the lights.</p>\n";
+                "<span class=\"key\" style=\"background:#e69f00\"></span>maps; discs are the "
+                "lights.</p>\n";
         std::string folded;
         for (const Json& run : results["runs"]) {
-            if (run["scene"] != truth["scene"] || run["frame"] != truth["frame"] || !run.contains("images"))
+            if (run["scene"] != truth["scene"] || run["frame"] != truth["frame"] ||
+                !run.contains("images"))
                 continue;
-            addPictureRow(isShownAtOnce(run) ? html : folded, run, truth["file"].get<std::string>());
+            addPictureRow(isShownAtOnce(run) ? html : folded, run,
+                          truth["file"].get<std::string>());
         }
         if (!folded.empty())
             html += "<details><summary>The other runs</summary>\n" + folded + "</details>\n";
@@ -243,8 +275,8 @@ void addProvenance(std::string& html, const Json& results) {
         row(escaped(key), text(value));
     for (const Json& scene : results["scenes"])
         row("scene", text(scene["scene"]) + ", hash " + text(scene["scene_hash"]) + ", " +
-                         grouped(scene["triangle_count"].get<double>()) + " triangles, " + text(scene["light_count"]) +
-                         " lights");
+                         grouped(scene["triangle_count"].get<double>()) + " triangles, " +
+                         text(scene["light_count"]) + " lights");
     for (const auto& [key, value] : results["experiment"].items())
         row(escaped(key), text(value));
     html += "</tbody></table></div>\n";
@@ -271,7 +303,8 @@ std::string flatCsv(const Json& rows) {
 }
 
 std::string runsCsv(const Json& runs) {
-    // Nested objects become columns of their own; every row gets every column, in order of first appearance.
+    // Nested objects become columns of their own; every row gets every column, in order of first
+    // appearance.
     std::vector<Json> flat;
     Json all = Json::object();
     for (const Json& run : runs) {
@@ -304,19 +337,25 @@ std::string reportHtml(const Json& results, const Json& charts) {
     std::string title = results["experiment"]["title"].get<std::string>();
     if (title.empty())
         title = "Shadows by rays and by maps: time against error";
-    std::string html = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
-                       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>" +
-                       escaped(title) + "</title><style>" + std::string(kStyle) + "</style></head><body>\n";
-    html += "<h1>" + escaped(title) + "</h1>\n<p class=\"lead\">" + std::to_string(runs.size()) + " runs on ";
+    std::string html =
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+        "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>" +
+        escaped(title) + "</title><style>" + std::string(kStyle) + "</style></head><body>\n";
+    html += "<h1>" + escaped(title) + "</h1>\n<p class=\"lead\">" + std::to_string(runs.size()) +
+            " runs on ";
     for (size_t i = 0; i < results["scenes"].size(); ++i)
         html += (i == 0 ? "" : ", ") + text(results["scenes"][i]["scene"]) + " (" +
                 grouped(results["scenes"][i]["triangle_count"].get<double>()) + " triangles, " +
                 text(results["scenes"][i]["light_count"]) + " lights)";
-    html += " at " + text(results["experiment"]["size"]) + " pixels, " + text(results["provenance"]["cpu"]) + ", " +
-            text(results["provenance"]["thread_count"]) + " threads, backend " + text(results["provenance"]["backend"]) +
+    html += " at " + text(results["experiment"]["size"]) + " pixels, " +
+            text(results["provenance"]["cpu"]) + ", " +
+            text(results["provenance"]["thread_count"]) + " threads, backend " +
+            text(results["provenance"]["backend"]) +
             ". Every (visible point, light) pair is held against Embree.</p>\n";
-    html += "<nav><a href=\"#charts\">Charts</a><a href=\"#table\">Table</a><a href=\"#pictures\">Pictures</a>"
-            "<a href=\"#provenance\">Provenance</a><a href=\"#limits\">Limits</a><a href=\"results.json\">results.json</a>"
+    html += "<nav><a href=\"#charts\">Charts</a><a href=\"#table\">Table</a><a "
+            "href=\"#pictures\">Pictures</a>"
+            "<a href=\"#provenance\">Provenance</a><a href=\"#limits\">Limits</a><a "
+            "href=\"results.json\">results.json</a>"
             "<a href=\"results.csv\">results.csv</a><a href=\"lights.csv\">lights.csv</a>"
             "<a href=\"costs.json\">costs.json</a></nav>\n";
     addFindings(html, runs);
@@ -329,22 +368,28 @@ std::string reportHtml(const Json& results, const Json& charts) {
             addFigure(html, list[i], "");
         html += "</div>\n";
     }
-    html += "<h2 id=\"table\">All runs</h2>\n<p>Click a heading to sort. Mean error is the mean of |visibility - Embree's| "
+    html += "<h2 id=\"table\">All runs</h2>\n<p>Click a heading to sort. Mean error is the mean of "
+            "|visibility - Embree's| "
             "over all pairs; unexplained, acne and contact are counts of wrong pairs.</p>\n";
     addTable(html, runs);
     addPictures(html, results);
     html += "<h2 id=\"provenance\">Provenance</h2>\n";
     addProvenance(html, results);
-    html += "<h2 id=\"limits\">Limits</h2>\n<ul>\n"
-            "<li>Times are medians of interleaved runs on this machine; the spread is in the table. They hold what a frame "
-            "does: no loading, no voxelizing, no truth, no copies for this report.</li>\n"
-            "<li>Embree's time is that of its shadow rays alone, without G-buffer and shading.</li>\n"
-            "<li>Every frame stands for itself: resolutions that an animation would have kept from the frame before are "
-            "forgotten.</li>\n"
-            "<li>Rays see static geometry only; what moves is in maps and in the truth.</li>\n"
-            "<li>The isolated cost of a map is measured with nothing else running; a frame's sum differs.</li>\n"
-            "<li>96 texels is the paper's threshold at 1920 x 1080; a frame of 640 x 360 requests a third of the "
-            "resolution, so 32 is its equivalent there.</li>\n</ul>\n";
+    html +=
+        "<h2 id=\"limits\">Limits</h2>\n<ul>\n"
+        "<li>Times are medians of interleaved runs on this machine; the spread is in the table. "
+        "They hold what a frame "
+        "does: no loading, no voxelizing, no truth, no copies for this report.</li>\n"
+        "<li>Embree's time is that of its shadow rays alone, without G-buffer and shading.</li>\n"
+        "<li>Every frame stands for itself: resolutions that an animation would have kept from the "
+        "frame before are "
+        "forgotten.</li>\n"
+        "<li>Rays see static geometry only; what moves is in maps and in the truth.</li>\n"
+        "<li>The isolated cost of a map is measured with nothing else running; a frame's sum "
+        "differs.</li>\n"
+        "<li>96 texels is the paper's threshold at 1920 x 1080; a frame of 640 x 360 requests a "
+        "third of the "
+        "resolution, so 32 is its equivalent there.</li>\n</ul>\n";
     html += "<script>" + std::string(kScript) + "</script>\n</body></html>\n";
     return html;
 }

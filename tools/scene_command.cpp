@@ -35,16 +35,20 @@ void runScene(const SceneOptions& options) {
     options.global.apply(console, false);
     if (options.list) {
         if (!options.name.empty() || !options.output.empty())
-            throw Error(ErrorKind::kUsage, "--list takes neither NAME nor --output; drop them or --list");
+            throw Error(ErrorKind::kUsage,
+                        "--list takes neither NAME nor --output; drop them or --list");
         return listScenes(console);
     }
     if (options.name.empty() || options.output.empty())
-        throw Error(ErrorKind::kUsage, "scene needs NAME and -o F.glb, or --list; see shadowdag scene --help");
+        throw Error(ErrorKind::kUsage,
+                    "scene needs NAME and -o F.glb, or --list; see shadowdag scene --help");
     if (std::filesystem::path(options.output).extension() != ".glb")
-        throw Error(ErrorKind::kUsage, "-o '" + options.output + "': scenes are written as .glb; end the name so");
+        throw Error(ErrorKind::kUsage,
+                    "-o '" + options.output + "': scenes are written as .glb; end the name so");
     checkWritable(options.output);
 
-    const std::string name = options.name.starts_with("builtin:") ? options.name.substr(8) : options.name;
+    const std::string name =
+        options.name.starts_with("builtin:") ? options.name.substr(8) : options.name;
     const Scene scene = makeBuiltin(name);
     writeGlb(scene, options.output);
     const World world(scene, {});
@@ -62,7 +66,8 @@ void runScene(const SceneOptions& options) {
 
 std::function<void()> declareScene(CommandLine& commandLine) {
     auto options = std::make_shared<SceneOptions>();
-    commandLine.text("NAME", options->name, "", "atrium, houses, necropolis, or a failure scene; see --list");
+    commandLine.text("NAME", options->name, "",
+                     "atrium, houses, necropolis, or a failure scene; see --list");
     commandLine.text("-o,--output", options->output, "F.glb", "The file to write");
     commandLine.flag("--list", options->list, "List the built-in scenes, one line each");
     options->global.declare(commandLine);

@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Returns the node indices whose cameras World::cameras() lists, in its order: those reachable from the roots,
-/// ascending.
+/// Returns the node indices whose cameras World::cameras() lists, in its order: those reachable
+/// from the roots, ascending.
 std::vector<uint32_t> cameraNodes(const Scene& scene) {
     std::vector<char> reachable(scene.nodes.size(), 0);
     std::vector<int> open = scene.roots;
@@ -42,12 +42,15 @@ std::vector<uint32_t> cameraNodes(const Scene& scene) {
 Camera cameraFromNumbers(const std::string& text, const std::vector<double>& numbers) {
     Camera camera;
     camera.positionWorld = {float(numbers[0]), float(numbers[1]), float(numbers[2])};
-    const glm::vec3 to = glm::vec3(float(numbers[3]), float(numbers[4]), float(numbers[5])) - camera.positionWorld;
+    const glm::vec3 to =
+        glm::vec3(float(numbers[3]), float(numbers[4]), float(numbers[5])) - camera.positionWorld;
     const float length = glm::length(to);
     if (!(length > 0))
-        throw Error(ErrorKind::kUsage, "--camera '" + text + "': position and target are the same point; move one");
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text + "': position and target are the same point; move one");
     camera.forward = to / length;
-    const glm::vec3 aside = std::abs(camera.forward.y) > 0.999f ? glm::vec3(0, 0, 1) : glm::vec3(0, 1, 0);
+    const glm::vec3 aside =
+        std::abs(camera.forward.y) > 0.999f ? glm::vec3(0, 0, 1) : glm::vec3(0, 1, 0);
     const glm::vec3 right = glm::normalize(glm::cross(camera.forward, aside));
     camera.up = glm::cross(right, camera.forward);
     if (numbers.size() > 6)
@@ -61,8 +64,9 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
                               bool needsLights, const Console& console) {
     LoadedScene loaded;
     loaded.argument = sceneArgument;
-    loaded.name = sceneArgument.starts_with("builtin:") ? sceneArgument
-                                                        : fs::path(sceneArgument).filename().string();
+    loaded.name = sceneArgument.starts_with("builtin:")
+                      ? sceneArgument
+                      : fs::path(sceneArgument).filename().string();
     loaded.scene = std::make_unique<Scene>(loadScene(sceneArgument));
     for (const std::string& warning : loaded.scene->warnings)
         console.note(loaded.name + ": warning: " + warning);
@@ -72,7 +76,8 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
     loaded.world = std::make_unique<World>(*loaded.scene, options);
     loaded.geometryHash = loaded.world->geometryHash();
     if (needsLights && loaded.world->lights().empty())
-        throw Error(ErrorKind::kInput, sceneArgument + ": has no light that we support; place some with --lights 32");
+        throw Error(ErrorKind::kInput,
+                    sceneArgument + ": has no light that we support; place some with --lights 32");
     return loaded;
 }
 
@@ -92,10 +97,13 @@ Camera chooseCamera(const World& world, const std::string& text) {
             begin = end + 1;
         }
         if (numbers.size() != 6 && numbers.size() != 7)
-            throw Error(ErrorKind::kUsage, "--camera '" + text + "': must be six numbers px,py,pz,tx,ty,tz or seven "
-                                           "with the vertical angle in degrees, not " + std::to_string(numbers.size()));
+            throw Error(ErrorKind::kUsage, "--camera '" + text +
+                                               "': must be six numbers px,py,pz,tx,ty,tz or seven "
+                                               "with the vertical angle in degrees, not " +
+                                               std::to_string(numbers.size()));
         if (numbers.size() == 7 && !(numbers[6] >= 1 && numbers[6] <= 170))
-            throw Error(ErrorKind::kUsage, "--camera '" + text + "': the angle must be from 1 to 170 degrees");
+            throw Error(ErrorKind::kUsage,
+                        "--camera '" + text + "': the angle must be from 1 to 170 degrees");
         return cameraFromNumbers(text, numbers);
     }
 
@@ -109,8 +117,8 @@ Camera chooseCamera(const World& world, const std::string& text) {
             return cameras[i];
         known += ", " + (node.name.empty() ? sourceName : node.name);
     }
-    throw Error(ErrorKind::kUsage, "--camera '" + text + "': no camera of that name; there are: " + known +
-                                       ", or give px,py,pz,tx,ty,tz[,fovDegrees]");
+    throw Error(ErrorKind::kUsage, "--camera '" + text + "': no camera of that name; there are: " +
+                                       known + ", or give px,py,pz,tx,ty,tz[,fovDegrees]");
 }
 
 std::string cacheDirectory(const std::string& asked) {
@@ -127,10 +135,12 @@ AssetProvenance assetProvenance(const LoadedScene& scene) {
     return {scene.name, scene.geometryHash, programVersion(), ""};
 }
 
-Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSource& source, const Console& console) {
+Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSource& source,
+              const Console& console) {
     const std::string directory = cacheDirectory(source.cacheDirectory);
-    const std::string path = directory + "/" + scene.geometryHash + "-" + std::to_string(1u << resolutionLog2) + "-" +
-                             voxelSourceHash() + ".svdag";
+    const std::string path = directory + "/" + scene.geometryHash + "-" +
+                             std::to_string(1u << resolutionLog2) + "-" + voxelSourceHash() +
+                             ".svdag";
     std::error_code ignored;
     if (!directory.empty() && fs::exists(path, ignored)) {
         try {
@@ -145,9 +155,11 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
 
     Asset asset;
     asset.provenance = assetProvenance(scene);
-    const std::string what = "voxelize " + scene.name + " " + std::to_string(1u << resolutionLog2) + "^3";
-    asset.dag = voxelize(scene.world->triangles(), viewOf(scene.world->staticTriangles()),
-                         gridAround(scene.world->boundsWorld(), resolutionLog2), console.progress(what));
+    const std::string what =
+        "voxelize " + scene.name + " " + std::to_string(1u << resolutionLog2) + "^3";
+    asset.dag =
+        voxelize(scene.world->triangles(), viewOf(scene.world->staticTriangles()),
+                 gridAround(scene.world->boundsWorld(), resolutionLog2), console.progress(what));
     if (!directory.empty()) {
         try {
             fs::create_directories(directory, ignored);
@@ -159,12 +171,13 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
     return std::move(asset.dag);
 }
 
-Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStale, const Console& console) {
+Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStale,
+               const Console& console) {
     Asset asset = readAsset(path);
     if (asset.provenance.sceneHash != scene.geometryHash) {
-        const std::string text = path + ": was built from " + asset.provenance.sceneName + " (hash " +
-                                 asset.provenance.sceneHash + "), not from " + scene.name + " as it is now (hash " +
-                                 scene.geometryHash + ")";
+        const std::string text = path + ": was built from " + asset.provenance.sceneName +
+                                 " (hash " + asset.provenance.sceneHash + "), not from " +
+                                 scene.name + " as it is now (hash " + scene.geometryHash + ")";
         if (!allowStale)
             throw Error(ErrorKind::kInput,
                         text + "; build it again with shadowdag voxelize, or pass --allow-stale");
@@ -191,12 +204,14 @@ void checkWritable(const std::string& path) {
     const std::string directory = parent.empty() ? "." : parent.string();
     std::error_code ignored;
     if (!fs::is_directory(directory, ignored))
-        throw Error(ErrorKind::kResource, path + ": there is no directory " + directory + "; create it first");
+        throw Error(ErrorKind::kResource,
+                    path + ": there is no directory " + directory + "; create it first");
     if (fs::is_directory(path, ignored))
         throw Error(ErrorKind::kResource, path + ": is a directory; give the name of a file");
     if (access(directory.c_str(), W_OK) != 0)
         throw Error(ErrorKind::kResource,
-                    path + ": the directory " + directory + " is not writable; choose another or change its mode");
+                    path + ": the directory " + directory +
+                        " is not writable; choose another or change its mode");
 }
 
 } // namespace shadowdag

@@ -27,8 +27,9 @@ struct LoadedScene {
 LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, uint64_t lightSeed,
                               bool needsLights, const Console& console);
 
-/// Returns the camera that --camera asks for, at the world's current time; "" is the scene's first, else auto.
-/// Throws Error kUsage for an unknown name, listing those that are there, and for bad numbers.
+/// Returns the camera that --camera asks for, at the world's current time; "" is the scene's first,
+/// else auto. Throws Error kUsage for an unknown name, listing those that are there, and for bad
+/// numbers.
 Camera chooseCamera(const World& world, const std::string& text);
 
 /// Where built assets are kept.
@@ -38,16 +39,20 @@ struct VoxelSource {
     bool allowStale = false;
 };
 
-/// Returns the directory of the cache: `asked`, or $XDG_CACHE_HOME/shadowdag, or ~/.cache/shadowdag, or "" (no
-/// cache) where neither variable is set.
+/// Returns the directory of the cache: `asked`, or $XDG_CACHE_HOME/shadowdag, or
+/// ~/.cache/shadowdag, or "" (no cache) where neither variable is set.
 std::string cacheDirectory(const std::string& asked);
 
-/// Returns the DAG of the scene's static triangles at a resolution, from the cache where it is there. A damaged cache
-/// file is said and built anew; a cache that cannot be written is said and done without.
-Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSource& source, const Console& console);
+/// Returns the DAG of the scene's static triangles at a resolution, from the cache where it is
+/// there. A damaged cache file is said and built anew; a cache that cannot be written is said and
+/// done without.
+Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSource& source,
+              const Console& console);
 
-/// Reads an asset for a scene. Throws Error kInput when it was built from another scene and that is not allowed.
-Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStale, const Console& console);
+/// Reads an asset for a scene. Throws Error kInput when it was built from another scene and that is
+/// not allowed.
+Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStale,
+               const Console& console);
 
 /// Returns the DAGs of a run: those of the assets given, else one a resolution.
 std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t>& resolutionLog2,
@@ -56,7 +61,8 @@ std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t
 /// Returns the provenance that an asset of this scene carries.
 AssetProvenance assetProvenance(const LoadedScene& scene);
 
-/// Throws Error kResource unless a file can be made at `path`: so that hours of work do not end in a bad directory.
+/// Throws Error kResource unless a file can be made at `path`: so that hours of work do not end in
+/// a bad directory.
 void checkWritable(const std::string& path);
 
 } // namespace shadowdag

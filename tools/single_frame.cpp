@@ -10,15 +10,20 @@ namespace shadowdag {
 void MethodOptions::declare(CommandLine& commandLine, const std::string& methods) {
     commandLine.heading("Method");
     commandLine.text("--method", method, methods,
-                     "embree: the truth; dag: all lights by rays through voxels; maps: all by virtual cube shadow "
-                     "maps; hybrid: each by the method that --model chooses [" + method + "]");
+                     "embree: the truth; dag: all lights by rays through voxels; maps: all by "
+                     "virtual cube shadow "
+                     "maps; hybrid: each by the method that --model chooses [" +
+                         method + "]");
     commandLine.text("--model", model, "M",
-                     "For hybrid: texels:N (maps under N texels are traced), expr:EXPRESSION (rays where it is over 0), "
+                     "For hybrid: texels:N (maps under N texels are traced), expr:EXPRESSION (rays "
+                     "where it is over 0), "
                      "oracle (the cheaper by isolated cost) [texels:96]");
-    commandLine.text("--costs", costs, "F", "Costs for --model oracle, as compare writes them; else they are measured");
+    commandLine.text("--costs", costs, "F",
+                     "Costs for --model oracle, as compare writes them; else they are measured");
 }
 
-void MethodOptions::check(const CommandLine& commandLine, const std::vector<std::string>& allowed) const {
+void MethodOptions::check(const CommandLine& commandLine,
+                          const std::vector<std::string>& allowed) const {
     if (std::find(allowed.begin(), allowed.end(), method) == allowed.end()) {
         std::string names;
         for (const std::string& name : allowed)
@@ -26,18 +31,22 @@ void MethodOptions::check(const CommandLine& commandLine, const std::vector<std:
         throw Error(ErrorKind::kUsage, "--method '" + method + "': must be one of " + names);
     }
     if (method != "hybrid" && commandLine.given("--model"))
-        throw Error(ErrorKind::kUsage, "--model is for --method hybrid, not for '" + method + "'; drop one of them");
+        throw Error(ErrorKind::kUsage,
+                    "--model is for --method hybrid, not for '" + method + "'; drop one of them");
     if (!makeModel()->needsCosts() && commandLine.given("--costs"))
         throw Error(ErrorKind::kUsage, "--costs is for --method hybrid --model oracle; drop it");
-    const bool usesRays = method == "dag" || method == "hybrid", usesMaps = method == "maps" || method == "hybrid";
+    const bool usesRays = method == "dag" || method == "hybrid",
+               usesMaps = method == "maps" || method == "hybrid";
     for (const char* option : {"--voxels", "--resolution", "--offset", "--lod"})
         if (!usesRays && commandLine.given(option))
-            throw Error(ErrorKind::kUsage,
-                        std::string(option) + " is for methods that trace voxels, not for '" + method + "'; drop it");
+            throw Error(ErrorKind::kUsage, std::string(option) +
+                                               " is for methods that trace voxels, not for '" +
+                                               method + "'; drop it");
     for (const char* option : {"--page-size", "--pool", "--bias", "--taps", "--undersample"})
         if (!usesMaps && commandLine.given(option))
-            throw Error(ErrorKind::kUsage,
-                        std::string(option) + " is for methods that draw maps, not for '" + method + "'; drop it");
+            throw Error(ErrorKind::kUsage, std::string(option) +
+                                               " is for methods that draw maps, not for '" +
+                                               method + "'; drop it");
 }
 
 std::unique_ptr<CostModel> MethodOptions::makeModel() const {
@@ -49,12 +58,13 @@ std::unique_ptr<CostModel> MethodOptions::makeModel() const {
 }
 
 SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
-                           const Experiment& experiment, const MethodOptions& method, bool wantsTruth,
-                           Backend backend, const Console& console)
+                           const Experiment& experiment, const MethodOptions& method,
+                           bool wantsTruth, Backend backend, const Console& console)
     : cameraText_(experiment.camera), method_(method), model_(method.makeModel()) {
     if (!method.costs.empty())
         costs_ = readCosts(method.costs);
-    scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true, console);
+    scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true,
+                               console);
     if (method.method == "dag" || method.method == "hybrid") {
         const VoxelSource source{options.voxels, options.cache, options.allowStale};
         dag_ = std::move(obtainDags(scene_, experiment.resolutionLog2, source, console).front());

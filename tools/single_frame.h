@@ -22,18 +22,22 @@ struct MethodOptions {
     void declare(CommandLine& commandLine, const std::string& methods);
     /// Throws Error kUsage for an unknown method or what contradicts it.
     void check(const CommandLine& commandLine, const std::vector<std::string>& allowed) const;
-    /// Returns the cost model that the method means; embree's draws tiny maps, only the pairs are used.
+    /// Returns the cost model that the method means; embree's draws tiny maps, only the pairs are
+    /// used.
     std::unique_ptr<CostModel> makeModel() const;
 };
 
 /// A scene, its voxels, the truth where asked for, and a renderer, moving through time together.
 class SingleFrames {
 public:
-    /// Loads and builds. `options` were parsed to `experiment`; the DAG is obtained only when the method traces rays.
-    SingleFrames(const std::string& sceneArgument, const CommonOptions& options, const Experiment& experiment,
-                 const MethodOptions& method, bool wantsTruth, Backend backend, const Console& console);
+    /// Loads and builds. `options` were parsed to `experiment`; the DAG is obtained only when the
+    /// method traces rays.
+    SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
+                 const Experiment& experiment, const MethodOptions& method, bool wantsTruth,
+                 Backend backend, const Console& console);
 
-    /// Renders the scene at a time. Every frame depends on its inputs alone (no hysteresis from frames before).
+    /// Renders the scene at a time. Every frame depends on its inputs alone (no hysteresis from
+    /// frames before).
     /// @param frame names the costs that oracle replays or measures
     const FrameResult& render(float timeSeconds, uint32_t frame);
 

@@ -26,20 +26,24 @@ struct ValidateOptions {
 
 void printHeader(std::ostream& out) {
     char line[160];
-    std::snprintf(line, sizeof line, "%8s %10s %8s %14s %13s %12s %9s %8s %8s\n", "light", "pairs", "dark %",
-                  "false shadow %", "false light %", "unexplained", "acne", "contact", "error");
+    std::snprintf(line, sizeof line, "%8s %10s %8s %14s %13s %12s %9s %8s %8s\n", "light", "pairs",
+                  "dark %", "false shadow %", "false light %", "unexplained", "acne", "contact",
+                  "error");
     out << line;
 }
 
 void printCounts(std::ostream& out, const std::string& name, const ErrorCounts& c) {
     const double pairs = c.pairCount > 0 ? double(c.pairCount) : 1.0;
     char line[200];
-    std::snprintf(line, sizeof line, "%8s %10llu %8.2f %14.3f %13.3f %12llu %9llu %8llu %8.5f\n", name.c_str(),
-                  static_cast<unsigned long long>(c.pairCount), 100.0 * double(c.occludedCount) / pairs,
-                  100.0 * double(c.falseShadowCount) / pairs, 100.0 * double(c.falseLightCount) / pairs,
-                  static_cast<unsigned long long>(c.unexplainedFalseShadowCount + c.unexplainedFalseLightCount),
-                  static_cast<unsigned long long>(c.acneCount), static_cast<unsigned long long>(c.contactCount),
-                  c.meanAbsVisibilityError());
+    std::snprintf(line, sizeof line, "%8s %10llu %8.2f %14.3f %13.3f %12llu %9llu %8llu %8.5f\n",
+                  name.c_str(), static_cast<unsigned long long>(c.pairCount),
+                  100.0 * double(c.occludedCount) / pairs,
+                  100.0 * double(c.falseShadowCount) / pairs,
+                  100.0 * double(c.falseLightCount) / pairs,
+                  static_cast<unsigned long long>(c.unexplainedFalseShadowCount +
+                                                  c.unexplainedFalseLightCount),
+                  static_cast<unsigned long long>(c.acneCount),
+                  static_cast<unsigned long long>(c.contactCount), c.meanAbsVisibilityError());
     out << line;
 }
 
@@ -72,16 +76,19 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
         std::error_code failed;
         std::filesystem::create_directories(options.output, failed);
         if (failed)
-            throw Error(ErrorKind::kResource, options.output + ": cannot be created: " + failed.message());
+            throw Error(ErrorKind::kResource,
+                        options.output + ": cannot be created: " + failed.message());
         checkWritable(options.output + "/error.png");
     }
     const Backend backend = options.global.apply(console, true);
-    SingleFrames frames(options.scene, options.common, experiment, options.method, true, backend, console);
-    const FrameResult& result = frames.render(options.common.timeSeconds(experiment), experiment.frames.front());
+    SingleFrames frames(options.scene, options.common, experiment, options.method, true, backend,
+                        console);
+    const FrameResult& result =
+        frames.render(options.common.timeSeconds(experiment), experiment.frames.front());
     checkInterrupted();
     const std::vector<uint8_t> truthVisibility = frames.truthVisibility(result);
-    const ErrorReport report = computeError(frames.renderer(), result, frames.world(), frames.dag(), frames.truth(),
-                                            truthVisibility, frames.errorOptions());
+    const ErrorReport report = computeError(frames.renderer(), result, frames.world(), frames.dag(),
+                                            frames.truth(), truthVisibility, frames.errorOptions());
     checkInterrupted();
     if (!options.output.empty())
         writeMaps(options.output, frames, result, truthVisibility);
@@ -114,7 +121,8 @@ std::function<void()> declareValidate(CommandLine& commandLine) {
     auto options = std::make_shared<ValidateOptions>();
     commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
     commandLine.text("-o,--output", options->output, "DIR",
-                     "Write error maps there: error.png (vermilion: false shadow, blue: false light), truth.png, "
+                     "Write error maps there: error.png (vermilion: false shadow, blue: false "
+                     "light), truth.png, "
                      "method.png, errors.exr");
     options->method.declare(commandLine, "dag|maps|hybrid");
     options->common.declareView(commandLine, false);

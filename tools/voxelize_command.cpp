@@ -26,7 +26,9 @@ struct VoxelizeOptions {
 
 /// Returns processor seconds of all threads so far.
 double processorSeconds(const rusage& usage) {
-    const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+    const auto seconds = [](const timeval& t) {
+        return double(t.tv_sec) + 1e-6 * double(t.tv_usec);
+    };
     return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
@@ -35,7 +37,8 @@ void runVoxelize(const VoxelizeOptions& options) {
     options.global.apply(console, false);
     const uint32_t log2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
     if (std::filesystem::path(options.output).extension() != ".svdag")
-        throw Error(ErrorKind::kUsage, "-o '" + options.output + "': assets are .svdag files; end the name so");
+        throw Error(ErrorKind::kUsage,
+                    "-o '" + options.output + "': assets are .svdag files; end the name so");
     checkWritable(options.output);
 
     const LoadedScene scene = loadSceneAndWorld(options.scene, -1, 1, false, console);
@@ -45,8 +48,10 @@ void runVoxelize(const VoxelizeOptions& options) {
     Asset asset;
     asset.provenance = assetProvenance(scene);
     asset.dag = voxelize(scene.world->triangles(), viewOf(scene.world->staticTriangles()),
-                         gridAround(scene.world->boundsWorld(), log2), console.progress("voxelize " + scene.name));
-    const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+                         gridAround(scene.world->boundsWorld(), log2),
+                         console.progress("voxelize " + scene.name));
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     rusage after{};
     getrusage(RUSAGE_SELF, &after);
     checkInterrupted();
@@ -54,14 +59,16 @@ void runVoxelize(const VoxelizeOptions& options) {
 
     Json json = {{"output", options.output}};
     json.update(assetJson(asset, bytes));
-    json["wall_s"] = wall; // of voxelizing and merging; reading the scene and writing the file are outside
+    json["wall_s"] =
+        wall; // of voxelizing and merging; reading the scene and writing the file are outside
     json["cpu_s"] = processorSeconds(after) - processorSeconds(before);
     json["peak_rss_bytes"] = uint64_t(after.ru_maxrss) * 1024;
     console.people() << options.output << "\n";
     printAsset(console.people(), json);
     console.people() << "  time            " << numberText(std::round(wall * 100) / 100) << " s, "
-                     << numberText(std::round(json["cpu_s"].get<double>() * 100) / 100) << " s of processor, peak "
-                     << bytesText(double(after.ru_maxrss) * 1024) << "\n";
+                     << numberText(std::round(json["cpu_s"].get<double>() * 100) / 100)
+                     << " s of processor, peak " << bytesText(double(after.ru_maxrss) * 1024)
+                     << "\n";
     console.emit(json);
 }
 
@@ -71,9 +78,10 @@ std::function<void()> declareVoxelize(CommandLine& commandLine) {
     auto options = std::make_shared<VoxelizeOptions>();
     commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
-    commandLine.text("--resolution", options->resolution, "N",
-                     "Voxels an axis, a power of two from 4 to 131072; the cube is centred on the scene and as "
-                     "long as its longest side [1024]");
+    commandLine.text(
+        "--resolution", options->resolution, "N",
+        "Voxels an axis, a power of two from 4 to 131072; the cube is centred on the scene and as "
+        "long as its longest side [1024]");
     options->global.declare(commandLine);
     return [options] { runVoxelize(*options); };
 }

@@ -32,7 +32,8 @@ TEST(Charts, EveryChartIsDrawnAsSvgAndPngWithACaption) {
     for (const Json& chart : charts["charts"]) {
         const std::string stem = directory / ("charts/" + chart["file"].get<std::string>());
         EXPECT_THAT(readText(stem + ".svg"), testing::HasSubstr("</svg>")) << stem;
-        EXPECT_EQ(readText(stem + ".svg").find("<text"), std::string::npos) << "text must be outlines";
+        EXPECT_EQ(readText(stem + ".svg").find("<text"), std::string::npos)
+            << "text must be outlines";
         EXPECT_THAT(readText(stem + ".png"), testing::StartsWith("\x89PNG")) << stem;
         EXPECT_GT(chart["caption"].get<std::string>().size(), 40u);
     }
@@ -57,8 +58,8 @@ TEST(Charts, LinesOfDifferentCommitsAreRefusedUnlessTold) {
     makeResults(directory / "a.json", "c1");
     makeResults(directory / "b.json", "c2");
     std::string said;
-    const std::vector<std::string> command{"/usr/bin/python3", SDAG_CHARTS, directory / "a.json", directory / "b.json",
-                                           "-o",               directory / "charts"};
+    const std::vector<std::string> command{"/usr/bin/python3",   SDAG_CHARTS, directory / "a.json",
+                                           directory / "b.json", "-o",        directory / "charts"};
     EXPECT_NE(runProgram(command, &said), 0);
     EXPECT_THAT(said, testing::HasSubstr("different commits"));
     std::vector<std::string> told = command;

@@ -29,8 +29,10 @@ TEST(CostFile, BrokenFilesAreInputErrors) {
     const std::string path = directory / "c.json";
     for (const char* text :
          {"", "[]", "{}", "{\"costs\": 3}", "{\"costs\": [{\"scene\": \"a\", \"frame\": 0}]}",
-          "{\"costs\": [{\"scene\": \"a\", \"frame\": 0, \"maps\": [{\"light\": 0, \"rays_ms\": -1, \"map_ms\": 0}]}]}",
-          "{\"costs\": [{\"scene\": \"a\", \"frame\": 0, \"maps\": [{\"light\": 2, \"rays_ms\": 1, \"map_ms\": 0},"
+          "{\"costs\": [{\"scene\": \"a\", \"frame\": 0, \"maps\": [{\"light\": 0, \"rays_ms\": "
+          "-1, \"map_ms\": 0}]}]}",
+          "{\"costs\": [{\"scene\": \"a\", \"frame\": 0, \"maps\": [{\"light\": 2, \"rays_ms\": 1, "
+          "\"map_ms\": 0},"
           "{\"light\": 1, \"rays_ms\": 1, \"map_ms\": 0}]}]}"}) {
         writeText(path, text);
         try {

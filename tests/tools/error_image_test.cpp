@@ -15,7 +15,8 @@ PairList threePixels() {
 } // namespace
 
 TEST(ErrorImage, CountsFalsePairsAPixel) {
-    // Pair 0: dark, truly lit: false shadow. Pair 1: half lit counts as lit, truly dark: false light. Pair 2: right.
+    // Pair 0: dark, truly lit: false shadow. Pair 1: half lit counts as lit, truly dark: false
+    // light. Pair 2: right.
     const PixelErrors errors = countPixelErrors(threePixels(), {127, 128, 0}, {255, 0, 0});
     EXPECT_EQ(errors.pairCount, (std::vector<float>{2, 0, 1}));
     EXPECT_EQ(errors.falseShadow, (std::vector<float>{1, 0, 0}));
@@ -33,7 +34,8 @@ TEST(ErrorImage, RayShareIsTheShareOfPairsThatRaysAnswered) {
 
 TEST(ErrorImage, FalseShadowIsVermilionAndFalseLightBlue) {
     const PixelErrors errors{{1, 1, 1}, {1, 0, 0}, {0, 1, 0}};
-    const std::vector<glm::vec3> picture = errorPicture(std::vector<glm::vec3>(3, glm::vec3(0.5f)), errors);
+    const std::vector<glm::vec3> picture =
+        errorPicture(std::vector<glm::vec3>(3, glm::vec3(0.5f)), errors);
     EXPECT_GT(picture[0].r, picture[0].b + 0.5f);
     EXPECT_GT(picture[1].b, picture[1].r + 0.5f);
     EXPECT_FLOAT_EQ(picture[2].r, picture[2].b);
@@ -46,8 +48,9 @@ TEST(ErrorImage, ALightInTheMiddleIsDrawnInTheMiddle) {
     MapRecord map;
     map.quantities.light = 0;
     map.route = Route::kMap;
-    const std::vector<glm::vec3> picture = methodPicture(std::vector<glm::vec3>(21 * 21, glm::vec3(0.0f)),
-                                                         std::vector<float>(21 * 21, 1.0f), {map}, {light}, camera, 21, 21);
+    const std::vector<glm::vec3> picture =
+        methodPicture(std::vector<glm::vec3>(21 * 21, glm::vec3(0.0f)),
+                      std::vector<float>(21 * 21, 1.0f), {map}, {light}, camera, 21, 21);
     const glm::vec3 middle = picture[10 * 21 + 10], corner = picture[0];
     EXPECT_GT(middle.r, middle.b + 0.5f); // orange: a map
     EXPECT_GT(corner.b, corner.r);        // sky blue: rays

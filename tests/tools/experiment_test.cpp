@@ -37,8 +37,11 @@ std::vector<std::string> labels(const std::vector<RunParameters>& runs) {
 } // namespace
 
 TEST(Experiment, ComesBackFromItsOwnJson) {
-    const Experiment e = experimentFromJson(
-        {{"size", "320x200"}, {"frames", "0:4:2"}, {"thresholds", {0, 48.5, "inf"}}, {"undersample", {1, 2.5}}}, "x");
+    const Experiment e = experimentFromJson({{"size", "320x200"},
+                                             {"frames", "0:4:2"},
+                                             {"thresholds", {0, 48.5, "inf"}},
+                                             {"undersample", {1, 2.5}}},
+                                            "x");
     const Json json = toJson(e);
     EXPECT_EQ(toJson(experimentFromJson(json, "x")), json);
     EXPECT_EQ(json["size"], "320x200");
@@ -52,12 +55,18 @@ TEST(Experiment, AnUnknownKeyIsRefusedByName) {
 
 TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
     const std::vector<std::pair<std::string, Json>> wrong = {
-        {"size", "0x0"},         {"size", 640},           {"frames", "5:1"},        {"fps", 0},
-        {"lights", -2},          {"lights", 1.5},         {"resolutions", {1000}},  {"resolutions", Json::array()},
-        {"resolutions", {8, 8}}, {"methods", {"magic"}},  {"thresholds", {"x"}},    {"thresholds", {-1}},
-        {"thresholds", 96},      {"undersample", {0.5}},  {"page_size", {48}},      {"pool_mib", 0},
-        {"taps", {4}},           {"repeats", 0},          {"lod", {18}},            {"title", 3},
-        {"scenes", "atrium"},    {"offset", {-1}},        {"error_seed", -1}};
+        {"size", "0x0"},         {"size", 640},
+        {"frames", "5:1"},       {"fps", 0},
+        {"lights", -2},          {"lights", 1.5},
+        {"resolutions", {1000}}, {"resolutions", Json::array()},
+        {"resolutions", {8, 8}}, {"methods", {"magic"}},
+        {"thresholds", {"x"}},   {"thresholds", {-1}},
+        {"thresholds", 96},      {"undersample", {0.5}},
+        {"page_size", {48}},     {"pool_mib", 0},
+        {"taps", {4}},           {"repeats", 0},
+        {"lod", {18}},           {"title", 3},
+        {"scenes", "atrium"},    {"offset", {-1}},
+        {"error_seed", -1}};
     for (const auto& [key, value] : wrong)
         EXPECT_THAT(inputMessage({{key, value}}), HasSubstr("\"" + key + "\"")) << value;
     EXPECT_THAT(inputMessage(Json::array()), HasSubstr("one JSON object"));
@@ -114,7 +123,8 @@ TEST(Configurations, LabelsAndFileNamesAreUnique) {
 
 TEST(Experiment, TheCommittedFilesAreValid) {
     for (const char* name : {"atrium", "houses", "necropolis", "smoke", "real"}) {
-        const Experiment e = readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json");
+        const Experiment e =
+            readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json");
         EXPECT_FALSE(e.title.empty()) << name;
         EXPECT_GE(e.thresholds.size(), 4u) << name;
     }

@@ -28,7 +28,8 @@ TEST(ImageIo, ExrKeepsEveryChannelBitForBit) {
     }
     const std::string path = directory / "a.exr";
     writeExr(path, kWidth, kHeight,
-             {{"Z", ExrChannel::Type::kFloat, ramp}, {"visibility.mean", ExrChannel::Type::kHalf, halves}},
+             {{"Z", ExrChannel::Type::kFloat, ramp},
+              {"visibility.mean", ExrChannel::Type::kHalf, halves}},
              {{"scene", "x"}});
 
     Imf::InputFile file(path.c_str());
@@ -39,7 +40,8 @@ TEST(ImageIo, ExrKeepsEveryChannelBitForBit) {
     std::vector<float> z(15), mean(15);
     Imf::FrameBuffer frame;
     frame.insert("Z", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(z.data()), 4, 4 * kWidth));
-    frame.insert("visibility.mean", Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(mean.data()), 4, 4 * kWidth));
+    frame.insert("visibility.mean",
+                 Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(mean.data()), 4, 4 * kWidth));
     file.setFrameBuffer(frame);
     file.readPixels(0, 2);
     EXPECT_EQ(z, ramp);
@@ -67,7 +69,8 @@ TEST(ImageIo, ABadDirectoryIsAnErrorThatNamesIt) {
             FAIL();
         } catch (const Error& error) {
             EXPECT_EQ(error.kind(), ErrorKind::kResource);
-            EXPECT_NE(std::string(error.what()).find("/nowhere/at/all"), std::string::npos) << error.what();
+            EXPECT_NE(std::string(error.what()).find("/nowhere/at/all"), std::string::npos)
+                << error.what();
         }
 }
 

@@ -32,8 +32,9 @@ template <class F> std::string usageMessage(const F& call) {
 TEST(Parse, SizeTakesSidesWithinLimitsOnly) {
     EXPECT_EQ(parseSize("--size", "640x360"), std::make_pair(640u, 360u));
     EXPECT_EQ(parseSize("--size", "1x1"), std::make_pair(1u, 1u));
-    for (const char* text : {"0x0", "0x1", "1x0", "1000000x1000000", "16384x16384", "640", "640x", "x360", "640x360x2",
-                             "-1x5", "6.4x3", "640 x 360", "99999999999999999999x1", ""}) {
+    for (const char* text :
+         {"0x0", "0x1", "1x0", "1000000x1000000", "16384x16384", "640", "640x", "x360", "640x360x2",
+          "-1x5", "6.4x3", "640 x 360", "99999999999999999999x1", ""}) {
         const std::string message = usageMessage([&] { parseSize("--size", text); });
         EXPECT_THAT(message, HasSubstr(std::string("--size '") + text + "'"));
         EXPECT_THAT(message, HasSubstr("as in 640x360"));
@@ -63,7 +64,8 @@ TEST(Parse, FramesHoldBothEnds) {
 TEST(Parse, ThresholdsAscendAndReachInfinity) {
     const std::vector<float> thresholds = parseThresholds("--thresholds", "inf,96,0,8");
     ASSERT_EQ(thresholds.size(), 4u);
-    EXPECT_THAT(std::vector<float>(thresholds.begin(), thresholds.begin() + 3), ElementsAre(0, 8, 96));
+    EXPECT_THAT(std::vector<float>(thresholds.begin(), thresholds.begin() + 3),
+                ElementsAre(0, 8, 96));
     EXPECT_TRUE(std::isinf(thresholds[3]));
     for (const char* text : {"-1", "nan", "8,8", "8,,9", "infinity", "1e9"})
         usageMessage([&] { parseThresholds("--thresholds", text); });
@@ -79,7 +81,8 @@ TEST(Parse, BytesKnowBinaryMultiples) {
 
 TEST(Parse, NumbersAreWholeTextsWithinBounds) {
     EXPECT_EQ(parseInteger("--threads", "3", 0, 8), 3);
-    EXPECT_THAT(usageMessage([] { parseInteger("--threads", "9", 0, 8); }), HasSubstr("from 0 to 8"));
+    EXPECT_THAT(usageMessage([] { parseInteger("--threads", "9", 0, 8); }),
+                HasSubstr("from 0 to 8"));
     for (const char* text : {"", "3x", " 3", "3.0", "0x3"})
         usageMessage([&] { parseInteger("--threads", text, 0, 8); });
     EXPECT_EQ(parseNumber("--bias", "0.5", 0, 1), 0.5);

@@ -17,8 +17,10 @@ using testing::HasSubstr;
 using Arguments = std::vector<std::string>;
 
 Arguments tinyCompare(const std::string& output) {
-    return {"compare", "builtin:atrium", "-o",           output, "--size",    "48x27", "--resolution", "64",
-            "--thresholds", "0,16,inf",  "--no-charts", "--repeats", "1",     "--warmups", "0",        "--json"};
+    return {"compare",     "builtin:atrium", "-o", output,         "--size",
+            "48x27",       "--resolution",   "64", "--thresholds", "0,16,inf",
+            "--no-charts", "--repeats",      "1",  "--warmups",    "0",
+            "--json"};
 }
 
 /// Removes what may differ between two runs: times, and what provenance says about the run itself.
@@ -49,22 +51,46 @@ TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     const ProgramResult result =
-        runShadowdag(directory, {"compare", "--experiment", std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/smoke.json",
+        runShadowdag(directory, {"compare", "--experiment",
+                                 std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/smoke.json",
                                  "-o", report, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(result.json()["chart_count"], 8);
     const Json results = Json::parse(readText(report + "/results.json"));
-    for (const char* key : {"commit", "preset", "compiler", "flags", "cpu", "backend", "experiment_hash", "seed",
-                            "thread_count"})
+    for (const char* key : {"commit", "preset", "compiler", "flags", "cpu", "backend",
+                            "experiment_hash", "seed", "thread_count"})
         EXPECT_TRUE(results["provenance"].contains(key)) << key;
     EXPECT_EQ(results["scenes"][0]["scene_hash"].get<std::string>().size(), 32u);
     for (const Json& run : results["runs"])
-        for (const char* key :
-             {"scene", "frame", "method", "model", "parameters", "time_ms", "time_ms_min", "time_ms_max", "stages_ms",
-              "pair_count", "occluded_count", "false_shadow_count", "false_light_count",
-              "unexplained_false_shadow_count", "unexplained_false_light_count", "acne_count", "contact_count",
-              "null_rate", "mean_abs_visibility_error", "rmse", "flip", "traced_light_count", "mapped_light_count",
-              "page_count", "texel_count", "triangle_draw_count", "ray_count", "dag_bytes", "map_bytes"})
+        for (const char* key : {"scene",
+                                "frame",
+                                "method",
+                                "model",
+                                "parameters",
+                                "time_ms",
+                                "time_ms_min",
+                                "time_ms_max",
+                                "stages_ms",
+                                "pair_count",
+                                "occluded_count",
+                                "false_shadow_count",
+                                "false_light_count",
+                                "unexplained_false_shadow_count",
+                                "unexplained_false_light_count",
+                                "acne_count",
+                                "contact_count",
+                                "null_rate",
+                                "mean_abs_visibility_error",
+                                "rmse",
+                                "flip",
+                                "traced_light_count",
+                                "mapped_light_count",
+                                "page_count",
+                                "texel_count",
+                                "triangle_draw_count",
+                                "ray_count",
+                                "dag_bytes",
+                                "map_bytes"})
             EXPECT_TRUE(run.contains(key)) << run["label"] << " " << key;
     const std::string html = readText(report + "/index.html");
     for (const std::string& name : filesBelow(report + "/charts"))
@@ -82,7 +108,8 @@ TEST(Compare, OneAndTwoThreadsAgreeInAllButTimes) {
     for (int i = 0; i < 2; ++i) {
         const std::string report = directory / ("report" + std::to_string(i));
         Arguments arguments = tinyCompare(report);
-        arguments.insert(arguments.end(), {"--threads", std::to_string(i + 1), "--no-oracle"}); // an oracle routes by times
+        arguments.insert(arguments.end(), {"--threads", std::to_string(i + 1),
+                                           "--no-oracle"}); // an oracle routes by times
         const ProgramResult result = runShadowdag(directory, arguments);
         ASSERT_EQ(result.status, 0) << result.err;
         results[i] = withoutTimes(Json::parse(readText(report + "/results.json")));
@@ -152,7 +179,8 @@ TEST(Compare, AnInterruptEndsWithTheSignalAndNothingHalf) {
     EXPECT_FALSE(std::filesystem::exists(report + "/results.json"));
     EXPECT_EQ(readText(directory / "out"), "");
     for (const std::string& name : filesBelow(report))
-        EXPECT_TRUE(name == "partial/journal.json" || name.ends_with(".png")) << name << " is left over";
+        EXPECT_TRUE(name == "partial/journal.json" || name.ends_with(".png"))
+            << name << " is left over";
 }
 
 } // namespace shadowdag

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The built program as scripts meet it: help, exit statuses, messages, one JSON object on standard output.
+// The built program as scripts meet it: help, exit statuses, messages, one JSON object on standard
+// output.
 #include "tests/tools/program_runner.h"
 
 #include <gmock/gmock.h>
@@ -31,7 +32,8 @@ TEST(Program, EverySubcommandHasHelp) {
     const ProgramResult root = runShadowdag(directory, {"--help"});
     EXPECT_EQ(root.status, 0);
     EXPECT_THAT(root.out, HasSubstr("Exit status"));
-    for (const char* command : {"scene", "voxelize", "info", "render", "validate", "compare", "bench"}) {
+    for (const char* command :
+         {"scene", "voxelize", "info", "render", "validate", "compare", "bench"}) {
         const ProgramResult result = runShadowdag(directory, {command, "--help"});
         EXPECT_EQ(result.status, 0) << command;
         EXPECT_THAT(root.out, HasSubstr(command));
@@ -44,7 +46,8 @@ TEST(Program, EverySubcommandHasHelp) {
 
 TEST(Program, LaterCommandsAreNotPretended) {
     const TemporaryDirectory directory;
-    for (const char* command : {"merge", "export", "import", "calibrate", "fit", "diff", "rays", "view"})
+    for (const char* command :
+         {"merge", "export", "import", "calibrate", "fit", "diff", "rays", "view"})
         EXPECT_EQ(runShadowdag(directory, {command}).status, 1) << command;
 }
 
@@ -56,10 +59,12 @@ struct Wrong {
 
 TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
     const TemporaryDirectory directory;
-    const std::string exr = directory / "a.exr", dag = directory / "a.svdag", dir = directory / "report";
+    const std::string exr = directory / "a.exr", dag = directory / "a.svdag",
+                      dir = directory / "report";
     writeText(directory / "broken.glb", "this is no glTF");
     writeText(directory / "broken.svdag", "this is no asset");
-    writeText(directory / "experiment.json", "{\"scenes\": [\"builtin:atrium\"], \"sise\": \"1x1\"}");
+    writeText(directory / "experiment.json",
+              "{\"scenes\": [\"builtin:atrium\"], \"sise\": \"1x1\"}");
     const std::vector<Wrong> cases = {
         {{}, 1, "subcommand"},
         {{"rendr"}, 1, "rendr"},
@@ -70,23 +75,31 @@ TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
         {{"render", kScene, "-o", exr, "--resolution", "1000"}, 1, "the nearest are 512 and 1024"},
         {{"render", kScene, "-o", exr, "--resolution", "512,1024"}, 1, "takes one value"},
         {{"render", kScene, "-o", exr, "--method", "magic"}, 1, "--method 'magic'"},
-        {{"render", kScene, "-o", exr, "--method", "dag", "--model", "oracle"}, 1, "--model is for"},
+        {{"render", kScene, "-o", exr, "--method", "dag", "--model", "oracle"},
+         1,
+         "--model is for"},
         {{"render", kScene, "-o", exr, "--method", "maps", "--lod", "1"}, 1, "--lod is for"},
         {{"render", kScene, "-o", exr, "--method", "dag", "--taps", "1"}, 1, "--taps is for"},
         {{"render", kScene, "-o", exr, "--model", "texel:96"}, 1, "texel:96"},
         {{"render", kScene, "-o", exr, "--costs", "c.json"}, 1, "--costs"},
         {{"render", kScene, "-o", exr, "--taps", "4"}, 1, "--taps '4'"},
         {{"render", kScene, "-o", exr, "--pool", "12Q"}, 1, "--pool '12Q'"},
-        {{"render", kScene, "-o", exr, "--time", "1", "--frames", "0:1"}, 1, "--time and --frames contradict"},
-        {{"render", kScene, "-o", exr, "--voxels", dag, "--resolution", "64"}, 1, "--voxels and --resolution"},
+        {{"render", kScene, "-o", exr, "--time", "1", "--frames", "0:1"},
+         1,
+         "--time and --frames contradict"},
+        {{"render", kScene, "-o", exr, "--voxels", dag, "--resolution", "64"},
+         1,
+         "--voxels and --resolution"},
         {{"render", kScene, "-o", exr, "--voxels", directory / "none.svdag"}, 2, "none.svdag"},
         {{"render", kScene, "-o", exr, "--voxels", directory / "broken.svdag"}, 2, "broken.svdag"},
         {{"render", kScene, "-o", exr, "--threads", "-3"}, 1, "--threads '-3'"},
         {{"render", kScene, "-o", exr, "--backend", "gpu"}, 1, "gpu"},
         {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3"} + kSmall, 1, "six numbers"},
-        {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3,1,2,3"} + kSmall, 1, "same point"},
-        {Arguments{"render", kScene, "-o", exr, "--camera", "nobody", "--method", "maps", "--size", "32x18"}, 1,
-         "no camera of that name"},
+        {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3,1,2,3"} + kSmall, 1,
+         "same point"},
+        {Arguments{"render", kScene, "-o", exr, "--camera", "nobody", "--method", "maps", "--size",
+                   "32x18"},
+         1, "no camera of that name"},
         {{"render", kScene, "-o", directory / "a.jpg"}, 1, ".exr or .png"},
         {{"render", kScene, "-o", directory / "a.png", "--per-light"}, 1, "--per-light"},
         {{"render", kScene, "-o", directory / "missing/a.exr"}, 3, "there is no directory"},
@@ -110,9 +123,15 @@ TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
         {{"compare", kScene, "-o", dir, "--thresholds", "0,-1"}, 1, "'-1'"},
         {{"compare", kScene, "-o", dir, "--repeats", "0"}, 1, "--repeats '0'"},
         {{"compare", kScene, "-o", dir, "--experiment", directory / "none.json"}, 2, "none.json"},
-        {{"compare", "-o", dir, "--experiment", directory / "experiment.json"}, 2, "unknown key \"sise\""},
-        {{"compare", "-o", dir, "--experiment", directory / "experiment.json", "--size", "1x1"}, 1, "contradict"},
-        {{"compare", kScene, "-o", exr + "/x", "--no-charts", "--costs", directory / "none.json"}, 2, "none.json"},
+        {{"compare", "-o", dir, "--experiment", directory / "experiment.json"},
+         2,
+         "unknown key \"sise\""},
+        {{"compare", "-o", dir, "--experiment", directory / "experiment.json", "--size", "1x1"},
+         1,
+         "contradict"},
+        {{"compare", kScene, "-o", exr + "/x", "--no-charts", "--costs", directory / "none.json"},
+         2,
+         "none.json"},
         {{"bench", "nothing"}, 1, "there are voxel, raster"},
         {{"bench", "voxel", "--backend", "cuda"}, 1, "drop --backend cuda"},
     };
@@ -144,31 +163,35 @@ TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
     const std::string dag = directory / "a.svdag";
     ProgramResult result = runShadowdag(directory, {"info", kScene, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
-    for (const char* key : {"triangle_count", "bounds_min", "bounds_max", "light_count", "camera_count"})
+    for (const char* key :
+         {"triangle_count", "bounds_min", "bounds_max", "light_count", "camera_count"})
         EXPECT_TRUE(result.json().contains(key)) << key;
 
     result = runShadowdag(directory, {"scene", "--list", "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_GE(result.json()["scenes"].size(), 3u);
 
-    result = runShadowdag(directory, {"voxelize", kScene, "-o", dag, "--resolution", "64", "--json"});
+    result =
+        runShadowdag(directory, {"voxelize", kScene, "-o", dag, "--resolution", "64", "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
-    for (const char* key : {"resolution", "voxel_count", "node_counts", "leaf_count", "asset_bytes", "traced_bytes",
-                            "wall_s", "cpu_s", "peak_rss_bytes"})
+    for (const char* key : {"resolution", "voxel_count", "node_counts", "leaf_count", "asset_bytes",
+                            "traced_bytes", "wall_s", "cpu_s", "peak_rss_bytes"})
         EXPECT_TRUE(result.json().contains(key)) << key;
     const Json built = result.json();
     result = runShadowdag(directory, {"info", dag, "--verify", "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
-    for (const char* key : {"resolution", "voxel_count", "node_counts", "leaf_count", "asset_bytes", "traced_bytes"})
+    for (const char* key :
+         {"resolution", "voxel_count", "node_counts", "leaf_count", "asset_bytes", "traced_bytes"})
         EXPECT_EQ(result.json()[key], built[key]) << key;
     EXPECT_EQ(built["asset_bytes"], std::filesystem::file_size(dag));
 
-    result = runShadowdag(directory, {"validate", kScene, "--size", "32x18", "--voxels", dag, "--json", "-o",
-                                      directory / "errors"});
+    result = runShadowdag(directory, {"validate", kScene, "--size", "32x18", "--voxels", dag,
+                                      "--json", "-o", directory / "errors"});
     ASSERT_EQ(result.status, 0) << result.err;
-    for (const char* key : {"pair_count", "occluded_count", "false_shadow_count", "false_light_count",
-                            "unexplained_false_shadow_count", "unexplained_false_light_count", "acne_count",
-                            "contact_count", "null_rate"})
+    for (const char* key :
+         {"pair_count", "occluded_count", "false_shadow_count", "false_light_count",
+          "unexplained_false_shadow_count", "unexplained_false_light_count", "acne_count",
+          "contact_count", "null_rate"})
         EXPECT_TRUE(result.json().contains(key)) << key;
     uint64_t sum = 0;
     const Json validated = result.json();
@@ -181,15 +204,18 @@ TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
 TEST(Program, RenderWritesNumberedFramesOfEveryMethod) {
     const TemporaryDirectory directory;
     for (const char* method : {"embree", "dag", "maps", "hybrid"}) {
-        Arguments arguments = {"render",   kScene, "--method", method, "-o", directory / (std::string(method) + ".exr"),
-                               "--frames", "0:1",  "--truth",  "--json", "--size", "32x18"};
+        Arguments arguments = {"render",   kScene,   "--method",
+                               method,     "-o",     directory / (std::string(method) + ".exr"),
+                               "--frames", "0:1",    "--truth",
+                               "--json",   "--size", "32x18"};
         if (std::string(method) == "dag" || std::string(method) == "hybrid")
             arguments = arguments + Arguments{"--resolution", "64"};
         const ProgramResult result = runShadowdag(directory, arguments);
         ASSERT_EQ(result.status, 0) << result.err;
         EXPECT_EQ(result.json()["frames"].size(), 2u);
         for (const char* number : {".0000.exr", ".0001.exr"})
-            EXPECT_TRUE(std::filesystem::exists(directory / (std::string(method) + number))) << method;
+            EXPECT_TRUE(std::filesystem::exists(directory / (std::string(method) + number)))
+                << method;
     }
 }
 
@@ -203,8 +229,10 @@ TEST(Program, AnAssetOfAnotherSceneIsRefusedUnlessAllowed) {
             other = "builtin:" + scene["name"].get<std::string>();
     if (other.empty())
         GTEST_SKIP() << "no failure scene in this build";
-    ASSERT_EQ(runShadowdag(directory, {"voxelize", other, "-o", dag, "--resolution", "16"}).status, 0);
-    const Arguments render = {"render", kScene, "-o", directory / "a.png", "--size", "8x8", "--voxels", dag};
+    ASSERT_EQ(runShadowdag(directory, {"voxelize", other, "-o", dag, "--resolution", "16"}).status,
+              0);
+    const Arguments render = {"render", kScene, "-o",       directory / "a.png",
+                              "--size", "8x8",  "--voxels", dag};
     const ProgramResult refused = runShadowdag(directory, render);
     EXPECT_EQ(refused.status, 2);
     EXPECT_THAT(refused.err, HasSubstr("--allow-stale"));

@@ -91,8 +91,7 @@ TEST(ShadowSegment, OffsetIsTight) {
             const glm::vec3 aside =
                 glm::cross(r.normal, glm::vec3(spread(random), spread(random), spread(random)));
             const glm::vec3 light = p + aside + 1e-3f * r.normal;
-            shadowed +=
-                occluded(r.dag.view(), shadowSegment(r.grid, p, r.normal, light, 0.9f, 0));
+            shadowed += occluded(r.dag.view(), shadowSegment(r.grid, p, r.normal, light, 0.9f, 0));
         }
     }
     EXPECT_GT(shadowed, 0);

@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writes the tables of measured claims into README.md from the result files that are committed as data.
+
+usage: claims.py README RESULTS_FOLDER [--check]
+
+Reads every `compare-*.json` (results.json of `shadowdag compare`) and `bench-*.json` (`shadowdag bench voxel --json`)
+of the folder and replaces what stands between the two marker lines of README. With --check nothing is written and the
+exit status is 1 when README differs from what would be written.
+"""
+import json
+import pathlib
+import sys
+
+BEGIN, END = "<!-- claims:begin -->", "<!-- claims:end -->"
+
+
+def commandOf(result):
+    """Returns the command that makes a compare result again."""
+    scenes = result["experiment"].get("scenes", [])
+    name = pathlib.Path(result["experiment"].get("file", "EXPERIMENT.json")).name
+    return "shadowdag compare --experiment scenes/experiments/" + name + ("" if scenes else " SCENE")
+
+
+def machineOf(provenance):
+    return "{cpu}, {thread_count} threads, {compiler}, commit {commit}".format(**provenance)
+
+
+def compareTable(path, command):
+    """Returns the lines of one compare result: a row a run."""
+    result = json.loads(path.read_text())
+    lines = []
+    for scene in dict.fromkeys((run["scene"], run["frame"]) for run in result["runs"]):
+        runs = [run for run in result["runs"] if (run["scene"], run["frame"]) == scene]
+        pairs = runs[0]["pair_count"]
+        lines += ["", "**{}, frame {}: {:,} pairs, {:.1f} % of them dark.** `{}` ({})".format(
+            scene[0].removeprefix("builtin:"), scene[1], pairs, 100.0 * runs[0]["occluded_count"] / pairs, command,
+            machineOf(result["provenance"])).replace(",", " ", 0), "",
+            "| run | ms, median (min to max) | false shadow | false light | mean error | unexplained | acne | MiB |",
+            "|---|---:|---:|---:|---:|---:|---:|---:|"]
+        for run in runs:
+            unexplained = run["unexplained_false_shadow_count"] + run["unexplained_false_light_count"]
+            lines.append("| {} | {:.0f} ({:.0f} to {:.0f}) | {:.2f} % | {:.2f} % | {:.4f} | {} | {} | {:.1f} |".format(
+                run["label"], run["time_ms"], run["time_ms_min"], run["time_ms_max"],
+                100.0 * run["false_shadow_count"] / pairs, 100.0 * run["false_light_count"] / pairs,
+                run["mean_abs_visibility_error"], unexplained, run["acne_count"],
+                (run["dag_bytes"] + run["map_bytes"]) / 2.0**20))
+    return lines
+
+
+def claims(folder):
+    """Returns everything between the markers."""
+    lines = []
+    for path in sorted(folder.glob("compare-*.json")):
+        experiment = path.stem.removeprefix("compare-")
+        command = "shadowdag compare --experiment scenes/experiments/{}.json -o report".format(experiment)
+        lines += compareTable(path, command)
+    for path in sorted(folder.glob("bench-voxel-*.json")):
+        lines += benchTable(path)
+    return "\n".join(lines) + "\n"
+
+
+def main(arguments):
+    names = [a for a in arguments if a != "--check"]
+    if len(names) != 2:
+        print(__doc__, file=sys.stderr)
+        return 1
+    readme, folder = pathlib.Path(names[0]), pathlib.Path(names[1])
+    text = readme.read_text()
+    if text.count(BEGIN) != 1 or text.count(END) != 1:
+        print(f"{readme}: needs exactly one line '{BEGIN}' and one '{END}'", file=sys.stderr)
+        return 1
+    head, rest = text.split(BEGIN)
+    updated = head + BEGIN + "\n" + claims(folder) + "\n" + END + rest.split(END)[1]
+    if "--check" in arguments:
+        if updated != text:
+            print(f"{readme}: its tables are not those of {folder}; run tools/claims.py {readme} {folder}", file=sys.stderr)
+            return 1
+        return 0
+    readme.write_text(updated)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
