@@ -15,13 +15,6 @@ import sys
 BEGIN, END = "<!-- claims:begin -->", "<!-- claims:end -->"
 
 
-def commandOf(result):
-    """Returns the command that makes a compare result again."""
-    scenes = result["experiment"].get("scenes", [])
-    name = pathlib.Path(result["experiment"].get("file", "EXPERIMENT.json")).name
-    return "shadowdag compare --experiment scenes/experiments/" + name + ("" if scenes else " SCENE")
-
-
 def machineOf(provenance):
     return "{cpu}, {thread_count} threads, {compiler}, commit {commit}".format(**provenance)
 
@@ -35,7 +28,7 @@ def compareTable(path, command):
         pairs = runs[0]["pair_count"]
         lines += ["", "**{}, frame {}: {:,} pairs, {:.1f} % of them dark.** `{}` ({})".format(
             scene[0].removeprefix("builtin:"), scene[1], pairs, 100.0 * runs[0]["occluded_count"] / pairs, command,
-            machineOf(result["provenance"])).replace(",", " ", 0), "",
+            machineOf(result["provenance"])), "",
             "| run | ms, median (min to max) | false shadow | false light | mean error | unexplained | acne | MiB |",
             "|---|---:|---:|---:|---:|---:|---:|---:|"]
         for run in runs:
@@ -45,6 +38,31 @@ def compareTable(path, command):
                 100.0 * run["false_shadow_count"] / pairs, 100.0 * run["false_light_count"] / pairs,
                 run["mean_abs_visibility_error"], unexplained, run["acne_count"],
                 (run["dag_bytes"] + run["map_bytes"]) / 2.0**20))
+    return lines
+
+
+def benchTable(path):
+    """Returns the lines of one bench: the build, then a row a tracer."""
+    result = json.loads(path.read_text())
+    build, checks, rays = result["voxelize"], result["checks"], result["ray_count"]
+    lights = " --lights {}".format(result["lights"]) if result["lights"] >= 0 else ""
+    lines = ["", "**{} at {}³: {:,} voxels in {:.1f} CPU-s ({:.1f} to {:.1f}), {:.2f} MiB as traced words, {:.3f} bit a "
+             "voxel.** `shadowdag bench voxel {} --resolution {}{} --nanovdb-limit 4096` ({})".format(
+                 result["scene"].removeprefix("builtin:"), result["resolution"], build["voxel_count"], build["cpu_s"],
+                 build["cpu_s_min"], build["cpu_s_max"], build["traced_bytes"] / 2.0**20,
+                 build["traced_bits_per_voxel"], result["scene"], result["resolution"], lights,
+                 machineOf(result["provenance"])), "",
+             "{:,} rays of a frame, cluster order, one thread; ours is dark where Embree is lit for {:.2f} % of them and "
+             "never lit where Embree is dark.".format(rays, 100.0 * checks["false_shadow_count"] / rays)
+             if checks["false_light_count"] == 0 else
+             "{:,} rays of a frame, cluster order, one thread; false shadow {:.2f} %, false light {} rays.".format(
+                 rays, 100.0 * checks["false_shadow_count"] / rays, checks["false_light_count"]), "",
+             "| tracer | M rays a second and core, median (min to max) | ours over it |", "|---|---:|---:|"]
+    for rate in result["rates"]:
+        if rate["order"] == "cluster" and rate["tracer"] != "traceSegments":
+            lines.append("| {} | {:.2f} ({:.2f} to {:.2f}) | {:.2f} |".format(
+                "voxel DAG (ours)" if rate["tracer"] == "occluded" else rate["tracer"], rate["megarays_per_s"],
+                rate["megarays_per_s_min"], rate["megarays_per_s_max"], rate["ours_over_it"]))
     return lines
 
 
