@@ -45,7 +45,7 @@ def benchTable(path):
     """Returns the lines of one bench: the build, then a row a tracer."""
     result = json.loads(path.read_text())
     build, checks, rays = result["voxelize"], result["checks"], result["ray_count"]
-    lights = " --lights {}".format(result["lights"]) if result["lights"] >= 0 else ""
+    lights = " --lights {}".format(result["lights"]) if result["lights"] else ""
     lines = ["", "**{} at {}³: {:,} voxels in {:.1f} CPU-s ({:.1f} to {:.1f}), {:.2f} MiB as traced words, {:.3f} bit a "
              "voxel.** `shadowdag bench voxel {} --resolution {}{} --nanovdb-limit 4096` ({})".format(
                  result["scene"].removeprefix("builtin:"), result["resolution"], build["voxel_count"], build["cpu_s"],
