@@ -151,6 +151,8 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         for (int corner = 0; corner < 3; ++corner)
             staticBounds_.add(positions_[triangles_[t][corner]]);
     updateBounds();
+    if (staticTriangles_.empty())
+        staticBounds_ = bounds_;
     if (options_.placedLightCount >= 0)
         placedLights_ = placeLights(*this, options_.placedLightCount, options_.seed);
     updateLightsAndCameras();
@@ -203,7 +205,7 @@ void World::placeVertices(const Instance& instance) {
 }
 
 void World::updateBounds() {
-    bounds_ = staticBounds_;
+    bounds_ = staticTriangles_.empty() ? Box{} : staticBounds_;
     for (const Instance& instance : instances_) {
         if (!instance.isMoving)
             continue;

@@ -78,9 +78,14 @@ public:
     const std::vector<Camera>& cameras() const { return cameras_; }
     /// Returns the bounds of all triangles at the current time.
     const Box& boundsWorld() const { return bounds_; }
+    /// Returns the bounds of staticTriangles(), the same at every time: what a voxel grid is laid
+    /// around. Where every instance moves, the bounds of all triangles at time 0.
+    const Box& staticBoundsWorld() const { return staticBounds_; }
 
-    /// Returns a 128-bit hash, 32 hex digits, of every triangle at time 0 of static instances: what
-    /// a voxel asset of this scene depends on.
+    /// Returns a 128-bit hash, 32 hex digits, of the corners of staticTriangles(), in order, as
+    /// their bits. Together with a resolution it names a voxel asset of this scene, provided that
+    /// its grid is laid around staticBoundsWorld(): boundsWorld() also follows what moves, which
+    /// the hash does not cover. Every scene without static triangles has the same hash.
     std::string geometryHash() const;
 
 private:
@@ -98,7 +103,7 @@ private:
     std::vector<const AnimationChannel*> channels_;   // one a (node, path)
     std::vector<glm::dmat4> worldFromNode_;           // nodeCount
     std::vector<Light> placedLights_;                 // replace the authored ones when asked for
-    Box staticBounds_;
+    Box staticBounds_; // of staticTriangles_; of all triangles at time 0 when there are none
     float timeSeconds_ = 0;
     std::vector<glm::vec3> positions_;
     std::vector<glm::uvec3> triangles_;

@@ -220,6 +220,36 @@ TEST(World, GeometryHashKnowsStaticTrianglesOnly) {
     EXPECT_NE(World(scene, {}).geometryHash(), hash);
 }
 
+TEST(World, StaticBoundsDoNotFollowMovers) {
+    Scene scene = triangles(2);
+    scene.animations.resize(1);
+    scene.animations[0].channels = {glide(1, {0, 0, 8})};
+    World world(scene, {});
+    const Box unit{{0, 0, 0}, {1, 1, 0}};
+    EXPECT_EQ(world.staticBoundsWorld(), unit);
+    world.setTime(1.0f);
+    EXPECT_EQ(world.boundsWorld(), (Box{{0, 0, 0}, {1, 1, 8}}));
+    EXPECT_EQ(world.staticBoundsWorld(), unit);
+    // Another mover leaves hash and bounds, and so the voxel asset, as they are.
+    const std::string hash = world.geometryHash();
+    scene.animations[0].channels = {glide(1, {5, 0, 0})};
+    scene.animations[0].channels[0].values[0].y = -3;
+    const World other(scene, {});
+    EXPECT_EQ(other.boundsWorld(), (Box{{0, -3, 0}, {1, 1, 0}}));
+    EXPECT_EQ(other.staticBoundsWorld(), unit);
+    EXPECT_EQ(other.geometryHash(), hash);
+}
+
+TEST(World, StaticBoundsOfASceneThatOnlyMovesAreThoseOfTimeZero) {
+    Scene scene = triangles(1);
+    scene.animations.resize(1);
+    scene.animations[0].channels = {glide(0, {0, 0, 8})};
+    World world(scene, {});
+    world.setTime(1.0f);
+    EXPECT_EQ(world.boundsWorld(), (Box{{0, 0, 8}, {1, 1, 8}}));
+    EXPECT_EQ(world.staticBoundsWorld(), (Box{{0, 0, 0}, {1, 1, 0}}));
+}
+
 TEST(World, BadScenesHaveTheirMessages) {
     Scene scene = triangles(1);
     scene.roots.clear();
