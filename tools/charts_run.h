@@ -17,8 +17,10 @@ std::string findCharts();
 void drawCharts(const std::string& script, const std::string& resultsPath,
                 const std::string& directory);
 
-/// Runs a program to its end with standard output sent to standard error; returns its exit status,
-/// 127 when it cannot be started.
+/// Runs a program to its end, with nothing to read; returns its exit status, 128 + the signal that
+/// ended it, or 127 when it cannot be started.
+/// @param errorText receives what it said on standard output and standard error, in the order it
+/// said it; null throws that away
 int runProgram(const std::vector<std::string>& arguments, std::string* errorText = nullptr);
 
 /// Returns the directory of the running program.
