@@ -5,6 +5,7 @@
 #include "cuda/backend.h"
 
 #include <chrono>
+#include <exception>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,15 +37,23 @@ struct StageTimes {
 void synchronize(Backend backend);
 
 /// Adds the time from construction to destruction to `times` under `stage`, synchronizing at both.
+/// The destructor throws what synchronizing throws: work queued within the stage failed. While
+/// another exception passes, it neither synchronizes nor adds a time.
 class StageTimer {
 public:
-    StageTimer(Backend backend, StageTimes& times, std::string stage)
-        : backend_(backend), times_(times), stage_(std::move(stage)) {
-        synchronize(backend_);
+    /// @param wait what is called to synchronize; tests make it fail
+    StageTimer(Backend backend, StageTimes& times, std::string stage,
+               void (*wait)(Backend) = synchronize)
+        : backend_(backend), times_(times), stage_(std::move(stage)), wait_(wait),
+          exceptionCount_(std::uncaught_exceptions()) {
+        wait_(backend_);
         start_ = std::chrono::steady_clock::now();
     }
-    ~StageTimer() {
-        synchronize(backend_);
+    // A destructor that is implicitly noexcept would turn a failed kernel into std::terminate.
+    ~StageTimer() noexcept(false) {
+        if (std::uncaught_exceptions() > exceptionCount_)
+            return;
+        wait_(backend_);
         times_.add(stage_, std::chrono::duration<double, std::milli>(
                                std::chrono::steady_clock::now() - start_)
                                .count());
@@ -56,6 +65,8 @@ private:
     Backend backend_;
     StageTimes& times_;
     std::string stage_;
+    void (*wait_)(Backend);
+    int exceptionCount_; // in flight at construction
     std::chrono::steady_clock::time_point start_;
 };
 
