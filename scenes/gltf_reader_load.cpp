@@ -42,7 +42,7 @@ constexpr std::array kSupportedExtensions = {
     "KHR_mesh_quantization",
 };
 
-template <class List> bool contains(const List& list, const std::string& name) {
+template <class List, class Name> bool contains(const List& list, const Name& name) {
     return std::find(list.begin(), list.end(), name) != list.end();
 }
 
@@ -60,10 +60,20 @@ struct FileAccess {
     uint64_t bytes = 0;
 };
 
+// Returns whether a path below the base folder, as tinygltf joins them, leads out of it: the URI
+// was absolute or climbs.
+bool leadsOut(const FileAccess& access, const std::string& path) {
+    const std::string& base = access.baseFolder;
+    const std::string uri = path.substr(base.size() + (base.back() == '/' ? 0 : 1));
+    const std::filesystem::path relative(uri);
+    return relative.is_absolute() || contains(relative, std::filesystem::path(".."));
+}
+
 bool bufferExists(const std::string& path, void* userData) {
     // tinygltf also looks into the working folder; what is found there would be another file by
     // chance.
-    const std::string& base = static_cast<FileAccess*>(userData)->baseFolder;
+    const FileAccess& access = *static_cast<FileAccess*>(userData);
+    const std::string& base = access.baseFolder;
     if (path.rfind(base.back() == '/' ? base : base + "/", 0) != 0)
         return false;
     // Images are asked for through the same callback and are not needed: "not found" is only a
@@ -72,6 +82,8 @@ bool bufferExists(const std::string& path, void* userData) {
                                            ".dds", ".avif", ".gif",  ".bmp",  ".basis", ".tga"};
     if (contains(kImages, lowerCaseExtension(path)))
         return false;
+    if (leadsOut(access, path))
+        return true; // readBuffer then says why it is refused
     std::error_code ignored;
     return std::filesystem::is_regular_file(path, ignored);
 }
@@ -83,6 +95,10 @@ std::string sameFilePath(const std::string& path, void*) {
 bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::string& path,
                 void* userData) {
     FileAccess& access = *static_cast<FileAccess*>(userData);
+    if (leadsOut(access, path)) {
+        *error = "is outside the file's folder; put the buffer beside the file";
+        return false;
+    }
     if (++access.readCounts[path] > kMaxReadsOfOneFile) {
         *error = "named by more than " + std::to_string(kMaxReadsOfOneFile) + " buffers";
         return false;

@@ -262,6 +262,20 @@ TEST(Gltf, LightsAndCamerasAreRead) {
     EXPECT_THAT(scene.warnings, testing::Contains(HasSubstr("1 orthographic")));
 }
 
+TEST(Gltf, BuffersOutsideTheFilesFolderAreRefused) {
+    for (const char* uri : {"../a.bin", "b/../../a.bin", "%2e%2e/a.bin", "/etc/passwd"}) {
+        SCOPED_TRACE(uri);
+        GltfParts parts = triangleFile();
+        parts.set("buffers", "[{\"byteLength\":44,\"uri\":\"" + std::string(uri) + "\"}]");
+        try {
+            readParts(parts);
+            ADD_FAILURE();
+        } catch (const Error& error) {
+            EXPECT_THAT(error.what(), HasSubstr("is outside the file's folder"));
+        }
+    }
+}
+
 TEST(Gltf, WhatIsIgnoredIsCountedInWarnings) {
     GltfParts parts = triangleFile();
     parts
