@@ -14,6 +14,9 @@ namespace shadowdag {
 constexpr uint32_t kTileSizeLog2 = 5;
 constexpr uint32_t kTileSize = 1u << kTileSizeLog2; ///< pixels a side
 
+/// More cells are refused: their tables take 4 bytes a cell each, and a cell's number is 32 bits.
+constexpr uint64_t kMaxCellCount = 1ull << 28;
+
 /// Slice k holds the depths [sliceStart[k], sliceStart[k + 1]), half open; the last slice also
 /// holds all beyond it. sliceStart: sliceCount floats, ascending; sliceStart[0] is the near plane.
 struct ClusterGridView {
@@ -53,7 +56,8 @@ struct ClusterGridView {
 
 /// Returns the slice starts of a view: each slice is deeper than the one before by the factor that
 /// makes a cell as deep as its tile is high, z[k + 1] = z[k] * (1 + kTileSize * pixelSize),
-/// multiplied up in double, rounded once.
+/// multiplied up in double, rounded once. Throws Error kResource when the grid would have more than
+/// kMaxCellCount cells.
 std::vector<float> makeSliceTable(const ViewRays& view);
 
 /// Returns the grid of a view over a slice table, which must outlive it.

@@ -31,9 +31,9 @@ ViewRays makeViewRays(const Camera& camera, uint32_t width, uint32_t height) {
     check(camera.znear > 0.0f && camera.znear < camera.zfar && std::isfinite(camera.zfar),
           "camera planes " + std::to_string(camera.znear) + " to " + std::to_string(camera.zfar) +
               " m; use 0 < near < far");
-    check(camera.yfov > 0.0f && camera.yfov < 3.1f, "camera field of view " +
-                                                        std::to_string(camera.yfov) +
-                                                        " rad; use more than 0 and less than 3.1");
+    check(camera.yfov >= kMinFieldOfView && camera.yfov < 3.1f,
+          "camera field of view " + std::to_string(camera.yfov) +
+              " rad; use 0.001 to less than 3.1");
 
     ViewRays rays;
     rays.origin = camera.positionWorld;

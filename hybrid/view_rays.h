@@ -28,7 +28,8 @@ struct ViewRays {
 
 /// Returns the rays of a camera for an image of width x height pixels. Throws Error kUsage for an
 /// empty image, one of more than 16384 pixels a side, or a camera that is not a finite perspective
-/// one with 0 < znear < zfar.
+/// one with 0 < znear < zfar and
+/// kMinFieldOfView <= yfov < 3.1.
 ViewRays makeViewRays(const Camera& camera, uint32_t width, uint32_t height);
 
 } // namespace shadowdag

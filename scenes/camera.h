@@ -8,13 +8,17 @@
 
 namespace shadowdag {
 
+/// The least field of view: the slices of the cluster grid (hybrid/cluster_grid.h) multiply as it
+/// narrows, and a tenth of a degree is a telescope's already.
+constexpr float kMinFieldOfView = 1e-3f;
+
 /// A pinhole camera in world space. Right-handed, looks along `forward`; y up. Pixel (0, 0) is the
 /// top left; a pixel's sample lies at its centre.
 struct Camera {
     glm::vec3 positionWorld{0.0f};
     glm::vec3 forward{0, 0, -1}; ///< unit
     glm::vec3 up{0, 1, 0};       ///< unit, orthogonal to forward
-    float yfov = 0.9f;           ///< vertical field of view, radians
+    float yfov = 0.9f;           ///< vertical field of view, radians, >= kMinFieldOfView
     float znear = 0.05f;         ///< metres, > 0; first cluster slice starts here
     float zfar = 1000.0f;        ///< metres; samples beyond are background
 

@@ -6,10 +6,12 @@
 #include "scenes/gltf_reader.h"
 
 #include "cuda/error.h"
+#include "scenes/camera.h"
 #include "scenes/gltf.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <limits>
 #include <new>
@@ -280,6 +282,13 @@ void SceneReader::readLights() {
     }
 }
 
+// std::to_string would show a tiny number as 0.
+std::string shortText(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", value);
+    return text;
+}
+
 void SceneReader::readCameras() {
     for (size_t i = 0; i < model().cameras.size(); ++i) {
         const tinygltf::Camera& source = model().cameras[i];
@@ -300,6 +309,11 @@ void SceneReader::readCameras() {
         if (!(camera.yfov > 0.0f && camera.yfov < 3.1415925f))
             fail(document_, place + "/yfov",
                  std::to_string(camera.yfov) + " is not within 0 and pi");
+        if (camera.yfov < kMinFieldOfView) {
+            scene_.warnings.push_back(place + "/yfov: " + shortText(source.perspective.yfov) +
+                                      " rad is widened to " + shortText(kMinFieldOfView) + ".");
+            camera.yfov = kMinFieldOfView;
+        }
         if (!(camera.znear > 0.0f))
             fail(document_, place + "/znear", std::to_string(camera.znear) + " is not above 0");
         if (camera.zfar == 0.0f)

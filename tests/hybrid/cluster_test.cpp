@@ -2,6 +2,7 @@
 // Clusters partition the samples, and their boxes hold them.
 #include "hybrid/cluster_pass.h"
 
+#include "cuda/error.h"
 #include "tests/hybrid/seen_soup.h"
 
 #include <gtest/gtest.h>
@@ -134,6 +135,26 @@ TEST(ClusterGrid, TilesAreHalfOpen) {
     const uint32_t cell = grid.cellOf(4, 7);
     EXPECT_EQ(grid.tileOfCell(cell), 4u);
     EXPECT_EQ(grid.sliceOfCell(cell), 7u);
+}
+
+TEST(Clusters, TinyFieldOfViewIsRefusedNotLooped) {
+    Camera camera = frontCamera();
+    for (const float yfov : {1e-17f, 1e-5f, 0.0f}) {
+        camera.yfov = yfov;
+        EXPECT_THROW(makeViewRays(camera, 64, 64), Error);
+    }
+    camera.yfov = kMinFieldOfView;
+    ViewRays view = makeViewRays(camera, 64, 64);
+    EXPECT_GT(makeSliceTable(view).size(), 1000u);
+    for (const double pixelSize : {1e-17, 1e-12, 0.0}) { // rays made by hand end as well
+        view.pixelSize = pixelSize;
+        try {
+            makeSliceTable(view);
+            FAIL();
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource);
+        }
+    }
 }
 
 } // namespace

@@ -262,6 +262,17 @@ TEST(Gltf, LightsAndCamerasAreRead) {
     EXPECT_THAT(scene.warnings, testing::Contains(HasSubstr("1 orthographic")));
 }
 
+TEST(Gltf, TinyFieldOfViewIsWidenedWithAWarning) {
+    GltfParts parts = triangleFile();
+    parts.set("cameras",
+              R"([{"type":"perspective","perspective":{"yfov":1e-17,"znear":0.5,"zfar":9}}])");
+    const Scene scene = readParts(parts);
+    ASSERT_EQ(scene.cameras.size(), 1u);
+    EXPECT_EQ(scene.cameras[0].yfov, kMinFieldOfView);
+    EXPECT_THAT(scene.warnings,
+                testing::Contains(HasSubstr("cameras/0/yfov: 1e-17 rad is widened to 0.001")));
+}
+
 TEST(Gltf, BuffersOutsideTheFilesFolderAreRefused) {
     for (const char* uri : {"../a.bin", "b/../../a.bin", "%2e%2e/a.bin", "/etc/passwd"}) {
         SCOPED_TRACE(uri);
