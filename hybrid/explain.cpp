@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/explain.h"
 
+#include "scenes/split_mix.h"
 #include "voxel/triangle_voxels.h"
 
 #include <algorithm>
@@ -13,15 +14,6 @@ namespace {
 
 constexpr double kSqrt2 = 1.4142135623730951;
 constexpr double kSqrt3 = 1.7320508075688772;
-
-/// SplitMix64, one step. Source: Steele, Lea, Flood, Fast Splittable Pseudorandom Number
-/// Generators, OOPSLA 2014.
-uint64_t mix(uint64_t x) {
-    x += 0x9e3779b97f4a7c15ull;
-    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
-    return x ^ (x >> 31);
-}
 
 /// Returns the side of a texel of the map, world units, at a point.
 double texelWorldAt(const ShadowMapInfo& map, const glm::vec3& pointWorld) {
@@ -63,7 +55,7 @@ std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed) {
     const auto times = [](const glm::dvec2& a, const glm::dvec2& b) {
         return glm::dvec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x);
     };
-    const double u = double(mix(seed) >> 11) * 0x1p-53; // tangent of half the angle
+    const double u = double(splitMix64(seed) >> 11) * 0x1p-53; // tangent of half the angle
     const glm::dvec2 turn = glm::dvec2(1 - u * u, 2 * u) / (1 + u * u);
     std::array<glm::dvec2, kShiftCount> shifts;
     glm::dvec2 inner = turn, rim = turn;

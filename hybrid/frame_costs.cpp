@@ -1,18 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Isolated costs: every map of a frame served alone, by each method.
+#include "cuda/statistics.h"
 #include "hybrid/frame_state.h"
-
-#include <algorithm>
 
 namespace shadowdag {
 
 namespace {
-
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    const size_t half = values.size() / 2;
-    return values.size() % 2 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
 
 // The clusters of one light alone, so that shading them costs nothing for the others.
 struct OneLight {

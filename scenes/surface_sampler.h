@@ -2,6 +2,7 @@
 // Seeded points of a scene's surface, for the placement of lights and cameras.
 #pragma once
 
+#include "scenes/split_mix.h"
 #include "scenes/world.h"
 
 #include <algorithm>
@@ -10,17 +11,15 @@
 
 namespace shadowdag {
 
-/// A sequence of numbers that is the same on every machine. Source: Steele, Lea, Flood, Fast
-/// Splittable Pseudorandom Number Generators, OOPSLA 2014 (SplitMix64).
+/// A sequence of numbers that is the same on every machine: SplitMix64.
 class PlacementRandom {
 public:
     explicit PlacementRandom(uint64_t seed) : state_(seed) {}
     /// Returns a double in [0, 1) with 53 random bits.
     double next() {
-        uint64_t z = (state_ += 0x9e3779b97f4a7c15u);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-        return double((z ^ (z >> 31)) >> 11) * 0x1p-53;
+        const uint64_t bits = splitMix64(state_);
+        state_ += kSplitMixGamma;
+        return double(bits >> 11) * 0x1p-53;
     }
 
 private:
