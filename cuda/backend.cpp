@@ -32,6 +32,14 @@ Backend chooseBackend(const std::string& name) {
     throw Error(ErrorKind::kDevice, "backend 'cuda' was asked for, but " + why);
 }
 
+std::string deviceName(Backend backend) {
+    return backend == Backend::kCuda ? device::name() : "";
+}
+
+std::string driverVersion(Backend backend) {
+    return backend == Backend::kCuda ? device::driverVersion() : "";
+}
+
 void throwBuiltWithoutCuda() {
     throw Error(ErrorKind::kDevice,
                 "a pass was asked to run on CUDA, but this program was built without it; configure "

@@ -23,6 +23,11 @@ Backend chooseBackend(const std::string& name);
 /// Returns whether this program contains the CUDA passes (not whether a device is present).
 bool builtWithCuda();
 
+/// Returns the name of the device that a backend uses and the CUDA version of its driver, as in
+/// "13.0"; empty for the CPU. Throws Error kDevice.
+std::string deviceName(Backend backend);
+std::string driverVersion(Backend backend);
+
 /// Limits the CPU backend to `count` threads for the rest of the process; 0 means all cores.
 /// Results never depend on it.
 void setThreadCount(int count);

@@ -11,6 +11,11 @@ namespace shadowdag::device {
 /// Returns whether a device answers; if not, `why` receives the reason with the driver's own words.
 bool isPresent(std::string& why);
 
+/// Returns the device's name and the CUDA version that its driver supports, as in "13.0". Throws
+/// Error kDevice.
+std::string name();
+std::string driverVersion();
+
 /// Returns `bytes` > 0 of device memory, or null when there is not enough. Throws Error kDevice for
 /// any other failure.
 void* allocate(size_t bytes);

@@ -13,6 +13,13 @@ bool isPresent(std::string& why) {
     return false;
 }
 
+std::string name() {
+    throwBuiltWithoutCuda();
+}
+std::string driverVersion() {
+    throwBuiltWithoutCuda();
+}
+
 void* allocate(size_t) {
     throwBuiltWithoutCuda();
 }

@@ -47,6 +47,20 @@ bool isPresent(std::string& why) {
     return true;
 }
 
+std::string name() {
+    int device = 0;
+    CUDA_CHECK(cudaGetDevice(&device));
+    cudaDeviceProp properties{};
+    CUDA_CHECK(cudaGetDeviceProperties(&properties, device));
+    return properties.name;
+}
+
+std::string driverVersion() {
+    int version = 0;
+    CUDA_CHECK(cudaDriverGetVersion(&version));
+    return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+}
+
 void* allocate(size_t bytes) {
     void* data = nullptr;
     const cudaError_t status =

@@ -39,10 +39,17 @@ std::string voxelSourceHash() {
 }
 
 Json buildProvenance(Backend backend) {
-    return {{"commit", programCommit()},       {"version", programVersion()},
-            {"preset", SDAG_PRESET},           {"build_type", SDAG_BUILD_TYPE},
-            {"compiler", SDAG_COMPILER},       {"flags", SDAG_FLAGS},
-            {"backend", backendName(backend)}, {"cpu", processorName()},
+    const auto orNull = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
+    return {{"commit", programCommit()},
+            {"version", programVersion()},
+            {"preset", SDAG_PRESET},
+            {"build_type", SDAG_BUILD_TYPE},
+            {"compiler", SDAG_COMPILER},
+            {"flags", SDAG_FLAGS},
+            {"backend", backendName(backend)},
+            {"cpu", processorName()},
+            {"device", orNull(deviceName(backend))},
+            {"driver", orNull(driverVersion(backend))},
             {"thread_count", threadCount()}};
 }
 

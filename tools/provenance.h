@@ -18,8 +18,8 @@ std::string programCommit();
 /// changed voxelizer never answers with an asset of the old one.
 std::string voxelSourceHash();
 
-/// Returns commit, version, preset, build type, compiler, flags, processor, device, backend and
-/// thread count as JSON.
+/// Returns commit, version, preset, build type, compiler, flags, processor, device and
+/// its driver's CUDA version (null on the CPU), backend and thread count as JSON.
 Json buildProvenance(Backend backend);
 
 /// Returns 16 hex digits of the 64-bit FNV-1a hash of a text.
