@@ -94,7 +94,7 @@ Dag measureVoxelizing(const World& world, const VoxelBenchOptions& options, cons
         const std::clock_t processorStart = std::clock();
         const auto start = std::chrono::steady_clock::now();
         dag = voxelize(world.triangles(), viewOf(world.staticTriangles()),
-                       gridAround(world.boundsWorld(), options.resolutionLog2),
+                       gridAround(world.staticBoundsWorld(), options.resolutionLog2),
                        console.progress("voxelize"));
         wall.push_back(
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());

@@ -76,6 +76,9 @@ void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
                      "Side of a page, a power of two from 16 to 256 [" + pageSize + "]");
     commandLine.text("--pool", pool, "BYTES",
                      "Budget of the page pool, whole MiB, as in 256M [256M]");
+    commandLine.text("--max-face", maxFace, "TEXELS",
+                     "The most texels across a face of a map, 16 to " +
+                         std::to_string(kMaxFaceTexels) + " [" + maxFace + "]");
     commandLine.text("--bias", bias, "B" + list, "Depth bias in texels [" + bias + "]");
     commandLine.text("--taps", taps, "1|9" + list,
                      "Taps of the percentage-closer filter [" + taps + "]");
@@ -149,6 +152,7 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
         throw Error(ErrorKind::kUsage,
                     "--pool '" + pool + "': must be whole MiB from 1M to 1024G, as in 256M");
     e.poolMib = uint32_t(poolBytes >> 20);
+    e.maxFaceTexels = uint32_t(parseInteger("--max-face", maxFace, 16, kMaxFaceTexels));
     e.bias = numbers("--bias", bias, 0, 100);
     e.taps.clear();
     for (const std::string& part : list("--taps", taps)) {

@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "tools/parse.h"
+#include "tools/provenance.h"
 
 #include <algorithm>
 #include <bit>
@@ -131,6 +132,14 @@ Json jsonFloats(const std::vector<float>& values) {
     return list;
 }
 
+/// Returns the text with '_' for all that a file name better lacks.
+std::string plainName(std::string text) {
+    for (char& c : text)
+        if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-')
+            c = '_';
+    return text;
+}
+
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 } // namespace
@@ -200,12 +209,19 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
         }
     }
     keys.texts("models", e.models);
+    for (const std::string& model : e.models)
+        try {
+            makeCostModel(model);
+        } catch (const Error& error) {
+            keys.refuse("models", model, std::string("is no cost model: ") + error.what());
+        }
     keys.numbers("undersample", e.undersample, 1, 1024);
     keys.numbers("page_size", e.pageTexels, 16, 256);
     for (const uint32_t texels : e.pageTexels)
         if (!std::has_single_bit(texels))
             keys.refuse("page_size", texels, "must hold powers of two from 16 to 256");
     keys.number("pool_mib", e.poolMib, 1, 1 << 20);
+    keys.number("max_face_texels", e.maxFaceTexels, 16, kMaxFaceTexels);
     keys.numbers("bias", e.bias, 0, 100);
     keys.numbers("taps", e.taps, 1, 9);
     for (const uint32_t taps : e.taps)
@@ -217,8 +233,6 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
     keys.number("warmups", e.warmups, 0, 1000);
     keys.number("error_seed", e.errorSeed, 0, 9e15);
     keys.finish();
-    for (const std::string& model : e.models)
-        makeCostModel(model); // throws for an unknown one
     return e;
 }
 
@@ -256,6 +270,7 @@ Json toJson(const Experiment& e) {
             {"undersample", jsonFloats(e.undersample)},
             {"page_size", jsonList(e.pageTexels)},
             {"pool_mib", e.poolMib},
+            {"max_face_texels", e.maxFaceTexels},
             {"bias", jsonFloats(e.bias)},
             {"taps", jsonList(e.taps)},
             {"offset", jsonFloats(e.offset)},
@@ -276,6 +291,7 @@ Json RunParameters::toJson() const {
         json["undersample"] = decimal(frame.undersample);
         json["page_size"] = frame.maps.pageTexels;
         json["pool_bytes"] = frame.maps.poolBytes;
+        json["max_face_texels"] = frame.maxFaceTexels;
         json["bias"] = decimal(frame.bias.constantTexels);
         json["taps"] = frame.bias.taps;
     }
@@ -311,12 +327,19 @@ std::string RunParameters::label() const {
     return text;
 }
 
+std::string fileSlug(const std::string& text) {
+    constexpr size_t kLongest = 60, kHashDigits = 8;
+    std::string name = plainName(text);
+    if (name == text && name.size() <= kLongest)
+        return name;
+    name.resize(std::min(name.size(), kLongest - kHashDigits - 1));
+    return name + "-" + textHash(text).substr(0, kHashDigits);
+}
+
 std::string RunParameters::slug() const {
-    std::string name = label();
-    for (char& c : name)
-        if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-')
-            c = '_';
-    return name;
+    // Only an expression can differ in nothing but what a file name cannot hold.
+    const std::string name = plainName(label());
+    return model.starts_with("expr:") || name.size() > 60 ? fileSlug(label()) : name;
 }
 
 std::vector<RunParameters>
@@ -334,6 +357,7 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
     base.width = e.width;
     base.height = e.height;
     base.maps.poolBytes = uint64_t(e.poolMib) << 20;
+    base.maxFaceTexels = e.maxFaceTexels;
     base.undersample = e.undersample[0];
     base.maps.pageTexels = e.pageTexels[0];
     base.bias.constantTexels = e.bias[0];

@@ -24,6 +24,7 @@
 //   "lod"              [0]           level of detail of rays: cells of 2^lod voxels
 //   "repeats"          5             timed runs of every configuration, interleaved
 //   "warmups"          1             runs before them that are not counted
+//   "max_face_texels"  2048          the most texels across a face of a map, 16 to 8192
 //   "error_seed"       1             of the shifted rays that explain errors
 #pragma once
 
@@ -53,6 +54,7 @@ struct Experiment {
     std::vector<float> undersample{1};
     std::vector<uint32_t> pageTexels{ShadowMapOptions{}.pageTexels};
     uint32_t poolMib = 256;
+    uint32_t maxFaceTexels = FrameOptions{}.maxFaceTexels;
     std::vector<float> bias{ShadowMapBias{}.constantTexels};
     std::vector<uint32_t> taps{ShadowMapBias{}.taps};
     std::vector<float> offset{FrameOptions{}.dagOffset};
@@ -81,9 +83,15 @@ struct RunParameters {
     Json toJson() const;
     /// Returns a short label, unique within an experiment: "hybrid texels:96 1024^3".
     std::string label() const;
-    /// Returns the label as a file name.
+    /// Returns the label as a file name, unique where labels are and short enough for any file
+    /// system.
     std::string slug() const;
 };
+
+/// Returns a text as (part of) a file name of letters, digits, '.', '-' and '_', at most 60
+/// characters. A text that does not survive that gets eight hex digits of its hash, so that unlike
+/// texts have unlike names.
+std::string fileSlug(const std::string& text);
 
 /// Reads an experiment file. Throws Error kInput naming the file, the key and the value.
 Experiment readExperiment(const std::string& path);

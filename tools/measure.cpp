@@ -9,7 +9,6 @@
 #include "tools/image_io.h"
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <memory>
 #include <stdexcept>
@@ -24,11 +23,9 @@ double median(std::vector<double> values) {
     return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
 }
 
-std::string fileName(std::string text) {
-    for (char& c : text)
-        if (!std::isalnum(static_cast<unsigned char>(c)) && c != '-')
-            c = '_';
-    return text;
+/// Returns a scene's name as part of a file name; no file that is read as a scene lacks a dot.
+std::string sceneSlug(const std::string& name) {
+    return name.starts_with("builtin:") ? "builtin_" + fileSlug(name.substr(8)) : fileSlug(name);
 }
 
 /// The times of one configuration, round by round.
@@ -70,8 +67,9 @@ public:
           dags_(dags), truth_(truth), context_(context),
           part_(scene.geometryHash + "/" + scene.name + "/" + std::to_string(frame) + "/") {}
 
-    void measure(bool withPictures, const std::function<void()>& step, SceneMeasurement& out) {
-        camera_ = chooseCamera(*scene_.world, experiment_.camera);
+    void measure(const Camera& camera, bool withPictures, const std::function<void()>& step,
+                 SceneMeasurement& out) {
+        camera_ = camera;
         withPictures_ = withPictures;
         if (!isDone())
             prepareTruth();
@@ -87,7 +85,7 @@ public:
 private:
     const Json* part(const std::string& name) const { return context_.journal->find(part_ + name); }
     std::string pictureBase() const {
-        return "images/" + fileName(scene_.name) + "_f" + std::to_string(frame_) + "_";
+        return "images/" + sceneSlug(scene_.name) + "_f" + std::to_string(frame_) + "_";
     }
 
     bool isDone() const {
@@ -386,6 +384,7 @@ SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags,
         if (context.progress)
             context.progress(double(stepsDone) / stepCount);
     };
+    FrameCamera camera(experiment.camera);
     for (const uint32_t frame : experiment.frames) {
         const float time = experiment.timeOfFrame(frame);
         if (time != scene.world->timeSeconds()) {
@@ -397,7 +396,7 @@ SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags,
         }
         FrameMeasurement measurement(scene, frame, experiment, runs, renderers, dags, truth,
                                      context);
-        measurement.measure(frame == experiment.frames.front(), step, out);
+        measurement.measure(camera.at(*scene.world), frame == experiment.frames.front(), step, out);
     }
     return out;
 }

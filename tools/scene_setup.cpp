@@ -10,6 +10,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -60,13 +61,29 @@ Camera cameraFromNumbers(const std::string& text, const std::vector<double>& num
 
 } // namespace
 
+std::vector<std::string> sceneNames(const std::vector<std::string>& arguments) {
+    std::vector<std::string> paths, names;
+    for (const std::string& argument : arguments) {
+        const fs::path path = fs::path(argument).lexically_normal();
+        const bool isBuiltin = argument.starts_with("builtin:");
+        paths.push_back(isBuiltin ? argument : path.string());
+        names.push_back(isBuiltin ? argument : path.filename().string());
+        if (std::count(paths.begin(), paths.end(), paths.back()) > 1)
+            throw Error(ErrorKind::kUsage,
+                        "SCENE '" + argument + "' is given twice; name each scene once");
+    }
+    std::vector<std::string> unique;
+    for (size_t i = 0; i < names.size(); ++i)
+        unique.push_back(std::count(names.begin(), names.end(), names[i]) > 1 ? paths[i]
+                                                                              : names[i]);
+    return unique;
+}
+
 LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, uint64_t lightSeed,
                               bool needsLights, const Console& console) {
     LoadedScene loaded;
     loaded.argument = sceneArgument;
-    loaded.name = sceneArgument.starts_with("builtin:")
-                      ? sceneArgument
-                      : fs::path(sceneArgument).filename().string();
+    loaded.name = sceneNames({sceneArgument}).front();
     loaded.scene = std::make_unique<Scene>(loadScene(sceneArgument));
     for (const std::string& warning : loaded.scene->warnings)
         console.note(loaded.name + ": warning: " + warning);
@@ -121,6 +138,19 @@ Camera chooseCamera(const World& world, const std::string& text) {
                                        known + ", or give px,py,pz,tx,ty,tz[,fovDegrees]");
 }
 
+Camera FrameCamera::at(const World& world) {
+    if (placed_)
+        return *placed_;
+    const Camera camera = chooseCamera(world, text_);
+    if (text_ == "auto" || (text_.empty() && world.cameras().empty()))
+        placed_ = camera;
+    return camera;
+}
+
+VoxelGrid sceneGrid(const World& world, uint32_t resolutionLog2) {
+    return gridAround(world.staticBoundsWorld(), resolutionLog2);
+}
+
 std::string cacheDirectory(const std::string& asked) {
     if (!asked.empty())
         return asked;
@@ -145,9 +175,10 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
     if (!directory.empty() && fs::exists(path, ignored)) {
         try {
             Asset asset = readAsset(path);
-            if (asset.provenance.sceneHash == scene.geometryHash)
+            if (asset.provenance.sceneHash == scene.geometryHash &&
+                asset.dag.grid == sceneGrid(*scene.world, resolutionLog2))
                 return std::move(asset.dag);
-            console.note("cache: " + path + " holds another scene; built anew");
+            console.note("cache: " + path + " holds another scene or grid; built anew");
         } catch (const Error& error) {
             console.note(std::string("cache: ") + error.what() + "; built anew");
         }
@@ -157,9 +188,8 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
     asset.provenance = assetProvenance(scene);
     const std::string what =
         "voxelize " + scene.name + " " + std::to_string(1u << resolutionLog2) + "^3";
-    asset.dag =
-        voxelize(scene.world->triangles(), viewOf(scene.world->staticTriangles()),
-                 gridAround(scene.world->boundsWorld(), resolutionLog2), console.progress(what));
+    asset.dag = voxelize(scene.world->triangles(), viewOf(scene.world->staticTriangles()),
+                         sceneGrid(*scene.world, resolutionLog2), console.progress(what));
     if (!directory.empty()) {
         try {
             fs::create_directories(directory, ignored);
@@ -174,10 +204,14 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
 Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStale,
                const Console& console) {
     Asset asset = readAsset(path);
-    if (asset.provenance.sceneHash != scene.geometryHash) {
-        const std::string text = path + ": was built from " + asset.provenance.sceneName +
-                                 " (hash " + asset.provenance.sceneHash + "), not from " +
-                                 scene.name + " as it is now (hash " + scene.geometryHash + ")";
+    std::string text;
+    if (asset.provenance.sceneHash != scene.geometryHash)
+        text = path + ": was built from " + asset.provenance.sceneName + " (hash " +
+               asset.provenance.sceneHash + "), not from " + scene.name + " as it is now (hash " +
+               scene.geometryHash + ")";
+    else if (!(asset.dag.grid == sceneGrid(*scene.world, asset.dag.grid.resolutionLog2)))
+        text = path + ": its grid is not the one around what never moves in " + scene.name;
+    if (!text.empty()) {
         if (!allowStale)
             throw Error(ErrorKind::kInput,
                         text + "; build it again with shadowdag voxelize, or pass --allow-stale");
@@ -190,8 +224,16 @@ std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t
                             const VoxelSource& source, const Console& console) {
     std::vector<Dag> dags;
     if (!source.assetPaths.empty()) {
-        for (const std::string& path : source.assetPaths)
+        for (const std::string& path : source.assetPaths) {
             dags.push_back(readDagFor(scene, path, source.allowStale, console));
+            for (size_t i = 0; i + 1 < dags.size(); ++i)
+                if (dags[i].grid.resolutionLog2 == dags.back().grid.resolutionLog2)
+                    throw Error(ErrorKind::kUsage,
+                                "--voxels '" + path + "': has the resolution of '" +
+                                    source.assetPaths[i] + "', " +
+                                    std::to_string(dags[i].grid.resolution()) +
+                                    ", by which runs are told apart; give one of them a compare");
+        }
         return dags;
     }
     for (const uint32_t log2 : resolutionLog2)

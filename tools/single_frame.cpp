@@ -42,7 +42,8 @@ void MethodOptions::check(const CommandLine& commandLine,
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " is for methods that trace voxels, not for '" +
                                                method + "'; drop it");
-    for (const char* option : {"--page-size", "--pool", "--bias", "--taps", "--undersample"})
+    for (const char* option :
+         {"--page-size", "--pool", "--max-face", "--bias", "--taps", "--undersample"})
         if (!usesMaps && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " is for methods that draw maps, not for '" +
@@ -60,7 +61,7 @@ std::unique_ptr<CostModel> MethodOptions::makeModel() const {
 SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
                            const Experiment& experiment, const MethodOptions& method,
                            bool wantsTruth, Backend backend, const Console& console)
-    : cameraText_(experiment.camera), method_(method), model_(method.makeModel()) {
+    : frameCamera_(experiment.camera), method_(method), model_(method.makeModel()) {
     if (!method.costs.empty())
         costs_ = readCosts(method.costs);
     scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true,
@@ -72,6 +73,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     frameOptions_.width = experiment.width;
     frameOptions_.height = experiment.height;
     frameOptions_.undersample = method.method == "embree" ? 1024.0f : experiment.undersample[0];
+    frameOptions_.maxFaceTexels = experiment.maxFaceTexels;
     frameOptions_.maps.pageTexels = experiment.pageTexels[0];
     frameOptions_.maps.poolBytes = uint64_t(experiment.poolMib) << 20;
     frameOptions_.maps.taps = frameOptions_.bias.taps = experiment.taps[0];
@@ -91,7 +93,7 @@ const FrameResult& SingleFrames::render(float timeSeconds, uint32_t frame) {
         if (truth_ && !moved.empty())
             truth_->update(*scene_.world);
     }
-    camera_ = chooseCamera(*scene_.world, cameraText_);
+    camera_ = frameCamera_.at(*scene_.world);
     if (model_->needsCosts()) {
         renderer_->reset();
         model_->setCosts(costs_ ? findCosts(*costs_, method_.costs, scene_.name, frame)

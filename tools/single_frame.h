@@ -55,7 +55,7 @@ public:
 
 private:
     LoadedScene scene_;
-    std::string cameraText_;
+    FrameCamera frameCamera_;
     Dag dag_;
     MethodOptions method_;
     FrameOptions frameOptions_;

@@ -48,8 +48,7 @@ void runVoxelize(const VoxelizeOptions& options) {
     Asset asset;
     asset.provenance = assetProvenance(scene);
     asset.dag = voxelize(scene.world->triangles(), viewOf(scene.world->staticTriangles()),
-                         gridAround(scene.world->boundsWorld(), log2),
-                         console.progress("voxelize " + scene.name));
+                         sceneGrid(*scene.world, log2), console.progress("voxelize " + scene.name));
     const double wall =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     rusage after{};
@@ -80,8 +79,8 @@ std::function<void()> declareVoxelize(CommandLine& commandLine) {
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
     commandLine.text(
         "--resolution", options->resolution, "N",
-        "Voxels an axis, a power of two from 4 to 131072; the cube is centred on the scene and as "
-        "long as its longest side [1024]");
+        "Voxels an axis, a power of two from 4 to 131072; the cube is centred on what never "
+        "moves and as long as its longest side [1024]");
     options->global.declare(commandLine);
     return [options] { runVoxelize(*options); };
 }

@@ -29,7 +29,7 @@ Setup& setup() {
 Dag dagAt(int64_t resolutionLog2) {
     const World& world = setup().world;
     return voxelize(world.triangles(), viewOf(world.staticTriangles()),
-                    gridAround(world.boundsWorld(), uint32_t(resolutionLog2)));
+                    gridAround(world.staticBoundsWorld(), uint32_t(resolutionLog2)));
 }
 
 void voxelizeAtrium(benchmark::State& state) {

@@ -55,17 +55,32 @@ TEST(Experiment, AnUnknownKeyIsRefusedByName) {
 
 TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
     const std::vector<std::pair<std::string, Json>> wrong = {
-        {"size", "0x0"},         {"size", 640},
-        {"frames", "5:1"},       {"fps", 0},
-        {"lights", -2},          {"lights", 1.5},
-        {"resolutions", {1000}}, {"resolutions", Json::array()},
-        {"resolutions", {8, 8}}, {"methods", {"magic"}},
-        {"thresholds", {"x"}},   {"thresholds", {-1}},
-        {"thresholds", 96},      {"undersample", {0.5}},
-        {"page_size", {48}},     {"pool_mib", 0},
-        {"taps", {4}},           {"repeats", 0},
-        {"lod", {18}},           {"title", 3},
-        {"scenes", "atrium"},    {"offset", {-1}},
+        {"size", "0x0"},
+        {"size", 640},
+        {"frames", "5:1"},
+        {"fps", 0},
+        {"lights", -2},
+        {"lights", 1.5},
+        {"resolutions", {1000}},
+        {"resolutions", Json::array()},
+        {"resolutions", {8, 8}},
+        {"methods", {"magic"}},
+        {"thresholds", {"x"}},
+        {"thresholds", {-1}},
+        {"thresholds", 96},
+        {"undersample", {0.5}},
+        {"page_size", {48}},
+        {"pool_mib", 0},
+        {"taps", {4}},
+        {"repeats", 0},
+        {"lod", {18}},
+        {"title", 3},
+        {"scenes", "atrium"},
+        {"offset", {-1}},
+        {"models", {"magic"}},
+        {"models", {"texels:96", "expr:texels+"}},
+        {"max_face_texels", 8193},
+        {"max_face_texels", 15},
         {"error_seed", -1}};
     for (const auto& [key, value] : wrong)
         EXPECT_THAT(inputMessage({{key, value}}), HasSubstr("\"" + key + "\"")) << value;
@@ -119,6 +134,29 @@ TEST(Configurations, LabelsAndFileNamesAreUnique) {
     }
     EXPECT_EQ(seen.size(), runs.size());
     EXPECT_EQ(files.size(), runs.size());
+}
+
+TEST(Configurations, ExpressionsThatDifferInSignsAloneHaveTheirOwnShortFiles) {
+    Experiment e;
+    e.models = {"expr:texels<50", "expr:texels>50", "expr:" + std::string(400, '1')};
+    e.models.push_back(e.models.back() + "1");
+    std::set<std::string> files;
+    const std::vector<RunParameters> runs = configurations(e, {1024}, 1);
+    for (const RunParameters& run : runs) {
+        files.insert(run.slug());
+        EXPECT_LE(run.slug().size(), 60u);
+    }
+    EXPECT_EQ(files.size(), runs.size());
+    EXPECT_EQ(runs[0].slug(), "embree");
+    EXPECT_EQ(fileSlug("scene.gltf"), "scene.gltf");
+    EXPECT_NE(fileSlug("a/scene.gltf"), fileSlug("a_scene.gltf"));
+}
+
+TEST(Configurations, TheLargestFaceIsTheExperiments) {
+    const Experiment e = experimentFromJson({{"max_face_texels", 8192}}, "x");
+    for (const RunParameters& run : configurations(e, {1024}, 1))
+        EXPECT_EQ(run.frame.maxFaceTexels, 8192u) << run.label();
+    EXPECT_EQ(toJson(e)["max_face_texels"], 8192);
 }
 
 TEST(Experiment, TheCommittedFilesAreValid) {
