@@ -5,6 +5,7 @@
 #include "tools/charts_run.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
+#include "tools/frame_json.h"
 #include "tools/measure.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
@@ -35,10 +36,11 @@ struct CompareOptions {
 
 /// Options that an experiment file fixes; what it leaves to the command line is not listed.
 constexpr const char* kFixedByExperiment[] = {
-    "--size",        "--camera",         "--frames",     "--fps",   "--lights",    "--seed",
-    "--resolution",  "--dag-resolution", "--thresholds", "--model", "--no-oracle", "--methods",
-    "--undersample", "--page-size",      "--pool",       "--bias",  "--taps",      "--offset",
-    "--lod",         "--repeats",        "--warmups",    "--title"};
+    "--size",      "--camera",     "--frames",         "--fps",        "--lights",
+    "--seed",      "--resolution", "--dag-resolution", "--thresholds", "--model",
+    "--no-oracle", "--methods",    "--undersample",    "--page-size",  "--pool",
+    "--max-face",  "--bias",       "--taps",           "--offset",     "--lod",
+    "--repeats",   "--warmups",    "--title"};
 
 Experiment experimentOf(const CompareOptions& options, const CommandLine& commandLine) {
     if (options.experiment.empty()) {
@@ -113,16 +115,82 @@ void printRuns(std::ostream& out, const Json& runs) {
             << 100 * run["false_light_count"].get<double>() / pairs << " %" << std::setw(12)
             << std::setprecision(5) << run["mean_abs_visibility_error"].get<double>()
             << std::setw(9) << std::setprecision(4) << run["flip"].get<double>() << "\n";
+        if (const std::string note = poolNote(run); !note.empty())
+            out << "    " << note << "\n";
     }
     out << std::defaultfloat;
 }
 
+/// What a compare leaves in its directory, in the order in which it is put there.
+constexpr const char* kReportParts[] = {"images",      "charts",         "results.json",
+                                        "results.csv", "lights.csv",     "costs.json",
+                                        "index.html",  "experiment.json"};
+
+/// Returns whether a file is JSON with these keys, as our own files are.
+bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
+    std::ifstream file(path, std::ios::binary);
+    const Json json = file ? Json::parse(file, nullptr, false) : Json();
+    return json.is_object() && std::all_of(keys.begin(), keys.end(),
+                                           [&](const char* key) { return json.contains(key); });
+}
+
+/// Throws Error kUsage when the directory holds anything of a report's names that no compare made.
+void refuseForeignFiles(const std::string& directory) {
+    std::error_code ignored;
+    if (holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
+        holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
+        return;
+    const auto refuse = [&](const std::string& name) {
+        throw Error(ErrorKind::kUsage, "-o '" + directory + "': holds " + name +
+                                           ", which no compare made and which a report would "
+                                           "replace; name an empty or a new directory");
+    };
+    for (const char* name : kReportParts)
+        if (fs::exists(directory + "/" + name, ignored))
+            refuse(name);
+    if (fs::exists(directory + "/partial", ignored))
+        for (const auto& entry : fs::recursive_directory_iterator(directory + "/partial", ignored))
+            if (!entry.is_directory(ignored))
+                refuse("partial");
+}
+
+void moveFile(const std::string& from, const std::string& to) {
+    std::error_code failed;
+    fs::rename(from, to, failed);
+    if (failed)
+        throw Error(ErrorKind::kResource,
+                    from + ": cannot be moved to " + to + ": " + failed.message());
+}
+
+/// Puts the older report back where a swap was left half done. What was new goes back to `partial`.
+void undoSwap(const std::string& directory) {
+    const std::string partial = directory + "/partial", old = partial + "/old";
+    if (!fs::exists(old))
+        return;
+    for (const char* name : kReportParts) {
+        const std::string target = directory + "/" + name, fresh = partial + "/" + name;
+        const bool wasThere = fs::exists(old + "/" + name);
+        // Without charts nothing was put where they would be.
+        const bool isFresh = wasThere || (!fs::exists(fresh) && std::string(name) != "charts");
+        if (isFresh && fs::exists(target))
+            moveFile(target, fresh);
+        if (wasThere)
+            moveFile(old + "/" + name, target);
+    }
+    fs::remove_all(old);
+}
+
 /// Makes the directory and proves that it can be written to, before any work. Everything unfinished
-/// lives in its folder `partial`, so that a compare that dies harms no older report.
-void prepareDirectory(const std::string& directory) {
+/// lives in its folder `partial`, so that a compare that dies harms no older report; unless it is
+/// resumed, that folder is emptied.
+void prepareDirectory(const std::string& directory, bool resume) {
     std::error_code failed;
     if (fs::exists(directory) && !fs::is_directory(directory))
         throw Error(ErrorKind::kResource, directory + ": is a file; give the name of a directory");
+    refuseForeignFiles(directory);
+    undoSwap(directory);
+    if (!resume)
+        fs::remove_all(directory + "/partial", failed);
     fs::create_directories(directory + "/partial/images", failed);
     if (failed)
         throw Error(ErrorKind::kResource, directory + ": cannot be created: " + failed.message() +
@@ -130,13 +198,27 @@ void prepareDirectory(const std::string& directory) {
     OutputFile probe(directory + "/partial/probe"); // removed again: never committed
 }
 
-/// Puts what the compare made into place of what an older one left.
-void replaceDirectory(const std::string& from, const std::string& to) {
-    std::error_code failed;
-    fs::remove_all(to, failed);
-    fs::rename(from, to, failed);
-    if (failed)
-        throw Error(ErrorKind::kResource, to + ": cannot be replaced: " + failed.message());
+/// Puts the finished parts in `partial` into the place of an older report, by renaming alone; the
+/// older one is deleted only when the new one stands. Throws Error kResource, the older one back in
+/// its place.
+void swapReport(const std::string& directory) {
+    const std::string partial = directory + "/partial", old = partial + "/old";
+    fs::create_directories(old);
+    try {
+        for (const char* name : kReportParts) {
+            const std::string target = directory + "/" + name, fresh = partial + "/" + name;
+            if (fs::exists(target))
+                moveFile(target, old + "/" + name);
+            if (fs::exists(fresh))
+                moveFile(fresh, target);
+        }
+    } catch (...) {
+        undoSwap(directory);
+        throw;
+    }
+    moveFile(old, partial + "/done"); // from here on nothing is taken back
+    std::error_code ignored;
+    fs::remove_all(partial, ignored);
 }
 
 void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
@@ -148,7 +230,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     CostTable costs;
     if (!options.costs.empty())
         costs = readCosts(options.costs);
-    prepareDirectory(options.output);
+    const std::vector<std::string> names = sceneNames(experiment.scenes);
+    prepareDirectory(options.output, options.resume);
     const std::string partial = options.output + "/partial";
     const Json experimentJson = toJson(experiment);
 
@@ -156,9 +239,12 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     provenance["experiment_hash"] = textHash(experimentJson.dump());
     provenance["seed"] = experiment.lightSeed;
     Json key = provenance;
-    key["voxels"] = options.common.voxels;
     key["scenes"] = experiment.scenes;
-    Journal journal(partial + "/journal.json", textHash(key.dump()), options.resume);
+    std::vector<std::string> files = options.common.voxels;
+    if (!options.costs.empty())
+        files.push_back(options.costs);
+    key["inputs"] = inputHashes(experiment.scenes, files);
+    Journal journal(partial + "/journal.json", textHash(jsonText(key)), options.resume);
     if (journal.takenUpCount() > 0)
         console.note("resume: " + std::to_string(journal.takenUpCount()) +
                      " finished parts taken up");
@@ -166,10 +252,11 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     Json results = {
         {"provenance", provenance}, {"experiment", experimentJson}, {"scenes", Json::array()}};
     SceneMeasurement all;
-    for (const std::string& argument : experiment.scenes) {
+    for (size_t i = 0; i < names.size(); ++i) {
         checkInterrupted();
-        LoadedScene scene =
-            loadSceneAndWorld(argument, experiment.lightCount, experiment.lightSeed, true, console);
+        LoadedScene scene = loadSceneAndWorld(experiment.scenes[i], experiment.lightCount,
+                                              experiment.lightSeed, true, console);
+        scene.name = names[i];
         chooseCamera(*scene.world,
                      experiment.camera); // a wrong name is told before the voxels are built
         std::vector<Dag> dags;
@@ -216,26 +303,22 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     results["truth_images"] = std::move(all.truthImages);
 
     Json charts;
+    writeFile(partial + "/results.json", jsonText(results));
     if (!options.noCharts) {
-        writeFile(partial + "/results.json", jsonText(results));
         drawCharts(script, partial + "/results.json", partial + "/charts");
         std::ifstream file(partial + "/charts/charts.json");
         charts = Json::parse(file);
     }
     checkInterrupted();
-    replaceDirectory(partial + "/images", options.output + "/images");
-    if (!options.noCharts)
-        replaceDirectory(partial + "/charts", options.output + "/charts");
-    const std::string resultsPath = options.output + "/results.json";
-    writeFile(resultsPath, jsonText(results));
-    writeFile(options.output + "/experiment.json", jsonText(experimentJson));
-    writeFile(options.output + "/results.csv", runsCsv(results["runs"]));
-    writeFile(options.output + "/lights.csv", flatCsv(all.lights));
-    writeFile(options.output + "/costs.json", jsonText(toJson(all.costs)));
-    const std::string reportPath = options.output + "/index.html";
-    writeFile(reportPath, reportHtml(results, charts));
-    std::error_code ignored;
-    fs::remove_all(partial, ignored);
+    writeFile(partial + "/experiment.json", jsonText(experimentJson));
+    writeFile(partial + "/results.csv", runsCsv(results["runs"]));
+    writeFile(partial + "/lights.csv", flatCsv(all.lights));
+    writeFile(partial + "/costs.json", jsonText(toJson(all.costs)));
+    writeFile(partial + "/index.html", reportHtml(results, charts));
+    checkInterrupted();
+    swapReport(options.output);
+    const std::string reportPath = options.output + "/index.html",
+                      resultsPath = options.output + "/results.json";
 
     const double wall =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

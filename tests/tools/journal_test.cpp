@@ -44,4 +44,25 @@ TEST(Journal, AnotherComparesJournalIsRefused) {
     }
 }
 
+TEST(InputHashes, FollowEveryByteThatAnswersDependOn) {
+    const TemporaryDirectory directory;
+    const std::string gltf = directory / "a.gltf", bin = directory / "a b.bin",
+                      costs = directory / "costs.json";
+    writeText(gltf, R"({"buffers": [{"uri": "a%20b.bin"}, {"uri": "data:,x"}], "images": [{}]})");
+    writeText(bin, "1");
+    writeText(costs, "2");
+    const auto hashes = [&] { return inputHashes({gltf, "builtin:atrium"}, {costs}); };
+    const Json first = hashes();
+    EXPECT_EQ(hashes(), first);
+    EXPECT_EQ(first["program"].get<std::string>().size(), 32u);
+    EXPECT_EQ(first.size(), 5u) << first;
+    for (const std::string& path : {gltf, bin, costs}) {
+        const std::string old = readText(path);
+        writeText(path, old + " ");
+        EXPECT_NE(hashes(), first) << path;
+        writeText(path, old);
+    }
+    EXPECT_EQ(inputHashes({}, {directory / "none"})[directory / "none"], "missing");
+}
+
 } // namespace shadowdag

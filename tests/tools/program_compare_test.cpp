@@ -7,6 +7,7 @@
 
 #include <csignal>
 #include <filesystem>
+#include <set>
 #include <thread>
 
 namespace shadowdag {
@@ -57,8 +58,8 @@ TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(result.json()["chart_count"], 8);
     const Json results = Json::parse(readText(report + "/results.json"));
-    for (const char* key : {"commit", "preset", "compiler", "flags", "cpu", "backend",
-                            "experiment_hash", "seed", "thread_count"})
+    for (const char* key : {"commit", "preset", "compiler", "flags", "cpu", "backend", "device",
+                            "driver", "experiment_hash", "seed", "thread_count"})
         EXPECT_TRUE(results["provenance"].contains(key)) << key;
     EXPECT_EQ(results["scenes"][0]["scene_hash"].get<std::string>().size(), 32u);
     for (const Json& run : results["runs"])
@@ -181,6 +182,83 @@ TEST(Compare, AnInterruptEndsWithTheSignalAndNothingHalf) {
     for (const std::string& name : filesBelow(report))
         EXPECT_TRUE(name == "partial/journal.json" || name.ends_with(".png"))
             << name << " is left over";
+}
+
+TEST(Compare, WhatNoCompareMadeIsNotReplaced) {
+    const TemporaryDirectory directory;
+    for (const char* name : {"images/a.png", "charts/a.svg", "partial/a", "index.html"}) {
+        const std::string report = directory / std::string("r-").append(name, 2);
+        std::filesystem::create_directories(
+            std::filesystem::path(report + "/" + name).parent_path());
+        writeText(report + "/" + name, "mine");
+        const ProgramResult result = runShadowdag(directory, tinyCompare(report));
+        EXPECT_EQ(result.status, 1) << name;
+        EXPECT_THAT(result.err, HasSubstr("no compare made")) << name;
+        EXPECT_EQ(readText(report + "/" + name), "mine");
+        EXPECT_EQ(filesBelow(report).size(), 1u);
+    }
+}
+
+TEST(Compare, ANewReportTakesThePlaceOfTheOldOneWhole) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    const Arguments arguments = tinyCompare(report);
+    ASSERT_EQ(runShadowdag(directory, arguments).status, 0);
+    const size_t count = filesBelow(report).size();
+    // What an unfinished compare left, and a swap that died between two renames.
+    std::filesystem::create_directories(report + "/partial/old");
+    std::filesystem::create_directories(report + "/partial/images");
+    writeText(report + "/partial/images/stray.png", "stray");
+    std::filesystem::rename(report + "/images", report + "/partial/old/images");
+    const ProgramResult result = runShadowdag(directory, arguments);
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(filesBelow(report).size(), count);
+    EXPECT_FALSE(std::filesystem::exists(report + "/images/stray.png"));
+    EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
+}
+
+TEST(Compare, ASwapThatDiedLeavesTheOldReportToTheNextCompare) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    ASSERT_EQ(runShadowdag(directory, tinyCompare(report)).status, 0);
+    const size_t count = filesBelow(report + "/images").size();
+    std::filesystem::create_directories(report + "/partial/old");
+    std::filesystem::rename(report + "/images", report + "/partial/old/images");
+    Arguments arguments = tinyCompare(report);
+    arguments[1] = report + "/none.glb"; // fails, but only after the directory was put in order
+    EXPECT_EQ(runShadowdag(directory, arguments).status, 2);
+    EXPECT_EQ(filesBelow(report + "/images").size(), count);
+}
+
+TEST(Compare, ScenesOfOneFileNameStayApart) {
+    const TemporaryDirectory directory;
+    Arguments arguments = tinyCompare(directory / "report");
+    arguments[1] = directory / "a/scene.glb";
+    arguments.insert(arguments.begin() + 2, directory / "b/scene.glb");
+    int which = 0;
+    for (const char* builtin : {"builtin:fail-mover", "builtin:fail-far-origin"}) {
+        const std::string file = arguments[size_t(++which)];
+        std::filesystem::create_directories(std::filesystem::path(file).parent_path());
+        const ProgramResult made = runShadowdag(directory, {"scene", builtin, "-o", file});
+        ASSERT_EQ(made.status, 0) << made.err;
+    }
+    const ProgramResult result = runShadowdag(directory, arguments);
+    ASSERT_EQ(result.status, 0) << result.err;
+    const Json results = Json::parse(readText(directory / "report/results.json"));
+    EXPECT_NE(results["scenes"][0]["scene"], results["scenes"][1]["scene"]);
+    std::set<std::string> pictures;
+    size_t pictureCount = 0;
+    for (const Json& run : results["runs"])
+        if (run.contains("images"))
+            for (const Json& file : run["images"]) {
+                pictures.insert(file.get<std::string>());
+                ++pictureCount;
+                EXPECT_TRUE(
+                    std::filesystem::exists(directory / "report/" + file.get<std::string>()));
+            }
+    EXPECT_GT(pictureCount, 0u);
+    EXPECT_EQ(pictures.size(), pictureCount);
+    EXPECT_EQ(Json::parse(readText(directory / "report/costs.json"))["costs"].size(), 2u);
 }
 
 } // namespace shadowdag
