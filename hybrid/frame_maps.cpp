@@ -29,16 +29,14 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
     const std::vector<Light>& lights = state.scene.world().lights();
     const uint32_t pageTexelsLog2 = uint32_t(std::countr_zero(options.maps.pageTexels));
     std::vector<uint32_t> mapOfLight(lights.size(), 0);
-    std::vector<ShadowMapInfo> hostMaps;
-    uint32_t entryCount = 0;
+    std::vector<MapRequest> requests;
     for (const MapRecord& record : records) {
         const MapQuantities& map = record.quantities;
-        const uint32_t facePages = ((map.faceTexels - 1) >> pageTexelsLog2) + 1;
-        mapOfLight[map.light] = uint32_t(hostMaps.size());
-        hostMaps.push_back({lights[map.light].positionWorld, lights[map.light].rangeWorld,
-                            map.faceTexels, facePages, entryCount});
-        entryCount += (kFaceCount * facePages * facePages + 31) / 32 * 32;
+        mapOfLight[map.light] = uint32_t(requests.size());
+        requests.push_back({lights[map.light].positionWorld, lights[map.light].rangeWorld,
+                            map.light, map.faceTexels});
     }
+    const MapLayout layout = layOutMaps(requests, options.maps.pageTexels);
     std::vector<MapReceiver> hostReceivers;
     forClusterLights(state.lists, [&](uint32_t cluster, uint32_t light) {
         hostReceivers.push_back({cluster, mapOfLight[light]});
@@ -46,12 +44,12 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
 
     Buffer<ShadowMapInfo> maps(state.backend, "routing maps");
     Buffer<MapReceiver> receivers(state.backend, "routing receivers");
-    Buffer<uint32_t> pages(state.backend, "routing pages", entryCount / 32);
+    Buffer<uint32_t> pages(state.backend, "routing pages", layout.maskWordCount);
     Buffer<uint32_t> projection(state.backend, "routing projection",
                                 records.size() * kProjectionWordsPerMap);
     Buffer<uint32_t> faces(state.backend, "routing faces", records.size());
     Buffer<uint32_t> depths(state.backend, "routing depths", records.size() * kFaceCount);
-    maps.upload(hostMaps);
+    maps.upload(layout.maps);
     receivers.upload(hostReceivers);
     for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths})
         words->fill(0);
@@ -61,9 +59,10 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
                    pageTexelsLog2, options.maps.taps});
     const std::vector<uint32_t> words = pages.download();
     for (size_t m = 0; m < records.size(); ++m) {
-        const size_t end = m + 1 < records.size() ? hostMaps[m + 1].pageTableStart : entryCount;
+        const size_t endWord = m + 1 < records.size() ? layout.maps[m + 1].pageTableStart / 32
+                                                      : size_t(layout.maskWordCount);
         uint32_t count = 0;
-        for (size_t w = hostMaps[m].pageTableStart / 32; w < end / 32; ++w)
+        for (size_t w = layout.maps[m].pageTableStart / 32; w < endWord; ++w)
             count += uint32_t(std::popcount(words[w]));
         records[m].quantities.pages = count;
     }

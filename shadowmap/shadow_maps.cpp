@@ -71,6 +71,23 @@ void check(const std::vector<MapRequest>& requests, const std::vector<Box>& boxe
 
 } // namespace
 
+MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexels, double divisor) {
+    MapLayout layout;
+    for (const MapRequest& r : requests) {
+        const uint32_t texels = glm::max(1u, uint32_t(double(r.faceTexels) / divisor));
+        const uint32_t pages = (texels + pageTexels - 1) / pageTexels;
+        layout.maps.push_back({r.lightPositionWorld, r.rangeWorld, texels, pages,
+                               uint32_t(layout.maskWordCount * 32)});
+        layout.maskWordCount += (uint64_t(kFaceCount) * pages * pages + 31) / 32;
+    }
+    if (layout.maskWordCount * 32 > 0xffffffffull)
+        throw Error(ErrorKind::kResource,
+                    "shadow maps: page tables of " + std::to_string(layout.maskWordCount * 32) +
+                        " entries exceed 32-bit indices; use larger pages, lower resolutions or "
+                        "fewer maps");
+    return layout;
+}
+
 struct ShadowMaps::State {
     explicit State(Backend b) : backend(b) {}
 
@@ -113,25 +130,6 @@ struct ShadowMaps::State {
     uint64_t pageTexelCount() const { return uint64_t(options.pageTexels) * options.pageTexels; }
     PageMaskView masks() {
         return {pageBits.view(), projection.view(), faces.view(), depthLimits.view()};
-    }
-
-    /// Fills `infos` for a divisor; returns the words of all page masks.
-    uint64_t layOut(const std::vector<MapRequest>& requests, double divisor) {
-        uint64_t words = 0;
-        infos.clear();
-        for (const MapRequest& r : requests) {
-            const uint32_t texels = glm::max(1u, uint32_t(double(r.faceTexels) / divisor));
-            const uint32_t pages = (texels + options.pageTexels - 1) / options.pageTexels;
-            infos.push_back(
-                {r.lightPositionWorld, r.rangeWorld, texels, pages, uint32_t(words * 32)});
-            words += (uint64_t(kFaceCount) * pages * pages + 31) / 32;
-        }
-        if (words * 32 > 0xffffffffull)
-            throw Error(ErrorKind::kResource,
-                        "shadow maps: page tables of " + std::to_string(words * 32) +
-                            " entries exceed 32-bit indices; use larger pages, lower "
-                            "resolutions or fewer maps");
-        return words;
     }
 
     /// Marks the pages of all receivers at the resolutions of `infos`; returns how many there are.
@@ -233,7 +231,9 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         double divisor = 1.0;
         for (int step = 0;; ++step) {
             divisor = std::ldexp(step % 2 ? std::sqrt(2.0) : 1.0, step / 2);
-            wanted = s.mark(boxes, pairs, s.layOut(requests, divisor));
+            MapLayout layout = layOutMaps(requests, options.pageTexels, divisor);
+            s.infos = std::move(layout.maps);
+            wanted = s.mark(boxes, pairs, layout.maskWordCount);
             if (step == 0)
                 s.counts.pagesWantedCount = wanted;
             if (wanted <= capacity || divisor >= double(kMaxFaceTexels))

@@ -37,6 +37,17 @@ struct ShadowMapOptions {
         false; ///< CPU only: draw by the one text instead of the CPU's own kernel (same bits)
 };
 
+/// Where the page tables of a frame's maps stand, one after the other.
+struct MapLayout {
+    std::vector<ShadowMapInfo> maps;
+    uint64_t maskWordCount = 0; ///< 32 page-table entries a word; a word belongs to one map
+};
+
+/// Returns the maps of the requests, every face side divided by `divisor` >= 1 (1 texel at least).
+/// Throws Error kResource when the page tables exceed what 32 bits index.
+MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexels,
+                     double divisor = 1.0);
+
 /// What building the maps of a frame counted.
 struct ShadowMapCounts {
     uint64_t pageCount = 0;        ///< pages with memory

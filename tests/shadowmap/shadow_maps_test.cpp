@@ -380,6 +380,32 @@ TEST(ShadowMaps, SidesOfOneAnd8192TexelsWorkWithEveryPageSide) {
         }
 }
 
+TEST(ShadowMaps, LayoutGivesEveryMapItsOwnMaskWords) {
+    // 65 texels: 2 x 2 pages of 64, 24 entries, one word; 257: 5 x 5 pages, 150 entries, 5 words.
+    const MapLayout layout =
+        layOutMaps({{{}, 1.0f, 0, 65}, {{}, 1.0f, 1, 257}, {{}, 1.0f, 2, 1}}, 64);
+    EXPECT_EQ(layout.maps[0].pageTableStart, 0u);
+    EXPECT_EQ(layout.maps[1].pageTableStart, 32u);
+    EXPECT_EQ(layout.maps[1].facePages, 5u);
+    EXPECT_EQ(layout.maps[2].pageTableStart, 192u);
+    EXPECT_EQ(layout.maskWordCount, 7u);
+    EXPECT_EQ(layOutMaps({{{}, 1.0f, 0, 257}}, 64, 2.0).maps[0].faceTexels, 128u);
+}
+
+TEST(ShadowMaps, LayoutBeyond32BitIndicesIsRefused) {
+    // 6 * 128^2 entries a map: 43690 of them are the most below 2^32.
+    std::vector<MapRequest> requests(43690, MapRequest{{}, 1.0f, 0, 2048});
+    EXPECT_EQ(layOutMaps(requests, 16).maskWordCount, 43690ull * 6 * 128 * 128 / 32);
+    requests.push_back(requests.back());
+    try {
+        layOutMaps(requests, 16);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kResource);
+        EXPECT_NE(std::string(error.what()).find("exceed 32-bit indices"), std::string::npos);
+    }
+}
+
 TEST(ShadowMaps, BadInputIsRefusedByName) {
     const Frame frame(1, 10);
     ShadowMaps maps(Backend::kCpu);
