@@ -67,8 +67,9 @@ struct FrameResult {
 /// resolutions for hysteresis, buffers).
 class FrameRenderer {
 public:
-    /// World and dag outlive the renderer. `dag` may be empty only if no map is ever routed to rays
-    /// (then rendering throws Error kUsage).
+    /// World and dag outlive the renderer. A dag without voxels blocks nothing; one that was never
+    /// built (Dag::isBuilt) is none: rendering then throws Error kUsage when a map is routed to
+    /// rays.
     FrameRenderer(Backend backend, const World& world, const Dag& dag);
     ~FrameRenderer();
 

@@ -33,7 +33,8 @@ public:
     View<const SurfaceColor> materials() const { return materials_.view(); }
     View<const uint32_t> triangleMaterial() const { return triangleMaterial_.view(); }
     DagView dag() const;
-    bool hasDag() const { return !hostDag_.empty(); }
+    /// Returns whether rays can be traced; a DAG without voxels blocks none.
+    bool hasDag() const { return hostDag_.isBuilt(); }
 
 private:
     void setMoving();

@@ -72,7 +72,11 @@ struct Dag {
     VoxelGrid grid;
 
     DagView view() const { return {viewOf(words), rootAddress, grid}; }
+    /// Returns whether no voxel is occupied.
     bool empty() const { return rootAddress == kNoNode; }
+    /// Returns whether something was voxelized into it, be it nothing but moving triangles, which
+    /// leaves no voxel. False as default-constructed: empty over a grid of one voxel.
+    bool isBuilt() const { return !empty() || grid.resolutionLog2 > 0; }
 };
 
 /// Owns the wide form of a DAG.

@@ -343,6 +343,23 @@ TEST(Frame, WithoutADagRefusesRaysAndDrawsMaps) {
     EXPECT_THROW(renderer.measureCosts(roomCamera(), smallFrame(), 1), Error);
 }
 
+TEST(Frame, DagOfASceneThatOnlyMovesBlocksNothing) {
+    const Scene scene = blockerScene({{0, kLightHeight, 0}});
+    const World world(scene, {});
+    const Dag nothing = voxelize(world.triangles(), {}, gridAround(world.boundsWorld(), 8));
+    ASSERT_TRUE(nothing.empty());
+    FrameRenderer renderer(Backend::kCpu, world, nothing);
+    FrameOptions options = smallFrame();
+    options.recordPairs = true;
+    const FrameResult result = renderer.render(roomCamera(), *makeCostModel("texels:inf"), options);
+    EXPECT_GT(result.counts.rayCount, 0u);
+    EXPECT_EQ(result.counts.lookupCount, 0u);
+    ASSERT_FALSE(result.visibility.empty());
+    for (const uint8_t visibility : result.visibility)
+        ASSERT_EQ(visibility, 255);
+    EXPECT_NO_THROW(renderer.measureCosts(roomCamera(), smallFrame(), 1));
+}
+
 TEST(Frame, RefusesContradictoryOptions) {
     Stage stage(blockerScene({{0, 2, 0}}), 5);
     const auto messageOf = [&](auto change) -> std::string {
