@@ -41,6 +41,10 @@ if(SDAG_WERROR)
     $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CUDA>:-Werror=all-warnings>>)
 endif()
 
+if(SDAG_ASSERTIONS)
+  target_compile_definitions(sdag_flags INTERFACE $<BUILD_INTERFACE:SDAG_ASSERTIONS=1>)
+endif()
+
 if(SDAG_WITH_CUDA)
   target_compile_definitions(sdag_flags INTERFACE SDAG_WITH_CUDA=1)
 endif()

@@ -2,7 +2,8 @@
 // Host/device annotations and the assertion for a programmer's mistakes.
 #pragma once
 
-#include <cassert>
+#include <cstdio>
+#include <cstdlib>
 
 #if defined(__CUDACC__)
 #define SDAG_HD __host__ __device__
@@ -11,5 +12,27 @@
 #define SDAG_HD
 #endif
 
+namespace shadowdag::detail {
+
+/// Prints what did not hold, where it stands, and aborts.
+[[noreturn]] inline void assertionFailed(const char* condition, const char* file, int line) {
+    std::fprintf(stderr, "%s:%d: assertion failed: %s\n", file, line, condition);
+    std::abort();
+}
+
+} // namespace shadowdag::detail
+
 /// States what the program itself guarantees. Bad input, files and devices throw Error instead.
-#define SDAG_ASSERT(condition) assert(condition)
+/// Checked where the build defines SDAG_ASSERTIONS (its option of that name) or leaves NDEBUG
+/// undefined; otherwise the condition is not evaluated.
+#if defined(SDAG_ASSERTIONS) || !defined(NDEBUG)
+#if defined(__CUDA_ARCH__)
+#define SDAG_ASSERT(condition) ((condition) ? static_cast<void>(0) : __trap())
+#else
+#define SDAG_ASSERT(condition)                                                                     \
+    ((condition) ? static_cast<void>(0)                                                            \
+                 : ::shadowdag::detail::assertionFailed(#condition, __FILE__, __LINE__))
+#endif
+#else
+#define SDAG_ASSERT(condition) static_cast<void>(0)
+#endif
