@@ -184,6 +184,22 @@ def pareto(points):
     return front
 
 
+def rings_sentence(ringed, experiment):
+    """Says what the rings mark, and which of the paper's threshold and its equivalent has no run to put one on."""
+    equivalent = equivalent_texels(experiment)
+
+    def name(texels, near):
+        text = (f"the paper's {PAPER_TEXELS} texels" if texels == PAPER_TEXELS else
+                f"{equivalent:.0f} texels, the equivalent at {experiment['size']} of the paper's {PAPER_TEXELS}")
+        return text + ("" if abs(near - texels) < 0.5 else f" (nearest run: {plain(near)})")
+
+    if not ringed:
+        return ""
+    sentence = (" Rings mark " if len(ringed) > 1 else " The ring marks ") + " and ".join(name(*r) for r in ringed) + "."
+    absent = {PAPER_TEXELS, equivalent} - {texels for texels, _ in ringed}
+    return sentence + "".join(f" {texels:.0f} texels have no run of their own." for texels in absent)
+
+
 def speed_accuracy(charts, scene, runs, experiment):
     methods = [r for r in runs if r["method"] != "embree"]
     if not methods:
@@ -227,7 +243,7 @@ def speed_accuracy(charts, scene, runs, experiment):
                   markersize=7 if i == 0 else 5, markeredgecolor="black", markeredgewidth=0.4, zorder=5,
                   label=f"hybrid, {run['model'] if len(run['model']) < 22 else run['model'][:20] + '…'}")
     equivalent = equivalent_texels(experiment)
-    marked = []
+    marked, ringed = [], []
     if series:
         members = next(iter(series.values()))
         for texels, text in ((PAPER_TEXELS, "96 (paper)"), (equivalent, f"{equivalent:.0f} (96 at 1080p)")):
@@ -236,6 +252,7 @@ def speed_accuracy(charts, scene, runs, experiment):
             if nearest is None or abs(math.log2(threshold_of(nearest) / texels)) > 0.25 or nearest in marked:
                 continue
             marked.append(nearest)
+            ringed.append((texels, threshold_of(nearest)))
             axes.plot(nearest["time_ms"], height(nearest), marker="o", markersize=8, markerfacecolor="none",
                       markeredgecolor="black", markeredgewidth=0.8, linestyle="none", zorder=6)
             right = nearest["time_ms"] > math.sqrt(min(times) * max(times))
@@ -255,8 +272,8 @@ def speed_accuracy(charts, scene, runs, experiment):
     charts.save(figure, f"speed_accuracy_{slug(scene)}", f"Speed against accuracy, {scene}",
                 f"Down and left is better; the fastest is {best['label']} ({best['time_ms']:.1f} ms at "
                 f"{100 * best['error']:.2f} % error), the most exact {exact['label']} ({exact['time_ms']:.1f} ms at "
-                f"{100 * exact['error']:.2f} %). "
-                f"Rings mark the paper's 96 texels and its equivalent at {experiment['size']}, {equivalent:.0f}.")
+                f"{100 * exact['error']:.2f} %)."
+                + rings_sentence(ringed, experiment))
 
 
 def threshold_positions(thresholds):
@@ -276,6 +293,21 @@ def threshold_ticks(axes, thresholds, place):
             middle = (place(left) + place(right)) / 2
             axes.plot(middle, 0, transform=axes.get_xaxis_transform(), clip_on=False, marker=[(-1, -2), (1, 2)],
                       color="black", markersize=5, linestyle="none", mew=0.8, zorder=9)
+
+
+def lines_sentence(inside, equivalent):
+    """Says where the upright lines stand: only those that the sweep reaches are drawn."""
+    if PAPER_TEXELS in inside and equivalent in inside and equivalent != PAPER_TEXELS:
+        return (f" Lines stand at the paper's {PAPER_TEXELS} texels and at its equivalent for this picture size, "
+                f"{equivalent:.0f}.")
+    if PAPER_TEXELS in inside:
+        return f" The line stands at the paper's {PAPER_TEXELS} texels." + (
+            "" if equivalent == PAPER_TEXELS else
+            f" Its equivalent for this picture size, {equivalent:.0f}, is outside the sweep.")
+    if equivalent in inside:
+        return (f" The line stands at {equivalent:.0f} texels, the equivalent of the paper's {PAPER_TEXELS} for this "
+                "picture size.")
+    return ""
 
 
 def over_threshold(charts, scene, runs, experiment):
@@ -320,9 +352,8 @@ def over_threshold(charts, scene, runs, experiment):
         charts.save(figure, f"threshold_{slug(scene)}" + (f"_{number}" if number else ""),
                     f"Time and error over the threshold, {scene}" + (f", {name}" if name else ""),
                     f"0 draws every map and ∞ traces every light; the least time of the sweep is {best['time_ms']:.1f} ms "
-                    f"at {plain(threshold_of(best)) if threshold_of(best) < math.inf else '∞'} texels. "
-                    f"Lines stand, where the sweep reaches, at the paper's 96 texels and at its equivalent for this "
-                    f"picture size, {equivalent:.0f}.")
+                    f"at {plain(threshold_of(best)) if threshold_of(best) < math.inf else '∞'} texels."
+                    + lines_sentence([t for t, _ in inside], equivalent))
 
 
 def power_fit(xs, ys):
@@ -345,7 +376,8 @@ def crossing(xs, rays, maps):
     good = tries[np.isfinite(tries)]
     if not math.isfinite(value) or len(good) < 950:
         return None
-    return value, float(np.percentile(good, 2.5)), float(np.percentile(good, 97.5))
+    least, greatest = float(np.percentile(good, 2.5)), float(np.percentile(good, 97.5))
+    return (value, least, greatest) if greatest <= 100 * least else None  # two decades pin nothing down
 
 
 def per_map(charts, scene, costs, key, axis_name, file_name, title, experiment):

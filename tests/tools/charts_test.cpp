@@ -53,6 +53,57 @@ TEST(Charts, TheCrossingOfTwoKnownPowersIsFound) {
     EXPECT_THAT(charts, testing::HasSubstr("cross at 50 texels (95 % interval 50 to 50)"));
 }
 
+TEST(Charts, CaptionsNameOnlyTheThresholdsThatAreMarked) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    const auto captions = [&](const std::string& size) {
+        results["experiment"]["size"] = size;
+        writeText(directory / "r.json", results.dump());
+        drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+        const Json list = Json::parse(readText(directory / "charts/charts.json"))["charts"];
+        return list[0]["caption"].get<std::string>() + list[1]["caption"].get<std::string>();
+    };
+    const std::string both = captions("640x360"); // the sweep holds 96 and 32
+    EXPECT_THAT(both, testing::HasSubstr("Rings mark the paper's 96 texels and 32 texels"));
+    EXPECT_THAT(both, testing::HasSubstr("Lines stand at the paper's 96 texels and"));
+    const std::string tiny = captions("64x36"); // 3.2: below the sweep's least, 8
+    EXPECT_THAT(tiny, testing::HasSubstr("The ring marks the paper's 96 texels. 3 texels have no "
+                                         "run of their own."));
+    EXPECT_THAT(tiny, testing::HasSubstr("The line stands at the paper's 96 texels. Its equivalent "
+                                         "for this picture size, 3, is outside the sweep."));
+    const std::string paper = captions("1920x1080");
+    EXPECT_THAT(paper, testing::HasSubstr("The ring marks the paper's 96 texels."));
+    EXPECT_THAT(paper, testing::Not(testing::HasSubstr("have no run")));
+    for (Json& run : results["runs"]) // without 96 and 64 and 192, only the equivalent is marked
+        if (run["parameters"].value("threshold_texels", Json()).is_number() &&
+            run["parameters"]["threshold_texels"] >= 64)
+            run["parameters"]["threshold_texels"] =
+                run["parameters"]["threshold_texels"].get<double>() * 16;
+    const std::string shifted = captions("640x360");
+    EXPECT_THAT(shifted, testing::HasSubstr("The ring marks 32 texels, the equivalent"));
+    EXPECT_THAT(shifted, testing::HasSubstr("96 texels have no run of their own"));
+}
+
+TEST(Charts, ACrossingThatTheDataDoNotPinDownIsNotGiven) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    uint32_t state = 1;
+    for (Json& cost : results["map_costs"]) { // both constant but for noise: no crossing exists
+        const auto noise = [&] {
+            return 1.0 + double((state = state * 1664525u + 1013904223u) >> 16) / 16384.0;
+        };
+        cost["rays_ms"] = noise();
+        cost["map_ms"] = noise();
+    }
+    writeText(directory / "r.json", results.dump());
+    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    const std::string charts = readText(directory / "charts/charts.json");
+    EXPECT_THAT(charts, testing::Not(testing::HasSubstr("lines cross at")));
+    EXPECT_THAT(charts, testing::HasSubstr("no crossing that the data pin down"));
+}
+
 TEST(Charts, LinesOfDifferentCommitsAreRefusedUnlessTold) {
     const TemporaryDirectory directory;
     makeResults(directory / "a.json", "c1");
