@@ -1,7 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/frame_json.h"
 
+#include <cstdio>
+
 namespace shadowdag {
+
+namespace {
+
+std::string poolNote(double divisor, unsigned long long wantedCount, unsigned long long pageCount) {
+    // Wanted is what the undivided resolutions ask for; either sign alone tells that it was too
+    // much.
+    if (!(divisor > 1.0) && wantedCount <= pageCount)
+        return "";
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "pool full: resolutions divided by %.2f; wanted %llu pages, %llu fit", divisor,
+                  wantedCount, pageCount);
+    return text;
+}
+
+} // namespace
+
+std::string poolNote(const FrameCounts& counts) {
+    return poolNote(counts.maps.degradeDivisor, counts.maps.pagesWantedCount,
+                    counts.maps.pageCount);
+}
+
+std::string poolNote(const Json& run) {
+    return poolNote(run.value("degrade_divisor", 1.0), run.value("pages_wanted_count", 0ull),
+                    run.value("page_count", 0ull));
+}
 
 Json toJson(const ErrorCounts& c) {
     return {{"pair_count", c.pairCount},

@@ -5,6 +5,8 @@
 #include "hybrid/error.h"
 #include "tools/json.h"
 
+#include <string>
+
 namespace shadowdag {
 
 /// Returns pair_count .. contact_count and mean_abs_visibility_error.
@@ -14,6 +16,13 @@ Json toJson(const StageTimes& stages);
 /// Returns traced_light_count .. ray_count, page_count, texel_count, map_bytes and what culling
 /// did.
 Json toJson(const FrameCounts& counts);
+/// Returns, where the page pool was full, what that cost: "pool full: resolutions divided by 1.41;
+/// wanted 27641 pages, 15156 fit"; else "". A frame whose maps are coarser than its parameters ask
+/// for must say so wherever its numbers are read.
+std::string poolNote(const FrameCounts& counts);
+/// The same of a run as results.json holds it; "" where it lacks the counts.
+std::string poolNote(const Json& run);
+
 /// Returns one object a map: quantities, route, pairs.
 Json toJson(const std::vector<MapRecord>& maps);
 

@@ -155,6 +155,8 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             console.people() << ", " << result.counts.tracedLightCount << " traced, "
                              << result.counts.mappedLightCount << " by map, " << timeMs << " ms";
         console.people() << "\n";
+        if (const std::string note = poolNote(result.counts); !isEmbree && !note.empty())
+            console.people() << "  " << note << "; give more with --pool\n";
     }
     progress(1.0);
     console.emit({{"scene", frames.scene().name},

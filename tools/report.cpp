@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/report.h"
 
+#include "tools/frame_json.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -72,6 +74,25 @@ double wrongPercent(const Json& run) {
     return percent(run, "false_shadow_count") + percent(run, "false_light_count");
 }
 
+/// Returns a run's name with the cube of its resolution raised.
+std::string label(const Json& run) {
+    std::string shown = text(run["label"]);
+    if (const size_t at = shown.find("^3"); at != std::string::npos)
+        shown.replace(at, 2, "\u00b3");
+    return shown;
+}
+
+double unexplainedCount(const Json& run) {
+    return run["unexplained_false_shadow_count"].get<double>() +
+           run["unexplained_false_light_count"].get<double>();
+}
+
+/// Returns how many unexplained false shadows a shift aimed at the blocker finds; 0 in results that
+/// were not asked.
+double settledCount(const Json& run) {
+    return run.value("settled_false_shadow_count", 0.0);
+}
+
 double mebibytes(const Json& bytes) {
     return bytes.get<double>() / (1024.0 * 1024.0);
 }
@@ -92,17 +113,19 @@ figure { margin: 0; }
 figure img { width: 100%; height: auto; display: block; }
 figcaption { color: var(--soft); font-size: .92rem; margin-top: .4rem; max-width: 46rem; }
 .main { max-width: 44rem; margin: 1.5rem 0; }
-.charts { display: grid; grid-template-columns: repeat(auto-fill, minmax(21rem, 1fr)); gap: 2.2rem 2.5rem; }
+.charts { display: grid; grid-template-columns: repeat(auto-fill, minmax(28rem, 1fr)); gap: 2.2rem 2.5rem; }
 .pictures { display: grid; grid-template-columns: repeat(4, 1fr); gap: .6rem; }
 .pictures figcaption { font-size: .82rem; margin-top: .2rem; }
 @media (max-width: 64rem) { .pictures { grid-template-columns: repeat(2, 1fr); }
                             .charts { grid-template-columns: 1fr; } }
+.note { color: #a04000; font-size: .9rem; margin: .2rem 0 .5rem; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .86rem; font-variant-numeric: tabular-nums; width: 100%; }
-th, td { padding: .28rem .6rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
-th { color: var(--soft); font-weight: 600; background: var(--wash); }
+table { border-collapse: collapse; font-size: .8rem; font-variant-numeric: tabular-nums; width: 100%; }
+th, td { padding: .28rem .38rem; text-align: right; border-bottom: 1px solid var(--line); white-space: nowrap; }
+th { color: var(--soft); font-weight: 600; background: var(--wash); white-space: normal; vertical-align: bottom; }
 table.sortable th { cursor: pointer; }
-th:first-child, td:first-child { text-align: left; }
+th:first-child, td:first-child { text-align: left; position: sticky; left: 0; background: #fff; }
+th:first-child { background: var(--wash); }
 td.wide { white-space: normal; text-align: left; overflow-wrap: anywhere; }
 tr:hover td { background: var(--wash); }
 .key { display: inline-block; width: .8em; height: .8em; border-radius: 2px; margin: 0 .25em 0 .6em; }
@@ -128,6 +151,41 @@ void addFigure(std::string& html, const Json& chart, const std::string& cssClass
             text(chart["title"]) + "\"></a><figcaption><b>" + text(chart["title"]) + ".</b> " +
             text(chart["caption"]) + " (<a href=\"" + escaped(stem) +
             ".png\">PNG</a>)</figcaption></figure>\n";
+}
+
+/// Says how many of the runs had more pages to draw than the pool holds, and of the worst what that
+/// cost.
+void addPoolFinding(std::string& html, const std::vector<const Json*>& members) {
+    size_t fullCount = 0;
+    const Json* worst = nullptr;
+    for (const Json* run : members) {
+        if (poolNote(*run).empty())
+            continue;
+        ++fullCount;
+        if (worst == nullptr ||
+            run->value("degrade_divisor", 1.0) > worst->value("degrade_divisor", 1.0))
+            worst = run;
+    }
+    if (worst != nullptr)
+        html += " <b>The page pool was full</b> in " + std::to_string(fullCount) + " of " +
+                std::to_string(members.size()) + " runs (" + label(*worst) + ": " +
+                escaped(poolNote(*worst)) +
+                "): their maps are coarser than their parameters ask for.";
+}
+
+/// Says how many wrong pairs stay unexplained in all runs together, and how many of these a shift
+/// aimed at the blocker finds.
+void addUnexplainedFinding(std::string& html, const std::vector<const Json*>& members) {
+    double unexplained = 0, settled = 0;
+    for (const Json* run : members) {
+        unexplained += unexplainedCount(*run);
+        settled += settledCount(*run);
+    }
+    if (unexplained > 0)
+        html += " Over all runs " + grouped(unexplained) +
+                " wrong pairs are unexplained; of the "
+                "unexplained, " +
+                grouped(settled) + " are found by a shift aimed at the blocker.";
 }
 
 /// One sentence a scene and frame: the pure methods, and the hybrid that is fastest among those no
@@ -156,16 +214,18 @@ void addFindings(std::string& html, const Json& runs) {
             if (!isFirst)
                 html += "; ";
             isFirst = false;
-            html +=
-                text((*run)["label"]) + " " + number((*run)["time_ms"].get<double>(), 1) + " ms";
+            html += label(*run) + " " + number((*run)["time_ms"].get<double>(), 1) + " ms";
             if (method != "embree")
                 html += " at " + number(wrongPercent(*run), 2) + " % wrong pairs";
         }
         if (fastestHybrid != nullptr)
-            html += "; the fastest hybrid (" + text((*fastestHybrid)["label"]) + ") " +
+            html += "; the fastest hybrid (" + label(*fastestHybrid) + ") " +
                     number((*fastestHybrid)["time_ms"].get<double>(), 1) + " ms at " +
                     number(wrongPercent(*fastestHybrid), 2) + " %";
-        html += ".</li>\n";
+        html += ".";
+        addPoolFinding(html, members);
+        addUnexplainedFinding(html, members);
+        html += "</li>\n";
     }
     html += "</ul>\n";
 }
@@ -173,9 +233,10 @@ void addFindings(std::string& html, const Json& runs) {
 void addTable(std::string& html, const Json& runs) {
     html += "<div class=\"scroll\"><table "
             "class=\"sortable\"><thead><tr><th>Run</th><th>Scene</th><th>Frame</th>"
-            "<th>Time, ms</th><th>min to max</th><th>Mean error</th><th>False shadow, "
+            "<th>Time, ms</th><th>min to max</th><th>Pool</th><th>Mean error</th><th>False shadow, "
             "%</th><th>False light, %</th>"
-            "<th>Unexplained</th><th>Acne</th><th>Contact</th><th>RMSE</th><th>FLIP</th><th>Traced "
+            "<th>Unexplained</th><th>of these "
+            "aimed</th><th>Acne</th><th>Contact</th><th>RMSE</th><th>FLIP</th><th>Traced "
             "lights</th>"
             "<th>Mapped</th><th>Rays</th><th>Pages</th><th>DAG, MiB</th><th>Pages, "
             "MiB</th></tr></thead><tbody>\n";
@@ -183,7 +244,7 @@ void addTable(std::string& html, const Json& runs) {
         html += "<td data-v=\"" + number(value, 9) + "\">" + shown + "</td>";
     };
     for (const Json& run : runs) {
-        html += "<tr><td>" + text(run["label"]) + "</td><td>" + text(run["scene"]) + "</td>";
+        html += "<tr><td>" + label(run) + "</td><td>" + text(run["scene"]) + "</td>";
         const auto count = [&](const char* key) {
             cell(run[key].get<double>(), grouped(run[key].get<double>()));
         };
@@ -195,12 +256,17 @@ void addTable(std::string& html, const Json& runs) {
         cell(run["time_ms_min"].get<double>(), number(run["time_ms_min"].get<double>(), 2) +
                                                    " to " +
                                                    number(run["time_ms_max"].get<double>(), 2));
+        const std::string note = poolNote(run);
+        const double divisor = run.value("degrade_divisor", 1.0);
+        html += "<td data-v=\"" + number(divisor, 9) + "\" title=\"" + escaped(note) + "\">" +
+                (note.empty() ? std::string(run["page_count"] == 0 ? "" : "fits")
+                              : "full, \u00f7\u2009" + number(divisor, 2)) +
+                "</td>";
         decimal(run["mean_abs_visibility_error"].get<double>(), 5);
         decimal(percent(run, "false_shadow_count"), 3);
         decimal(percent(run, "false_light_count"), 3);
-        const double unexplained = run["unexplained_false_shadow_count"].get<double>() +
-                                   run["unexplained_false_light_count"].get<double>();
-        cell(unexplained, grouped(unexplained));
+        cell(unexplainedCount(run), grouped(unexplainedCount(run)));
+        cell(settledCount(run), grouped(settledCount(run)));
         count("acne_count");
         count("contact_count");
         decimal(run["rmse"].get<double>(), 4);
@@ -225,10 +291,12 @@ bool isShownAtOnce(const Json& run) {
 }
 
 void addPictureRow(std::string& html, const Json& run, const std::string& truthFile) {
-    html += "<h3>" + text(run["label"]) + ": " + number(run["time_ms"].get<double>(), 1) + " ms, " +
+    html += "<h3>" + label(run) + ": " + number(run["time_ms"].get<double>(), 1) + " ms, " +
             number(percent(run, "false_shadow_count"), 2) + " % false shadow, " +
-            number(percent(run, "false_light_count"), 2) +
-            " % false light</h3>\n<div class=\"pictures\">";
+            number(percent(run, "false_light_count"), 2) + " % false light</h3>\n";
+    if (const std::string note = poolNote(run); !note.empty())
+        html += "<p class=\"note\">" + escaped(note) + "</p>\n";
+    html += "<div class=\"pictures\">";
     const auto add = [&](const std::string& file, const std::string& caption) {
         html += "<figure><a href=\"" + escaped(file) + "\"><img loading=\"lazy\" src=\"" +
                 escaped(file) + "\" alt=\"" + escaped(caption) + "\"></a><figcaption>" +
@@ -352,14 +420,16 @@ std::string reportHtml(const Json& results, const Json& charts) {
             text(results["provenance"]["thread_count"]) + " threads, backend " +
             text(results["provenance"]["backend"]) +
             ". Every (visible point, light) pair is held against Embree.</p>\n";
-    html += "<nav><a href=\"#charts\">Charts</a><a href=\"#table\">Table</a><a "
+    const bool hasCharts = !charts.is_null() && !charts["charts"].empty();
+    html += std::string("<nav>") + (hasCharts ? "<a href=\"#charts\">Charts</a>" : "") +
+            "<a href=\"#table\">Table</a><a "
             "href=\"#pictures\">Pictures</a>"
             "<a href=\"#provenance\">Provenance</a><a href=\"#limits\">Limits</a><a "
             "href=\"results.json\">results.json</a>"
             "<a href=\"results.csv\">results.csv</a><a href=\"lights.csv\">lights.csv</a>"
             "<a href=\"costs.json\">costs.json</a></nav>\n";
     addFindings(html, runs);
-    if (!charts.is_null() && !charts["charts"].empty()) {
+    if (hasCharts) {
         const Json& list = charts["charts"];
         html += "<h2 id=\"charts\">Charts</h2>\n";
         addFigure(html, list[0], "main");
@@ -370,7 +440,11 @@ std::string reportHtml(const Json& results, const Json& charts) {
     }
     html += "<h2 id=\"table\">All runs</h2>\n<p>Click a heading to sort. Mean error is the mean of "
             "|visibility - Embree's| "
-            "over all pairs; unexplained, acne and contact are counts of wrong pairs.</p>\n";
+            "over all pairs; unexplained, acne and contact are counts of wrong pairs. Of the "
+            "unexplained false "
+            "shadows, those under \u201cof these aimed\u201d are found by a shift aimed at the "
+            "blocker. Pool says by what "
+            "all resolutions were divided where the pages wanted did not fit.</p>\n";
     addTable(html, runs);
     addPictures(html, results);
     html += "<h2 id=\"provenance\">Provenance</h2>\n";

@@ -77,7 +77,8 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
         std::filesystem::create_directories(options.output, failed);
         if (failed)
             throw Error(ErrorKind::kResource,
-                        options.output + ": cannot be created: " + failed.message());
+                        options.output + ": cannot be created: " + failed.message() +
+                            "; choose another directory");
         checkWritable(options.output + "/error.png");
     }
     const Backend backend = options.global.apply(console, true);
@@ -106,6 +107,11 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
     printCounts(console.people(), "all", report.total);
     console.people() << "null rate " << report.nullRate << ": share of " << report.nullSampleCount
                      << " right answers that the 32 rays which explain errors would flip\n";
+    if (const std::string note = poolNote(result.counts); !note.empty())
+        console.people() << note << "; give more with --pool\n";
+    if (report.total.settledFalseShadowCount > 0)
+        console.people() << "of the unexplained, " << report.total.settledFalseShadowCount
+                         << " are found by a shift aimed at the blocker\n";
     Json json = {{"scene", frames.scene().name}, {"method", options.method.method}};
     json.update(toJson(report.total));
     json["null_rate"] = report.nullRate;
