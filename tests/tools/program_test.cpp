@@ -3,9 +3,14 @@
 // output.
 #include "tests/tools/program_runner.h"
 
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 namespace shadowdag {
@@ -15,6 +20,22 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 using Arguments = std::vector<std::string>;
+
+/// Returns one channel of a picture of 32 x 18, as floats; fails where size or channel differ.
+std::vector<float> readChannel(const std::string& path, const char* channel) {
+    Imf::InputFile file(path.c_str());
+    const Imath::Box2i window = file.header().dataWindow();
+    EXPECT_EQ(window.max.x - window.min.x + 1, 32) << path;
+    EXPECT_EQ(window.max.y - window.min.y + 1, 18) << path;
+    EXPECT_NE(file.header().channels().findChannel(channel), nullptr) << path << ": " << channel;
+    std::vector<float> values(32 * 18, -1.0f);
+    Imf::FrameBuffer frame;
+    frame.insert(channel,
+                 Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values.data()), 4, 4 * 32));
+    file.setFrameBuffer(frame);
+    file.readPixels(window.min.y, window.max.y);
+    return values;
+}
 
 /// The smallest scene that the tests use.
 const std::string kScene = "builtin:atrium";
@@ -47,8 +68,12 @@ TEST(Program, EverySubcommandHasHelp) {
 TEST(Program, LaterCommandsAreNotPretended) {
     const TemporaryDirectory directory;
     for (const char* command :
-         {"merge", "export", "import", "calibrate", "fit", "diff", "rays", "view"})
-        EXPECT_EQ(runShadowdag(directory, {command}).status, 1) << command;
+         {"merge", "export", "import", "calibrate", "fit", "diff", "rays", "view"}) {
+        const ProgramResult result = runShadowdag(directory, {command});
+        EXPECT_EQ(result.status, 1) << command;
+        EXPECT_THAT(result.err, HasSubstr("unknown subcommand '" + std::string(command) +
+                                          "'; there are scene, voxelize, info, render"));
+    }
 }
 
 struct Wrong {
@@ -213,9 +238,42 @@ TEST(Program, RenderWritesNumberedFramesOfEveryMethod) {
         const ProgramResult result = runShadowdag(directory, arguments);
         ASSERT_EQ(result.status, 0) << result.err;
         EXPECT_EQ(result.json()["frames"].size(), 2u);
-        for (const char* number : {".0000.exr", ".0001.exr"})
-            EXPECT_TRUE(std::filesystem::exists(directory / (std::string(method) + number)))
-                << method;
+        for (const char* number : {".0000.exr", ".0001.exr"}) {
+            const std::string file = directory / (std::string(method) + number);
+            ASSERT_TRUE(std::filesystem::exists(file)) << file;
+            const std::vector<float> green = readChannel(file, "G");
+            const std::vector<float> visibility = readChannel(file, "visibility.mean");
+            EXPECT_TRUE(std::all_of(green.begin(), green.end(), [](float v) { return v >= 0; }));
+            EXPECT_GT(*std::max_element(green.begin(), green.end()), 0.0f) << file << " is black";
+            const auto [least, most] = std::minmax_element(visibility.begin(), visibility.end());
+            EXPECT_GE(*least, 0.0f) << file;
+            EXPECT_LE(*most, 1.0f) << file;
+            EXPECT_LT(*least, *most) << file << ": shadow and light look alike";
+            if (std::string(method) == "embree")
+                continue;
+            const std::vector<float> pairs = readChannel(file, "error.pairCount");
+            const std::vector<float> share = readChannel(file, "method.rayShare");
+            for (size_t i = 0; i < pairs.size(); ++i) {
+                if (pairs[i] > 0 && std::string(method) != "hybrid") {
+                    EXPECT_EQ(share[i], std::string(method) == "dag" ? 1.0f : 0.0f) << file;
+                }
+            }
+        }
+    }
+}
+
+TEST(Program, AFullPoolIsSaidByRenderAndValidate) {
+    const TemporaryDirectory directory;
+    for (const Arguments& command :
+         {Arguments{"render", kScene, "-o", directory / "a.png"}, Arguments{"validate", kScene}}) {
+        const Arguments view = command + Arguments{"--method", "maps", "--size", "160x90"};
+        const ProgramResult full = runShadowdag(directory, view + Arguments{"--pool", "1M"});
+        ASSERT_EQ(full.status, 0) << full.err;
+        EXPECT_THAT(full.out, HasSubstr("pool full: resolutions divided by ")) << command[0];
+        EXPECT_THAT(full.out, HasSubstr("; give more with --pool")) << command[0];
+        const ProgramResult roomy = runShadowdag(directory, view + Arguments{"--pool", "1G"});
+        ASSERT_EQ(roomy.status, 0) << roomy.err;
+        EXPECT_THAT(roomy.out, testing::Not(HasSubstr("pool full"))) << command[0];
     }
 }
 
