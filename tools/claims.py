@@ -4,8 +4,8 @@
 
 usage: claims.py README RESULTS_FOLDER [--check]
 
-Reads every `compare-*.json` (results.json of `shadowdag compare`) and `bench-*.json` (`shadowdag bench voxel --json`)
-of the folder and replaces what stands between the two marker lines of README. With --check nothing is written and the
+Reads every `compare-*.json` (results.json of `shadowdag compare`), `validate-*.json` (`shadowdag validate --json`) and
+`bench-voxel-*.json` (`shadowdag bench voxel --json`) of the folder and replaces what stands between the two marker lines of README. With --check nothing is written and the
 exit status is 1 when README differs from what would be written.
 """
 import json
@@ -66,6 +66,22 @@ def benchTable(path):
     return lines
 
 
+def validateTable(paths):
+    """Returns the lines of all validate results: a row a scene and method."""
+    lines = ["", "**Held against Embree, pair by pair**, 640 x 360, by `shadowdag validate SCENE --method METHOD`.", "",
+             "| scene | method | pairs | false shadow | false light | unexplained (settled) | acne | contact |",
+             "|---|---|---:|---:|---:|---:|---:|---:|"]
+    for path in paths:
+        result = json.loads(path.read_text())
+        pairs = result["pair_count"]
+        lines.append("| {} | {} | {:,} | {:.2f} % | {:.2f} % | {} ({}) | {} | {} |".format(
+            path.stem.removeprefix("validate-").rsplit("-", 1)[0], result["method"], pairs,
+            100.0 * result["false_shadow_count"] / pairs, 100.0 * result["false_light_count"] / pairs,
+            result["unexplained_false_shadow_count"] + result["unexplained_false_light_count"],
+            result["settled_false_shadow_count"], result["acne_count"], result["contact_count"]))
+    return lines
+
+
 def claims(folder):
     """Returns everything between the markers."""
     lines = []
@@ -73,6 +89,9 @@ def claims(folder):
         experiment = path.stem.removeprefix("compare-")
         command = "shadowdag compare --experiment scenes/experiments/{}.json -o report".format(experiment)
         lines += compareTable(path, command)
+    validations = sorted(folder.glob("validate-*.json"))
+    if validations:
+        lines += validateTable(validations)
     for path in sorted(folder.glob("bench-voxel-*.json")):
         lines += benchTable(path)
     return "\n".join(lines) + "\n"
