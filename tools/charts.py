@@ -243,7 +243,7 @@ def speed_accuracy(charts, scene, runs, experiment):
                   markersize=7 if i == 0 else 5, markeredgecolor="black", markeredgewidth=0.4, zorder=5,
                   label=f"hybrid, {run['model'] if len(run['model']) < 22 else run['model'][:20] + '…'}")
     equivalent = equivalent_texels(experiment)
-    marked, ringed = [], []
+    marked, ringed, labels = [], [], []
     if series:
         members = next(iter(series.values()))
         for texels, text in ((PAPER_TEXELS, "96 (paper)"), (equivalent, f"{equivalent:.0f} (96 at 1080p)")):
@@ -255,9 +255,13 @@ def speed_accuracy(charts, scene, runs, experiment):
             ringed.append((texels, threshold_of(nearest)))
             axes.plot(nearest["time_ms"], height(nearest), marker="o", markersize=8, markerfacecolor="none",
                       markeredgecolor="black", markeredgewidth=0.8, linestyle="none", zorder=6)
-            right = nearest["time_ms"] > math.sqrt(min(times) * max(times))
-            axes.annotate(text, (nearest["time_ms"], height(nearest)), xytext=(-7 if right else 7, 7),
-                          textcoords="offset points", ha="right" if right else "left", fontsize=6, zorder=7)
+            labels.append((nearest["time_ms"], height(nearest), text))
+        # Two rings may touch: the label of the left one ends at it, that of the right one starts there.
+        labels.sort()
+        for i, (x, y, text) in enumerate(labels):
+            right = x > math.sqrt(min(times) * max(times)) if len(labels) == 1 else i == 0
+            axes.annotate(text, (x, y), xytext=(-7 if right else 7, 4), textcoords="offset points",
+                          ha="right" if right else "left", fontsize=6, zorder=7)
     truth = next((r for r in runs if r["method"] == "embree"), None)
     if truth:
         times = times + [truth["time_ms"]]
