@@ -165,7 +165,7 @@ SDAG_HD inline double shadowLift(const VoxelGrid& grid, const glm::vec3& sampleW
 /// of the voxels that the sample's surface and the light's fixture lie in. Start: lifted along the
 /// normal by shadowLift, then drawn towards the light, which is upwards, by offset cells, halfway
 /// at most: out of the cells of a wall behind the sample, which no exact ray to the light meets
-/// (one cell: measured against none and sqrt(3), see the commit). End: drawn back towards the start
+/// (one cell: measured against none and sqrt(3), LAYOUT.md). End: drawn back towards the start
 /// by offset * sqrt(3) cells, never past the start, then lifted to the start's height above the
 /// receiver's plane where it lies lower (a light nearer to the plane than the offset would
 /// otherwise be reached through the receiver's own voxels; such a start is only lifted). What it
