@@ -140,8 +140,8 @@ ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame
                              frame.pairs,
                              frame.visibility,
                              frame.pairRoute,
-                             {viewOf(renderer.mapOfLight()), dag.view(), options.dagOffset,
-                              options.dagLevel, renderer.shadowMaps(), options.bias}};
+                             {viewOf(renderer.mapOfLight()), RayInputs{dag.view(), options.rays},
+                              renderer.shadowMaps(), options.bias}};
     return computeError(inputs, truth, truthVisibility, options);
 }
 

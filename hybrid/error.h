@@ -51,8 +51,7 @@ struct ErrorReport {
 struct ErrorOptions {
     uint64_t seed = 1; ///< of the 32 shifts and of the null sample
     uint32_t nullSampleCount = 20000;
-    float dagOffset = 1.0f; ///< as the frame used
-    uint32_t dagLevel = 0;
+    RayOptions rays;    ///< as the frame used
     ShadowMapBias bias; ///< as the frame used
 };
 

@@ -96,20 +96,21 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
     q.light = inputs_.lights[lightIndex].positionWorld;
     q.route = inputs_.pairRoute[pair];
     if (q.route == Route::kRays) {
-        const VoxelGrid& grid = method.dag.grid;
+        const VoxelGrid& grid = method.rays.dag.grid;
         const DagSegment segment =
-            shadowSegment(grid, q.position, q.normal, q.light, method.dagOffset, method.dagLevel);
-        q.hit.level = method.dagLevel;
+            shadowSegment(grid, q.position, q.normal, q.light, method.rays.options.offset,
+                          method.rays.options.level);
+        q.hit.level = method.rays.options.level;
         if (isDark)
-            occluded(method.dag, segment, method.dagLevel, &q.hit);
+            occluded(method.rays.dag, segment, method.rays.options.level, &q.hit);
         const auto moved = [&](const glm::vec3& end, const glm::vec3& world) {
             return glm::length(glm::dvec3(end) - grid.voxelFromWorld(glm::dvec3(world))) *
                    grid.voxelSizeWorld;
         };
         q.startOffsetWorld = moved(segment.from, q.position);
         q.endOffsetWorld = moved(segment.to, q.light);
-        const double lift =
-            shadowLift(grid, q.position, q.normal, q.light, method.dagOffset, method.dagLevel);
+        const double lift = shadowLift(grid, q.position, q.normal, q.light,
+                                       method.rays.options.offset, method.rays.options.level);
         q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
         return q;
     }
@@ -142,7 +143,7 @@ bool PairJudge::isAcne(const Question& q) const {
     if (q.receiver == kBackground)
         return false;
     if (q.route == Route::kRays) {
-        const VoxelGrid& grid = inputs_.method.dag.grid;
+        const VoxelGrid& grid = inputs_.method.rays.dag.grid;
         const double side = double(1u << q.hit.level);
         bool isOwn = false;
         truth_.forTrianglesNear(
@@ -228,7 +229,7 @@ bool PairJudge::anyAimedShiftIsDark(const Question& q) const {
         aimAt(glm::dvec3(q.trace.blockerWorld));
         return isDark;
     }
-    const VoxelGrid& grid = inputs_.method.dag.grid;
+    const VoxelGrid& grid = inputs_.method.rays.dag.grid;
     const double side = double(1u << q.hit.level);
     const glm::dvec3 cell(q.hit.cell);
     truth_.forTrianglesNear(grid.worldFromVoxel(cell + 0.5 * side),

@@ -8,10 +8,10 @@
 #include "hybrid/cost_model.h"
 #include "hybrid/gbuffer.h"
 #include "hybrid/pairs.h"
+#include "hybrid/shadow_rays.h"
 #include "scenes/batches.h"
 #include "scenes/world.h"
 #include "shadowmap/shadow_maps.h"
-#include "voxel/dag_trace.h"
 
 #include <memory>
 #include <string>
@@ -27,9 +27,8 @@ struct FrameOptions {
     uint32_t maxFaceTexels = 2048; ///< and to this from above, kMaxFaceTexels at most
     ClusterBounds clusterBounds = ClusterBounds::kTight;
     ShadowMapOptions maps;
-    ShadowMapBias bias;      ///< taps: at most maps.taps, whose pages are marked
-    float dagOffset = 1.0f;  ///< in units of the derived offset, dag_trace.h
-    uint32_t dagLevel = 0;   ///< level of detail of rays
+    ShadowMapBias bias; ///< taps: at most maps.taps, whose pages are marked
+    RayOptions rays;
     bool recordPairs = true; ///< keep visibility per pair (outside the timing of the stages)
 };
 

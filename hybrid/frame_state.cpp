@@ -54,8 +54,8 @@ void checkOptions(const FrameOptions& options) {
           "lookups with " + std::to_string(options.bias.taps) + " taps in maps marked for " +
               std::to_string(options.maps.taps) +
               " would read pages without memory; give the maps as many taps");
-    check(std::isfinite(options.dagOffset) && options.dagOffset >= 0.0f,
-          "ray offset " + std::to_string(options.dagOffset) + "; use a number >= 0");
+    check(std::isfinite(options.rays.offset) && options.rays.offset >= 0.0f,
+          "ray offset " + std::to_string(options.rays.offset) + "; use a number >= 0");
 }
 
 ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
@@ -65,8 +65,8 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
         counts->fill(0);
     }
     const FrameScene& scene = state.scene;
-    check(options.dagLevel <= scene.dag().grid.resolutionLog2,
-          "level of detail " + std::to_string(options.dagLevel) + " of a voxel DAG of " +
+    check(options.rays.level <= scene.dag().grid.resolutionLog2,
+          "level of detail " + std::to_string(options.rays.level) + " of a voxel DAG of " +
               std::to_string(scene.dag().grid.resolutionLog2) + " levels; use at most as many");
     return {state.gbuffer.view(),
             scene.triangleMaterial(),
@@ -74,8 +74,8 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
             state.clusters.view(),
             state.lists.view(),
             scene.lights(),
-            VisibilityInputs{state.mapOfLightOnBackend.view(), scene.dag(), options.dagOffset,
-                             options.dagLevel, state.maps.view(), options.bias},
+            VisibilityInputs{state.mapOfLightOnBackend.view(), RayInputs{scene.dag(), options.rays},
+                             state.maps.view(), options.bias},
             state.color.view(),
             state.rayCount.view(),
             state.lookupCount.view(),

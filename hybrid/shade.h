@@ -6,8 +6,8 @@
 #include "hybrid/lights.h"
 #include "hybrid/pairs.h"
 #include "hybrid/shade_model.h"
+#include "hybrid/shadow_rays.h"
 #include "shadowmap/shadow_map_lookup.h"
-#include "voxel/dag_trace.h"
 
 namespace shadowdag {
 
@@ -15,9 +15,7 @@ namespace shadowdag {
 /// mapOfLight: lightCount, index into maps.maps, or kNone for a traced light.
 struct VisibilityInputs {
     View<const int> mapOfLight;
-    DagView dag;
-    float dagOffset;
-    uint32_t dagLevel;
+    RayInputs rays;
     ShadowMapView maps;
     ShadowMapBias bias;
 };
@@ -30,16 +28,17 @@ struct VisibilityCounts {
 };
 
 /// Returns the visibility of a pair by the method that serves its light, 255 lit .. 0 dark.
+/// @param receiver the sample's world triangle
 SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, uint32_t lightIndex,
                                   const Light& light, const glm::vec3& positionWorld,
-                                  const glm::vec3& normalWorld, VisibilityCounts& counts) {
+                                  const glm::vec3& normalWorld, uint32_t receiver,
+                                  VisibilityCounts& counts) {
     const int map = inputs.mapOfLight[lightIndex];
     if (map < 0) {
         ++counts.rayCount;
-        const DagSegment segment =
-            shadowSegment(inputs.dag.grid, positionWorld, normalWorld, light.positionWorld,
-                          inputs.dagOffset, inputs.dagLevel);
-        return occluded(inputs.dag, segment, inputs.dagLevel) ? uint8_t(0) : kLit;
+        const ShadowPair pair{positionWorld, normalWorld, light.positionWorld, receiver,
+                              lightIndex};
+        return isDarkByRays(inputs.rays, pair) ? uint8_t(0) : kLit;
     }
     ++counts.lookupCount;
     ShadowMapTrace trace{};
@@ -89,7 +88,8 @@ struct ShadeSamples {
         const glm::vec3 normal = gbuffer.normalWorld[sample];
         if (!isPair(light, position, normal))
             return glm::vec3(0.0f);
-        const uint8_t seen = answerPair(visibility, lightIndex, light, position, normal, counts);
+        const uint8_t seen = answerPair(visibility, lightIndex, light, position, normal,
+                                        gbuffer.triangle[sample], counts);
         recorder.add(sample, seen,
                      visibility.mapOfLight[lightIndex] < 0 ? Route::kRays : Route::kMap);
         if (seen == 0)

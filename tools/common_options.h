@@ -38,7 +38,7 @@ struct CommonOptions {
                 pool = "256M", maxFace = std::to_string(FrameOptions{}.maxFaceTexels);
     std::string bias = numberText(ShadowMapBias{}.constantTexels),
                 taps = std::to_string(ShadowMapBias{}.taps);
-    std::string offset = numberText(FrameOptions{}.dagOffset), lod = "0";
+    std::string offset = numberText(RayOptions{}.offset), lod = "0";
     std::vector<std::string> models;
     std::string costs;
 

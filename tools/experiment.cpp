@@ -284,8 +284,8 @@ Json RunParameters::toJson() const {
     Json json = Json::object();
     if (usesRays()) {
         json["resolution"] = resolution;
-        json["offset"] = decimal(frame.dagOffset);
-        json["lod"] = frame.dagLevel;
+        json["offset"] = decimal(frame.rays.offset);
+        json["lod"] = frame.rays.level;
     }
     if (usesMaps()) {
         json["undersample"] = decimal(frame.undersample);
@@ -309,10 +309,10 @@ std::string RunParameters::label() const {
     const FrameOptions usual;
     if (usesRays()) {
         text += " " + std::to_string(resolution) + "^3";
-        if (frame.dagOffset != usual.dagOffset)
-            text += " offset " + numberText(frame.dagOffset);
-        if (frame.dagLevel != usual.dagLevel)
-            text += " lod " + std::to_string(frame.dagLevel);
+        if (frame.rays.offset != usual.rays.offset)
+            text += " offset " + numberText(frame.rays.offset);
+        if (frame.rays.level != usual.rays.level)
+            text += " lod " + std::to_string(frame.rays.level);
     }
     if (usesMaps()) {
         if (frame.undersample != usual.undersample)
@@ -362,8 +362,8 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
     base.maps.pageTexels = e.pageTexels[0];
     base.bias.constantTexels = e.bias[0];
     base.bias.taps = base.maps.taps = e.taps[0];
-    base.dagOffset = e.offset[0];
-    base.dagLevel = e.lod[0];
+    base.rays.offset = e.offset[0];
+    base.rays.level = e.lod[0];
 
     add({"embree", "", 0, 0, base});
     const size_t dagCount = dagResolutions.size();
@@ -394,8 +394,8 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
                                     frame.maps.pageTexels = page;
                                     frame.bias.constantTexels = bias;
                                     frame.bias.taps = frame.maps.taps = taps;
-                                    frame.dagOffset = offset;
-                                    frame.dagLevel = lod;
+                                    frame.rays.offset = offset;
+                                    frame.rays.level = lod;
                                     addThreshold(threshold, dag, frame);
                                 }
     for (size_t dag = fullCount; dag < dagCount; ++dag)

@@ -57,7 +57,7 @@ struct Experiment {
     uint32_t maxFaceTexels = FrameOptions{}.maxFaceTexels;
     std::vector<float> bias{ShadowMapBias{}.constantTexels};
     std::vector<uint32_t> taps{ShadowMapBias{}.taps};
-    std::vector<float> offset{FrameOptions{}.dagOffset};
+    std::vector<float> offset{RayOptions{}.offset};
     std::vector<uint32_t> lod{0};
     int repeats = 5;
     int warmups = 1;

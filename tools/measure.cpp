@@ -243,8 +243,7 @@ private:
                                    " differ from those of the truth");
         ErrorOptions options;
         options.seed = experiment_.errorSeed;
-        options.dagOffset = run.frame.dagOffset;
-        options.dagLevel = run.frame.dagLevel;
+        options.rays = run.frame.rays;
         options.bias = run.frame.bias;
         static const Dag kNoDag;
         const Dag& dag = run.dag < dags_.size() ? dags_[run.dag] : kNoDag;

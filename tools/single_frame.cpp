@@ -78,8 +78,8 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     frameOptions_.maps.poolBytes = uint64_t(experiment.poolMib) << 20;
     frameOptions_.maps.taps = frameOptions_.bias.taps = experiment.taps[0];
     frameOptions_.bias.constantTexels = experiment.bias[0];
-    frameOptions_.dagOffset = experiment.offset[0];
-    frameOptions_.dagLevel = experiment.lod[0];
+    frameOptions_.rays.offset = experiment.offset[0];
+    frameOptions_.rays.level = experiment.lod[0];
     errorSeed_ = experiment.errorSeed;
     renderer_ = std::make_unique<FrameRenderer>(backend, *scene_.world, dag_);
     if (wantsTruth)
@@ -107,8 +107,7 @@ const FrameResult& SingleFrames::render(float timeSeconds, uint32_t frame) {
 ErrorOptions SingleFrames::errorOptions() const {
     ErrorOptions options;
     options.seed = errorSeed_;
-    options.dagOffset = frameOptions_.dagOffset;
-    options.dagLevel = frameOptions_.dagLevel;
+    options.rays = frameOptions_.rays;
     options.bias = frameOptions_.bias;
     return options;
 }

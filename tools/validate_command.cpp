@@ -76,9 +76,8 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
         std::error_code failed;
         std::filesystem::create_directories(options.output, failed);
         if (failed)
-            throw Error(ErrorKind::kResource,
-                        options.output + ": cannot be created: " + failed.message() +
-                            "; choose another directory");
+            throw Error(ErrorKind::kResource, options.output + ": cannot be created: " +
+                                                  failed.message() + "; choose another directory");
         checkWritable(options.output + "/error.png");
     }
     const Backend backend = options.global.apply(console, true);

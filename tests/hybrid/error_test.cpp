@@ -78,7 +78,7 @@ struct HandFrame {
     std::vector<ShadowMapInfo> maps;
     std::vector<uint32_t> pageTable, depths;
     uint32_t pageTexelsLog2 = 4;
-    float dagOffset = 1.0f;
+    RayOptions rays;
     ShadowMapBias bias{0.0f, 1};
 
     HandFrame() { pairs.sampleStart.push_back(0); }
@@ -98,9 +98,7 @@ struct HandFrame {
                 visibility,
                 route,
                 {viewOf(mapOfLight),
-                 dag.view(),
-                 dagOffset,
-                 0,
+                 RayInputs{dag.view(), rays},
                  {viewOf(maps), viewOf(pageTable), viewOf(depths), pageTexelsLog2},
                  bias}};
     }
@@ -110,7 +108,8 @@ struct HandFrame {
         visibility.clear();
         for (size_t i = 0; i < lights.size(); ++i)
             visibility.push_back(answerPair(inputs().method, uint32_t(i), lights[i],
-                                            row.position[i], row.normal[i], counts));
+                                            row.position[i], row.normal[i], row.triangle[i],
+                                            counts));
     }
     ErrorReport judge(std::vector<uint8_t>* truthVisibility = nullptr, uint64_t seed = 1) const {
         const Truth truth(soup.view());
@@ -245,7 +244,7 @@ TEST(Error, SpecksThatTheShiftsMissAreSettledByAnAimedOne) {
 
 TEST(Error, HitsInTheReceiversOwnVoxelsAreAcne) {
     HandFrame f;
-    f.dagOffset = 0.0f;
+    f.rays.offset = 0.0f;
     f.soup.addLevelSquare({32, 0.5f, 32}, 32.0f); // triangle 0: z >= x
     const auto pairAt = [&](float x, float z, float lightX) {
         f.add({x, 0.5f, z}, {lightX, 60.5f, z}, z >= x ? 0 : 1);

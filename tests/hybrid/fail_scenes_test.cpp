@@ -187,9 +187,9 @@ TEST(Remedy, WithoutItsOffsetEveryRayStopsInItsOwnSurface) {
         SCOPED_TRACE(name);
         FailStage stage(failSceneOf(name), kResolutionLog2);
         FrameOptions options = failFrame();
-        options.dagOffset = 0.0f;
+        options.rays.offset = 0.0f;
         EXPECT_GT(stage.run("texels:inf", options).acnePercent(), 90.0);
-        options.dagOffset = 1.0f;
+        options.rays.offset = 1.0f;
         EXPECT_EQ(stage.run("texels:inf", options).acnePercent(), 0.0);
     }
 }
@@ -209,7 +209,7 @@ TEST(Remedy, AnOffsetOfEightDetachesShadowsFromTheirWall) {
     FailStage stage(failSceneOf("fail-detached-shadow"), kResolutionLog2);
     FrameOptions options = failFrame();
     const double derived = stage.run("texels:inf", options).falseLightPercent();
-    options.dagOffset = 8.0f;
+    options.rays.offset = 8.0f;
     EXPECT_GT(stage.run("texels:inf", options).falseLightPercent(), 50.0 * derived);
     // The same of maps: 8 texels forgiven in place of one half.
     const double forgiving = stage.run("texels:0").falseLightPercent();
@@ -367,7 +367,7 @@ TEST(Remedy, FinerVoxelsHalveOutlinesWiresAndLostContacts) {
         // And coarser ones, as a level of detail, undo it: level 2 of 2^10 is 2^8.
         FailStage stage(failSceneOf(name), 10);
         FrameOptions options = failFrame();
-        options.dagLevel = 2;
+        options.rays.level = 2;
         const FailOutcome coarse = stage.run("texels:inf", options);
         EXPECT_GT(coarse.falseShadowPercent() + coarse.falseLightPercent(), 1.5 * coarser);
     }

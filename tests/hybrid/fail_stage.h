@@ -67,8 +67,7 @@ public:
         outcome.truth = truth->visibility(renderer->gbuffer(), world.lights(), outcome.frame.pairs);
         ErrorOptions judging;
         judging.nullSampleCount = 100;
-        judging.dagOffset = options.dagOffset;
-        judging.dagLevel = options.dagLevel;
+        judging.rays = options.rays;
         judging.bias = options.bias;
         outcome.report =
             computeError(*renderer, outcome.frame, world, dag, *truth, outcome.truth, judging);

@@ -162,8 +162,8 @@ TEST(Frame, RecordsThePairsThatBruteForceFinds) {
 TEST(Frame, OfRaysAnswersEveryPairAsASingleRayDoes) {
     Stage stage(blockerScene(kManyLights, true));
     FrameOptions options = smallFrame();
-    options.dagOffset = 1.5f;
-    options.dagLevel = 1;
+    options.rays.offset = 1.5f;
+    options.rays.level = 1;
     const FrameResult frame =
         stage.renderer.render(roomCamera(), *makeCostModel("texels:inf"), options);
     const GBufferView gbuffer = stage.renderer.gbuffer();
@@ -379,8 +379,8 @@ TEST(Frame, RefusesContradictoryOptions) {
     EXPECT_THAT(messageOf([](FrameOptions& o) { o.maxFaceTexels = 8193; }), HasSubstr("8193"));
     EXPECT_THAT(messageOf([](FrameOptions& o) { o.minFaceTexels = 4096; }), HasSubstr("4096"));
     EXPECT_THAT(messageOf([](FrameOptions& o) { o.maps.taps = 1; }), HasSubstr("taps"));
-    EXPECT_THAT(messageOf([](FrameOptions& o) { o.dagOffset = NAN; }), HasSubstr("offset"));
-    EXPECT_THAT(messageOf([](FrameOptions& o) { o.dagLevel = 6; }), HasSubstr("level of detail"));
+    EXPECT_THAT(messageOf([](FrameOptions& o) { o.rays.offset = NAN; }), HasSubstr("offset"));
+    EXPECT_THAT(messageOf([](FrameOptions& o) { o.rays.level = 6; }), HasSubstr("level of detail"));
     EXPECT_THAT(messageOf([](FrameOptions& o) { o.width = 0; }), HasSubstr("image size"));
 }
 

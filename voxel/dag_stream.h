@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Streams of rays through a DAG on the CPU: the predicate of dag_trace.h for many segments at a
+// time, in the widest instructions that the processor has. The same bits as one by one.
+#pragma once
+
+#include "voxel/dag.h"
+#include "voxel/ray_slabs.h"
+
+namespace shadowdag {
+
+/// What streams are compiled for. Chosen at run time: the program itself may be compiled for less.
+enum class StreamIsa : uint8_t { kPortable, kAvx2, kAvx512 };
+
+/// Returns the widest that this processor and this build have.
+StreamIsa bestStreamIsa();
+
+/// Returns whether this processor and this build have it.
+bool hasStreamIsa(StreamIsa isa);
+
+const char* streamIsaName(StreamIsa isa);
+
+/// A cell of the wide form of a DAG by which rays may enter it: a node of even level, or a leaf
+/// (level kLeafLog2).
+struct WideCell {
+    uint32_t address; ///< into WideDagView::words
+    uint32_t level;   ///< side of 2^level voxels
+    float corner[3];  ///< least corner, voxel space
+};
+
+/// Sets blocked[i] to occluded(dag, segments[i]), level 0: 1 or 0. Neighbours in the list should be
+/// coherent (one light, starts close together): they are traced together. Works on the calling
+/// thread; no allocation. `dag` should have its wide form, else rays are traced one by one.
+/// @param blocked segments.count
+void traceStream(const DagView& dag, View<const DagSegment> segments, View<uint8_t> blocked,
+                 StreamIsa isa = bestStreamIsa());
+
+/// The same for segments known to meet no voxels but those of `cells` (a shaft's cut): traced from
+/// there. Cells that a segment does not meet are allowed; order does not change an answer. `dag`
+/// must have its wide form.
+void traceStream(const DagView& dag, View<const WideCell> cells, View<const DagSegment> segments,
+                 View<uint8_t> blocked, StreamIsa isa = bestStreamIsa());
+
+} // namespace shadowdag
