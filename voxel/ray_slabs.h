@@ -93,16 +93,17 @@ SDAG_HD inline float slabGreater(float a, float b) {
 }
 
 /// Returns, as bits c = x | y << 1 | z << 2, which of the eight cells of side h at the corner are
-/// met.
-SDAG_HD inline uint32_t childHits(const RaySlabs& r, float x, float y, float z, float h) {
+/// met between two times of the segment, 0 <= begin <= end <= 1.
+SDAG_HD inline uint32_t childHits(const RaySlabs& r, float x, float y, float z, float h,
+                                  float begin = 0.0f, float end = 1.0f) {
     const float corner[3] = {x, y, z};
     float near[3][2], far[3][2];
     for (int a = 0; a < 3; ++a) {
         const float toNear = (r.octant >> a & 1) ? h : 0.0f, toFar = h - toNear;
         for (int b = 0; b < 2; ++b) {
             const float p = corner[a] + (b ? h : 0.0f);
-            near[a][b] = slabGreater(fmaf(p + toNear, r.inv[a], r.cNear[a]), 0.0f);
-            far[a][b] = slabLesser(fmaf(p + toFar, r.inv[a], r.cFar[a]), 1.0f);
+            near[a][b] = slabGreater(fmaf(p + toNear, r.inv[a], r.cNear[a]), begin);
+            far[a][b] = slabLesser(fmaf(p + toFar, r.inv[a], r.cFar[a]), end);
         }
     }
     uint32_t hits = 0;
@@ -117,13 +118,14 @@ SDAG_HD inline uint32_t childHits(const RaySlabs& r, float x, float y, float z, 
 }
 
 /// Returns which of the 64 voxels of the leaf at the corner are met, as bits in the leaf's order.
-SDAG_HD inline uint64_t leafHits(const RaySlabs& r, float x, float y, float z) {
-    const uint32_t octants = childHits(r, x, y, z, 2.0f);
+SDAG_HD inline uint64_t leafHits(const RaySlabs& r, float x, float y, float z, float begin = 0.0f,
+                                 float end = 1.0f) {
+    const uint32_t octants = childHits(r, x, y, z, 2.0f, begin, end);
     uint64_t hits = 0;
     for (uint32_t o = 0; o < 8; ++o)
         if (octants >> o & 1)
             hits |= uint64_t(childHits(r, x + 2.0f * (o & 1), y + 2.0f * (o >> 1 & 1),
-                                       z + 2.0f * (o >> 2), 1.0f))
+                                       z + 2.0f * (o >> 2), 1.0f, begin, end))
                     << (8 * o);
     return hits;
 }
@@ -149,11 +151,12 @@ struct Tester {
     uint32_t order; ///< child i ^ order is the i-th visited
     SDAG_HD Tester(const RaySlabs& slabs, bool isFromBack)
         : r(slabs), order(r.octant ^ (isFromBack ? 7u : 0u)) {}
-    SDAG_HD uint32_t childHits(const Corner& c, uint32_t side) const {
-        return portable::childHits(r, float(c.x), float(c.y), float(c.z), float(side));
+    SDAG_HD uint32_t childHits(const Corner& c, uint32_t side, float begin = 0.0f,
+                               float end = 1.0f) const {
+        return portable::childHits(r, float(c.x), float(c.y), float(c.z), float(side), begin, end);
     }
-    SDAG_HD uint64_t leafHits(const Corner& c) const {
-        return portable::leafHits(r, float(c.x), float(c.y), float(c.z));
+    SDAG_HD uint64_t leafHits(const Corner& c, float begin = 0.0f, float end = 1.0f) const {
+        return portable::leafHits(r, float(c.x), float(c.y), float(c.z), begin, end);
     }
     /// Returns the first of these children (bits, not 0) in the order of visits: the lowest bit
     /// when bit numbers i stand for i ^ order.
@@ -228,7 +231,8 @@ struct Tester {
         farSides = _mm256_sub_ps(_mm256_add_ps(lower, _mm256_set1_ps(1)), twice(against));
     }
 
-    uint32_t childHits(const Corner& corner, uint32_t side) const {
+    uint32_t childHits(const Corner& corner, uint32_t side, float begin = 0.0f,
+                       float end = 1.0f) const {
         const __m256 sides = _mm256_set1_ps(float(side));
         const __m256 p =
             _mm256_permutevar8x32_ps(_mm256_castps128_ps256(_mm_cvtepi32_ps(corner.lanes)),
@@ -240,17 +244,17 @@ struct Tester {
                       ofZ = _mm256_setr_epi32(4, 4, 4, 4, 5, 5, 5, 5);
         const __m256 enter = _mm256_max_ps(
             _mm256_max_ps(_mm256_permutevar8x32_ps(near, ofX), _mm256_permutevar8x32_ps(near, ofY)),
-            _mm256_max_ps(_mm256_permutevar8x32_ps(near, ofZ), _mm256_setzero_ps()));
+            _mm256_max_ps(_mm256_permutevar8x32_ps(near, ofZ), _mm256_set1_ps(begin)));
         const __m256 leave = _mm256_min_ps(
             _mm256_min_ps(_mm256_permutevar8x32_ps(far, ofX), _mm256_permutevar8x32_ps(far, ofY)),
-            _mm256_min_ps(_mm256_permutevar8x32_ps(far, ofZ), _mm256_set1_ps(1)));
+            _mm256_min_ps(_mm256_permutevar8x32_ps(far, ofZ), _mm256_set1_ps(end)));
         return uint32_t(_mm256_movemask_ps(_mm256_cmp_ps(enter, leave, _CMP_LE_OQ)));
     }
 
     /// A voxel is met when each axis' near time is at most each other's far time (an axis' own
     /// always is): pairs of axes give 16 bits each, which are spread along the third axis and
     /// combined.
-    uint64_t leafHits(const Corner& corner) const {
+    uint64_t leafHits(const Corner& corner, float begin = 0.0f, float end = 1.0f) const {
         const __m256 cornerLanes = _mm256_castps128_ps256(_mm_cvtepi32_ps(corner.lanes));
         __m256 near[3], far[3]; // planes of voxels 0..3, twice
         for (int a = 0; a < 3; ++a) {
@@ -263,10 +267,10 @@ struct Tester {
             const __m256 pFar = _mm256_add_ps(p, _mm256_permutevar8x32_ps(farSides, lane));
             near[a] =
                 _mm256_max_ps(_mm256_fmadd_ps(pNear, invA, _mm256_permutevar8x32_ps(cNear, lane)),
-                              _mm256_setzero_ps());
+                              _mm256_set1_ps(begin));
             far[a] =
                 _mm256_min_ps(_mm256_fmadd_ps(pFar, invA, _mm256_permutevar8x32_ps(cFar, lane)),
-                              _mm256_set1_ps(1));
+                              _mm256_set1_ps(end));
         }
         // Bit (a0, b0, a1, b1) of a pair: coordinates a0 + 2 a1 and b0 + 2 b1. The upper half has
         // b1 = 1: b permuted once serves both, moved by 2.
