@@ -140,7 +140,8 @@ ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame
                              frame.pairs,
                              frame.visibility,
                              frame.pairRoute,
-                             {viewOf(renderer.mapOfLight()), RayInputs{dag.view(), options.rays},
+                             {viewOf(renderer.mapOfLight()),
+                              RayInputs{dag.view(), options.rays, renderer.movers()},
                               renderer.shadowMaps(), options.bias}};
     return computeError(inputs, truth, truthVisibility, options);
 }

@@ -79,7 +79,8 @@ struct PairJudge::Question {
     Route route;
     double rhoWorld;
     double startOffsetWorld, endOffsetWorld;
-    DagHit hit;           ///< rays, dark
+    bool isByMover;       ///< rays, dark: not a voxel's doing
+    DagHit hit;           ///< rays, dark by a voxel
     ShadowMapTrace trace; ///< maps, dark
 };
 
@@ -101,8 +102,12 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
             shadowSegment(grid, q.position, q.normal, q.light, method.rays.options.offset,
                           method.rays.options.level);
         q.hit.level = method.rays.options.level;
-        if (isDark)
-            occluded(method.rays.dag, segment, method.rays.options.level, &q.hit);
+        q.isByMover =
+            isDark && !occluded(method.rays.dag, segment, method.rays.options.level, &q.hit);
+        if (q.isByMover) {
+            q.rhoWorld = truth_.clearance(q.position, q.receiver);
+            return q;
+        }
         const auto moved = [&](const glm::vec3& end, const glm::vec3& world) {
             return glm::length(glm::dvec3(end) - grid.voxelFromWorld(glm::dvec3(world))) *
                    grid.voxelSizeWorld;
@@ -140,7 +145,7 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
 }
 
 bool PairJudge::isAcne(const Question& q) const {
-    if (q.receiver == kBackground)
+    if (q.receiver == kBackground || q.isByMover)
         return false;
     if (q.route == Route::kRays) {
         const VoxelGrid& grid = inputs_.method.rays.dag.grid;
@@ -260,7 +265,7 @@ PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const 
         return isDark ? PairVerdict::kAcne : PairVerdict::kContact;
     if (anyShiftAnswers(q, isDark))
         return PairVerdict::kExplained;
-    return isDark && anyAimedShiftIsDark(q) ? PairVerdict::kSettled : PairVerdict::kUnexplained;
+    return isDark && !q.isByMover && anyAimedShiftIsDark(q) ? PairVerdict::kSettled : PairVerdict::kUnexplained;
 }
 
 bool PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {

@@ -104,6 +104,10 @@ GBufferView FrameRenderer::gbuffer() const {
     return hostGBuffer(*state_);
 }
 
+MoverView FrameRenderer::movers() const {
+    return state_->scene.hostMovers();
+}
+
 ShadowMapView FrameRenderer::shadowMaps() const {
     return hostShadowMaps(*state_);
 }

@@ -45,6 +45,7 @@ struct FrameCounts {
     uint64_t clusterLightCount = 0;
     uint64_t pairCount = 0; ///< exact pairs
     uint64_t rayCount = 0;
+    uint64_t moverTestCount = 0; ///< rays that voxels left lit and that were held against movers
     uint64_t lookupCount = 0;
     uint32_t tracedLightCount = 0;
     uint32_t mappedLightCount = 0;
@@ -89,6 +90,8 @@ public:
 
     /// Returns the host G-buffer of the last frame; valid until the next.
     GBufferView gbuffer() const;
+    /// Returns what moves, on the host, as rays are held against it; valid until worldChanged.
+    MoverView movers() const;
     /// Returns maps of the last frame for the error analysis (map index by light through
     /// mapOfLight); valid until the next.
     ShadowMapView shadowMaps() const;

@@ -3,17 +3,17 @@
 #include "hybrid/frame_scene.h"
 
 #include "hybrid/light_bvh.h"
-#include "voxel/wide_dag_trace.h"
 
 namespace shadowdag {
 
 FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag)
-    : world_(world), hostDag_(dag), batchSet_(world), positions_(backend, "world positions"),
-      triangles_(backend, "world triangles"), batches_(backend, "batches"),
-      batchBoxes_(backend, "batch boxes"), batchTriangles_(backend, "batch triangles"),
-      lights_(backend, "lights"), lightBoxes_(backend, "light boxes"),
-      lightItems_(backend, "light items"), materials_(backend, "materials"),
-      triangleMaterial_(backend, "triangle materials"), dagWords_(backend, "dag words") {
+    : world_(world), hostDag_(dag), batchSet_(world), movers_(backend),
+      positions_(backend, "world positions"), triangles_(backend, "world triangles"),
+      batches_(backend, "batches"), batchBoxes_(backend, "batch boxes"),
+      batchTriangles_(backend, "batch triangles"), lights_(backend, "lights"),
+      lightBoxes_(backend, "light boxes"), lightItems_(backend, "light items"),
+      materials_(backend, "materials"), triangleMaterial_(backend, "triangle materials"),
+      dagWords_(backend, "dag words") {
     for (const Material& material : world.scene().materials)
         hostMaterials_.push_back({material.baseColor, material.emission});
     materials_.set(hostMaterials_);
@@ -22,7 +22,7 @@ FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag)
     batches_.set(batchSet_.view().batches);
     batchTriangles_.set(batchSet_.view().triangles);
     dagWords_.set(hostDag_.words);
-    if (kTracesWide && backend == Backend::kCpu)
+    if (backend == Backend::kCpu)
         wideDag_ = buildWideDag(hostDag_);
     setMoving();
 }
@@ -34,6 +34,7 @@ void FrameScene::setMoving() {
     hostLightBvh_ = buildLightBvh(world_.lights());
     lightBoxes_.set(hostLightBvh_.view().boxes);
     lightItems_.set(hostLightBvh_.view().items);
+    movers_.update(world_, batchSet_.view());
 }
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances) {
@@ -54,6 +55,14 @@ WideBvhView FrameScene::lightBvh() const {
 
 DagView FrameScene::dag() const {
     return {dagWords_.view(), hostDag_.rootAddress, hostDag_.grid, wideDag_.view()};
+}
+
+MoverView FrameScene::movers() const {
+    return movers_.view(triangles(), batches_.view(), batchTriangles_.view());
+}
+
+MoverView FrameScene::hostMovers() const {
+    return movers_.hostView(world_.triangles(), batchSet_.view());
 }
 
 } // namespace shadowdag

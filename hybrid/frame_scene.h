@@ -2,6 +2,7 @@
 // The world as the frame's passes read it on one backend.
 #pragma once
 
+#include "hybrid/mover_set.h"
 #include "hybrid/resident.h"
 #include "hybrid/shade_model.h"
 #include "scenes/batches.h"
@@ -33,6 +34,9 @@ public:
     View<const SurfaceColor> materials() const { return materials_.view(); }
     View<const uint32_t> triangleMaterial() const { return triangleMaterial_.view(); }
     DagView dag() const;
+    MoverView movers() const;
+    /// Returns the movers on the host.
+    MoverView hostMovers() const;
     /// Returns whether rays can be traced; a DAG without voxels blocks none.
     bool hasDag() const { return hostDag_.isBuilt(); }
 
@@ -43,6 +47,7 @@ private:
     const Dag& hostDag_;
     WideDag wideDag_; // for rays on the CPU
     BatchSet batchSet_;
+    MoverSet movers_;
     WideBvh hostLightBvh_;
     std::vector<SurfaceColor> hostMaterials_;
 

@@ -35,8 +35,8 @@ FrameState::FrameState(Backend backend, const World& world, const Dag& dag)
     : backend(backend), scene(backend, world, dag), gbuffer(backend), clusters(backend),
       lists(backend), demand(backend), maps(backend), color(backend, "colour"),
       rayCount(backend, "ray counts"), lookupCount(backend, "lookup counts"),
-      missingTapCount(backend, "missing tap counts"), pairs(backend),
-      nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
+      missingTapCount(backend, "missing tap counts"), moverTestCount(backend, "mover test counts"),
+      pairs(backend), nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
       pairRoute(backend, "pair route"), mapOfLight(world.lights().size(), kNone),
       mapOfLightOnBackend(backend, "map of light") {}
 
@@ -60,7 +60,8 @@ void checkOptions(const FrameOptions& options) {
 
 ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
     state.color.resize(state.gbuffer.view().count());
-    for (Buffer<uint32_t>* counts : {&state.rayCount, &state.lookupCount, &state.missingTapCount}) {
+    for (Buffer<uint32_t>* counts :
+         {&state.rayCount, &state.lookupCount, &state.missingTapCount, &state.moverTestCount}) {
         counts->resize(state.clusters.cell.size());
         counts->fill(0);
     }
@@ -74,12 +75,14 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
             state.clusters.view(),
             state.lists.view(),
             scene.lights(),
-            VisibilityInputs{state.mapOfLightOnBackend.view(), RayInputs{scene.dag(), options.rays},
+            VisibilityInputs{state.mapOfLightOnBackend.view(),
+                             RayInputs{scene.dag(), options.rays, scene.movers()},
                              state.maps.view(), options.bias},
             state.color.view(),
             state.rayCount.view(),
             state.lookupCount.view(),
             state.missingTapCount.view(),
+            state.moverTestCount.view(),
             {}};
 }
 
@@ -117,6 +120,7 @@ void countFrame(const FrameState& state, FrameResult& result) {
     counts.lookupCount = sum(state.lookupCount);
     counts.pairCount = counts.rayCount + counts.lookupCount;
     counts.missingTapCount = sum(state.missingTapCount);
+    counts.moverTestCount = sum(state.moverTestCount);
     for (const MapRecord& map : result.maps)
         ++(map.route == Route::kRays ? counts.tracedLightCount : counts.mappedLightCount);
     counts.maps = state.maps.counts();

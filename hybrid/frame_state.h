@@ -25,7 +25,7 @@ struct FrameState {
     LightDemand demand;
     ShadowMaps maps;
     Buffer<glm::vec3> color;
-    Buffer<uint32_t> rayCount, lookupCount, missingTapCount; ///< by cluster
+    Buffer<uint32_t> rayCount, lookupCount, missingTapCount, moverTestCount; ///< by cluster
     PairSet pairs;
     Buffer<uint32_t> nextPair;
     Buffer<uint8_t> pairVisibility;

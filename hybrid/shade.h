@@ -25,6 +25,7 @@ struct VisibilityCounts {
     uint32_t rayCount = 0;
     uint32_t lookupCount = 0;
     uint32_t missingTapCount = 0;
+    uint32_t moverTestCount = 0;
 };
 
 /// Returns the visibility of a pair by the method that serves its light, 255 lit .. 0 dark.
@@ -38,7 +39,7 @@ SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, uint32_t light
         ++counts.rayCount;
         const ShadowPair pair{positionWorld, normalWorld, light.positionWorld, receiver,
                               lightIndex};
-        return isDarkByRays(inputs.rays, pair) ? uint8_t(0) : kLit;
+        return isDarkByRays(inputs.rays, pair, &counts.moverTestCount) ? uint8_t(0) : kLit;
     }
     ++counts.lookupCount;
     ShadowMapTrace trace{};
@@ -76,9 +77,10 @@ struct ShadeSamples {
     View<const Light> lights;
     VisibilityInputs visibility;
     View<glm::vec3> color;   ///< width * height, linear radiance; zero where nothing is seen
-    View<uint32_t> rayCount; ///< these three: clusterCount, zero before
+    View<uint32_t> rayCount; ///< these four: clusterCount, zero before
     View<uint32_t> lookupCount;
     View<uint32_t> missingTapCount;
+    View<uint32_t> moverTestCount;
     PairRecorder recorder;
 
     /// Returns what a light adds to a sample.
@@ -143,6 +145,8 @@ struct ShadeSamples {
             atomicAddRelaxed(&lookupCount[cluster], counts.lookupCount);
         if (counts.missingTapCount)
             atomicAddRelaxed(&missingTapCount[cluster], counts.missingTapCount);
+        if (counts.moverTestCount)
+            atomicAddRelaxed(&moverTestCount[cluster], counts.moverTestCount);
     }
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Embree's door: building, the filter that confirms hits in double, packets. Ray set-up is in
-// truth_rays.cpp.
+// truth_ray.h.
 #include "hybrid/truth_state.h"
 
 #include "cuda/error.h"
@@ -26,32 +26,13 @@ struct FilterContext {
     const TruthRay* rays; ///< of this packet; a ray's id is its index here
 };
 
-/// Returns where the ray crosses the triangle's plane, in double; NaN when they are parallel. The
-/// differences of floats are exact or off by 2^-53 relative, so is what follows to a few of those.
-double crossing(const Truth::State& state, const TruthRay& ray, uint32_t triangle) {
-    const glm::dvec3 v0 = state.vertex(triangle, 0);
-    const glm::dvec3 normal =
-        glm::cross(state.vertex(triangle, 1) - v0, state.vertex(triangle, 2) - v0);
-    const double along = glm::dot(normal, glm::dvec3(ray.direction));
-    if (along == 0.0)
-        return std::nan("");
-    return glm::dot(normal, v0 - glm::dvec3(ray.startLocal)) / along;
-}
-
-bool counts(const Truth::State& state, const TruthRay& ray, uint32_t triangle) {
-    if (triangle == ray.receiver)
-        return false;
-    const double t = crossing(state, ray, triangle);
-    return t > 0.0 && t < double(ray.tFar);
-}
-
 void confirmHits(const RTCFilterFunctionNArguments* args) {
     const auto& context = *reinterpret_cast<const FilterContext*>(args->context);
     for (unsigned lane = 0; lane < args->N; ++lane)
         if (args->valid[lane] == -1) {
             const uint32_t ray = RTCRayN_id(args->ray, args->N, lane);
             const uint32_t triangle = RTCHitN_primID(args->hit, args->N, lane);
-            if (!counts(*context.state, context.rays[ray], triangle))
+            if (!isBetweenEnds(*context.state, context.rays[ray], triangle))
                 args->valid[lane] = 0;
         }
 }
@@ -125,12 +106,10 @@ void Truth::State::build(const TriangleView& source) {
                         "the truth needs coordinates under 1e18, the scene reaches " +
                             std::to_string(std::fabs(lo) > std::fabs(hi) ? lo : hi) + " on axis " +
                             std::to_string(a) + "; scale the scene down");
-        const float middle = lo + 0.5f * (hi - lo);
-        const bool isExact = middle > 0.0f ? lo >= 0.5f * middle && hi <= 2.0f * middle
-                                           : hi <= 0.5f * middle && lo >= 2.0f * middle;
-        origin[a] = isExact ? double(middle) : 0.0;
     }
-    diagonal = glm::length(glm::dvec3(bounds.extent()));
+    const TruthSpace space = truthSpaceOf(source.positions);
+    origin = space.origin;
+    diagonal = space.diagonal;
     vertices.resize(source.positions.count);
     for (size_t i = 0; i < vertices.size(); ++i)
         vertices[i] = glm::vec4(glm::vec3(glm::dvec3(source.positions[i]) - origin), 0.0f);
@@ -203,7 +182,7 @@ uint32_t Truth::traceFirst(const TruthRay& ray, float* t) const {
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return kBackground;
     if (t)
-        *t = float(crossing(*state_, ray, query.hit.primID));
+        *t = float(planeCrossing(*state_, ray, query.hit.primID));
     return query.hit.primID;
 }
 
@@ -266,9 +245,9 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
                     continue;
                 for (uint64_t p = first; p < last; ++p)
                     items.push_back({pairs.light[p], uint32_t(receivers.size()), p});
-                receivers.push_back(state_->receiver(gbuffer.positionWorld[sample],
-                                                     gbuffer.normalWorld[sample],
-                                                     gbuffer.triangle[sample]));
+                receivers.push_back(makeTruthReceiver(*state_, gbuffer.positionWorld[sample],
+                                                      gbuffer.normalWorld[sample],
+                                                      gbuffer.triangle[sample]));
                 starts.push_back(truthStart(receivers.back()));
             }
             std::stable_sort(items.begin(), items.end(),

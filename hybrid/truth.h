@@ -24,6 +24,7 @@
 #pragma once
 
 #include "hybrid/pairs.h"
+#include "hybrid/truth_ray.h"
 #include "scenes/world.h"
 
 #include <functional>
@@ -36,15 +37,6 @@ namespace shadowdag {
 struct TruthBlocker {
     uint32_t triangle = kBackground; ///< world triangle, kBackground when lit
     float distanceWorld = 0;         ///< from the sample
-};
-
-/// A segment as Embree is asked for it: local space = world space - Truth::originWorld(), t in [0,
-/// 1] from start to end.
-struct TruthRay {
-    glm::vec3 startLocal;
-    glm::vec3 direction;             ///< end - start, not unit
-    float tFar = 1.0f;               ///< hits with 0 < t < tFar count; <= 0: nothing blocks
-    uint32_t receiver = kBackground; ///< triangle that never counts
 };
 
 /// Embree over the triangles of a world at its current time. Robust flag; both ends moved by a
@@ -103,9 +95,11 @@ public:
     /// triangle itself.
     bool isCoplanar(uint32_t triangle, uint32_t other) const;
 
-    /// Returns the world point that is the local frame's origin: per axis 0, or the middle of the
-    /// bounds where subtracting it from every vertex is exact (Sterbenz: all coordinates within a
-    /// factor 2 of it), which gives scenes far from the origin their full precision.
+    /// Returns c of this file's head for a sample on a triangle (kBackground: for the sample
+    /// alone).
+    double clearance(const glm::vec3& sampleWorld, uint32_t receiverTriangle) const;
+    /// Returns the world point that is the local frame's origin (TruthSpace), which gives scenes
+    /// far from the world's origin their full precision.
     const glm::dvec3& originWorld() const;
 
     struct State; ///< of truth_state.h, for the implementation

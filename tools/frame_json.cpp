@@ -66,6 +66,7 @@ Json toJson(const FrameCounts& c) {
             {"batch_face_count", c.maps.batchFaceCount},
             {"batch_face_sphere_count", c.maps.batchFaceSphereCount},
             {"ray_count", c.rayCount},
+            {"mover_test_count", c.moverTestCount},
             {"lookup_count", c.lookupCount},
             {"missing_tap_count", c.missingTapCount},
             {"map_bytes", c.maps.mapBytes}};

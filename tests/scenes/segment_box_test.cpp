@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/segment_box.h"
+
+#include "scenes/split_mix.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace shadowdag {
+namespace {
+
+Box boxOf(const glm::vec3& min, const glm::vec3& max) {
+    Box box;
+    box.add(min);
+    box.add(max);
+    return box;
+}
+
+TEST(BoxSegment, DecidesAxisParallelSegmentsAndPoints) {
+    const Box box = boxOf({1, 1, 1}, {2, 2, 2});
+    EXPECT_TRUE(BoxSegment({0, 1.5, 1.5}, {3, 1.5, 1.5}).touches(box));
+    EXPECT_FALSE(BoxSegment({0, 2.5, 1.5}, {3, 2.5, 1.5}).touches(box));
+    EXPECT_FALSE(BoxSegment({0, 1.5, 1.5}, {0.9, 1.5, 1.5}).touches(box));
+    EXPECT_TRUE(BoxSegment({1.5, 1.5, 1.5}, {1.5, 1.5, 1.5}).touches(box));
+    EXPECT_FALSE(BoxSegment({0, 0, 0}, {0, 0, 0}).touches(box));
+    EXPECT_FALSE(BoxSegment({0, 0, 0}, {1, 1, 1}).touches(Box{}));
+}
+
+TEST(BoxSegment, TouchesWhatItsEndsFacesEdgesAndCornersTouch) {
+    const Box box = boxOf({-1, -1, -1}, {1, 1, 1});
+    EXPECT_TRUE(BoxSegment({1, 0, 0}, {5, 0, 0}).touches(box));
+    EXPECT_TRUE(BoxSegment({1, -5, 0}, {1, 5, 0}).touches(box));
+    EXPECT_TRUE(BoxSegment({0, 2, 0}, {2, 0, 0}).touches(box));
+    EXPECT_TRUE(BoxSegment({0, 0, 3}, {2, 2, -1}).touches(box));
+    EXPECT_FALSE(BoxSegment({0, 2.001, 0}, {2, 0.001, 0}).touches(box));
+}
+
+// A flat box around a point of the segment, far from the origin, where rounding is largest.
+TEST(BoxSegment, NeverMissesABoxAroundOneOfItsPoints) {
+    uint64_t state = 20260101;
+    RecordProperty("seed", "20260101");
+    const auto random = [&] { return double(splitMix64(state += kSplitMixGamma) >> 11) * 0x1p-53; };
+    for (int i = 0; i < 100000; ++i) {
+        const double far = i % 2 ? 1e6 : 1.0;
+        const glm::dvec3 from(far + random(), random(), far * random());
+        const glm::dvec3 to(far + random(), i % 3 ? random() : from.y, far * random());
+        const glm::dvec3 at = from + (to - from) * random();
+        Box box;
+        for (int a = 0; a < 3; ++a) {
+            const float nearest = float(at[a]);
+            box.min[a] = double(nearest) > at[a] ? std::nextafter(nearest, -1e30f) : nearest;
+            box.max[a] = double(nearest) < at[a] ? std::nextafter(nearest, 1e30f) : nearest;
+        }
+        ASSERT_TRUE(BoxSegment(from, to).touches(box)) << i;
+    }
+}
+
+} // namespace
+} // namespace shadowdag
