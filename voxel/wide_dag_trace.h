@@ -16,11 +16,6 @@
 
 #if defined(SDAG_RAY_SLABS_AVX2)
 
-namespace shadowdag {
-/// Whether rays use a DAG's wide form where this file is compiled.
-constexpr bool kTracesWide = true;
-} // namespace shadowdag
-
 namespace shadowdag::avx2 {
 
 /// For order o (3 bits): where byte c ^ o of a mask comes from, and what the low and the high half
@@ -191,8 +186,4 @@ inline bool meetsWide(const WideDagView& wide, const RaySlabs& r) {
 
 } // namespace shadowdag::avx2
 
-#else
-namespace shadowdag {
-constexpr bool kTracesWide = false;
-}
 #endif

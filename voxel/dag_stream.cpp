@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+// Chooses among the files of ray streams, and answers what has no wide form.
+#include "voxel/dag_stream.h"
+
+#include "voxel/dag_stream_work.h"
+#include "voxel/dag_trace.h"
+
+#include <cstddef>
+
+namespace shadowdag {
+
+static_assert(sizeof(DagSegment) == 6 * sizeof(float));
+static_assert(sizeof(WideCell) == sizeof(stream::Start) &&
+              offsetof(WideCell, level) == offsetof(stream::Start, level) &&
+              offsetof(WideCell, corner) == offsetof(stream::Start, corner));
+
+namespace {
+
+#if defined(SDAG_STREAM_X86)
+bool processorHas(StreamIsa isa) {
+    __builtin_cpu_init();
+    const bool hasAvx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                         __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+    const bool hasAvx512 = hasAvx2 && __builtin_cpu_supports("avx512f") &&
+                           __builtin_cpu_supports("avx512bw") &&
+                           __builtin_cpu_supports("avx512cd") &&
+                           __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+    return isa == StreamIsa::kAvx512 ? hasAvx512 : isa == StreamIsa::kAvx2 ? hasAvx2 : true;
+}
+#else
+bool processorHas(StreamIsa isa) {
+    return isa == StreamIsa::kPortable;
+}
+#endif
+
+} // namespace
+
+bool hasStreamIsa(StreamIsa isa) {
+    static const bool has[] = {true, processorHas(StreamIsa::kAvx2),
+                               processorHas(StreamIsa::kAvx512)};
+    return has[size_t(isa)];
+}
+
+StreamIsa bestStreamIsa() {
+    static const StreamIsa best = hasStreamIsa(StreamIsa::kAvx512) ? StreamIsa::kAvx512
+                                  : hasStreamIsa(StreamIsa::kAvx2) ? StreamIsa::kAvx2
+                                                                   : StreamIsa::kPortable;
+    return best;
+}
+
+const char* streamIsaName(StreamIsa isa) {
+    return isa == StreamIsa::kAvx512 ? "AVX-512" : isa == StreamIsa::kAvx2 ? "AVX2" : "portable";
+}
+
+void traceStream(const DagView& dag, View<const WideCell> cells, View<const DagSegment> segments,
+                 View<uint8_t> blocked, StreamIsa isa) {
+    SDAG_ASSERT(blocked.count >= segments.count);
+    SDAG_ASSERT(!dag.wide.words.empty());
+    SDAG_ASSERT(hasStreamIsa(isa));
+    const stream::Work work{dag.wide.words.data,
+                            reinterpret_cast<const stream::Start*>(cells.data),
+                            cells.count,
+                            float(dag.grid.resolution()),
+                            reinterpret_cast<const float*>(segments.data),
+                            segments.count,
+                            blocked.data};
+#if defined(SDAG_STREAM_X86)
+    if (isa == StreamIsa::kAvx512)
+        return stream::traceAvx512(work);
+    if (isa == StreamIsa::kAvx2)
+        return stream::traceAvx2(work);
+#endif
+    stream::tracePortable(work);
+}
+
+void traceStream(const DagView& dag, View<const DagSegment> segments, View<uint8_t> blocked,
+                 StreamIsa isa) {
+    SDAG_ASSERT(blocked.count >= segments.count);
+    SDAG_ASSERT(hasStreamIsa(isa));
+    if (dag.wide.words.empty()) {
+        for (size_t i = 0; i < segments.count; ++i)
+            blocked[i] = occluded(dag, segments[i]);
+        return;
+    }
+    const WideCell root{dag.wide.rootAddress, dag.wide.rootLevel, {0, 0, 0}};
+    traceStream(dag, View<const WideCell>{&root, 1}, segments, blocked, isa);
+}
+
+} // namespace shadowdag

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ray streams in plain C++, for processors that have neither AVX2 nor AVX-512.
+#include "voxel/dag_stream_kernel.h"
+
+#include <cmath>
+
+namespace shadowdag::stream {
+namespace {
+
+struct Portable {
+    static constexpr uint32_t kWidth = 8;
+    struct Floats {
+        float at[kWidth];
+    };
+
+    template <class F> static Floats each(const F& of) {
+        Floats r;
+        for (uint32_t i = 0; i < kWidth; ++i)
+            r.at[i] = of(i);
+        return r;
+    }
+    template <class F> static uint32_t bits(const F& of) {
+        uint32_t r = 0;
+        for (uint32_t i = 0; i < kWidth; ++i)
+            r |= uint32_t(of(i)) << i;
+        return r;
+    }
+
+    static Floats splat(float v) {
+        return each([&](uint32_t) { return v; });
+    }
+    static Floats gather(const float* base, const uint32_t* index) {
+        return each([&](uint32_t i) { return base[index[i]]; });
+    }
+    static float lane(const Floats& v, uint32_t i) { return v.at[i]; }
+    static Floats add(const Floats& a, const Floats& b) {
+        return each([&](uint32_t i) { return a.at[i] + b.at[i]; });
+    }
+    static Floats sub(const Floats& a, const Floats& b) {
+        return each([&](uint32_t i) { return a.at[i] - b.at[i]; });
+    }
+    static Floats mul(const Floats& a, const Floats& b) {
+        return each([&](uint32_t i) { return a.at[i] * b.at[i]; });
+    }
+    static Floats div(const Floats& a, const Floats& b) {
+        return each([&](uint32_t i) { return a.at[i] / b.at[i]; });
+    }
+    static Floats fma(const Floats& a, const Floats& b, const Floats& c) {
+        return each([&](uint32_t i) { return __builtin_fmaf(a.at[i], b.at[i], c.at[i]); });
+    }
+    static Floats lesser(const Floats& a, const Floats& b) {
+        return each([&](uint32_t i) { return a.at[i] < b.at[i] ? a.at[i] : b.at[i]; });
+    }
+    static Floats greater(const Floats& a, const Floats& b) {
+        return each([&](uint32_t i) { return a.at[i] > b.at[i] ? a.at[i] : b.at[i]; });
+    }
+    static Floats absolute(const Floats& a) {
+        return each([&](uint32_t i) { return __builtin_fabsf(a.at[i]); });
+    }
+    static uint32_t less(const Floats& a, const Floats& b) {
+        return bits([&](uint32_t i) { return a.at[i] < b.at[i]; });
+    }
+    static uint32_t lessOrEqual(const Floats& a, const Floats& b) {
+        return bits([&](uint32_t i) { return a.at[i] <= b.at[i]; });
+    }
+    static Floats select(uint32_t which, const Floats& a, const Floats& b) {
+        return each([&](uint32_t i) { return which >> i & 1 ? a.at[i] : b.at[i]; });
+    }
+    static float least(uint32_t which, const Floats& v) {
+        float r = v.at[__builtin_ctz(which)];
+        for (uint32_t i = 0; i < kWidth; ++i)
+            r = (which >> i & 1) != 0 && v.at[i] < r ? v.at[i] : r;
+        return r;
+    }
+    static float greatest(uint32_t which, const Floats& v) {
+        float r = v.at[__builtin_ctz(which)];
+        for (uint32_t i = 0; i < kWidth; ++i)
+            r = (which >> i & 1) != 0 && v.at[i] > r ? v.at[i] : r;
+        return r;
+    }
+
+    class Grid {
+    public:
+        Grid(const Slabs& slabs, uint32_t octant) : slabs_(slabs), octant_(octant) {}
+
+        /// Returns the mask at `words` in the order of visits.
+        uint64_t ordered(const uint32_t* words) const {
+            uint64_t m = words[0] | uint64_t(words[1]) << 32;
+            const uint32_t o = endOctant(octant_);
+            const auto turn = [&m](uint64_t low, int shift) {
+                m = (m & low) << shift | (m >> shift & low);
+            };
+            if (o & 1) {
+                turn(0x5555555555555555u, 1);
+                turn(0x00ff00ff00ff00ffu, 8);
+            }
+            if (o & 2) {
+                turn(0x3333333333333333u, 2);
+                turn(0x0000ffff0000ffffu, 16);
+            }
+            if (o & 4) {
+                turn(0x0f0f0f0f0f0f0f0fu, 4);
+                turn(0x00000000ffffffffu, 32);
+            }
+            return m;
+        }
+
+        /// Returns which of the 64 cells at the corner are met, in the order of visits.
+        uint64_t hits(const float* corner, float side) const {
+            float near[3][4], far[3][4];
+            for (int a = 0; a < 3; ++a) {
+                const float* numbers = planeNumbers(octant_, a);
+                for (int k = 0; k < 4; ++k) {
+                    const float n = __builtin_fmaf(corner[a] + side * numbers[k], slabs_.invNear[a],
+                                                   slabs_.cNear[a]);
+                    const float f = __builtin_fmaf(corner[a] + side * numbers[4 + k],
+                                                   slabs_.invFar[a], slabs_.cFar[a]);
+                    near[a][k] = n > 0.0f ? n : 0.0f;
+                    far[a][k] = f < 1.0f ? f : 1.0f;
+                }
+            }
+            uint64_t met = 0;
+            for (uint32_t z = 0; z < 4; ++z)
+                for (uint32_t y = 0; y < 4; ++y) {
+                    const float n = near[1][y] > near[2][z] ? near[1][y] : near[2][z];
+                    const float f = far[1][y] < far[2][z] ? far[1][y] : far[2][z];
+                    if (!(n <= f))
+                        continue;
+                    for (uint32_t x = 0; x < 4; ++x) {
+                        const uint32_t i = (x & 1) | (y & 1) << 1 | (z & 1) << 2 | (x >> 1) << 3 |
+                                           (y >> 1) << 4 | (z >> 1) << 5;
+                        met |= uint64_t(near[0][x] <= f && n <= far[0][x]) << i;
+                    }
+                }
+            return met;
+        }
+
+    private:
+        Slabs slabs_;
+        uint32_t octant_;
+    };
+};
+
+} // namespace
+
+void tracePortable(const Work& work) {
+    traceAll<Portable>(work);
+}
+
+} // namespace shadowdag::stream
