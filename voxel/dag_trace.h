@@ -161,6 +161,26 @@ SDAG_HD inline double shadowLift(const VoxelGrid& grid, const glm::vec3& sampleW
     return double(offset) * (fabs(n.x) + fabs(n.y) + fabs(n.z)) * (double(1u << level) + slack);
 }
 
+/// Returns what shadowSegment returns, from the start lifted already, all in voxel space.
+SDAG_HD inline DagSegment segmentFromLifted(const glm::dvec3& from, const glm::dvec3& n,
+                                            const glm::dvec3& light, double offset, double cell) {
+    const glm::dvec3 way = light - from;
+    const double length = sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
+    const double back = offset * 1.7320508075688772 * cell;
+    glm::dvec3 to = from;
+    if (length > back)
+        to = from + way * ((length - back) / length);
+    const double height = (to.x - from.x) * n.x + (to.y - from.y) * n.y + (to.z - from.z) * n.z;
+    if (height < 0) {
+        to = to - n * height;
+        return {glm::vec3(from), glm::vec3(to)};
+    }
+    const double half = 0.5 * (length - back), whole = offset * cell;
+    const double ahead = half < whole ? half : whole;
+    const glm::dvec3 start = ahead > 0 ? from + way * (ahead / length) : from;
+    return {glm::vec3(start), glm::vec3(to)};
+}
+
 /// Returns the segment, in voxel space, by which a view sample asks for a light: both ends kept out
 /// of the voxels that the sample's surface and the light's fixture lie in. Start: lifted along the
 /// normal by shadowLift, then drawn towards the light, which is upwards, by offset cells, halfway
@@ -176,27 +196,12 @@ SDAG_HD inline double shadowLift(const VoxelGrid& grid, const glm::vec3& sampleW
 SDAG_HD inline DagSegment shadowSegment(const VoxelGrid& grid, const glm::vec3& sampleWorld,
                                         const glm::vec3& normalWorld, const glm::vec3& lightWorld,
                                         float offset, uint32_t level) {
-    const glm::dvec3 sample = grid.voxelFromWorld(glm::dvec3(sampleWorld));
-    const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(lightWorld));
     const glm::dvec3 n(normalWorld);
-    const double cell = double(1u << level);
     const glm::dvec3 from =
-        sample + n * shadowLift(grid, sampleWorld, normalWorld, lightWorld, offset, level);
-    const glm::dvec3 way = light - from;
-    const double length = sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
-    const double back = double(offset) * 1.7320508075688772 * cell;
-    glm::dvec3 to = from;
-    if (length > back)
-        to = from + way * ((length - back) / length);
-    const double height = (to.x - from.x) * n.x + (to.y - from.y) * n.y + (to.z - from.z) * n.z;
-    if (height < 0) {
-        to = to - n * height;
-        return {glm::vec3(from), glm::vec3(to)};
-    }
-    const double half = 0.5 * (length - back), whole = double(offset) * cell;
-    const double ahead = half < whole ? half : whole;
-    const glm::dvec3 start = ahead > 0 ? from + way * (ahead / length) : from;
-    return {glm::vec3(start), glm::vec3(to)};
+        grid.voxelFromWorld(glm::dvec3(sampleWorld)) +
+        n * shadowLift(grid, sampleWorld, normalWorld, lightWorld, offset, level);
+    return segmentFromLifted(from, n, grid.voxelFromWorld(glm::dvec3(lightWorld)), double(offset),
+                             double(1u << level));
 }
 
 } // namespace shadowdag

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "voxel/shaft_receivers.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shadowdag {
+
+namespace {
+
+/// Samples join the first facet whose first normal is within 18 degrees of theirs.
+constexpr float kFacetCosine = 0.95f;
+
+/// Fewer rays than this cost less than the shaft that would save them.
+constexpr uint32_t kFewestForShaft = 12;
+
+/// Returns the number of an 8 x 8 block of the tile, so that quarters are four in a row.
+uint32_t partOf(uint32_t pixel) {
+    const uint32_t x = (pixel & 0xff) >> 3, y = pixel >> 11;
+    return (x & 1) | (y & 1) << 1 | (x >> 1 & 1) << 2 | (y >> 1 & 1) << 3;
+}
+
+} // namespace
+
+void ShaftReceivers::reset(const VoxelGrid& grid, float offset) {
+    starts_.reset(grid, offset);
+    normals_.clear();
+    pixel_.clear();
+}
+
+void ShaftReceivers::add(const glm::vec3& positionWorld, const glm::vec3& normalWorld, uint32_t x,
+                         uint32_t y) {
+    SDAG_ASSERT(x < kTileSide && y < kTileSide);
+    starts_.add(positionWorld, normalWorld);
+    normals_.push_back(normalWorld);
+    pixel_.push_back(uint16_t(x | y << 8));
+}
+
+void ShaftReceivers::makeFrame(Facet& f) const {
+    const double length = glm::length(f.normalSum);
+    const glm::dvec3 n = length > 1e-6 ? f.normalSum / length : glm::dvec3(0, 0, 1);
+    // Least squares: p = p0 + a x + b y over the pixels.
+    const double count = f.sums[5], x = f.sums[0] / count, y = f.sums[1] / count;
+    const double xx = f.sums[2] - f.sums[0] * x, xy = f.sums[3] - f.sums[0] * y,
+                 yy = f.sums[4] - f.sums[1] * y;
+    const glm::dvec3 px = f.pointSums[1] - f.pointSums[0] * x,
+                     py = f.pointSums[2] - f.pointSums[0] * y;
+    glm::dvec3 a = px * yy - py * xy, b = py * xx - px * xy;
+    a -= n * glm::dot(a, n);
+    b -= n * glm::dot(b, n);
+    if (!(glm::dot(a, a) > 1e-12)) {
+        const glm::dvec3 m = glm::abs(n);
+        const glm::dvec3 least = m.x <= m.y && m.x <= m.z ? glm::dvec3(1, 0, 0)
+                                 : m.y <= m.z             ? glm::dvec3(0, 1, 0)
+                                                          : glm::dvec3(0, 0, 1);
+        a = glm::cross(n, least);
+    }
+    a = glm::normalize(a);
+    const glm::dvec3 across = glm::cross(n, a);
+    // Skewed as the tile is on the facet, unless it would be a needle.
+    const double bLength = glm::length(b);
+    b = bLength > 1e-6 && std::fabs(glm::dot(b, across)) > 0.25 * bLength ? b / bLength : across;
+    const double determinant = glm::dot(b, across);
+    f.axis[0] = a;
+    f.axis[1] = b;
+    f.axis[2] = n;
+    f.side[0] = glm::cross(b, n) / determinant;
+    f.side[1] = across / determinant;
+    f.side[2] = n;
+}
+
+void ShaftReceivers::build() {
+    const uint32_t count = uint32_t(starts_.count());
+    facetCount_ = 0;
+    facetOf_.resize(count);
+    glm::vec3 first[kFacets];
+    uint32_t last = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+        const glm::vec3& n = normals_[i];
+        uint32_t f = last;
+        if (facetCount_ == 0 || !(glm::dot(first[f], n) >= kFacetCosine)) {
+            for (f = 0; f < facetCount_ && !(glm::dot(first[f], n) >= kFacetCosine);)
+                ++f;
+            if (f == facetCount_) {
+                if (f < kFacets) {
+                    first[f] = n;
+                    facets_[f] = Facet{};
+                    ++facetCount_;
+                } else {
+                    f = kFacets - 1;
+                }
+            }
+        }
+        last = f;
+        facetOf_[i] = uint8_t(f);
+        Facet& facet = facets_[f];
+        facet.normalSum += glm::dvec3(n);
+        const double x = pixel_[i] & 0xff, y = pixel_[i] >> 8;
+        const glm::dvec3 p = starts_.liftedStart(i);
+        facet.sums[0] += x;
+        facet.sums[1] += y;
+        facet.sums[2] += x * x;
+        facet.sums[3] += x * y;
+        facet.sums[4] += y * y;
+        facet.sums[5] += 1;
+        facet.pointSums[0] += p;
+        facet.pointSums[1] += p * x;
+        facet.pointSums[2] += p * y;
+    }
+    for (uint32_t f = 0; f < facetCount_; ++f)
+        makeFrame(facets_[f]);
+
+    const uint32_t binCount = facetCount_ * kParts;
+    std::fill(partStart_, partStart_ + binCount + 1, 0);
+    std::fill(bounds_, bounds_ + binCount, Bounds{});
+    for (uint32_t i = 0; i < count; ++i) {
+        Facet& facet = facets_[facetOf_[i]];
+        const uint32_t bin = facetOf_[i] * kParts + partOf(pixel_[i]);
+        ++partStart_[bin + 1];
+        const glm::dvec3 p = starts_.liftedStart(i);
+        const glm::dvec3 at(glm::dot(facet.side[0], p), glm::dot(facet.side[1], p),
+                            glm::dot(facet.side[2], p));
+        bounds_[bin].low = glm::min(bounds_[bin].low, at);
+        bounds_[bin].high = glm::max(bounds_[bin].high, at);
+        const glm::dvec3 away = glm::dvec3(normals_[i]) - facet.axis[2];
+        facet.spread = std::max(facet.spread, glm::dot(away, away));
+    }
+    for (uint32_t f = 0; f < facetCount_; ++f)
+        facets_[f].spread = std::sqrt(facets_[f].spread) + 1e-12;
+    for (uint32_t b = 0; b < binCount; ++b)
+        partStart_[b + 1] += partStart_[b];
+    sorted_.resize(count);
+    uint32_t next[kFacets * kParts];
+    std::copy(partStart_, partStart_ + binCount, next);
+    for (uint32_t i = 0; i < count; ++i)
+        sorted_[next[facetOf_[i] * kParts + partOf(pixel_[i])]++] = i;
+}
+
+ShaftBase ShaftReceivers::baseOf(uint32_t facet, uint32_t firstPart, uint32_t partCount) const {
+    const Facet& f = facets_[facet];
+    Bounds all;
+    for (uint32_t p = firstPart; p < firstPart + partCount; ++p) {
+        all.low = glm::min(all.low, bounds_[facet * kParts + p].low);
+        all.high = glm::max(all.high, bounds_[facet * kParts + p].high);
+    }
+    ShaftBase base;
+    for (int c = 0; c < 8; ++c)
+        base.corner[c] = f.axis[0] * ((c & 1) ? all.high.x : all.low.x) +
+                         f.axis[1] * ((c & 2) ? all.high.y : all.low.y) +
+                         f.axis[2] * ((c & 4) ? all.high.z : all.low.z);
+    for (int a = 0; a < 3; ++a)
+        base.side[a] = f.side[a];
+    base.normal = f.axis[2];
+    base.normalSpread = f.spread;
+    return base;
+}
+
+void ShaftReceivers::trace(const DagView& dag, uint32_t begin, uint32_t end,
+                           const std::vector<WideCell>* from) {
+    if (onlyProofs_) {
+        std::fill(answers_.begin() + begin, answers_.begin() + end, kUnproven);
+        return;
+    }
+    const View<const uint32_t> which{asked_.data() + begin, end - begin};
+    segments_.resize(which.count);
+    starts_.segments(lightWorld_, which, segments_.data());
+    const View<uint8_t> answers{answers_.data() + begin, end - begin};
+    const View<const DagSegment> segments{segments_.data(), which.count};
+    if (from)
+        traceStream(dag, viewOf(*from), segments, answers);
+    else
+        traceStream(dag, segments, answers);
+}
+
+void ShaftReceivers::ask(const DagView& dag, uint32_t facet, uint32_t firstPart, uint32_t partCount,
+                         const std::vector<WideCell>& from, int depth) {
+    const uint32_t begin = askedStart_[facet * kParts + firstPart],
+                   end = askedStart_[facet * kParts + firstPart + partCount];
+    if (begin == end)
+        return;
+    if (end - begin < kFewestForShaft) {
+        trace(dag, begin, end, depth > 0 ? &from : nullptr);
+        return;
+    }
+    ++counts_->shaftCount;
+    if (!shaft_.make(starts_, baseOf(facet, firstPart, partCount), lightWorld_)) {
+        trace(dag, begin, end, depth > 0 ? &from : nullptr);
+        return;
+    }
+    ShaftCells& cells = cells_[depth];
+    if (!shaft_.refine(dag.wide, from, cells)) {
+        std::fill(answers_.begin() + begin, answers_.begin() + end, uint8_t(0));
+        counts_->litPairCount += end - begin;
+        return;
+    }
+    if (shaft_.isParted(dag.wide, cells)) {
+        std::fill(answers_.begin() + begin, answers_.begin() + end, uint8_t(1));
+        counts_->darkPairCount += end - begin;
+        return;
+    }
+    if (partCount > 1) {
+        for (uint32_t quarter = 0; quarter < 4; ++quarter)
+            ask(dag, facet, firstPart + quarter * partCount / 4, partCount / 4, cells.cells,
+                depth + 1);
+        return;
+    }
+    ++counts_->cutCount;
+    counts_->cutCellCount += cells.cells.size();
+    trace(dag, begin, end, &cells.cells);
+}
+
+void ShaftReceivers::answer(const DagView& dag, const glm::vec3& lightWorld,
+                            View<const uint8_t> isAsked, View<uint8_t> blocked,
+                            ShaftCounts& counts, bool onlyProofs) {
+    onlyProofs_ = onlyProofs;
+    SDAG_ASSERT(isAsked.count == count() && blocked.count == count());
+    lightWorld_ = lightWorld;
+    asked_.clear();
+    const uint32_t binCount = facetCount_ * kParts;
+    for (uint32_t b = 0; b < binCount; ++b) {
+        askedStart_[b] = uint32_t(asked_.size());
+        for (uint32_t i = partStart_[b]; i < partStart_[b + 1]; ++i)
+            if (isAsked[sorted_[i]])
+                asked_.push_back(sorted_[i]);
+    }
+    const uint32_t total = uint32_t(asked_.size());
+    askedStart_[binCount] = total;
+    if (total == 0)
+        return;
+    answers_.resize(total);
+    ShaftCounts here;
+    counts_ = &here;
+    here.askedCount = 1;
+    here.pairCount = total;
+    if (dag.wide.words.empty()) {
+        trace(dag, 0, total, nullptr);
+    } else {
+        root_.assign(1, WideCell{dag.wide.rootAddress, dag.wide.rootLevel, {0, 0, 0}});
+        for (uint32_t f = 0; f < facetCount_; ++f)
+            ask(dag, f, 0, kParts, root_, 0);
+    }
+    here.litCount = here.litPairCount == total;
+    here.darkCount = here.darkPairCount == total;
+    counts.add(here);
+    for (uint32_t i = 0; i < total; ++i)
+        blocked[asked_[i]] = answers_[i];
+}
+
+} // namespace shadowdag
