@@ -20,9 +20,8 @@ struct Avx2 {
                                    _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), 4);
     }
     static float lane(const Floats& v, uint32_t i) {
-        return _mm256_cvtss_f32(_mm256_permutevar8x32_ps(v, _mm256_set1_epi32(int(i))));
+        return reinterpret_cast<const float*>(&v)[i]; // vectors may alias
     }
-    static Floats add(Floats a, Floats b) { return _mm256_add_ps(a, b); }
     static Floats sub(Floats a, Floats b) { return _mm256_sub_ps(a, b); }
     static Floats mul(Floats a, Floats b) { return _mm256_mul_ps(a, b); }
     static Floats div(Floats a, Floats b) { return _mm256_div_ps(a, b); }
@@ -93,6 +92,13 @@ struct Avx2 {
             const __m256 zOther =
                 _mm256_min_ps(times(2, planesOther_[2], invOther_[2], cOther_[2]), lesser);
             return cellsOfPairs(pair(x, yOther), pair(x, zOther), pair(y, zOther));
+        }
+
+        /// Sets out[8 * a + k] to the planes of axis a, numbered as planeNumbers does.
+        void planes(const float* corner, float side, float* out) const {
+            for (int a = 0; a < 3; ++a)
+                _mm256_store_ps(out + 8 * a, _mm256_fmadd_ps(_mm256_set1_ps(side), planes_[a],
+                                                             _mm256_broadcast_ss(corner + a)));
         }
 
     private:

@@ -31,9 +31,8 @@ struct Avx512 {
         return _mm512_i32gather_ps(_mm512_loadu_si512(index), base, 4);
     }
     static float lane(const Floats& v, uint32_t i) {
-        return _mm512_cvtss_f32(_mm512_permutexvar_ps(_mm512_set1_epi32(int(i)), v));
+        return reinterpret_cast<const float*>(&v)[i]; // vectors may alias
     }
-    static Floats add(Floats a, Floats b) { return _mm512_add_ps(a, b); }
     static Floats sub(Floats a, Floats b) { return _mm512_sub_ps(a, b); }
     static Floats mul(Floats a, Floats b) { return _mm512_mul_ps(a, b); }
     static Floats div(Floats a, Floats b) { return _mm512_div_ps(a, b); }
@@ -67,6 +66,10 @@ struct Avx512 {
                 farPlanes_[i] =
                     _mm512_permutexvar_ps(_mm512_add_epi32(lanes, _mm512_set1_epi32(4)), planes);
             }
+            planesXY_ =
+                _mm512_insertf32x8(_mm512_castps256_ps512(_mm256_loadu_ps(planeNumbers(octant, 0))),
+                                   _mm256_loadu_ps(planeNumbers(octant, 1)), 1);
+            planesZ_ = _mm256_loadu_ps(planeNumbers(octant, 2));
             for (int a = 0; a < 3; ++a) {
                 invNear_[a] = _mm512_set1_ps(s.invNear[a]);
                 invFar_[a] = _mm512_set1_ps(s.invFar[a]);
@@ -100,7 +103,18 @@ struct Avx512 {
             return cellsOfPairs(pair(0, 2), pair(0, 3), pair(1, 3));
         }
 
+        /// Sets out[8 * a + k] to the planes of axis a, numbered as planeNumbers does.
+        void planes(const float* corner, float side, float* out) const {
+            const __m512 xy =
+                _mm512_insertf32x8(_mm512_set1_ps(corner[0]), _mm256_set1_ps(corner[1]), 1);
+            _mm512_store_ps(out, _mm512_fmadd_ps(_mm512_set1_ps(side), planesXY_, xy));
+            _mm256_store_ps(out + 16, _mm256_fmadd_ps(_mm256_set1_ps(side), planesZ_,
+                                                      _mm256_set1_ps(corner[2])));
+        }
+
     private:
+        __m512 planesXY_;
+        __m256 planesZ_;
         static constexpr int kAxis[4] = {0, 1, 1, 2};
         MaskOrder order_;
         __m512 nearPlanes_[4], farPlanes_[4], invNear_[3], invFar_[3], cNear_[3], cFar_[3];

@@ -33,9 +33,6 @@ struct Portable {
         return each([&](uint32_t i) { return base[index[i]]; });
     }
     static float lane(const Floats& v, uint32_t i) { return v.at[i]; }
-    static Floats add(const Floats& a, const Floats& b) {
-        return each([&](uint32_t i) { return a.at[i] + b.at[i]; });
-    }
     static Floats sub(const Floats& a, const Floats& b) {
         return each([&](uint32_t i) { return a.at[i] - b.at[i]; });
     }
@@ -133,6 +130,13 @@ struct Portable {
                     }
                 }
             return met;
+        }
+
+        /// Sets out[8 * a + k] to the planes of axis a, numbered as planeNumbers does.
+        void planes(const float* corner, float side, float* out) const {
+            for (int a = 0; a < 3; ++a)
+                for (int k = 0; k < 8; ++k)
+                    out[8 * a + k] = corner[a] + side * planeNumbers(octant_, a)[k];
         }
 
     private:
