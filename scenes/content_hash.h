@@ -5,10 +5,28 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 
 namespace shadowdag {
 
 /// Returns the XXH3-128 hash of the bytes, canonical (big endian) order: the same on every machine.
 std::array<uint8_t, 16> contentHash(const void* data, size_t byteCount);
+
+/// The same of bytes that come piece by piece; the pieces' lengths do not matter.
+class ContentHasher {
+public:
+    ContentHasher();
+    ~ContentHasher();
+    ContentHasher(ContentHasher&&) noexcept;
+    ContentHasher& operator=(ContentHasher&&) noexcept;
+
+    void add(const void* data, size_t byteCount);
+    /// Returns the hash of what was added so far.
+    std::array<uint8_t, 16> hash() const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
 
 } // namespace shadowdag

@@ -10,14 +10,18 @@
 namespace shadowdag {
 
 Json assetJson(const Asset& asset, uint64_t fileBytes) {
-    const DagStats stats = computeDagStats(asset.dag);
+    return assetJson(computeDagStats(asset.dag), asset.dag.grid, asset.provenance, fileBytes);
+}
+
+Json assetJson(const DagStats& stats, const VoxelGrid& grid, const AssetProvenance& provenance,
+               uint64_t fileBytes) {
     const auto sum = [](const std::vector<uint64_t>& counts) {
         return std::accumulate(counts.begin(), counts.end(), uint64_t(0));
     };
     const uint64_t nodes = sum(stats.nodeCounts), svoNodes = sum(stats.svoNodeCounts);
     const double voxels = double(stats.voxelCount);
-    const glm::dvec3 origin = asset.dag.grid.originWorld;
-    return {{"resolution", asset.dag.grid.resolution()},
+    const glm::dvec3 origin = grid.originWorld;
+    return {{"resolution", grid.resolution()},
             {"voxel_count", stats.voxelCount},
             {"node_counts", stats.nodeCounts},
             {"svo_node_counts", stats.svoNodeCounts},
@@ -27,13 +31,13 @@ Json assetJson(const Asset& asset, uint64_t fileBytes) {
             {"asset_bits_per_voxel", voxels > 0 ? 8.0 * double(fileBytes) / voxels : 0.0},
             {"traced_bits_per_voxel", voxels > 0 ? 8.0 * double(stats.tracedBytes) / voxels : 0.0},
             {"merge_ratio", nodes > 0 ? double(svoNodes) / double(nodes) : 0.0},
-            {"voxel_size_world", asset.dag.grid.voxelSizeWorld},
+            {"voxel_size_world", grid.voxelSizeWorld},
             {"origin_world", {origin.x, origin.y, origin.z}},
             {"provenance",
-             {{"scene", asset.provenance.sceneName},
-              {"scene_hash", asset.provenance.sceneHash},
-              {"program_version", asset.provenance.programVersion},
-              {"options", asset.provenance.options}}}};
+             {{"scene", provenance.sceneName},
+              {"scene_hash", provenance.sceneHash},
+              {"program_version", provenance.programVersion},
+              {"options", provenance.options}}}};
 }
 
 void printAsset(std::ostream& out, const Json& json) {

@@ -12,6 +12,9 @@ namespace shadowdag {
 /// Returns resolution, voxel_count, node_counts, leaf_count, asset_bytes, traced_bytes, ratios and
 /// provenance.
 Json assetJson(const Asset& asset, uint64_t fileBytes);
+/// The same of an asset that is not in memory.
+Json assetJson(const DagStats& stats, const VoxelGrid& grid, const AssetProvenance& provenance,
+               uint64_t fileBytes);
 /// Prints them as a table.
 void printAsset(std::ostream& out, const Json& json);
 

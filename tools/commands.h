@@ -11,6 +11,7 @@ namespace shadowdag {
 /// Each declares its options and returns what runs the command.
 std::function<void()> declareScene(CommandLine& commandLine);
 std::function<void()> declareVoxelize(CommandLine& commandLine);
+std::function<void()> declareMerge(CommandLine& commandLine);
 std::function<void()> declareInfo(CommandLine& commandLine);
 std::function<void()> declareRender(CommandLine& commandLine);
 std::function<void()> declareValidate(CommandLine& commandLine);

@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
             "shadowdag " + programVersion() + " (" + programCommit() + ")");
         program.command("scene", "Write a built-in scene as .glb", declareScene);
         program.command("voxelize", "Build the voxel DAG of a scene", declareVoxelize);
+        program.command("merge", "Join the parts of a build to its asset", declareMerge);
         program.command("info", "Show what an asset or a scene holds", declareInfo);
         program.command("render", "Render frames with one method, with AOVs", declareRender);
         program.command("validate", "Hold shadows against Embree, pair by pair", declareValidate);

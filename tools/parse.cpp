@@ -126,12 +126,28 @@ uint32_t parsePowerOfTwo(const std::string& option, const std::string& text, uin
     if (!readWhole(text, value) || value < min || value > max || !std::has_single_bit(value)) {
         std::string right =
             "must be a power of two from " + std::to_string(min) + " to " + std::to_string(max);
-        if (value > min && value < max)
-            right += "; the nearest are " + std::to_string(std::bit_floor(value)) + " and " +
-                     std::to_string(std::bit_ceil(value));
+        double number = 0; // 4096.5 has neighbours too
+        if (readWhole(text, number) && number > min && number < max &&
+            !std::has_single_bit(uint64_t(number)))
+            right += "; the nearest are " + std::to_string(std::bit_floor(uint64_t(number))) +
+                     " and " + std::to_string(std::bit_ceil(uint64_t(number)));
+        else if (readWhole(text, number) && number > min && number < max)
+            right += "; the nearest is " + std::to_string(uint64_t(number));
         refuse(option, text, right);
     }
     return uint32_t(std::countr_zero(value));
+}
+
+std::pair<uint32_t, uint32_t> parseShare(const std::string& option, const std::string& text,
+                                         uint32_t maxCount) {
+    const size_t slash = text.find('/');
+    uint32_t part = 0, count = 0;
+    if (slash == std::string::npos || !readWhole(text.substr(0, slash), part) ||
+        !readWhole(text.substr(slash + 1), count) || part < 1 || part > count || count > maxCount)
+        refuse(option, text,
+               "must be K/N with K from 1 to N and N at most " + std::to_string(maxCount) +
+                   ", as in 2/8");
+    return {part, count};
 }
 
 uint64_t parseBytes(const std::string& option, const std::string& text) {

@@ -31,6 +31,9 @@ std::vector<float> parseThresholds(const std::string& option, const std::string&
 /// Returns log2 of a power of two in [min, max], both powers of two.
 uint32_t parsePowerOfTwo(const std::string& option, const std::string& text, uint32_t min,
                          uint32_t max);
+/// Returns (K, N) of "K/N", 1 <= K <= N <= maxCount.
+std::pair<uint32_t, uint32_t> parseShare(const std::string& option, const std::string& text,
+                                         uint32_t maxCount);
 /// Returns bytes of "256M", "1.5G", "65536K" or "1000000" (binary multiples).
 uint64_t parseBytes(const std::string& option, const std::string& text);
 

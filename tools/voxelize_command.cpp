@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag voxelize`: builds the asset of a scene.
+// `shadowdag voxelize`: builds the asset of a scene, or a part of it.
 #include "tools/asset_json.h"
+#include "tools/build_meter.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
 #include "tools/parse.h"
 #include "tools/scene_setup.h"
 #include "voxel/voxelize.h"
 
-#include <sys/resource.h>
-
-#include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -19,55 +16,83 @@ namespace shadowdag {
 
 namespace {
 
+/// More parts than this have more in common than they differ in.
+constexpr uint32_t kMaxPartCount = 65536;
+
 struct VoxelizeOptions {
     GlobalOptions global;
-    std::string scene, output, resolution = "1024";
+    std::string scene, output, resolution = "1024", part;
 };
 
-/// Returns processor seconds of all threads so far.
-double processorSeconds(const rusage& usage) {
-    const auto seconds = [](const timeval& t) {
-        return double(t.tv_sec) + 1e-6 * double(t.tv_usec);
-    };
-    return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+/// Throws Error kUsage unless the output's name ends as what is written there does.
+void checkExtension(const VoxelizeOptions& options) {
+    const std::string wanted = options.part.empty() ? ".svdag" : ".svpart";
+    if (std::filesystem::path(options.output).extension() == wanted)
+        return;
+    throw Error(ErrorKind::kUsage,
+                "-o '" + options.output + "': " +
+                    (options.part.empty() ? "assets are .svdag files; end the name so"
+                                          : "with --part, parts are .svpart files, which merge "
+                                            "joins to an .svdag; end the name so"));
+}
+
+Json partJson(const PartHeader& header, uint64_t fileBytes) {
+    uint64_t nodes = 0, leaves = header.levels[kLeafLog2].nodeCount;
+    for (const LevelCounts& level : header.levels)
+        nodes += level.nodeCount;
+    return {{"resolution", header.grid.resolution()},
+            {"part", header.part},
+            {"part_count", header.partCount},
+            {"task_count", header.subtreeCount},
+            {"task_count_of_all", header.taskCount},
+            {"voxel_count", header.counts.voxelCount},
+            {"unique_node_count", nodes},
+            {"leaf_count", leaves},
+            {"part_bytes", fileBytes},
+            {"provenance",
+             {{"scene", header.provenance.sceneName},
+              {"scene_hash", header.provenance.sceneHash},
+              {"program_version", header.provenance.programVersion},
+              {"options", header.provenance.options}}}};
 }
 
 void runVoxelize(const VoxelizeOptions& options) {
     const Console console(options.global.json);
     options.global.apply(console, false);
     const uint32_t log2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
-    if (std::filesystem::path(options.output).extension() != ".svdag")
-        throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': assets are .svdag files; end the name so");
+    const auto [part, partCount] = options.part.empty()
+                                       ? std::pair(1u, 1u)
+                                       : parseShare("--part", options.part, kMaxPartCount);
+    checkExtension(options);
     checkWritable(options.output);
 
     const LoadedScene scene = loadSceneAndWorld(options.scene, -1, 1, false, console);
-    rusage before{};
-    getrusage(RUSAGE_SELF, &before);
-    const auto start = std::chrono::steady_clock::now();
-    Asset asset;
-    asset.provenance = assetProvenance(scene);
-    asset.dag = voxelize(scene.world->triangles(), viewOf(scene.world->staticTriangles()),
-                         sceneGrid(*scene.world, log2), console.progress("voxelize " + scene.name));
-    const double wall =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    rusage after{};
-    getrusage(RUSAGE_SELF, &after);
-    checkInterrupted();
-    const uint64_t bytes = writeAsset(asset, options.output);
-
+    const VoxelGrid grid = sceneGrid(*scene.world, log2);
+    const TriangleView triangles = scene.world->triangles();
+    const View<const uint32_t> which = viewOf(scene.world->staticTriangles());
+    const Progress progress = console.progress("voxelize " + scene.name);
+    BuildMeter meter;
     Json json = {{"output", options.output}};
-    json.update(assetJson(asset, bytes));
-    json["wall_s"] =
-        wall; // of voxelizing and merging; reading the scene and writing the file are outside
-    json["cpu_s"] = processorSeconds(after) - processorSeconds(before);
-    json["peak_rss_bytes"] = uint64_t(after.ru_maxrss) * 1024;
-    console.people() << options.output << "\n";
-    printAsset(console.people(), json);
-    console.people() << "  time            " << numberText(std::round(wall * 100) / 100) << " s, "
-                     << numberText(std::round(json["cpu_s"].get<double>() * 100) / 100)
-                     << " s of processor, peak " << bytesText(double(after.ru_maxrss) * 1024)
-                     << "\n";
+    if (!options.part.empty()) {
+        const PartHeader header = voxelizePart(triangles, which, grid, assetProvenance(scene), part,
+                                               partCount, options.output, progress);
+        meter.stop();
+        json.update(partJson(header, std::filesystem::file_size(options.output)));
+        console.people() << options.output << "\n  part " << part << " of " << partCount << ", "
+                         << header.subtreeCount << " of " << header.taskCount << " tasks, "
+                         << header.counts.voxelCount << " voxels\n";
+    } else {
+        Asset asset;
+        asset.provenance = assetProvenance(scene);
+        asset.dag = voxelize(triangles, which, grid, progress);
+        meter.stop();
+        checkInterrupted();
+        const uint64_t bytes = writeAsset(asset, options.output);
+        json.update(assetJson(asset, bytes));
+        console.people() << options.output << "\n";
+        printAsset(console.people(), json);
+    }
+    meter.report(console, json);
     console.emit(json);
 }
 
@@ -76,11 +101,15 @@ void runVoxelize(const VoxelizeOptions& options) {
 std::function<void()> declareVoxelize(CommandLine& commandLine) {
     auto options = std::make_shared<VoxelizeOptions>();
     commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
-    commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
+    commandLine.text("-o,--output", options->output, "F.svdag",
+                     "The asset to write, or with --part the .svpart file", true);
     commandLine.text(
         "--resolution", options->resolution, "N",
         "Voxels an axis, a power of two from 4 to 131072; the cube is centred on what never "
         "moves and as long as its longest side [1024]");
+    commandLine.text("--part", options->part, "K/N",
+                     "Build only part K of N, which may run anywhere; shadowdag merge joins all N "
+                     "to the very asset that one build makes");
     options->global.declare(commandLine);
     return [options] { runVoxelize(*options); };
 }

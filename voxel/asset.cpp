@@ -16,12 +16,11 @@
 #include "scenes/content_hash.h"
 #include "scenes/output_file.h"
 #include "voxel/asset_encoding.h"
+#include "voxel/byte_stream.h"
 
 #include <zstd.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -31,86 +30,21 @@
 namespace shadowdag {
 namespace {
 
-static_assert(std::endian::native == std::endian::little,
-              "values are copied as they stand in memory");
-
 constexpr uint8_t kMagic[8] = {0x53, 0x56, 0x44, 0x41, 0x47, 0x0d, 0x0a, 0x1a};
 constexpr uint32_t kVersion = 1;
 constexpr uint32_t kPackingNone = 0, kPackingZstd = 1;
-constexpr uint32_t kMaxTextBytes = 4096;
 // What a file may unpack to, relative to its payload: bounds what is allocated on its word. The
 // writer leaves what would shrink more as it is.
 constexpr uint64_t kMaxUnpackRatio = 16;
 // Levels above 12 gain a few percent for several times the time.
 constexpr int kZstdLevel = 12;
 
-class HeaderWriter {
-public:
-    template <class T> void put(const T& value) {
-        static_assert(std::is_trivially_copyable_v<T>);
-        bytes(&value, sizeof(T));
-    }
-    void text(const std::string& s) {
-        const std::string cut = s.substr(0, kMaxTextBytes);
-        put(uint32_t(cut.size()));
-        bytes(cut.data(), cut.size());
-    }
-    void bytes(const void* data, size_t count) {
-        const auto* first = static_cast<const uint8_t*>(data);
-        data_.insert(data_.end(), first, first + count);
-    }
-    const std::vector<uint8_t>& data() const { return data_; }
-
-private:
-    std::vector<uint8_t> data_;
-};
-
-/// Reads bytes from their start, never past their end.
-class ByteReader {
-public:
-    ByteReader(const std::vector<uint8_t>& bytes, const std::string& name)
-        : bytes_(bytes), name_(name) {}
-
-    [[noreturn]] void fail(const std::string& what) const {
-        throw Error(ErrorKind::kInput, "asset " + name_ + ": " + what);
-    }
-    const uint8_t* take(uint64_t count, const char* what) {
-        if (count > left())
-            fail("ends at byte " + std::to_string(bytes_.size()) + " inside " + what + " (byte " +
-                 std::to_string(offset_) + ", " + std::to_string(count) +
-                 " bytes); the file is cut off, copy or build it again");
-        const uint8_t* at = bytes_.data() + offset_;
-        offset_ += count;
-        return at;
-    }
-    template <class T> T take(const char* what) {
-        T value;
-        std::memcpy(&value, take(sizeof(T), what), sizeof(T));
-        return value;
-    }
-    std::string text(const char* what) {
-        const uint32_t count = take<uint32_t>(what);
-        if (count > kMaxTextBytes)
-            fail(std::string(what) + " claims " + std::to_string(count) + " bytes, more than " +
-                 std::to_string(kMaxTextBytes) + "; the file is damaged");
-        const uint8_t* at = take(count, what);
-        return std::string(at, at + count);
-    }
-    uint64_t offset() const { return offset_; }
-    uint64_t left() const { return bytes_.size() - offset_; }
-
-private:
-    const std::vector<uint8_t>& bytes_;
-    const std::string& name_;
-    uint64_t offset_ = 0;
-};
-
-using Hash = std::array<uint8_t, 16>;
+using Hash = Checksum;
 
 } // namespace
 
 Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
-    ByteReader in(bytes, name);
+    ByteReader in(bytes, "asset " + name);
     if (std::memcmp(in.take(sizeof(kMagic), "the magic"), kMagic, sizeof(kMagic)) != 0)
         in.fail("does not begin as an .svdag file does; it is something else or was damaged by a "
                 "text-mode copy");
@@ -190,7 +124,7 @@ uint64_t writeAsset(const Asset& asset, const std::string& path) {
     packed.resize(isPacked ? got : 0);
     const std::vector<uint8_t>& payload = isPacked ? packed : streams;
 
-    HeaderWriter header;
+    ByteWriter header;
     header.put(kMagic);
     header.put(kVersion);
     header.put(asset.dag.grid.resolutionLog2);

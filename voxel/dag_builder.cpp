@@ -177,4 +177,43 @@ Dag DagBuilder::finish(uint32_t level, uint32_t address, const VoxelGrid& grid) 
     }
 }
 
+LevelCounts DagBuilder::counts(uint32_t level) const {
+    const NodeTable& t = table(level);
+    return {t.nodeCount(), level == kLeafLog2 ? 0 : t.words().size() - t.nodeCount()};
+}
+
+std::vector<uint32_t> DagBuilder::visit(uint32_t level, const std::vector<uint32_t>& roots,
+                                        NodeSink& sink) const {
+    // order: a level's nodes as first visited; number: of each address of a level.
+    std::vector<uint32_t> order, next, number(table(level).words().size(), kNoNode);
+    const auto numberOf = [](uint32_t address, std::vector<uint32_t>& numbers,
+                             std::vector<uint32_t>& list) {
+        if (numbers[address] == kNoNode) {
+            numbers[address] = uint32_t(list.size());
+            list.push_back(address);
+        }
+        return numbers[address];
+    };
+    std::vector<uint32_t> rootNumbers;
+    for (const uint32_t root : roots)
+        rootNumbers.push_back(root == kNoNode ? kNoNode : numberOf(root, number, order));
+    for (uint32_t l = level; l > kLeafLog2; --l) {
+        const std::vector<uint32_t>& words = table(l).words();
+        number.assign(table(l - 1).words().size(), kNoNode);
+        next.clear();
+        for (const uint32_t a : order) {
+            uint32_t children[8];
+            const uint32_t count = wordCountAt(l, words, a) - 1;
+            for (uint32_t i = 0; i < count; ++i)
+                children[i] = numberOf(words[a + 1 + i], number, next);
+            sink.inner(l, words[a], children);
+        }
+        order.swap(next);
+    }
+    const std::vector<uint32_t>& leaves = table(kLeafLog2).words();
+    for (const uint32_t a : order)
+        sink.leaf(leaves[a] | uint64_t(leaves[a + 1]) << 32);
+    return rootNumbers;
+}
+
 } // namespace shadowdag

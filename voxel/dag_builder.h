@@ -4,6 +4,7 @@
 #pragma once
 
 #include "voxel/dag.h"
+#include "voxel/node_stream.h"
 
 #include <cstdint>
 #include <vector>
@@ -28,6 +29,7 @@ public:
     uint32_t findOrAdd(const uint32_t* node, uint32_t wordCount);
 
     const std::vector<uint32_t>& words() const { return words_; }
+    size_t nodeCount() const { return nodeCount_; }
     /// Forgets all nodes, keeps the memory.
     void clear();
 
@@ -61,6 +63,11 @@ public:
     /// Returns the address of the node of level `level` with these eight children (addresses of
     /// level - 1, kNoNode where there is none), kNoNode when there are none at all.
     uint32_t addInner(uint32_t level, const uint32_t children[8]);
+    /// Returns the address of the node of level `level` as its table holds it: children are
+    /// addresses of level - 1. At least one child or voxel.
+    uint32_t addNode(uint32_t level, const NodeWords& node) {
+        return table(level).findOrAdd(node.words, node.count);
+    }
     /// Adds the subtree of another builder whose root is at `address` of its level `level`; every
     /// node of `other` must belong to it. Returns its address here.
     uint32_t addSubtree(const DagBuilder& other, uint32_t level, uint32_t address);
@@ -71,6 +78,14 @@ public:
     /// the result depends on its voxels alone, not on the order of additions. Throws Error
     /// kResource over 2^32 - 2 words (or maxWordCount).
     Dag finish(uint32_t level, uint32_t address, const VoxelGrid& grid) const;
+
+    /// Returns how many nodes and children level `level` has.
+    LevelCounts counts(uint32_t level) const;
+    /// Hands the nodes under some roots of level `level` (addresses; kNoNode is passed over, one
+    /// may stand there often) to `sink`, in canonical order, roots in the order given. Returns the
+    /// numbers of the roots, kNoNode for kNoNode.
+    std::vector<uint32_t> visit(uint32_t level, const std::vector<uint32_t>& roots,
+                                NodeSink& sink) const;
 
 private:
     NodeTable& table(uint32_t level) { return tables_[level - kLeafLog2]; }

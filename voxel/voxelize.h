@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles to a sparse voxel DAG, conservatively.
+// Triangles to a sparse voxel DAG, conservatively; as a whole or in parts that are joined later.
 #pragma once
 
 #include "cuda/progress.h"
 #include "scenes/world.h"
-#include "voxel/dag.h"
+#include "voxel/part_file.h"
+
+#include <string>
+#include <vector>
 
 namespace shadowdag {
 
@@ -18,5 +21,17 @@ namespace shadowdag {
 /// Throws Error kResource when the DAG outgrows 2^32 words or memory is short.
 Dag voxelize(const TriangleView& triangles, View<const uint32_t> which, const VoxelGrid& grid,
              const Progress& progress = {});
+
+/// Builds one part of several, voxelize()'s work divided, and writes it to `path`, as a whole or
+/// not at all. The file depends on scene, grid and part alone. Returns its header; Error kResource
+/// as voxelize(), or when it cannot be written.
+/// @param provenance,part,partCount go into the file
+PartHeader voxelizePart(const TriangleView& triangles, View<const uint32_t> which,
+                        const VoxelGrid& grid, const AssetProvenance& provenance, uint32_t part,
+                        uint32_t partCount, const std::string& path, const Progress& progress = {});
+
+/// Returns the DAG that all parts of a build make together: the very one that voxelize() returns.
+/// @param parts at least one; see checkParts()
+Dag mergeParts(const std::vector<PartReader>& parts, const Progress& progress = {});
 
 } // namespace shadowdag

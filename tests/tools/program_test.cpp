@@ -54,7 +54,7 @@ TEST(Program, EverySubcommandHasHelp) {
     EXPECT_EQ(root.status, 0);
     EXPECT_THAT(root.out, HasSubstr("Exit status"));
     for (const char* command :
-         {"scene", "voxelize", "info", "render", "validate", "compare", "bench"}) {
+         {"scene", "voxelize", "merge", "info", "render", "validate", "compare", "bench"}) {
         const ProgramResult result = runShadowdag(directory, {command, "--help"});
         EXPECT_EQ(result.status, 0) << command;
         EXPECT_THAT(root.out, HasSubstr(command));
@@ -68,11 +68,11 @@ TEST(Program, EverySubcommandHasHelp) {
 TEST(Program, LaterCommandsAreNotPretended) {
     const TemporaryDirectory directory;
     for (const char* command :
-         {"merge", "export", "import", "calibrate", "fit", "diff", "rays", "view"}) {
+         {"export", "import", "calibrate", "fit", "diff", "rays", "view"}) {
         const ProgramResult result = runShadowdag(directory, {command});
         EXPECT_EQ(result.status, 1) << command;
         EXPECT_THAT(result.err, HasSubstr("unknown subcommand '" + std::string(command) +
-                                          "'; there are scene, voxelize, info, render"));
+                                          "'; there are scene, voxelize, merge, info, render"));
     }
 }
 

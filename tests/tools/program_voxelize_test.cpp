@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// voxelize and merge through the built program.
+#include "tests/tools/program_runner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace shadowdag {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using Arguments = std::vector<std::string>;
+
+const std::string kScene = "builtin:atrium";
+
+struct Wrong {
+    Arguments arguments;
+    int status;
+    std::string message; ///< part of standard error
+};
+
+void expectRefused(const TemporaryDirectory& directory, const std::vector<Wrong>& cases) {
+    for (const Wrong& wrong : cases) {
+        const ProgramResult result = runShadowdag(directory, wrong.arguments);
+        std::string command;
+        for (const std::string& argument : wrong.arguments)
+            command += argument + " ";
+        EXPECT_EQ(result.status, wrong.status) << command << "\n" << result.err;
+        EXPECT_THAT(result.err, HasSubstr(wrong.message)) << command;
+        EXPECT_THAT(result.err, HasSubstr("shadowdag: error: ")) << command;
+        EXPECT_THAT(result.out, IsEmpty()) << command;
+    }
+}
+
+/// Builds the parts 1..count of the scene and returns their paths.
+Arguments buildParts(const TemporaryDirectory& directory, int count,
+                     const std::string& resolution) {
+    Arguments paths;
+    for (int k = 1; k <= count; ++k) {
+        paths.push_back(directory / ("p" + std::to_string(k) + ".svpart"));
+        const ProgramResult result = runShadowdag(
+            directory, {"voxelize", kScene, "-o", paths.back(), "--resolution", resolution,
+                        "--part", std::to_string(k) + "/" + std::to_string(count), "--json"});
+        EXPECT_EQ(result.status, 0) << result.err;
+        for (const char* key : {"part", "part_count", "task_count", "voxel_count", "part_bytes",
+                                "wall_s", "cpu_s", "peak_rss_bytes", "provenance"})
+            EXPECT_TRUE(result.json().contains(key)) << key;
+        EXPECT_EQ(result.json()["part"], k);
+        EXPECT_EQ(result.json()["part_bytes"], std::filesystem::file_size(paths.back()));
+    }
+    return paths;
+}
+
+TEST(ProgramVoxelize, MergedPartsAreTheAssetOfOneBuildBitForBit) {
+    const TemporaryDirectory directory;
+    const std::string whole = directory / "whole.svdag", merged = directory / "merged.svdag";
+    ASSERT_EQ(
+        runShadowdag(directory, {"voxelize", kScene, "-o", whole, "--resolution", "1024"}).status,
+        0);
+    const Arguments parts = buildParts(directory, 3, "1024");
+    const ProgramResult result =
+        runShadowdag(directory, {"merge", parts[2], parts[0], parts[1], "-o", merged, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.json()["part_count"], 3);
+    EXPECT_EQ(result.json()["asset_bytes"], std::filesystem::file_size(merged));
+    EXPECT_TRUE(readText(merged) == readText(whole));
+}
+
+TEST(ProgramVoxelize, MergeNamesWhatIsMissingForeignOrDamagedAndWritesNothing) {
+    const TemporaryDirectory directory;
+    const std::string out = directory / "a.svdag";
+    const Arguments parts = buildParts(directory, 2, "256");
+    const std::string coarse = directory / "coarse.svpart", damaged = directory / "damaged.svpart";
+    ASSERT_EQ(runShadowdag(directory, {"voxelize", kScene, "-o", coarse, "--resolution", "128",
+                                       "--part", "2/2"})
+                  .status,
+              0);
+    std::string bytes = readText(parts[1]);
+    bytes[bytes.size() / 2] ^= 1;
+    writeText(damaged, bytes);
+    expectRefused(
+        directory,
+        {{{"merge", "-o", out}, 1, "required"},
+         {{"merge", parts[0], parts[1], "-o", directory / "a.vox"}, 1, ".svdag"},
+         {{"merge", parts[0], "-o", out}, 2, "number 2 is missing"},
+         {{"merge", parts[0], parts[1], parts[1], "-o", out}, 2, "p2.svpart: is part 2 of 2"},
+         {{"merge", parts[0], coarse, "-o", out}, 2, "coarse.svpart: belongs to another build"},
+         {{"merge", parts[0], damaged, "-o", out}, 2, "damaged.svpart"},
+         {{"merge", parts[0], directory / "none.svpart", "-o", out}, 2, "none.svpart"}});
+    EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST(ProgramVoxelize, WrongOptionsAreNamed) {
+    const TemporaryDirectory directory;
+    const std::string dag = directory / "a.svdag", part = directory / "a.svpart";
+    expectRefused(
+        directory,
+        {{{"voxelize", kScene, "-o", part}, 1, "assets are .svdag files"},
+         {{"voxelize", kScene, "-o", dag, "--part", "1/2"}, 1, "parts are .svpart files"},
+         {{"voxelize", kScene, "-o", part, "--part", "3/2"}, 1, "--part '3/2': must be K/N"},
+         {{"voxelize", kScene, "-o", part, "--part", "0/2"}, 1, "--part '0/2'"},
+         {{"voxelize", kScene, "-o", part, "--part", "1/2/3"}, 1, "--part '1/2/3'"},
+         {{"voxelize", kScene, "-o", part, "--part", "1/70000"}, 1, "at most 65536"},
+         {{"voxelize", kScene, "-o", dag, "--resolution", "4096.5"}, 1, "the nearest is 4096"},
+         {{"voxelize", kScene, "-o", dag, "--resolution", "1.5e3"},
+          1,
+          "the nearest are 1024 and 2048"}});
+    EXPECT_FALSE(std::filesystem::exists(dag));
+    EXPECT_FALSE(std::filesystem::exists(part));
+}
+
+} // namespace
+} // namespace shadowdag

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag merge`: joins the parts of a build to its asset.
+#include "tools/asset_json.h"
+#include "tools/build_meter.h"
+#include "tools/commands.h"
+#include "tools/common_options.h"
+#include "tools/provenance.h"
+#include "tools/scene_setup.h"
+#include "voxel/voxelize.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+namespace shadowdag {
+
+namespace {
+
+struct MergeOptions {
+    GlobalOptions global;
+    std::vector<std::string> parts;
+    std::string output;
+};
+
+void runMerge(const MergeOptions& options) {
+    const Console console(options.global.json);
+    options.global.apply(console, false);
+    if (std::filesystem::path(options.output).extension() != ".svdag")
+        throw Error(ErrorKind::kUsage,
+                    "-o '" + options.output + "': assets are .svdag files; end the name so");
+    checkWritable(options.output);
+
+    const Progress progress = console.progress("merge");
+    BuildMeter meter;
+    std::vector<PartReader> parts;
+    for (const std::string& path : options.parts)
+        parts.emplace_back(path);
+    checkParts(parts, programVersion(), progress);
+    std::sort(parts.begin(), parts.end(), [](const PartReader& a, const PartReader& b) {
+        return a.header().part < b.header().part;
+    });
+    Asset asset;
+    asset.provenance = parts.front().header().provenance;
+    asset.dag = mergeParts(parts, progress);
+    meter.stop();
+    checkInterrupted();
+    const uint64_t bytes = writeAsset(asset, options.output);
+
+    Json json = {{"output", options.output}, {"part_count", parts.size()}};
+    json.update(assetJson(asset, bytes));
+    console.people() << options.output << "\n";
+    printAsset(console.people(), json);
+    meter.report(console, json);
+    console.emit(json);
+}
+
+} // namespace
+
+std::function<void()> declareMerge(CommandLine& commandLine) {
+    auto options = std::make_shared<MergeOptions>();
+    commandLine.texts("PART", options->parts, "",
+                      "The .svpart files of one build, each of its parts once, in any order", true);
+    commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
+    options->global.declare(commandLine);
+    return [options] { runMerge(*options); };
+}
+
+} // namespace shadowdag
