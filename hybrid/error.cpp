@@ -134,15 +134,16 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
 ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame,
                          const World& world, const Dag& dag, const Truth& truth,
                          const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options) {
-    const ErrorInputs inputs{renderer.gbuffer(),
-                             world.triangles(),
-                             viewOf(world.lights()),
-                             frame.pairs,
-                             frame.visibility,
-                             frame.pairRoute,
-                             {viewOf(renderer.mapOfLight()),
-                              RayInputs{dag.view(), options.rays, renderer.movers()},
-                              renderer.shadowMaps(), options.bias}};
+    const ErrorInputs inputs{
+        renderer.gbuffer(),
+        world.triangles(),
+        viewOf(world.lights()),
+        frame.pairs,
+        frame.visibility,
+        frame.pairRoute,
+        {viewOf(renderer.mapOfLight()),
+         RayInputs{dag.view(), options.rays, renderer.movers(), renderer.exact()},
+         renderer.shadowMaps(), options.bias}};
     return computeError(inputs, truth, truthVisibility, options);
 }
 

@@ -79,7 +79,7 @@ struct PairJudge::Question {
     Route route;
     double rhoWorld;
     double startOffsetWorld, endOffsetWorld;
-    bool isByMover;       ///< rays, dark: not a voxel's doing
+    bool isExact;         ///< rays, by triangles: nothing but rounding can be wrong
     DagHit hit;           ///< rays, dark by a voxel
     ShadowMapTrace trace; ///< maps, dark
 };
@@ -96,15 +96,20 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
     q.receiver = inputs_.gbuffer.triangle[sample];
     q.light = inputs_.lights[lightIndex].positionWorld;
     q.route = inputs_.pairRoute[pair];
+    if (q.route == Route::kRays && method.rays.options.kind == RayKind::kExact) {
+        q.isExact = true;
+        q.rhoWorld = truth_.clearance(q.position, q.receiver);
+        return q;
+    }
     if (q.route == Route::kRays) {
         const VoxelGrid& grid = method.rays.dag.grid;
         const DagSegment segment =
             shadowSegment(grid, q.position, q.normal, q.light, method.rays.options.offset,
                           method.rays.options.level);
         q.hit.level = method.rays.options.level;
-        q.isByMover =
+        q.isExact = // by a mover
             isDark && !occluded(method.rays.dag, segment, method.rays.options.level, &q.hit);
-        if (q.isByMover) {
+        if (q.isExact) {
             q.rhoWorld = truth_.clearance(q.position, q.receiver);
             return q;
         }
@@ -145,7 +150,7 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
 }
 
 bool PairJudge::isAcne(const Question& q) const {
-    if (q.receiver == kBackground || q.isByMover)
+    if (q.receiver == kBackground || q.isExact)
         return false;
     if (q.route == Route::kRays) {
         const VoxelGrid& grid = inputs_.method.rays.dag.grid;
@@ -179,6 +184,8 @@ bool PairJudge::isAcne(const Question& q) const {
 }
 
 bool PairJudge::isContact(const Question& q) const {
+    if (q.isExact)
+        return false;
     TruthRay ray = truth_.pairRay(q.position, q.normal, q.receiver, q.light);
     const double distance = glm::length(glm::dvec3(ray.direction));
     const double tStart = q.startOffsetWorld / distance, tEnd = 1.0 - q.endOffsetWorld / distance;
@@ -265,7 +272,8 @@ PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const 
         return isDark ? PairVerdict::kAcne : PairVerdict::kContact;
     if (anyShiftAnswers(q, isDark))
         return PairVerdict::kExplained;
-    return isDark && !q.isByMover && anyAimedShiftIsDark(q) ? PairVerdict::kSettled : PairVerdict::kUnexplained;
+    return isDark && !q.isExact && anyAimedShiftIsDark(q) ? PairVerdict::kSettled
+                                                          : PairVerdict::kUnexplained;
 }
 
 bool PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {

@@ -22,8 +22,8 @@
 // one as the method did.
 //     DAG: rho = sqrt(3) voxels of the level that was hit (of the level asked for, when nothing
 //     was) + the start's lift.
-//     Movers: what moves is held against the truth's own ray, so only rounding can differ: rho = c
-//     of truth.h; never acne.
+//     Triangles (exact rays, and what moves under any): they are held against the truth's own ray,
+//     so only rounding can differ: rho = c of truth.h; never acne, never contact.
 //     Map: rho = the filter's radius (sqrt(2) texels, half the diagonal of its two by two texels;
 //     0 with one tap) + one texel, at the blocker: the map's for a false shadow, Embree's nearest
 //     to the receiver for a false light.

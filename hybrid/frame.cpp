@@ -108,6 +108,14 @@ MoverView FrameRenderer::movers() const {
     return state_->scene.hostMovers();
 }
 
+ExactView FrameRenderer::exact() const {
+    return state_->scene.hostExact();
+}
+
+uint64_t FrameRenderer::exactBytes() const {
+    return exact().tree.words.count * sizeof(uint32_t);
+}
+
 ShadowMapView FrameRenderer::shadowMaps() const {
     return hostShadowMaps(*state_);
 }

@@ -92,6 +92,9 @@ public:
     GBufferView gbuffer() const;
     /// Returns what moves, on the host, as rays are held against it; valid until worldChanged.
     MoverView movers() const;
+    /// Returns what exact rays were held against, on the host; without words before the first frame
+    /// of RayKind::kExact.
+    ExactView exact() const;
     /// Returns maps of the last frame for the error analysis (map index by light through
     /// mapOfLight); valid until the next.
     ShadowMapView shadowMaps() const;
@@ -101,6 +104,9 @@ public:
     /// Returns the bytes of the DAG that rays of this backend read: the words, or the wide form
     /// where rays are traced through that (dag.h).
     uint64_t dagBytes() const;
+    /// Returns the bytes that exact rays read besides the DAG and the triangles; 0 before the first
+    /// frame of RayKind::kExact.
+    uint64_t exactBytes() const;
 
 private:
     struct State;

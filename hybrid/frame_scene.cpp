@@ -13,7 +13,7 @@ FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag)
       batchTriangles_(backend, "batch triangles"), lights_(backend, "lights"),
       lightBoxes_(backend, "light boxes"), lightItems_(backend, "light items"),
       materials_(backend, "materials"), triangleMaterial_(backend, "triangle materials"),
-      dagWords_(backend, "dag words") {
+      dagWords_(backend, "dag words"), exactWords_(backend, "triangles near voxels") {
     for (const Material& material : world.scene().materials)
         hostMaterials_.push_back({material.baseColor, material.emission});
     materials_.set(hostMaterials_);
@@ -34,7 +34,8 @@ void FrameScene::setMoving() {
     hostLightBvh_ = buildLightBvh(world_.lights());
     lightBoxes_.set(hostLightBvh_.view().boxes);
     lightItems_.set(hostLightBvh_.view().items);
-    movers_.update(world_, batchSet_.view());
+    space_ = truthSpaceOf(world_.triangles().positions);
+    movers_.update(world_, batchSet_.view(), space_);
 }
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances) {
@@ -57,12 +58,20 @@ DagView FrameScene::dag() const {
     return {dagWords_.view(), hostDag_.rootAddress, hostDag_.grid, wideDag_.view()};
 }
 
+void FrameScene::prepareExact() {
+    if (hasTree_)
+        return;
+    tree_ = buildTriangleTree(world_.triangles(), viewOf(world_.staticTriangles()), hostDag_.grid);
+    exactWords_.set(tree_.words);
+    hasTree_ = true;
+}
+
 MoverView FrameScene::movers() const {
-    return movers_.view(triangles(), batches_.view(), batchTriangles_.view());
+    return movers_.view(geometry(triangles()), batches_.view(), batchTriangles_.view());
 }
 
 MoverView FrameScene::hostMovers() const {
-    return movers_.hostView(world_.triangles(), batchSet_.view());
+    return movers_.hostView(geometry(world_.triangles()), batchSet_.view());
 }
 
 } // namespace shadowdag

@@ -2,6 +2,7 @@
 // The world as the frame's passes read it on one backend.
 #pragma once
 
+#include "hybrid/exact_tree.h"
 #include "hybrid/mover_set.h"
 #include "hybrid/resident.h"
 #include "hybrid/shade_model.h"
@@ -37,17 +38,30 @@ public:
     MoverView movers() const;
     /// Returns the movers on the host.
     MoverView hostMovers() const;
+    /// Returns what exact rays need; without words before prepareExact().
+    ExactView exact() const {
+        return {geometry(triangles()), {exactWords_.view(), tree_.rootEntry}};
+    }
+    ExactView hostExact() const { return {geometry(world_.triangles()), tree_.view()}; }
+    /// Lists the triangles near voxels, once: what stands still stays.
+    void prepareExact();
     /// Returns whether rays can be traced; a DAG without voxels blocks none.
     bool hasDag() const { return hostDag_.isBuilt(); }
 
 private:
     void setMoving();
+    TruthGeometry geometry(const TriangleView& triangles) const {
+        return {triangles, space_.origin, space_.diagonal};
+    }
 
     const World& world_;
     const Dag& hostDag_;
     WideDag wideDag_; // for rays on the CPU
     BatchSet batchSet_;
+    TruthSpace space_;
     MoverSet movers_;
+    TriangleTree tree_;
+    bool hasTree_ = false;
     WideBvh hostLightBvh_;
     std::vector<SurfaceColor> hostMaterials_;
 
@@ -62,6 +76,7 @@ private:
     Resident<SurfaceColor> materials_;
     Resident<uint32_t> triangleMaterial_;
     Resident<uint32_t> dagWords_;
+    Resident<uint32_t> exactWords_;
 };
 
 } // namespace shadowdag

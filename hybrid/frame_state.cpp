@@ -65,6 +65,9 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
         counts->resize(state.clusters.cell.size());
         counts->fill(0);
     }
+    const bool isExact = options.rays.kind == RayKind::kExact;
+    if (isExact)
+        state.scene.prepareExact();
     const FrameScene& scene = state.scene;
     check(options.rays.level <= scene.dag().grid.resolutionLog2,
           "level of detail " + std::to_string(options.rays.level) + " of a voxel DAG of " +
@@ -76,7 +79,8 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
             state.lists.view(),
             scene.lights(),
             VisibilityInputs{state.mapOfLightOnBackend.view(),
-                             RayInputs{scene.dag(), options.rays, scene.movers()},
+                             RayInputs{scene.dag(), options.rays, scene.movers(),
+                                       isExact ? scene.exact() : ExactView{}},
                              state.maps.view(), options.bias},
             state.color.view(),
             state.rayCount.view(),

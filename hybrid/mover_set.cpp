@@ -11,7 +11,7 @@ MoverSet::MoverSet(Backend backend)
     : boxes_(backend, "mover boxes"), items_(backend, "mover items"),
       nearLight_(backend, "lights near movers") {}
 
-void MoverSet::update(const World& world, const BatchView& batches) {
+void MoverSet::update(const World& world, const BatchView& batches, const TruthSpace& space) {
     movingBatches_.clear();
     hostBoxes_.clear();
     for (uint32_t b = 0; b < batches.batches.count; ++b)
@@ -21,7 +21,6 @@ void MoverSet::update(const World& world, const BatchView& batches) {
         }
     if (empty())
         return;
-    space_ = truthSpaceOf(world.triangles().positions);
     hostBvh_.build(viewOf(hostBoxes_));
     const WideBvhView bvh = hostBvh_.view();
     hostItems_.resize(bvh.items.count);
@@ -33,7 +32,7 @@ void MoverSet::update(const World& world, const BatchView& batches) {
     const glm::vec3 largest = glm::max(glm::abs(bounds.min), glm::abs(bounds.max));
     const float slack =
         1e-5f *
-        float(std::max({double(largest.x), double(largest.y), double(largest.z), space_.diagonal}));
+        float(std::max({double(largest.x), double(largest.y), double(largest.z), space.diagonal}));
     const std::vector<Light>& lights = world.lights();
     hostNearLight_.resize(lights.size());
     parallelFor<CpuTag>(lights.size(), [&](size_t l) {
@@ -51,30 +50,22 @@ void MoverSet::update(const World& world, const BatchView& batches) {
     nearLight_.set(hostNearLight_);
 }
 
-MoverView MoverSet::view(const TriangleView& triangles, View<const Batch> batches,
+MoverView MoverSet::view(const TruthGeometry& geometry, View<const Batch> batches,
                          View<const uint32_t> batchTriangles) const {
     if (empty())
         return {};
     WideBvhView bvh = hostBvh_.view();
     bvh.boxes = boxes_.view();
     bvh.items = items_.view();
-    return {{triangles, space_.origin, space_.diagonal},
-            batches,
-            batchTriangles,
-            bvh,
-            nearLight_.view()};
+    return {geometry, batches, batchTriangles, bvh, nearLight_.view()};
 }
 
-MoverView MoverSet::hostView(const TriangleView& triangles, const BatchView& batches) const {
+MoverView MoverSet::hostView(const TruthGeometry& geometry, const BatchView& batches) const {
     if (empty())
         return {};
     WideBvhView bvh = hostBvh_.view();
     bvh.items = viewOf(hostItems_);
-    return {{triangles, space_.origin, space_.diagonal},
-            batches.batches,
-            batches.triangles,
-            bvh,
-            viewOf(hostNearLight_)};
+    return {geometry, batches.batches, batches.triangles, bvh, viewOf(hostNearLight_)};
 }
 
 } // namespace shadowdag

@@ -17,19 +17,18 @@ public:
     /// Follows World::setTime and BatchSet::update; builds the hierarchy anew, because what moves
     /// leaves its place along the curve. Nothing but a look at the instances where none moves.
     /// Cost: linear in moving batches, and lights times a search among them.
-    void update(const World& world, const BatchView& batches);
+    void update(const World& world, const BatchView& batches, const TruthSpace& space);
 
     /// Returns whether anything moves.
     bool empty() const { return hostBoxes_.empty(); }
 
     /// Returns the movers with the backend's views of what the world and its batches hold.
-    MoverView view(const TriangleView& triangles, View<const Batch> batches,
+    MoverView view(const TruthGeometry& geometry, View<const Batch> batches,
                    View<const uint32_t> batchTriangles) const;
     /// Returns the same on the host.
-    MoverView hostView(const TriangleView& triangles, const BatchView& batches) const;
+    MoverView hostView(const TruthGeometry& geometry, const BatchView& batches) const;
 
 private:
-    TruthSpace space_;
     std::vector<uint32_t> movingBatches_;
     std::vector<Box> hostBoxes_;
     WideBvh hostBvh_;

@@ -20,12 +20,13 @@ struct VisibilityInputs {
     ShadowMapBias bias;
 };
 
-/// What answering counted.
+/// What answering counted, and what it remembers from pair to pair.
 struct VisibilityCounts {
     uint32_t rayCount = 0;
     uint32_t lookupCount = 0;
     uint32_t missingTapCount = 0;
     uint32_t moverTestCount = 0;
+    uint32_t lastBlocker = kBackground; ///< of exact rays
 };
 
 /// Returns the visibility of a pair by the method that serves its light, 255 lit .. 0 dark.
@@ -39,7 +40,9 @@ SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, uint32_t light
         ++counts.rayCount;
         const ShadowPair pair{positionWorld, normalWorld, light.positionWorld, receiver,
                               lightIndex};
-        return isDarkByRays(inputs.rays, pair, &counts.moverTestCount) ? uint8_t(0) : kLit;
+        return isDarkByRays(inputs.rays, pair, &counts.moverTestCount, &counts.lastBlocker)
+                   ? uint8_t(0)
+                   : kLit;
     }
     ++counts.lookupCount;
     ShadowMapTrace trace{};

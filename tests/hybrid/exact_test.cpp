@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: Apache-2.0
+// Exact rays: the tree of triangles near voxels against every triangle, and whole frames against
+// the truth.
+#include "hybrid/exact_tree.h"
+
+#include "scenes/split_mix.h"
+#include "tests/hybrid/fail_stage.h"
+#include "tests/hybrid/triangle_soup.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+namespace shadowdag::test {
+namespace {
+
+constexpr uint64_t kSeed = 20260101;
+
+class Random {
+public:
+    double operator()() { return double(splitMix64(state_ += kSplitMixGamma) >> 11) * 0x1p-53; }
+    glm::vec3 inCube(double half) {
+        const double x = (*this)(), y = (*this)(), z = (*this)();
+        return glm::vec3((glm::dvec3(x, y, z) * 2.0 - 1.0) * half);
+    }
+
+private:
+    uint64_t state_ = kSeed;
+};
+
+/// Bare triangles with everything that exact rays need.
+struct Stage {
+    TriangleSoup soup;
+    std::vector<uint32_t> all;
+    Dag dag;
+    TriangleTree tree;
+    TruthSpace space;
+
+    void build(uint32_t resolutionLog2) {
+        const TriangleView triangles = soup.view();
+        Box bounds;
+        for (const glm::vec3& p : triangles.positions)
+            bounds.add(p);
+        all.resize(triangles.count());
+        std::iota(all.begin(), all.end(), 0u);
+        const VoxelGrid grid = gridAround(bounds, resolutionLog2);
+        dag = voxelize(triangles, viewOf(all), grid);
+        tree = buildTriangleTree(triangles, viewOf(all), grid);
+        space = truthSpaceOf(triangles.positions);
+    }
+    ExactView view() const { return {{soup.view(), space.origin, space.diagonal}, tree.view()}; }
+    bool isBlockedByAny(const TruthRay& ray) const {
+        for (const uint32_t triangle : all)
+            if (blocksTruthRay(view().geometry, ray, triangle))
+                return true;
+        return false;
+    }
+};
+
+/// Many small triangles in a clump, some long and thin ones through everything, degenerate ones.
+Stage clump(uint32_t resolutionLog2) {
+    Stage stage;
+    Random random;
+    for (int i = 0; i < 300; ++i) {
+        const glm::vec3 at = random.inCube(1.0) + glm::vec3(3.0f);
+        stage.soup.add(at, at + random.inCube(0.2), at + random.inCube(0.2));
+    }
+    for (int i = 0; i < 40; ++i)
+        stage.soup.add(random.inCube(4), random.inCube(4), random.inCube(4));
+    for (int i = 0; i < 10; ++i) {
+        const glm::vec3 a = random.inCube(4), b = random.inCube(4);
+        stage.soup.add(a, b, b);
+        stage.soup.add(a, a, a);
+    }
+    stage.build(resolutionLog2);
+    return stage;
+}
+
+TEST(ExactRays, BlockWhatATestOfEveryTriangleBlocks) {
+    RecordProperty("seed", std::to_string(kSeed));
+    for (const uint32_t log2 : {0u, 2u, 3u, 6u, 9u}) {
+        SCOPED_TRACE(log2);
+        const Stage stage = clump(log2);
+        const ExactView exact = stage.view();
+        Random random;
+        uint64_t blockedCount = 0;
+        uint32_t blocker = kBackground;
+        for (int i = 0; i < 5000; ++i) {
+            const glm::vec3 from = random.inCube(5), to = random.inCube(5);
+            TruthRay ray;
+            ray.startLocal = glm::vec3(glm::dvec3(from) - stage.space.origin);
+            ray.direction = to - from;
+            ray.receiver = i % 7 == 0 ? uint32_t(random() * double(stage.all.size())) : kBackground;
+            const bool isBlocked = stage.isBlockedByAny(ray);
+            ASSERT_EQ(isBlockedExactly(stage.dag.view(), exact, ray, &blocker), isBlocked) << i;
+            if (isBlocked) {
+                ASSERT_TRUE(blocksTruthRay(exact.geometry, ray, blocker));
+            }
+            blockedCount += isBlocked;
+        }
+        EXPECT_GT(blockedCount, 500u);
+        EXPECT_LT(blockedCount, 4500u);
+    }
+}
+
+TEST(ExactRays, GoOnBehindACellWhoseTrianglesDoNotBlock) {
+    // Two small triangles beside the ray's way in the same voxels, a blocker farther on.
+    Stage stage;
+    stage.soup.add({-4, -4, -4}, {-4, -3.9f, -4}, {-3.9f, -4, -4}); // spans the bounds
+    stage.soup.add({4, 4, 4}, {4, 3.9f, 4}, {3.9f, 4, 4});
+    stage.soup.add({0, 0.01f, 0}, {0, 0.2f, 0}, {0, 0.1f, 0.1f});
+    stage.soup.add({2, -1, -1}, {2, 1, -1}, {2, 0, 1});
+    stage.build(4);
+    TruthRay ray;
+    ray.startLocal = glm::vec3(glm::dvec3(-3, 0, 0) - stage.space.origin);
+    ray.direction = glm::vec3(6, 0, 0);
+    uint32_t blocker = kBackground;
+    EXPECT_TRUE(isBlockedExactly(stage.dag.view(), stage.view(), ray, &blocker));
+    EXPECT_EQ(blocker, 3u);
+    ray.direction = glm::vec3(4.9f, 0, 0); // ends before it
+    EXPECT_FALSE(isBlockedExactly(stage.dag.view(), stage.view(), ray));
+    ray.direction = glm::vec3(6, 0, 0);
+    ray.receiver = 3;
+    EXPECT_FALSE(isBlockedExactly(stage.dag.view(), stage.view(), ray));
+    ray.receiver = kBackground;
+    ray.tFar = 0.0f;
+    EXPECT_FALSE(isBlockedExactly(stage.dag.view(), stage.view(), ray));
+}
+
+TEST(ExactRays, OfEndsThatAreNoNumbersAreDark) {
+    const Stage stage = clump(4);
+    TruthRay ray;
+    ray.startLocal = glm::vec3(0, NAN, 0);
+    ray.direction = glm::vec3(1, 0, 0);
+    EXPECT_TRUE(isBlockedExactly(stage.dag.view(), stage.view(), ray));
+}
+
+/// Returns how far the ray's line passes the nearest edge of a triangle, in units of c of truth.h;
+/// what rounding can turn is below 1.
+double edgeDistance(const TruthGeometry& geometry, const TruthRay& ray, uint32_t triangle) {
+    const glm::dvec3 way = glm::normalize(glm::dvec3(ray.direction));
+    double nearest = 1e300;
+    for (int i = 0; i < 3; ++i) {
+        const glm::dvec3 a = geometry.vertex(triangle, i) - glm::dvec3(ray.startLocal);
+        const glm::dvec3 b = geometry.vertex(triangle, (i + 1) % 3) - glm::dvec3(ray.startLocal);
+        const glm::dvec3 across = glm::cross(way, b - a);
+        const double length = glm::length(across);
+        nearest = std::min(nearest, length > 0.0 ? std::fabs(glm::dot(a, across)) / length
+                                                 : glm::length(glm::cross(way, a)));
+    }
+    return nearest / truthClearance(geometry, glm::dvec3(ray.startLocal), ray.receiver);
+}
+
+// Every failure scene, contacts, wires, lights on faces and movers included: what differs from the
+// truth is a ray that passes an edge within rounding.
+TEST(ExactRays, DifferFromTheTruthOnlyByRoundingAtAnEdge) {
+    FrameOptions options = failFrame();
+    options.rays.kind = RayKind::kExact;
+    uint64_t pairCount = 0, wrongCount = 0;
+    double farthest = 0.0;
+    for (const FailScene& description : failScenes()) {
+        SCOPED_TRACE(description.name);
+        FailStage stage(description, 8, 1.0f);
+        const FailOutcome exact = stage.run("texels:inf", options);
+        const ErrorCounts& total = exact.report.total;
+        pairCount += total.pairCount;
+        wrongCount += total.falseShadowCount + total.falseLightCount;
+        EXPECT_EQ(total.unexplainedFalseShadowCount + total.unexplainedFalseLightCount, 0u);
+        EXPECT_EQ(total.acneCount + total.contactCount, 0u);
+        EXPECT_LT(total.falseShadowCount + total.falseLightCount, total.pairCount / 10000 + 2);
+        const GBufferView gbuffer = stage.renderer->gbuffer();
+        const TruthGeometry geometry = stage.renderer->exact().geometry;
+        for (size_t s = 0; s + 1 < exact.frame.pairs.sampleStart.size(); ++s)
+            for (uint64_t p = exact.frame.pairs.sampleStart[s];
+                 p < exact.frame.pairs.sampleStart[s + 1]; ++p) {
+                if (exact.frame.visibility[p] == exact.truth[p])
+                    continue;
+                const TruthRay ray = truthPairRay(
+                    geometry, gbuffer.positionWorld[s], gbuffer.normalWorld[s], gbuffer.triangle[s],
+                    stage.world.lights()[exact.frame.pairs.light[p]].positionWorld);
+                double nearest = 1e300;
+                for (uint32_t t = 0; t < geometry.triangles.count(); ++t)
+                    if (t != ray.receiver)
+                        nearest = std::min(nearest, edgeDistance(geometry, ray, t));
+                EXPECT_LT(nearest, 1.0);
+                farthest = std::max(farthest, nearest);
+            }
+    }
+    std::printf("%llu of %llu pairs differ; the farthest from an edge by %.3f c\n",
+                static_cast<unsigned long long>(wrongCount),
+                static_cast<unsigned long long>(pairCount), farthest);
+}
+
+// What the offset gave away comes back, at any resolution; neither it nor the level has a say.
+TEST(ExactRays, TakeContactShadowsBackWhateverTheResolutionOffsetAndLevel) {
+    FrameOptions options = failFrame();
+    options.rays.kind = RayKind::kExact;
+    std::vector<uint8_t> first;
+    for (const uint32_t log2 : {5u, 9u}) {
+        FailStage stage(failSceneOf("fail-contact"), log2);
+        const FailOutcome voxels = stage.run("texels:inf");
+        EXPECT_GT(voxels.report.total.falseLightCount, 100u);
+        options.rays.offset = log2 == 5 ? 1.0f : 4.0f;
+        options.rays.level = log2 == 5 ? 0 : 2;
+        const FailOutcome exact = stage.run("texels:inf", options);
+        EXPECT_LE(exact.report.total.falseLightCount, 2u);
+        if (first.empty())
+            first = exact.frame.visibility;
+        EXPECT_EQ(exact.frame.visibility, first);
+    }
+}
+
+} // namespace
+} // namespace shadowdag::test
