@@ -134,6 +134,9 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
 ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame,
                          const World& world, const Dag& dag, const Truth& truth,
                          const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options) {
+    const RayInputs rays = renderer.rayInputs(options.rays);
+    SDAG_ASSERT(rays.dag.rootAddress == dag.rootAddress &&
+                rays.dag.words.count == dag.words.size());
     const ErrorInputs inputs{
         renderer.gbuffer(),
         world.triangles(),
@@ -141,9 +144,7 @@ ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame
         frame.pairs,
         frame.visibility,
         frame.pairRoute,
-        {viewOf(renderer.mapOfLight()),
-         RayInputs{dag.view(), options.rays, renderer.movers(), renderer.exact()},
-         renderer.shadowMaps(), options.bias}};
+        {viewOf(renderer.mapOfLight()), rays, renderer.shadowMaps(), options.bias}};
     return computeError(inputs, truth, truthVisibility, options);
 }
 

@@ -103,12 +103,11 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
     }
     if (q.route == Route::kRays) {
         const VoxelGrid& grid = method.rays.dag.grid;
-        const DagSegment segment =
-            shadowSegment(grid, q.position, q.normal, q.light, method.rays.options.offset,
-                          method.rays.options.level);
-        q.hit.level = method.rays.options.level;
+        const PairSegment asked =
+            pairSegment(method.rays, {q.position, q.normal, q.light, q.receiver, lightIndex});
+        q.hit.level = asked.startLevel;
         q.isExact = // by a mover
-            isDark && !occluded(method.rays.dag, segment, method.rays.options.level, &q.hit);
+            isDark && !isStopped(method.rays, asked, &q.hit);
         if (q.isExact) {
             q.rhoWorld = truth_.clearance(q.position, q.receiver);
             return q;
@@ -117,10 +116,10 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
             return glm::length(glm::dvec3(end) - grid.voxelFromWorld(glm::dvec3(world))) *
                    grid.voxelSizeWorld;
         };
-        q.startOffsetWorld = moved(segment.from, q.position);
-        q.endOffsetWorld = moved(segment.to, q.light);
+        q.startOffsetWorld = moved(asked.segment.from, q.position);
+        q.endOffsetWorld = moved(asked.segment.to, q.light);
         const double lift = shadowLift(grid, q.position, q.normal, q.light,
-                                       method.rays.options.offset, method.rays.options.level);
+                                       method.rays.options.offset, asked.startLevel);
         q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
         return q;
     }

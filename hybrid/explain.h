@@ -20,7 +20,7 @@
 // Explained: of 32 fixed shifts perpendicular to the ray, no longer than rho, both ends by one
 // vector, the start lifted back to the lit side of the receiver's plane, Embree answers at least
 // one as the method did.
-//     DAG: rho = sqrt(3) voxels of the level that was hit (of the level asked for, when nothing
+//     DAG: rho = sqrt(3) voxels of the level that was hit (of the level at the start, when nothing
 //     was) + the start's lift.
 //     Triangles (exact rays, and what moves under any): they are held against the truth's own ray,
 //     so only rounding can differ: rho = c of truth.h; never acne, never contact.

@@ -32,6 +32,8 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
         gatherDemand(backend, state.clusters.view(), state.lists.view(), scene.lights(), view,
                      state.demand);
     }
+    state.detail = {view.origin, view.forward, view.pixelSize,
+                    state.demand.resolutionSquaredBits.view()};
 }
 
 FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
@@ -118,6 +120,12 @@ uint64_t FrameRenderer::exactBytes() const {
 
 ShadowMapView FrameRenderer::shadowMaps() const {
     return hostShadowMaps(*state_);
+}
+
+RayInputs FrameRenderer::rayInputs(const RayOptions& options) const {
+    FrameScene& scene = state_->scene;
+    return {options.lod == LodRule::kCoverage ? scene.hostCoveredDag() : scene.hostDag(), options,
+            scene.hostMovers(), exact(), hostRayDetail(*state_)};
 }
 
 const std::vector<int>& FrameRenderer::mapOfLight() const {

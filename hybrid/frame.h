@@ -98,6 +98,10 @@ public:
     /// Returns maps of the last frame for the error analysis (map index by light through
     /// mapOfLight); valid until the next.
     ShadowMapView shadowMaps() const;
+    /// Returns what the last frame's rays were asked by and traced through, on the host, for the
+    /// error analysis; valid until the next.
+    /// @param options as the frame used
+    RayInputs rayInputs(const RayOptions& options) const;
     /// Returns per world light the index into shadowMaps().maps, or kNone when it was traced or
     /// idle.
     const std::vector<int>& mapOfLight() const;

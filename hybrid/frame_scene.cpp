@@ -3,6 +3,8 @@
 #include "hybrid/frame_scene.h"
 
 #include "hybrid/light_bvh.h"
+#include "voxel/dag_lod.h"
+#include "voxel/wide_dag_trace.h"
 
 namespace shadowdag {
 
@@ -13,7 +15,8 @@ FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag)
       batchTriangles_(backend, "batch triangles"), lights_(backend, "lights"),
       lightBoxes_(backend, "light boxes"), lightItems_(backend, "light items"),
       materials_(backend, "materials"), triangleMaterial_(backend, "triangle materials"),
-      dagWords_(backend, "dag words"), exactWords_(backend, "triangles near voxels") {
+      dagWords_(backend, "dag words"), coveredWords_(backend, "dag words with coverage"),
+      exactWords_(backend, "triangles near voxels") {
     for (const Material& material : world.scene().materials)
         hostMaterials_.push_back({material.baseColor, material.emission});
     materials_.set(hostMaterials_);
@@ -51,6 +54,23 @@ WideBvhView FrameScene::lightBvh() const {
     WideBvhView view = hostLightBvh_.view();
     view.boxes = lightBoxes_.view();
     view.items = lightItems_.view();
+    return view;
+}
+
+DagView FrameScene::hostCoveredDag() {
+    if (coveredDag_.empty() && !hostDag_.empty()) {
+        coveredDag_ = withCoverage(hostDag_);
+        coveredWords_.set(coveredDag_.words);
+        wideCoverage_ = wideCoverage(coveredDag_, wideDag_);
+    }
+    DagView view{viewOf(coveredDag_.words), hostDag_.rootAddress, hostDag_.grid, wideDag_.view()};
+    view.wide.coverage = viewOf(wideCoverage_);
+    return view;
+}
+
+DagView FrameScene::coveredDag() {
+    DagView view = hostCoveredDag();
+    view.words = coveredWords_.view();
     return view;
 }
 

@@ -35,6 +35,11 @@ public:
     View<const SurfaceColor> materials() const { return materials_.view(); }
     View<const uint32_t> triangleMaterial() const { return triangleMaterial_.view(); }
     DagView dag() const;
+    /// Returns the DAG with coverages in its words (withCoverage), made when first asked for.
+    DagView coveredDag();
+    /// Return both on the host.
+    DagView hostDag() const { return hostDag_.view(); }
+    DagView hostCoveredDag();
     MoverView movers() const;
     /// Returns the movers on the host.
     MoverView hostMovers() const;
@@ -57,6 +62,8 @@ private:
     const World& world_;
     const Dag& hostDag_;
     WideDag wideDag_; // for rays on the CPU
+    Dag coveredDag_;  // for LodRule::kCoverage; empty until then, as what follows
+    std::vector<uint32_t> wideCoverage_;
     BatchSet batchSet_;
     TruthSpace space_;
     MoverSet movers_;
@@ -76,6 +83,7 @@ private:
     Resident<SurfaceColor> materials_;
     Resident<uint32_t> triangleMaterial_;
     Resident<uint32_t> dagWords_;
+    Resident<uint32_t> coveredWords_;
     Resident<uint32_t> exactWords_;
 };
 

@@ -56,6 +56,15 @@ void checkOptions(const FrameOptions& options) {
               " would read pages without memory; give the maps as many taps");
     check(std::isfinite(options.rays.offset) && options.rays.offset >= 0.0f,
           "ray offset " + std::to_string(options.rays.offset) + "; use a number >= 0");
+    check(options.rays.lod == LodRule::kFixed || options.rays.level == 0,
+          "level of detail " + std::to_string(options.rays.level) +
+              " and one by footprint contradict each other; use level 0 with footprints");
+    check(std::isfinite(options.rays.footprintScale) && options.rays.footprintScale > 0.0f,
+          "footprint scale " + std::to_string(options.rays.footprintScale) +
+              "; use a number above 0, 1 for the pixel's");
+    check(options.rays.coverage > 0.0f && options.rays.coverage <= 1.0f,
+          "coverage " + std::to_string(options.rays.coverage) +
+              "; use a share above 0, at most 1 (footprint is what counts every voxel)");
 }
 
 ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
@@ -68,7 +77,7 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
     const bool isExact = options.rays.kind == RayKind::kExact;
     if (isExact)
         state.scene.prepareExact();
-    const FrameScene& scene = state.scene;
+    FrameScene& scene = state.scene;
     check(options.rays.level <= scene.dag().grid.resolutionLog2,
           "level of detail " + std::to_string(options.rays.level) + " of a voxel DAG of " +
               std::to_string(scene.dag().grid.resolutionLog2) + " levels; use at most as many");
@@ -78,10 +87,12 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
             state.clusters.view(),
             state.lists.view(),
             scene.lights(),
-            VisibilityInputs{state.mapOfLightOnBackend.view(),
-                             RayInputs{scene.dag(), options.rays, scene.movers(),
-                                       isExact ? scene.exact() : ExactView{}},
-                             state.maps.view(), options.bias},
+            VisibilityInputs{
+                state.mapOfLightOnBackend.view(),
+                RayInputs{options.rays.lod == LodRule::kCoverage ? scene.coveredDag() : scene.dag(),
+                          options.rays, scene.movers(), isExact ? scene.exact() : ExactView{},
+                          state.detail},
+                state.maps.view(), options.bias},
             state.color.view(),
             state.rayCount.view(),
             state.lookupCount.view(),
@@ -139,6 +150,13 @@ GBufferView hostGBuffer(FrameState& state) {
             copyToHost(state.backend, view.triangle, host.triangle),
             view.width,
             view.height};
+}
+
+RayDetail hostRayDetail(FrameState& state) {
+    RayDetail detail = state.detail;
+    detail.resolutionSquaredBits =
+        copyToHost(state.backend, detail.resolutionSquaredBits, state.host.resolutionSquaredBits);
+    return detail;
 }
 
 ShadowMapView hostShadowMaps(FrameState& state) {

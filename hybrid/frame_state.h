@@ -19,6 +19,7 @@ struct FrameState {
 
     Backend backend;
     FrameScene scene;
+    RayDetail detail; ///< of the last frame gathered, on the backend
     GBuffer gbuffer;
     ClusterSet clusters;
     ClusterLights lists;
@@ -43,6 +44,7 @@ struct FrameState {
         std::vector<uint32_t> triangle;
         std::vector<ShadowMapInfo> maps;
         std::vector<uint32_t> pageTable, depths;
+        std::vector<uint32_t> resolutionSquaredBits;
     } host;
 };
 
@@ -86,8 +88,10 @@ void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& re
 /// Fills in the counts of a shaded frame.
 void countFrame(const FrameState& state, FrameResult& result);
 
-/// Return the last frame's samples and maps on the host; valid until the next frame.
+/// Return the last frame's samples, maps and what its rays' levels follow on the host; valid until
+/// the next frame.
 GBufferView hostGBuffer(FrameState& state);
 ShadowMapView hostShadowMaps(FrameState& state);
+RayDetail hostRayDetail(FrameState& state);
 
 } // namespace shadowdag

@@ -6,7 +6,9 @@
 #include "hybrid/exact_tree.h"
 #include "hybrid/mover_rays.h"
 #include "scenes/light.h"
-#include "voxel/dag_trace.h"
+#include "voxel/dag_lod.h"
+
+#include <bit>
 
 namespace shadowdag {
 
@@ -18,9 +20,20 @@ enum class RayKind : uint8_t {
 
 /// How the rays of a frame are asked; the same for all of them.
 struct RayOptions {
-    float offset = 1.0f; ///< in units of the derived offset, dag_trace.h
-    uint32_t level = 0;  ///< level of detail: cells of 2^level voxels
-    RayKind kind = RayKind::kVoxels; ///< exact rays use neither offset nor level
+    float offset = 1.0f;             ///< in units of the derived offset, dag_trace.h
+    uint32_t level = 0;              ///< level of detail: cells of 2^level voxels; kFixed only
+    RayKind kind = RayKind::kVoxels; ///< exact rays use neither offset nor level of detail
+    LodRule lod = LodRule::kFixed;
+    float footprintScale = 1.0f; ///< kFootprint, kCoverage: footprints are multiplied by this
+    float coverage = 0.5f;       ///< kCoverage: share of a cell's columns that stops a ray
+};
+
+/// What the levels of rays follow: the pixels at the receivers and the texels at the lights.
+/// resolutionSquaredBits: lightCount, as LightDemandView's; empty: no texels are asked for.
+struct RayDetail {
+    glm::dvec3 eyeWorld{0.0}, forward{0.0};
+    double pixelSize = 0.0; ///< side of a pixel at distance 1 (ViewRays)
+    View<const uint32_t> resolutionSquaredBits = {};
 };
 
 /// What rays are traced through.
@@ -28,7 +41,8 @@ struct RayInputs {
     DagView dag;
     RayOptions options;
     MoverView movers = {};
-    ExactView exact = {}; ///< for RayKind::kExact
+    ExactView exact = {};  ///< for RayKind::kExact
+    RayDetail detail = {}; ///< of all but LodRule::kFixed
 };
 
 /// A view sample that asks for a light.
@@ -41,12 +55,60 @@ struct ShadowPair {
     uint32_t light;
 };
 
+/// A pair as rays through voxels ask it.
+struct PairSegment {
+    DagSegment segment;  ///< voxel space
+    uint32_t startLevel; ///< level of detail at the receiver: what the offset is derived from
+    Footprint footprint; ///< of all but LodRule::kFixed
+};
+
+/// Returns the footprint of a pair's ray, in voxels.
+SDAG_HD inline Footprint footprintOf(const RayInputs& inputs, const ShadowPair& pair) {
+    const RayDetail& detail = inputs.detail;
+    const glm::dvec3 position(pair.positionWorld), toLight = glm::dvec3(pair.lightWorld) - position;
+    const double length = sqrt(glm::dot(toLight, toLight));
+    const double depth = glm::dot(position - detail.eyeWorld, detail.forward);
+    const double resolution =
+        detail.resolutionSquaredBits.empty()
+            ? 0.0
+            : sqrt(double(std::bit_cast<float>(detail.resolutionSquaredBits[pair.light])));
+    const double voxel = inputs.dag.grid.voxelSizeWorld;
+    return makeFootprint(detail.pixelSize * depth / voxel, length / voxel, resolution,
+                         inputs.options.footprintScale);
+}
+
+/// Returns a pair's segment, its offset going with the level at its start.
+SDAG_HD inline PairSegment pairSegment(const RayInputs& inputs, const ShadowPair& pair) {
+    PairSegment p;
+    p.startLevel = inputs.options.level;
+    if (inputs.options.lod != LodRule::kFixed) {
+        p.footprint = footprintOf(inputs, pair);
+        const uint32_t level = lodLevel(p.footprint.start);
+        p.startLevel =
+            level < inputs.dag.grid.resolutionLog2 ? level : inputs.dag.grid.resolutionLog2;
+    }
+    p.segment = shadowSegment(inputs.dag.grid, pair.positionWorld, pair.normalWorld,
+                              pair.lightWorld, inputs.options.offset, p.startLevel);
+    return p;
+}
+
+/// Returns whether a voxel, or a cell of the level of detail, stops a pair's segment. `hit`, when
+/// not null, receives the cell.
+SDAG_HD inline bool isStopped(const RayInputs& inputs, const PairSegment& pair,
+                              DagHit* hit = nullptr) {
+    if (inputs.options.lod == LodRule::kFixed && pair.startLevel == 0)
+        return occluded(inputs.dag, pair.segment, 0, hit);
+    const LodTimes times = inputs.options.lod == LodRule::kFixed
+                               ? fixedLodTimes(inputs.dag.grid, pair.startLevel)
+                               : footprintLodTimes(inputs.dag.grid, pair.segment, pair.footprint);
+    const uint32_t threshold =
+        inputs.options.lod == LodRule::kCoverage ? coverageThreshold(inputs.options.coverage) : 0;
+    return occludedByLevels(inputs.dag, pair.segment, times, threshold, hit);
+}
+
 /// Returns whether the voxels, which hold what never moves, say that the pair is dark.
 SDAG_HD inline bool isDarkByVoxels(const RayInputs& inputs, const ShadowPair& pair) {
-    const DagSegment segment =
-        shadowSegment(inputs.dag.grid, pair.positionWorld, pair.normalWorld, pair.lightWorld,
-                      inputs.options.offset, inputs.options.level);
-    return occluded(inputs.dag, segment, inputs.options.level);
+    return isStopped(inputs, pairSegment(inputs, pair));
 }
 
 /// Returns whether a moving triangle makes the pair dark; asked of pairs that the voxels leave lit

@@ -90,7 +90,10 @@ void CommonOptions::declareRays(CommandLine& commandLine, bool isSweep) {
     commandLine.text("--offset", offset, "O" + list,
                      "How far a ray's ends leave the surface, in units of the derived offset [" +
                          offset + "]");
-    commandLine.text("--lod", lod, "L" + list, "Level of detail of rays: cells of 2^L voxels [0]");
+    commandLine.text("--lod", lod, "L" + list,
+                     "Level of detail of rays: L for cells of 2^L voxels; footprint[:SCALE] for "
+                     "cells as wide as the pixel's ray; coverage[:SHARE[:SCALE]] for those of them "
+                     "of which that share is covered [0]");
 }
 
 Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSweep) const {
@@ -163,7 +166,7 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
     e.offset = numbers("--offset", offset, 0, 100);
     e.lod.clear();
     for (const std::string& part : list("--lod", lod))
-        e.lod.push_back(uint32_t(parseInteger("--lod", part, 0, 17)));
+        e.lod.push_back(parseLod("--lod", part));
     if (!models.empty())
         e.models = models;
     for (const std::string& model : models)

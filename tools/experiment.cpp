@@ -132,6 +132,18 @@ Json jsonFloats(const std::vector<float>& values) {
     return list;
 }
 
+/// Writes fixed levels as numbers, the others as their texts.
+Json jsonLod(const LodChoice& lod) {
+    return lod.rule == LodRule::kFixed ? Json(lod.level) : Json(lod.text());
+}
+
+Json jsonLods(const std::vector<LodChoice>& lods) {
+    Json list = Json::array();
+    for (const LodChoice& lod : lods)
+        list.push_back(jsonLod(lod));
+    return list;
+}
+
 /// Returns the text with '_' for all that a file name better lacks.
 std::string plainName(std::string text) {
     for (char& c : text)
@@ -228,7 +240,23 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
         if (taps != 1 && taps != 9)
             keys.refuse("taps", taps, "must be 1 or 9");
     keys.numbers("offset", e.offset, 0, 100);
-    keys.numbers("lod", e.lod, 0, 17);
+    if (const Json* found = keys.find("lod")) {
+        e.lod.clear();
+        for (const Json& item : keys.list("lod", *found)) {
+            if (!item.is_string() && !item.is_number_unsigned())
+                keys.refuse("lod", item, "must hold levels from 0 to 17 or texts as --lod takes");
+            const std::string text = item.is_string() ? item.get<std::string>() : item.dump();
+            try {
+                e.lod.push_back(parseLod("\"lod\"", text));
+            } catch (const Error& error) {
+                throw Error(ErrorKind::kInput, where + ": key " + error.what());
+            }
+            if (std::count(e.lod.begin(), e.lod.end(), e.lod.back()) > 1)
+                keys.refuse("lod", item, "stands there twice; name each value once");
+        }
+        if (e.lod.empty())
+            keys.refuse("lod", *found, "must hold at least one value");
+    }
     keys.number("repeats", e.repeats, 1, 1000);
     keys.number("warmups", e.warmups, 0, 1000);
     keys.number("error_seed", e.errorSeed, 0, 9e15);
@@ -274,7 +302,7 @@ Json toJson(const Experiment& e) {
             {"bias", jsonFloats(e.bias)},
             {"taps", jsonList(e.taps)},
             {"offset", jsonFloats(e.offset)},
-            {"lod", jsonList(e.lod)},
+            {"lod", jsonLods(e.lod)},
             {"repeats", e.repeats},
             {"warmups", e.warmups},
             {"error_seed", e.errorSeed}};
@@ -285,7 +313,7 @@ Json RunParameters::toJson() const {
     if (usesRays()) {
         json["resolution"] = resolution;
         json["offset"] = decimal(frame.rays.offset);
-        json["lod"] = frame.rays.level;
+        json["lod"] = jsonLod(LodChoice(frame.rays));
     }
     if (usesMaps()) {
         json["undersample"] = decimal(frame.undersample);
@@ -311,8 +339,8 @@ std::string RunParameters::label() const {
         text += " " + std::to_string(resolution) + "^3";
         if (frame.rays.offset != usual.rays.offset)
             text += " offset " + numberText(frame.rays.offset);
-        if (frame.rays.level != usual.rays.level)
-            text += " lod " + std::to_string(frame.rays.level);
+        if (const LodChoice lod(frame.rays); lod != LodChoice(usual.rays))
+            text += " lod " + lod.text();
     }
     if (usesMaps()) {
         if (frame.undersample != usual.undersample)
@@ -363,7 +391,7 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
     base.bias.constantTexels = e.bias[0];
     base.bias.taps = base.maps.taps = e.taps[0];
     base.rays.offset = e.offset[0];
-    base.rays.level = e.lod[0];
+    e.lod[0].apply(base.rays);
 
     add({"embree", "", 0, 0, base});
     const size_t dagCount = dagResolutions.size();
@@ -387,7 +415,7 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
                 for (const float bias : e.bias)
                     for (const uint32_t taps : e.taps)
                         for (const float offset : e.offset)
-                            for (const uint32_t lod : e.lod)
+                            for (const LodChoice& lod : e.lod)
                                 for (const float threshold : thresholds) {
                                     FrameOptions frame = base;
                                     frame.undersample = undersample;
@@ -395,7 +423,7 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
                                     frame.bias.constantTexels = bias;
                                     frame.bias.taps = frame.maps.taps = taps;
                                     frame.rays.offset = offset;
-                                    frame.rays.level = lod;
+                                    lod.apply(frame.rays);
                                     addThreshold(threshold, dag, frame);
                                 }
     for (size_t dag = fullCount; dag < dagCount; ++dag)

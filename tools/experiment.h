@@ -21,7 +21,8 @@
 //   16 to 256 "pool_mib"         256           byte budget of the page pool, MiB "bias" [one]
 //   ShadowMapBias' default; texels "taps"             [one]         ShadowMapBias' default; 1 or 9
 //   "offset"           [1]           of rays, in units of the derived offset
-//   "lod"              [0]           level of detail of rays: cells of 2^lod voxels
+//   "lod"              [0]           level of detail of rays: numbers, cells of 2^lod voxels, and
+//   texts as --lod takes them: "footprint:SCALE", "coverage:SHARE:SCALE"
 //   "repeats"          5             timed runs of every configuration, interleaved
 //   "warmups"          1             runs before them that are not counted
 //   "max_face_texels"  2048          the most texels across a face of a map, 16 to 8192
@@ -30,6 +31,7 @@
 
 #include "hybrid/error.h"
 #include "tools/json.h"
+#include "tools/lod_option.h"
 
 #include <string>
 #include <vector>
@@ -58,7 +60,7 @@ struct Experiment {
     std::vector<float> bias{ShadowMapBias{}.constantTexels};
     std::vector<uint32_t> taps{ShadowMapBias{}.taps};
     std::vector<float> offset{RayOptions{}.offset};
-    std::vector<uint32_t> lod{0};
+    std::vector<LodChoice> lod{0};
     int repeats = 5;
     int warmups = 1;
     uint64_t errorSeed = 1;

@@ -79,7 +79,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     frameOptions_.maps.taps = frameOptions_.bias.taps = experiment.taps[0];
     frameOptions_.bias.constantTexels = experiment.bias[0];
     frameOptions_.rays.offset = experiment.offset[0];
-    frameOptions_.rays.level = experiment.lod[0];
+    experiment.lod[0].apply(frameOptions_.rays);
     errorSeed_ = experiment.errorSeed;
     renderer_ = std::make_unique<FrameRenderer>(backend, *scene_.world, dag_);
     if (wantsTruth)

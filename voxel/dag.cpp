@@ -32,15 +32,16 @@ public:
         if (level == kLeafLog2)
             return wideOf_[address] =
                        write(dag_.words[address], dag_.words[address + 1], nullptr, 0);
-        const uint32_t mask = dag_.words[address];
+        const uint32_t mask = dag_.words[address] & 0xffu;
         uint64_t cells = 0;
         uint32_t below[64], count = 0, next = address + 1;
         for (uint32_t c = 0; c < 8; ++c) {
             if ((mask >> c & 1) == 0)
                 continue;
             const uint32_t child = dag_.words[next++];
-            cells |= uint64_t(dag_.words[child]) << (8 * c);
-            const uint32_t grandchildren = uint32_t(std::popcount(dag_.words[child]));
+            const uint32_t childMask = dag_.words[child] & 0xffu;
+            cells |= uint64_t(childMask) << (8 * c);
+            const uint32_t grandchildren = uint32_t(std::popcount(childMask));
             for (uint32_t g = 0; g < grandchildren; ++g)
                 below[count++] = add(dag_.words[child + 1 + g], level - 2);
         }
@@ -78,7 +79,8 @@ WideDag buildWideDag(const Dag& dag) {
     } else {
         // Child 0 of the node above is the root: its children are that node's first grandchildren.
         uint32_t below[8];
-        const uint32_t mask = dag.words[dag.rootAddress], count = uint32_t(std::popcount(mask));
+        const uint32_t mask = dag.words[dag.rootAddress] & 0xffu,
+                       count = uint32_t(std::popcount(mask));
         for (uint32_t i = 0; i < count; ++i)
             below[i] = builder.add(dag.words[dag.rootAddress + 1 + i], rootLevel - 1);
         wide.rootAddress = builder.write(mask, 0, below, count);

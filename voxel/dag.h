@@ -27,6 +27,7 @@ struct WideDagView {
     View<const uint32_t> words; ///< empty: there is none
     uint32_t rootAddress = 0;
     uint32_t rootLevel = 0;
+    View<const uint32_t> coverage = {}; ///< by word, or empty: wideCoverage (dag_lod.h)
 };
 
 /// Layout, in 32-bit words; a node's address is the index of its first word:

@@ -56,9 +56,9 @@ void addChild(const Projections& child, uint32_t c, uint32_t childLevel, Project
     }
 }
 
-/// Ends the projections of a node whose children are all added; returns its coverages.
+/// Ends the projections of a node whose children are all added; returns its coverage.
 uint32_t finish(uint32_t level, Projections& p) {
-    uint32_t bytes = 0;
+    uint32_t most = 0;
     for (uint32_t axis = 0; axis < 3; ++axis) {
         uint32_t sum = 0;
         for (uint16_t& part : p.part[axis]) {
@@ -66,10 +66,45 @@ uint32_t finish(uint32_t level, Projections& p) {
                 part = uint16_t(uint32_t(std::popcount(part)) * (kUnit / 16));
             sum += level == kLeafLog2 + 1 ? uint32_t(std::popcount(part)) : part;
         }
-        bytes |= detail::coverageByte(sum, level == kLeafLog2 + 1 ? 64 : 16 * kUnit) << (8 * axis);
+        most = std::max(most, sum);
     }
-    return bytes;
+    return detail::coverageByte(most, level == kLeafLog2 + 1 ? 64 : 16 * kUnit);
 }
+
+/// Writes coverages beside wide nodes, each once.
+struct WideCoverage {
+    const Dag& covered;
+    const WideDag& wide;
+    std::vector<uint32_t> words;
+
+    uint32_t ofCell(uint32_t address, uint32_t level) const {
+        return detail::cellCoverage(covered.words.data(), address, level);
+    }
+    /// @param address,wideAddress the same node of a level above the leaves', in both forms
+    void add(uint32_t address, uint32_t wideAddress, uint32_t level) {
+        if (words[wideAddress + 2] != 0) // coverage is at least 1: been here
+            return;
+        words[wideAddress + 2] = ofCell(address, level);
+        const uint32_t mask = covered.words[address] & 0xffu;
+        uint32_t next = address + 1, nextBelow = wideAddress + 2;
+        for (uint32_t c = 0; c < 8; ++c)
+            if (mask >> c & 1) {
+                const uint32_t child = covered.words[next++];
+                addChild(child, c, wideAddress, level, nextBelow);
+            }
+    }
+    /// Adds child c; nextBelow: its first word among the wide node's addresses, its end after.
+    void addChild(uint32_t child, uint32_t c, uint32_t wideAddress, uint32_t level,
+                  uint32_t& nextBelow) {
+        words[wideAddress + c / 4] |= ofCell(child, level - 1) << (8 * (c % 4));
+        const uint32_t count = uint32_t(std::popcount(covered.words[child] & 0xffu));
+        for (uint32_t g = 0; g < count; ++g) {
+            const uint32_t below = wide.words[nextBelow++];
+            if (level - 2 > kLeafLog2)
+                add(covered.words[child + 1 + g], below, level - 2);
+        }
+    }
+};
 
 } // namespace
 
@@ -114,6 +149,20 @@ Dag withCoverage(const Dag& dag) {
         below.swap(here);
     }
     return covered;
+}
+
+std::vector<uint32_t> wideCoverage(const Dag& covered, const WideDag& wide) {
+    WideCoverage coverage{covered, wide, std::vector<uint32_t>(wide.words.size(), 0)};
+    if (wide.words.empty())
+        return {};
+    const uint32_t rootLevel = covered.grid.resolutionLog2;
+    if (rootLevel == wide.rootLevel) {
+        coverage.add(covered.rootAddress, wide.rootAddress, rootLevel);
+    } else { // the root is child 0 of the node above
+        uint32_t nextBelow = wide.rootAddress + 2;
+        coverage.addChild(covered.rootAddress, 0, wide.rootAddress, wide.rootLevel, nextBelow);
+    }
+    return coverage.words;
 }
 
 } // namespace shadowdag

@@ -7,7 +7,7 @@
 // at the receiver, fine ones the part at the light. The segment is dark when some cell of some
 // level L from `bottom` to `top`
 //     1. holds an occupied voxel,
-//     2. counts: coverage at least the threshold (levels above 0; lodCounts), and
+//     2. counts: its level is 0, or its coverage (withCoverage) is at least the threshold, and
 //     3. is met during T(L) by the slab test of ray_slabs.h: the latest near time and begin[L] are
 //        at most the earliest far time and end[L].
 // Nothing else matters, so an answer is a function of cell and segment, and any order of visits
@@ -23,7 +23,9 @@
 // Octrees, I3D 2010, sec. 5. Ours narrows, and tests the line, not the cone.
 #pragma once
 
+#include "voxel/dag_lod_wide.h"
 #include "voxel/dag_trace.h"
+#include "voxel/lod_coverage.h"
 
 namespace shadowdag {
 
@@ -107,76 +109,30 @@ SDAG_HD inline LodTimes footprintLodTimes(const VoxelGrid& grid, const DagSegmen
     return times;
 }
 
-/// Which cells count, and seen from where: the threshold, and the weights of the three projections,
-/// which sum up to 256.
-struct LodCoverage {
-    uint32_t threshold = 0; ///< of 255; 0: every occupied cell counts
-    uint32_t weight[3] = {256, 0, 0};
-};
+/// Returns the coverage (withCoverage) from which on a cell counts, for a share of its columns in
+/// (0, 1].
+SDAG_HD inline uint32_t coverageThreshold(float share) {
+    return uint32_t(255.0f * share);
+}
 
 namespace detail {
 
-/// The voxels of a leaf (bit number x0 y0 z0 x1 y1 z1) whose two bits of the axis are 0.
-SDAG_HD inline uint64_t leafColumns(uint32_t axis) {
-    return axis == 0 ? 0x0055005500550055u : axis == 1 ? 0x0000333300003333u : 0x000000000f0f0f0fu;
-}
-
-/// Returns the columns of a leaf along an axis that hold a voxel, at their first voxel's bit.
-SDAG_HD inline uint64_t coveredColumns(uint64_t voxels, uint32_t axis) {
-    voxels |= voxels >> (1u << axis);
-    voxels |= voxels >> (8u << axis);
-    return voxels & leafColumns(axis);
-}
-
-SDAG_HD inline uint32_t bitCount64(uint64_t bits) {
-    return bitCount32(uint32_t(bits)) + bitCount32(uint32_t(bits >> 32));
-}
-
-/// Returns a share of columns as a coverage: 255 when all are covered, rounded down, never 0 (which
-/// stands for none known) where a voxel is.
-SDAG_HD inline uint32_t coverageByte(uint32_t covered, uint32_t columns) {
-    const uint32_t byte = 255u * covered / columns;
-    return byte != 0 ? byte : 1;
-}
-
-/// Returns whether the coverages (x in the lowest byte, then y, z) are enough.
-SDAG_HD inline bool isEnough(const LodCoverage& coverage, uint32_t bytes) {
-    if (bytes == 0)
-        return true;
-    const uint32_t sum = coverage.weight[0] * (bytes & 0xffu) +
-                         coverage.weight[1] * (bytes >> 8 & 0xffu) +
-                         coverage.weight[2] * (bytes >> 16);
-    return sum >= coverage.threshold * 256u;
-}
-
-/// Returns the coverages of a leaf's 4^3 cell.
-SDAG_HD inline uint32_t leafCoverage(uint64_t voxels) {
-    uint32_t bytes = 0;
-    for (uint32_t axis = 0; axis < 3; ++axis)
-        bytes |= coverageByte(bitCount64(coveredColumns(voxels, axis)), 16) << (8 * axis);
-    return bytes;
-}
-
-/// Returns the coverages of a 2^3 octant.
-SDAG_HD inline uint32_t octantCoverage(uint32_t voxels) {
-    const uint32_t x = (voxels | voxels >> 1) & 0x55u, y = (voxels | voxels >> 2) & 0x33u,
-                   z = (voxels | voxels >> 4) & 0x0fu;
-    return coverageByte(bitCount32(x), 4) | coverageByte(bitCount32(y), 4) << 8 |
-           coverageByte(bitCount32(z), 4) << 16;
+/// Returns whether a coverage is enough; 0 stands for none known.
+SDAG_HD inline bool isEnough(uint32_t coverage, uint32_t threshold) {
+    return coverage >= threshold || coverage == 0;
 }
 
 /// Returns those of the octants (bits) of a leaf that count.
-SDAG_HD inline uint32_t countingOctants(uint32_t octants, uint64_t voxels,
-                                        const LodCoverage& coverage) {
-    for (uint32_t left = coverage.threshold != 0 ? octants : 0; left != 0; left &= left - 1) {
+SDAG_HD inline uint32_t countingOctants(uint32_t octants, uint64_t voxels, uint32_t threshold) {
+    for (uint32_t left = threshold != 0 ? octants : 0; left != 0; left &= left - 1) {
         const uint32_t o = lowestBit32(left);
-        if (!isEnough(coverage, octantCoverage(uint32_t(voxels >> (8 * o)) & 0xffu)))
+        if (!isEnough(octantCoverage(uint32_t(voxels >> (8 * o)) & 0xffu), threshold))
             octants &= ~(1u << o);
     }
     return octants;
 }
 
-/// Returns the coverages of the cell of a node or leaf.
+/// Returns the coverage of the cell of a node or leaf.
 SDAG_HD inline uint32_t cellCoverage(const uint32_t* words, uint32_t address, uint32_t level) {
     return level == kLeafLog2 ? leafCoverage(leafAt(words, address)) : words[address] >> 8;
 }
@@ -184,12 +140,12 @@ SDAG_HD inline uint32_t cellCoverage(const uint32_t* words, uint32_t address, ui
 /// Returns those of the children (bits), of level `childLevel`, of the node that count.
 SDAG_HD inline uint32_t countingChildren(const uint32_t* words, uint32_t address,
                                          uint32_t childLevel, uint32_t children,
-                                         const LodCoverage& coverage) {
+                                         uint32_t threshold) {
     const uint32_t mask = words[address];
-    for (uint32_t left = coverage.threshold != 0 ? children : 0; left != 0; left &= left - 1) {
+    for (uint32_t left = threshold != 0 ? children : 0; left != 0; left &= left - 1) {
         const uint32_t c = lowestBit32(left);
         const uint32_t child = words[address + 1 + bitCount32(mask & ((1u << c) - 1))];
-        if (!isEnough(coverage, cellCoverage(words, child, childLevel)))
+        if (!isEnough(cellCoverage(words, child, childLevel), threshold))
             children &= ~(1u << c);
     }
     return children;
@@ -198,11 +154,11 @@ SDAG_HD inline uint32_t countingChildren(const uint32_t* words, uint32_t address
 /// Returns whether a segment meets, at its times, counting cells of the leaf at the corner.
 template <class Tester, class Corner>
 SDAG_HD inline bool stopsInLeaf(const Tester& tester, uint64_t voxels, const Corner& corner,
-                                const LodTimes& times, const LodCoverage& coverage, DagHit* hit) {
+                                const LodTimes& times, uint32_t threshold, DagHit* hit) {
     if (times.top >= 1 && times.bottom <= 1) {
         const uint32_t met =
             tester.childHits(corner, 2, times.begin[1], times.end[1]) & octantsOf(voxels);
-        const uint32_t hits = countingOctants(met, voxels, coverage);
+        const uint32_t hits = countingOctants(met, voxels, threshold);
         if (hits != 0) {
             if (hit)
                 *hit = {corner.child(tester.first(hits), 2).cell(), 1};
@@ -221,16 +177,15 @@ SDAG_HD inline bool stopsInLeaf(const Tester& tester, uint64_t voxels, const Cor
 }
 
 } // namespace detail
-
 /// Returns whether the closed segment is dark by the definition at the head of this file. With
 /// fixedLodTimes and no threshold: the bits of occluded() at that level; with a footprint under two
 /// voxels: those of level 0. Ends: as occluded() takes them. `hit`, when not null, receives a cell
-/// that stops the segment, of those nearest to its start not guaranteed the nearest.
-/// @param dag with a threshold its words must hold coverages (withCoverage); cells that have none
-/// count
-/// Cost: no allocation; stack of kMaxResolutionLog2 entries. The same bits on both processors.
+/// that stops the segment, not always the nearest.
+/// @param threshold coverageThreshold's; 0: every occupied cell counts. Above 0 the DAG's words
+/// must hold coverages (withCoverage); cells that have none count Cost: no allocation; stack of
+/// kMaxResolutionLog2 entries. The same bits on both processors.
 SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segment,
-                                     const LodTimes& times, const LodCoverage& coverage,
+                                     const LodTimes& times, uint32_t threshold,
                                      DagHit* hit = nullptr) {
     const uint32_t rootLevel =
         dag.grid.resolutionLog2 > kLeafLog2 ? dag.grid.resolutionLog2 : kLeafLog2;
@@ -243,6 +198,13 @@ SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segme
     if (dag.rootAddress == kNoNode)
         return false;
     const RaySlabs r = makeRaySlabs(segment, scale);
+#if defined(SDAG_RAY_SLABS_AVX2)
+    if (!dag.wide.words.empty() && !hit && times.top == 0)
+        return avx2::meetsWide(dag.wide, r);
+    if (!dag.wide.words.empty() && !hit && (threshold == 0 || !dag.wide.coverage.empty()))
+        return avx2::WideLodTrace<LodTimes>{dag.wide, times, threshold, avx2::WideLodTester(r)}
+            .isDark(r, rootLevel);
+#endif
     const uint32_t* words = dag.words.data;
     // From the light's end when nobody asks where: as occluded().
     const slabs::Tester tester(r, hit == nullptr);
@@ -254,8 +216,8 @@ SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segme
                                              times.end[rootLevel]) &
                             1) != 0;
         if (isMet &&
-            (coverage.threshold == 0 ||
-             detail::isEnough(coverage, detail::cellCoverage(words, address, rootLevel)))) {
+            (threshold == 0 ||
+             detail::isEnough(detail::cellCoverage(words, address, rootLevel), threshold))) {
             if (hit)
                 *hit = {glm::uvec3(0), rootLevel};
             return true;
@@ -264,7 +226,7 @@ SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segme
             return false;
     }
     if (rootLevel == kLeafLog2)
-        return detail::stopsInLeaf(tester, detail::leafAt(words, address), corner, times, coverage,
+        return detail::stopsInLeaf(tester, detail::leafAt(words, address), corner, times, threshold,
                                    hit);
 
     // As in occluded(); a node's children are first asked whether they stop the segment, then those
@@ -284,7 +246,7 @@ SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segme
                     mask & tester.childHits(corner, 1u << childLevel, times.begin[childLevel],
                                             times.end[childLevel]);
                 const uint32_t stops =
-                    detail::countingChildren(words, address, childLevel, met, coverage);
+                    detail::countingChildren(words, address, childLevel, met, threshold);
                 if (stops != 0) {
                     if (hit)
                         *hit = {corner.child(tester.first(stops), 1u << childLevel).cell(),
@@ -311,7 +273,7 @@ SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segme
         const uint32_t childAddress = words[address + 1 + bitCount32(mask & ((1u << c) - 1))];
         if (childLevel == kLeafLog2) {
             if (detail::stopsInLeaf(tester, detail::leafAt(words, childAddress), child, times,
-                                    coverage, hit))
+                                    threshold, hit))
                 return true;
             continue;
         }
@@ -324,13 +286,21 @@ SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segme
     }
 }
 
-/// Returns the DAG with the coverages of every node's cell in bits 8..31 of its first word: of its
-/// 4^L columns along x, y, z (8 bits each, x lowest), how many hold a voxel, 255 for all, rounded
+/// Returns the DAG with the coverage of every node's cell in bits 8..15 of its first word: of the
+/// 4^L columns along x, y or z, whichever are more, how many hold a voxel; 255 for all, rounded
 /// down, at least 1. Exact to cells of 16^3 voxels; larger ones combine grids of 4 x 4 parts of
 /// their halves by the greater value: never more than the truth, which is at most twice that a
 /// level. Leaves stay; theirs is counted from their voxels. Other readers of the words mask them.
+/// Why the greatest: what stands across a cell stops rays from everywhere. Along the ray's longest
+/// axis alone, or weighted by its direction, walls that rays graze let light through (LAYOUT.md).
 /// A function of what is under a node, so nodes stay merged; never written to a file.
 /// Cost: linear in nodes, parallel by level; 96 bytes a node of two levels for the time of it.
 Dag withCoverage(const Dag& dag);
+
+/// Returns coverages for the wide form of a DAG, for WideDagView::coverage: by a node's address a,
+/// bytes of words a and a + 1: of its eight children; word a + 2: its own. As many words as the
+/// wide form has. @param covered withCoverage of the DAG that `wide` was built from
+/// Cost: linear in nodes.
+std::vector<uint32_t> wideCoverage(const Dag& covered, const WideDag& wide);
 
 } // namespace shadowdag

@@ -8,6 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace shadowdag {
 
 namespace {
@@ -37,6 +39,38 @@ TEST(Charts, EveryChartIsDrawnAsSvgAndPngWithACaption) {
         EXPECT_THAT(readText(stem + ".png"), testing::StartsWith("\x89PNG")) << stem;
         EXPECT_GT(chart["caption"].get<std::string>().size(), 40u);
     }
+}
+
+TEST(Charts, ASweepOfLevelsOfDetailGetsItsOwnChart) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    const auto isRays = [](const Json& run) {
+        return run["method"] == "dag" && run["parameters"]["resolution"] == 2048;
+    };
+    const Json base = *std::find_if(results["runs"].begin(), results["runs"].end(), isRays);
+    const Json lods = {
+        1, "footprint", "footprint:2", "coverage:0.5", "coverage:0.75", "coverage:0.75:2"};
+    for (size_t i = 0; i < lods.size(); ++i) {
+        Json run = base;
+        run["parameters"]["lod"] = lods[i];
+        run["label"] = "dag lod " + lods[i].dump();
+        run["time_ms"] = base["time_ms"].get<double>() - 10.0 * double(i + 1);
+        run["false_light_count"] = base["false_light_count"].get<int>() + 5000 * int(i + 1);
+        results["runs"].push_back(run);
+    }
+    writeText(directory / "r.json", results.dump());
+    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    const Json charts = Json::parse(readText(directory / "charts/charts.json"))["charts"];
+    const auto found = std::find_if(charts.begin(), charts.end(), [](const Json& chart) {
+        return chart["file"] == "lod_builtin_made_up";
+    });
+    ASSERT_NE(found, charts.end());
+    const std::string caption = (*found)["caption"];
+    EXPECT_THAT(caption, testing::HasSubstr("Level 0 takes"));
+    EXPECT_THAT(caption, testing::HasSubstr("the fastest, lod coverage:0.75:2"));
+    EXPECT_THAT(readText(directory / "charts/lod_builtin_made_up.png"),
+                testing::StartsWith("\x89PNG"));
 }
 
 TEST(Charts, TheCrossingOfTwoKnownPowersIsFound) {

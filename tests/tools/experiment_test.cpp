@@ -74,6 +74,12 @@ TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
         {"taps", {4}},
         {"repeats", 0},
         {"lod", {18}},
+        {"lod", Json::array()},
+        {"lod", {1, "1"}},
+        {"lod", {1.5}},
+        {"lod", {"footprint:0"}},
+        {"lod", {"coverage:2"}},
+        {"lod", {"pixels"}},
         {"title", 3},
         {"scenes", "atrium"},
         {"offset", {-1}},
@@ -97,6 +103,28 @@ TEST(Experiment, AFileThatIsMissingOrBrokenIsNamed) {
     } catch (const Error& error) {
         EXPECT_THAT(error.what(), HasSubstr("bad.json: not JSON"));
     }
+}
+
+TEST(Experiment, LevelsOfDetailAreNumbersAndTexts) {
+    const Json lods = {0, 2, "footprint", "footprint:2", "coverage:0.75", "coverage:0.5:4"};
+    const Experiment e = experimentFromJson({{"lod", lods}}, "x");
+    EXPECT_EQ(toJson(e)["lod"], lods);
+    ASSERT_EQ(e.lod.size(), 6u);
+    EXPECT_EQ(e.lod[1].level, 2u);
+    EXPECT_EQ(e.lod[3].rule, LodRule::kFootprint);
+    EXPECT_EQ(e.lod[3].footprintScale, 2.0f);
+    EXPECT_EQ(e.lod[5].rule, LodRule::kCoverage);
+    EXPECT_EQ(e.lod[5].coverage, 0.5f);
+    EXPECT_EQ(e.lod[5].footprintScale, 4.0f);
+    EXPECT_EQ(parseLod("--lod", "coverage").text(), "coverage:0.5");
+    Experiment swept = e;
+    swept.methods = {"dag"};
+    EXPECT_THAT(labels(configurations(swept, {1024}, 1)),
+                ElementsAre("dag 1024^3", "dag 1024^3 lod 2", "dag 1024^3 lod footprint",
+                            "dag 1024^3 lod footprint:2", "dag 1024^3 lod coverage:0.75",
+                            "dag 1024^3 lod coverage:0.5:4"));
+    EXPECT_EQ(configurations(swept, {1024}, 1)[3].toJson()["lod"], "footprint:2");
+    EXPECT_EQ(configurations(swept, {1024}, 1)[1].toJson()["lod"], 2);
 }
 
 TEST(Configurations, PureMethodsStandForTheEndsOfTheSweep) {
@@ -166,6 +194,9 @@ TEST(Experiment, TheCommittedFilesAreValid) {
         EXPECT_FALSE(e.title.empty()) << name;
         EXPECT_GE(e.thresholds.size(), 4u) << name;
     }
+    EXPECT_GE(
+        readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/lod.json").lod.size(),
+        8u);
 }
 
 } // namespace shadowdag

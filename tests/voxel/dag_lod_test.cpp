@@ -39,7 +39,7 @@ uint32_t coveredColumns(const DenseGrid& grid, const glm::uvec3& cell, uint32_t 
 /// The definition: every cell of every level by itself. Coverages are exact here, those of the text
 /// are to level 4.
 bool darkByDefinition(const DenseGrid& grid, const DagSegment& segment, const LodTimes& times,
-                      const LodCoverage& coverage) {
+                      uint32_t threshold) {
     VoxelGrid voxelGrid;
     voxelGrid.resolutionLog2 = grid.log2;
     const RaySlabs r = makeRaySlabs(segment, segmentScale(voxelGrid, segment));
@@ -55,13 +55,11 @@ bool darkByDefinition(const DenseGrid& grid, const DagSegment& segment, const Lo
                          1) != 0;
                     if (!isMet)
                         continue;
-                    uint32_t sum = 0, any = 0;
-                    for (int axis = 0; axis < 3; ++axis) {
-                        const uint32_t columns = coveredColumns(grid, {x, y, z}, level, axis);
-                        any |= columns;
-                        sum += coverage.weight[axis] * std::max(1u, 255 * columns / (side * side));
-                    }
-                    if (any != 0 && (level == 0 || sum >= 256 * coverage.threshold))
+                    uint32_t most = 0;
+                    for (int axis = 0; axis < 3; ++axis)
+                        most = std::max(most, coveredColumns(grid, {x, y, z}, level, axis));
+                    if (most != 0 &&
+                        (level == 0 || std::max(1u, 255 * most / (side * side)) >= threshold))
                         return true;
                 }
     }
@@ -89,15 +87,6 @@ Footprint anyFootprint(const DagSegment& s, uint32_t topLevel, std::mt19937& ran
     return {start, std::max(start / std::max(length, 1e-9), random() % 2 ? 0.0 : 0.3)};
 }
 
-LodCoverage anyCoverage(std::mt19937& random) {
-    LodCoverage c;
-    c.threshold = random() % 3 == 0 ? 0 : random() % 256;
-    c.weight[0] = random() % 257;
-    c.weight[1] = random() % (257 - c.weight[0]);
-    c.weight[2] = 256 - c.weight[0] - c.weight[1];
-    return c;
-}
-
 TEST(DagLod, AnswersEveryBitAsTestingEveryCellDoes) {
     int hits = 0, misses = 0, byLevel[6] = {};
     for (uint32_t seed = 1; seed <= 3; ++seed) {
@@ -110,13 +99,13 @@ TEST(DagLod, AnswersEveryBitAsTestingEveryCellDoes) {
                     const DagSegment s = anySegment(float(grid.size()), random);
                     const LodTimes times = footprintLodTimes(
                         dag.grid, s, anyFootprint(s, std::min(log2 + 1, 4u), random));
-                    const LodCoverage coverage = anyCoverage(random);
-                    const bool expected = darkByDefinition(grid, s, times, coverage);
-                    ASSERT_EQ(occludedByLevels(dag.view(), s, times, coverage), expected)
+                    const uint32_t threshold = random() % 3 == 0 ? 0 : random() % 256;
+                    const bool expected = darkByDefinition(grid, s, times, threshold);
+                    ASSERT_EQ(occludedByLevels(dag.view(), s, times, threshold), expected)
                         << "seed " << seed << " log2 " << log2 << " density " << density << " ray "
-                        << i << " top " << times.top << " threshold " << coverage.threshold;
+                        << i << " top " << times.top << " threshold " << threshold;
                     DagHit hit;
-                    ASSERT_EQ(occludedByLevels(dag.view(), s, times, coverage, &hit), expected);
+                    ASSERT_EQ(occludedByLevels(dag.view(), s, times, threshold, &hit), expected);
                     ++(expected ? hits : misses);
                     if (expected) {
                         ASSERT_LE(hit.level, times.top);
@@ -136,6 +125,40 @@ TEST(DagLod, AnswersEveryBitAsTestingEveryCellDoes) {
         EXPECT_GT(count, 100);
 }
 
+// Odd and even resolutions: the root is alone in its wide node, or is not.
+TEST(DagLod, WideFormGivesTheSameBits) {
+    int hits = 0, misses = 0;
+    for (uint32_t seed = 21; seed <= 22; ++seed) {
+        std::mt19937 random(seed);
+        for (uint32_t log2 = 3; log2 <= 7; ++log2)
+            for (const double density : {0.0002, 0.003, 0.03}) {
+                const Dag dag = withCoverage(dagOf(randomGrid(log2, density, random)));
+                if (dag.empty())
+                    continue;
+                const WideDag wide = buildWideDag(dag);
+                const std::vector<uint32_t> coverage = wideCoverage(dag, wide);
+                DagView view = dag.view();
+                view.wide = wide.view();
+                view.wide.coverage = viewOf(coverage);
+                for (int i = 0; i < 3000; ++i) {
+                    const DagSegment s = anySegment(float(dag.grid.resolution()), random);
+                    const LodTimes times =
+                        i % 5 == 0
+                            ? fixedLodTimes(dag.grid, random() % (log2 + 2))
+                            : footprintLodTimes(dag.grid, s, anyFootprint(s, log2 + 1, random));
+                    const uint32_t threshold = random() % 3 == 0 ? 0 : random() % 256;
+                    const bool expected = occludedByLevels(dag.view(), s, times, threshold);
+                    ASSERT_EQ(occludedByLevels(view, s, times, threshold), expected)
+                        << "seed " << seed << " log2 " << log2 << " density " << density << " ray "
+                        << i << " top " << times.top << " threshold " << threshold;
+                    ++(expected ? hits : misses);
+                }
+            }
+    }
+    EXPECT_GT(hits, 5000);
+    EXPECT_GT(misses, 5000);
+}
+
 TEST(DagLod, FixedTimesGiveTheBitsOfOccluded) {
     std::mt19937 random(4);
     for (uint32_t log2 = 0; log2 <= 6; ++log2) {
@@ -144,9 +167,8 @@ TEST(DagLod, FixedTimesGiveTheBitsOfOccluded) {
         for (int i = 0; i < 3000; ++i) {
             const DagSegment s = anySegment(float(grid.size()), random);
             const uint32_t level = random() % (log2 + 2);
-            ASSERT_EQ(
-                occludedByLevels(dag.view(), s, fixedLodTimes(dag.grid, level), LodCoverage{}),
-                occluded(dag.view(), s, level));
+            ASSERT_EQ(occludedByLevels(dag.view(), s, fixedLodTimes(dag.grid, level), 0),
+                      occluded(dag.view(), s, level));
         }
     }
 }
@@ -158,9 +180,7 @@ TEST(DagLod, FootprintUnderTwoVoxelsGivesTheBitsOfLevelZero) {
         for (int i = 0; i < 3000; ++i) {
             const DagSegment s = anySegment(float(dag.grid.resolution()), random);
             const LodTimes times = footprintLodTimes(dag.grid, s, {1.9999, 1e3});
-            LodCoverage coverage;
-            coverage.threshold = 200;
-            ASSERT_EQ(occludedByLevels(dag.view(), s, times, coverage), occluded(dag.view(), s));
+            ASSERT_EQ(occludedByLevels(dag.view(), s, times, 200), occluded(dag.view(), s));
         }
     }
 }
@@ -176,7 +196,7 @@ TEST(DagLod, WiderFootprintsOnlyAddShadow) {
         for (const double start : {1.0, 2.0, 5.0, 9.0, 30.0, 100.0}) {
             const double length = glm::length(glm::dvec3(s.to) - glm::dvec3(s.from));
             const LodTimes times = footprintLodTimes(dag.grid, s, {start, start / length});
-            const bool next = occludedByLevels(dag.view(), s, times, LodCoverage{});
+            const bool next = occludedByLevels(dag.view(), s, times, 0);
             ASSERT_LE(isDark, next) << "seed 6 ray " << i << " footprint " << start;
             added += next && !isDark;
             isDark = next;
@@ -215,11 +235,7 @@ TEST(DagLod, TimesAbutAndFollowTheFootprint) {
     EXPECT_EQ(lodLevel(std::numeric_limits<double>::infinity()), kMaxResolutionLog2);
 }
 
-uint32_t bytesOf(double x, double y, double z) {
-    return uint32_t(255 * x) | uint32_t(255 * y) << 8 | uint32_t(255 * z) << 16;
-}
-
-/// Returns the coverages that the text gives to the cell of a level at a corner.
+/// Returns the coverage that the text gives to the cell of a level at a corner.
 uint32_t coverageAt(const Dag& dag, const glm::uvec3& cell, uint32_t level) {
     uint32_t address = dag.rootAddress;
     for (uint32_t l = std::max(dag.grid.resolutionLog2, kLeafLog2); l > level; --l) {
@@ -232,31 +248,42 @@ uint32_t coverageAt(const Dag& dag, const glm::uvec3& cell, uint32_t level) {
     return detail::cellCoverage(dag.words.data(), address, level);
 }
 
-TEST(DagLodCoverage, WallCoversAllAcrossAndASliceAlong) {
-    DenseGrid grid(6);
-    for (uint32_t z = 0; z < 64; ++z)
-        for (uint32_t y = 0; y < 64; ++y)
-            grid.set(21, y, z);
-    const Dag dag = withCoverage(dagOf(grid));
-    for (uint32_t level = 2; level <= 6; ++level) {
-        const uint32_t x = 21u >> level << level;
-        EXPECT_EQ(coverageAt(dag, {x, 0, 0}, level),
-                  bytesOf(1, 1.0 / (1u << level), 1.0 / (1u << level)))
-            << "level " << level;
+TEST(DagLodCoverage, WallsCoverAllOfTheirCellsAndAnEdgeItsShare) {
+    for (int axis = 0; axis < 3; ++axis) {
+        DenseGrid grid(6);
+        for (uint32_t v = 0; v < 64; ++v)
+            for (uint32_t u = 0; u < 40; ++u) {
+                glm::uvec3 p;
+                p[axis] = 21;
+                p[(axis + 1) % 3] = u;
+                p[(axis + 2) % 3] = v;
+                grid.set(p.x, p.y, p.z);
+            }
+        const Dag dag = withCoverage(dagOf(grid));
+        for (uint32_t level = 2; level <= 5; ++level) {
+            glm::uvec3 cell(0);
+            cell[axis] = 21u >> level << level;
+            EXPECT_EQ(coverageAt(dag, cell, level), 255u) << "axis " << axis << " level " << level;
+        }
+        glm::uvec3 edge(0);
+        edge[axis] = 16;
+        edge[(axis + 1) % 3] = 32;
+        EXPECT_EQ(coverageAt(dag, edge, 4), 255u / 2) << "axis " << axis; // 8 of 16 columns
+        EXPECT_EQ(coverageAt(dag, glm::uvec3(0), 6), uint32_t(255 * 0.625)) << "axis " << axis;
     }
 }
 
-TEST(DagLodCoverage, PolesCoverTheirShare) {
+TEST(DagLodCoverage, PolesCoverTheirShareAcross) {
     DenseGrid grid(6);
     for (uint32_t z = 0; z < 64; ++z)
         for (uint32_t y = 1; y < 64; y += 4)
             for (uint32_t x = 2; x < 64; x += 4)
                 grid.set(x, y, z);
     const Dag dag = withCoverage(dagOf(grid));
-    for (uint32_t level = 2; level <= 6; ++level)
-        EXPECT_EQ(coverageAt(dag, {0, 0, 0}, level), bytesOf(0.25, 0.25, 1.0 / 16))
-            << "level " << level;
-    EXPECT_EQ(detail::octantCoverage(0x11), bytesOf(0.5, 0.5, 0.25)); // one pole of a 2^3 cell
+    for (uint32_t level = 2; level <= 6; ++level) // across x or y a pole every 4 voxels
+        EXPECT_EQ(coverageAt(dag, {0, 0, 0}, level), 255u / 4) << "level " << level;
+    EXPECT_EQ(detail::octantCoverage(0x11), 255u / 2); // one pole of a 2^3 cell
+    EXPECT_EQ(detail::octantCoverage(0x01), 255u / 4);
 }
 
 TEST(DagLodCoverage, IsExactToLevelFourAndALowerBoundAbove) {
@@ -270,24 +297,20 @@ TEST(DagLodCoverage, IsExactToLevelFourAndALowerBoundAbove) {
                 const uint32_t side = 1u << level;
                 glm::uvec3 cell(random() % 64, random() % 64, random() % 64);
                 cell = cell / side * side;
-                uint32_t truth = 0, columns[3];
-                for (int axis = 0; axis < 3; ++axis) {
-                    columns[axis] = coveredColumns(grid, cell, level, axis);
-                    truth |= std::max(1u, 255 * columns[axis] / (side * side)) << (8 * axis);
-                }
-                if (columns[0] == 0)
+                uint32_t columns = 0;
+                for (int axis = 0; axis < 3; ++axis)
+                    columns = std::max(columns, coveredColumns(grid, cell, level, axis));
+                if (columns == 0)
                     continue;
+                const uint32_t truth = std::max(1u, 255 * columns / (side * side));
                 const uint32_t told = coverageAt(dag, cell, level);
                 if (level <= 4) {
                     ASSERT_EQ(told, truth) << "seed " << seed << " level " << level;
                     continue;
                 }
-                for (int axis = 0; axis < 3; ++axis) {
-                    const uint32_t t = told >> (8 * axis) & 0xff, full = truth >> (8 * axis) & 0xff;
-                    ASSERT_LE(t, full) << "seed " << seed;
-                    ASSERT_GE((t + 1) << (level - 4), full) << "seed " << seed;
-                    above += t < full;
-                }
+                ASSERT_LE(told, truth) << "seed " << seed;
+                ASSERT_GE((told + 1) << (level - 4), truth) << "seed " << seed;
+                above += told < truth;
             }
         EXPECT_GT(above, 0u) << "nothing overlapped: the test shows less than it says";
     }
@@ -311,8 +334,7 @@ TEST(DagLodCoverage, LeavesTheDagAsItWasForOtherReaders) {
     setThreadCount(0);
 }
 
-// A wall with one hole in each of its 8^3 cells stops rays however it is seen; a screen of poles
-// stops them by the threshold, also where every ray through it meets a pole.
+// A screen of poles stops rays by the threshold, be it between poles or onto one.
 TEST(DagLodCoverage, ScreensStopByTheirShare) {
     DenseGrid grid(6);
     for (uint32_t z = 0; z < 64; ++z)
@@ -322,15 +344,12 @@ TEST(DagLodCoverage, ScreensStopByTheirShare) {
     const DagSegment through{glm::vec3(3, 30.5f, 31.5f), glm::vec3(60, 30.5f, 31.5f)};
     ASSERT_FALSE(occluded(dag.view(), through));
     const LodTimes times = footprintLodTimes(dag.grid, through, {8, 8.0 / 50});
-    EXPECT_TRUE(occludedByLevels(dag.view(), through, times, LodCoverage{}));
-    LodCoverage coverage;
-    coverage.threshold = 63; // a quarter
-    EXPECT_TRUE(occludedByLevels(dag.view(), through, times, coverage));
-    coverage.threshold = 64;
-    EXPECT_FALSE(occludedByLevels(dag.view(), through, times, coverage));
+    EXPECT_TRUE(occludedByLevels(dag.view(), through, times, 0));
+    EXPECT_TRUE(occludedByLevels(dag.view(), through, times, coverageThreshold(0.25f)));
+    EXPECT_FALSE(occludedByLevels(dag.view(), through, times, coverageThreshold(0.26f)));
     const DagSegment onto{glm::vec3(3, 32.5f, 31.5f), glm::vec3(60, 32.5f, 31.5f)};
     ASSERT_TRUE(occluded(dag.view(), onto));
-    EXPECT_FALSE(occludedByLevels(dag.view(), onto, times, coverage)); // lets pass
+    EXPECT_FALSE(occludedByLevels(dag.view(), onto, times, coverageThreshold(0.26f))); // lets pass
 }
 
 TEST(DagLod, NotANumberIsDarkAndNothingIsLit) {
@@ -339,11 +358,11 @@ TEST(DagLod, NotANumberIsDarkAndNothingIsLit) {
     const Dag dag = dagOf(grid);
     const DagSegment bad{glm::vec3(9), glm::vec3(10, std::numeric_limits<float>::quiet_NaN(), 0)};
     const DagSegment point{glm::vec3(9), glm::vec3(9)};
-    EXPECT_TRUE(occludedByLevels(dag.view(), bad, footprintLodTimes(dag.grid, bad, {4, 1}), {}));
+    EXPECT_TRUE(occludedByLevels(dag.view(), bad, footprintLodTimes(dag.grid, bad, {4, 1}), 0));
     EXPECT_FALSE(
-        occludedByLevels(dag.view(), point, footprintLodTimes(dag.grid, point, {4, 1}), {}));
+        occludedByLevels(dag.view(), point, footprintLodTimes(dag.grid, point, {4, 1}), 0));
     EXPECT_FALSE(
-        occludedByLevels(Dag{}.view(), point, footprintLodTimes(dag.grid, point, {4, 1}), {}));
+        occludedByLevels(Dag{}.view(), point, footprintLodTimes(dag.grid, point, {4, 1}), 0));
 }
 
 } // namespace
