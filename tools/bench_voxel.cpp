@@ -3,6 +3,7 @@
 
 #include "cuda/thread_clock.h"
 #include "tools/parse.h"
+#include "voxel/dag_stream.h"
 #include "voxel/dag_trace_pass.h"
 #include "voxel/nanovdb_baseline.h"
 #include "voxel/voxelize.h"
@@ -56,6 +57,15 @@ Answers tracePass(const DagView& dag, const BenchRays& rays, double& seconds) {
     Answers blocked(rays.voxel.size());
     for (size_t i = 0; i < blocked.size(); ++i)
         blocked[i] = bits[i / 32] >> (i % 32) & 1;
+    return blocked;
+}
+
+/// All rays as one stream: neighbours in the list are traced together.
+Answers traceAsStream(const DagView& dag, StreamIsa isa, const BenchRays& rays, double& seconds) {
+    Answers blocked(rays.voxel.size());
+    const double start = threadSeconds();
+    traceStream(dag, viewOf(rays.voxel), viewOf(blocked), isa);
+    seconds = threadSeconds() - start;
     return blocked;
 }
 
@@ -147,6 +157,13 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
     std::vector<Tracer> tracers = {
         {"occluded", [&](const BenchRays& r, double& s) { return traceSingly(traced, r, s); }},
         {"traceSegments", [&](const BenchRays& r, double& s) { return tracePass(traced, r, s); }}};
+    for (const StreamIsa isa : {StreamIsa::kPortable, StreamIsa::kAvx2, StreamIsa::kAvx512})
+        if (hasStreamIsa(isa))
+            tracers.push_back({std::string("traceStream ") + streamIsaName(isa),
+                               [&traced, isa](const BenchRays& r, double& s) {
+                                   return traceAsStream(traced, isa, r, s);
+                               }});
+    const size_t ourCount = tracers.size(); // Embree's first call stands next
     for (const EmbreeCall call : kEmbreeCalls)
         tracers.push_back({embreeCallName(call), [&embree, call](const BenchRays& r, double& s) {
                                return embree.occluded(call, r.world, &s);
@@ -171,11 +188,12 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
                              {"occluded_count", countOf(answers.back())}});
             checkInterrupted();
         }
-        if (answers[0] != answers[1])
-            throw Error(ErrorKind::kInput,
-                        "bench voxel: traceSegments and occluded differ; please report the scene");
-        const uint64_t falseLight = countDarkLit(answers[2], answers[0]);
-        const uint64_t falseShadow = countDarkLit(answers[0], answers[2]);
+        for (size_t t = 1; t < ourCount; ++t)
+            if (answers[t] != answers[0])
+                throw Error(ErrorKind::kInput, "bench voxel: " + tracers[t].name +
+                                                   " and occluded differ; please report the scene");
+        const uint64_t falseLight = countDarkLit(answers[ourCount], answers[0]);
+        const uint64_t falseShadow = countDarkLit(answers[0], answers[ourCount]);
         checkShare("lit by ours and dark by Embree", falseLight, rayCount, kEmbreeTolerance);
         Json check = {{"false_shadow_count", falseShadow}, {"false_light_count", falseLight}};
         if (nanoVdb) {
@@ -210,7 +228,7 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
         const Spread spread = Spread::of(perSecond);
         rates[i].update(spreadJson(spread, "megarays_per_s"));
         double& best = ours[i / tracers.size()];
-        if (i % tracers.size() < 2)
+        if (i % tracers.size() < ourCount)
             best = std::max(best, spread.median);
         rates[i]["ours_over_it"] = spread.median > 0 ? best / spread.median : 0.0;
     }
@@ -264,11 +282,11 @@ void printVoxelBench(std::ostream& out, const Json& result) {
             100 * number(result["checks"], "lit_by_ours_dark_by_nanovdb_count") / rays);
         out << line;
     }
-    std::snprintf(line, sizeof line, "%-8s %-14s %9s %9s   %9s %9s\n", "order", "tracer",
+    std::snprintf(line, sizeof line, "%-8s %-20s %9s %9s   %9s %9s\n", "order", "tracer",
                   "M rays/s", "(min", "max)", "ours / it");
     out << line;
     for (const Json& rate : result["rates"]) {
-        std::snprintf(line, sizeof line, "%-8s %-14s %9.3f (%8.3f .. %8.3f) %9.2f\n",
+        std::snprintf(line, sizeof line, "%-8s %-20s %9.3f (%8.3f .. %8.3f) %9.2f\n",
                       rate["order"].get<std::string>().c_str(),
                       rate["tracer"].get<std::string>().c_str(), number(rate, "megarays_per_s"),
                       number(rate, "megarays_per_s_min"), number(rate, "megarays_per_s_max"),

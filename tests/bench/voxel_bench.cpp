@@ -4,7 +4,8 @@
 // nothing is timed before it has verified the answers.
 #include "scenes/builtin.h"
 #include "tools/bench_voxel.h"
-#include "voxel/dag_trace_pass.h"
+#include "voxel/dag_stream.h"
+#include "voxel/dag_trace.h"
 #include "voxel/voxelize.h"
 
 #include <benchmark/benchmark.h>
@@ -56,6 +57,24 @@ void traceAtrium(benchmark::State& state) {
     state.SetLabel(rayOrderName(kRayOrders[state.range(1)]));
 }
 BENCHMARK(traceAtrium)->ArgsProduct({{8, 10}, {0, 1}})->Unit(benchmark::kMillisecond);
+
+/// The same of traceStream() over the wide form, in the widest instructions that are there.
+void streamAtrium(benchmark::State& state) {
+    const Dag dag = dagAt(state.range(0));
+    const WideDag wide = buildWideDag(dag);
+    DagView traced = dag.view();
+    traced.wide = wide.view();
+    const BenchView view = makeBenchView(setup().world, setup().camera, 160, 90);
+    const BenchRays rays = makeBenchRays(view, setup().world, dag.grid, kRayOrders[state.range(1)]);
+    std::vector<uint8_t> blocked(rays.voxel.size());
+    for (auto _ : state) {
+        traceStream(traced, viewOf(rays.voxel), viewOf(blocked));
+        benchmark::DoNotOptimize(blocked.data());
+    }
+    state.SetItemsProcessed(int64_t(state.iterations()) * int64_t(rays.voxel.size()));
+    state.SetLabel(rayOrderName(kRayOrders[state.range(1)]));
+}
+BENCHMARK(streamAtrium)->ArgsProduct({{8, 10}, {0, 1}})->Unit(benchmark::kMillisecond);
 
 } // namespace
 

@@ -2,6 +2,7 @@
 // `shadowdag bench` at smoke size: the answers are verified, the keys are there, wrong options are
 // named.
 #include "tests/tools/program_runner.h"
+#include "voxel/dag_stream.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -51,9 +52,13 @@ TEST(ProgramBench, VoxelHoldsOursAgainstEmbreeAndNanoVdb) {
         EXPECT_GE(rate["megarays_per_s_max"].get<double>(), rate["megarays_per_s"].get<double>());
         EXPECT_TRUE(rate.contains("occluded_count") && rate.contains("ours_over_it"));
     }
-    EXPECT_EQ(tracers,
-              (std::set<std::string>{"occluded", "traceSegments", "rtcOccluded1", "rtcOccluded8",
-                                     "rtcOccluded16", "rtcOccluded1M", "NanoVDB HDDA"}));
+    std::set<std::string> expected = {"occluded",     "traceSegments", "rtcOccluded1",
+                                      "rtcOccluded8", "rtcOccluded16", "rtcOccluded1M",
+                                      "NanoVDB HDDA"};
+    for (const StreamIsa isa : {StreamIsa::kPortable, StreamIsa::kAvx2, StreamIsa::kAvx512})
+        if (hasStreamIsa(isa))
+            expected.insert(std::string("traceStream ") + streamIsaName(isa));
+    EXPECT_EQ(tracers, expected);
     EXPECT_EQ(json["rates"].size(), 2 * tracers.size());
 }
 
@@ -65,7 +70,8 @@ TEST(ProgramBench, NanoVdbIsLeftOutAloudAboveItsLimit) {
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_THAT(result.err, HasSubstr("left out above --nanovdb-limit 32"));
     EXPECT_FALSE(result.json().contains("nanovdb_bytes"));
-    EXPECT_EQ(result.json()["rates"].size(), 12u);
+    const size_t streams = size_t(bestStreamIsa()) + 1;
+    EXPECT_EQ(result.json()["rates"].size(), 2 * (6 + streams));
 }
 
 TEST(ProgramBench, RasterHoldsDepthsAgainstEmbree) {
