@@ -26,8 +26,10 @@ constexpr float kLargest = 1e30f;           // kLargestScale of ray_slabs.h
 constexpr float kMargin = 0x1p-20f;         // slabMargin of ray_slabs.h
 constexpr float kLeastDirection = 0x1p-24f; // makeRaySlabs of ray_slabs.h
 constexpr uint32_t kMaxDepth = 9;           // nodes on a path: (kMaxResolutionLog2 + 1) / 2
-/// With so few rays left each goes alone: the shaft of the packet is too wide for them.
-constexpr int kFewRays = 2;
+/// With so few rays left of a packet each goes alone: the packet's shaft is too wide for them.
+constexpr int fewRays(uint32_t width) {
+    return int(width / 8);
+}
 
 /// Slab tests of one segment, or of a shaft: near(p) = fma(p, invNear, cNear) on each axis.
 struct Slabs {
@@ -295,7 +297,7 @@ private:
             const uint32_t lanes = visit.active & ~blocked_;
             if (lanes == 0)
                 continue;
-            if (__builtin_popcount(lanes) <= kFewRays) {
+            if (__builtin_popcount(lanes) <= fewRays(V::kWidth)) {
                 visitFew(visit, lanes);
                 continue;
             }
@@ -352,7 +354,7 @@ private:
 
     void visitLeaf(const Visit& leaf) {
         uint32_t lanes = leaf.active & ~blocked_;
-        if (__builtin_popcount(lanes) <= kFewRays) {
+        if (__builtin_popcount(lanes) <= fewRays(V::kWidth)) {
             for (; lanes != 0; lanes &= lanes - 1) {
                 const uint32_t lane = uint32_t(__builtin_ctz(lanes));
                 const typename V::Grid own(rays_.slabsOf(lane), octant_);
