@@ -4,6 +4,7 @@
 
 #if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
 #include "voxel/dag_stream_order.h"
+#include "voxel/dag_stream_twice.h"
 
 #include <immintrin.h>
 
@@ -124,7 +125,7 @@ struct Avx2 {
 } // namespace
 
 void traceAvx2(const Work& work) {
-    traceAll<Avx2>(work);
+    traceAll<Twice<Twice<Avx2>>>(work);
 }
 
 } // namespace shadowdag::stream

@@ -4,6 +4,7 @@
 
 #if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__) && defined(__BMI2__)
 #include "voxel/dag_stream_order.h"
+#include "voxel/dag_stream_twice.h"
 
 #include <immintrin.h>
 
@@ -124,7 +125,7 @@ struct Avx512 {
 } // namespace
 
 void traceAvx512(const Work& work) {
-    traceAll<Avx512>(work);
+    traceAll<Twice<Avx512>>(work);
 }
 
 } // namespace shadowdag::stream

@@ -27,6 +27,7 @@ constexpr float kMargin = 0x1p-20f;         // slabMargin of ray_slabs.h
 constexpr float kLeastDirection = 0x1p-24f; // makeRaySlabs of ray_slabs.h
 constexpr uint32_t kMaxDepth = 9;           // nodes on a path: (kMaxResolutionLog2 + 1) / 2
 /// With so few rays left of a packet each goes alone: the packet's shaft is too wide for them.
+/// Measured for 8 to 32 rays, LAYOUT.md.
 constexpr int fewRays(uint32_t width) {
     return int(width / 8);
 }
