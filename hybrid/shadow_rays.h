@@ -25,7 +25,7 @@ struct RayOptions {
     RayKind kind = RayKind::kVoxels; ///< exact rays use neither offset nor level of detail
     LodRule lod = LodRule::kFixed;
     float footprintScale = 1.0f; ///< kFootprint, kCoverage: footprints are multiplied by this
-    float coverage = 0.5f;       ///< kCoverage: share of a cell's columns that stops a ray
+    float coverage = 0.75f;      ///< kCoverage: share of a cell's columns that stops a ray
 };
 
 /// What the levels of rays follow: the pixels at the receivers and the texels at the lights.

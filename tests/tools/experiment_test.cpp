@@ -116,7 +116,7 @@ TEST(Experiment, LevelsOfDetailAreNumbersAndTexts) {
     EXPECT_EQ(e.lod[5].rule, LodRule::kCoverage);
     EXPECT_EQ(e.lod[5].coverage, 0.5f);
     EXPECT_EQ(e.lod[5].footprintScale, 4.0f);
-    EXPECT_EQ(parseLod("--lod", "coverage").text(), "coverage:0.5");
+    EXPECT_EQ(parseLod("--lod", "coverage").text(), "coverage:0.75");
     Experiment swept = e;
     swept.methods = {"dag"};
     EXPECT_THAT(labels(configurations(swept, {1024}, 1)),
