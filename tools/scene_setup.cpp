@@ -193,7 +193,7 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
     if (!directory.empty()) {
         try {
             fs::create_directories(directory, ignored);
-            writeAsset(asset, path);
+            writeAsset(asset, path, AssetPacking::kFast);
         } catch (const Error& error) {
             console.note(std::string("cache: ") + error.what() + "; the asset is not kept");
         }

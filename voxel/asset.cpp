@@ -5,11 +5,11 @@
 //     4  version             4  resolutionLog2
 //     24 originWorld (3 f64) 8  voxelSizeWorld (f64)
 //     32 counts: inner nodes, pointers, references, leaves (4 u64; all 0: no voxel)
-//     4  packing: 0 as is, 1 zstd                       8  bytes of the payload
+//     4  packing: 0 streams, 1 streams in zstd, 2 compact        8  bytes of the payload
 //     16 XXH3-128 of the payload as it stands
 //     4 x (4 length, bytes)  provenance: scene name, scene hash, program version, options
 //     16 XXH3-128 of all before
-//        payload: the streams of asset_encoding.h
+//        payload: the streams of asset_encoding.h, or the bytes of compact_encoding.h
 #include "voxel/asset.h"
 
 #include "cuda/error.h"
@@ -17,6 +17,7 @@
 #include "scenes/output_file.h"
 #include "voxel/asset_encoding.h"
 #include "voxel/byte_stream.h"
+#include "voxel/compact_encoding.h"
 
 #include <zstd.h>
 
@@ -32,7 +33,7 @@ namespace {
 
 constexpr uint8_t kMagic[8] = {0x53, 0x56, 0x44, 0x41, 0x47, 0x0d, 0x0a, 0x1a};
 constexpr uint32_t kVersion = 1;
-constexpr uint32_t kPackingNone = 0, kPackingZstd = 1;
+constexpr uint32_t kPackingNone = 0, kPackingZstd = 1, kPackingCompact = 2;
 // What a file may unpack to, relative to its payload: bounds what is allocated on its word. The
 // writer leaves what would shrink more as it is.
 constexpr uint64_t kMaxUnpackRatio = 16;
@@ -40,6 +41,33 @@ constexpr uint64_t kMaxUnpackRatio = 16;
 constexpr int kZstdLevel = 12;
 
 using Hash = Checksum;
+
+/// What is written behind the header.
+struct Payload {
+    uint32_t packing = kPackingNone;
+    EncodedCounts counts;
+    std::vector<uint8_t> bytes;
+};
+
+Payload makePayload(const Dag& dag, AssetPacking packing) {
+    Payload payload;
+    if (packing == AssetPacking::kCompact) {
+        payload.packing = kPackingCompact;
+        payload.bytes = encodeCompact(dag, payload.counts);
+        return payload;
+    }
+    payload.bytes = encodeDag(dag, payload.counts);
+    const size_t size = payload.bytes.size();
+    std::vector<uint8_t> packed(ZSTD_compressBound(size));
+    const size_t got =
+        ZSTD_compress(packed.data(), packed.size(), payload.bytes.data(), size, kZstdLevel);
+    if (!ZSTD_isError(got) && got < size && got * kMaxUnpackRatio >= size) {
+        packed.resize(got);
+        payload.packing = kPackingZstd;
+        payload.bytes = std::move(packed);
+    }
+    return payload;
+}
 
 } // namespace
 
@@ -80,16 +108,18 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
     if (payloadBytes != in.left())
         in.fail("its payload should be " + std::to_string(payloadBytes) +
                 " bytes, the file holds " + std::to_string(in.left()) + "; copy or build it again");
+    if (packing > kPackingCompact)
+        in.fail("its packing " + std::to_string(packing) + " is unknown");
     const uint64_t unpackLimit =
         packing == kPackingZstd ? payloadBytes * kMaxUnpackRatio : payloadBytes;
-    // Each count alone against the limit first, so that their sum cannot wrap.
-    if (packing > kPackingZstd)
-        in.fail("its packing " + std::to_string(packing) + " is unknown");
-    if (counts.innerCount > unpackLimit || counts.pointerCount > 8 * counts.innerCount ||
-        counts.referenceCount > counts.pointerCount || counts.leafCount > unpackLimit ||
-        counts.byteCount() > unpackLimit ||
-        (packing == kPackingNone && counts.byteCount() != payloadBytes) ||
-        counts.wordCount() >= kNoNode)
+    // Each count alone against the limit first, so that their sum cannot wrap. decodeCompact checks
+    // its own.
+    if (packing != kPackingCompact &&
+        (counts.innerCount > unpackLimit || counts.pointerCount > 8 * counts.innerCount ||
+         counts.referenceCount > counts.pointerCount || counts.leafCount > unpackLimit ||
+         counts.byteCount() > unpackLimit ||
+         (packing == kPackingNone && counts.byteCount() != payloadBytes) ||
+         counts.wordCount() >= kNoNode))
         in.fail("its counts (" + std::to_string(counts.innerCount) + " inner nodes, " +
                 std::to_string(counts.pointerCount) + " pointers, " +
                 std::to_string(counts.referenceCount) + " references, " +
@@ -99,6 +129,10 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
     if (payloadHash != contentHash(payload, payloadBytes))
         in.fail(
             "its payload does not match its checksum; the file is damaged, copy or build it again");
+    if (packing == kPackingCompact) {
+        asset.dag = decodeCompact({payload, payload + payloadBytes}, counts, grid, "asset " + name);
+        return asset;
+    }
     std::vector<uint8_t> streams(counts.byteCount());
     if (packing == kPackingZstd) {
         const size_t got = ZSTD_decompress(streams.data(), streams.size(), payload, payloadBytes);
@@ -113,16 +147,8 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
     return asset;
 }
 
-uint64_t writeAsset(const Asset& asset, const std::string& path) {
-    EncodedCounts counts;
-    const std::vector<uint8_t> streams = encodeDag(asset.dag, counts);
-    std::vector<uint8_t> packed(ZSTD_compressBound(streams.size()));
-    const size_t got =
-        ZSTD_compress(packed.data(), packed.size(), streams.data(), streams.size(), kZstdLevel);
-    const bool isPacked =
-        !ZSTD_isError(got) && got < streams.size() && got * kMaxUnpackRatio >= streams.size();
-    packed.resize(isPacked ? got : 0);
-    const std::vector<uint8_t>& payload = isPacked ? packed : streams;
+uint64_t writeAsset(const Asset& asset, const std::string& path, AssetPacking packing) {
+    const Payload payload = makePayload(asset.dag, packing);
 
     ByteWriter header;
     header.put(kMagic);
@@ -130,10 +156,10 @@ uint64_t writeAsset(const Asset& asset, const std::string& path) {
     header.put(asset.dag.grid.resolutionLog2);
     header.put(asset.dag.grid.originWorld);
     header.put(asset.dag.grid.voxelSizeWorld);
-    header.put(counts);
-    header.put(isPacked ? kPackingZstd : kPackingNone);
-    header.put(uint64_t(payload.size()));
-    header.put(contentHash(payload.data(), payload.size()));
+    header.put(payload.counts);
+    header.put(payload.packing);
+    header.put(uint64_t(payload.bytes.size()));
+    header.put(contentHash(payload.bytes.data(), payload.bytes.size()));
     header.text(asset.provenance.sceneName);
     header.text(asset.provenance.sceneHash);
     header.text(asset.provenance.programVersion);
@@ -143,9 +169,9 @@ uint64_t writeAsset(const Asset& asset, const std::string& path) {
     OutputFile out(path);
     out.write(header.data().data(), header.data().size());
     out.write(headerHash.data(), headerHash.size());
-    out.write(payload.data(), payload.size());
+    out.write(payload.bytes.data(), payload.bytes.size());
     out.commit();
-    return header.data().size() + headerHash.size() + payload.size();
+    return header.data().size() + headerHash.size() + payload.bytes.size();
 }
 
 Asset readAsset(const std::string& path) {

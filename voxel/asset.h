@@ -21,9 +21,16 @@ struct Asset {
     AssetProvenance provenance;
 };
 
+/// How a file holds its nodes; either is read alike. LAYOUT.md has bytes against seconds.
+enum class AssetPacking {
+    kCompact, ///< compact_encoding.h: fewest bytes, for files that are kept
+    kFast,    ///< asset_encoding.h and zstd: read sixty times as fast, for caches
+};
+
 /// Writes the asset as a whole or not at all. Throws Error kResource.
 /// Returns the file's size in bytes.
-uint64_t writeAsset(const Asset& asset, const std::string& path);
+uint64_t writeAsset(const Asset& asset, const std::string& path,
+                    AssetPacking packing = AssetPacking::kCompact);
 
 /// Reads an asset and verifies everything before it trusts anything: magic, version, sizes against
 /// the file's own size, checksums, every address in range, downwards and aligned to a node of the
