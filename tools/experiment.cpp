@@ -243,7 +243,7 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
     if (const Json* found = keys.find("lod")) {
         e.lod.clear();
         for (const Json& item : keys.list("lod", *found)) {
-            if (!item.is_string() && !item.is_number_unsigned())
+            if (!item.is_string() && !item.is_number_integer())
                 keys.refuse("lod", item, "must hold levels from 0 to 17 or texts as --lod takes");
             const std::string text = item.is_string() ? item.get<std::string>() : item.dump();
             try {
