@@ -32,6 +32,9 @@ constexpr int fewRays(uint32_t width) {
     return int(width / 8);
 }
 
+/// Rays whose ends lie within so many voxels of each other are taken to go to one light.
+constexpr float kSameEnd = 16;
+
 /// Slab tests of one segment, or of a shaft: near(p) = fma(p, invNear, cNear) on each axis.
 struct Slabs {
     float invNear[3], invFar[3], cNear[3], cFar[3];
@@ -180,6 +183,16 @@ template <class V> struct Rays {
         return (against[0] >> lane & 1) | (against[1] >> lane & 1) << 1 |
                (against[2] >> lane & 1) << 2;
     }
+    /// Returns how many rays from the first on go to the first one's light.
+    uint32_t countToFirstLight() const {
+        uint32_t same = ~0u;
+        for (int a = 0; a < 3; ++a)
+            same &= V::less(V::absolute(V::sub(to[a], V::splat(V::lane(to[a], 0)))),
+                            V::splat(kSameEnd));
+        const uint32_t other = ~same;
+        return other == 0 ? 32 : uint32_t(__builtin_ctz(other));
+    }
+
     /// Returns the lanes of an octant.
     uint32_t lanesOf(uint32_t octant) const {
         uint32_t lanes = ~0u;
@@ -418,14 +431,19 @@ uint32_t tracePacket(const Work& work, const Rays<V>& rays, uint32_t active, uin
 
 template <class V> void traceAll(const Work& work) {
     Visit stopper = {};
-    for (size_t first = 0; first < work.count; first += V::kWidth) {
+    size_t first = 0;
+    while (first < work.count) {
         const size_t left = work.count - first;
-        const uint32_t count = left < V::kWidth ? uint32_t(left) : V::kWidth;
+        uint32_t count = left < V::kWidth ? uint32_t(left) : V::kWidth;
         uint32_t index[V::kWidth];
         for (uint32_t i = 0; i < V::kWidth; ++i)
             index[i] = 6 * (i < count ? i : count - 1);
-        const uint32_t all = uint32_t((uint64_t(1) << count) - 1);
         const Rays<V> rays(work.segments + 6 * first, index, work.resolution);
+        // A packet ends where the light changes, unless it would have next to nothing.
+        const uint32_t toFirstLight = rays.countToFirstLight();
+        if (toFirstLight < count && toFirstLight >= V::kWidth / 4)
+            count = toFirstLight;
+        const uint32_t all = uint32_t((uint64_t(1) << count) - 1);
         uint32_t blocked = rays.dark & all;
         uint32_t waiting = all & ~blocked;
         while (waiting != 0) {
@@ -436,6 +454,7 @@ template <class V> void traceAll(const Work& work) {
         }
         for (uint32_t i = 0; i < count; ++i)
             work.blocked[first + i] = uint8_t(blocked >> i & 1);
+        first += count;
     }
 }
 
