@@ -12,6 +12,7 @@
 #include "scenes/batches.h"
 #include "scenes/world.h"
 #include "shadowmap/shadow_maps.h"
+#include "voxel/shaft_counts.h"
 
 #include <memory>
 #include <string>
@@ -46,6 +47,10 @@ struct FrameCounts {
     uint64_t pairCount = 0; ///< exact pairs
     uint64_t rayCount = 0;
     uint64_t moverTestCount = 0; ///< rays that voxels left lit and that were held against movers
+    ShaftCounts shafts; ///< of traced lights on the CPU
+    /// Ray-traced pairs in (cluster, light) pairs that are wholly lit, wholly dark, neither: what
+    /// shafts could prove without parting clusters (only with recordPairs).
+    uint64_t wholeLitPairCount = 0, wholeDarkPairCount = 0, mixedPairCount = 0;
     uint64_t lookupCount = 0;
     uint32_t tracedLightCount = 0;
     uint32_t mappedLightCount = 0;

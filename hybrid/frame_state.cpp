@@ -74,6 +74,7 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
         counts->resize(state.clusters.cell.size());
         counts->fill(0);
     }
+    state.shaftCounts = {};
     const bool isExact = options.rays.kind == RayKind::kExact;
     if (isExact)
         state.scene.prepareExact();
@@ -98,8 +99,37 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
             state.lookupCount.view(),
             state.missingTapCount.view(),
             state.moverTestCount.view(),
-            {}};
+            {},
+            &state.shaftCounts};
 }
+
+namespace {
+
+/// Counts the traced pairs by whether their light lights its cluster wholly, not at all, in part.
+void countWholeClusters(const FrameState& state, FrameResult& result) {
+    const std::vector<uint32_t> sampleStart = state.clusters.sampleStart.download(),
+                                samples = state.clusters.samples.download(),
+                                lightStart = state.lists.start.download(),
+                                lights = state.lists.lights.download();
+    std::vector<uint64_t> lit(state.scene.world().lights().size(), 0), dark = lit;
+    FrameCounts& counts = result.counts;
+    for (size_t c = 0; c + 1 < sampleStart.size(); ++c) {
+        for (uint32_t i = sampleStart[c]; i < sampleStart[c + 1]; ++i)
+            for (uint64_t p = result.pairs.sampleStart[samples[i]];
+                 p < result.pairs.sampleStart[samples[i] + 1]; ++p)
+                if (result.pairRoute[p] == Route::kRays)
+                    ++(result.visibility[p] < kHalfLit ? dark : lit)[result.pairs.light[p]];
+        for (uint32_t l = lightStart[c]; l < lightStart[c + 1]; ++l) {
+            uint64_t &ofLit = lit[lights[l]], &ofDark = dark[lights[l]];
+            (ofDark == 0   ? counts.wholeLitPairCount
+             : ofLit == 0 ? counts.wholeDarkPairCount
+                          : counts.mixedPairCount) += ofLit + ofDark;
+            ofLit = ofDark = 0;
+        }
+    }
+}
+
+} // namespace
 
 void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& result) {
     listPairs(state.backend, shading.gbuffer, shading.clusters, shading.lists, shading.lights,
@@ -114,6 +144,7 @@ void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& re
     ShadeSamples recording = shading;
     recording.recorder = {state.nextPair.view(), state.pairVisibility.view(),
                           state.pairRoute.view()};
+    recording.shaftCounts = nullptr;
     shadeUnlit(state.backend, recording);
     shadeLights(state.backend, recording);
     result.visibility = state.pairVisibility.download();
@@ -124,6 +155,7 @@ void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& re
         ++pairsOfLight[light];
     for (MapRecord& map : result.maps)
         map.pairCount = pairsOfLight[map.quantities.light];
+    countWholeClusters(state, result);
 }
 
 void countFrame(const FrameState& state, FrameResult& result) {
@@ -135,6 +167,7 @@ void countFrame(const FrameState& state, FrameResult& result) {
     counts.lookupCount = sum(state.lookupCount);
     counts.pairCount = counts.rayCount + counts.lookupCount;
     counts.missingTapCount = sum(state.missingTapCount);
+    counts.shafts = state.shaftCounts;
     counts.moverTestCount = sum(state.moverTestCount);
     for (const MapRecord& map : result.maps)
         ++(map.route == Route::kRays ? counts.tracedLightCount : counts.mappedLightCount);

@@ -27,6 +27,7 @@ struct FrameState {
     ShadowMaps maps;
     Buffer<glm::vec3> color;
     Buffer<uint32_t> rayCount, lookupCount, missingTapCount, moverTestCount; ///< by cluster
+    ShaftCounts shaftCounts;
     PairSet pairs;
     Buffer<uint32_t> nextPair;
     Buffer<uint8_t> pairVisibility;

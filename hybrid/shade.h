@@ -11,6 +11,8 @@
 
 namespace shadowdag {
 
+struct ShaftCounts;
+
 /// Everything that decides whether a sample sees a light.
 /// mapOfLight: lightCount, index into maps.maps, or kNone for a traced light.
 struct VisibilityInputs {
@@ -85,6 +87,7 @@ struct ShadeSamples {
     View<uint32_t> missingTapCount;
     View<uint32_t> moverTestCount;
     PairRecorder recorder;
+    ShaftCounts* shaftCounts = nullptr; ///< on the host; the CPU adds what its shafts did, or null
 
     /// Returns what a light adds to a sample.
     SDAG_HD glm::vec3 shadePair(uint32_t sample, uint32_t lightIndex, const Light& light,
@@ -95,12 +98,19 @@ struct ShadeSamples {
             return glm::vec3(0.0f);
         const uint8_t seen = answerPair(visibility, lightIndex, light, position, normal,
                                         gbuffer.triangle[sample], counts);
+        return shadeAnswered(sample, lightIndex, light, seen);
+    }
+
+    /// Records the visibility of a pair and returns what the light then adds to the sample.
+    SDAG_HD glm::vec3 shadeAnswered(uint32_t sample, uint32_t lightIndex, const Light& light,
+                                    uint8_t seen) const {
         recorder.add(sample, seen,
                      visibility.mapOfLight[lightIndex] < 0 ? Route::kRays : Route::kMap);
         if (seen == 0)
             return glm::vec3(0.0f);
         const SurfaceColor& surface = materials[triangleMaterial[gbuffer.triangle[sample]]];
-        return reflectedRadiance(light, position, normal, surface, seen);
+        return reflectedRadiance(light, gbuffer.positionWorld[sample], gbuffer.normalWorld[sample],
+                                 surface, seen);
     }
 
     /// Sets a sample to what it sends without lights.

@@ -1,10 +1,116 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shading on the CPU: a thread takes a cluster at a time and goes through it light by light.
+// Shading on the CPU: a thread takes a cluster at a time and goes through it light by light. Voxel
+// rays of level 0 are answered for a cluster and a light at once, by shafts and streams: the bits
+// of ShadeSamples::shadeCluster.
 #include "hybrid/shade_pass.h"
 
 #include "cuda/parallel_for.h"
+#include "voxel/shaft_receivers.h"
+
+#include <mutex>
+#include <vector>
 
 namespace shadowdag::cpu {
+
+namespace {
+
+static_assert(ShaftReceivers::kTileSide == kTileSize);
+
+/// Clusters that share their working memory.
+constexpr size_t kGrain = 4;
+
+bool isBatched(const RayOptions& options) {
+    return options.kind == RayKind::kVoxels && options.lod == LodRule::kFixed &&
+           options.level == 0 && options.batch != RayBatch::kSingle;
+}
+
+/// Shades clusters one after the other.
+class ClusterShader {
+public:
+    explicit ClusterShader(const ShadeSamples& work)
+        : work_(work), hasShafts_(work.visibility.rays.options.batch == RayBatch::kShaft) {}
+
+    void shade(size_t cluster) {
+        const ClusterLightsView& lists = work_.lists;
+        VisibilityCounts counts;
+        isPrepared_ = false;
+        samples_ = {work_.clusters.samples.data + work_.clusters.sampleStart[cluster],
+                    work_.clusters.sampleCount(cluster)};
+        for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
+            const uint32_t lightIndex = lists.lights[l];
+            const Light light = work_.lights[lightIndex];
+            if (work_.visibility.mapOfLight[lightIndex] < 0) {
+                shadeTraced(lightIndex, light, counts);
+                continue;
+            }
+            for (const uint32_t sample : samples_)
+                work_.color[sample] += work_.shadePair(sample, lightIndex, light, counts);
+        }
+        work_.addCounts(cluster, counts);
+    }
+
+    const ShaftCounts& shaftCounts() const { return shaftCounts_; }
+
+private:
+    void shadeTraced(uint32_t lightIndex, const Light& light, VisibilityCounts& counts) {
+        const GBufferView& gbuffer = work_.gbuffer;
+        isAsked_.resize(samples_.count);
+        blocked_.resize(samples_.count);
+        uint32_t askedCount = 0;
+        for (size_t i = 0; i < samples_.count; ++i) {
+            isAsked_[i] =
+                isPair(light, gbuffer.positionWorld[samples_[i]], gbuffer.normalWorld[samples_[i]]);
+            askedCount += isAsked_[i];
+        }
+        if (askedCount == 0)
+            return;
+        counts.rayCount += askedCount;
+        prepare();
+        const RayInputs& rays = work_.visibility.rays;
+        receivers_.answer(rays.dag, light.positionWorld, viewOf(isAsked_), viewOf(blocked_),
+                          shaftCounts_,
+                          hasShafts_ ? ShaftReceivers::kProofsAndRays : ShaftReceivers::kRays);
+        const bool hasMovers = rays.movers.mayShadow(lightIndex);
+        for (size_t i = 0; i < samples_.count; ++i) {
+            if (!isAsked_[i])
+                continue;
+            const uint32_t sample = samples_[i];
+            bool isDark = blocked_[i] != 0;
+            if (!isDark && hasMovers) {
+                ++counts.moverTestCount;
+                isDark = isDarkByMovers(
+                    rays.movers, {gbuffer.positionWorld[sample], gbuffer.normalWorld[sample],
+                                  light.positionWorld, gbuffer.triangle[sample], lightIndex});
+            }
+            work_.color[sample] +=
+                work_.shadeAnswered(sample, lightIndex, light, isDark ? uint8_t(0) : kLit);
+        }
+    }
+
+    /// Makes the cluster's samples ready, once a cluster.
+    void prepare() {
+        if (isPrepared_)
+            return;
+        isPrepared_ = true;
+        const GBufferView& gbuffer = work_.gbuffer;
+        const RayInputs& rays = work_.visibility.rays;
+        receivers_.reset(rays.dag.grid, rays.options.offset);
+        for (const uint32_t s : samples_)
+            receivers_.add(gbuffer.positionWorld[s], gbuffer.normalWorld[s],
+                           s % gbuffer.width % kTileSize, s / gbuffer.width % kTileSize);
+        receivers_.build();
+    }
+
+    const ShadeSamples& work_;
+    const bool hasShafts_;
+    ShaftReceivers receivers_;
+    ShaftCounts shaftCounts_;
+    bool isPrepared_ = false;
+    View<const uint32_t> samples_; ///< of the cluster
+    std::vector<uint8_t> isAsked_, blocked_;
+};
+
+} // namespace
 
 void shadeUnlit(const ShadeSamples& work) {
     parallelFor<CpuTag>(
@@ -12,8 +118,21 @@ void shadeUnlit(const ShadeSamples& work) {
 }
 
 void shadeLights(const ShadeSamples& work) {
-    parallelFor<CpuTag>(
-        work.clusters.count(), [&work](size_t c) { work.shadeCluster(c); }, 1);
+    if (!isBatched(work.visibility.rays.options)) {
+        parallelFor<CpuTag>(
+            work.clusters.count(), [&work](size_t c) { work.shadeCluster(c); }, 1);
+        return;
+    }
+    std::mutex mutex; // sums of integers: any order
+    cpuParallelRanges(work.clusters.count(), kGrain, [&](size_t begin, size_t end) {
+        ClusterShader shader(work);
+        for (size_t cluster = begin; cluster < end; ++cluster)
+            shader.shade(cluster);
+        if (work.shaftCounts) {
+            const std::lock_guard lock(mutex);
+            work.shaftCounts->add(shader.shaftCounts());
+        }
+    });
 }
 
 } // namespace shadowdag::cpu

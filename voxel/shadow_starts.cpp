@@ -42,15 +42,14 @@ void ShadowStarts::segments(const glm::vec3& lightWorld, View<const uint32_t> wh
                             DagSegment* segments) const {
     const glm::dvec3 light = grid_.voxelFromWorld(glm::dvec3(lightWorld));
     const double lightScale = std::max({fabs(light.x), fabs(light.y), fabs(light.z)});
-    const double back = double(offset_) * 1.7320508075688772, whole = double(offset_);
     size_t i = 0;
 #if defined(SDAG_RAY_SLABS_AVX2)
+    const double back = double(offset_) * 1.7320508075688772, whole = double(offset_);
     // Four at a time; the operations of shadowSegment in its order, both sides of each of its
     // branches.
     const __m256d lx = _mm256_set1_pd(light.x), ly = _mm256_set1_pd(light.y),
                   lz = _mm256_set1_pd(light.z), one = _mm256_set1_pd(1.0),
-                  zero = _mm256_setzero_pd(),
-                  all = _mm256_castsi256_pd(_mm256_set1_epi64x(-1));
+                  zero = _mm256_setzero_pd(), all = _mm256_castsi256_pd(_mm256_set1_epi64x(-1));
     const auto madd = [](__m256d a, __m256d b, __m256d c) {
         return _mm256_add_pd(c, _mm256_mul_pd(a, b)); // not fused: as the one text
     };
@@ -75,10 +74,10 @@ void ShadowStarts::segments(const glm::vec3& lightWorld, View<const uint32_t> wh
         __m256d tx = _mm256_blendv_pd(fx, madd(wx, t, fx), isLong);
         __m256d ty = _mm256_blendv_pd(fy, madd(wy, t, fy), isLong);
         __m256d tz = _mm256_blendv_pd(fz, madd(wz, t, fz), isLong);
-        const __m256d height = _mm256_add_pd(
-            _mm256_add_pd(_mm256_mul_pd(_mm256_sub_pd(tx, fx), nx),
-                          _mm256_mul_pd(_mm256_sub_pd(ty, fy), ny)),
-            _mm256_mul_pd(_mm256_sub_pd(tz, fz), nz));
+        const __m256d height =
+            _mm256_add_pd(_mm256_add_pd(_mm256_mul_pd(_mm256_sub_pd(tx, fx), nx),
+                                        _mm256_mul_pd(_mm256_sub_pd(ty, fy), ny)),
+                          _mm256_mul_pd(_mm256_sub_pd(tz, fz), nz));
         const __m256d isLow = _mm256_cmp_pd(height, zero, _CMP_LT_OQ);
         const auto lowered = [&](__m256d v, __m256d n) {
             return _mm256_blendv_pd(v, _mm256_sub_pd(v, _mm256_mul_pd(n, height)), isLow);
@@ -88,8 +87,7 @@ void ShadowStarts::segments(const glm::vec3& lightWorld, View<const uint32_t> wh
         tz = lowered(tz, nz);
         const __m256d half = _mm256_mul_pd(_mm256_set1_pd(0.5), rest);
         const __m256d ahead = _mm256_min_pd(half, _mm256_set1_pd(whole));
-        const __m256d isDrawn =
-            _mm256_andnot_pd(isLow, _mm256_cmp_pd(ahead, zero, _CMP_GT_OQ));
+        const __m256d isDrawn = _mm256_andnot_pd(isLow, _mm256_cmp_pd(ahead, zero, _CMP_GT_OQ));
         const __m256d a = _mm256_div_pd(ahead, length);
         const __m256d sx = _mm256_blendv_pd(fx, madd(wx, a, fx), isDrawn);
         const __m256d sy = _mm256_blendv_pd(fy, madd(wy, a, fy), isDrawn);

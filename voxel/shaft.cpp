@@ -23,11 +23,25 @@ namespace {
 /// Larger coordinates, in voxels, leave float no fraction; nothing is proven there.
 constexpr double kLargest = 1e6;
 
+/// Above this height over the receiver, in voxels, a light's end is not lifted, whatever rounding
+/// does in double.
+constexpr double kLowest = 1e-6;
+
 /// Coordinates x | y << 1 | z << 2 of children, twice (dag.h), to x, y, z in 0..3.
 inline glm::uvec3 placeOf(uint32_t cell) {
     return {(cell >> 3 & 1) * 2 + (cell & 1), (cell >> 4 & 1) * 2 + (cell >> 1 & 1),
             (cell >> 5 & 1) * 2 + (cell >> 2 & 1)};
 }
+
+struct Places {
+    float at[64][3] = {};
+    constexpr Places() {
+        for (uint32_t i = 0; i < 64; ++i)
+            for (uint32_t a = 0; a < 3; ++a)
+                at[i][a] = float((i >> (3 + a) & 1) * 2 + (i >> a & 1));
+    }
+};
+constexpr Places kPlaces;
 
 inline uint64_t maskAt(const uint32_t* words, uint32_t address) {
     return words[address] | uint64_t(words[address + 1]) << 32;
@@ -67,7 +81,26 @@ void spread(uint64_t* reached, const uint64_t* free, int rowCount) {
 
 } // namespace
 
-bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, const glm::vec3& lightWorld) {
+void AbovePlane::make(const glm::vec3& normal) {
+    float places[64], greatest = -1e30f;
+    least_ = 1e30f;
+    for (uint32_t i = 0; i < 64; ++i) {
+        places[i] = glm::dot(normal, glm::vec3(placeOf(i)));
+        least_ = std::min(least_, places[i]);
+        greatest = std::max(greatest, places[i]);
+    }
+    const float width = std::max(greatest - least_, 1e-6f);
+    scale_ = float(kCount) / width;
+    for (uint32_t b = 0; b < kCount; ++b) {
+        const float from = least_ + float(b) * (width / float(kCount));
+        above_[b] = 0;
+        for (uint32_t i = 0; i < 64; ++i)
+            above_[b] |= uint64_t(places[i] >= from - kSlack * width) << i;
+    }
+}
+
+bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, View<const uint32_t> asked,
+                 const glm::vec3& lightWorld) {
     const VoxelGrid& grid = starts.grid();
     light_ = grid.voxelFromWorld(glm::dvec3(lightWorld));
     offset_ = double(starts.offset());
@@ -106,24 +139,34 @@ bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, const glm::v
     if (!(nearest_ > 1.0 + excess))
         return false;
 
-    // No end may be lifted: n_i . (light - start_i) >= n . (light - start_i) - spread * distance.
-    double lowest = 1e300, least = 1e300, furthest = 0;
+    // Starts are drawn towards the light by at least so much, which lifts them so far.
+    const double back = offset_ * 1.7320508075688772;
+    double lowest = 1e300, furthest = 0;
+    glm::dvec3 middle(0.0);
     for (const glm::dvec3& c : base.corner) {
         const glm::dvec3 way = l - c;
-        const double height = glm::dot(base.normal, way);
-        lowest = std::min(lowest, height);
-        least = std::min(least, glm::dot(base.normal, c));
+        lowest = std::min(lowest, glm::dot(base.normal, way));
         furthest = std::max(furthest, glm::dot(way, way));
+        middle -= way;
     }
     furthest = std::sqrt(furthest) + 2 * excess;
     lowest -= 2 * excess;
-    if (!(lowest - base.normalSpread * furthest > 1e-3))
-        return false;
-    // Starts are drawn towards the light by at least so much, which lifts them so far.
-    const double back = offset_ * 1.7320508075688772;
-    const double drawn =
-        std::max(std::min(offset_, 0.5 * (nearest_ - excess - back)), 0.0);
-    const double gain = drawn * lowest / furthest;
+    // No end may be lifted: n_i . (light - start_i) >= n . (light - start_i) - spread * distance is
+    // enough; else the samples are asked one by one.
+    if (!(lowest - base.normalSpread * furthest > kLowest))
+        for (const uint32_t i : asked)
+            if (!(glm::dot(starts.normal(i), l - starts.liftedStart(i)) - 2 * excess > kLowest))
+                return false;
+    const double drawn = std::max(std::min(offset_, 0.5 * (nearest_ - excess - back)), 0.0);
+    const double gain = drawn * std::max(lowest, 0.0) / furthest;
+    // Ends stay `back` short of the light: so far before a plane across the shaft. No direction's
+    // cosine is less than the least height over the greatest length.
+    middle = middle / glm::length(middle);
+    double height = 1e300;
+    for (const glm::dvec3& c : base.corner)
+        height = std::min(height, glm::dot(middle, c - l));
+    const double before =
+        std::max(height, 0.0) / furthest * std::min(back, std::max(nearest_ - excess, 0.0));
 
     const int w = axis_, u = (w + 1) % 3, v = (w + 2) % 3;
     for (int k = 0; k < 4; ++k) {
@@ -160,27 +203,42 @@ bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, const glm::v
     n[12] = base.side[0];
     n[13] = -base.side[0];
     n[14] = base.side[1];
-    n[15] = -base.side[1];
-    for (int p = 0; p < ShaftPlanes::kCount; ++p) {
-        const glm::vec3 f(n[p]);
-        const glm::dvec3 d(f);
-        double support = p == 8 ? 1e300 : glm::dot(d, l);
-        for (const glm::dvec3& c : base.corner)
-            support = std::min(support, glm::dot(d, c));
-        if (p == 8)
-            support += gain;
-        const double norm = std::fabs(d.x) + std::fabs(d.y) + std::fabs(d.z);
-        for (int a = 0; a < 3; ++a)
-            planes_.n[a][p] = f[a];
-        planes_.d[p] = float(norm * (scale * 3.337860107421875e-6 + excess) - support);
-        planes_.reach[p] = std::max(f.x, 0.0f) + std::max(f.y, 0.0f) + std::max(f.z, 0.0f);
+    n[15] = middle;
+    // Planes in lanes: the loops over p are what the compiler makes vectors of.
+    constexpr int kCount = ShaftPlanes::kCount;
+    double nx[kCount], ny[kCount], nz[kCount], ofLight[kCount], support[kCount];
+    for (int p = 0; p < kCount; ++p) {
+        nx[p] = planes_.n[0][p] = float(n[p].x);
+        ny[p] = planes_.n[1][p] = float(n[p].y);
+        nz[p] = planes_.n[2][p] = float(n[p].z);
+        ofLight[p] = nx[p] * l.x + ny[p] * l.y + nz[p] * l.z;
+        support[p] = ofLight[p];
+    }
+    // The light itself is in no segment; all that counts is where the ends are.
+    support[15] = 1e300;
+    if (lowest > 0)
+        support[8] = 1e300;
+    for (const glm::dvec3& c : base.corner)
+        for (int p = 0; p < kCount; ++p) {
+            const double s = nx[p] * c.x + ny[p] * c.y + nz[p] * c.z;
+            support[p] = s < support[p] ? s : support[p];
+        }
+    support[8] += gain;
+    support[15] = std::min(support[15], ofLight[15] + before);
+    const double grow = scale * 3.337860107421875e-6 + excess; // 56 eps S
+    for (int p = 0; p < kCount; ++p) {
+        planes_.d[p] =
+            float((std::fabs(nx[p]) + std::fabs(ny[p]) + std::fabs(nz[p])) * grow - support[p]);
+        planes_.reach[p] = (planes_.n[0][p] > 0 ? planes_.n[0][p] : 0) +
+                           (planes_.n[1][p] > 0 ? planes_.n[1][p] : 0) +
+                           (planes_.n[2][p] > 0 ? planes_.n[2][p] : 0);
     }
     for (uint32_t i = 0; i < 64; ++i) {
-        const glm::vec3 at(placeOf(i));
-        for (int p = 0; p < ShaftPlanes::kCount; ++p)
-            planes_.place[i][p] =
-                planes_.n[0][p] * at.x + planes_.n[1][p] * at.y + planes_.n[2][p] * at.z;
+        const float x = kPlaces.at[i][0], y = kPlaces.at[i][1], z = kPlaces.at[i][2];
+        for (int p = 0; p < kCount; ++p)
+            planes_.place[i][p] = planes_.n[0][p] * x + planes_.n[1][p] * y + planes_.n[2][p] * z;
     }
+    above_ = base.above;
     slack_ = scale * 4 * 5.9604644775390625e-8 + excess;
     return true;
 }
@@ -191,13 +249,14 @@ uint64_t Shaft::cellsInside(const float corner[3], float side, uint64_t cells) c
     const __m256 x = _mm256_set1_ps(corner[0]), y = _mm256_set1_ps(corner[1]),
                  z = _mm256_set1_ps(corner[2]), s = _mm256_set1_ps(side);
     const auto base = [&](int p) {
-        __m256 b = _mm256_fmadd_ps(s, _mm256_load_ps(planes_.reach + p),
-                                   _mm256_load_ps(planes_.d + p));
+        __m256 b =
+            _mm256_fmadd_ps(s, _mm256_load_ps(planes_.reach + p), _mm256_load_ps(planes_.d + p));
         b = _mm256_fmadd_ps(x, _mm256_load_ps(planes_.n[0] + p), b);
         b = _mm256_fmadd_ps(y, _mm256_load_ps(planes_.n[1] + p), b);
         return _mm256_fmadd_ps(z, _mm256_load_ps(planes_.n[2] + p), b);
     };
     const __m256 b0 = base(0), b1 = base(8);
+    cells &= above_->cells(-_mm256_cvtss_f32(b1) / side);
     while (cells) {
         const uint32_t i = uint32_t(_tzcnt_u64(cells));
         cells &= cells - 1;
@@ -212,6 +271,7 @@ uint64_t Shaft::cellsInside(const float corner[3], float side, uint64_t cells) c
         for (int a = 0; a < 3; ++a)
             b[p] = fmaf(corner[a], planes_.n[a][p], b[p]);
     }
+    cells &= above_->cells(-b[8] / side);
     for (; cells; cells &= cells - 1) {
         const uint32_t i = uint32_t(std::countr_zero(cells));
         bool isOut = false;
@@ -223,59 +283,80 @@ uint64_t Shaft::cellsInside(const float corner[3], float side, uint64_t cells) c
     return inside;
 }
 
-bool Shaft::isInside(const WideCell& cell) const {
-    return cellsInside(cell.corner, float(1u << cell.level), 1) != 0;
+void Shaft::expand(const WideDagView& dag, const WideCell& cell, uint64_t cells,
+                   std::vector<WideCell>& to) const {
+    const uint32_t* words = dag.words.data;
+    const float side = float(1u << (cell.level - 2));
+    const uint64_t mask = maskAt(words, cell.address);
+    for (uint64_t in = cellsInside(cell.corner, side, mask & cells); in; in &= in - 1) {
+        const uint32_t i = uint32_t(std::countr_zero(in));
+        const uint32_t rank = uint32_t(std::popcount(mask & ((uint64_t(1) << i) - 1)));
+        const glm::uvec3 p = placeOf(i);
+        to.push_back({words[cell.address + 2 + rank],
+                      cell.level - 2,
+                      {cell.corner[0] + side * float(p.x), cell.corner[1] + side * float(p.y),
+                       cell.corner[2] + side * float(p.z)}});
+    }
 }
 
-bool Shaft::refine(const WideDagView& dag, const std::vector<WideCell>& from, ShaftCells& to) {
-    const uint32_t* words = dag.words.data;
-    to.isExact = false;
-    now_.clear();
-    uint32_t level = 0;
-    for (const WideCell& cell : from)
-        if (isInside(cell)) {
-            now_.push_back(cell);
-            level = std::max(level, cell.level);
-        }
-    to.cells = now_;
-    // All lists hold cells of one level, except that `from` may.
-    while (level > kLeafLog2) {
-        next_.clear();
-        uint32_t below = kLeafLog2;
-        for (const WideCell& cell : now_) {
-            if (cell.level < level) {
-                next_.push_back(cell);
-                below = std::max(below, cell.level);
-                continue;
+bool Shaft::isEmpty(const WideDagView& dag, const std::vector<WideCell>& from,
+                    std::vector<WideCell>& cut) {
+    cut.clear();
+    now_ = from; // a stack
+    while (!now_.empty()) {
+        const WideCell cell = now_.back();
+        now_.pop_back();
+        if (cell.level > kLeafLog2) {
+            expand(dag, cell, ~uint64_t(0), now_);
+        } else if (cellsInside(cell.corner, 1.0f, maskAt(dag.words.data, cell.address)) != 0) {
+            if (cut.size() == kCutLeaves) {
+                cut.clear();
+                return false;
             }
-            const float side = float(1u << (level - 2));
-            const uint64_t mask = maskAt(words, cell.address);
-            below = std::max(below, level - 2);
-            for (uint64_t in = cellsInside(cell.corner, side, mask); in; in &= in - 1) {
-                const uint32_t i = uint32_t(std::countr_zero(in));
-                const uint32_t rank = uint32_t(std::popcount(mask & ((uint64_t(1) << i) - 1)));
-                const glm::uvec3 p = placeOf(i);
-                next_.push_back({words[cell.address + 2 + rank],
-                                 level - 2,
-                                 {cell.corner[0] + side * float(p.x),
-                                  cell.corner[1] + side * float(p.y),
-                                  cell.corner[2] + side * float(p.z)}});
-            }
-            if (next_.size() > kMostCells)
-                return true; // to.cells is the last short list
+            cut.push_back(cell);
         }
-        now_.swap(next_);
-        level = below;
-        if (now_.size() <= kCoarseCells)
-            to.cells = now_;
     }
-    next_.clear();
-    for (const WideCell& cell : now_)
-        if (cellsInside(cell.corner, 1.0f, maskAt(words, cell.address)) != 0)
-            next_.push_back(cell);
-    to.cells.swap(next_);
-    to.isExact = true;
-    return !to.cells.empty();
+    return cut.empty();
+}
+
+uint64_t Shaft::cellsInSlab(const WideCell& cell, int low, int high) const {
+    const int side = 1 << (cell.level - 2), corner = int(cell.corner[axis_]);
+    uint64_t cells = 0;
+    for (int i = 0; i < 4; ++i)
+        if (corner + i * side <= high && corner + (i + 1) * side > low) {
+            // Bits of cells with coordinate i along the axis.
+            const uint64_t low1[3] = {0x5555555555555555u, 0x3333333333333333u,
+                                      0x0f0f0f0f0f0f0f0fu};
+            const uint64_t high1[3] = {0x00ff00ff00ff00ffu, 0x0000ffff0000ffffu,
+                                       0x00000000ffffffffu};
+            cells |=
+                ((i & 1) ? ~low1[axis_] : low1[axis_]) & ((i & 2) ? ~high1[axis_] : high1[axis_]);
+        }
+    return cells;
+}
+
+bool Shaft::isParted(const WideDagView& dag, const std::vector<WideCell>& from,
+                     const glm::uvec3& voxel) {
+    // One slice to either side of the voxel, and what else its leaves hold: a wall across the shaft
+    // fills so few. Walls that slant need more slices (24 to either side: twice as many shafts
+    // found, at four times the cost of this, more than their rays').
+    constexpr int kReach = 1;
+    constexpr size_t kMostLeaves = 100;
+    const int low = int(voxel[axis_]) - kReach, high = int(voxel[axis_]) + kReach;
+    leaves_.clear();
+    now_ = from;
+    while (!now_.empty()) {
+        const WideCell cell = now_.back();
+        now_.pop_back();
+        if (cell.level > kLeafLog2) {
+            expand(dag, cell, cellsInSlab(cell, low, high), now_);
+        } else {
+            if (leaves_.size() == kMostLeaves)
+                return false;
+            leaves_.push_back(cell);
+        }
+    }
+    return parts(dag, leaves_);
 }
 
 // Why a parted shaft is dark. A segment that meets no occupied voxel by the predicate touches none
@@ -287,9 +368,7 @@ bool Shaft::refine(const WideDagView& dag, const std::vector<WideCell>& from, Sh
 // face, crosses a run of slices, there is no such segment. Chains are held slice by slice: what is
 // reached from the light's side, spread within the slice. A chain that goes back to an earlier
 // slice need not be followed: segments are monotone along the axis.
-bool Shaft::isParted(const WideDagView& dag, const ShaftCells& exact) {
-    if (!exact.isExact || exact.cells.empty())
-        return false;
+bool Shaft::parts(const WideDagView& dag, const std::vector<WideCell>& leaves) {
     constexpr int kSide = 64; // of a slice at most
     const int w = axis_, u = (w + 1) % 3, v = (w + 2) % 3;
     const glm::dvec3& l = light_;
@@ -305,11 +384,11 @@ bool Shaft::isParted(const WideDagView& dag, const ShaftCells& exact) {
     };
     const uint64_t rowBits = uint64_t(1) | uint64_t(1) << (1u << u) | uint64_t(1) << (8u << u) |
                              uint64_t(1) << (9u << u);
-    order_.resize(exact.cells.size());
+    order_.resize(leaves.size());
     for (uint32_t i = 0; i < order_.size(); ++i)
         order_[i] = i;
     std::sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) {
-        const int slabA = slabOf(exact.cells[a]), slabB = slabOf(exact.cells[b]);
+        const int slabA = slabOf(leaves[a]), slabB = slabOf(leaves[b]);
         return slabA != slabB ? slabA < slabB : a < b;
     });
 
@@ -317,8 +396,8 @@ bool Shaft::isParted(const WideDagView& dag, const ShaftCells& exact) {
     bool isReset = true; // everything is reached
     int slabBefore = 0, x0 = 0, y0 = 0, rowCount = 0;
     for (size_t begin = 0, end; begin < order_.size(); begin = end) {
-        const int slab = slabOf(exact.cells[order_[begin]]);
-        for (end = begin; end < order_.size() && slabOf(exact.cells[order_[end]]) == slab;)
+        const int slab = slabOf(leaves[order_[begin]]);
+        for (end = begin; end < order_.size() && slabOf(leaves[order_[end]]) == slab;)
             ++end;
         if (begin > 0 && slab != slabBefore + 1)
             isReset = true;
@@ -360,7 +439,7 @@ bool Shaft::isParted(const WideDagView& dag, const ShaftCells& exact) {
         for (auto& slice : occupied)
             std::fill(slice, slice + rowCount, 0);
         for (size_t i = begin; i < end; ++i) {
-            const WideCell& cell = exact.cells[order_[i]];
+            const WideCell& cell = leaves[order_[i]];
             const int x = int(cell.corner[u]) - x0, y = int(cell.corner[v]) - y0;
             if (x < 0 || x >= kSide || y < 0 || y >= rowCount)
                 continue;
@@ -382,17 +461,20 @@ bool Shaft::isParted(const WideDagView& dag, const ShaftCells& exact) {
                 continue;
             }
             uint64_t free[kSide], any = 0;
+            double least[4], most[4];
+            for (int k = 0; k < 4; ++k) {
+                least[k] = lowest(k, t0, t1);
+                most[k] = highest(k, t0, t1);
+            }
             for (int r = 0; r < rowCount; ++r) {
                 const double dy0 = y0 + r - l[v], dy1 = dy0 + 1; // the row's reach, from the light
                 free[r] = 0;
-                if (dy1 < lowest(1, t0, t1) || dy0 > highest(1, t0, t1)) {
+                if (dy1 < least[1] || dy0 > most[1]) {
                     reached[r] = 0;
                     continue;
                 }
-                const double from =
-                    std::max({lowest(0, t0, t1), lowest(2, t0, t1) - dy1, lowest(3, t0, t1) + dy0});
-                const double to = std::min(
-                    {highest(0, t0, t1), highest(2, t0, t1) - dy0, highest(3, t0, t1) + dy1});
+                const double from = std::max(std::max(least[0], least[2] - dy1), least[3] + dy0);
+                const double to = std::min(std::min(most[0], most[2] - dy0), most[3] + dy1);
                 const int b0 = std::max(int(std::floor(l[u] + from)) - x0, 0);
                 const int b1 = std::min(int(std::floor(l[u] + to)) - x0, kSide - 1);
                 if (b0 <= b1)

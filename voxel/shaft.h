@@ -15,13 +15,37 @@
 
 namespace shadowdag {
 
+/// Which of a node's 64 cells, or a leaf's voxels, may rise above a plane: a table for one normal.
+class AbovePlane {
+public:
+    /// Makes the table for a normal.
+    void make(const glm::vec3& normal);
+
+    /// Returns the cells, as bits, whose least corner may be at n . x >= height; units and origin:
+    /// cells from the node's corner.
+    uint64_t cells(float height) const {
+        const float bucket = (height - least_) * scale_ - kSlack;
+        return !(bucket > 0.0f)          ? ~uint64_t(0)
+               : bucket >= float(kCount) ? 0
+                                         : above_[uint32_t(bucket)];
+    }
+
+private:
+    static constexpr uint32_t kCount = 32;
+    static constexpr float kSlack = 1e-3f; ///< of a bucket: more than rounding
+
+    uint64_t above_[kCount];
+    float least_ = 0, scale_ = 0;
+};
+
 /// Where the segments of a group of samples start, whatever the light: a skewed box around their
 /// lifted starts, and their normals.
 struct ShaftBase {
-    glm::dvec3 corner[8];        ///< voxel space; bits of the index: along axis 0, 1, 2
-    glm::dvec3 side[3];          ///< normals of its three pairs of sides; side[2] = normal
-    glm::dvec3 normal{0, 0, 1};  ///< about unit
-    double normalSpread = 0;     ///< no sample's normal is further from `normal`
+    glm::dvec3 corner[8];       ///< voxel space; bits of the index: along axis 0, 1, 2
+    glm::dvec3 side[3];         ///< normals of its three pairs of sides; side[2] = normal
+    glm::dvec3 normal{0, 0, 1}; ///< about unit
+    double normalSpread = 0;    ///< no sample's normal is further from `normal`
+    const AbovePlane* above;    ///< of `normal`, rounded to float
 };
 
 /// What is known of all segments of a shaft.
@@ -29,13 +53,6 @@ enum class ShaftAnswer : uint8_t {
     kMixed, ///< nothing
     kLit,   ///< occluded() is false for every one
     kDark,  ///< occluded() is true for every one
-};
-
-/// Cells of a DAG's wide form that a shaft meets.
-struct ShaftCells {
-    std::vector<WideCell> cells;
-    /// All cells are leaves, and each has an occupied voxel in the shaft.
-    bool isExact = false;
 };
 
 /// The half-spaces that bound a shaft, 16 of them, in float: a point is inside when n . x + d >= 0
@@ -52,35 +69,43 @@ struct ShaftPlanes {
 class Shaft {
 public:
     /// Makes the region; returns false when there is none to be had: the light is within a voxel of
-    /// the base on every axis, lies so low above the receivers that an end may be lifted
+    /// the base on every axis, lies so low above a receiver that an end is lifted
     /// (shadowSegment), or is too far away for float. Nothing else may be asked then.
-    /// @param base of samples of `starts`
-    bool make(const ShadowStarts& starts, const ShaftBase& base, const glm::vec3& lightWorld);
+    /// @param base of samples of `starts`, those asked among them
+    /// @param asked the samples whose segments are meant
+    bool make(const ShadowStarts& starts, const ShaftBase& base, View<const uint32_t> asked,
+              const glm::vec3& lightWorld);
 
-    /// Writes to `to` the cells of `from` that meet the shaft, refined to leaves whose voxels meet
-    /// it; where more than kMostCells would have to be held, the last list of no more than
-    /// kCoarseCells instead, not exact. Returns whether any is left: if not, all segments are lit.
-    bool refine(const WideDagView& dag, const std::vector<WideCell>& from, ShaftCells& to);
+    /// Returns whether no voxel below `from` is in the shaft, so that all segments are lit. Else
+    /// `cut` holds the leaves that have such voxels if they are no more than kCutLeaves, or
+    /// nothing.
+    bool isEmpty(const WideDagView& dag, const std::vector<WideCell>& from,
+                 std::vector<WideCell>& cut);
 
-    /// Returns whether the occupied voxels of an exact list part the light from the starts in some
-    /// run of slices across the shaft, so that all segments are dark. Not every dark shaft is
-    /// found: only runs across the shaft's main axis, in slices no wider than 64 voxels.
-    bool isParted(const WideDagView& dag, const ShaftCells& exact);
+    /// Returns whether the occupied voxels around a plane across the shaft part the light from the
+    /// starts, so that all segments are dark. Not every dark shaft is found.
+    /// @param voxel one that stops a segment: where to look
+    bool isParted(const WideDagView& dag, const std::vector<WideCell>& from,
+                  const glm::uvec3& voxel);
 
-    static constexpr size_t kMostCells = 512, kCoarseCells = 64;
+    static constexpr size_t kCutLeaves = 16;
 
 private:
     uint64_t cellsInside(const float corner[3], float side, uint64_t cells) const;
-    bool isInside(const WideCell& cell) const;
+    void expand(const WideDagView& dag, const WideCell& cell, uint64_t cells,
+                std::vector<WideCell>& to) const;
+    uint64_t cellsInSlab(const WideCell& cell, int low, int high) const;
+    bool parts(const WideDagView& dag, const std::vector<WideCell>& leaves);
 
     ShaftPlanes planes_;
-    std::vector<WideCell> now_, next_;
+    const AbovePlane* above_ = nullptr;
+    std::vector<WideCell> now_, leaves_;
     glm::dvec3 light_;
-    int axis_ = 0;      ///< the main axis
-    double sign_ = 1;   ///< the base lies on this side of the light along it
+    int axis_ = 0;            ///< the main axis
+    double sign_ = 1;         ///< the base lies on this side of the light along it
     double low_[4], high_[4]; ///< of (x, y, x + y, x - y) / |w| from the light to base corners
-    double nearest_ = 0; ///< least distance between light and base along the axis
-    double slack_ = 0;  ///< segments may leave the hull by as much per axis
+    double nearest_ = 0;      ///< least distance between light and base along the axis
+    double slack_ = 0;        ///< segments may leave the hull by as much per axis
     double offset_ = 1;
     std::vector<uint32_t> order_; ///< of cells, by slab
 };

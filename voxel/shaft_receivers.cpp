@@ -12,7 +12,11 @@ namespace {
 constexpr float kFacetCosine = 0.95f;
 
 /// Fewer rays than this cost less than the shaft that would save them.
-constexpr uint32_t kFewestForShaft = 12;
+constexpr uint32_t kFewestForShaft = 32;
+/// A proof of darkness takes longer; rays that are blocked, less.
+constexpr uint32_t kFewestForDark = 512;
+/// Fewer than this are not parted further.
+constexpr uint32_t kFewestToPart = 256;
 
 /// Returns the number of an 8 x 8 block of the tile, so that quarters are four in a row.
 uint32_t partOf(uint32_t pixel) {
@@ -67,6 +71,7 @@ void ShaftReceivers::makeFrame(Facet& f) const {
     f.side[0] = glm::cross(b, n) / determinant;
     f.side[1] = across / determinant;
     f.side[2] = n;
+    f.above.make(glm::vec3(n));
 }
 
 void ShaftReceivers::build() {
@@ -152,19 +157,14 @@ ShaftBase ShaftReceivers::baseOf(uint32_t facet, uint32_t firstPart, uint32_t pa
         base.side[a] = f.side[a];
     base.normal = f.axis[2];
     base.normalSpread = f.spread;
+    base.above = &f.above;
     return base;
 }
 
-void ShaftReceivers::trace(const DagView& dag, uint32_t begin, uint32_t end,
+void ShaftReceivers::trace(const DagView& dag, View<const uint32_t> which, View<uint8_t> answers,
                            const std::vector<WideCell>* from) {
-    if (onlyProofs_) {
-        std::fill(answers_.begin() + begin, answers_.begin() + end, kUnproven);
-        return;
-    }
-    const View<const uint32_t> which{asked_.data() + begin, end - begin};
     segments_.resize(which.count);
     starts_.segments(lightWorld_, which, segments_.data());
-    const View<uint8_t> answers{answers_.data() + begin, end - begin};
     const View<const DagSegment> segments{segments_.data(), which.count};
     if (from)
         traceStream(dag, viewOf(*from), segments, answers);
@@ -172,47 +172,92 @@ void ShaftReceivers::trace(const DagView& dag, uint32_t begin, uint32_t end,
         traceStream(dag, segments, answers);
 }
 
-void ShaftReceivers::ask(const DagView& dag, uint32_t facet, uint32_t firstPart, uint32_t partCount,
-                         const std::vector<WideCell>& from, int depth) {
+void ShaftReceivers::tracePending(const DagView& dag) {
+    const size_t count = pending_.size();
+    if (count == answers_.size()) { // all, in order
+        trace(dag, viewOf(asked_), viewOf(answers_), nullptr);
+        return;
+    }
+    which_.resize(count);
+    blocked_.resize(count);
+    for (size_t i = 0; i < count; ++i)
+        which_[i] = asked_[pending_[i]];
+    trace(dag, viewOf(which_), viewOf(blocked_), nullptr);
+    for (size_t i = 0; i < count; ++i)
+        answers_[pending_[i]] = blocked_[i];
+}
+
+ShaftAnswer ShaftReceivers::probe(const DagView& dag, uint32_t begin, uint32_t end) {
+    const uint32_t which[] = {asked_[(begin + end) / 2], asked_[begin], asked_[end - 1]};
+    DagSegment segments[3];
+    starts_.segments(lightWorld_, {which, 3}, segments);
+    const bool isDark = occluded(dag, segments[0]);
+    if (isDark && end - begin < kFewestForDark)
+        return ShaftAnswer::kMixed;
+    for (int i = 1; i < 3; ++i)
+        if (occluded(dag, segments[i]) != isDark)
+            return ShaftAnswer::kMixed;
+    if (!isDark)
+        return ShaftAnswer::kLit;
+    DagHit hit;
+    occluded(dag, segments[0], 0, &hit);
+    stopper_ = hit.cell;
+    return ShaftAnswer::kDark;
+}
+
+void ShaftReceivers::putOff(uint32_t begin, uint32_t end) {
+    for (uint32_t i = begin; i < end; ++i)
+        pending_.push_back(i);
+}
+
+void ShaftReceivers::ask(const DagView& dag, uint32_t facet, uint32_t firstPart,
+                         uint32_t partCount) {
     const uint32_t begin = askedStart_[facet * kParts + firstPart],
                    end = askedStart_[facet * kParts + firstPart + partCount];
     if (begin == end)
         return;
     if (end - begin < kFewestForShaft) {
-        trace(dag, begin, end, depth > 0 ? &from : nullptr);
+        putOff(begin, end);
         return;
     }
-    ++counts_->shaftCount;
-    if (!shaft_.make(starts_, baseOf(facet, firstPart, partCount), lightWorld_)) {
-        trace(dag, begin, end, depth > 0 ? &from : nullptr);
-        return;
+    // A few rays say which proof may be had, at a tenth of its cost.
+    const ShaftAnswer guess = probe(dag, begin, end);
+    if (guess != ShaftAnswer::kMixed) {
+        ++counts_->shaftCount;
+        if (shaft_.make(starts_, baseOf(facet, firstPart, partCount),
+                        {asked_.data() + begin, end - begin}, lightWorld_)) {
+            const bool isLit = guess == ShaftAnswer::kLit;
+            if (isLit ? shaft_.isEmpty(dag.wide, root_, cut_)
+                      : shaft_.isParted(dag.wide, root_, stopper_)) {
+                std::fill(answers_.begin() + begin, answers_.begin() + end, uint8_t(!isLit));
+                (isLit ? counts_->litPairCount : counts_->darkPairCount) += end - begin;
+                return;
+            }
+            if (isLit && !cut_.empty()) {
+                if (mode_ == kOnlyProofs) {
+                    putOff(begin, end);
+                    return;
+                }
+                ++counts_->cutCount;
+                counts_->cutCellCount += cut_.size();
+                trace(dag, {asked_.data() + begin, end - begin},
+                      {answers_.data() + begin, end - begin}, &cut_);
+                return;
+            }
+        }
     }
-    ShaftCells& cells = cells_[depth];
-    if (!shaft_.refine(dag.wide, from, cells)) {
-        std::fill(answers_.begin() + begin, answers_.begin() + end, uint8_t(0));
-        counts_->litPairCount += end - begin;
-        return;
-    }
-    if (shaft_.isParted(dag.wide, cells)) {
-        std::fill(answers_.begin() + begin, answers_.begin() + end, uint8_t(1));
-        counts_->darkPairCount += end - begin;
-        return;
-    }
-    if (partCount > 1) {
+    if (partCount > 1 && end - begin >= kFewestToPart) {
         for (uint32_t quarter = 0; quarter < 4; ++quarter)
-            ask(dag, facet, firstPart + quarter * partCount / 4, partCount / 4, cells.cells,
-                depth + 1);
+            ask(dag, facet, firstPart + quarter * partCount / 4, partCount / 4);
         return;
     }
-    ++counts_->cutCount;
-    counts_->cutCellCount += cells.cells.size();
-    trace(dag, begin, end, &cells.cells);
+    putOff(begin, end);
 }
 
 void ShaftReceivers::answer(const DagView& dag, const glm::vec3& lightWorld,
-                            View<const uint8_t> isAsked, View<uint8_t> blocked,
-                            ShaftCounts& counts, bool onlyProofs) {
-    onlyProofs_ = onlyProofs;
+                            View<const uint8_t> isAsked, View<uint8_t> blocked, ShaftCounts& counts,
+                            Mode mode) {
+    mode_ = mode;
     SDAG_ASSERT(isAsked.count == count() && blocked.count == count());
     lightWorld_ = lightWorld;
     asked_.clear();
@@ -232,13 +277,19 @@ void ShaftReceivers::answer(const DagView& dag, const glm::vec3& lightWorld,
     counts_ = &here;
     here.askedCount = 1;
     here.pairCount = total;
-    if (dag.wide.words.empty()) {
-        trace(dag, 0, total, nullptr);
+    pending_.clear();
+    if (mode == kRays || dag.wide.words.empty()) {
+        putOff(0, total);
     } else {
         root_.assign(1, WideCell{dag.wide.rootAddress, dag.wide.rootLevel, {0, 0, 0}});
         for (uint32_t f = 0; f < facetCount_; ++f)
-            ask(dag, f, 0, kParts, root_, 0);
+            ask(dag, f, 0, kParts);
     }
+    if (mode == kOnlyProofs)
+        for (const uint32_t i : pending_)
+            answers_[i] = kUnproven;
+    else
+        tracePending(dag);
     here.litCount = here.litPairCount == total;
     here.darkCount = here.darkPairCount == total;
     counts.add(here);

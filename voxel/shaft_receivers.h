@@ -4,33 +4,11 @@
 #pragma once
 
 #include "voxel/shaft.h"
+#include "voxel/shaft_counts.h"
 
 #include <vector>
 
 namespace shadowdag {
-
-/// What shafts did.
-/// askedCount: (cluster, light) pairs asked; litCount, darkCount: those proven whole; pairCount:
-/// (sample, light) pairs asked, litPairCount, darkPairCount: proven, in whole or in part;
-/// shaftCount: shafts made; cutCount, cutCellCount: times that rays were traced from a cut, and its
-/// cells.
-struct ShaftCounts {
-    uint64_t askedCount = 0, litCount = 0, darkCount = 0;
-    uint64_t pairCount = 0, litPairCount = 0, darkPairCount = 0;
-    uint64_t shaftCount = 0, cutCount = 0, cutCellCount = 0;
-
-    void add(const ShaftCounts& o) {
-        askedCount += o.askedCount;
-        litCount += o.litCount;
-        darkCount += o.darkCount;
-        pairCount += o.pairCount;
-        litPairCount += o.litPairCount;
-        darkPairCount += o.darkPairCount;
-        shaftCount += o.shaftCount;
-        cutCount += o.cutCount;
-        cutCellCount += o.cutCellCount;
-    }
-};
 
 /// The samples of a cluster, sorted by normal (facets) and then by place in the tile: quarters and
 /// sixteenths of it. Reused from cluster to cluster; one a thread.
@@ -38,6 +16,12 @@ class ShaftReceivers {
 public:
     /// Pixels a side of the tile that a cluster's samples lie in.
     static constexpr uint32_t kTileSide = 32;
+
+    enum Mode {
+        kRays,          ///< no shafts; `counts` counts what is asked
+        kOnlyProofs,    ///< no rays
+        kProofsAndRays, ///< rays for what shafts do not prove
+    };
 
     /// Starts anew, without samples. @param offset as shadowSegment's
     void reset(const VoxelGrid& grid, float offset);
@@ -55,9 +39,9 @@ public:
     /// isAsked[i] != 0, leaves the others alone, and adds to `counts`. After build(). Any DAG will
     /// do; shafts are made only where it has its wide form.
     /// @param isAsked,blocked count()
-    /// @param onlyProofs set kUnproven instead of tracing rays
+    /// @param mode kOnlyProofs: kUnproven instead of tracing rays
     void answer(const DagView& dag, const glm::vec3& lightWorld, View<const uint8_t> isAsked,
-                View<uint8_t> blocked, ShaftCounts& counts, bool onlyProofs = false);
+                View<uint8_t> blocked, ShaftCounts& counts, Mode mode = kProofsAndRays);
 
     static constexpr uint8_t kUnproven = 2;
 
@@ -74,6 +58,7 @@ private:
         glm::dvec3 axis[3]; ///< along pixel rows, along columns, normal
         glm::dvec3 side[3]; ///< coordinates are side . p; p = sum of axis * coordinate
         glm::dvec3 normalSum{0.0};
+        AbovePlane above;
         double spread = 0;
         double sums[8] = {}; ///< of x, y, xx, xy, yy, 1
         glm::dvec3 pointSums[3] = {glm::dvec3(0.0), glm::dvec3(0.0), glm::dvec3(0.0)};
@@ -84,9 +69,15 @@ private:
 
     void makeFrame(Facet& facet) const;
     ShaftBase baseOf(uint32_t facet, uint32_t firstPart, uint32_t partCount) const;
-    void ask(const DagView& dag, uint32_t facet, uint32_t firstPart, uint32_t partCount,
-             const std::vector<WideCell>& from, int depth);
-    void trace(const DagView& dag, uint32_t begin, uint32_t end, const std::vector<WideCell>* from);
+    void ask(const DagView& dag, uint32_t facet, uint32_t firstPart, uint32_t partCount);
+    /// Returns what a few rays of these samples say; kDark: stopper_ is what stops one of them.
+    ShaftAnswer probe(const DagView& dag, uint32_t begin, uint32_t end);
+    /// Leaves the answers of these to rays.
+    void putOff(uint32_t begin, uint32_t end);
+    void trace(const DagView& dag, View<const uint32_t> which, View<uint8_t> answers,
+               const std::vector<WideCell>* from);
+    /// Traces all that was put off, in full packets.
+    void tracePending(const DagView& dag);
 
     ShadowStarts starts_;
     std::vector<glm::vec3> normals_;
@@ -102,13 +93,14 @@ private:
     glm::vec3 lightWorld_;
     uint32_t askedStart_[kFacets * kParts + 1];
     std::vector<uint32_t> asked_; ///< as sorted_, those asked
-    std::vector<uint8_t> answers_;
+    std::vector<uint8_t> answers_, blocked_;
+    std::vector<uint32_t> pending_, which_; ///< into asked_; their samples
     std::vector<DagSegment> segments_;
     Shaft shaft_;
-    ShaftCells cells_[3];
-    std::vector<WideCell> root_;
+    glm::uvec3 stopper_{0};
+    std::vector<WideCell> root_, cut_;
     ShaftCounts* counts_ = nullptr;
-    bool onlyProofs_ = false;
+    Mode mode_ = kProofsAndRays;
 };
 
 } // namespace shadowdag
