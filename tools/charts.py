@@ -231,6 +231,11 @@ def speed_accuracy(charts, scene, runs, experiment):
         for run in resolutions if len(resolutions) > 1 else []:
             axes.annotate(f"{run['parameters']['resolution']}³", (run["time_ms"], height(run)), xytext=(5, 1),
                           textcoords="offset points", fontsize=5.6, color="#2b6f96")
+    exact = sorted((r for r in runs if r["method"] == "dag-exact"), key=lambda r: r["parameters"]["resolution"])
+    if exact:
+        axes.plot([r["time_ms"] for r in exact], [height(r) for r in exact], color=YELLOW, marker="p", markersize=5.6,
+                  linewidth=0.8, linestyle=":", zorder=4, markeredgecolor="black", markeredgewidth=0.5,
+                  label="DAG exact (error 0, at the bottom)" if not any(r["error"] for r in exact) else "DAG exact")
     maps = sorted((r for r in runs if r["method"] == "maps"), key=lambda r: r["parameters"]["undersample"])
     if maps:
         axes.plot([r["time_ms"] for r in maps], [height(r) for r in maps], color=ORANGE, marker="s", markersize=4.6,

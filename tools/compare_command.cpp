@@ -49,9 +49,10 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
         e.scenes = options.scenes;
         e.methods = parseList("--methods", options.methods);
         for (const std::string& method : e.methods)
-            if (method != "embree" && method != "dag" && method != "maps" && method != "hybrid")
-                throw Error(ErrorKind::kUsage, "--methods '" + method +
-                                                   "': must be some of embree, dag, maps, hybrid");
+            if (std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end())
+                throw Error(ErrorKind::kUsage,
+                            "--methods '" + method +
+                                "': must be some of embree, dag, dag-exact, maps, hybrid");
         if (options.common.models.empty() && options.noOracle)
             e.models.clear();
         e.repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
@@ -262,8 +263,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         std::vector<Dag> dags;
         std::vector<uint32_t> resolutions;
         const bool usesRays =
-            std::any_of(experiment.methods.begin(), experiment.methods.end(),
-                        [](const std::string& m) { return m == "dag" || m == "hybrid"; });
+            std::any_of(experiment.methods.begin(), experiment.methods.end(), methodUsesVoxels);
         if (usesRays) {
             const VoxelSource source{options.common.voxels, options.common.cache,
                                      options.common.allowStale};
@@ -350,7 +350,7 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
                      "Leave out the charts (they need python3-matplotlib)");
     commandLine.heading("Sweep");
     commandLine.text("--methods", options->methods, "M,...",
-                     "Some of embree, dag, maps, hybrid [all four]");
+                     "Some of embree, dag, dag-exact, maps, hybrid [all but dag-exact]");
     commandLine.text(
         "--thresholds", options->common.thresholds, "T,...",
         "For hybrid: maps that require fewer texels are traced; 0 is maps alone, inf rays alone "

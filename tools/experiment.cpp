@@ -203,8 +203,9 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
     powers("dag_resolutions", e.dagResolutionLog2, true);
     keys.texts("methods", e.methods);
     for (const std::string& method : e.methods)
-        if (method != "embree" && method != "dag" && method != "maps" && method != "hybrid")
-            keys.refuse("methods", method, "must hold some of embree, dag, maps, hybrid");
+        if (std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end())
+            keys.refuse("methods", method,
+                        "must hold some of embree, dag, dag-exact, maps, hybrid");
     if (const Json* found = keys.find("thresholds")) {
         std::string joined;
         for (const Json& item : keys.list("thresholds", *found)) {
@@ -312,6 +313,8 @@ Json RunParameters::toJson() const {
     Json json = Json::object();
     if (usesRays()) {
         json["resolution"] = resolution;
+    }
+    if (usesVoxelRays()) {
         json["offset"] = decimal(frame.rays.offset);
         json["lod"] = jsonLod(LodChoice(frame.rays));
     }
@@ -337,6 +340,8 @@ std::string RunParameters::label() const {
     const FrameOptions usual;
     if (usesRays()) {
         text += " " + std::to_string(resolution) + "^3";
+    }
+    if (usesVoxelRays()) {
         if (frame.rays.offset != usual.rays.offset)
             text += " offset " + numberText(frame.rays.offset);
         if (const LodChoice lod(frame.rays); lod != LodChoice(usual.rays))
@@ -428,6 +433,11 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
                                 }
     for (size_t dag = fullCount; dag < dagCount; ++dag)
         addThreshold(kInfinity, dag, base);
+    for (size_t dag = 0; dag < dagCount; ++dag) {
+        RunParameters exact{"dag-exact", "texels:inf", uint32_t(dag), dagResolutions[dag], base};
+        exact.frame.rays.kind = RayKind::kExact;
+        add(std::move(exact));
+    }
     for (const std::string& model : e.models)
         add({"hybrid", model, 0, resolutionOf(0), base});
     return runs;

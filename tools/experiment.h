@@ -4,29 +4,33 @@
 //
 // An experiment file is one JSON object. An unknown key is an error. Keys, with their defaults:
 //
+// clang-format off
 //   "title"            ""            heads the report
 //   "scenes"           []            what SCENE may be on the command line; empty: given there
 //   "size"             "640x360"     pixels
-//   "camera"           ""            auto | NAME | "px,py,pz,tx,ty,tz[,fovDegrees]"; "" = the
-//   scene's first, else auto "frames"           "0"           A:B[:STEP], both ends included, or a
-//   comma list "fps"              30            frame f shows the scene at f / fps seconds: a fixed
-//   clock "lights"           -1            >= 0: replaces the scene's lights by that many placed
-//   ones "light_seed"       1             where they are placed "resolutions"      [1024] voxels an
-//   axis; every one with every threshold "dag_resolutions"  []            more of them, for method
-//   dag alone (the error over resolution) "methods"          all four      of embree, dag, maps,
-//   hybrid "thresholds"       [0, 8, 16, 32, 64, 96, 192, "inf"]  texels; 0 is method maps, "inf"
-//   method dag "models"           ["oracle"]    further cost models for hybrid, at the first of
-//   every list below "undersample"      [1]           divisors of the required resolution
-//   "page_size"        [one]         ShadowMapOptions' default; texels a side, powers of two from
-//   16 to 256 "pool_mib"         256           byte budget of the page pool, MiB "bias" [one]
-//   ShadowMapBias' default; texels "taps"             [one]         ShadowMapBias' default; 1 or 9
+//   "camera"           ""            auto | NAME | "px,py,pz,tx,ty,tz[,fovDegrees]"; "" = the scene's first, else auto
+//   "frames"           "0"           A:B[:STEP], both ends included, or a comma list
+//   "fps"              30            frame f shows the scene at f / fps seconds: a fixed clock
+//   "lights"           -1            >= 0: replaces the scene's lights by that many placed ones
+//   "light_seed"       1             where they are placed
+//   "resolutions"      [1024]        voxels an axis; every one with every threshold
+//   "dag_resolutions"  []            more of them, for methods dag and dag-exact alone
+//   "methods"          [embree, dag, maps, hybrid]  some of these and dag-exact
+//   "thresholds"       [0, 8, 16, 32, 64, 96, 192, "inf"]  texels; 0 is method maps, "inf" method dag
+//   "models"           ["oracle"]    further cost models for hybrid, at the first of every list below
+//   "undersample"      [1]           divisors of the required resolution
+//   "page_size"        [one]         ShadowMapOptions' default; texels a side, powers of two from 16 to 256
+//   "pool_mib"         256           byte budget of the page pool, MiB
+//   "bias"             [one]         ShadowMapBias' default; texels
+//   "taps"             [one]         ShadowMapBias' default; 1 or 9
 //   "offset"           [1]           of rays, in units of the derived offset
-//   "lod"              [0]           level of detail of rays: numbers, cells of 2^lod voxels, and
-//   texts as --lod takes them: "footprint:SCALE", "coverage:SHARE:SCALE"
+//   "lod"              [0]           level of detail of rays: numbers, cells of 2^lod voxels, and texts as --lod
+//                                    takes them: "footprint:SCALE", "coverage:SHARE:SCALE"
 //   "repeats"          5             timed runs of every configuration, interleaved
 //   "warmups"          1             runs before them that are not counted
 //   "max_face_texels"  2048          the most texels across a face of a map, 16 to 8192
 //   "error_seed"       1             of the shifted rays that explain errors
+// clang-format on
 #pragma once
 
 #include "hybrid/error.h"
@@ -70,16 +74,26 @@ struct Experiment {
     float timeOfFrame(uint32_t frame) const { return float(double(frame) / fps); }
 };
 
+/// Every method, in the order in which they are charted.
+inline const std::vector<std::string> kMethods{"embree", "dag", "dag-exact", "maps", "hybrid"};
+
+/// Returns whether a method traces rays through voxels.
+inline bool methodUsesVoxels(const std::string& method) {
+    return method == "dag" || method == "dag-exact" || method == "hybrid";
+}
+
 /// One configuration: everything but scene and frame.
 struct RunParameters {
-    std::string method; ///< embree, dag, maps, hybrid
+    std::string method; ///< one of kMethods
     std::string model;  ///< as makeCostModel takes it; "" for embree
     uint32_t dag =
         0; ///< index into the resolutions (or assets) of the run; meaningless for embree and maps
     uint32_t resolution = 0; ///< of that DAG; 0 where none is used
     FrameOptions frame;
 
-    bool usesRays() const { return method == "dag" || method == "hybrid"; }
+    bool usesRays() const { return methodUsesVoxels(method); }
+    /// Returns whether rays stop at voxels: offset and level of detail matter.
+    bool usesVoxelRays() const { return usesRays() && method != "dag-exact"; }
     bool usesMaps() const { return method == "maps" || method == "hybrid"; }
     /// Returns the parameters that this method depends on, as JSON.
     Json toJson() const;

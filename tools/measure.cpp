@@ -146,7 +146,7 @@ private:
 
     /// Measures what every map costs by rays and by map alone, or takes the costs that were given.
     void measureCosts(const std::function<void()>& step, SceneMeasurement& out) {
-        const RunParameters* base = firstRun(&RunParameters::usesRays);
+        const RunParameters* base = firstRun(&RunParameters::usesVoxelRays);
         const bool isWanted = base != nullptr && firstRun(&RunParameters::usesMaps) != nullptr;
         if (isWanted) {
             if (part("costs") == nullptr) {
@@ -256,6 +256,8 @@ private:
         json["flip"] = computeFlip(truthDisplay_, display, experiment_.width, experiment_.height);
         json.update(toJson(result.counts));
         json["dag_bytes"] = run.usesRays() ? rendererOf(run).dagBytes() : 0;
+        if (run.method == "dag-exact")
+            json["exact_bytes"] = rendererOf(run).exactBytes();
         json["visibility_histogram"] = report.visibilityHistogram;
         for (const MapRecord& map : result.maps) {
             const uint32_t light = map.quantities.light;

@@ -89,7 +89,7 @@ std::vector<ExrChannel> frameChannels(const RenderOptions& options, const Single
 void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     const Experiment experiment = options.common.experiment(commandLine, false);
-    options.method.check(commandLine, {"embree", "dag", "maps", "hybrid"});
+    options.method.check(commandLine, kMethods);
     const std::string extension = std::filesystem::path(options.output).extension().string();
     if (extension != ".exr" && extension != ".png")
         throw Error(ErrorKind::kUsage,
@@ -179,7 +179,7 @@ std::function<void()> declareRender(CommandLine& commandLine) {
     commandLine.flag("--truth", options->truth,
                      "Add channels of the error against Embree: error.*");
     commandLine.flag("--float", options->floatColor, "Colour as 32-bit floats instead of halves");
-    options->method.declare(commandLine, "embree|dag|maps|hybrid");
+    options->method.declare(commandLine, "embree|dag|dag-exact|maps|hybrid");
     options->common.declareView(commandLine, false);
     options->common.declareLights(commandLine);
     options->common.declareVoxels(commandLine, false);

@@ -10,9 +10,9 @@ namespace shadowdag {
 void MethodOptions::declare(CommandLine& commandLine, const std::string& methods) {
     commandLine.heading("Method");
     commandLine.text("--method", method, methods,
-                     "embree: the truth; dag: all lights by rays through voxels; maps: all by "
-                     "virtual cube shadow "
-                     "maps; hybrid: each by the method that --model chooses [" +
+                     "embree: the truth; dag: all lights by rays through voxels; dag-exact: the "
+                     "same, every hit confirmed against triangles; maps: all by virtual cube "
+                     "shadow maps; hybrid: each by the method that --model chooses [" +
                          method + "]");
     commandLine.text("--model", model, "M",
                      "For hybrid: texels:N (maps under N texels are traced), expr:EXPRESSION (rays "
@@ -35,10 +35,14 @@ void MethodOptions::check(const CommandLine& commandLine,
                     "--model is for --method hybrid, not for '" + method + "'; drop one of them");
     if (!makeModel()->needsCosts() && commandLine.given("--costs"))
         throw Error(ErrorKind::kUsage, "--costs is for --method hybrid --model oracle; drop it");
-    const bool usesRays = method == "dag" || method == "hybrid",
-               usesMaps = method == "maps" || method == "hybrid";
+    const bool usesMaps = method == "maps" || method == "hybrid";
+    for (const char* option : {"--offset", "--lod"})
+        if (method == "dag-exact" && commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) +
+                                               " is for rays that stop at voxels, not for "
+                                               "'dag-exact', which confirms every hit; drop it");
     for (const char* option : {"--voxels", "--resolution", "--offset", "--lod"})
-        if (!usesRays && commandLine.given(option))
+        if (!methodUsesVoxels(method) && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " is for methods that trace voxels, not for '" +
                                                method + "'; drop it");
@@ -51,7 +55,7 @@ void MethodOptions::check(const CommandLine& commandLine,
 }
 
 std::unique_ptr<CostModel> MethodOptions::makeModel() const {
-    if (method == "dag")
+    if (method == "dag" || method == "dag-exact")
         return makeCostModel("texels:inf");
     if (method == "hybrid")
         return makeCostModel(model.empty() ? "texels:96" : model);
@@ -66,7 +70,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
         costs_ = readCosts(method.costs);
     scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true,
                                console);
-    if (method.method == "dag" || method.method == "hybrid") {
+    if (methodUsesVoxels(method.method)) {
         const VoxelSource source{options.voxels, options.cache, options.allowStale};
         dag_ = std::move(obtainDags(scene_, experiment.resolutionLog2, source, console).front());
     }
@@ -80,6 +84,8 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     frameOptions_.bias.constantTexels = experiment.bias[0];
     frameOptions_.rays.offset = experiment.offset[0];
     experiment.lod[0].apply(frameOptions_.rays);
+    if (method.method == "dag-exact")
+        frameOptions_.rays.kind = RayKind::kExact;
     errorSeed_ = experiment.errorSeed;
     renderer_ = std::make_unique<FrameRenderer>(backend, *scene_.world, dag_);
     if (wantsTruth)

@@ -68,7 +68,7 @@ void writeMaps(const std::string& directory, const SingleFrames& frames, const F
 void runValidate(const ValidateOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     const Experiment experiment = options.common.experiment(commandLine, false);
-    options.method.check(commandLine, {"dag", "maps", "hybrid"});
+    options.method.check(commandLine, {"dag", "dag-exact", "maps", "hybrid"});
     if (experiment.frames.size() > 1)
         throw Error(ErrorKind::kUsage, "--frames '" + experiment.framesText +
                                            "': validate looks at one frame; compare takes several");
@@ -129,7 +129,7 @@ std::function<void()> declareValidate(CommandLine& commandLine) {
                      "Write error maps there: error.png (vermilion: false shadow, blue: false "
                      "light), truth.png, "
                      "method.png, errors.exr");
-    options->method.declare(commandLine, "dag|maps|hybrid");
+    options->method.declare(commandLine, "dag|dag-exact|maps|hybrid");
     options->common.declareView(commandLine, false);
     options->common.declareLights(commandLine);
     options->common.declareVoxels(commandLine, false);

@@ -146,6 +146,22 @@ TEST(Configurations, RaysDoNotVaryWithMapsNorMapsWithRays) {
                 ElementsAre("maps", "dag 1024^3", "dag 1024^3 offset 2", "maps u2"));
 }
 
+TEST(Configurations, ExactRaysStandAtEveryResolutionAndVaryWithNothingElse) {
+    Experiment e;
+    e.thresholds = {96};
+    e.models.clear();
+    e.offset = {1, 2};
+    e.lod[0].level = 1;
+    e.taps = {1, 9};
+    e.methods = {"embree", "dag-exact"};
+    const std::vector<RunParameters> runs = configurations(e, {1024, 512}, 1);
+    EXPECT_THAT(labels(runs), ElementsAre("embree", "dag-exact 1024^3", "dag-exact 512^3"));
+    EXPECT_EQ(runs[1].frame.rays.kind, RayKind::kExact);
+    EXPECT_EQ(runs[1].toJson(), (Json{{"resolution", 1024}, {"threshold_texels", "inf"}}));
+    EXPECT_TRUE(runs[1].usesRays());
+    EXPECT_FALSE(runs[1].usesMaps());
+}
+
 TEST(Configurations, LabelsAndFileNamesAreUnique) {
     Experiment e;
     e.undersample = {1, 2};

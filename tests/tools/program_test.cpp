@@ -67,8 +67,7 @@ TEST(Program, EverySubcommandHasHelp) {
 
 TEST(Program, LaterCommandsAreNotPretended) {
     const TemporaryDirectory directory;
-    for (const char* command :
-         {"export", "import", "calibrate", "fit", "diff", "rays", "view"}) {
+    for (const char* command : {"export", "import", "calibrate", "fit", "diff", "rays", "view"}) {
         const ProgramResult result = runShadowdag(directory, {command});
         EXPECT_EQ(result.status, 1) << command;
         EXPECT_THAT(result.err, HasSubstr("unknown subcommand '" + std::string(command) +
@@ -104,6 +103,11 @@ TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
          1,
          "--model is for"},
         {{"render", kScene, "-o", exr, "--method", "maps", "--lod", "1"}, 1, "--lod is for"},
+        {{"render", kScene, "-o", exr, "--method", "dag-exact", "--lod", "1"},
+         1,
+         "rays that stop at voxels"},
+        {{"render", kScene, "-o", exr, "--method", "dag-exact", "--taps", "1"}, 1, "--taps is for"},
+        {{"compare", kScene, "-o", dir, "--methods", "dag,exact"}, 1, "dag, dag-exact, maps"},
         {{"render", kScene, "-o", exr, "--lod", "pixels"}, 1, "footprint[:SCALE]"},
         {{"render", kScene, "-o", exr, "--lod", "footprint:0"}, 1, "the scale"},
         {{"render", kScene, "-o", exr, "--lod", "footprint:1:2"}, 1, "nothing more"},
@@ -145,7 +149,9 @@ TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
         {{"scene", "atrium", "-o", "/proc/a.glb"}, 3, "/proc/a.glb"},
         {{"voxelize", kScene, "-o", directory / "a.vox"}, 1, ".svdag"},
         {{"voxelize", kScene, "-o", dag, "--resolution", "262144"}, 1, "131072"},
-        {{"validate", kScene, "--method", "embree"}, 1, "must be one of dag, maps, hybrid"},
+        {{"validate", kScene, "--method", "embree"},
+         1,
+         "must be one of dag, dag-exact, maps, hybrid"},
         {{"validate", kScene, "--frames", "0:1"}, 1, "one frame"},
         {{"compare", "-o", dir}, 1, "SCENE or --experiment"},
         {{"compare", kScene, "-o", dir, "--methods", "dag,dag"}, 1, "twice"},
@@ -232,12 +238,12 @@ TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
 
 TEST(Program, RenderWritesNumberedFramesOfEveryMethod) {
     const TemporaryDirectory directory;
-    for (const char* method : {"embree", "dag", "maps", "hybrid"}) {
+    for (const char* method : {"embree", "dag", "dag-exact", "maps", "hybrid"}) {
         Arguments arguments = {"render",   kScene,   "--method",
                                method,     "-o",     directory / (std::string(method) + ".exr"),
                                "--frames", "0:1",    "--truth",
                                "--json",   "--size", "32x18"};
-        if (std::string(method) == "dag" || std::string(method) == "hybrid")
+        if (std::string(method).starts_with("dag") || std::string(method) == "hybrid")
             arguments = arguments + Arguments{"--resolution", "64"};
         const ProgramResult result = runShadowdag(directory, arguments);
         ASSERT_EQ(result.status, 0) << result.err;
@@ -259,7 +265,8 @@ TEST(Program, RenderWritesNumberedFramesOfEveryMethod) {
             const std::vector<float> share = readChannel(file, "method.rayShare");
             for (size_t i = 0; i < pairs.size(); ++i) {
                 if (pairs[i] > 0 && std::string(method) != "hybrid") {
-                    EXPECT_EQ(share[i], std::string(method) == "dag" ? 1.0f : 0.0f) << file;
+                    EXPECT_EQ(share[i], std::string(method).starts_with("dag") ? 1.0f : 0.0f)
+                        << file;
                 }
             }
         }
