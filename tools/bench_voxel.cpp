@@ -2,6 +2,7 @@
 #include "tools/bench_voxel.h"
 
 #include "cuda/thread_clock.h"
+#include "tools/bench_frame.h"
 #include "tools/parse.h"
 #include "voxel/dag_stream.h"
 #include "voxel/dag_trace_pass.h"
@@ -246,6 +247,7 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
                    {"rates", std::move(rates)}};
     if (nanoVdb)
         result["nanovdb_bytes"] = nanoVdb->bytes();
+    result["frame"] = runFrameBench(view, world, traced, embree, options.repeats);
     return result;
 }
 
@@ -293,6 +295,7 @@ void printVoxelBench(std::ostream& out, const Json& result) {
                       number(rate, "ours_over_it"));
         out << line;
     }
+    printFrameBench(out, result["frame"]);
 }
 
 } // namespace shadowdag

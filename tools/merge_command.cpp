@@ -4,8 +4,10 @@
 #include "tools/build_meter.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
+#include "tools/parse.h"
 #include "tools/provenance.h"
 #include "tools/scene_setup.h"
+#include "voxel/limited_build.h"
 #include "voxel/voxelize.h"
 
 #include <algorithm>
@@ -20,7 +22,7 @@ namespace {
 struct MergeOptions {
     GlobalOptions global;
     std::vector<std::string> parts;
-    std::string output;
+    std::string output, memoryLimit;
 };
 
 void runMerge(const MergeOptions& options) {
@@ -30,6 +32,9 @@ void runMerge(const MergeOptions& options) {
         throw Error(ErrorKind::kUsage,
                     "-o '" + options.output + "': assets are .svdag files; end the name so");
     checkWritable(options.output);
+    BuildLimits limits;
+    if (!options.memoryLimit.empty())
+        limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
 
     const Progress progress = console.progress("merge");
     BuildMeter meter;
@@ -40,15 +45,24 @@ void runMerge(const MergeOptions& options) {
     std::sort(parts.begin(), parts.end(), [](const PartReader& a, const PartReader& b) {
         return a.header().part < b.header().part;
     });
-    Asset asset;
-    asset.provenance = parts.front().header().provenance;
-    asset.dag = mergeParts(parts, progress);
+    const AssetProvenance provenance = parts.front().header().provenance;
+    const VoxelGrid grid = parts.front().header().grid;
+    std::unique_ptr<ScratchFolder> folder;
+    CountedDag merged;
+    if (limits.memoryBytes == 0) {
+        merged.dag = mergeParts(parts, progress);
+        merged.stats = computeDagStats(merged.dag);
+    } else {
+        folder = std::make_unique<ScratchFolder>(options.output, false);
+        merged = mergePartsLimited(parts, *folder, limits, progress);
+    }
     meter.stop();
     checkInterrupted();
+    const Asset asset{std::move(merged.dag), provenance};
     const uint64_t bytes = writeAsset(asset, options.output);
 
     Json json = {{"output", options.output}, {"part_count", parts.size()}};
-    json.update(assetJson(asset, bytes));
+    json.update(assetJson(merged.stats, grid, provenance, bytes));
     console.people() << options.output << "\n";
     printAsset(console.people(), json);
     meter.report(console, json);
@@ -62,6 +76,9 @@ std::function<void()> declareMerge(CommandLine& commandLine) {
     commandLine.texts("PART", options->parts, "",
                       "The .svpart files of one build, each of its parts once, in any order", true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
+    commandLine.text("--memory-limit", options->memoryLimit, "BYTES",
+                     "Keep the process below so much memory, as in 4G, with scratch files in "
+                     "F.svdag.scratch; slower [no limit]");
     options->global.declare(commandLine);
     return [options] { runMerge(*options); };
 }

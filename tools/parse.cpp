@@ -178,6 +178,13 @@ uint64_t parseBytes(const std::string& option, const std::string& text) {
     return uint64_t(value * scale);
 }
 
+uint64_t parseMemoryLimit(const std::string& text) {
+    const uint64_t bytes = parseBytes("--memory-limit", text);
+    if (bytes < (16u << 20))
+        refuse("--memory-limit", text, "must be 16M or more: the program alone takes that much");
+    return bytes;
+}
+
 std::string numberText(double value) {
     if (std::isinf(value))
         return value > 0 ? "inf" : "-inf";

@@ -37,6 +37,9 @@ std::pair<uint32_t, uint32_t> parseShare(const std::string& option, const std::s
 /// Returns bytes of "256M", "1.5G", "65536K" or "1000000" (binary multiples).
 uint64_t parseBytes(const std::string& option, const std::string& text);
 
+/// Returns the bytes of --memory-limit: as parseBytes, 16 MiB at least.
+uint64_t parseMemoryLimit(const std::string& text);
+
 /// Returns the shortest usual text of a number, "inf" for infinity: how models and labels are
 /// spelled.
 std::string numberText(double value);

@@ -6,6 +6,7 @@
 #include "tools/common_options.h"
 #include "tools/parse.h"
 #include "tools/scene_setup.h"
+#include "voxel/limited_build.h"
 #include "voxel/voxelize.h"
 
 #include <filesystem>
@@ -21,7 +22,8 @@ constexpr uint32_t kMaxPartCount = 65536;
 
 struct VoxelizeOptions {
     GlobalOptions global;
-    std::string scene, output, resolution = "1024", part;
+    std::string scene, output, resolution = "1024", part, memoryLimit, checkpoint = "60";
+    bool resume = false;
 };
 
 /// Throws Error kUsage unless the output's name ends as what is written there does.
@@ -34,6 +36,18 @@ void checkExtension(const VoxelizeOptions& options) {
                     (options.part.empty() ? "assets are .svdag files; end the name so"
                                           : "with --part, parts are .svpart files, which merge "
                                             "joins to an .svdag; end the name so"));
+}
+
+/// Builds in memory, or out of a scratch folder when --memory-limit or --resume ask for it.
+CountedDag buildDag(const TriangleView& triangles, View<const uint32_t> which,
+                    const VoxelGrid& grid, const AssetProvenance& provenance,
+                    const ScratchFolder* folder, const BuildLimits& limits,
+                    const Progress& progress) {
+    if (folder)
+        return voxelizeLimited(triangles, which, grid, provenance, *folder, limits, progress);
+    CountedDag result{voxelize(triangles, which, grid, progress), {}};
+    result.stats = computeDagStats(result.dag);
+    return result;
 }
 
 Json partJson(const PartHeader& header, uint64_t fileBytes) {
@@ -56,7 +70,7 @@ Json partJson(const PartHeader& header, uint64_t fileBytes) {
               {"options", header.provenance.options}}}};
 }
 
-void runVoxelize(const VoxelizeOptions& options) {
+void runVoxelize(const VoxelizeOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     options.global.apply(console, false);
     const uint32_t log2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
@@ -66,7 +80,20 @@ void runVoxelize(const VoxelizeOptions& options) {
     checkExtension(options);
     checkWritable(options.output);
 
+    BuildLimits limits;
+    limits.checkpointSeconds = parseNumber("--checkpoint", options.checkpoint, 0, 1e6);
+    if (!options.memoryLimit.empty())
+        limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
+    // Taken first: what an earlier build left there is not overwritten unasked.
+    std::unique_ptr<ScratchFolder> folder;
+    if (limits.memoryBytes != 0 || options.resume)
+        folder = std::make_unique<ScratchFolder>(options.output, options.resume);
+    else if (commandLine.given("--checkpoint"))
+        throw Error(ErrorKind::kUsage, "--checkpoint is for --resume and --memory-limit, without "
+                                       "which nothing is kept on disk; give one or drop it");
+
     const LoadedScene scene = loadSceneAndWorld(options.scene, -1, 1, false, console);
+    const AssetProvenance provenance = assetProvenance(scene);
     const VoxelGrid grid = sceneGrid(*scene.world, log2);
     const TriangleView triangles = scene.world->triangles();
     const View<const uint32_t> which = viewOf(scene.world->staticTriangles());
@@ -74,21 +101,24 @@ void runVoxelize(const VoxelizeOptions& options) {
     BuildMeter meter;
     Json json = {{"output", options.output}};
     if (!options.part.empty()) {
-        const PartHeader header = voxelizePart(triangles, which, grid, assetProvenance(scene), part,
-                                               partCount, options.output, progress);
+        const PartHeader header =
+            folder ? voxelizePartLimited(triangles, which, grid, provenance, part, partCount,
+                                         options.output, *folder, limits, progress)
+                   : voxelizePart(triangles, which, grid, provenance, part, partCount,
+                                  options.output, progress);
         meter.stop();
         json.update(partJson(header, std::filesystem::file_size(options.output)));
         console.people() << options.output << "\n  part " << part << " of " << partCount << ", "
                          << header.subtreeCount << " of " << header.taskCount << " tasks, "
                          << header.counts.voxelCount << " voxels\n";
     } else {
-        Asset asset;
-        asset.provenance = assetProvenance(scene);
-        asset.dag = voxelize(triangles, which, grid, progress);
+        CountedDag built =
+            buildDag(triangles, which, grid, provenance, folder.get(), limits, progress);
         meter.stop();
         checkInterrupted();
+        const Asset asset{std::move(built.dag), provenance};
         const uint64_t bytes = writeAsset(asset, options.output);
-        json.update(assetJson(asset, bytes));
+        json.update(assetJson(built.stats, grid, provenance, bytes));
         console.people() << options.output << "\n";
         printAsset(console.people(), json);
     }
@@ -110,8 +140,16 @@ std::function<void()> declareVoxelize(CommandLine& commandLine) {
     commandLine.text("--part", options->part, "K/N",
                      "Build only part K of N, which may run anywhere; shadowdag merge joins all N "
                      "to the very asset that one build makes");
+    commandLine.text("--memory-limit", options->memoryLimit, "BYTES",
+                     "Keep the process below so much memory, as in 4G: finished subtrees go to "
+                     "F.svdag.scratch, which is removed in the end; slower [no limit]");
+    commandLine.flag("--resume", options->resume,
+                     "Go on from what a build of the same left in F.svdag.scratch, and leave it "
+                     "there when this one is interrupted");
+    commandLine.text("--checkpoint", options->checkpoint, "SECONDS",
+                     "With --resume or --memory-limit: how often finished work goes to disk [60]");
     options->global.declare(commandLine);
-    return [options] { runVoxelize(*options); };
+    return [options, &commandLine] { runVoxelize(*options, commandLine); };
 }
 
 } // namespace shadowdag

@@ -19,13 +19,19 @@ uint32_t wordCountAt(uint32_t level, const std::vector<uint32_t>& words, size_t 
     return level == kLeafLog2 ? 2 : innerWordCount(words[address]);
 }
 
-[[noreturn]] void throwTooLarge() {
+} // namespace
+
+void throwTooManyWords() {
     throw Error(ErrorKind::kResource,
                 "the voxel DAG outgrows the 2^32 words that its 32-bit addresses reach; "
                 "ask for a lower resolution");
 }
 
-} // namespace
+void throwOutOfMemory(const std::string& doing, const VoxelGrid& grid) {
+    throw Error(ErrorKind::kResource, "out of memory while " + doing + " at " +
+                                          std::to_string(grid.resolution()) +
+                                          "^3; ask for a lower resolution");
+}
 
 // A multiply a word, then a finish that brings the high bits down. Any function would do: equality
 // is by content.
@@ -47,7 +53,7 @@ uint32_t NodeTable::findOrAdd(const uint32_t* node, uint32_t wordCount) {
         if (slot == kFree) {
             const size_t address = words_.size();
             if (address + wordCount > maxWordCount_)
-                throwTooLarge();
+                throwTooManyWords();
             words_.insert(words_.end(), node, node + wordCount);
             slots_[i] = uint64_t(hash) << 32 | address;
             ++nodeCount_;
@@ -147,7 +153,7 @@ Dag DagBuilder::finish(uint32_t level, uint32_t address, const VoxelGrid& grid) 
             wordCount += wordCountAt(l, words, a);
         const uint64_t nextBase = base + wordCount;
         if (nextBase > maxWordCount_)
-            throwTooLarge();
+            throwTooManyWords();
         dag.words.reserve(nextBase);
         if (l == kLeafLog2) {
             for (const uint32_t a : order)
@@ -164,7 +170,7 @@ Dag DagBuilder::finish(uint32_t level, uint32_t address, const VoxelGrid& grid) 
                 const uint32_t child = words[a + i];
                 if (newAddress[child] == kNoNode) {
                     if (cursor > maxWordCount_)
-                        throwTooLarge();
+                        throwTooManyWords();
                     newAddress[child] = uint32_t(cursor);
                     cursor += wordCountAt(l - 1, table(l - 1).words(), child);
                     next.push_back(child);
@@ -175,6 +181,15 @@ Dag DagBuilder::finish(uint32_t level, uint32_t address, const VoxelGrid& grid) 
         order.swap(next);
         base = nextBase;
     }
+}
+
+uint64_t DagBuilder::byteCount() const {
+    uint64_t bytes = 0, growth = 0;
+    for (const NodeTable& t : tables_) {
+        bytes += t.byteCount();
+        growth = std::max(growth, t.growthByteCount());
+    }
+    return bytes + growth;
 }
 
 LevelCounts DagBuilder::counts(uint32_t level) const {

@@ -6,7 +6,9 @@
 #include "voxel/dag.h"
 #include "voxel/node_stream.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace shadowdag {
@@ -30,6 +32,18 @@ public:
 
     const std::vector<uint32_t>& words() const { return words_; }
     size_t nodeCount() const { return nodeCount_; }
+    /// Makes room for so many words, in address space; memory is taken as they come.
+    void reserveWords(size_t count) { words_.reserve(count); }
+    /// Returns the bytes held, and those that the next growth may take besides for a while.
+    uint64_t byteCount() const { return 4 * words_.capacity() + 8 * slots_.size(); }
+    uint64_t growthByteCount() const {
+        return 8 * words_.capacity() + 16 * std::max<uint64_t>(slots_.size(), 64);
+    }
+    /// Returns whether the next node may make the index grow, and the bytes that this takes.
+    bool isIndexFull() const { return nodeCount_ * 2 >= slots_.size(); }
+    uint64_t indexGrowthByteCount() const { return 16 * slots_.size(); }
+    /// Frees the index; nodes are there to be read, none can be added.
+    void dropIndex() { std::vector<uint64_t>().swap(slots_); }
     /// Forgets all nodes, keeps the memory.
     void clear();
 
@@ -73,12 +87,16 @@ public:
     uint32_t addSubtree(const DagBuilder& other, uint32_t level, uint32_t address);
     /// Forgets all nodes, keeps the memory.
     void clear();
+    /// Returns the bytes held, with what the growth of one level may take besides for a while.
+    uint64_t byteCount() const;
 
     /// Returns the DAG under the node at `address` of level `level`, in canonical order (dag.h):
     /// the result depends on its voxels alone, not on the order of additions. Throws Error
     /// kResource over 2^32 - 2 words (or maxWordCount).
     Dag finish(uint32_t level, uint32_t address, const VoxelGrid& grid) const;
 
+    /// Returns the nodes of level `level`, one after another; a node's address is where it begins.
+    const std::vector<uint32_t>& words(uint32_t level) const { return table(level).words(); }
     /// Returns how many nodes and children level `level` has.
     LevelCounts counts(uint32_t level) const;
     /// Hands the nodes under some roots of level `level` (addresses; kNoNode is passed over, one
@@ -94,5 +112,10 @@ private:
     uint64_t maxWordCount_;
     std::vector<NodeTable> tables_;
 };
+
+/// Throws the Error kResource of a DAG with more words than 32-bit addresses reach.
+[[noreturn]] void throwTooManyWords();
+/// Throws Error kResource: "out of memory while DOING at N^3".
+[[noreturn]] void throwOutOfMemory(const std::string& doing, const VoxelGrid& grid);
 
 } // namespace shadowdag

@@ -38,15 +38,15 @@ size_t readAt(int fd, uint64_t offset, void* data, size_t count, const std::stri
 
 } // namespace
 
-NodeReader::NodeReader(int fd, uint64_t offset, uint32_t level, const LevelCounts& counts,
-                       uint64_t childLimit, std::string name)
-    : fd_(fd), offset_(offset), bytesLeft_(counts.byteCount(level)), level_(level),
-      nodesLeft_(counts.nodeCount), childLimit_(childLimit), name_(std::move(name)),
+NodeReader::NodeReader(std::shared_ptr<const ReadableFile> file, uint64_t offset, uint32_t level,
+                       const LevelCounts& counts, uint64_t childLimit)
+    : file_(std::move(file)), offset_(offset), bytesLeft_(counts.byteCount(level)), level_(level),
+      nodesLeft_(counts.nodeCount), childLimit_(childLimit),
       buffer_(size_t(std::min<uint64_t>(kBufferBytes, bytesLeft_))) {}
 
 void NodeReader::fail(const std::string& what) const {
-    throw Error(ErrorKind::kInput, name_ + ": level " + std::to_string(level_) + " " + what +
-                                       "; the file is damaged, build it again");
+    throw Error(ErrorKind::kInput, file_->name() + ": level " + std::to_string(level_) + " " +
+                                       what + "; the file is damaged, build it again");
 }
 
 const uint8_t* NodeReader::take(size_t count) {
@@ -56,7 +56,7 @@ const uint8_t* NodeReader::take(size_t count) {
             fail("ends inside a node");
         std::memmove(buffer_.data(), buffer_.data() + at_, rest);
         const size_t wanted = size_t(std::min<uint64_t>(buffer_.size() - rest, bytesLeft_));
-        if (readAt(fd_, offset_, buffer_.data() + rest, wanted, name_) != wanted)
+        if (readAt(file_->fd(), offset_, buffer_.data() + rest, wanted, file_->name()) != wanted)
             fail("is cut off");
         offset_ += wanted;
         bytesLeft_ -= wanted;

@@ -6,6 +6,7 @@
 
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -53,34 +54,6 @@ inline void appendNode(uint32_t level, const NodeWords& node, std::vector<uint8_
     put(node.words + 1, node.count - 1);
 }
 
-/// Reads a stream of nodes that lies in a file, in order. Holds a buffer, nothing else.
-class NodeReader {
-public:
-    /// @param fd open file; stays the caller's
-    /// @param offset where the level's stream begins in it
-    /// @param childLimit children's numbers must be below it
-    /// @param name for messages, as in "part a.svpart"
-    NodeReader(int fd, uint64_t offset, uint32_t level, const LevelCounts& counts,
-               uint64_t childLimit, std::string name);
-
-    /// Reads the next node and returns true, or false after the last. Throws Error kInput where
-    /// the stream is not of that many nodes and children in range, kResource when it cannot be
-    /// read.
-    bool next(NodeWords& node);
-
-private:
-    const uint8_t* take(size_t count);
-    [[noreturn]] void fail(const std::string& what) const;
-
-    int fd_;
-    uint64_t offset_, bytesLeft_;
-    uint32_t level_;
-    uint64_t nodesLeft_, childLimit_;
-    std::string name_;
-    std::vector<uint8_t> buffer_;
-    size_t at_ = 0, end_ = 0;
-};
-
 /// A file open for reading, closed in the end. Throws Error kInput when it cannot be opened.
 class ReadableFile {
 public:
@@ -92,6 +65,8 @@ public:
 
     int fd() const { return fd_; }
     uint64_t byteCount() const { return byteCount_; }
+    /// Returns kind and path, for messages.
+    const std::string& name() const { return name_; }
     /// Reads `count` bytes at `offset`; Error kInput when the file ends before.
     void read(uint64_t offset, void* data, size_t count) const;
 
@@ -99,6 +74,32 @@ private:
     int fd_ = -1;
     uint64_t byteCount_ = 0;
     std::string name_;
+};
+
+/// Reads a stream of nodes that lies in a file, in order. Holds a buffer, nothing else.
+class NodeReader {
+public:
+    /// @param file shared: it is open while someone reads
+    /// @param offset where the level's stream begins in it
+    /// @param childLimit children's numbers must be below it
+    NodeReader(std::shared_ptr<const ReadableFile> file, uint64_t offset, uint32_t level,
+               const LevelCounts& counts, uint64_t childLimit);
+
+    /// Reads the next node and returns true, or false after the last. Throws Error kInput naming
+    /// the file where the stream is not of that many nodes and children in range, kResource when it
+    /// cannot be read.
+    bool next(NodeWords& node);
+
+private:
+    const uint8_t* take(size_t count);
+    [[noreturn]] void fail(const std::string& what) const;
+
+    std::shared_ptr<const ReadableFile> file_;
+    uint64_t offset_, bytesLeft_;
+    uint32_t level_;
+    uint64_t nodesLeft_, childLimit_;
+    std::vector<uint8_t> buffer_;
+    size_t at_ = 0, end_ = 0;
 };
 
 } // namespace shadowdag

@@ -146,9 +146,22 @@ uint64_t PartWriter::finish(const std::vector<Subtree>& subtrees) {
     return byteCount_ + hash.size();
 }
 
-PartReader::PartReader(const std::string& path) : path_(path), file_(path, "part") {
-    std::vector<uint8_t> bytes(size_t(std::min<uint64_t>(file_.byteCount(), kMaxHeaderBytes)));
-    file_.read(0, bytes.data(), bytes.size());
+PartHeader writePart(PartHeader header, const DagBuilder& builder, std::vector<Subtree>& subtrees,
+                     const std::string& path) {
+    const uint32_t taskLevel = taskLevelOf(header.grid);
+    for (uint32_t level = kLeafLog2; level <= taskLevel; ++level)
+        header.levels[level] = builder.counts(level);
+    header.subtreeCount = subtrees.size();
+    PartWriter writer(header, path);
+    visitSubtrees(builder, taskLevel, subtrees, writer);
+    writer.finish(subtrees);
+    return header;
+}
+
+PartReader::PartReader(const std::string& path) : path_(path) {
+    const ReadableFile file(path, "part");
+    std::vector<uint8_t> bytes(size_t(std::min<uint64_t>(file.byteCount(), kMaxHeaderBytes)));
+    file.read(0, bytes.data(), bytes.size());
     ByteReader in(bytes, "part " + path);
     if (bytes.size() < sizeof(kMagic) || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0)
         in.fail("does not begin as an .svpart file does; it is something else or was damaged by a "
@@ -192,7 +205,7 @@ PartReader::PartReader(const std::string& path) : path_(path), file_(path, "part
     bool isSound = grid.resolutionLog2 <= kMaxResolutionLog2 && grid.voxelSizeWorld > 0 &&
                    std::isfinite(grid.voxelSizeWorld) && header_.part >= 1 &&
                    header_.part <= header_.partCount && header_.subtreeCount <= header_.taskCount &&
-                   header_.subtreeCount <= file_.byteCount();
+                   header_.subtreeCount <= file.byteCount();
     for (uint32_t level = 0; level <= kMaxResolutionLog2 && isSound; ++level) {
         const LevelCounts& counts = header_.levels[level];
         const bool isUsed = level >= kLeafLog2 && level <= taskLevelOf(grid);
@@ -202,12 +215,13 @@ PartReader::PartReader(const std::string& path) : path_(path), file_(path, "part
     if (!isSound)
         in.fail("its header contradicts itself; the file is damaged, build it again");
     const uint64_t wanted = headerBytes + header_.payloadByteCount() + sizeof(Checksum);
-    if (file_.byteCount() != wanted)
+    if (file.byteCount() != wanted)
         in.fail("should be " + std::to_string(wanted) + " bytes, is " +
-                std::to_string(file_.byteCount()) + "; copy or build it again");
+                std::to_string(file.byteCount()) + "; copy or build it again");
 }
 
 void PartReader::verify(const Progress& progress) const {
+    const ReadableFile file(path_, "part");
     ContentHasher hasher;
     std::vector<uint8_t> buffer(size_t(1) << 20);
     uint64_t left = header_.payloadByteCount(), offset = payloadOffset_;
@@ -215,13 +229,13 @@ void PartReader::verify(const Progress& progress) const {
         if (progress)
             progress(0);
         const size_t count = size_t(std::min<uint64_t>(left, buffer.size()));
-        file_.read(offset, buffer.data(), count);
+        file.read(offset, buffer.data(), count);
         hasher.add(buffer.data(), count);
         offset += count;
         left -= count;
     }
     Checksum stored;
-    file_.read(offset, stored.data(), stored.size());
+    file.read(offset, stored.data(), stored.size());
     if (stored != hasher.hash())
         throw Error(ErrorKind::kInput, "part " + path_ +
                                            ": its nodes do not match their checksum; the file is "
@@ -236,14 +250,16 @@ uint64_t PartReader::levelOffset(uint32_t level) const {
 }
 
 NodeReader PartReader::level(uint32_t level) const {
-    return NodeReader(file_.fd(), levelOffset(level), level, header_.levels[level],
-                      level > kLeafLog2 ? header_.levels[level - 1].nodeCount : 0, "part " + path_);
+    return NodeReader(std::make_shared<ReadableFile>(path_, "part"), levelOffset(level), level,
+                      header_.levels[level],
+                      level > kLeafLog2 ? header_.levels[level - 1].nodeCount : 0);
 }
 
 std::vector<Subtree> PartReader::subtrees() const {
     std::vector<uint8_t> bytes(size_t(kSubtreeBytes * header_.subtreeCount));
-    file_.read(levelOffset(kLeafLog2) + header_.levels[kLeafLog2].byteCount(kLeafLog2),
-               bytes.data(), bytes.size());
+    const ReadableFile file(path_, "part");
+    file.read(levelOffset(kLeafLog2) + header_.levels[kLeafLog2].byteCount(kLeafLog2), bytes.data(),
+              bytes.size());
     ByteReader in(bytes, "part " + path_);
     const uint32_t taskLevel = taskLevelOf(header_.grid);
     const uint64_t cellLimit = uint64_t(1) << (3 * (rootLevelOf(header_.grid) - taskLevel));

@@ -56,7 +56,26 @@ private:
     uint64_t payloadLeft_ = 0;
 };
 
-/// Reads a part: its header at once, verified; the rest level by level, as it is asked for.
+/// Hands the nodes of subtrees in `source` (a DagBuilder or LevelMerge) to `sink` and gives the
+/// subtrees the numbers of their roots for addresses.
+template <class Source>
+void visitSubtrees(const Source& source, uint32_t level, std::vector<Subtree>& subtrees,
+                   NodeSink& sink) {
+    std::vector<uint32_t> roots;
+    for (const Subtree& subtree : subtrees)
+        roots.push_back(subtree.address);
+    roots = source.visit(level, roots, sink);
+    for (size_t i = 0; i < subtrees.size(); ++i)
+        subtrees[i].address = roots[i];
+}
+
+/// Writes all that a builder (of top level taskLevelOf()) holds as a part; `subtrees`, ascending in
+/// cell, get numbers for addresses. Returns the header with what was counted.
+PartHeader writePart(PartHeader header, const DagBuilder& builder, std::vector<Subtree>& subtrees,
+                     const std::string& path);
+
+/// Reads a part: its header at once, verified; the rest level by level, as it is asked for. Holds
+/// no open file.
 class PartReader {
 public:
     /// Throws Error kInput naming file, place and value.
@@ -74,8 +93,7 @@ public:
 private:
     uint64_t levelOffset(uint32_t level) const;
 
-    std::string path_;
-    ReadableFile file_;
+    std::string path_; // opened anew by what reads, so that many parts need no open files
     PartHeader header_;
     uint64_t payloadOffset_ = 0;
 };

@@ -272,6 +272,16 @@ uint32_t VoxelTasks::buildBrick(Building& b, uint32_t level, const glm::ivec3& c
     return nodes[0];
 }
 
+void sortSubtrees(std::vector<Subtree>& subtrees) {
+    std::sort(subtrees.begin(), subtrees.end(),
+              [](const Subtree& a, const Subtree& b) { return a.cell < b.cell; });
+    for (size_t i = 1; i < subtrees.size(); ++i)
+        if (subtrees[i].cell == subtrees[i - 1].cell)
+            throw Error(ErrorKind::kInput,
+                        "cell " + std::to_string(subtrees[i].cell) +
+                            " is in two parts; they are damaged, build them again");
+}
+
 namespace {
 
 /// Walks down the cells that hold subtrees; `next` is the first subtree not yet met.

@@ -96,6 +96,9 @@ private:
     std::vector<Task> tasks_;
 };
 
+/// Sorts subtrees by cell. Throws Error kInput when two have the same: parts that overlap.
+void sortSubtrees(std::vector<Subtree>& subtrees);
+
 /// Adds the nodes above the subtrees, which stand at the level of tasks in a builder whose top is
 /// the root's level, and returns the root's address, or kNoNode when there is no subtree.
 /// @param subtrees ascending in cell, each cell once

@@ -42,28 +42,6 @@ std::vector<Subtree> buildTasks(VoxelTasks& tasks, size_t first, size_t last, Da
     return subtrees;
 }
 
-/// Writes the part; `subtrees` get their roots' numbers for addresses.
-void writePart(PartHeader& header, const DagBuilder& builder, std::vector<Subtree>& subtrees,
-               const std::string& path) {
-    const uint32_t taskLevel = taskLevelOf(header.grid);
-    for (uint32_t level = kLeafLog2; level <= taskLevel; ++level)
-        header.levels[level] = builder.counts(level);
-    PartWriter writer(header, path);
-    std::vector<uint32_t> roots;
-    for (const Subtree& subtree : subtrees)
-        roots.push_back(subtree.address);
-    roots = builder.visit(taskLevel, roots, writer);
-    for (size_t i = 0; i < subtrees.size(); ++i)
-        subtrees[i].address = roots[i];
-    writer.finish(subtrees);
-}
-
-[[noreturn]] void throwOutOfMemory(const std::string& doing, const VoxelGrid& grid) {
-    throw Error(ErrorKind::kResource, "out of memory while " + doing + " at " +
-                                          std::to_string(grid.resolution()) +
-                                          "^3; ask for a lower resolution");
-}
-
 } // namespace
 
 Dag voxelize(const TriangleView& triangles, View<const uint32_t> which, const VoxelGrid& grid,
@@ -90,7 +68,7 @@ PartHeader voxelizePart(const TriangleView& triangles, View<const uint32_t> whic
         PartHeader header{grid, provenance, part, partCount, tasks.count(), last - first, {}, {}};
         std::vector<Subtree> subtrees =
             buildTasks(tasks, first, last, merged, &header.counts, progress);
-        writePart(header, merged, subtrees, path);
+        header = writePart(header, merged, subtrees, path);
         return header;
     } catch (const std::bad_alloc&) {
         throwOutOfMemory("voxelizing", grid);
@@ -122,17 +100,11 @@ Dag mergeParts(const std::vector<PartReader>& parts, const Progress& progress) {
             for (const Subtree& s : parts[p].subtrees())
                 subtrees.push_back({s.cell, s.address == kNoNode ? kNoNode : below[s.address]});
         }
-        std::sort(subtrees.begin(), subtrees.end(),
-                  [](const Subtree& a, const Subtree& b) { return a.cell < b.cell; });
-        for (size_t i = 1; i < subtrees.size(); ++i)
-            if (subtrees[i].cell == subtrees[i - 1].cell)
-                throw Error(ErrorKind::kInput,
-                            "cell " + std::to_string(subtrees[i].cell) +
-                                " is in two parts; they are damaged, build them again");
+        sortSubtrees(subtrees);
         return merged.finish(rootLevelOf(grid), joinSubtrees(merged, grid, subtrees, nullptr),
                              grid);
     } catch (const std::bad_alloc&) {
-        throwOutOfMemory("merging parts", grid);
+        throwOutOfMemory("merging", grid);
     }
 }
 

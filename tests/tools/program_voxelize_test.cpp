@@ -5,7 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <random>
+#include <thread>
 
 namespace shadowdag {
 namespace {
@@ -104,12 +110,102 @@ TEST(ProgramVoxelize, WrongOptionsAreNamed) {
          {{"voxelize", kScene, "-o", part, "--part", "0/2"}, 1, "--part '0/2'"},
          {{"voxelize", kScene, "-o", part, "--part", "1/2/3"}, 1, "--part '1/2/3'"},
          {{"voxelize", kScene, "-o", part, "--part", "1/70000"}, 1, "at most 65536"},
+         {{"voxelize", kScene, "-o", dag, "--memory-limit", "lots"}, 1, "--memory-limit 'lots'"},
+         {{"voxelize", kScene, "-o", dag, "--memory-limit", "1M"}, 1, "must be 16M or more"},
+         {{"voxelize", kScene, "-o", dag, "--checkpoint", "5"}, 1, "--checkpoint is for --resume"},
+         {{"voxelize", kScene, "-o", dag, "--resume", "--checkpoint", "-1"},
+          1,
+          "--checkpoint '-1'"},
+         {{"merge", part, "-o", dag, "--memory-limit", "1"}, 1, "must be 16M or more"},
          {{"voxelize", kScene, "-o", dag, "--resolution", "4096.5"}, 1, "the nearest is 4096"},
          {{"voxelize", kScene, "-o", dag, "--resolution", "1.5e3"},
           1,
           "the nearest are 1024 and 2048"}});
     EXPECT_FALSE(std::filesystem::exists(dag));
     EXPECT_FALSE(std::filesystem::exists(part));
+}
+
+TEST(ProgramVoxelize, AMemoryLimitIsHeldWhereABuildWithoutTakesMore) {
+    const TemporaryDirectory directory;
+    const std::string free = directory / "free.svdag", held = directory / "held.svdag";
+    const Arguments build = {"voxelize", kScene, "--resolution", "4096", "--json", "-o"};
+    const auto with = [&](Arguments more) {
+        more.insert(more.begin(), build.begin(), build.end());
+        return more;
+    };
+    // What the system says of the children that ended, in KiB: the largest of them so far.
+    const auto peakKib = [] {
+        rusage usage{};
+        getrusage(RUSAGE_CHILDREN, &usage);
+        return usage.ru_maxrss;
+    };
+    constexpr long kLimitMib = 104;
+    const ProgramResult limited =
+        runShadowdag(directory, with({held, "--memory-limit", std::to_string(kLimitMib) + "M"}));
+    ASSERT_EQ(limited.status, 0) << limited.err;
+    EXPECT_LE(peakKib(), kLimitMib * 1024);
+    const ProgramResult unlimited = runShadowdag(directory, with({free}));
+    ASSERT_EQ(unlimited.status, 0) << unlimited.err;
+    EXPECT_GT(peakKib(), kLimitMib * 1024 * 9 / 8);
+    EXPECT_TRUE(readText(held) == readText(free));
+    for (const char* key : {"voxel_count", "node_counts", "svo_node_counts", "leaf_count",
+                            "asset_bytes", "traced_bytes"})
+        EXPECT_EQ(limited.json()[key], unlimited.json()[key]) << key;
+    EXPECT_FALSE(std::filesystem::exists(held + ".scratch"));
+
+    const ProgramResult small =
+        runShadowdag(directory, with({directory / "small.svdag", "--memory-limit", "32M"}));
+    EXPECT_EQ(small.status, 3);
+    EXPECT_THAT(small.err, HasSubstr("under --memory-limit 32M needs at least "));
+    EXPECT_FALSE(std::filesystem::exists(directory / "small.svdag"));
+    EXPECT_FALSE(std::filesystem::exists(directory / "small.svdag.scratch"));
+}
+
+TEST(ProgramVoxelize, AKilledBuildGoesOnToTheSameFile) {
+    const TemporaryDirectory directory;
+    const std::string whole = directory / "whole.svdag", killed = directory / "killed.svdag";
+    ASSERT_EQ(
+        runShadowdag(directory, {"voxelize", kScene, "-o", whole, "--resolution", "2048"}).status,
+        0);
+    const unsigned seed = std::random_device()();
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 random(seed);
+    const Arguments resume = {"voxelize", kScene,     "-o",           killed, "--resolution",
+                              "2048",     "--resume", "--checkpoint", "0.02"};
+    for (int i = 0; i < 6; ++i) {
+        const pid_t child = startProgram(directory, resume, directory / "out", directory / "err");
+        std::this_thread::sleep_for(std::chrono::milliseconds(50 + random() % 1000));
+        kill(child, SIGKILL);
+        waitForProgram(child);
+        if (std::filesystem::exists(killed)) { // it was done before
+            EXPECT_TRUE(readText(killed) == readText(whole));
+            std::filesystem::remove(killed);
+        }
+    }
+    const ProgramResult last = runShadowdag(directory, resume);
+    ASSERT_EQ(last.status, 0) << last.err;
+    EXPECT_TRUE(readText(killed) == readText(whole));
+    EXPECT_FALSE(std::filesystem::exists(killed + ".scratch"));
+}
+
+TEST(ProgramVoxelize, AnInterruptEndsItSoonAndLeavesNothing) {
+    const TemporaryDirectory directory;
+    for (const bool isLimited : {false, true}) {
+        const std::string output = directory / "a.svdag";
+        Arguments build = {"voxelize", kScene, "-o", output, "--resolution", "16384"};
+        if (isLimited)
+            build.insert(build.end(), {"--memory-limit", "1G"});
+        const pid_t child = startProgram(directory, build, directory / "out", directory / "err");
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+        const auto start = std::chrono::steady_clock::now();
+        kill(child, SIGINT);
+        EXPECT_EQ(waitForProgram(child), 128 + SIGINT);
+        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+        EXPECT_LT(seconds.count(), 1.0);
+        EXPECT_THAT(readText(directory / "err"), HasSubstr("interrupted"));
+        for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
+            EXPECT_THAT(entry.path().filename().string(), testing::AnyOf("out", "err"));
+    }
 }
 
 } // namespace

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "voxel/limited_build.h"
+
+#include "cuda/error.h"
+#include "tests/tools/temporary_directory.h"
+#include "tests/voxel/soup.h"
+#include "voxel/voxelize.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+namespace {
+
+using testing::HasSubstr;
+
+struct Scene {
+    Soup soup;
+    VoxelGrid grid;
+    AssetProvenance provenance{"soup", "0123", "0.1", ""};
+    TemporaryDirectory directory;
+
+    explicit Scene(uint32_t resolutionLog2 = 10) {
+        std::mt19937 random(41);
+        soup = randomSoup(150, 1.0f, random);
+        grid = gridAround(soup.bounds(), resolutionLog2);
+    }
+    CountedDag build(const ScratchFolder& folder, double checkpointSeconds,
+                     uint64_t memoryBytes = 0, const Progress& progress = {}) const {
+        return voxelizeLimited(soup.view(), soup.all(), grid, provenance, folder,
+                               {memoryBytes, checkpointSeconds}, progress);
+    }
+    bool hasScratch() const { return std::filesystem::exists(directory / "a.svdag.scratch"); }
+};
+
+template <class F> std::string messageOf(const F& f, ErrorKind kind) {
+    try {
+        f();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), kind) << error.what();
+        return error.what();
+    }
+    ADD_FAILURE() << "nothing was thrown";
+    return "";
+}
+
+TEST(LimitedBuild, IsTheDagOfABuildInMemoryWithItsNumbers) {
+    for (const uint32_t log2 : {1u, 5u, 8u, 9u, 10u}) {
+        const Scene scene(log2);
+        const Dag expected = voxelize(scene.soup.view(), scene.soup.all(), scene.grid);
+        const DagStats stats = computeDagStats(expected);
+        for (const double checkpoint : {0.0, 1e6}) {
+            CountedDag built;
+            {
+                const ScratchFolder folder(scene.directory / "a.svdag", false);
+                built = scene.build(folder, checkpoint);
+                EXPECT_TRUE(scene.hasScratch());
+            }
+            EXPECT_FALSE(scene.hasScratch());
+            EXPECT_EQ(built.dag.words, expected.words) << log2;
+            EXPECT_EQ(built.dag.rootAddress, expected.rootAddress);
+            EXPECT_EQ(built.dag.grid, expected.grid);
+            EXPECT_EQ(built.stats.voxelCount, stats.voxelCount) << log2;
+            EXPECT_EQ(built.stats.nodeCounts, stats.nodeCounts) << log2;
+            EXPECT_EQ(built.stats.svoNodeCounts, stats.svoNodeCounts) << log2;
+            EXPECT_EQ(built.stats.leafCount, stats.leafCount) << log2;
+            EXPECT_EQ(built.stats.tracedBytes, stats.tracedBytes) << log2;
+        }
+    }
+}
+
+TEST(LimitedBuild, NoTriangleGivesAnEmptyDag) {
+    Scene scene;
+    scene.soup.which.clear();
+    const ScratchFolder folder(scene.directory / "a.svdag", false);
+    EXPECT_TRUE(scene.build(folder, 0).dag.empty());
+}
+
+TEST(LimitedBuild, PartsAreTheVeryFilesOfPartsInMemory) {
+    const Scene scene;
+    std::vector<PartReader> parts;
+    for (uint32_t k = 1; k <= 3; ++k) {
+        const std::string a = scene.directory / ("a" + std::to_string(k) + ".svpart"),
+                          b = scene.directory / ("b" + std::to_string(k) + ".svpart");
+        const ScratchFolder folder(b, false);
+        voxelizePart(scene.soup.view(), scene.soup.all(), scene.grid, scene.provenance, k, 3, a);
+        voxelizePartLimited(scene.soup.view(), scene.soup.all(), scene.grid, scene.provenance, k, 3,
+                            b, folder, {0, 0});
+        EXPECT_TRUE(readText(a) == readText(b)) << k;
+        parts.emplace_back(b);
+    }
+    const ScratchFolder folder(scene.directory / "a.svdag", false);
+    EXPECT_EQ(mergePartsLimited(parts, folder, {}).dag.words,
+              voxelize(scene.soup.view(), scene.soup.all(), scene.grid).words);
+}
+
+TEST(LimitedBuild, GoesOnFromWhatAnInterruptedOneLeft) {
+    const Scene scene;
+    const Dag expected = voxelize(scene.soup.view(), scene.soup.all(), scene.grid);
+    const std::string output = scene.directory / "a.svdag";
+    struct Stop {};
+    for (const double stopAt : {0.2, 0.5, 0.9}) {
+        try {
+            const ScratchFolder folder(output, true);
+            scene.build(folder, 0, 0, [&](double fraction) {
+                if (fraction >= stopAt)
+                    throw Stop();
+            });
+            ADD_FAILURE();
+        } catch (const Stop&) {
+        }
+        EXPECT_TRUE(scene.hasScratch());
+    }
+    // What is done is not done again: the first number heard of the build is past the last stop.
+    EXPECT_THAT(messageOf([&] { ScratchFolder(output, false); }, ErrorKind::kUsage),
+                HasSubstr("a.svdag.scratch holds what an unfinished build left; go on from it "
+                          "with --resume, or remove the folder"));
+    Scene other;
+    other.provenance.sceneHash = "4567";
+    {
+        EXPECT_THAT(messageOf(
+                        [&] {
+                            const ScratchFolder folder(output, true);
+                            other.build(folder, 0);
+                        },
+                        ErrorKind::kInput),
+                    HasSubstr("belongs to another build: scene hash 0123 against 4567"));
+    }
+    double first = 0;
+    {
+        const ScratchFolder folder(output, true);
+        EXPECT_THAT(messageOf([&] { ScratchFolder(output, true); }, ErrorKind::kResource),
+                    HasSubstr("is in use by another process"));
+        const CountedDag built = scene.build(folder, 0, 0, [&](double fraction) {
+            if (first == 0)
+                first = fraction;
+        });
+        EXPECT_EQ(built.dag.words, expected.words);
+    }
+    EXPECT_GT(first, 0.8);
+    EXPECT_FALSE(scene.hasScratch());
+}
+
+TEST(LimitedBuild, WithoutResumeNothingStaysBehindAnException) {
+    const Scene scene;
+    struct Stop {};
+    EXPECT_THROW(
+        {
+            const ScratchFolder folder(scene.directory / "a.svdag", false);
+            scene.build(folder, 0, 0, [](double fraction) {
+                if (fraction > 0.5)
+                    throw Stop();
+            });
+        },
+        Stop);
+    EXPECT_FALSE(scene.hasScratch());
+}
+
+TEST(LimitedBuild, ALimitThatCannotBeHeldSaysWhatIsNeeded) {
+    const Scene scene;
+    const ScratchFolder folder(scene.directory / "a.svdag", false);
+    EXPECT_THAT(messageOf([&] { scene.build(folder, 0, 1 << 20); }, ErrorKind::kResource),
+                testing::AllOf(HasSubstr("voxelizing at 1024^3 under --memory-limit 1M needs at "
+                                         "least "),
+                               HasSubstr("; allow more")));
+}
+
+} // namespace
+} // namespace shadowdag
