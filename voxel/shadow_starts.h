@@ -29,9 +29,7 @@ public:
         const double lift = offsetNorm_[i] * (1.0 + (scale_[i] * kMarginTwice + rounding_[i]));
         return glm::dvec3(sampleX_[i], sampleY_[i], sampleZ_[i]) + normal(i) * lift;
     }
-    glm::dvec3 normal(size_t i) const {
-        return glm::dvec3(normalX_[i], normalY_[i], normalZ_[i]);
-    }
+    glm::dvec3 normal(size_t i) const { return glm::dvec3(normalX_[i], normalY_[i], normalZ_[i]); }
 
     /// Returns by how much more, per axis, starts may be lifted towards this light (voxel space)
     /// than liftedStart says.
