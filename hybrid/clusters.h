@@ -12,6 +12,22 @@ namespace shadowdag {
 
 constexpr uint32_t kNoCluster = 0xffffffffu;
 
+/// Samples stand in a cluster by blocks of 8 x 4 pixels, so that neighbours in the list, which are
+/// traced together, are neighbours in both directions: the rays of a packet then share more nodes
+/// than those of a row (voxel/LAYOUT.md).
+constexpr uint32_t kBlockWidthLog2 = 3, kBlockHeightLog2 = 2;
+
+/// Returns the pixel that is the i-th of a tile, relative to the tile's corner: by block, rows of
+/// blocks from the top, and row by row within a block.
+SDAG_HD inline glm::uvec2 pixelOfTile(uint32_t i) {
+    constexpr uint32_t kBlocksAcrossLog2 = kTileSizeLog2 - kBlockWidthLog2;
+    const uint32_t inBlock = i & ((1u << (kBlockWidthLog2 + kBlockHeightLog2)) - 1);
+    const uint32_t block = i >> (kBlockWidthLog2 + kBlockHeightLog2);
+    const uint32_t across = block & ((1u << kBlocksAcrossLog2) - 1);
+    return {across << kBlockWidthLog2 | (inBlock & ((1u << kBlockWidthLog2) - 1)),
+            block >> kBlocksAcrossLog2 << kBlockHeightLog2 | inBlock >> kBlockWidthLog2};
+}
+
 /// Which box a cluster has.
 enum class ClusterBounds : uint8_t {
     kImplicit, ///< of the grid cell
@@ -20,8 +36,8 @@ enum class ClusterBounds : uint8_t {
 
 /// The clusters of a frame, ascending by cell.
 /// cell, boxesWorld: clusterCount; sampleStart: clusterCount + 1, into samples; samples:
-/// sampleCount sample indices, ascending within a cluster; clusterOfSample: width * height,
-/// kNoCluster for background.
+/// sampleCount sample indices, within a cluster in the order of pixelOfTile; clusterOfSample: width
+/// * height, kNoCluster for background.
 struct ClusterView {
     View<const uint32_t> cell;
     View<const Box> boxesWorld;
@@ -78,7 +94,7 @@ struct CompactCells {
     }
 };
 
-/// Writes the samples of one tile into their clusters' lists, in scanline order.
+/// Writes the samples of one tile into their clusters' lists, in the order of pixelOfTile.
 struct FillTile {
     ClusterGridView grid;
     View<uint32_t> clusterOfSample; ///< the cell of each sample before, its cluster after
@@ -90,18 +106,19 @@ struct FillTile {
     SDAG_HD void operator()(size_t tile) const {
         const uint32_t x0 = uint32_t(tile % grid.tileCountX) * kTileSize;
         const uint32_t y0 = uint32_t(tile / grid.tileCountX) * kTileSize;
-        const uint32_t x1 = glm::min(x0 + kTileSize, grid.width);
-        const uint32_t y1 = glm::min(y0 + kTileSize, grid.height);
-        for (uint32_t y = y0; y < y1; ++y)
-            for (uint32_t x = x0; x < x1; ++x) {
-                const uint32_t sample = y * grid.width + x;
-                const uint32_t cell = clusterOfSample[sample];
-                if (cell == kNoCluster)
-                    continue;
-                const uint32_t cluster = clusterOfCell[cell];
-                samples[sampleStart[cluster] + filledCount[cluster]++] = sample;
-                clusterOfSample[sample] = cluster;
-            }
+        for (uint32_t i = 0; i < kTileSize * kTileSize; ++i) {
+            const glm::uvec2 pixel = pixelOfTile(i);
+            const uint32_t x = x0 + pixel.x, y = y0 + pixel.y;
+            if (x >= grid.width || y >= grid.height)
+                continue;
+            const uint32_t sample = y * grid.width + x;
+            const uint32_t cell = clusterOfSample[sample];
+            if (cell == kNoCluster)
+                continue;
+            const uint32_t cluster = clusterOfCell[cell];
+            samples[sampleStart[cluster] + filledCount[cluster]++] = sample;
+            clusterOfSample[sample] = cluster;
+        }
     }
 };
 
