@@ -24,7 +24,8 @@ if(SDAG_TESTS)
   find_program(SDAG_PYTHON python3 HINTS /usr/bin NO_CACHE REQUIRED)
 endif()
 
-# Finds OpenVDB and NanoVDB: targets OpenVDB::openvdb, OpenVDB::nanovdb. Called by the folders that include them.
+# Finds OpenVDB and NanoVDB: targets OpenVDB::openvdb, OpenVDB::nanovdb, and what packs their files, ZLIB::ZLIB and
+# Blosc::blosc. Called by the folders that include them.
 # A function, because Debian's module folder would otherwise shadow the configs of TBB and OpenEXR.
 function(sdag_find_openvdb)
   if(TARGET OpenVDB::openvdb AND TARGET OpenVDB::nanovdb)
@@ -32,4 +33,6 @@ function(sdag_find_openvdb)
   endif()
   list(APPEND CMAKE_MODULE_PATH /usr/lib/${CMAKE_LIBRARY_ARCHITECTURE}/cmake/OpenVDB)
   find_package(OpenVDB REQUIRED COMPONENTS openvdb nanovdb)
+  find_package(ZLIB REQUIRED)
+  find_package(Blosc REQUIRED)
 endfunction()

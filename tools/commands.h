@@ -13,6 +13,8 @@ std::function<void()> declareScene(CommandLine& commandLine);
 std::function<void()> declareVoxelize(CommandLine& commandLine);
 std::function<void()> declareMerge(CommandLine& commandLine);
 std::function<void()> declareInfo(CommandLine& commandLine);
+std::function<void()> declareExport(CommandLine& commandLine);
+std::function<void()> declareImport(CommandLine& commandLine);
 std::function<void()> declareRender(CommandLine& commandLine);
 std::function<void()> declareValidate(CommandLine& commandLine);
 std::function<void()> declareCompare(CommandLine& commandLine);

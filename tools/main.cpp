@@ -34,6 +34,8 @@ int main(int argc, char** argv) {
         program.command("voxelize", "Build the voxel DAG of a scene", declareVoxelize);
         program.command("merge", "Join the parts of a build to its asset", declareMerge);
         program.command("info", "Show what an asset or a scene holds", declareInfo);
+        program.command("export", "Write an asset as an OpenVDB or NanoVDB grid", declareExport);
+        program.command("import", "Make an asset of an OpenVDB or NanoVDB grid", declareImport);
         program.command("render", "Render frames with one method, with AOVs", declareRender);
         program.command("validate", "Hold shadows against Embree, pair by pair", declareValidate);
         program.command("compare", "Every method and parameter: time against error, as a report",

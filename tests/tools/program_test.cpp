@@ -53,8 +53,8 @@ TEST(Program, EverySubcommandHasHelp) {
     const ProgramResult root = runShadowdag(directory, {"--help"});
     EXPECT_EQ(root.status, 0);
     EXPECT_THAT(root.out, HasSubstr("Exit status"));
-    for (const char* command :
-         {"scene", "voxelize", "merge", "info", "render", "validate", "compare", "bench"}) {
+    for (const char* command : {"scene", "voxelize", "merge", "info", "export", "import", "render",
+                                "validate", "compare", "bench"}) {
         const ProgramResult result = runShadowdag(directory, {command, "--help"});
         EXPECT_EQ(result.status, 0) << command;
         EXPECT_THAT(root.out, HasSubstr(command));
@@ -67,11 +67,12 @@ TEST(Program, EverySubcommandHasHelp) {
 
 TEST(Program, LaterCommandsAreNotPretended) {
     const TemporaryDirectory directory;
-    for (const char* command : {"export", "import", "calibrate", "fit", "diff", "rays", "view"}) {
+    for (const char* command : {"calibrate", "fit", "diff", "rays", "view"}) {
         const ProgramResult result = runShadowdag(directory, {command});
         EXPECT_EQ(result.status, 1) << command;
         EXPECT_THAT(result.err, HasSubstr("unknown subcommand '" + std::string(command) +
-                                          "'; there are scene, voxelize, merge, info, render"));
+                                          "'; there are scene, voxelize, merge, info, export, "
+                                          "import, render"));
     }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // OpenVDB's distances to the same triangles as the oracle of our voxels. In a file of its own: its
 // headers take half a minute to compile.
+#include "scenes/builtin.h"
 #include "tests/voxel/soup.h"
 #include "voxel/voxelize.h"
 
@@ -13,23 +14,25 @@
 namespace shadowdag {
 namespace {
 
-// A voxel touched by a triangle has its centre within half its diagonal of it, and a voxel whose
-// centre is nearer than half its side to the triangle contains a point of it.
-TEST(OpenVdbOracle, VoxelsAreThoseNearTheTriangles) {
-    std::mt19937 random(4713);
-    const Soup soup = randomSoup(60, 1.0f, random);
-    const VoxelGrid grid = gridAround(soup.bounds(), 8);
-    const Dag dag = voxelize(soup.view(), soup.all(), grid);
+/// Holds the voxels of triangles against OpenVDB's distances from their centres: a voxel touched by
+/// a triangle has its centre within half its diagonal of it, and a voxel whose centre is nearer
+/// than half its side to the triangle contains a point of it.
+/// @param surelyCount how many voxels at least must be nearer than that
+void expectVoxelsNearTriangles(const TriangleView& triangles, View<const uint32_t> which,
+                               const VoxelGrid& grid, size_t surelyCount) {
+    const Dag dag = voxelize(triangles, which, grid);
 
     // The adapter wants points in index space, where OpenVDB's voxels have integer centres.
     std::vector<openvdb::Vec3s> points;
     std::vector<openvdb::Vec3I> faces;
-    for (const glm::vec3& p : soup.positions) {
-        const glm::dvec3 q = grid.voxelFromWorld(glm::dvec3(p)) - 0.5;
+    for (size_t i = 0; i < triangles.positions.count; ++i) {
+        const glm::dvec3 q = grid.voxelFromWorld(glm::dvec3(triangles.positions[i])) - 0.5;
         points.emplace_back(float(q.x), float(q.y), float(q.z));
     }
-    for (const glm::uvec3& t : soup.triangles)
+    for (size_t i = 0; i < which.count; ++i) {
+        const glm::uvec3& t = triangles.triangles[which[i]];
         faces.emplace_back(t.x, t.y, t.z);
+    }
     openvdb::tools::QuadAndTriangleDataAdapter<openvdb::Vec3s, openvdb::Vec3I> mesh(points, faces);
     const auto distances = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
         mesh, *openvdb::math::Transform::createLinearTransform(1.0), 2.0f, 2.0f,
@@ -52,8 +55,25 @@ TEST(OpenVdbOracle, VoxelsAreThoseNearTheTriangles) {
                     ASSERT_TRUE(ours) << x << " " << y << " " << z << " at " << distance;
                 }
             }
-    EXPECT_GT(surelyOccupied, 10000u);
+    EXPECT_GT(surelyOccupied, surelyCount);
     EXPECT_GT(occupied, surelyOccupied);
+    EXPECT_EQ(occupied, computeDagStats(dag).voxelCount);
+}
+
+TEST(OpenVdbOracle, VoxelsOfASoupAreThoseNearIt) {
+    std::mt19937 random(4713);
+    const Soup soup = randomSoup(60, 1.0f, random);
+    expectVoxelsNearTriangles(soup.view(), soup.all(), gridAround(soup.bounds(), 8), 10000);
+}
+
+TEST(OpenVdbOracle, VoxelsOfBuiltInScenesAreThoseNearTheirTriangles) {
+    for (const char* name : {"atrium", "fail-wires"}) {
+        SCOPED_TRACE(name);
+        const Scene scene = makeBuiltin(name);
+        const World world(scene, {});
+        expectVoxelsNearTriangles(world.triangles(), viewOf(world.staticTriangles()),
+                                  gridAround(world.staticBoundsWorld(), 8), 100);
+    }
 }
 
 } // namespace

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of vdb_file.h that need OpenVDB's headers, which take half a minute to compile.
+#pragma once
+
+#include "voxel/vdb_source.h"
+
+#include <iosfwd>
+
+namespace shadowdag {
+
+/// writeVdb for .vdb and for .nvdb, which is made out of OpenVDB's grid.
+uint64_t writeOpenVdb(const Asset& asset, const std::string& path);
+uint64_t writeNanoVdb(const Asset& asset, const std::string& path);
+
+/// Returns one grid of a .vdb file.
+/// @param byteCount of the file
+/// @param name stands for it in messages
+/// Throws as readVdb. OpenVDB's reader believes what it reads. Its stream throws at the end of the
+/// file, so that most sizes that lie end there; but lengths of packed values are not held against
+/// the buffers they are read into (OpenVDB 10).
+VdbSource readOpenVdb(std::istream& in, uint64_t byteCount, const std::string& name,
+                      const std::string& gridName);
+
+} // namespace shadowdag
