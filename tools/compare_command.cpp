@@ -5,6 +5,7 @@
 #include "tools/charts_run.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
+#include "tools/compare_parts.h"
 #include "tools/frame_json.h"
 #include "tools/measure.h"
 #include "tools/parse.h"
@@ -18,6 +19,7 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
+#include <tuple>
 
 namespace shadowdag {
 
@@ -30,9 +32,12 @@ struct CompareOptions {
     CommonOptions common;
     std::vector<std::string> scenes;
     std::string output, experiment, methods = "embree,dag,maps,hybrid", repeats = "5",
-                                    warmups = "1", costs, title;
-    bool resume = false, noCharts = false, noOracle = false;
+                                    warmups = "1", costs, title, part;
+    bool resume = false, noCharts = false, noOracle = false, join = false;
 };
+
+/// More parts than this are more than frames.
+constexpr uint32_t kMaxPartCount = 65536;
 
 /// Options that an experiment file fixes; what it leaves to the command line is not listed.
 constexpr const char* kFixedByExperiment[] = {
@@ -123,9 +128,9 @@ void printRuns(std::ostream& out, const Json& runs) {
 }
 
 /// What a compare leaves in its directory, in the order in which it is put there.
-constexpr const char* kReportParts[] = {"images",      "charts",         "results.json",
-                                        "results.csv", "lights.csv",     "costs.json",
-                                        "index.html",  "experiment.json"};
+constexpr const char* kReportParts[] = {"images",      "charts",          "results.json",
+                                        "results.csv", "lights.csv",      "costs.json",
+                                        "index.html",  "experiment.json", "part.json"};
 
 /// Returns whether a file is JSON with these keys, as our own files are.
 bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
@@ -139,6 +144,7 @@ bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
 void refuseForeignFiles(const std::string& directory) {
     std::error_code ignored;
     if (holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
+        holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
         holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
         return;
     const auto refuse = [&](const std::string& name) {
@@ -181,15 +187,27 @@ void undoSwap(const std::string& directory) {
     fs::remove_all(old);
 }
 
+/// Throws Error kUsage when the directory holds a report and a part is to come, or the reverse:
+/// what takes the place of the other would not be put back whole if the swap died.
+void refuseOtherKind(const std::string& directory, bool isPart) {
+    const char* other = isPart ? "results.json" : "part.json";
+    if (fs::exists(directory + "/" + other))
+        throw Error(ErrorKind::kUsage, "-o '" + directory + "': holds " +
+                                           (isPart ? "a whole report" : "a part of a compare") +
+                                           " (" + other + "); name another directory for " +
+                                           (isPart ? "a part" : "a report"));
+}
+
 /// Makes the directory and proves that it can be written to, before any work. Everything unfinished
 /// lives in its folder `partial`, so that a compare that dies harms no older report; unless it is
 /// resumed, that folder is emptied.
-void prepareDirectory(const std::string& directory, bool resume) {
+void prepareDirectory(const std::string& directory, bool resume, bool isPart) {
     std::error_code failed;
     if (fs::exists(directory) && !fs::is_directory(directory))
         throw Error(ErrorKind::kResource, directory + ": is a file; give the name of a directory");
     refuseForeignFiles(directory);
     undoSwap(directory);
+    refuseOtherKind(directory, isPart);
     if (!resume)
         fs::remove_all(directory + "/partial", failed);
     fs::create_directories(directory + "/partial/images", failed);
@@ -222,17 +240,105 @@ void swapReport(const std::string& directory) {
     fs::remove_all(partial, ignored);
 }
 
+/// Writes the report of what was found into `partial`, puts it in its place and says so.
+/// @param script draws the charts; "" leaves them out
+void publish(const CompareOptions& options, const CompareFindings& found, const std::string& script,
+             std::chrono::steady_clock::time_point start, const Console& console) {
+    const std::string partial = options.output + "/partial";
+    Json charts;
+    writeFile(partial + "/results.json", jsonText(found.results));
+    if (!script.empty()) {
+        drawCharts(script, partial + "/results.json", partial + "/charts");
+        std::ifstream file(partial + "/charts/charts.json");
+        charts = Json::parse(file);
+    }
+    checkInterrupted();
+    writeFile(partial + "/experiment.json", jsonText(found.results["experiment"]));
+    writeFile(partial + "/results.csv", runsCsv(found.results["runs"]));
+    writeFile(partial + "/lights.csv", flatCsv(found.lights));
+    writeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
+    writeFile(partial + "/index.html", reportHtml(found.results, charts));
+    checkInterrupted();
+    swapReport(options.output);
+    const std::string reportPath = options.output + "/index.html",
+                      resultsPath = options.output + "/results.json";
+
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    printRuns(console.people(), found.results["runs"]);
+    console.people() << "report: " << reportPath << "\n";
+    console.emit({{"report", reportPath},
+                  {"results", resultsPath},
+                  {"run_count", found.results["runs"].size()},
+                  {"chart_count", charts.is_null() ? 0 : charts["charts"].size()},
+                  {"wall_s", wall}});
+}
+
+/// Puts a part of a report in its place and says so.
+void publishPart(const CompareOptions& options, const CompareFindings& found,
+                 const CompareShare& share, const Json& key,
+                 std::chrono::steady_clock::time_point start, const Console& console) {
+    const std::string partial = options.output + "/partial";
+    writeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
+    writeFile(partial + "/part.json", jsonText(toJson(found, share, key)));
+    checkInterrupted();
+    swapReport(options.output);
+    const std::string path = options.output + "/part.json";
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    console.people() << "part " << share.part << " of " << share.partCount << ", "
+                     << found.results["runs"].size() << " runs: " << path
+                     << "; compare --join makes the report of all parts\n";
+    console.emit({{"part_file", path},
+                  {"part", share.part},
+                  {"part_count", share.partCount},
+                  {"run_count", found.results["runs"].size()},
+                  {"wall_s", wall}});
+}
+
+/// Makes the report of parts that were measured elsewhere.
+void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
+    const auto start = std::chrono::steady_clock::now();
+    const Console console(options.global.json);
+    std::vector<std::string> measured(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    measured.insert(measured.end(), {"--experiment", "--part", "--resume", "--voxels", "--costs"});
+    for (const std::string& option : measured)
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage,
+                        option + " and --join contradict each other: the parts are measured; "
+                                 "drop one");
+    if (options.scenes.empty())
+        throw Error(ErrorKind::kUsage, "compare --join needs the directories of all parts");
+    options.global.apply(console, false);
+    const std::string script = options.noCharts ? "" : findCharts();
+    const CompareFindings found = joinParts(options.scenes);
+    for (const std::string& directory : options.scenes)
+        if (fs::weakly_canonical(directory) == fs::weakly_canonical(options.output))
+            throw Error(ErrorKind::kUsage, "-o '" + options.output +
+                                               "': is one of the parts, which the report would "
+                                               "replace; name another directory");
+    prepareDirectory(options.output, false, false);
+    for (const std::string& directory : options.scenes)
+        if (fs::is_directory(directory + "/images"))
+            fs::copy(directory + "/images", options.output + "/partial/images",
+                     fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    publish(options, found, script, start, console);
+}
+
 void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     const auto start = std::chrono::steady_clock::now();
     const Console console(options.global.json);
+    CompareShare share;
+    if (commandLine.given("--part"))
+        std::tie(share.part, share.partCount) = parseShare("--part", options.part, kMaxPartCount);
     const Experiment experiment = experimentOf(options, commandLine);
     const Backend backend = options.global.apply(console, true);
-    const std::string script = options.noCharts ? "" : findCharts();
+    const std::string script = options.noCharts || !options.part.empty() ? "" : findCharts();
     CostTable costs;
     if (!options.costs.empty())
         costs = readCosts(options.costs);
     const std::vector<std::string> names = sceneNames(experiment.scenes);
-    prepareDirectory(options.output, options.resume);
+    prepareDirectory(options.output, options.resume, !options.part.empty());
     const std::string partial = options.output + "/partial";
     const Json experimentJson = toJson(experiment);
 
@@ -245,15 +351,19 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     if (!options.costs.empty())
         files.push_back(options.costs);
     key["inputs"] = inputHashes(experiment.scenes, files);
+    const Json ofParts = partKey(provenance, experiment, key["inputs"]);
+    if (!options.part.empty())
+        key["part"] = options.part;
     Journal journal(partial + "/journal.json", textHash(jsonText(key)), options.resume);
     if (journal.takenUpCount() > 0)
         console.note("resume: " + std::to_string(journal.takenUpCount()) +
                      " finished parts taken up");
 
-    Json results = {
-        {"provenance", provenance}, {"experiment", experimentJson}, {"scenes", Json::array()}};
-    SceneMeasurement all;
+    CompareFindings found(provenance, experimentJson);
     for (size_t i = 0; i < names.size(); ++i) {
+        const std::vector<uint32_t> frames = share.frames(experiment, i);
+        if (frames.empty())
+            continue;
         checkInterrupted();
         LoadedScene scene = loadSceneAndWorld(experiment.scenes[i], experiment.lightCount,
                                               experiment.lightSeed, true, console);
@@ -283,52 +393,18 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         context.costs = options.costs.empty() ? nullptr : &costs;
         context.costsPath = options.costs;
         context.journal = &journal;
+        context.frames = frames;
         context.progress = console.progress("compare " + scene.name);
-        SceneMeasurement part = measureScene(scene, dags, experiment, runs, context);
-        results["scenes"].push_back({{"scene", scene.name},
-                                     {"scene_hash", scene.geometryHash},
-                                     {"triangle_count", scene.world->triangles().count()},
-                                     {"light_count", scene.world->lights().size()}});
-        const auto append = [](Json& to, const Json& from) {
-            to.insert(to.end(), from.begin(), from.end());
-        };
-        append(all.runs, part.runs);
-        append(all.mapCosts, part.mapCosts);
-        append(all.lights, part.lights);
-        append(all.truthImages, part.truthImages);
-        all.costs.merge(part.costs);
+        found.add(measureScene(scene, dags, experiment, runs, context));
+        found.results["scenes"].push_back({{"scene", scene.name},
+                                           {"scene_hash", scene.geometryHash},
+                                           {"triangle_count", scene.world->triangles().count()},
+                                           {"light_count", scene.world->lights().size()}});
     }
-    results["runs"] = std::move(all.runs);
-    results["map_costs"] = std::move(all.mapCosts);
-    results["truth_images"] = std::move(all.truthImages);
-
-    Json charts;
-    writeFile(partial + "/results.json", jsonText(results));
-    if (!options.noCharts) {
-        drawCharts(script, partial + "/results.json", partial + "/charts");
-        std::ifstream file(partial + "/charts/charts.json");
-        charts = Json::parse(file);
-    }
-    checkInterrupted();
-    writeFile(partial + "/experiment.json", jsonText(experimentJson));
-    writeFile(partial + "/results.csv", runsCsv(results["runs"]));
-    writeFile(partial + "/lights.csv", flatCsv(all.lights));
-    writeFile(partial + "/costs.json", jsonText(toJson(all.costs)));
-    writeFile(partial + "/index.html", reportHtml(results, charts));
-    checkInterrupted();
-    swapReport(options.output);
-    const std::string reportPath = options.output + "/index.html",
-                      resultsPath = options.output + "/results.json";
-
-    const double wall =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    printRuns(console.people(), results["runs"]);
-    console.people() << "report: " << reportPath << "\n";
-    console.emit({{"report", reportPath},
-                  {"results", resultsPath},
-                  {"run_count", results["runs"].size()},
-                  {"chart_count", charts.is_null() ? 0 : charts["charts"].size()},
-                  {"wall_s", wall}});
+    if (options.part.empty())
+        publish(options, found, script, start, console);
+    else
+        publishPart(options, found, share, ofParts, start, console);
 }
 
 } // namespace
@@ -346,6 +422,11 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
         "A file that fixes scenes, view, lights, sweeps and repeats; see scenes/experiments");
     commandLine.flag("--resume", options->resume,
                      "Go on with what an interrupted compare in DIR has finished");
+    commandLine.text("--part", options->part, "K/N",
+                     "Measure only part K of N of the frames of all scenes, into DIR/part.json; "
+                     "parts may run on several machines");
+    commandLine.flag("--join", options->join,
+                     "Make the report of parts: SCENE... are the directories of all of them");
     commandLine.flag("--no-charts", options->noCharts,
                      "Leave out the charts (they need python3-matplotlib)");
     commandLine.heading("Sweep");
@@ -373,7 +454,9 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     options->common.declareRays(commandLine, true);
     options->common.declareMaps(commandLine, true);
     options->global.declare(commandLine);
-    return [options, &commandLine] { runCompare(*options, commandLine); };
+    return [options, &commandLine] {
+        options->join ? runJoin(*options, commandLine) : runCompare(*options, commandLine);
+    };
 }
 
 } // namespace shadowdag

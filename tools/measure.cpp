@@ -378,23 +378,28 @@ SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags,
 
     const size_t stepsAFrame =
         1 + runs.size() * size_t(1 + experiment.warmups + experiment.repeats);
-    const double stepCount = double(stepsAFrame * experiment.frames.size());
+    const double stepCount = double(stepsAFrame * context.frames.size());
     size_t stepsDone = 0;
     const auto step = [&] {
         ++stepsDone;
         if (context.progress)
             context.progress(double(stepsDone) / stepCount);
     };
-    FrameCamera camera(experiment.camera);
-    for (const uint32_t frame : experiment.frames) {
+    const auto show = [&](uint32_t frame) {
         const float time = experiment.timeOfFrame(frame);
-        if (time != scene.world->timeSeconds()) {
-            const std::vector<uint32_t> moved = scene.world->setTime(time);
-            for (const std::unique_ptr<FrameRenderer>& renderer : renderers)
-                renderer->worldChanged(moved);
-            if (!moved.empty())
-                truth.update(*scene.world);
-        }
+        if (time == scene.world->timeSeconds())
+            return;
+        const std::vector<uint32_t> moved = scene.world->setTime(time);
+        for (const std::unique_ptr<FrameRenderer>& renderer : renderers)
+            renderer->worldChanged(moved);
+        if (!moved.empty())
+            truth.update(*scene.world);
+    };
+    FrameCamera camera(experiment.camera);
+    show(experiment.frames.front());
+    camera.at(*scene.world); // places it where a compare of all frames does
+    for (const uint32_t frame : context.frames) {
+        show(frame);
         FrameMeasurement measurement(scene, frame, experiment, runs, renderers, dags, truth,
                                      context);
         measurement.measure(camera.at(*scene.world), frame == experiment.frames.front(), step, out);

@@ -25,6 +25,7 @@ struct MeasureContext {
     const CostTable* costs = nullptr; ///< to replay, or null: measured
     std::string costsPath;            ///< where they came from
     Journal* journal = nullptr;       ///< never null
+    std::vector<uint32_t> frames;     ///< to measure, some of the experiment's
     Progress progress;                ///< of this scene
 };
 

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/compare_parts.h"
+
+#include "cuda/error.h"
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <map>
+
+namespace shadowdag {
+
+namespace {
+
+/// What a machine adds to provenance; parts may differ in it.
+constexpr const char* kMachineKeys[] = {"cpu", "device", "driver", "thread_count"};
+
+const char* const kLists[] = {"scenes", "runs", "map_costs", "truth_images"};
+
+void append(Json& to, const Json& from) {
+    to.insert(to.end(), from.begin(), from.end());
+}
+
+Json readPart(const std::string& directory) {
+    const std::string path = directory + "/part.json";
+    std::ifstream file(path, std::ios::binary);
+    if (!file)
+        throw Error(ErrorKind::kInput,
+                    path + ": cannot be read; '" + directory +
+                        "' is no finished part of a compare: run compare --part K/N -o " +
+                        directory);
+    Json part = Json::parse(file, nullptr, false);
+    bool isWhole = part.is_object() && part.contains("key") && part["key"].is_object() &&
+                   part.contains("part") && part["part"].is_number_unsigned() &&
+                   part.contains("part_count") && part["part_count"].is_number_unsigned() &&
+                   part.contains("provenance") && part["provenance"].is_object() &&
+                   part.contains("experiment") && part.contains("lights") &&
+                   part["lights"].is_array();
+    for (const char* list : kLists)
+        isWhole = isWhole && part.contains(list) && part[list].is_array();
+    if (!isWhole)
+        throw Error(ErrorKind::kInput, path + ": is damaged; run this part again");
+    return part;
+}
+
+/// Returns the first key in which two objects differ, "" when they are equal.
+std::string differingKey(const Json& a, const Json& b) {
+    for (const auto& [key, value] : a.items())
+        if (!b.contains(key) || b[key] != value)
+            return key;
+    for (const auto& [key, value] : b.items())
+        if (!a.contains(key))
+            return key;
+    return "";
+}
+
+/// Returns the numbers as a text: "2, 5".
+std::string listText(const std::vector<uint32_t>& numbers) {
+    std::string text;
+    for (const uint32_t number : numbers)
+        text += (text.empty() ? "" : ", ") + std::to_string(number);
+    return text;
+}
+
+/// Throws unless the parts are those of one compare, each once. Returns them in order.
+std::vector<Json> checkedParts(const std::vector<std::string>& directories) {
+    std::map<uint32_t, std::pair<std::string, Json>> byNumber;
+    for (const std::string& directory : directories) {
+        Json part = readPart(directory);
+        if (!byNumber.empty()) {
+            const auto& [firstDirectory, first] = byNumber.begin()->second;
+            std::string key = differingKey(first["key"], part["key"]);
+            if (key.empty() && first["part_count"] != part["part_count"])
+                key = "part_count";
+            if (!key.empty()) {
+                const auto text = [&](const Json& of) {
+                    const Json& from = key == "part_count" ? of : of["key"];
+                    return from.contains(key) ? from[key].dump() : std::string("nothing");
+                };
+                throw Error(ErrorKind::kInput, directory + ": is a part of another compare than " +
+                                                   firstDirectory + ": its " + key + " is " +
+                                                   text(part) + ", there " + text(first) +
+                                                   "; run it again as the others were run");
+            }
+        }
+        const uint32_t number = part["part"].get<uint32_t>();
+        const auto [found, isNew] = byNumber.try_emplace(number, directory, std::move(part));
+        if (!isNew)
+            throw Error(ErrorKind::kInput, directory + ": is part " + std::to_string(number) +
+                                               ", as is " + found->second.first +
+                                               "; name each part once");
+    }
+    const uint32_t count = byNumber.begin()->second.second["part_count"].get<uint32_t>();
+    std::vector<uint32_t> missing;
+    std::vector<Json> parts;
+    for (uint32_t number = 1; number <= count; ++number) {
+        const auto found = byNumber.find(number);
+        if (found == byNumber.end())
+            missing.push_back(number);
+        else
+            parts.push_back(std::move(found->second.second));
+    }
+    if (!missing.empty())
+        throw Error(ErrorKind::kInput,
+                    "of " + std::to_string(count) + " parts of the compare, missing: " +
+                        listText(missing) + "; run compare --part " + std::to_string(missing[0]) +
+                        "/" + std::to_string(count) + " and name its directory too");
+    return parts;
+}
+
+} // namespace
+
+std::vector<uint32_t> CompareShare::frames(const Experiment& experiment, size_t scene) const {
+    const size_t frameCount = experiment.frames.size();
+    const size_t all = frameCount * experiment.scenes.size();
+    std::vector<uint32_t> mine;
+    for (size_t i = 0; i < frameCount; ++i)
+        if ((scene * frameCount + i) * partCount / all == part - 1)
+            mine.push_back(experiment.frames[i]);
+    return mine;
+}
+
+CompareFindings::CompareFindings(const Json& provenance, const Json& experiment)
+    : results({{"provenance", provenance}, {"experiment", experiment}}) {
+    for (const char* list : kLists)
+        results[list] = Json::array();
+}
+
+void CompareFindings::add(SceneMeasurement&& measurement) {
+    append(results["runs"], measurement.runs);
+    append(results["map_costs"], measurement.mapCosts);
+    append(results["truth_images"], measurement.truthImages);
+    append(lights, measurement.lights);
+    costs.merge(measurement.costs);
+}
+
+Json partKey(const Json& provenance, const Experiment& experiment, const Json& inputHashes) {
+    Json key = provenance;
+    for (const char* machine : kMachineKeys)
+        key.erase(machine);
+    key["scenes"] = experiment.scenes;
+    key["inputs"] = inputHashes;
+    return key;
+}
+
+Json toJson(const CompareFindings& findings, const CompareShare& share, const Json& key) {
+    Json json = findings.results;
+    json["part"] = share.part;
+    json["part_count"] = share.partCount;
+    json["key"] = key;
+    json["lights"] = findings.lights;
+    return json;
+}
+
+CompareFindings joinParts(const std::vector<std::string>& directories) {
+    const std::vector<Json> parts = checkedParts(directories);
+    CompareFindings all(parts[0]["provenance"], parts[0]["experiment"]);
+    Json machines = Json::array();
+    for (const Json& part : parts) {
+        Json machine = {{"part", part["part"]}};
+        for (const char* key : kMachineKeys)
+            if (part["provenance"].contains(key))
+                machine[key] = part["provenance"][key];
+        machines.push_back(std::move(machine));
+        for (const char* list : kLists)
+            for (const Json& entry : part[list]) {
+                Json& to = all.results[list];
+                // A scene whose frames went to two parts stands once.
+                if (list != kLists[0] || to.empty() || to.back() != entry)
+                    to.push_back(entry);
+            }
+        append(all.lights, part["lights"]);
+    }
+    for (const std::string& directory : directories)
+        all.costs.merge(readCosts(directory + "/costs.json"));
+    all.results["provenance"]["parts"] = std::move(machines);
+    return all;
+}
+
+} // namespace shadowdag
