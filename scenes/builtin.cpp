@@ -6,6 +6,8 @@
 #include "scenes/fail_scenes.h"
 #include "scenes/gltf.h"
 
+#include <filesystem>
+
 namespace shadowdag {
 
 namespace {
@@ -55,6 +57,20 @@ Scene loadScene(const std::string& sceneArgument) {
     const std::string prefix = "builtin:";
     if (sceneArgument.compare(0, prefix.size(), prefix) == 0)
         return makeBuiltin(sceneArgument.substr(prefix.size()));
+    if (sceneArgument.empty())
+        throw Error(ErrorKind::kUsage,
+                    "SCENE is empty; name a .glb or .gltf file, or builtin:NAME");
+    if (sceneArgument.ends_with(".svdag"))
+        throw Error(ErrorKind::kUsage, "SCENE '" + sceneArgument +
+                                           "': is a voxel asset, not a scene; name the scene that "
+                                           "it was built from, and pass the asset as --voxels " +
+                                           sceneArgument);
+    std::error_code ignored;
+    if (!std::filesystem::exists(sceneArgument, ignored))
+        for (const BuiltinInfo& info : builtinScenes())
+            if (info.name == sceneArgument)
+                throw Error(ErrorKind::kInput, sceneArgument + ": no such file; did you mean " +
+                                                   prefix + sceneArgument + "?");
     return readGltf(sceneArgument);
 }
 

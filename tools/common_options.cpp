@@ -129,6 +129,9 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
 
     Experiment e;
     std::tie(e.width, e.height) = parseSize("--size", size);
+    if (commandLine.given("--camera") && camera.empty())
+        throw Error(ErrorKind::kUsage,
+                    "--camera '': is empty; give auto, a camera's name or px,py,pz,tx,ty,tz");
     e.camera = camera;
     if (!frames.empty()) {
         e.framesText = frames;

@@ -70,7 +70,11 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height,
         exr.setFrameBuffer(frameBuffer);
         exr.writePixels(int(height));
     } catch (const std::exception& error) {
-        throw Error(ErrorKind::kResource, path + ": cannot be written as EXR: " + error.what());
+        std::string reason = error.what(); // OpenEXR names the file that it was given
+        if (const size_t at = reason.find(file.temporaryPath()); at != std::string::npos)
+            reason.replace(at, file.temporaryPath().size(), path);
+        throw Error(ErrorKind::kResource, path + ": cannot be written as EXR: " + reason +
+                                              "; free some disk space or choose another place");
     }
     file.commit();
 }

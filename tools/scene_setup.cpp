@@ -92,6 +92,10 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
     options.seed = lightSeed;
     loaded.world = std::make_unique<World>(*loaded.scene, options);
     loaded.geometryHash = loaded.world->geometryHash();
+    if (needsLights && lightCount == 0)
+        throw Error(ErrorKind::kUsage, "--lights '0': leaves " + sceneArgument +
+                                           " without a light; ask for 1 or more, or for -1, the "
+                                           "scene's own");
     if (needsLights && loaded.world->lights().empty())
         throw Error(ErrorKind::kInput,
                     sceneArgument + ": has no light that we support; place some with --lights 32");

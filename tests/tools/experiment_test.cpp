@@ -194,6 +194,8 @@ TEST(Configurations, ExpressionsThatDifferInSignsAloneHaveTheirOwnShortFiles) {
     EXPECT_EQ(runs[0].slug(), "embree");
     EXPECT_EQ(fileSlug("scene.gltf"), "scene.gltf");
     EXPECT_NE(fileSlug("a/scene.gltf"), fileSlug("a_scene.gltf"));
+    EXPECT_NE(fileSlug("\u00e4.gltf"), fileSlug("\u00f6.gltf"));
+    EXPECT_NE(fileSlug("\u00e4.gltf"), fileSlug("__.gltf"));
 }
 
 TEST(Configurations, TheLargestFaceIsTheExperiments) {

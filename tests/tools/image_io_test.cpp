@@ -16,7 +16,38 @@
 #include <stb_image.h>
 #pragma GCC diagnostic pop
 
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+
 namespace shadowdag {
+
+TEST(ImageIo, AFullDiskNamesThePictureAndLeavesNothing) {
+    const TemporaryDirectory directory;
+    const std::string path = directory / "a.exr";
+    std::vector<float> noise(256 * 256);
+    uint32_t state = 1;
+    for (float& value : noise)
+        value = float(state = state * 1664525u + 1013904223u);
+    // A limit on the size of files stands for the full disk.
+    rlimit old{};
+    getrlimit(RLIMIT_FSIZE, &old);
+    const rlimit small{4096, old.rlim_max};
+    const auto oldHandler = std::signal(SIGXFSZ, SIG_IGN);
+    setrlimit(RLIMIT_FSIZE, &small);
+    std::string message;
+    try {
+        writeExr(path, 256, 256, {{"Z", ExrChannel::Type::kFloat, noise}}, {});
+    } catch (const Error& error) {
+        message = error.what();
+    }
+    setrlimit(RLIMIT_FSIZE, &old);
+    std::signal(SIGXFSZ, oldHandler);
+    EXPECT_NE(message.find(path), std::string::npos) << message;
+    EXPECT_EQ(message.find(".tmp-"), std::string::npos) << message;
+    EXPECT_TRUE(std::filesystem::is_empty(directory.path()));
+}
 
 TEST(ImageIo, ExrKeepsEveryChannelBitForBit) {
     const TemporaryDirectory directory;
