@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/asset_json.h"
 
+#include "cuda/error.h"
 #include "tools/parse.h"
 
 #include <cstdio>
@@ -38,6 +39,14 @@ Json assetJson(const DagStats& stats, const VoxelGrid& grid, const AssetProvenan
               {"scene_hash", provenance.sceneHash},
               {"program_version", provenance.programVersion},
               {"options", provenance.options}}}};
+}
+
+AssetPacking parsePacking(const std::string& text) {
+    if (text == "fast")
+        return AssetPacking::kFast;
+    if (text == "compact")
+        return AssetPacking::kCompact;
+    throw Error(ErrorKind::kUsage, "--packing '" + text + "': there are fast and compact");
 }
 
 void printAsset(std::ostream& out, const Json& json) {

@@ -22,7 +22,7 @@ namespace {
 struct MergeOptions {
     GlobalOptions global;
     std::vector<std::string> parts;
-    std::string output, memoryLimit;
+    std::string output, memoryLimit, packing = "compact";
 };
 
 void runMerge(const MergeOptions& options) {
@@ -33,6 +33,7 @@ void runMerge(const MergeOptions& options) {
                     "-o '" + options.output + "': assets are .svdag files; end the name so");
     checkWritable(options.output);
     BuildLimits limits;
+    limits.packing = parsePacking(options.packing);
     if (!options.memoryLimit.empty())
         limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
 
@@ -59,7 +60,7 @@ void runMerge(const MergeOptions& options) {
     meter.stop();
     checkInterrupted();
     const Asset asset{std::move(merged.dag), provenance};
-    const uint64_t bytes = writeAsset(asset, options.output);
+    const uint64_t bytes = writeAsset(asset, options.output, limits.packing);
 
     Json json = {{"output", options.output}, {"part_count", parts.size()}};
     json.update(assetJson(merged.stats, grid, provenance, bytes));
@@ -76,6 +77,7 @@ std::function<void()> declareMerge(CommandLine& commandLine) {
     commandLine.texts("PART", options->parts, "",
                       "The .svpart files of one build, each of its parts once, in any order", true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
+    commandLine.text("--packing", options->packing, "P", kPackingHelp);
     commandLine.text("--memory-limit", options->memoryLimit, "BYTES",
                      "Keep the process below so much memory, as in 4G, with scratch files in "
                      "F.svdag.scratch; slower [no limit]");

@@ -22,7 +22,8 @@ constexpr uint32_t kMaxPartCount = 65536;
 
 struct VoxelizeOptions {
     GlobalOptions global;
-    std::string scene, output, resolution = "1024", part, memoryLimit, checkpoint = "60";
+    std::string scene, output, resolution = "1024", part, memoryLimit, checkpoint = "60",
+                               packing = "compact";
     bool resume = false;
 };
 
@@ -82,6 +83,10 @@ void runVoxelize(const VoxelizeOptions& options, const CommandLine& commandLine)
 
     BuildLimits limits;
     limits.checkpointSeconds = parseNumber("--checkpoint", options.checkpoint, 0, 1e6);
+    limits.packing = parsePacking(options.packing);
+    if (!options.part.empty() && commandLine.given("--packing"))
+        throw Error(ErrorKind::kUsage,
+                    "--packing is for an asset, and --part writes none; give it to merge");
     if (!options.memoryLimit.empty())
         limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
     // Taken first: what an earlier build left there is not overwritten unasked.
@@ -117,7 +122,7 @@ void runVoxelize(const VoxelizeOptions& options, const CommandLine& commandLine)
         meter.stop();
         checkInterrupted();
         const Asset asset{std::move(built.dag), provenance};
-        const uint64_t bytes = writeAsset(asset, options.output);
+        const uint64_t bytes = writeAsset(asset, options.output, limits.packing);
         json.update(assetJson(built.stats, grid, provenance, bytes));
         console.people() << options.output << "\n";
         printAsset(console.people(), json);
@@ -137,6 +142,7 @@ std::function<void()> declareVoxelize(CommandLine& commandLine) {
         "--resolution", options->resolution, "N",
         "Voxels an axis, a power of two from 4 to 131072; the cube is centred on what never "
         "moves and as long as its longest side [1024]");
+    commandLine.text("--packing", options->packing, "P", kPackingHelp);
     commandLine.text("--part", options->part, "K/N",
                      "Build only part K of N, which may run anywhere; shadowdag merge joins all N "
                      "to the very asset that one build makes");

@@ -147,6 +147,15 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
     return asset;
 }
 
+uint64_t writingBytes(AssetPacking packing, uint64_t wordCount, uint64_t largestLevelWords) {
+    // Compact: a number a word of the largest level, the file (less than a byte a word; twice more
+    // while it grows), and the coder's tables. Fast: numbers and two lists of nodes, the streams
+    // (under three bytes a word) and room for them packed, and zstd's own tables at its level.
+    return packing == AssetPacking::kCompact
+               ? 4 * largestLevelWords + 3 * wordCount + (uint64_t(8) << 20)
+               : 12 * largestLevelWords + 6 * wordCount + (uint64_t(48) << 20);
+}
+
 uint64_t writeAsset(const Asset& asset, const std::string& path, AssetPacking packing) {
     const Payload payload = makePayload(asset.dag, packing);
 

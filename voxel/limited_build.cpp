@@ -225,14 +225,9 @@ private:
     std::bitset<256> octants_;
 };
 
-/// Returns what writeAsset() takes besides the DAG: a number a word of the largest level, the file
-/// (less than a byte a word; twice more while it grows), and the coder's tables.
-uint64_t encodingBytes(uint64_t wordCount, uint64_t largestLevelWords) {
-    return 4 * largestLevelWords + 3 * wordCount + (uint64_t(8) << 20);
-}
-
 CountedDag joinToDag(const std::vector<PartReader>& parts, const ScratchFolder& folder,
-                     const MemoryLimit& limit, const std::function<void()>& check) {
+                     AssetPacking packing, const MemoryLimit& limit,
+                     const std::function<void()>& check) {
     const VoxelGrid& grid = parts.front().header().grid;
     const uint32_t rootLevel = rootLevelOf(grid);
     OctreeCounts octree;
@@ -261,7 +256,7 @@ CountedDag joinToDag(const std::vector<PartReader>& parts, const ScratchFolder& 
         throwTooManyWords();
     // The words; then either what numbering takes, or what writeAsset() does.
     limit.require(4 * wordCount + std::max(12 * mostNodes + (4 << 20),
-                                           encodingBytes(wordCount, largestLevelWords)));
+                                           writingBytes(packing, wordCount, largestLevelWords)));
     DagSink sink(result.dag, wordCount);
     merge.visit(rootLevel, {root}, sink);
     result.dag.rootAddress = 0;
@@ -302,7 +297,8 @@ CountedDag voxelizeLimited(const TriangleView& triangles, View<const uint32_t> w
             parts =
                 SpillingBuild(tasks, header, folder, limits, limit, progress).run(0, tasks.count());
         }
-        CountedDag result = joinToDag(parts, folder, limit, checkOf(progress, kBuildShare));
+        CountedDag result =
+            joinToDag(parts, folder, limits.packing, limit, checkOf(progress, kBuildShare));
         if (progress)
             progress(1);
         return result;
@@ -354,7 +350,7 @@ CountedDag mergePartsLimited(const std::vector<PartReader>& parts, const Scratch
         const MemoryLimit limit = limits.memoryBytes
                                       ? MemoryLimit(limits.memoryBytes, doingAt("merging", grid))
                                       : MemoryLimit();
-        return joinToDag(parts, folder, limit, checkOf(progress, 0));
+        return joinToDag(parts, folder, limits.packing, limit, checkOf(progress, 0));
     } catch (const std::bad_alloc&) {
         throwOutOfMemory("merging", grid);
     }

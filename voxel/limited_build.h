@@ -16,6 +16,7 @@ struct BuildLimits {
     uint64_t memoryBytes = 0; ///< resident size of the process; 0 for none
     /// Finished work goes to disk after so long, if not earlier for want of memory.
     double checkpointSeconds = 60;
+    AssetPacking packing = AssetPacking::kCompact; ///< how the asset will be written
 };
 
 /// A DAG with its numbers, which would take more memory to compute from it.

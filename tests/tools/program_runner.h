@@ -32,10 +32,12 @@ struct ProgramResult {
 
 /// Starts the program with a cache of its own, so that tests neither read nor leave anything in the
 /// user's.
+/// @param before the words before the program's: another program that starts it
 inline pid_t startProgram(const TemporaryDirectory& directory,
                           const std::vector<std::string>& arguments, const std::string& outPath,
-                          const std::string& errPath) {
-    std::vector<std::string> texts{SDAG_PROGRAM};
+                          const std::string& errPath, const std::vector<std::string>& before = {}) {
+    std::vector<std::string> texts = before;
+    texts.push_back(SDAG_PROGRAM);
     texts.insert(texts.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     for (std::string& text : texts)
@@ -49,7 +51,7 @@ inline pid_t startProgram(const TemporaryDirectory& directory,
     posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errPath.c_str(),
                                      O_WRONLY | O_CREAT | O_TRUNC, 0600);
     pid_t child = -1;
-    posix_spawn(&child, SDAG_PROGRAM, &actions, nullptr, argv.data(), environ);
+    posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
     posix_spawn_file_actions_destroy(&actions);
     return child;
 }
@@ -61,10 +63,11 @@ inline int waitForProgram(pid_t child) {
 }
 
 inline ProgramResult runShadowdag(const TemporaryDirectory& directory,
-                                  const std::vector<std::string>& arguments) {
+                                  const std::vector<std::string>& arguments,
+                                  const std::vector<std::string>& before = {}) {
     ProgramResult result;
     const std::string out = directory / "program.out", err = directory / "program.err";
-    result.status = waitForProgram(startProgram(directory, arguments, out, err));
+    result.status = waitForProgram(startProgram(directory, arguments, out, err, before));
     result.out = readText(out);
     result.err = readText(err);
     return result;
