@@ -10,6 +10,7 @@
 
 #include <iostream>
 #include <memory>
+#include <tuple>
 
 namespace shadowdag {
 
@@ -19,7 +20,7 @@ struct BenchOptions {
     GlobalOptions global;
     std::string name, scene = "builtin:atrium";
     std::string size = "320x180", camera, lights = "-1", seed = "1", repeats = "5";
-    std::string resolution = "1024", nanoVdbLimit = "2048";
+    std::string resolution = "1024", nanoVdbLimit = "2048", frameSize;
     std::string maps = "40", faceTexels = "512",
                 pageSize = std::to_string(ShadowMapOptions{}.pageTexels);
 };
@@ -33,7 +34,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     if (options.global.backend == "cuda")
         throw Error(ErrorKind::kUsage,
                     "bench '" + options.name + "' runs on the processor: drop --backend cuda");
-    for (const char* option : {"--resolution", "--nanovdb-limit"})
+    for (const char* option : {"--resolution", "--nanovdb-limit", "--frame-size"})
         if (!isVoxel && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) + " is for bench voxel; drop it");
     for (const char* option : {"--maps", "--face", "--page-size"})
@@ -46,6 +47,11 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     const auto [width, height] = parseSize("--size", options.size);
     voxel.width = raster.width = width;
     voxel.height = raster.height = height;
+    voxel.frameWidth = width;
+    voxel.frameHeight = height;
+    if (!options.frameSize.empty())
+        std::tie(voxel.frameWidth, voxel.frameHeight) =
+            parseSize("--frame-size", options.frameSize);
     voxel.repeats = raster.repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
     voxel.resolutionLog2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
     voxel.nanoVdbResolutionLog2 =
@@ -100,6 +106,8 @@ std::function<void()> declareBench(CommandLine& commandLine) {
                      "Voxels an axis, a power of two [1024]");
     commandLine.text("--nanovdb-limit", options->nanoVdbLimit, "N",
                      "Leave NanoVDB out at resolutions above N, whose grids are large [2048]");
+    commandLine.text("--frame-size", options->frameSize, "WxH",
+                     "Size of the frame whose pairs are asked as a whole [as --size]");
     commandLine.heading("raster");
     commandLine.text("--maps", options->maps, "N", "Draw the maps of this many lights [40]");
     commandLine.text("--face", options->faceTexels, "N",

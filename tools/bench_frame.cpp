@@ -306,10 +306,13 @@ Json runFrameBench(const BenchView& view, const World& world, const DagView& dag
 void printFrameBench(std::ostream& out, const Json& result) {
     char line[240];
     const auto number = [](const Json& json, const char* key) { return json[key].get<double>(); };
-    std::snprintf(line, sizeof line,
-                  "frame: %.0f pairs of %.0f samples, %.0f cluster-light pairs of %.0f clusters\n",
-                  number(result, "pair_count"), number(result, "sample_count"),
-                  number(result, "cluster_light_count"), number(result, "cluster_count"));
+    std::snprintf(
+        line, sizeof line,
+        "frame, %.0f x %.0f: %.0f pairs of %.0f samples, %.0f cluster-light pairs of %.0f "
+        "clusters\n",
+        number(result, "width"), number(result, "height"), number(result, "pair_count"),
+        number(result, "sample_count"), number(result, "cluster_light_count"),
+        number(result, "cluster_count"));
     out << line;
     std::snprintf(line, sizeof line,
                   "pairs in cluster-light pairs wholly lit %.1f %%, dark %.1f %%, mixed %.1f %%; "

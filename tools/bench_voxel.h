@@ -13,6 +13,7 @@ namespace shadowdag {
 
 struct VoxelBenchOptions {
     uint32_t width = 320, height = 180;
+    uint32_t frameWidth = 320, frameHeight = 180; ///< of the whole frame (bench_frame.h)
     uint32_t resolutionLog2 = 10;
     uint32_t nanoVdbResolutionLog2 =
         11; ///< above it NanoVDB is left out: its grid takes as much memory as all else

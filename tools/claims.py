@@ -15,6 +15,14 @@ import sys
 BEGIN, END = "<!-- claims:begin -->", "<!-- claims:end -->"
 
 
+def tracerName(name):
+    """Returns a tracer's name, ours marked as such."""
+    ours = {"occluded": "voxel DAG, one by one (ours)"}
+    if name.startswith("traceStream "):
+        return "voxel DAG, stream, {} (ours)".format(name.removeprefix("traceStream "))
+    return ours.get(name, name)
+
+
 def machineOf(provenance):
     return "{cpu}, {thread_count} threads, {compiler}, commit {commit}".format(**provenance)
 
@@ -41,16 +49,37 @@ def compareTable(path, command):
     return lines
 
 
+def frameTable(frame):
+    """Returns the lines of a bench's whole frame: what shafts prove, then a row a method."""
+    if not frame:
+        return []
+    lines = ["", "All {:,} pairs of a frame of {} x {}, one thread, visibility only. Of the pairs {:.1f} % lie in a cluster-light "
+             "pair that is wholly lit and {:.1f} % in one wholly dark; shafts prove {:.1f} and {:.1f} % at {:.1f} us a "
+             "cluster-light pair.".format(
+                 frame["pair_count"], frame["width"], frame["height"], 100.0 * frame["true_lit_share"],
+                 100.0 * frame["true_dark_share"], 100.0 * frame["proven_lit_share"],
+                 100.0 * frame["proven_dark_share"], frame["proof_us_per_cluster_light"]), "",
+             "| whole frame by | ns a pair | speed, rtcOccluded16 = 1 | answers unlike Embree's |", "|---|---:|---:|---:|"]
+    for method in frame["methods"]:
+        lines.append("| {} | {:.1f} | {:.2f} | {:.2f} % |".format(
+            method["method"], method["ns_per_pair"], method["embree_over_it"], 100.0 * method["disagreement_share"]))
+    return lines
+
+
 def benchTable(path):
     """Returns the lines of one bench: the build, then a row a tracer."""
     result = json.loads(path.read_text())
     build, checks, rays = result["voxelize"], result["checks"], result["ray_count"]
     lights = " --lights {}".format(result["lights"]) if result["lights"] else ""
+    frame = result.get("frame", {})
+    sizes = " --size {}x{}".format(result["width"], result["height"]) if frame else ""
+    if frame and frame["width"] != result["width"]:
+        sizes += " --frame-size {}x{}".format(frame["width"], frame["height"])
     lines = ["", "**{} at {}³: {:,} voxels in {:.1f} CPU-s ({:.1f} to {:.1f}), {:.2f} MiB as traced words, {:.3f} bit a "
-             "voxel.** `shadowdag bench voxel {} --resolution {}{} --nanovdb-limit 4096` ({})".format(
+             "voxel.** `shadowdag bench voxel {} --resolution {}{} --nanovdb-limit 4096{}` ({})".format(
                  result["scene"].removeprefix("builtin:"), result["resolution"], build["voxel_count"], build["cpu_s"],
                  build["cpu_s_min"], build["cpu_s_max"], build["traced_bytes"] / 2.0**20,
-                 build["traced_bits_per_voxel"], result["scene"], result["resolution"], lights,
+                 build["traced_bits_per_voxel"], result["scene"], result["resolution"], lights, sizes,
                  machineOf(result["provenance"])), "",
              "{:,} rays of a frame, cluster order, one thread; ours is dark where Embree is lit for {:.2f} % of them and "
              "never lit where Embree is dark.".format(rays, 100.0 * checks["false_shadow_count"] / rays)
@@ -61,8 +90,9 @@ def benchTable(path):
     for rate in result["rates"]:
         if rate["order"] == "cluster" and rate["tracer"] != "traceSegments":
             lines.append("| {} | {:.2f} ({:.2f} to {:.2f}) | {:.2f} |".format(
-                "voxel DAG (ours)" if rate["tracer"] == "occluded" else rate["tracer"], rate["megarays_per_s"],
+                tracerName(rate["tracer"]), rate["megarays_per_s"],
                 rate["megarays_per_s_min"], rate["megarays_per_s_max"], rate["ours_over_it"]))
+    lines += frameTable(result.get("frame"))
     return lines
 
 

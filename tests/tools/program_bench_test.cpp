@@ -64,6 +64,7 @@ TEST(ProgramBench, VoxelHoldsOursAgainstEmbreeAndNanoVdb) {
     EXPECT_THAT(result.err, HasSubstr("rtcOccluded16 behind shafts"));
     const Json& frame = json["frame"];
     EXPECT_EQ(frame["pair_count"], json["ray_count"]);
+    EXPECT_EQ(frame["width"], json["width"]);
     EXPECT_NEAR(frame["true_lit_share"].get<double>() + frame["true_dark_share"].get<double>() +
                     frame["true_mixed_share"].get<double>(),
                 1.0, 1e-9);
@@ -77,10 +78,14 @@ TEST(ProgramBench, VoxelHoldsOursAgainstEmbreeAndNanoVdb) {
 
 TEST(ProgramBench, NanoVdbIsLeftOutAloudAboveItsLimit) {
     const TemporaryDirectory directory;
-    const ProgramResult result = runShadowdag(
-        directory, {"bench", "voxel", "builtin:fail-self-shadow", "--size", "32x18", "--resolution",
-                    "64", "--nanovdb-limit", "32", "--repeats", "1", "--json"});
+    const ProgramResult result =
+        runShadowdag(directory, {"bench", "voxel", "builtin:fail-self-shadow", "--size", "32x18",
+                                 "--resolution", "64", "--nanovdb-limit", "32", "--frame-size",
+                                 "48x27", "--repeats", "1", "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.json()["width"], 32);
+    EXPECT_EQ(result.json()["frame"]["width"], 48);
+    EXPECT_EQ(result.json()["frame"]["height"], 27);
     EXPECT_THAT(result.err, HasSubstr("left out above --nanovdb-limit 32"));
     EXPECT_FALSE(result.json().contains("nanovdb_bytes"));
     const size_t streams = size_t(bestStreamIsa()) + 1;
