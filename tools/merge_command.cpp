@@ -25,7 +25,7 @@ struct MergeOptions {
     std::string output, memoryLimit, packing = "compact";
 };
 
-void runMerge(const MergeOptions& options) {
+void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     options.global.apply(console, false);
     if (std::filesystem::path(options.output).extension() != ".svdag")
@@ -34,7 +34,7 @@ void runMerge(const MergeOptions& options) {
     checkWritable(options.output);
     BuildLimits limits;
     limits.packing = parsePacking(options.packing);
-    if (!options.memoryLimit.empty())
+    if (commandLine.given("--memory-limit"))
         limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
 
     const Progress progress = console.progress("merge");
@@ -82,7 +82,7 @@ std::function<void()> declareMerge(CommandLine& commandLine) {
                      "Keep the process below so much memory, as in 4G, with scratch files in "
                      "F.svdag.scratch; slower [no limit]");
     options->global.declare(commandLine);
-    return [options] { runMerge(*options); };
+    return [options, &commandLine] { runMerge(*options, commandLine); };
 }
 
 } // namespace shadowdag

@@ -17,26 +17,24 @@ namespace shadowdag {
 
 namespace {
 
-/// More parts than this have more in common than they differ in.
-constexpr uint32_t kMaxPartCount = 65536;
-
 struct VoxelizeOptions {
     GlobalOptions global;
     std::string scene, output, resolution = "1024", part, memoryLimit, checkpoint = "60",
                                packing = "compact";
     bool resume = false;
+    bool isPart = false; ///< --part was given, be it with an empty text
 };
 
 /// Throws Error kUsage unless the output's name ends as what is written there does.
 void checkExtension(const VoxelizeOptions& options) {
-    const std::string wanted = options.part.empty() ? ".svdag" : ".svpart";
+    const std::string wanted = options.isPart ? ".svpart" : ".svdag";
     if (std::filesystem::path(options.output).extension() == wanted)
         return;
     throw Error(ErrorKind::kUsage,
                 "-o '" + options.output + "': " +
-                    (options.part.empty() ? "assets are .svdag files; end the name so"
-                                          : "with --part, parts are .svpart files, which merge "
-                                            "joins to an .svdag; end the name so"));
+                    (options.isPart ? "with --part, parts are .svpart files, which merge joins to "
+                                      "an .svdag; end the name so"
+                                    : "assets are .svdag files; end the name so"));
 }
 
 /// Builds in memory, or out of a scratch folder when --memory-limit or --resume ask for it.
@@ -71,23 +69,23 @@ Json partJson(const PartHeader& header, uint64_t fileBytes) {
               {"options", header.provenance.options}}}};
 }
 
-void runVoxelize(const VoxelizeOptions& options, const CommandLine& commandLine) {
+void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     options.global.apply(console, false);
     const uint32_t log2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
-    const auto [part, partCount] = options.part.empty()
-                                       ? std::pair(1u, 1u)
-                                       : parseShare("--part", options.part, kMaxPartCount);
+    options.isPart = commandLine.given("--part");
+    const auto [part, partCount] =
+        options.isPart ? parseShare("--part", options.part, kMaxPartCount) : std::pair(1u, 1u);
     checkExtension(options);
     checkWritable(options.output);
 
     BuildLimits limits;
     limits.checkpointSeconds = parseNumber("--checkpoint", options.checkpoint, 0, 1e6);
     limits.packing = parsePacking(options.packing);
-    if (!options.part.empty() && commandLine.given("--packing"))
+    if (options.isPart && commandLine.given("--packing"))
         throw Error(ErrorKind::kUsage,
                     "--packing is for an asset, and --part writes none; give it to merge");
-    if (!options.memoryLimit.empty())
+    if (commandLine.given("--memory-limit"))
         limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
     // Taken first: what an earlier build left there is not overwritten unasked.
     std::unique_ptr<ScratchFolder> folder;
@@ -105,7 +103,7 @@ void runVoxelize(const VoxelizeOptions& options, const CommandLine& commandLine)
     const Progress progress = console.progress("voxelize " + scene.name);
     BuildMeter meter;
     Json json = {{"output", options.output}};
-    if (!options.part.empty()) {
+    if (options.isPart) {
         const PartHeader header =
             folder ? voxelizePartLimited(triangles, which, grid, provenance, part, partCount,
                                          options.output, *folder, limits, progress)

@@ -199,6 +199,9 @@ PartReader::PartReader(const std::string& path) : path_(path) {
         in.fail(
             "its header does not match its checksum; the file is damaged, copy or build it again");
     payloadOffset_ = headerBytes;
+    if (header_.partCount > kMaxPartCount)
+        in.fail("is one of " + std::to_string(header_.partCount) + " parts, there are at most " +
+                std::to_string(kMaxPartCount) + "; the file is damaged, build it again");
 
     // What follows holds for every file whose checksum some writer meant; no sum can wrap.
     const VoxelGrid& grid = header_.grid;

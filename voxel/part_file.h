@@ -15,6 +15,9 @@
 
 namespace shadowdag {
 
+/// More parts than this have more in common than they differ in.
+constexpr uint32_t kMaxPartCount = 65536;
+
 /// What a part says of itself.
 struct PartHeader {
     VoxelGrid grid;

@@ -176,5 +176,31 @@ TEST(PartFile, EveryTruncationAndBitFlipIsRefused) {
     }
 }
 
+TEST(PartFile, MorePartsThanThereCanBeAreRefusedByFileAndNumber) {
+    Build build;
+    build.part(1, 1);
+    std::string bytes = readText(build.directory / "1.svpart");
+    const auto word = [&](size_t at) { return reinterpret_cast<uint32_t*>(bytes.data() + at); };
+    constexpr size_t kHeaderBytesAt = 12, kPartCountAt = 56;
+    ASSERT_EQ(*word(kPartCountAt), 1u);
+    const std::string path = build.directory / "many.svpart";
+    for (const uint32_t count : {kMaxPartCount + 1, ~0u}) {
+        *word(kPartCountAt) = count;
+        const size_t hashed = *word(kHeaderBytesAt) - 16;
+        const auto hash = contentHash(reinterpret_cast<const uint8_t*>(bytes.data()), hashed);
+        std::copy(hash.begin(), hash.end(), bytes.begin() + std::ptrdiff_t(hashed));
+        writeText(path, bytes);
+        try {
+            checkParts({PartReader(path)}, "0.1", {});
+            ADD_FAILURE() << "nothing was thrown";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            EXPECT_THAT(error.what(), testing::AllOf(HasSubstr("many.svpart"),
+                                                     HasSubstr("one of " + std::to_string(count) +
+                                                               " parts, there are at most 65536")));
+        }
+    }
+}
+
 } // namespace
 } // namespace shadowdag
