@@ -19,6 +19,7 @@
 #include "voxel/byte_stream.h"
 #include "voxel/compact_encoding.h"
 
+#define ZSTD_STATIC_LINKING_ONLY // for what a level's tables take
 #include <zstd.h>
 
 #include <algorithm>
@@ -149,11 +150,15 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
 
 uint64_t writingBytes(AssetPacking packing, uint64_t wordCount, uint64_t largestLevelWords) {
     // Compact: a number a word of the largest level, the file (less than a byte a word; twice more
-    // while it grows), and the coder's tables. Fast: numbers and two lists of nodes, the streams
-    // (under three bytes a word) and room for them packed, and zstd's own tables at its level.
-    return packing == AssetPacking::kCompact
-               ? 4 * largestLevelWords + 3 * wordCount + (uint64_t(8) << 20)
-               : 12 * largestLevelWords + 6 * wordCount + (uint64_t(48) << 20);
+    // while it grows), and the coder's tables.
+    if (packing == AssetPacking::kCompact)
+        return 4 * largestLevelWords + 3 * wordCount + (uint64_t(8) << 20);
+    // Fast: the streams (under three bytes a word), and beside them first a number a word and two
+    // lists of nodes, then room for them packed and zstd's tables, smaller for short streams.
+    const uint64_t streams = 3 * wordCount;
+    const uint64_t tables =
+        ZSTD_estimateCCtxSize_usingCParams(ZSTD_getCParams(kZstdLevel, streams, 0));
+    return streams + std::max(4 * wordCount + 8 * largestLevelWords, streams + tables);
 }
 
 uint64_t writeAsset(const Asset& asset, const std::string& path, AssetPacking packing) {

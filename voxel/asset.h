@@ -32,7 +32,8 @@ enum class AssetPacking {
 uint64_t writeAsset(const Asset& asset, const std::string& path,
                     AssetPacking packing = AssetPacking::kCompact);
 
-/// Returns the memory, in bytes, that writeAsset takes at most besides the DAG.
+/// Returns the memory, in bytes, that writeAsset takes besides the DAG: an estimate, meant to be
+/// above it.
 /// @param wordCount of the DAG @param largestLevelWords of its largest level
 uint64_t writingBytes(AssetPacking packing, uint64_t wordCount, uint64_t largestLevelWords);
 

@@ -59,9 +59,10 @@ void LevelMerge::mergeLevel(const std::vector<PartReader>& parts, uint32_t level
         most.pointerCount += part.header().levels[level].pointerCount;
     }
     NodeTable table;
-    // Address space for all; were it to grow, it would be there twice for a while.
-    table.reserveWords(level == kLeafLog2 ? 2 * most.nodeCount
-                                          : most.nodeCount + most.pointerCount);
+    // Address space for all; were it to grow, it would be there twice for a while. No table has
+    // more words than addresses, however many nodes the parts have in common.
+    table.reserveWords(std::min<uint64_t>(
+        level == kLeafLog2 ? 2 * most.nodeCount : most.nodeCount + most.pointerCount, kNoNode));
     for (size_t p = 0; p < parts.size(); ++p) {
         const PartHeader& header = parts[p].header();
         std::vector<uint32_t> below;

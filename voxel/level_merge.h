@@ -17,7 +17,8 @@ class LevelMerge {
 public:
     /// Merges all levels up to that of tasks, from the leaves up. Throws Error kInput for parts
     /// that have a cell in common, kResource when the limit is too small or the disk is full.
-    /// @param folder,limit,progress outlive the merge; progress is called with a constant
+    /// @param folder,limit outlive the merge
+    /// @param check called every so often; what it throws ends the merge
     LevelMerge(const std::vector<PartReader>& parts, const ScratchFolder& folder,
                const MemoryLimit& limit, const std::function<void()>& check);
 

@@ -73,7 +73,6 @@ private:
     /// Reads what is in the folder; returns the cells that are done.
     std::set<uint64_t> findDone() {
         std::set<uint64_t> done;
-        folder_.removeOthers(".svpart");
         for (const std::string& path : folder_.files(".svpart")) {
             PartReader part(path);
             std::string difference = partsDiffer(part.header(), header_);
@@ -112,7 +111,7 @@ private:
             });
         } catch (const TaskTooLarge&) {
             if (!isRetried)
-                limit_.fail(2 * (neededBytes - shareBytes));
+                limit_.fail(2 * (neededBytes - shareBytes), false);
             const std::lock_guard<std::mutex> lock(mutex_);
             tooLarge_.push_back(task);
             return;
@@ -255,8 +254,9 @@ CountedDag joinToDag(const std::vector<PartReader>& parts, const ScratchFolder& 
     if (wordCount >= kNoNode)
         throwTooManyWords();
     // The words; then either what numbering takes, or what writeAsset() does.
-    limit.require(4 * wordCount + std::max(12 * mostNodes + (4 << 20),
-                                           writingBytes(packing, wordCount, largestLevelWords)));
+    limit.requireLast(
+        4 * wordCount +
+        std::max(12 * mostNodes + (4 << 20), writingBytes(packing, wordCount, largestLevelWords)));
     DagSink sink(result.dag, wordCount);
     merge.visit(rootLevel, {root}, sink);
     result.dag.rootAddress = 0;

@@ -26,8 +26,9 @@ struct CountedDag {
 };
 
 /// As voxelize(), going on from what an earlier build of the same left in the scratch folder. The
-/// limit leaves room to write the asset. Throws Error kResource saying how much is needed at least
-/// where the limit cannot be held, kInput where the folder holds files of another build.
+/// limit leaves room to write the asset. Throws Error kResource saying how much is needed, as far
+/// as is known by then, where the limit cannot be held, kInput where the folder holds files of
+/// another build.
 /// @param folder keep it until the asset is written
 CountedDag voxelizeLimited(const TriangleView& triangles, View<const uint32_t> which,
                            const VoxelGrid& grid, const AssetProvenance& provenance,

@@ -52,16 +52,25 @@ uint64_t MemoryLimit::available() const {
 }
 
 void MemoryLimit::require(uint64_t bytes) const {
+    require(bytes, false);
+}
+
+void MemoryLimit::requireLast(uint64_t bytes) const {
+    require(bytes, true);
+}
+
+void MemoryLimit::require(uint64_t bytes, bool isLast) const {
     if (bytes_ == 0)
         return;
     const uint64_t used = residentBytes() + kReserveBytes;
     if (used + bytes > bytes_)
-        fail(used + bytes - bytes_);
+        fail(used + bytes - bytes_, isLast);
 }
 
-void MemoryLimit::fail(uint64_t missingBytes) const {
+void MemoryLimit::fail(uint64_t missingBytes, bool isLast) const {
     throw Error(ErrorKind::kResource, doing_ + " under --memory-limit " + mebibytes(bytes_) +
-                                          " needs at least " + mebibytes(bytes_ + missingBytes) +
+                                          (isLast ? " needs about " : " needs more than ") +
+                                          mebibytes(bytes_ + missingBytes) +
                                           "; allow more, build a part of it with --part, or ask "
                                           "for a lower resolution");
 }

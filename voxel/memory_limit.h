@@ -26,13 +26,17 @@ public:
     /// Returns the bytes that may be allocated now, a reserve for small things left out; 2^62
     /// without a limit.
     uint64_t available() const;
-    /// Throws Error kResource, saying how much the limit is short at least, unless `bytes` more can
-    /// be held.
+    /// Throws Error kResource unless `bytes` more can be held. It says what takes more than the
+    /// limit, not what the build does: what comes later is not known yet.
     void require(uint64_t bytes) const;
+    /// The same where nothing later takes more, so that the message can name what is enough.
+    void requireLast(uint64_t bytes) const;
     /// Throws that Error.
-    [[noreturn]] void fail(uint64_t missingBytes) const;
+    [[noreturn]] void fail(uint64_t missingBytes, bool isLast) const;
 
 private:
+    void require(uint64_t bytes, bool isLast) const;
+
     uint64_t bytes_ = 0;
     std::string doing_;
 };

@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <string_view>
 
 namespace shadowdag {
 
@@ -20,40 +22,114 @@ namespace fs = std::filesystem;
 namespace {
 
 const char* const kLockName = "lock";
+const char* const kPartExtension = ".svpart";
+
+/// Takes `prefix` off the front of `text`; returns whether it was there.
+bool take(std::string_view& text, std::string_view prefix) {
+    if (!text.starts_with(prefix))
+        return false;
+    text.remove_prefix(prefix.size());
+    return true;
+}
+
+bool takeNumber(std::string_view& text) {
+    const size_t count = std::min(text.find_first_not_of("0123456789"), text.size());
+    text.remove_prefix(count);
+    return count > 0;
+}
+
+/// Returns whether builds give files such a name: the lock, LevelMerge's files, parts, and what
+/// OutputFile makes of a part's name until it is whole.
+bool isOwn(std::string_view name) {
+    std::string_view level = name, map = name, part = name;
+    if (name == kLockName || (take(level, "level-") && takeNumber(level) && level == ".nodes") ||
+        (take(map, "map-") && takeNumber(map) && take(map, "-") && takeNumber(map) && map.empty()))
+        return true;
+    return takeNumber(part) && take(part, kPartExtension) &&
+           (part.empty() || (take(part, ".tmp-") && takeNumber(part) && take(part, "-") &&
+                             takeNumber(part) && part.empty()));
+}
 
 } // namespace
 
 ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume)
     : path_(outputPath + ".scratch"), resume_(resume), exceptionCount_(std::uncaught_exceptions()) {
+    while (!tryLock()) {
+    }
+    try {
+        refuseForeign();
+        if (!resume && !files(kPartExtension).empty())
+            throw Error(ErrorKind::kUsage,
+                        path_ + " holds what an unfinished voxelize left; go on from it with "
+                                "voxelize --resume, or remove the folder");
+        empty(false);
+    } catch (...) {
+        ::close(lock_);
+        throw;
+    }
+}
+
+bool ScratchFolder::tryLock() {
     std::error_code error;
-    const bool isNew = fs::create_directory(path_, error);
+    if (!fs::create_directory(path_, error) && !error)
+        refuseForeign(); // before a lock is put beside what is not ours
     const std::string lockPath = path_ + "/" + kLockName;
     if (!error)
         lock_ = ::open(lockPath.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (lock_ < 0)
+    if (lock_ < 0) {
+        if (!error && errno == ENOENT && !fs::exists(path_))
+            return false;
         throw Error(ErrorKind::kResource, "cannot make the folder " + path_ +
                                               " for unfinished work: " +
                                               (error ? error.message() : std::strerror(errno)) +
                                               "; choose another place for the output");
+    }
     // The lock goes with the process that holds it, however that ends.
     if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
         ::close(lock_);
         throw Error(ErrorKind::kResource, path_ + " is in use by another process that builds the "
                                                   "same file; wait for it or end it");
     }
-    if (!isNew && !resume && files("").size() > 1) {
-        ::close(lock_);
-        throw Error(ErrorKind::kUsage,
-                    path_ + " holds what an unfinished build left; go on from it with --resume, "
-                            "or remove the folder");
-    }
+    // Its last holder may have removed it between the two calls above.
+    struct stat held, there;
+    if (::fstat(lock_, &held) == 0 && ::stat(lockPath.c_str(), &there) == 0 &&
+        held.st_dev == there.st_dev && held.st_ino == there.st_ino)
+        return true;
+    ::close(lock_);
+    lock_ = -1;
+    return false;
 }
 
 ScratchFolder::~ScratchFolder() {
-    std::error_code ignored;
-    if (!resume_ || std::uncaught_exceptions() == exceptionCount_)
-        fs::remove_all(path_, ignored);
+    if (!resume_ || std::uncaught_exceptions() == exceptionCount_) {
+        empty(true);
+        // Last, and while it is held: who opened it by then sees that it is gone.
+        std::error_code ignored;
+        fs::remove(*this / kLockName, ignored);
+        fs::remove(path_, ignored);
+    }
     ::close(lock_);
+}
+
+void ScratchFolder::refuseForeign() const {
+    std::error_code ignored; // the folder may be gone by now
+    for (fs::directory_iterator entry(path_, ignored), end; entry != end; entry.increment(ignored))
+        if (!isOwn(entry->path().filename().string()))
+            throw Error(ErrorKind::kUsage, path_ + " is for unfinished work, but holds '" +
+                                               entry->path().filename().string() +
+                                               "', which no build wrote; move it away or choose "
+                                               "another name for the output");
+}
+
+void ScratchFolder::empty(bool withParts) const {
+    std::error_code ignored;
+    std::vector<fs::path> own;
+    for (fs::directory_iterator entry(path_, ignored), end; entry != end; entry.increment(ignored))
+        if (const std::string name = entry->path().filename().string();
+            isOwn(name) && name != kLockName && (withParts || !name.ends_with(kPartExtension)))
+            own.push_back(entry->path());
+    for (const fs::path& path : own)
+        fs::remove(path, ignored);
 }
 
 std::vector<std::string> ScratchFolder::files(const std::string& extension) const {
@@ -63,13 +139,6 @@ std::vector<std::string> ScratchFolder::files(const std::string& extension) cons
             paths.push_back(entry.path().string());
     std::sort(paths.begin(), paths.end());
     return paths;
-}
-
-void ScratchFolder::removeOthers(const std::string& extension) const {
-    std::error_code ignored;
-    for (const std::string& path : files(""))
-        if (!path.ends_with(extension) && fs::path(path).filename() != kLockName)
-            fs::remove(path, ignored);
 }
 
 ScratchFile::ScratchFile(const std::string& path)

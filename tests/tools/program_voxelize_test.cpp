@@ -109,6 +109,10 @@ TEST(ProgramVoxelize, WrongOptionsAreNamed) {
          {{"voxelize", kScene, "-o", part, "--part", "0/2"}, 1, "--part '0/2'"},
          {{"voxelize", kScene, "-o", part, "--part", "1/2/3"}, 1, "--part '1/2/3'"},
          {{"voxelize", kScene, "-o", part, "--part", "1/70000"}, 1, "at most 65536"},
+         {{"voxelize", kScene, "-o", part, "--part", ""}, 1, "--part ''"},
+         {{"voxelize", kScene, "-o", dag, "--part", ""}, 1, "--part ''"},
+         {{"voxelize", kScene, "-o", dag, "--memory-limit", ""}, 1, "--memory-limit ''"},
+         {{"merge", part, "-o", dag, "--memory-limit", ""}, 1, "--memory-limit ''"},
          {{"voxelize", kScene, "-o", dag, "--memory-limit", "lots"}, 1, "--memory-limit 'lots'"},
          {{"voxelize", kScene, "-o", dag, "--memory-limit", "1M"}, 1, "must be 16M or more"},
          {{"voxelize", kScene, "-o", dag, "--packing", "tight"}, 1, "there are fast and compact"},
@@ -167,9 +171,34 @@ TEST(ProgramVoxelize, AMemoryLimitIsHeldWhereABuildWithoutTakesMore) {
     const ProgramResult small =
         runShadowdag(directory, with({directory / "small.svdag", "--memory-limit", "32M"}));
     EXPECT_EQ(small.status, 3);
-    EXPECT_THAT(small.err, HasSubstr("under --memory-limit 32M needs at least "));
+    EXPECT_THAT(small.err, HasSubstr("under --memory-limit 32M needs more than "));
     EXPECT_FALSE(std::filesystem::exists(directory / "small.svdag"));
     EXPECT_FALSE(std::filesystem::exists(directory / "small.svdag.scratch"));
+}
+
+TEST(ProgramVoxelize, AKilledMergeDoesNotHinderTheNext) {
+    const TemporaryDirectory directory;
+    Arguments merge = buildParts(directory, 2, "1024");
+    const std::string merged = directory / "merged.svdag";
+    const std::filesystem::path scratch = merged + ".scratch";
+    merge.insert(merge.begin(), "merge");
+    merge.insert(merge.end(), {"-o", merged, "--memory-limit", "1G"});
+    const pid_t child = startProgram(directory, merge, directory / "out", directory / "err");
+    while (!std::filesystem::exists(scratch) && kill(child, 0) == 0 &&
+           !std::filesystem::exists(merged))
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    kill(child, SIGKILL);
+    waitForProgram(child);
+    std::filesystem::create_directories(scratch);
+    writeText((scratch / "level-2.nodes").string(), "half");
+    const ProgramResult again = runShadowdag(directory, merge);
+    EXPECT_EQ(again.status, 0) << again.err;
+    EXPECT_FALSE(std::filesystem::exists(scratch));
+    // What voxelize --resume can still use is not merge's to remove.
+    std::filesystem::create_directory(scratch);
+    writeText((scratch / "00000000.svpart").string(), "part");
+    expectRefused(directory, {{merge, 1, "go on from it with voxelize --resume"}});
+    EXPECT_EQ(readText((scratch / "00000000.svpart").string()), "part");
 }
 
 TEST(ProgramVoxelize, AKilledBuildGoesOnToTheSameFile) {

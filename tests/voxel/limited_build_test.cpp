@@ -113,8 +113,8 @@ TEST(LimitedBuild, GoesOnFromWhatAnInterruptedOneLeft) {
     }
     // What is done is not done again: the first number heard of the build is past the last stop.
     EXPECT_THAT(messageOf([&] { ScratchFolder(output, false); }, ErrorKind::kUsage),
-                HasSubstr("a.svdag.scratch holds what an unfinished build left; go on from it "
-                          "with --resume, or remove the folder"));
+                HasSubstr("a.svdag.scratch holds what an unfinished voxelize left; go on from it "
+                          "with voxelize --resume, or remove the folder"));
     Scene other;
     other.provenance.sceneHash = "4567";
     {
@@ -156,12 +156,51 @@ TEST(LimitedBuild, WithoutResumeNothingStaysBehindAnException) {
     EXPECT_FALSE(scene.hasScratch());
 }
 
+TEST(LimitedBuild, WhatAKilledMergeLeftIsNoHindrance) {
+    const Scene scene;
+    const std::filesystem::path left = scene.directory / "a.svdag.scratch";
+    for (const bool resume : {false, true}) {
+        std::filesystem::create_directory(left);
+        for (const char* name : {"lock", "level-2.nodes", "map-0-2", "00000003.svpart.tmp-12-0"})
+            writeText((left / name).string(), "damaged");
+        {
+            const ScratchFolder folder(scene.directory / "a.svdag", resume);
+            EXPECT_THAT(folder.files(""), testing::ElementsAre((left / "lock").string()));
+            EXPECT_FALSE(scene.build(folder, 0).dag.empty());
+        }
+        EXPECT_FALSE(scene.hasScratch());
+    }
+}
+
+TEST(LimitedBuild, FilesThatNoBuildWroteAreNamedAndKept) {
+    const Scene scene;
+    const std::filesystem::path left = scene.directory / "a.svdag.scratch";
+    for (const char* name : {"notes.txt", "level-.nodes", "map-1-2.txt", "mine.svpart"}) {
+        std::filesystem::create_directory(left);
+        writeText((left / name).string(), "mine");
+        for (const bool resume : {false, true})
+            EXPECT_THAT(messageOf([&] { ScratchFolder(scene.directory / "a.svdag", resume); },
+                                  ErrorKind::kUsage),
+                        HasSubstr(std::string("holds '") + name + "', which no build wrote"));
+        EXPECT_EQ(readText((left / name).string()), "mine");
+        EXPECT_FALSE(std::filesystem::exists(left / "lock"));
+        std::filesystem::remove_all(left);
+    }
+    {
+        const ScratchFolder folder(scene.directory / "a.svdag", false);
+        writeText(folder / "notes.txt", "mine"); // while it builds
+        scene.build(folder, 0);
+    }
+    EXPECT_EQ(readText((left / "notes.txt").string()), "mine");
+    EXPECT_FALSE(std::filesystem::exists(left / "lock"));
+}
+
 TEST(LimitedBuild, ALimitThatCannotBeHeldSaysWhatIsNeeded) {
     const Scene scene;
     const ScratchFolder folder(scene.directory / "a.svdag", false);
     EXPECT_THAT(messageOf([&] { scene.build(folder, 0, 1 << 20); }, ErrorKind::kResource),
-                testing::AllOf(HasSubstr("voxelizing at 1024^3 under --memory-limit 1M needs at "
-                                         "least "),
+                testing::AllOf(HasSubstr("voxelizing at 1024^3 under --memory-limit 1M needs "
+                                         "more than "),
                                HasSubstr("; allow more")));
 }
 
