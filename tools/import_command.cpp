@@ -28,7 +28,7 @@ namespace {
 
 struct ImportOptions {
     GlobalOptions global;
-    std::string input, output, grid;
+    std::string input, output, grid, packing = "compact";
     bool acceptEdited = false;
 };
 
@@ -43,12 +43,13 @@ void runImport(const ImportOptions& options) {
         throw Error(ErrorKind::kUsage,
                     "'" + options.input + "': grids are .vdb (OpenVDB) or .nvdb (NanoVDB) files");
     checkWritable(options.output);
+    const AssetPacking packing = parsePacking(options.packing);
     const auto start = std::chrono::steady_clock::now();
     const VdbAsset found =
         readVdb(options.input, {options.grid, options.acceptEdited, programVersion()});
     const double wall =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    const uint64_t bytes = writeAsset(found.asset, options.output);
+    const uint64_t bytes = writeAsset(found.asset, options.output, packing);
     if (found.isForeign)
         console.note("'" + found.gridName +
                      "' was not exported by this program: " + found.asset.provenance.options);
@@ -71,7 +72,10 @@ constexpr const char* kApart = "SHADOWDAG_IMPORT_APART";
 /// damaged file, and what that ends is then not this process, which says so. A fork alone would not
 /// do: OpenVDB's logging has threads that it waits for at exit.
 void runImportApart(const ImportOptions& options) {
-    std::vector<std::string> texts = {"shadowdag", "import", "--output=" + options.output,
+    std::vector<std::string> texts = {"shadowdag",
+                                      "import",
+                                      "--output=" + options.output,
+                                      "--packing=" + options.packing,
                                       "--threads=" + options.global.threads,
                                       "--backend=" + options.global.backend};
     if (!options.grid.empty())
@@ -92,8 +96,16 @@ void runImportApart(const ImportOptions& options) {
                                               options.input + "': " + std::strerror(errno));
     if (child == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL);
-        if (getppid() == parent)
+        if (getppid() == parent) {
             execv("/proc/self/exe", arguments.data());
+            // Nothing that allocates: another thread may have held the heap's lock at the fork.
+            const char* const texts[] = {
+                "shadowdag: error: cannot start itself to read a grid from /proc/self/exe: ",
+                strerrordesc_np(errno), "; is /proc mounted?\n"};
+            for (const char* text : texts)
+                if (write(STDERR_FILENO, text, std::strlen(text)) < 0)
+                    break;
+        }
         _exit(int(ErrorKind::kResource));
     }
     int status = 0;
@@ -126,6 +138,7 @@ std::function<void()> declareImport(CommandLine& commandLine) {
                      "a power of two",
                      true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
+    commandLine.text("--packing", options->packing, "P", kPackingHelp);
     commandLine.text("--grid", options->grid, "NAME", "Which grid, where there are several");
     commandLine.flag("--edited", options->acceptEdited,
                      "Accept an exported grid that was edited since, as a foreign one");
