@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "tools/parse.h"
 
+#include <algorithm>
 #include <tuple>
 
 namespace shadowdag {
@@ -122,8 +123,14 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
     };
     const auto numbers = [&](const char* option, const std::string& text, double min, double max) {
         std::vector<float> values;
-        for (const std::string& part : list(option, text))
-            values.push_back(float(parseNumber(option, part, min, max)));
+        for (const std::string& part : list(option, text)) {
+            const float value = float(parseNumber(option, part, min, max));
+            if (std::find(values.begin(), values.end(), value) != values.end())
+                throw Error(ErrorKind::kUsage, std::string(option) + " '" + text +
+                                                   "': " + numberText(value) +
+                                                   " stands there twice; name each value once");
+            values.push_back(value);
+        }
         return values;
     };
 
@@ -169,7 +176,7 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
     e.offset = numbers("--offset", offset, 0, 100);
     e.lod.clear();
     for (const std::string& part : list("--lod", lod))
-        e.lod.push_back(parseLod("--lod", part));
+        addLod(e.lod, "--lod", part);
     if (!models.empty())
         e.models = models;
     for (const std::string& model : models)

@@ -19,6 +19,7 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
+#include <sstream>
 #include <tuple>
 
 namespace shadowdag {
@@ -35,9 +36,6 @@ struct CompareOptions {
                                     warmups = "1", costs, title, part;
     bool resume = false, noCharts = false, noOracle = false, join = false;
 };
-
-/// More parts than this are more than frames.
-constexpr uint32_t kMaxPartCount = 65536;
 
 /// Options that an experiment file fixes; what it leaves to the command line is not listed.
 constexpr const char* kFixedByExperiment[] = {
@@ -258,6 +256,8 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
     writeFile(partial + "/lights.csv", flatCsv(found.lights));
     writeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
     writeFile(partial + "/index.html", reportHtml(found.results, charts));
+    std::ostringstream table;
+    printRuns(table, found.results["runs"]);
     checkInterrupted();
     swapReport(options.output);
     const std::string reportPath = options.output + "/index.html",
@@ -265,8 +265,7 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
 
     const double wall =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    printRuns(console.people(), found.results["runs"]);
-    console.people() << "report: " << reportPath << "\n";
+    console.people() << table.str() << "report: " << reportPath << "\n";
     console.emit({{"report", reportPath},
                   {"results", resultsPath},
                   {"run_count", found.results["runs"].size()},
@@ -280,7 +279,7 @@ void publishPart(const CompareOptions& options, const CompareFindings& found,
                  std::chrono::steady_clock::time_point start, const Console& console) {
     const std::string partial = options.output + "/partial";
     writeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
-    writeFile(partial + "/part.json", jsonText(toJson(found, share, key)));
+    writeFile(partial + "/part.json", jsonText(toJson(found, share, key, partial)));
     checkInterrupted();
     swapReport(options.output);
     const std::string path = options.output + "/part.json";
@@ -318,11 +317,20 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
                                                "': is one of the parts, which the report would "
                                                "replace; name another directory");
     prepareDirectory(options.output, false, false);
-    for (const std::string& directory : options.scenes)
-        if (fs::is_directory(directory + "/images"))
-            fs::copy(directory + "/images", options.output + "/partial/images",
-                     fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-    publish(options, found, script, start, console);
+    const std::string partial = options.output + "/partial";
+    try {
+        for (const std::string& directory : options.scenes)
+            if (fs::is_directory(directory + "/images"))
+                fs::copy(directory + "/images", partial + "/images",
+                         fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+        publish(options, found, script, start, console);
+    } catch (...) {
+        // There is nothing to resume; but a swap that could not be undone keeps the older report.
+        std::error_code ignored;
+        if (!fs::exists(partial + "/old", ignored))
+            fs::remove_all(partial, ignored);
+        throw;
+    }
 }
 
 void runCompare(const CompareOptions& options, const CommandLine& commandLine) {

@@ -2,11 +2,15 @@
 #include "tools/compare_parts.h"
 
 #include "cuda/error.h"
+#include "scenes/content_hash.h"
+#include "tools/report.h"
 
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <set>
 
 namespace shadowdag {
 
@@ -21,6 +25,72 @@ void append(Json& to, const Json& from) {
     to.insert(to.end(), from.begin(), from.end());
 }
 
+std::string hashText(const std::array<uint8_t, 16>& hash) {
+    std::string text;
+    for (const uint8_t byte : hash)
+        for (const int digit : {byte >> 4, byte & 15})
+            text += "0123456789abcdef"[digit];
+    return text;
+}
+
+/// Returns the hash of a file's content, "" when it cannot be read.
+std::string fileHash(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file)
+        return "";
+    ContentHasher hasher;
+    std::vector<char> bytes(1 << 16);
+    while (file.read(bytes.data(), std::streamsize(bytes.size())) || file.gcount() > 0)
+        hasher.add(bytes.data(), size_t(file.gcount()));
+    return file.bad() ? "" : hashText(hasher.hash());
+}
+
+/// Returns the files that a part refers to, relative to its directory.
+std::set<std::string> filesOf(const Json& part) {
+    std::set<std::string> files = {"costs.json"};
+    for (const Json& run : part.at("runs"))
+        if (run.contains("images"))
+            for (const Json& file : run["images"])
+                files.insert(file.get<std::string>());
+    for (const Json& image : part.at("truth_images"))
+        files.insert(image.at("file").get<std::string>());
+    return files;
+}
+
+/// Throws unless the part is number K of N as `--part` takes them.
+void checkNumbers(const std::string& path, const Json& part) {
+    const auto number = [&](const char* key, uint64_t max, const std::string& maxText) {
+        const Json& value = part.contains(key) ? part[key] : Json();
+        if (!value.is_number_unsigned() || value.get<uint64_t>() < 1 || value.get<uint64_t>() > max)
+            throw Error(ErrorKind::kInput, path + ": \"" + key + "\" is " + value.dump() +
+                                               "; it must be a whole number from 1 to " + maxText +
+                                               ": run this part again");
+        return value.get<uint64_t>();
+    };
+    const uint64_t count = number("part_count", kMaxPartCount, std::to_string(kMaxPartCount));
+    number("part", count, "its part_count, " + std::to_string(count));
+}
+
+/// Throws unless the part and the files beside it are what `compare --part` wrote.
+void checkContent(const std::string& path, const std::string& directory, const Json& part) {
+    const std::string again = ": run this part again";
+    if (part.value("content_hash", Json()) != partHash(part))
+        throw Error(ErrorKind::kInput, path + ": is damaged or was edited" + again);
+    for (const std::string& name : filesOf(part)) {
+        const std::string file = directory + "/" + name, hash = fileHash(file);
+        if (hash.empty())
+            throw Error(ErrorKind::kInput,
+                        file + ": cannot be read; " + path + " names it" + again);
+        if (part.at("files").at(name) != hash)
+            throw Error(ErrorKind::kInput, file + ": is not the file that its part wrote" + again);
+    }
+    // Whatever the report asks of the findings is asked here, where their file has a name.
+    runsCsv(part.at("runs"));
+    flatCsv(part.at("lights"));
+    if (!part["runs"].empty())
+        reportHtml(part, Json());
+}
+
 Json readPart(const std::string& directory) {
     const std::string path = directory + "/part.json";
     std::ifstream file(path, std::ios::binary);
@@ -31,8 +101,6 @@ Json readPart(const std::string& directory) {
                         directory);
     Json part = Json::parse(file, nullptr, false);
     bool isWhole = part.is_object() && part.contains("key") && part["key"].is_object() &&
-                   part.contains("part") && part["part"].is_number_unsigned() &&
-                   part.contains("part_count") && part["part_count"].is_number_unsigned() &&
                    part.contains("provenance") && part["provenance"].is_object() &&
                    part.contains("experiment") && part.contains("lights") &&
                    part["lights"].is_array();
@@ -40,6 +108,13 @@ Json readPart(const std::string& directory) {
         isWhole = isWhole && part.contains(list) && part[list].is_array();
     if (!isWhole)
         throw Error(ErrorKind::kInput, path + ": is damaged; run this part again");
+    try {
+        checkNumbers(path, part);
+        checkContent(path, directory, part);
+    } catch (const Json::exception& error) {
+        throw Error(ErrorKind::kInput,
+                    path + ": holds what no compare writes; run this part again: " + error.what());
+    }
     return part;
 }
 
@@ -54,11 +129,14 @@ std::string differingKey(const Json& a, const Json& b) {
     return "";
 }
 
-/// Returns the numbers as a text: "2, 5".
+/// Returns the numbers as a text: "2, 5"; of many only the first.
 std::string listText(const std::vector<uint32_t>& numbers) {
+    constexpr size_t kMost = 20;
     std::string text;
-    for (const uint32_t number : numbers)
-        text += (text.empty() ? "" : ", ") + std::to_string(number);
+    for (size_t i = 0; i < std::min(kMost, numbers.size()); ++i)
+        text += (text.empty() ? "" : ", ") + std::to_string(numbers[i]);
+    if (numbers.size() > kMost)
+        text += " and " + std::to_string(numbers.size() - kMost) + " more";
     return text;
 }
 
@@ -143,13 +221,24 @@ Json partKey(const Json& provenance, const Experiment& experiment, const Json& i
     return key;
 }
 
-Json toJson(const CompareFindings& findings, const CompareShare& share, const Json& key) {
+Json toJson(const CompareFindings& findings, const CompareShare& share, const Json& key,
+            const std::string& directory) {
     Json json = findings.results;
     json["part"] = share.part;
     json["part_count"] = share.partCount;
     json["key"] = key;
     json["lights"] = findings.lights;
+    json["files"] = Json::object();
+    for (const std::string& file : filesOf(json))
+        json["files"][file] = fileHash(directory + "/" + file);
+    json["content_hash"] = partHash(json);
     return json;
+}
+
+std::string partHash(Json part) {
+    part.erase("content_hash");
+    const std::string text = jsonText(part);
+    return hashText(contentHash(text.data(), text.size()));
 }
 
 CompareFindings joinParts(const std::vector<std::string>& directories) {

@@ -158,6 +158,14 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 Experiment::Experiment() : thresholds{0, 8, 16, 32, 64, 96, 192, kInfinity} {}
 
+void addLod(std::vector<LodChoice>& lods, const std::string& option, const std::string& text) {
+    const LodChoice lod = parseLod(option, text);
+    if (std::find(lods.begin(), lods.end(), lod) != lods.end())
+        throw Error(ErrorKind::kUsage, option + " '" + text + "': " + lod.text() +
+                                           " stands there twice; name each value once");
+    lods.push_back(lod);
+}
+
 Experiment experimentFromJson(const Json& json, const std::string& where) {
     Experiment e;
     KeyReader keys(json, where);
@@ -248,12 +256,10 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
                 keys.refuse("lod", item, "must hold levels from 0 to 17 or texts as --lod takes");
             const std::string text = item.is_string() ? item.get<std::string>() : item.dump();
             try {
-                e.lod.push_back(parseLod("\"lod\"", text));
+                addLod(e.lod, "\"lod\"", text);
             } catch (const Error& error) {
                 throw Error(ErrorKind::kInput, where + ": key " + error.what());
             }
-            if (std::count(e.lod.begin(), e.lod.end(), e.lod.back()) > 1)
-                keys.refuse("lod", item, "stands there twice; name each value once");
         }
         if (e.lod.empty())
             keys.refuse("lod", *found, "must hold at least one value");

@@ -113,6 +113,9 @@ std::string fileSlug(const std::string& text);
 Experiment readExperiment(const std::string& path);
 /// Reads an experiment from JSON; `where` heads messages.
 Experiment experimentFromJson(const Json& json, const std::string& where);
+/// Adds the choice that a text is to those before it (see parseLod). Throws Error kUsage for one
+/// that is there already, however it is spelled: "coverage" is "coverage:0.75".
+void addLod(std::vector<LodChoice>& lods, const std::string& option, const std::string& text);
 /// Returns every key of the experiment, defaults written out; experimentFromJson gives the same
 /// back.
 Json toJson(const Experiment& experiment);

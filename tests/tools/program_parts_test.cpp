@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag compare --part` and `--join`: parts make the report of one compare, or none.
 #include "tests/tools/program_runner.h"
+#include "tools/compare_parts.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -140,6 +141,7 @@ TEST(CompareParts, AMissingRepeatedForeignOrDamagedPartIsNamed) {
     const std::string path = parts[1] + "/part.json", text = readText(path);
     Json commit = Json::parse(text);
     commit["key"]["commit"] = "0123";
+    commit["content_hash"] = partHash(commit);
     writeText(path, commit.dump());
     expect(parts, 2, "its commit is \"0123\"");
     writeText(path, text.substr(0, text.size() / 2));
@@ -150,6 +152,84 @@ TEST(CompareParts, AMissingRepeatedForeignOrDamagedPartIsNamed) {
         EXPECT_EQ(result.status, 1) << share;
         EXPECT_THAT(result.err, HasSubstr("--part '" + std::string(share) + "'"));
     }
+}
+
+TEST(CompareParts, ADamagedPartIsRefusedWithItsFileNamed) {
+    const TemporaryDirectory directory;
+    const Arguments parts = measureParts(directory, 2);
+    const std::string out = directory / "out", path = parts[0] + "/part.json",
+                      text = readText(path);
+    const auto expect = [&](const Arguments& of, const std::string& message) {
+        SCOPED_TRACE(message);
+        const ProgramResult result =
+            runShadowdag(directory, Arguments{"compare", "--join", "--no-charts", "-o", out} + of);
+        EXPECT_EQ(result.status, 2) << result.err;
+        EXPECT_THAT(result.err, HasSubstr(message));
+        EXPECT_FALSE(std::filesystem::exists(out + "/results.json"));
+        EXPECT_FALSE(std::filesystem::exists(out + "/partial"));
+    };
+    /// Joins with the part as `edit` leaves it.
+    const auto expectEdited = [&](const auto& edit, bool sealed, const std::string& message) {
+        Json part = Json::parse(text);
+        edit(part);
+        if (sealed)
+            part["content_hash"] = partHash(part);
+        writeText(path, part.dump());
+        expect(parts, message);
+        expect({parts[0]}, message);
+        writeText(path, text);
+    };
+    const auto set = [](const char* key, Json value) {
+        return [key, value](Json& part) { part[key] = value; };
+    };
+    for (const bool sealed : {false, true}) {
+        expectEdited(set("part_count", 0), sealed, path + ": \"part_count\" is 0; it must be");
+        expectEdited(set("part_count", 4294967295), sealed, "\"part_count\" is 4294967295;");
+        expectEdited(set("part", 4294967297), sealed, path + ": \"part\" is 4294967297;");
+        expectEdited(set("part", 3), sealed, path + ": \"part\" is 3;");
+        expectEdited(set("part", -1), sealed, path + ": \"part\" is -1;");
+        expectEdited(set("part", "1"), sealed, path + ": \"part\" is \"1\";");
+    }
+    const auto setRun = [](const char* key, Json value) {
+        return [key, value](Json& part) { part["runs"][0][key] = value; };
+    };
+    expectEdited(setRun("false_shadow_count", 999), false, path + ": is damaged or was edited");
+    for (const char* key : {"false_shadow_count", "scene", "time_ms", "images"})
+        expectEdited(setRun(key, Json::array({1})), true, path + ": holds what no compare writes");
+    expectEdited([](Json& part) { part.erase("files"); }, true, path + ": holds what no compare");
+
+    const std::string image =
+        parts[0] + "/" + Json::parse(text)["truth_images"][0]["file"].get<std::string>();
+    for (const std::string& file : {image, parts[0] + "/costs.json"}) {
+        const std::string bytes = readText(file);
+        writeText(file, bytes.substr(0, bytes.size() - 1) + "?");
+        expect(parts, file + ": is not the file that its part wrote");
+        std::filesystem::remove(file);
+        expect(parts, file + ": cannot be read");
+        writeText(file, bytes);
+    }
+    EXPECT_EQ(
+        runShadowdag(directory, Arguments{"compare", "--join", "--no-charts", "-o", out} + parts)
+            .status,
+        0);
+}
+
+TEST(CompareParts, AValueSpelledTwoWaysIsNamedTwice) {
+    const TemporaryDirectory directory;
+    for (const auto& [option, list] :
+         {std::pair("--lod", "coverage,coverage:0.75"), std::pair("--lod", "footprint:1,footprint"),
+          std::pair("--lod", "1,01"), std::pair("--bias", "1,1.0")}) {
+        const ProgramResult result =
+            runShadowdag(directory, tinyCompare(directory / "out") + Arguments{option, list});
+        EXPECT_EQ(result.status, 1) << list;
+        EXPECT_THAT(result.err, HasSubstr("stands there twice"));
+    }
+    writeText(directory / "e.json", "{\"lod\": [\"coverage\", \"coverage:0.75\"]}");
+    const ProgramResult result =
+        runShadowdag(directory, {"compare", "builtin:fail-mover", "--experiment",
+                                 directory / "e.json", "-o", directory / "out"});
+    EXPECT_EQ(result.status, 2);
+    EXPECT_THAT(result.err, HasSubstr("e.json: key \"lod\" 'coverage:0.75': coverage:0.75 stands"));
 }
 
 TEST(CompareParts, APartIsResumedOnlyAsThatPart) {
