@@ -88,6 +88,21 @@ END
 run --jobs 2 --dry-run >dry.log 2>&1 || fail "a dry run"
 grep -q "Nothing to be done" dry.log || fail "a second run would do something"
 
+# Another experiment, while leavings of killed jobs lie about: the same command makes the report anew.
+sed -i 's/"frames": "0:1"/"frames": "0:2"/' experiment.json
+mkdir -p results/sweeps/tiny.parts/{1of2,2of2}/partial results/sweeps/tiny/partial
+echo '{"key": "another", "parts": {}}' >results/sweeps/tiny.parts/1of2/partial/journal.json
+touch results/sweeps/tiny.parts/2of2/partial/costs.json results/sweeps/tiny/partial/results.csv
+run --jobs 2 --resources timing=1 >again.log 2>&1 || fail "a changed experiment does not run"
+[[ $(python3 -c 'import json, sys; print(len(json.load(open(sys.argv[1]))["runs"]))' results/sweeps/tiny/results.json) == 9 ]] ||
+    fail "the report is that of the older experiment"
+[[ ! -e results/sweeps/tiny/partial ]] || fail "leavings of a killed join stay"
+
+# Another program makes everything anew.
+echo "# changed" >>program.sh
+run --jobs 2 --dry-run >program.log 2>&1 || fail "a dry run"
+grep -q '^voxelize_part  *3' program.log || fail "another program builds nothing anew"
+
 # The cluster's profile, with a stub for sbatch: what it submits runs.
 mkdir bin
 cat >bin/sbatch <<END
