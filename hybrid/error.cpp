@@ -132,11 +132,9 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
 }
 
 ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame,
-                         const World& world, const Dag& dag, const Truth& truth,
+                         const World& world, const Truth& truth,
                          const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options) {
     const RayInputs rays = renderer.rayInputs(options.rays);
-    SDAG_ASSERT(rays.dag.rootAddress == dag.rootAddress &&
-                rays.dag.words.count == dag.words.size());
     const ErrorInputs inputs{
         renderer.gbuffer(),
         world.triangles(),

@@ -71,7 +71,7 @@ struct ErrorInputs {
 /// on the inputs and the seed alone.
 /// @param truthVisibility from Truth::visibility over the same pairs
 ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame,
-                         const World& world, const Dag& dag, const Truth& truth,
+                         const World& world, const Truth& truth,
                          const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options);
 
 /// The same over bare views. `options` gives seed and null sample; offset, level and bias come from

@@ -19,15 +19,18 @@ namespace shadowdag {
 
 /// Layout, in 32-bit words:
 ///
+// clang-format off
 ///     entry: kTriangleListTag | address of a list, or the address of a node
-///     node, a cell of side 2^L, L > kLeafLog2          list
-///     +----------------------+                         +------------------+
-///     | 0..7   child mask    |                         | count            |
-///     +----------------------+                         | triangle ...     |  ascending world
-///     indices | entry of 1st child   |  in ascending c         +------------------+ | ...
-///     popcount(mask)   |
-///     +----------------------+
 ///
+///     node, a cell of side 2^L, L > kLeafLog2     list
+///     +----------------------+                    +----------------------+
+///     | 0..7   child mask    |                    | count                |
+///     +----------------------+                    +----------------------+
+///     | entry of 1st child   |  in ascending c    | triangle             |  ascending world
+///     | ... popcount(mask)   |                    | ... count            |  indices
+///     +----------------------+                    +----------------------+
+///
+// clang-format on
 /// Children as in DagView. rootEntry: kNoNode when nothing stands still.
 struct TriangleTreeView {
     View<const uint32_t> words;
@@ -92,7 +95,8 @@ SDAG_HD inline bool isBlockedExactly(const DagView& dag, const ExactView& exact,
     const float scale = segmentScale(dag.grid, segment);
     if (!(scale < kLargestScale))
         return true;
-    SDAG_ASSERT(exact.tree.rootEntry != kNoNode);
+    if (exact.tree.rootEntry == kNoNode)
+        return true; // voxels without triangles are not this tree's: dark, never silently lit
     const uint32_t rootLevel =
         dag.grid.resolutionLog2 > kLeafLog2 ? dag.grid.resolutionLog2 : kLeafLog2;
     const uint32_t* words = dag.words.data;

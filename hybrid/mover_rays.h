@@ -12,7 +12,7 @@ namespace shadowdag {
 
 /// The moving triangles of a world at its current time.
 /// bvh: over the boxes of the moving batches alone; its items are indices into batches.
-/// isNearLight: lightCount; 1 where the light's sphere holds the box of a moving batch. Empty:
+/// isNearLight: lightCount; 1 where the light's sphere touches the box of a moving batch. Empty:
 /// nothing moves. Not covered: a receiver narrower than twice truth.h's c, whose ray may start far
 /// from the sample.
 struct MoverView {

@@ -228,10 +228,13 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
             perSecond.push_back(s > 0 ? double(rayCount) / s * 1e-6 : 0.0);
         const Spread spread = Spread::of(perSecond);
         rates[i].update(spreadJson(spread, "megarays_per_s"));
-        double& best = ours[i / tracers.size()];
         if (i % tracers.size() < ourCount)
-            best = std::max(best, spread.median);
-        rates[i]["ours_over_it"] = spread.median > 0 ? best / spread.median : 0.0;
+            ours[i / tracers.size()] = std::max(ours[i / tracers.size()], spread.median);
+    }
+    // Ours is the fastest of our own.
+    for (size_t i = 0; i < rates.size(); ++i) {
+        const double rate = rates[i]["megarays_per_s"].get<double>();
+        rates[i]["ours_over_it"] = rate > 0 ? ours[i / tracers.size()] / rate : 0.0;
     }
 
     Json result = {{"bench", "voxel"},

@@ -235,7 +235,7 @@ def speed_accuracy(charts, scene, runs, experiment):
     if exact:
         axes.plot([r["time_ms"] for r in exact], [height(r) for r in exact], color=YELLOW, marker="p", markersize=5.6,
                   linewidth=0.8, linestyle=":", zorder=4, markeredgecolor="black", markeredgewidth=0.5,
-                  label="DAG exact (error 0, at the bottom)" if not any(r["error"] for r in exact) else "DAG exact")
+                  clip_on=False, label="DAG exact (error 0)" if not any(r["error"] for r in exact) else "DAG exact")
     maps = sorted((r for r in runs if r["method"] == "maps"), key=lambda r: r["parameters"]["undersample"])
     if maps:
         axes.plot([r["time_ms"] for r in maps], [height(r) for r in maps], color=ORANGE, marker="s", markersize=4.6,
@@ -274,7 +274,11 @@ def speed_accuracy(charts, scene, runs, experiment):
         times = times + [truth["time_ms"]]
         axes.axvline(truth["time_ms"], color=BLACK, linestyle=":", linewidth=0.9, label="Embree's rays alone (error 0)")
     log_axis(axes.xaxis, min(times) / 1.35, max(times) * 1.35)
-    log_axis(axes.yaxis, min(errors) / 1.6, max(errors) * 1.6)
+    hasZero = any(r["error"] == 0 for r in methods)
+    log_axis(axes.yaxis, min(errors) if hasZero else min(errors) / 1.6, max(errors) * 1.6)
+    if hasZero:  # zero has no place on a logarithmic axis: its points stand on the frame
+        axes.annotate("0", (0, 0), xycoords="axes fraction", xytext=(-4, 0), textcoords="offset points", ha="right",
+                      va="center", fontsize=6.5)
     axes.set_xlabel("frame time (ms)")
     axes.set_ylabel("mean absolute visibility error (%)")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, columnspacing=1.2, borderaxespad=0.3)
@@ -440,6 +444,9 @@ def bar_runs(runs):
     """The configurations worth a bar: the first sweep, other models, and the pure methods, in that order."""
     series = sweeps(runs)
     members = list(next(iter(series.values()))) if series else [r for r in runs if r["method"] in ("maps", "dag")]
+    if not series:  # of several levels of detail the first: a bar's label names none
+        members = [r for r in members if r["method"] != "dag" or
+                   r["parameters"].get("lod", 0) == next(m for m in members if m["method"] == "dag")["parameters"].get("lod", 0)]
     members += [r for r in runs if r["method"] == "hybrid" and threshold_of(r) is None]
     return members
 
@@ -562,7 +569,7 @@ def lod_of(run):
     if parts[0] == "footprint":
         return "footprint", float(parts[1]) if len(parts) > 1 else 1.0, None
     if parts[0] == "coverage":
-        return "coverage", float(parts[2]) if len(parts) > 2 else 1.0, float(parts[1]) if len(parts) > 1 else 0.5
+        return "coverage", float(parts[2]) if len(parts) > 2 else 1.0, float(parts[1])
     return "fixed", float(value), None
 
 
@@ -636,7 +643,8 @@ def lod_chart(charts, scene, runs):
                 f"{fastest['parameters'].get('lod', 0)}, {fastest['time_ms']:.0f} ms with {wrong(fastest):.2f} %; of those that "
                 f"follow the footprint the most exact, {best['parameters'].get('lod', 0)}, {best['time_ms']:.0f} ms with "
                 f"{wrong(best):.2f} %. Marks name the level, the footprint's scale or the share of a cell's columns that "
-                f"stops a ray; times of one run spread by {100 * max(spread):.0f} % at most." + sentence)
+                f"stops a ray; times of one run spread by {100 * max(spread):.0f} % at most. Rays of level 0 go in streams, "
+                "those of all others one by one." + sentence)
 
 
 def histogram_chart(charts, scene, runs, experiment):

@@ -383,6 +383,9 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         const bool usesRays =
             std::any_of(experiment.methods.begin(), experiment.methods.end(), methodUsesVoxels);
         if (usesRays) {
+            refuseStaleExact(
+                std::count(experiment.methods.begin(), experiment.methods.end(), "dag-exact") > 0,
+                options.common.allowStale);
             const VoxelSource source{options.common.voxels, options.common.cache,
                                      options.common.allowStale};
             dags = obtainDags(scene, allResolutions(experiment), source, console);

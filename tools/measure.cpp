@@ -60,11 +60,10 @@ class FrameMeasurement {
 public:
     FrameMeasurement(const LoadedScene& scene, uint32_t frame, const Experiment& experiment,
                      const std::vector<RunParameters>& runs,
-                     std::vector<std::unique_ptr<FrameRenderer>>& renderers,
-                     const std::vector<Dag>& dags, const Truth& truth,
+                     std::vector<std::unique_ptr<FrameRenderer>>& renderers, const Truth& truth,
                      const MeasureContext& context)
         : scene_(scene), frame_(frame), experiment_(experiment), runs_(runs), renderers_(renderers),
-          dags_(dags), truth_(truth), context_(context),
+          truth_(truth), context_(context),
           part_(scene.geometryHash + "/" + scene.name + "/" + std::to_string(frame) + "/") {}
 
     void measure(const Camera& camera, bool withPictures, const std::function<void()>& step,
@@ -245,10 +244,8 @@ private:
         options.seed = experiment_.errorSeed;
         options.rays = run.frame.rays;
         options.bias = run.frame.bias;
-        static const Dag kNoDag;
-        const Dag& dag = run.dag < dags_.size() ? dags_[run.dag] : kNoDag;
-        const ErrorReport report = computeError(rendererOf(run), result, *scene_.world, dag, truth_,
-                                                truthVisibility_, options);
+        const ErrorReport report =
+            computeError(rendererOf(run), result, *scene_.world, truth_, truthVisibility_, options);
         json.update(toJson(report.total));
         json["null_rate"] = report.nullRate;
         const std::vector<glm::vec3> display = toneMap(result.color, exposure_);
@@ -347,7 +344,6 @@ private:
     const Experiment& experiment_;
     const std::vector<RunParameters>& runs_;
     std::vector<std::unique_ptr<FrameRenderer>>& renderers_;
-    const std::vector<Dag>& dags_;
     const Truth& truth_;
     const MeasureContext& context_;
     std::string part_;
@@ -400,8 +396,7 @@ SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags,
     camera.at(*scene.world); // places it where a compare of all frames does
     for (const uint32_t frame : context.frames) {
         show(frame);
-        FrameMeasurement measurement(scene, frame, experiment, runs, renderers, dags, truth,
-                                     context);
+        FrameMeasurement measurement(scene, frame, experiment, runs, renderers, truth, context);
         measurement.measure(camera.at(*scene.world), frame == experiment.frames.front(), step, out);
     }
     return out;

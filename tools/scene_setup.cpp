@@ -224,6 +224,13 @@ Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStal
     return std::move(asset.dag);
 }
 
+void refuseStaleExact(bool isExact, bool allowStale) {
+    if (isExact && allowStale)
+        throw Error(ErrorKind::kUsage,
+                    "--allow-stale is not for dag-exact, whose voxels must be those of the "
+                    "scene's own triangles; voxelize the scene, or use method dag");
+}
+
 std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t>& resolutionLog2,
                             const VoxelSource& source, const Console& console) {
     std::vector<Dag> dags;

@@ -75,6 +75,10 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
 Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStale,
                const Console& console);
 
+/// Throws Error kUsage where exact rays are asked for and stale assets allowed: voxels of other
+/// triangles would answer for the scene's, and nothing would tell.
+void refuseStaleExact(bool isExact, bool allowStale);
+
 /// Returns the DAGs of a run: those of the assets given, else one a resolution. Throws Error kUsage
 /// when two assets have the same resolution: runs are told apart by it.
 std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t>& resolutionLog2,

@@ -71,6 +71,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true,
                                console);
     if (methodUsesVoxels(method.method)) {
+        refuseStaleExact(method.method == "dag-exact", options.allowStale);
         const VoxelSource source{options.voxels, options.cache, options.allowStale};
         dag_ = std::move(obtainDags(scene_, experiment.resolutionLog2, source, console).front());
     }

@@ -44,7 +44,6 @@ public:
     const World& world() const { return *scene_.world; }
     const LoadedScene& scene() const { return scene_; }
     const Camera& camera() const { return camera_; }
-    const Dag& dag() const { return dag_; }
     const Truth& truth() const { return *truth_; }
     const FrameRenderer& renderer() const { return *renderer_; }
     const FrameOptions& frameOptions() const { return frameOptions_; }

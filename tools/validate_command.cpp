@@ -87,7 +87,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
         frames.render(options.common.timeSeconds(experiment), experiment.frames.front());
     checkInterrupted();
     const std::vector<uint8_t> truthVisibility = frames.truthVisibility(result);
-    const ErrorReport report = computeError(frames.renderer(), result, frames.world(), frames.dag(),
+    const ErrorReport report = computeError(frames.renderer(), result, frames.world(),
                                             frames.truth(), truthVisibility, frames.errorOptions());
     checkInterrupted();
     if (!options.output.empty())

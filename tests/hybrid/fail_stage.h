@@ -70,7 +70,7 @@ public:
         judging.rays = options.rays;
         judging.bias = options.bias;
         outcome.report =
-            computeError(*renderer, outcome.frame, world, dag, *truth, outcome.truth, judging);
+            computeError(*renderer, outcome.frame, world, *truth, outcome.truth, judging);
         return outcome;
     }
 

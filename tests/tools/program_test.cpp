@@ -311,6 +311,10 @@ TEST(Program, AnAssetOfAnotherSceneIsRefusedUnlessAllowed) {
     const ProgramResult refused = runShadowdag(directory, render);
     EXPECT_EQ(refused.status, 2);
     EXPECT_THAT(refused.err, HasSubstr("--allow-stale"));
+    const ProgramResult exact =
+        runShadowdag(directory, render + Arguments{"--allow-stale", "--method", "dag-exact"});
+    EXPECT_EQ(exact.status, 1);
+    EXPECT_THAT(exact.err, HasSubstr("--allow-stale is not for dag-exact"));
     const ProgramResult allowed = runShadowdag(directory, render + Arguments{"--allow-stale"});
     EXPECT_EQ(allowed.status, 0) << allowed.err;
     EXPECT_THAT(allowed.err, HasSubstr("used all the same"));
