@@ -206,7 +206,7 @@ def speed_accuracy(charts, scene, runs, experiment):
         return
     figure, axes = plt.subplots(figsize=(COLUMN, 3.0))
     positive = [r["error"] for r in methods if r["error"] > 0]
-    floor = (min(positive) if positive else 1e-4) / 3
+    floor = (min(positive) if positive else 1e-4) / 4
     height = lambda run: 100 * max(run["error"], floor)
     series = sweeps(runs)
     styles = [(BLUE, "o"), (GREEN, "s"), (PURPLE, "^"), (VERMILION, "v"), (BLACK, "P"), (ORANGE, "X")]

@@ -105,7 +105,7 @@ def validateTable(paths):
         result = json.loads(path.read_text())
         pairs = result["pair_count"]
         lines.append("| {} | {} | {:,} | {:.2f} % | {:.2f} % | {} ({}) | {} | {} |".format(
-            path.stem.removeprefix("validate-").rsplit("-", 1)[0], result["method"], pairs,
+            path.stem.removeprefix("validate-").removesuffix("-" + result["method"]), result["method"], pairs,
             100.0 * result["false_shadow_count"] / pairs, 100.0 * result["false_light_count"] / pairs,
             result["unexplained_false_shadow_count"] + result["unexplained_false_light_count"],
             result["settled_false_shadow_count"], result["acne_count"], result["contact_count"]))
