@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The built program as scripts meet it: help, exit statuses, messages, one JSON object on standard
 // output.
-#include "tests/tools/program_runner.h"
+#include "tests/tools/program_refusals.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -75,12 +75,6 @@ TEST(Program, LaterCommandsAreNotPretended) {
                                           "import, render"));
     }
 }
-
-struct Wrong {
-    Arguments arguments;
-    int status;
-    std::string message; ///< part of standard error
-};
 
 TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
     const TemporaryDirectory directory;
@@ -176,16 +170,7 @@ TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
         {{"bench", "nothing"}, 1, "there are voxel, raster"},
         {{"bench", "voxel", "--backend", "cuda"}, 1, "drop --backend cuda"},
     };
-    for (const Wrong& wrong : cases) {
-        const ProgramResult result = runShadowdag(directory, wrong.arguments);
-        std::string command;
-        for (const std::string& argument : wrong.arguments)
-            command += argument + " ";
-        EXPECT_EQ(result.status, wrong.status) << command << "\n" << result.err;
-        EXPECT_THAT(result.err, HasSubstr(wrong.message)) << command;
-        EXPECT_THAT(result.err, HasSubstr("shadowdag: error: ")) << command;
-        EXPECT_THAT(result.out, IsEmpty()) << command;
-    }
+    expectRefused(directory, cases);
     EXPECT_FALSE(std::filesystem::exists(exr));
     EXPECT_FALSE(std::filesystem::exists(dag));
 }

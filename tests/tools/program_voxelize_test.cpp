@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // voxelize and merge through the built program.
-#include "tests/tools/program_runner.h"
+#include "tests/tools/program_refusals.h"
 #include "voxel/asset.h"
 
 #include <gmock/gmock.h>
@@ -16,29 +16,9 @@ namespace shadowdag {
 namespace {
 
 using testing::HasSubstr;
-using testing::IsEmpty;
 using Arguments = std::vector<std::string>;
 
 const std::string kScene = "builtin:atrium";
-
-struct Wrong {
-    Arguments arguments;
-    int status;
-    std::string message; ///< part of standard error
-};
-
-void expectRefused(const TemporaryDirectory& directory, const std::vector<Wrong>& cases) {
-    for (const Wrong& wrong : cases) {
-        const ProgramResult result = runShadowdag(directory, wrong.arguments);
-        std::string command;
-        for (const std::string& argument : wrong.arguments)
-            command += argument + " ";
-        EXPECT_EQ(result.status, wrong.status) << command << "\n" << result.err;
-        EXPECT_THAT(result.err, HasSubstr(wrong.message)) << command;
-        EXPECT_THAT(result.err, HasSubstr("shadowdag: error: ")) << command;
-        EXPECT_THAT(result.out, IsEmpty()) << command;
-    }
-}
 
 /// Builds the parts 1..count of the scene and returns their paths.
 Arguments buildParts(const TemporaryDirectory& directory, int count,

@@ -14,18 +14,6 @@ namespace {
 
 constexpr StreamIsa kIsas[] = {StreamIsa::kPortable, StreamIsa::kAvx2, StreamIsa::kAvx512};
 
-/// A DAG with its wide form.
-struct TwoForms {
-    Dag dag;
-    WideDag wide;
-    explicit TwoForms(Dag d) : dag(std::move(d)), wide(buildWideDag(dag)) {}
-    DagView view() const {
-        DagView v = dag.view();
-        v.wide = wide.view();
-        return v;
-    }
-};
-
 /// Segments as frames ask for them and as nobody should: bundles from a patch to a light, with
 /// members of other directions, ends on lattice points, far outside, equal, not numbers.
 std::vector<DagSegment> bundles(float size, size_t count, std::mt19937& random) {

@@ -13,21 +13,6 @@
 namespace shadowdag {
 namespace {
 
-/// A DAG with its wide form.
-struct TwoForms {
-    Dag dag;
-    WideDag wide;
-    explicit TwoForms(Dag d) : dag(std::move(d)), wide(buildWideDag(dag)) {}
-    DagView view() const {
-        DagView v = dag.view();
-        v.wide = wide.view();
-        return v;
-    }
-    std::vector<WideCell> root() const {
-        return {WideCell{wide.rootAddress, wide.rootLevel, {0, 0, 0}}};
-    }
-};
-
 /// Samples as a cluster holds them.
 struct Samples {
     std::vector<glm::vec3> position, normal;

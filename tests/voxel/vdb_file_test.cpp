@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Assets as .vdb and .nvdb files, held against what OpenVDB and NanoVDB read from them themselves.
+// Long because both formats are provoked in the same ways, with the same helpers.
 #include "voxel/vdb_file.h"
 
 #include "cuda/error.h"

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "voxel/dag_builder.h"
+#include "voxel/dag_stream.h"
 
 #include <algorithm>
 #include <random>
@@ -62,5 +63,21 @@ inline Dag dagOf(const DenseGrid& grid) {
     voxelGrid.resolutionLog2 = grid.log2;
     return builder.finish(rootLevel, addCell(builder, grid, rootLevel, 0, 0, 0), voxelGrid);
 }
+
+/// A DAG with its wide form.
+struct TwoForms {
+    Dag dag;
+    WideDag wide;
+    explicit TwoForms(Dag d) : dag(std::move(d)), wide(buildWideDag(dag)) {}
+    DagView view() const {
+        DagView v = dag.view();
+        v.wide = wide.view();
+        return v;
+    }
+    /// Returns the wide form's root as a cut.
+    std::vector<WideCell> root() const {
+        return {WideCell{wide.rootAddress, wide.rootLevel, {0, 0, 0}}};
+    }
+};
 
 } // namespace shadowdag
