@@ -29,14 +29,15 @@ struct CullView {
     View<const ShadowMapInfo> maps;
     PageMaskView masks;
     BatchView batches;
-    bool useProjectionMaps;
-    bool useMaximumDepth;
+    MapCulling culling;
 
     SDAG_HD uint32_t parts() const { return topBoxCount(batches.bvh); }
 
     /// Returns the faces of a map that a batch must be drawn into.
     SDAG_HD uint32_t facesToDraw(uint32_t mapIndex, const Box& boxWorld) const {
         const ShadowMapInfo& map = maps[mapIndex];
+        if (culling == MapCulling::kSphere)
+            return (1u << kFaceCount) - 1;
         const Box box{boxWorld.min - map.lightPositionWorld, boxWorld.max - map.lightPositionWorld};
         uint32_t faces = 0;
         for (uint32_t face = 0; face < kFaceCount; ++face) {
@@ -45,10 +46,10 @@ struct CullView {
             FaceRect rect;
             if (!projectBox(box, face, 0.0f, rect))
                 continue;
-            if (useMaximumDepth &&
+            if (culling >= MapCulling::kMaximumDepth &&
                 rect.depthMin > bitsFloat(masks.depths[mapIndex * kFaceCount + face]))
                 continue;
-            if (useProjectionMaps && !overlapsProjection(mapIndex, face, rect))
+            if (culling >= MapCulling::kProjectionMap && !overlapsProjection(mapIndex, face, rect))
                 continue;
             faces |= 1u << face;
         }

@@ -20,6 +20,15 @@ constexpr uint32_t kProjectionWordsPerMap = kFaceCount * kProjectionMapSize;
 /// around corners.
 constexpr uint32_t kLeastMaskedFaceTexels = 8;
 
+/// Which batches are drawn into which faces; each tests what the one before does, and more. The
+/// paper's names in brackets.
+enum class MapCulling : uint8_t {
+    kSphere,   ///< batches in the light's sphere into all six faces: what culling is held against
+    kFaceMask, ///< faces that receivers reach (CFM)
+    kProjectionMap, ///< and projection maps that overlap (PMC)
+    kMaximumDepth,  ///< and no batch behind the farthest receiver of a face (PMCD)
+};
+
 /// A receiver box (cluster bounds) that will be looked up in a map.
 struct MapReceiver {
     uint32_t box; ///< index into the frame's receiver boxes

@@ -172,8 +172,7 @@ struct ShadowMaps::State {
 
     /// Returns the first draw of every map, and their number last.
     std::vector<uint32_t> cull(const BatchView& onBackend) {
-        const CullView cull{std::as_const(maps).view(), masks(), onBackend,
-                            options.useProjectionMaps, options.useMaximumDepth};
+        const CullView cull{std::as_const(maps).view(), masks(), onBackend, options.culling};
         const size_t parts = cull.parts();
         const size_t items = infos.size() * parts;
         firstDraw.resize(items);

@@ -24,15 +24,16 @@ struct MapRequest {
     float rangeWorld;
     uint32_t light;      ///< index into the world's lights
     uint32_t faceTexels; ///< allocated resolution of a face, 1..kMaxFaceTexels
+    uint32_t octave =
+        0; ///< MapQuantities::octave: with the light, who the map is from frame to frame
 };
 
-/// How maps are built. Results of lookups do not depend on the culling switches.
+/// How maps are built. Results of lookups do not depend on the culling.
 struct ShadowMapOptions {
     uint32_t pageTexels = 64;          ///< side of a page, a power of two, 16..256
     uint64_t poolBytes = 256ull << 20; ///< budget of the page pool
     uint32_t taps = 9;                 ///< 1 or 9: which page borders the filter needs marked
-    bool useProjectionMaps = true;     ///< PMC; false: cube-face masks alone (CFM)
-    bool useMaximumDepth = true; ///< PMCD: cull batches behind the farthest receiver of a face
+    MapCulling culling = MapCulling::kMaximumDepth;
     bool useAtomicRasterizer =
         false; ///< CPU only: draw by the one text instead of the CPU's own kernel (same bits)
 };
