@@ -20,6 +20,8 @@ namespace {
 /// How many clusters to either side along the curve are candidates.
 constexpr uint32_t kSearchRadius = 8;
 
+constexpr size_t kNoCorners = ~size_t(0);
+
 struct Cluster {
     Box box;
     uint32_t count; ///< triangles
@@ -91,7 +93,11 @@ void gather(const std::vector<Merge>& merges, uint32_t first, bool isLeaf,
 
 } // namespace
 
-BatchSet::BatchSet(const World& world) : BatchSet(world.triangles(), world.triangleInstance()) {}
+BatchSet::BatchSet(const World& world) : BatchSet(world.triangles(), world.triangleInstance()) {
+    for (uint32_t b = 0; b < batches_.size(); ++b)
+        if (world.instances()[batches_[b].instance].isMoving)
+            keepCorners(world.triangles(), b);
+}
 
 BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance) {
     const size_t count = geometry.count();
@@ -155,6 +161,7 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
         boxes_.push_back(cluster.box);
         gather(merges, cluster.first, cluster.isLeaf, triangles_);
     }
+    firstCorner_.assign(batches_.size(), kNoCorners);
     bvh_.build(viewOf(boxes_));
 }
 
@@ -163,22 +170,49 @@ void BatchSet::update(const World& world, const std::vector<uint32_t>& movedInst
 }
 
 void BatchSet::update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances) {
-    if (movedInstances.empty())
-        return;
+    movedBatches_.clear();
+    movedBoxesBefore_.clear();
     for (const uint32_t instance : movedInstances) {
         // Batches ascend by instance.
         const auto first =
             std::lower_bound(batches_.begin(), batches_.end(), instance,
                              [](const Batch& b, uint32_t value) { return b.instance < value; });
-        for (auto batch = first; batch != batches_.end() && batch->instance == instance; ++batch) {
-            Box box;
-            for (uint32_t i = 0; i < batch->count; ++i)
-                for (int corner = 0; corner < 3; ++corner)
-                    box.add(geometry.vertex(triangles_[batch->first + i], corner));
-            boxes_[size_t(batch - batches_.begin())] = box;
-        }
+        for (auto batch = first; batch != batches_.end() && batch->instance == instance; ++batch)
+            if (keepCorners(geometry, uint32_t(batch - batches_.begin())))
+                movedBatches_.push_back(uint32_t(batch - batches_.begin()));
+    }
+    if (movedBatches_.empty())
+        return;
+    std::sort(movedBatches_.begin(), movedBatches_.end());
+    for (const uint32_t b : movedBatches_) {
+        movedBoxesBefore_.push_back(boxes_[b]);
+        Box box;
+        const Batch& batch = batches_[b];
+        for (uint32_t i = 0; i < 3 * batch.count; ++i)
+            box.add(corners_[firstCorner_[b] + i]);
+        boxes_[b] = box;
     }
     bvh_.refit(viewOf(boxes_));
+}
+
+/// Keeps the corners of a batch as they are now; returns whether one differs from what was kept, or
+/// nothing was.
+bool BatchSet::keepCorners(const TriangleView& geometry, uint32_t batch) {
+    const Batch& b = batches_[batch];
+    size_t& first = firstCorner_[batch];
+    bool isMoved = first == kNoCorners;
+    if (isMoved) {
+        first = corners_.size();
+        corners_.resize(first + 3 * size_t(b.count));
+    }
+    glm::vec3* kept = &corners_[first];
+    for (uint32_t i = 0; i < b.count; ++i)
+        for (int corner = 0; corner < 3; ++corner, ++kept) {
+            const glm::vec3 now = geometry.vertex(triangles_[b.first + i], corner);
+            isMoved |= *kept != now;
+            *kept = now;
+        }
+    return isMoved;
 }
 
 BatchView BatchSet::view() const {

@@ -36,14 +36,28 @@ public:
     /// Recomputes boxes (and hierarchy) of the batches of these instances after World::setTime.
     void update(const World& world, const std::vector<uint32_t>& movedInstances);
     void update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances);
+    /// Returns the batches with a corner that the last update found elsewhere than the one before,
+    /// ascending. An instance that was named but stands where it stood moves none. Of an instance
+    /// that no animation moves (World), or of bare triangles, the first update knows no corners
+    /// from before: it takes all its batches for moved.
+    const std::vector<uint32_t>& movedBatches() const { return movedBatches_; }
+    /// Returns the world boxes of movedBatches() before the last update, one a batch.
+    const std::vector<Box>& movedBoxesBefore() const { return movedBoxesBefore_; }
     /// Returns views of this object's arrays; valid while it lives.
     BatchView view() const;
     size_t size() const { return batches_.size(); }
 
 private:
+    bool keepCorners(const TriangleView& geometry, uint32_t batch);
+
     std::vector<Batch> batches_;
     std::vector<Box> boxes_;
     std::vector<uint32_t> triangles_;
+    std::vector<uint32_t> movedBatches_;
+    std::vector<Box> movedBoxesBefore_;
+    /// By batch: where its corners at the last update stand in corners_, kNoCorners before any.
+    std::vector<size_t> firstCorner_;
+    std::vector<glm::vec3> corners_; ///< three a triangle of the batches that were ever updated
     WideBvh bvh_;
 };
 

@@ -145,6 +145,37 @@ TEST(BatchSet, UpdateRecomputesTheBoxesOfMovedInstancesOnly) {
     EXPECT_TRUE(top == all);
 }
 
+TEST(BatchSet, MovedBatchesAreThoseWhoseCornersChangedWithTheirBoxesBefore) {
+    Triangles t = heightField(40);
+    BatchSet set(t.view(), t.instances);
+    const auto batchesOf = [&](std::initializer_list<uint32_t> instances) {
+        std::vector<uint32_t> found;
+        for (uint32_t b = 0; b < set.size(); ++b)
+            if (std::count(instances.begin(), instances.end(), set.view().batches[b].instance))
+                found.push_back(b);
+        return found;
+    };
+    set.update(t.view(), {3, 1});
+    EXPECT_EQ(set.movedBatches(), batchesOf({1, 3})); // their corners were not known before
+    set.update(t.view(), {1, 3});
+    EXPECT_TRUE(set.movedBatches().empty()); // named, but at rest
+    EXPECT_TRUE(set.movedBoxesBefore().empty());
+
+    // One corner of one triangle of instance 3.
+    const uint32_t batch = batchesOf({3}).back();
+    const Box before = set.view().boxesWorld[batch];
+    const uint32_t triangle = set.view().triangles[set.view().batches[batch].first];
+    t.positions.push_back(t.positions[t.triangles[triangle].x] + glm::vec3(0, 50, 0));
+    t.triangles[triangle].x = uint32_t(t.positions.size() - 1);
+    set.update(t.view(), {1, 3});
+    EXPECT_EQ(set.movedBatches(), std::vector<uint32_t>{batch});
+    ASSERT_EQ(set.movedBoxesBefore().size(), 1u);
+    EXPECT_TRUE(set.movedBoxesBefore()[0] == before);
+    EXPECT_GE(set.view().boxesWorld[batch].max.y, 50.0f);
+    set.update(t.view(), {});
+    EXPECT_TRUE(set.movedBatches().empty());
+}
+
 TEST(BatchSet, NothingGivesNothing) {
     const Triangles t;
     const BatchSet set(t.view(), t.instances);
