@@ -30,6 +30,7 @@ struct CullView {
     PageMaskView masks;
     BatchView batches;
     MapCulling culling;
+    CellDepthView cells; ///< with MapCulling::kCellDepth
 
     SDAG_HD uint32_t parts() const { return topBoxCount(batches.bvh); }
 
@@ -49,7 +50,11 @@ struct CullView {
             if (culling >= MapCulling::kMaximumDepth &&
                 rect.depthMin > bitsFloat(masks.depths[mapIndex * kFaceCount + face]))
                 continue;
-            if (culling >= MapCulling::kProjectionMap && !overlapsProjection(mapIndex, face, rect))
+            if (culling >= MapCulling::kProjectionMap &&
+                !overlapsProjection(mapIndex, face, cellsOf(rect)))
+                continue;
+            if (culling >= MapCulling::kCellDepth &&
+                !cells.reaches(mapIndex, face, cellsOf(rect), depthBits(rect.depthMin)))
                 continue;
             faces |= 1u << face;
         }
@@ -85,14 +90,10 @@ struct CullView {
     }
 
 private:
-    SDAG_HD bool overlapsProjection(uint32_t mapIndex, uint32_t face, const FaceRect& rect) const {
-        const uint32_t u0 = faceCell(rect.uMin, kProjectionMapSize);
-        const uint32_t u1 = faceCell(rect.uMax, kProjectionMapSize);
-        const uint32_t v0 = faceCell(rect.vMin, kProjectionMapSize);
-        const uint32_t v1 = faceCell(rect.vMax, kProjectionMapSize);
-        const uint32_t row = (~0u >> (31 - u1)) & (~0u << u0);
+    SDAG_HD bool overlapsProjection(uint32_t mapIndex, uint32_t face, const CellRect& rect) const {
+        const uint32_t row = (~0u >> (31 - rect.u1)) & (~0u << rect.u0);
         const uint32_t first = mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
-        for (uint32_t v = v0; v <= v1; ++v)
+        for (uint32_t v = rect.v0; v <= rect.v1; ++v)
             if (masks.projection[first + v] & row)
                 return true;
         return false;
@@ -121,6 +122,8 @@ struct ListDraws {
     SDAG_HD void operator()(size_t i) const {
         const uint32_t mapIndex = uint32_t(i / cull.parts());
         uint32_t next = firstDraw[i];
+        if (next == (i + 1 < firstDraw.count ? firstDraw[i + 1] : draws.count))
+            return; // nothing was counted
         cull.run(i, [&](uint32_t batch, uint32_t faces) {
             draws[next++] = {mapIndex, batch, faces};
         });

@@ -5,6 +5,9 @@
 
 namespace shadowdag::cpu {
 
+void gatherBlocks(const GatherBlock& items) {
+    parallelFor<CpuTag>(items.blocks.count, items, 1024);
+}
 void countDraws(const CountDraws& items) {
     parallelFor<CpuTag>(items.drawCounts.count, items, 4);
 }

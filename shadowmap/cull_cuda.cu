@@ -5,6 +5,9 @@
 
 namespace shadowdag::cuda {
 
+void gatherBlocks(const GatherBlock& items) {
+    parallelFor<CudaTag>(items.blocks.count, items, 1024);
+}
 void countDraws(const CountDraws& items) {
     parallelFor<CudaTag>(items.drawCounts.count, items, 4);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The culling passes: count, (scan), list. See cull.h for what an item does.
+// The culling passes: gather blocks, count, (scan), list. See cull.h for what an item does.
 #pragma once
 
 #include "cuda/backend.h"
@@ -8,16 +8,22 @@
 namespace shadowdag {
 
 namespace cpu {
+void gatherBlocks(const GatherBlock& items);
 void countDraws(const CountDraws& items);
 void listDraws(const ListDraws& items);
 } // namespace cpu
 
 namespace cuda {
+void gatherBlocks(const GatherBlock& items);
 void countDraws(const CountDraws& items);
 void listDraws(const ListDraws& items);
 } // namespace cuda
 
-/// Counts the draws of every map and part of the hierarchy. All views live on the backend.
+/// Gathers the cells of every block. All views live on the backend.
+inline void gatherBlocks(Backend backend, const GatherBlock& items) {
+    SDAG_DISPATCH(backend, gatherBlocks, items);
+}
+/// Counts the draws of every map and part of the hierarchy.
 inline void countDraws(Backend backend, const CountDraws& items) {
     SDAG_DISPATCH(backend, countDraws, items);
 }

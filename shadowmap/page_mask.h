@@ -5,16 +5,11 @@
 
 #include "cuda/atomics.h"
 #include "cuda/view.h"
+#include "shadowmap/cell_depth.h"
 #include "shadowmap/cube_face.h"
 #include "shadowmap/shadow_map_lookup.h"
 
-#include <cstring>
-
 namespace shadowdag {
-
-/// The projection map has 32 x 32 cells a face, whatever the resolution of the map.
-constexpr uint32_t kProjectionMapSize = 32;
-constexpr uint32_t kProjectionWordsPerMap = kFaceCount * kProjectionMapSize;
 
 /// Faces smaller than this are needed whole with all their neighbours: a filter's taps then reach
 /// around corners.
@@ -27,6 +22,7 @@ enum class MapCulling : uint8_t {
     kFaceMask, ///< faces that receivers reach (CFM)
     kProjectionMap, ///< and projection maps that overlap (PMC)
     kMaximumDepth,  ///< and no batch behind the farthest receiver of a face (PMCD)
+    kCellDepth,     ///< and none behind the farthest receivers of all cells that it covers (ours)
 };
 
 /// A receiver box (cluster bounds) that will be looked up in a map.
@@ -39,12 +35,13 @@ struct MapReceiver {
 /// pages: one bit a page-table entry, in its order (so a map starts at word pageTableStart / 32);
 /// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face
 /// mask, a word a map; depths: kFaceCount a map, the farthest depth at which a blocker can matter,
-/// as float bits.
+/// as float bits; cells: the same a cell, as CellDepthView has it, or empty when nobody asks.
 struct PageMaskView {
     View<uint32_t> pages;
     View<uint32_t> projection;
     View<uint32_t> faces;
     View<uint32_t> depths;
+    View<uint32_t> cells;
 };
 
 /// How far the taps of a filter reach beyond the receiver, in face coordinates.
@@ -71,18 +68,6 @@ SDAG_HD inline float filterMargin(uint32_t faceTexels, uint32_t taps) {
 SDAG_HD inline float filterDepthFactor(float margin) {
     const float least = 1.0f - 0.7072f * margin;
     return least > 1e-3f ? 1.0f / least : 1e30f;
-}
-
-SDAG_HD inline uint32_t floatBits(float value) {
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
-SDAG_HD inline float bitsFloat(uint32_t bits) {
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
 }
 
 /// Sets bits [begin, end) of an array of words.
@@ -140,13 +125,13 @@ private:
             const uint32_t row = pageTableIndex(map, face, 0, y);
             setBits(masks.pages, row + x0, row + x1 + 1);
         }
-        const uint32_t u0 = faceCell(rect.uMin, kProjectionMapSize);
-        const uint32_t u1 = faceCell(rect.uMax, kProjectionMapSize);
-        const uint32_t v0 = faceCell(rect.vMin, kProjectionMapSize);
-        const uint32_t v1 = faceCell(rect.vMax, kProjectionMapSize);
+        const CellRect cells = cellsOf(rect);
         const uint32_t first = mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
-        for (uint32_t v = v0; v <= v1; ++v)
-            atomicOrRelaxed(&masks.projection[first + v], (~0u >> (31 - u1)) & (~0u << u0));
+        const uint32_t row = (~0u >> (31 - cells.u1)) & (~0u << cells.u0);
+        for (uint32_t v = cells.v0; v <= cells.v1; ++v)
+            atomicOrRelaxed(&masks.projection[first + v], row);
+        if (!masks.cells.empty())
+            raiseCells(masks.cells, mapIndex, face, cells, depthBits(rect.depthMax));
     }
 };
 

@@ -115,6 +115,8 @@ struct ShadowMaps::State {
     Buffer<uint32_t> projection{backend, "shadowmap projection maps"};
     Buffer<uint32_t> faces{backend, "shadowmap face masks"};
     Buffer<uint32_t> depthLimits{backend, "shadowmap depth limits"};
+    Buffer<uint32_t> cells{backend, "shadowmap cell depths"};
+    Buffer<uint32_t> blocks{backend, "shadowmap cell depth blocks"};
 
     // Written by page allocation; read by rasterization and lookups.
     Buffer<uint32_t> firstPage{backend, "shadowmap first page of word"};
@@ -129,7 +131,7 @@ struct ShadowMaps::State {
     uint32_t pageTexelsLog2() const { return log2Exact(options.pageTexels); }
     uint64_t pageTexelCount() const { return uint64_t(options.pageTexels) * options.pageTexels; }
     PageMaskView masks() {
-        return {pageBits.view(), projection.view(), faces.view(), depthLimits.view()};
+        return {pageBits.view(), projection.view(), faces.view(), depthLimits.view(), cells.view()};
     }
 
     /// Marks the pages of all receivers at the resolutions of `infos`; returns how many there are.
@@ -139,6 +141,8 @@ struct ShadowMaps::State {
         zero(projection, infos.size() * kProjectionWordsPerMap);
         zero(faces, infos.size());
         zero(depthLimits, infos.size() * kFaceCount);
+        const bool hasCells = options.culling >= MapCulling::kCellDepth;
+        zero(cells, hasCells ? infos.size() * kCellsPerMap : 0);
         firstPage.resize(words);
         markReceivers(backend, {std::as_const(maps).view(), boxes, pairs, masks(), pageTexelsLog2(),
                                 options.taps});
@@ -172,7 +176,13 @@ struct ShadowMaps::State {
 
     /// Returns the first draw of every map, and their number last.
     std::vector<uint32_t> cull(const BatchView& onBackend) {
-        const CullView cull{std::as_const(maps).view(), masks(), onBackend, options.culling};
+        blocks.resize(cells.size() / kCellsPerMap * kBlocksPerMap);
+        gatherBlocks(backend, {std::as_const(cells).view(), blocks.view()});
+        const CullView cull{std::as_const(maps).view(),
+                            masks(),
+                            onBackend,
+                            options.culling,
+                            {std::as_const(cells).view(), std::as_const(blocks).view()}};
         const size_t parts = cull.parts();
         const size_t items = infos.size() * parts;
         firstDraw.resize(items);

@@ -162,12 +162,17 @@ TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
                 ShadowMapOptions options;
                 options.pageTexels = pageTexels;
                 options.taps = taps;
-                ShadowMaps full(Backend::kCpu), projected(Backend::kCpu), masked(Backend::kCpu);
+                ShadowMaps cells(Backend::kCpu), full(Backend::kCpu), projected(Backend::kCpu),
+                    masked(Backend::kCpu);
+                options.culling = MapCulling::kCellDepth;
+                frame.build(cells, options);
+                options.culling = MapCulling::kMaximumDepth;
                 frame.build(full, options);
                 options.culling = MapCulling::kProjectionMap;
                 frame.build(projected, options);
                 options.culling = MapCulling::kFaceMask;
                 frame.build(masked, options);
+                EXPECT_LT(cells.counts().batchFaceCount, full.counts().batchFaceCount);
                 EXPECT_LT(full.counts().batchFaceCount, projected.counts().batchFaceCount);
                 EXPECT_LT(projected.counts().batchFaceCount, masked.counts().batchFaceCount);
                 EXPECT_LT(masked.counts().batchFaceCount, masked.counts().batchFaceSphereCount);
@@ -201,6 +206,7 @@ TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
                             lookupVisibility(full.view(), r.map, p, normal, bias, &trace);
                         missing += trace.missingTapCount;
                         different +=
+                            v != lookupVisibility(cells.view(), r.map, p, normal, bias) ||
                             v != lookupVisibility(projected.view(), r.map, p, normal, bias) ||
                             v != lookupVisibility(masked.view(), r.map, p, normal, bias);
                         dark += v < 128;
@@ -237,6 +243,44 @@ TEST(ShadowMaps, BlockerJustBeforeTheFarthestReceiverIsDrawnAndOneBehindItIsNot)
             EXPECT_EQ(drawn.maps.counts().batchFaceCount, blocks ? 1u : 0u) << fraction;
             EXPECT_EQ(lookupVisibility(drawn.maps.view(), 0, p, normal, {}), blocks ? 0 : 255)
                 << fraction;
+        }
+    }
+}
+
+// One face, receivers near on its left and far on its right, a batch between both depths before
+// each: one depth a face draws both batches, a depth a cell only the right one.
+TEST(ShadowMaps, CellDepthsDropABatchBehindTheReceiversOfItsOwnCells) {
+    const glm::vec3 light(0.5f, 1.0f, -2.0f);
+    for (uint32_t face = 0; face < kFaceCount; ++face) {
+        SCOPED_TRACE("face " + std::to_string(face));
+        const auto world = [&](float u, float v, float depth) {
+            return light + lightFromFace(face, depth * glm::vec3(u, v, 1.0f));
+        };
+        std::vector<Box> receivers(2);
+        receivers[0].add(world(-0.8f, -0.2f, 2.0f));
+        receivers[0].add(world(-0.4f, 0.2f, 2.0f));
+        receivers[1].add(world(0.4f, -0.2f, 8.0f));
+        receivers[1].add(world(0.8f, 0.2f, 8.0f));
+        SmallScene scene;
+        for (const float u : {-0.6f, 0.6f})
+            scene.addQuad(world(u, 0, 5), lightFromFace(face, glm::vec3(0.5f, 0, 0)),
+                          lightFromFace(face, glm::vec3(0, 0.5f, 0)), 2);
+        const std::vector<uint32_t> instances{0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1};
+        const BatchSet batches(scene.view(), instances);
+        ASSERT_EQ(batches.size(), 2u);
+        for (const MapCulling culling : {MapCulling::kMaximumDepth, MapCulling::kCellDepth}) {
+            const uint64_t expected = culling == MapCulling::kCellDepth ? 1 : 2;
+            ShadowMapOptions options;
+            options.culling = culling;
+            ShadowMaps maps(Backend::kCpu);
+            StageTimes stages;
+            maps.build({{light, 20.0f, 0, 256}}, receivers, {{0, 0}, {1, 0}}, scene.view(),
+                       batches.view(), options, stages);
+            EXPECT_EQ(maps.counts().batchFaceCount, expected);
+            EXPECT_EQ(maps.counts().triangleDrawCount, 8 * expected);
+            const glm::vec3 normal = -lightFromFace(face, glm::vec3(0, 0, 1));
+            EXPECT_EQ(lookupVisibility(maps.view(), 0, world(-0.6f, 0, 2), normal, {}), 255);
+            EXPECT_EQ(lookupVisibility(maps.view(), 0, world(0.6f, 0, 8), normal, {}), 0);
         }
     }
 }

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+// How deep receivers lie under every cell of a projection map, and the question that culling asks
+// of it: does any cell of a rectangle need what lies this deep? Our answer to what Olsson et al.
+// 2015, sec. VIII, leave open ("better max-depth culling"): there, one depth serves a face.
+#pragma once
+
+#include "cuda/atomics.h"
+#include "cuda/view.h"
+#include "shadowmap/cube_face.h"
+
+#include <cstring>
+
+namespace shadowdag {
+
+/// The projection map has 32 x 32 cells a face, whatever the resolution of the map.
+constexpr uint32_t kProjectionMapSize = 32;
+constexpr uint32_t kProjectionWordsPerMap = kFaceCount * kProjectionMapSize;
+constexpr uint32_t kCellsPerFace = kProjectionMapSize * kProjectionMapSize;
+constexpr uint32_t kCellsPerMap = kFaceCount * kCellsPerFace;
+
+/// Blocks of 4 x 4 cells are the level above, so that wide rectangles are settled by 64 of them.
+constexpr uint32_t kBlockCellsLog2 = 2;
+constexpr uint32_t kBlocksPerSide = kProjectionMapSize >> kBlockCellsLog2;
+constexpr uint32_t kBlocksPerFace = kBlocksPerSide * kBlocksPerSide;
+constexpr uint32_t kBlocksPerMap = kFaceCount * kBlocksPerFace;
+
+SDAG_HD inline uint32_t floatBits(float value) {
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+SDAG_HD inline float bitsFloat(uint32_t bits) {
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/// Returns the bits of a depth >= 0 as cells hold it: at least 1, since 0 is a cell without
+/// receivers. Ordered as the depths are.
+SDAG_HD inline uint32_t depthBits(float depth) {
+    const uint32_t bits = floatBits(depth);
+    return bits > 0 ? bits : 1u;
+}
+
+/// Cells of a face, from the first to the last of both axes.
+struct CellRect {
+    uint32_t u0, u1, v0, v1;
+};
+
+/// Returns the cells that a rectangle of a face touches.
+SDAG_HD inline CellRect cellsOf(const FaceRect& rect) {
+    return {faceCell(rect.uMin, kProjectionMapSize), faceCell(rect.uMax, kProjectionMapSize),
+            faceCell(rect.vMin, kProjectionMapSize), faceCell(rect.vMax, kProjectionMapSize)};
+}
+
+/// Returns the index of a cell among those of all maps: maps, faces, rows of v, u fastest.
+SDAG_HD inline uint32_t cellIndex(uint32_t mapIndex, uint32_t face, uint32_t u, uint32_t v) {
+    return (mapIndex * kFaceCount + face) * kCellsPerFace + v * kProjectionMapSize + u;
+}
+
+/// Returns the index of a block of cells, in the same order.
+SDAG_HD inline uint32_t blockIndex(uint32_t mapIndex, uint32_t face, uint32_t u, uint32_t v) {
+    return (mapIndex * kFaceCount + face) * kBlocksPerFace + v * kBlocksPerSide + u;
+}
+
+/// The farthest depth at which a blocker can matter to receivers, as depthBits; 0 for no receiver.
+/// cells: kCellsPerMap a map; blocks: kBlocksPerMap a map, the greatest of their cells.
+struct CellDepthView {
+    View<const uint32_t> cells;
+    View<const uint32_t> blocks;
+
+    SDAG_HD bool empty() const { return cells.empty(); }
+
+    /// Returns whether test(cell index, its depth) holds for a cell of the rectangle whose depth is
+    /// at least `bits`; asks no others.
+    template <class Test>
+    SDAG_HD bool any(uint32_t mapIndex, uint32_t face, const CellRect& rect, uint32_t bits,
+                     const Test& test) const {
+        for (uint32_t bv = rect.v0 >> kBlockCellsLog2; bv <= rect.v1 >> kBlockCellsLog2; ++bv)
+            for (uint32_t bu = rect.u0 >> kBlockCellsLog2; bu <= rect.u1 >> kBlockCellsLog2; ++bu) {
+                if (blocks[blockIndex(mapIndex, face, bu, bv)] < bits)
+                    continue;
+                constexpr uint32_t kLast = (1u << kBlockCellsLog2) - 1;
+                const uint32_t u = bu << kBlockCellsLog2, v = bv << kBlockCellsLog2;
+                const uint32_t uEnd = glm::min(rect.u1, u + kLast);
+                const uint32_t vEnd = glm::min(rect.v1, v + kLast);
+                for (uint32_t y = glm::max(rect.v0, v); y <= vEnd; ++y)
+                    for (uint32_t x = glm::max(rect.u0, u); x <= uEnd; ++x) {
+                        const uint32_t cell = cellIndex(mapIndex, face, x, y);
+                        if (cells[cell] >= bits && test(cell, cells[cell]))
+                            return true;
+                    }
+            }
+        return false;
+    }
+
+    /// Returns whether a receiver under a cell of the rectangle lies at `bits` or beyond.
+    SDAG_HD bool reaches(uint32_t mapIndex, uint32_t face, const CellRect& rect,
+                         uint32_t bits) const {
+        return any(mapIndex, face, rect, bits, [](uint32_t, uint32_t) { return true; });
+    }
+};
+
+/// Raises the depth of the cells of a rectangle to `bits`.
+SDAG_HD inline void raiseCells(View<uint32_t> cells, uint32_t mapIndex, uint32_t face,
+                               const CellRect& rect, uint32_t bits) {
+    for (uint32_t v = rect.v0; v <= rect.v1; ++v)
+        for (uint32_t u = rect.u0; u <= rect.u1; ++u)
+            atomicMaxRelaxed(&cells[cellIndex(mapIndex, face, u, v)], bits);
+}
+
+/// Writes block i: the greatest depth of its cells.
+struct GatherBlock {
+    View<const uint32_t> cells;
+    View<uint32_t> blocks;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t face = uint32_t(i) / kBlocksPerFace, block = uint32_t(i) % kBlocksPerFace;
+        const uint32_t first = cellIndex(0, face, (block % kBlocksPerSide) << kBlockCellsLog2,
+                                         (block / kBlocksPerSide) << kBlockCellsLog2);
+        uint32_t greatest = 0;
+        for (uint32_t v = 0; v < 1u << kBlockCellsLog2; ++v)
+            for (uint32_t u = 0; u < 1u << kBlockCellsLog2; ++u)
+                greatest = glm::max(greatest, cells[first + v * kProjectionMapSize + u]);
+        blocks[i] = greatest;
+    }
+};
+
+} // namespace shadowdag
