@@ -40,13 +40,15 @@ public:
         std::vector<Route> routes;
         routes.reserve(maps.size());
         for (const MapQuantities& map : maps) {
-            const auto cost =
-                std::lower_bound(costs_.maps.begin(), costs_.maps.end(), map.light,
-                                 [](const MapCost& c, uint32_t light) { return c.light < light; });
-            if (cost == costs_.maps.end() || cost->light != map.light)
+            const auto wanted = std::pair(map.light, map.octave);
+            const auto cost = std::lower_bound(
+                costs_.maps.begin(), costs_.maps.end(), wanted,
+                [](const MapCost& c, const auto& w) { return std::pair(c.light, c.octave) < w; });
+            if (cost == costs_.maps.end() || std::pair(cost->light, cost->octave) != wanted)
                 throw Error(ErrorKind::kInput,
                             "the costs of frame " + std::to_string(costs_.frame) +
                                 " say nothing about light " + std::to_string(map.light) +
+                                (map.octave ? ", octave " + std::to_string(map.octave) : "") +
                                 ", which the frame needs; measure them again for this scene, "
                                 "camera and size");
             routes.push_back(cost->raysMs < cost->mapMs ? Route::kRays : Route::kMap);
@@ -57,8 +59,9 @@ public:
     bool needsGeometryCounts() const override { return false; }
     void setCosts(const FrameCosts& costs) override {
         costs_ = costs;
-        std::sort(costs_.maps.begin(), costs_.maps.end(),
-                  [](const MapCost& a, const MapCost& b) { return a.light < b.light; });
+        std::sort(costs_.maps.begin(), costs_.maps.end(), [](const MapCost& a, const MapCost& b) {
+            return std::pair(a.light, a.octave) < std::pair(b.light, b.octave);
+        });
     }
 
 private:

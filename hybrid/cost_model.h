@@ -16,7 +16,9 @@ enum class Route : uint8_t { kRays = 0, kMap = 1 };
 /// What is known about a shadow map before it is served. All counts are integers of this frame.
 struct MapQuantities {
     uint32_t light = 0;
-    float texels = 0; ///< requested face resolution R, after undersampling, before any rounding
+    uint32_t octave = 0; ///< of this map among the light's: floor(log2) of what its clusters ask
+                         ///< for, lower ones with the lowest; 0 with one map a light
+    float texels = 0;    ///< requested face resolution R, after undersampling, before any rounding
     uint32_t faceTexels = 0; ///< allocated face resolution
     uint32_t pages = 0;      ///< pages its receivers touch at faceTexels
     uint64_t samples = 0;    ///< samples of its clusters (an upper bound of its pairs)
@@ -30,6 +32,7 @@ struct MapQuantities {
 /// Isolated cost of serving one map by either method, measured or predicted.
 struct MapCost {
     uint32_t light = 0;
+    uint32_t octave = 0; ///< as MapQuantities
     double raysMs = 0;
     double mapMs = 0;
 };
@@ -38,7 +41,7 @@ struct MapCost {
 /// file gives the same routing.
 struct FrameCosts {
     uint32_t frame = 0;
-    std::vector<MapCost> maps; ///< ascending light
+    std::vector<MapCost> maps; ///< ascending light, then octave
 };
 
 /// Decides per shadow map. Pure: the same quantities give the same route.

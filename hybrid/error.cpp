@@ -46,8 +46,8 @@ std::vector<Case> sampleRightPairs(const PairList& pairs, const std::vector<uint
 
 void checkSizes(const ErrorInputs& inputs, const std::vector<uint8_t>& truthVisibility) {
     const size_t count = inputs.pairs.count();
-    for (const size_t size :
-         {inputs.visibility.size(), inputs.pairRoute.size(), truthVisibility.size()})
+    for (const size_t size : {inputs.visibility.size(), inputs.pairRoute.size(),
+                              inputs.pairMap.size(), truthVisibility.size()})
         if (size != count)
             throw Error(ErrorKind::kUsage, "the error of " + std::to_string(count) +
                                                " pairs needs one answer a pair, got " +
@@ -135,14 +135,10 @@ ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame
                          const World& world, const Truth& truth,
                          const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options) {
     const RayInputs rays = renderer.rayInputs(options.rays);
-    const ErrorInputs inputs{
-        renderer.gbuffer(),
-        world.triangles(),
-        viewOf(world.lights()),
-        frame.pairs,
-        frame.visibility,
-        frame.pairRoute,
-        {viewOf(renderer.mapOfLight()), rays, renderer.shadowMaps(), options.bias}};
+    const ErrorInputs inputs{renderer.gbuffer(),     world.triangles(),
+                             viewOf(world.lights()), frame.pairs,
+                             frame.visibility,       frame.pairRoute,
+                             frame.pairMap,          {rays, renderer.shadowMaps(), options.bias}};
     return computeError(inputs, truth, truthVisibility, options);
 }
 

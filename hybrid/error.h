@@ -56,7 +56,8 @@ struct ErrorOptions {
 };
 
 /// A frame's answers and everything needed to ask again, as views on the host.
-/// visibility, pairRoute: one per pair. triangles: what the DAG and the truth were built from.
+/// visibility, pairRoute, pairMap: one per pair (FrameResult). triangles: what the DAG and the
+/// truth were built from.
 struct ErrorInputs {
     GBufferView gbuffer;
     TriangleView triangles;
@@ -64,6 +65,7 @@ struct ErrorInputs {
     const PairList& pairs;
     const std::vector<uint8_t>& visibility;
     const std::vector<Route>& pairRoute;
+    const std::vector<int>& pairMap;
     VisibilityInputs method;
 };
 

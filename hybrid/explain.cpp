@@ -123,7 +123,7 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
         return q;
     }
-    const auto mapIndex = uint32_t(method.mapOfLight[lightIndex]);
+    const auto mapIndex = uint32_t(inputs_.pairMap[pair]);
     const ShadowMapInfo& map = method.maps.maps[mapIndex];
     double texelWorld;
     if (isDark) {

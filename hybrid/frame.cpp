@@ -29,8 +29,8 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
     }
     {
         const StageTimer timer(backend, stages, "resolution");
-        gatherDemand(backend, state.clusters.view(), state.lists.view(), scene.lights(), view,
-                     state.demand);
+        gatherDemand(backend, state.clusters.view(), state.lists, scene.lights(), view,
+                     options.undersample, options.mapsPerLight, state.demand);
     }
     state.detail = {view.origin, view.forward, view.pixelSize,
                     state.demand.resolutionSquaredBits.view()};
@@ -126,10 +126,6 @@ RayInputs FrameRenderer::rayInputs(const RayOptions& options) const {
     FrameScene& scene = state_->scene;
     return {options.lod == LodRule::kCoverage ? scene.hostCoveredDag() : scene.hostDag(), options,
             scene.hostMovers(), exact(), hostRayDetail(*state_)};
-}
-
-const std::vector<int>& FrameRenderer::mapOfLight() const {
-    return state_->mapOfLight;
 }
 
 uint64_t FrameRenderer::dagBytes() const {

@@ -23,6 +23,8 @@ namespace shadowdag {
 struct FrameOptions {
     uint32_t width = 640, height = 360;
     float undersample = 1.0f; ///< divisor of the required resolution, u2 = 2
+    uint32_t mapsPerLight =
+        1; ///< 1..kMaxMapsPerLight: by octaves of what clusters ask for (4SM = 4)
     uint32_t minFaceTexels =
         16; ///< allocated resolution is clamped to this from below (failure 10)
     uint32_t maxFaceTexels = 2048; ///< and to this from above, kMaxFaceTexels at most
@@ -33,7 +35,8 @@ struct FrameOptions {
     bool recordPairs = true; ///< keep visibility per pair (outside the timing of the stages)
 };
 
-/// Everything that a frame knows about one shadow map (here: one light with at least one cluster).
+/// Everything that a frame knows about one shadow map, that is the clusters of one light whose
+/// requests share an octave, whether it is drawn or traced instead.
 struct MapRecord {
     MapQuantities quantities;
     Route route = Route::kRays;
@@ -47,13 +50,16 @@ struct FrameCounts {
     uint64_t pairCount = 0; ///< exact pairs
     uint64_t rayCount = 0;
     uint64_t moverTestCount = 0; ///< rays that voxels left lit and that were held against movers
-    ShaftCounts shafts; ///< of traced lights on the CPU
+    ShaftCounts shafts;          ///< of traced lights on the CPU
     /// Ray-traced pairs in (cluster, light) pairs that are wholly lit, wholly dark, neither: what
     /// shafts could prove without parting clusters (only with recordPairs).
     uint64_t wholeLitPairCount = 0, wholeDarkPairCount = 0, mixedPairCount = 0;
     uint64_t lookupCount = 0;
-    uint32_t tracedLightCount = 0;
-    uint32_t mappedLightCount = 0;
+    uint64_t provenPairCount = 0;  ///< pairs lit by proof: neither a ray nor a lookup
+    uint32_t tracedLightCount = 0; ///< lights with a traced map; one may count as mapped as well
+    uint32_t mappedLightCount = 0; ///< lights with a drawn map
+    uint32_t tracedMapCount = 0;
+    uint32_t drawnMapCount = 0;
     uint64_t missingTapCount = 0; ///< PCF taps on pages without memory; 0 unless something is wrong
     ShadowMapCounts maps;
 };
@@ -62,8 +68,10 @@ struct FrameResult {
     std::vector<glm::vec3> color;    ///< width * height, linear radiance
     PairList pairs;                  ///< with recordPairs
     std::vector<uint8_t> visibility; ///< with recordPairs; per pair
-    std::vector<Route> pairRoute;    ///< with recordPairs; per pair, which method answered
-    std::vector<MapRecord> maps;     ///< ascending light
+    std::vector<Route> pairRoute;    ///< with recordPairs; per pair, which method answered (kRays
+                                     ///< for proofs, which voxels give)
+    std::vector<int> pairMap;        ///< with recordPairs; per pair, as answerPair takes it
+    std::vector<MapRecord> maps;     ///< ascending light, then octave
     StageTimes stages; ///< of the frame proper: without recording, truth, host copies for reports
     FrameCounts counts;
 };
@@ -100,16 +108,13 @@ public:
     /// Returns what exact rays were held against, on the host; without words before the first frame
     /// of RayKind::kExact.
     ExactView exact() const;
-    /// Returns maps of the last frame for the error analysis (map index by light through
-    /// mapOfLight); valid until the next.
+    /// Returns maps of the last frame for the error analysis (FrameResult::pairMap indexes them);
+    /// valid until the next.
     ShadowMapView shadowMaps() const;
     /// Returns what the last frame's rays were asked by and traced through, on the host, for the
     /// error analysis; valid until the next.
     /// @param options as the frame used
     RayInputs rayInputs(const RayOptions& options) const;
-    /// Returns per world light the index into shadowMaps().maps, or kNone when it was traced or
-    /// idle.
-    const std::vector<int>& mapOfLight() const;
     /// Returns the bytes of the DAG that rays of this backend read: the words, or the wide form
     /// where rays are traced through that (dag.h).
     uint64_t dagBytes() const;

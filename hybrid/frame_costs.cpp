@@ -7,9 +7,9 @@ namespace shadowdag {
 
 namespace {
 
-// The clusters of one light alone, so that shading them costs nothing for the others.
-struct OneLight {
-    explicit OneLight(Backend backend) : clusters(backend), lists(backend) {}
+// The clusters of one map alone, so that shading them costs nothing for the others.
+struct OneMap {
+    explicit OneMap(Backend backend) : clusters(backend), lists(backend) {}
 
     ClusterSet clusters; ///< sampleStart, samples and clusterOfSample only
     ClusterLights lists;
@@ -17,25 +17,28 @@ struct OneLight {
 
 // The frame's clusters and lists on the host.
 struct HostLists {
-    explicit HostLists(const FrameState& state)
+    HostLists(const FrameState& state, size_t recordCount)
         : sampleStart(state.clusters.sampleStart.download()),
-          samples(state.clusters.samples.download()), lightStart(state.lists.start.download()),
-          lights(state.lists.lights.download()), boxes(state.clusters.boxesWorld.download()),
-          clustersOfLight(state.scene.world().lights().size()) {
-        for (uint32_t c = 0; c + 1 < lightStart.size(); ++c)
-            for (uint32_t i = lightStart[c]; i < lightStart[c + 1]; ++i)
-                clustersOfLight[lights[i]].push_back(c);
+          samples(state.clusters.samples.download()), boxes(state.clusters.boxesWorld.download()),
+          clustersOfRecord(recordCount) {
+        const std::vector<uint32_t> start = state.lists.start.download();
+        const std::vector<uint32_t> records = state.lists.record.download();
+        for (uint32_t c = 0; c + 1 < start.size(); ++c)
+            for (uint32_t i = start[c]; i < start[c + 1]; ++i)
+                if (records[i] != kProvenLit)
+                    clustersOfRecord[records[i]].push_back(c);
     }
 
-    std::vector<uint32_t> sampleStart, samples, lightStart, lights;
+    std::vector<uint32_t> sampleStart, samples;
     std::vector<Box> boxes;
-    std::vector<std::vector<uint32_t>> clustersOfLight;
+    std::vector<std::vector<uint32_t>> clustersOfRecord;
 };
 
-void isolate(const HostLists& host, uint32_t light, size_t pixelCount, OneLight& one) {
+void isolate(const HostLists& host, uint32_t record, uint32_t light, size_t pixelCount,
+             OneMap& one) {
     std::vector<uint32_t> cell, start{0}, samples, lightStart{0}, lights;
     std::vector<uint32_t> clusterOfSample(pixelCount, kNoCluster);
-    for (const uint32_t c : host.clustersOfLight[light]) {
+    for (const uint32_t c : host.clustersOfRecord[record]) {
         for (uint32_t i = host.sampleStart[c]; i < host.sampleStart[c + 1]; ++i) {
             samples.push_back(host.samples[i]);
             clusterOfSample[host.samples[i]] = uint32_t(cell.size());
@@ -51,6 +54,7 @@ void isolate(const HostLists& host, uint32_t light, size_t pixelCount, OneLight&
     one.clusters.clusterOfSample.upload(clusterOfSample);
     one.lists.start.upload(lightStart);
     one.lists.lights.upload(lights);
+    one.lists.record.upload(std::vector<uint32_t>(lights.size(), 0));
 }
 
 } // namespace
@@ -65,33 +69,31 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                                        "voxelize the scene first");
     StageTimes ignored;
     gatherFrame(state, view, options, ignored);
-    const HostLists host(state);
+    const std::vector<MapRecord> records = describeMaps(state, options);
+    const HostLists host(state, records.size());
     const World& world = state.scene.world();
-    const std::vector<Light>& lights = world.lights();
-    OneLight one(state.backend);
+    OneMap one(state.backend);
     FrameCosts costs;
 
-    for (const MapRecord& record : describeMaps(state, options)) {
-        const uint32_t light = record.quantities.light;
-        isolate(host, light, state.gbuffer.view().count(), one);
-        const std::vector<MapRequest> request{{lights[light].positionWorld,
-                                               lights[light].rangeWorld, light,
-                                               record.quantities.faceTexels}};
+    for (uint32_t r = 0; r < records.size(); ++r) {
+        const MapQuantities& map = records[r].quantities;
+        isolate(host, r, map.light, state.gbuffer.view().count(), one);
+        const std::vector<MapRequest> request{requestOf(world.lights(), map)};
         std::vector<MapReceiver> receivers;
-        for (const uint32_t cluster : host.clustersOfLight[light])
+        for (const uint32_t cluster : host.clustersOfRecord[r])
             receivers.push_back({cluster, 0});
 
         std::vector<double> raysMs, mapMs;
         for (int repeat = 0; repeat < repeats; ++repeat)
             for (const Route route : {Route::kRays, Route::kMap}) {
                 StageTimes times;
-                state.mapOfLight.assign(lights.size(), kNone);
+                state.drawnMap.assign(1, kByRays);
                 if (route == Route::kMap) {
-                    state.mapOfLight[light] = 0;
+                    state.drawnMap[0] = 0;
                     state.maps.build(request, host.boxes, receivers, world.triangles(),
                                      state.scene.hostBatches(), options.maps, times);
                 }
-                state.mapOfLightOnBackend.set(state.mapOfLight);
+                state.drawnMapOnBackend.set(state.drawnMap);
                 ShadeSamples shading = prepareShading(state, options);
                 shading.clusters = one.clusters.view();
                 shading.lists = one.lists.view();
@@ -102,7 +104,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                 }
                 (route == Route::kRays ? raysMs : mapMs).push_back(times.totalMs());
             }
-        costs.maps.push_back({light, median(raysMs), median(mapMs)});
+        costs.maps.push_back({map.light, map.octave, median(raysMs), median(mapMs)});
     }
     return costs;
 }

@@ -14,13 +14,18 @@ namespace shadowdag {
 
 namespace {
 
-// Calls add(cluster, light) for every (cluster, light) pair, on the host.
-template <class Add> void forClusterLights(const ClusterLights& lists, const Add& add) {
+// Returns a receiver for every (cluster, light) pair whose record has an entry >= 0 in
+// `mapOfRecord`, on the host.
+std::vector<MapReceiver> listReceivers(const ClusterLights& lists,
+                                       const std::vector<int>& mapOfRecord) {
     const std::vector<uint32_t> start = lists.start.download();
-    const std::vector<uint32_t> lights = lists.lights.download();
+    const std::vector<uint32_t> records = lists.record.download();
+    std::vector<MapReceiver> receivers;
     for (uint32_t cluster = 0; cluster + 1 < start.size(); ++cluster)
         for (uint32_t i = start[cluster]; i < start[cluster + 1]; ++i)
-            add(cluster, lights[i]);
+            if (records[i] != kProvenLit && mapOfRecord[records[i]] >= 0)
+                receivers.push_back({cluster, uint32_t(mapOfRecord[records[i]])});
+    return receivers;
 }
 
 // Counts the pages that the clusters of every record touch at its allocated resolution, by the
@@ -28,19 +33,14 @@ template <class Add> void forClusterLights(const ClusterLights& lists, const Add
 void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<MapRecord>& records) {
     const std::vector<Light>& lights = state.scene.world().lights();
     const uint32_t pageTexelsLog2 = uint32_t(std::countr_zero(options.maps.pageTexels));
-    std::vector<uint32_t> mapOfLight(lights.size(), 0);
     std::vector<MapRequest> requests;
-    for (const MapRecord& record : records) {
-        const MapQuantities& map = record.quantities;
-        mapOfLight[map.light] = uint32_t(requests.size());
-        requests.push_back({lights[map.light].positionWorld, lights[map.light].rangeWorld,
-                            map.light, map.faceTexels});
+    std::vector<int> mapOfRecord(records.size());
+    for (size_t r = 0; r < records.size(); ++r) {
+        mapOfRecord[r] = int(r);
+        requests.push_back(requestOf(lights, records[r].quantities));
     }
     const MapLayout layout = layOutMaps(requests, options.maps.pageTexels);
-    std::vector<MapReceiver> hostReceivers;
-    forClusterLights(state.lists, [&](uint32_t cluster, uint32_t light) {
-        hostReceivers.push_back({cluster, mapOfLight[light]});
-    });
+    const std::vector<MapReceiver> hostReceivers = listReceivers(state.lists, mapOfRecord);
 
     Buffer<ShadowMapInfo> maps(state.backend, "routing maps");
     Buffer<MapReceiver> receivers(state.backend, "routing receivers");
@@ -70,32 +70,42 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
 
 } // namespace
 
+MapRequest requestOf(const std::vector<Light>& lights, const MapQuantities& map) {
+    const Light& light = lights[map.light];
+    return {light.positionWorld, light.rangeWorld, map.light, map.faceTexels, map.octave};
+}
+
 std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions& options) {
     const std::vector<Light>& lights = state.scene.world().lights();
-    const std::vector<uint32_t> bits = state.demand.resolutionSquaredBits.download();
-    const std::vector<uint32_t> samples = state.demand.sampleCount.download();
-    const std::vector<uint32_t> clusters = state.demand.clusterCount.download();
+    const std::vector<uint32_t> bits = state.demand.mapSquaredBits.download();
+    const std::vector<uint32_t> samples = state.demand.mapSampleCount.download();
+    const std::vector<uint32_t> clusters = state.demand.mapClusterCount.download();
     const std::vector<uint32_t> steps = makeResolutionSteps(options.maxFaceTexels);
     std::vector<MapRecord> records;
-    for (uint32_t light = 0; light < lights.size(); ++light) {
-        if (clusters[light] == 0)
+    uint32_t lightCount = 0;
+    for (uint32_t slot = 0; slot < bits.size(); ++slot) {
+        if (clusters[slot] == 0)
             continue;
+        const uint32_t light = slot / kMaxMapsPerLight;
         const double undersample = options.undersample;
         const double wantedSquared =
-            double(std::bit_cast<float>(bits[light])) / (undersample * undersample);
-        const uint32_t held = light < state.heldFaceTexels.size() ? state.heldFaceTexels[light] : 0;
+            double(std::bit_cast<float>(bits[slot])) / (undersample * undersample);
+        const uint32_t held = slot < state.heldFaceTexels.size() ? state.heldFaceTexels[slot] : 0;
+        if (records.empty() || records.back().quantities.light != light)
+            ++lightCount;
         MapRecord record;
         record.quantities.light = light;
+        record.quantities.octave = slot % kMaxMapsPerLight;
         record.quantities.texels = float(std::sqrt(wantedSquared));
         record.quantities.faceTexels =
             allocateResolution(steps, wantedSquared, options.minFaceTexels, held);
-        record.quantities.samples = samples[light];
-        record.quantities.clusters = clusters[light];
+        record.quantities.samples = samples[slot];
+        record.quantities.clusters = clusters[slot];
         record.quantities.range = lights[light].rangeWorld;
         records.push_back(record);
     }
     for (MapRecord& record : records)
-        record.quantities.lights = uint32_t(records.size());
+        record.quantities.lights = lightCount;
     return records;
 }
 
@@ -135,9 +145,10 @@ std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps) {
 }
 
 void holdResolutions(FrameState& state, const std::vector<MapRecord>& maps) {
-    state.heldFaceTexels.assign(state.scene.world().lights().size(), 0);
+    state.heldFaceTexels.assign(state.demand.mapSquaredBits.size(), 0);
     for (const MapRecord& map : maps)
-        state.heldFaceTexels[map.quantities.light] = map.quantities.faceTexels;
+        state.heldFaceTexels[map.quantities.light * kMaxMapsPerLight + map.quantities.octave] =
+            map.quantities.faceTexels;
 }
 
 void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
@@ -149,27 +160,22 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
     std::vector<Box> boxes;
     {
         const StageTimer timer(state.backend, stages, "routing");
-        state.mapOfLight.assign(lights.size(), kNone);
-        for (const MapRecord& record : records) {
-            const uint32_t light = record.quantities.light;
-            if (record.route == Route::kMap) {
-                state.mapOfLight[light] = int(requests.size());
-                requests.push_back({lights[light].positionWorld, lights[light].rangeWorld, light,
-                                    record.quantities.faceTexels});
+        state.drawnMap.assign(records.size(), kByRays);
+        for (size_t r = 0; r < records.size(); ++r) {
+            if (records[r].route == Route::kMap) {
+                state.drawnMap[r] = int(requests.size());
+                requests.push_back(requestOf(lights, records[r].quantities));
             } else if (!state.scene.hasDag()) {
                 throw Error(ErrorKind::kUsage,
-                            "light " + std::to_string(light) +
+                            "light " + std::to_string(records[r].quantities.light) +
                                 " is routed to rays, but there is no voxel DAG; voxelize the "
                                 "scene, or route every light to maps with texels:0");
             }
         }
-        state.mapOfLightOnBackend.set(state.mapOfLight);
+        state.drawnMapOnBackend.set(state.drawnMap);
         if (!requests.empty()) {
             boxes = state.clusters.boxesWorld.download();
-            forClusterLights(state.lists, [&](uint32_t cluster, uint32_t light) {
-                if (state.mapOfLight[light] >= 0)
-                    receivers.push_back({cluster, uint32_t(state.mapOfLight[light])});
-            });
+            receivers = listReceivers(state.lists, state.drawnMap);
         }
     }
     state.maps.build(requests, boxes, receivers, world.triangles(), state.scene.hostBatches(),

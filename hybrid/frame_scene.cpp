@@ -11,6 +11,8 @@ namespace shadowdag {
 FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag)
     : world_(world), hostDag_(dag), batchSet_(world), movers_(backend),
       positions_(backend, "world positions"), triangles_(backend, "world triangles"),
+      triangleCut_(backend, "triangle cuts"), cuts_(backend, "cut triangles"),
+      masks_(backend, "alpha masks"), maskWords_(backend, "alpha mask words"),
       batches_(backend, "batches"), batchBoxes_(backend, "batch boxes"),
       batchTriangles_(backend, "batch triangles"), lights_(backend, "lights"),
       lightBoxes_(backend, "light boxes"), lightItems_(backend, "light items"),
@@ -22,6 +24,10 @@ FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag)
     materials_.set(hostMaterials_);
     triangleMaterial_.set(world.triangleMaterial());
     triangles_.set(world.triangles().triangles);
+    triangleCut_.set(world.triangles().masks.triangleCut);
+    cuts_.set(world.triangles().masks.cuts);
+    masks_.set(world.triangles().masks.masks);
+    maskWords_.set(world.triangles().masks.words);
     batches_.set(batchSet_.view().batches);
     batchTriangles_.set(batchSet_.view().triangles);
     dagWords_.set(hostDag_.words);
@@ -47,7 +53,11 @@ void FrameScene::update(const std::vector<uint32_t>& movedInstances) {
 }
 
 BatchView FrameScene::batches() const {
-    return {batches_.view(), batchBoxes_.view(), batchTriangles_.view(), {}};
+    return {batches_.view(),
+            batchBoxes_.view(),
+            batchTriangles_.view(),
+            {},
+            batchSet_.view().maxTriangleCount};
 }
 
 WideBvhView FrameScene::lightBvh() const {

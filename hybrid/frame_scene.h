@@ -27,7 +27,11 @@ public:
     BatchView hostBatches() const { return batchSet_.view(); }
 
     // On the backend:
-    TriangleView triangles() const { return {positions_.view(), triangles_.view()}; }
+    TriangleView triangles() const {
+        return {positions_.view(),
+                triangles_.view(),
+                {triangleCut_.view(), cuts_.view(), masks_.view(), maskWords_.view()}};
+    }
     /// Returns the batches without their hierarchy.
     BatchView batches() const;
     View<const Light> lights() const { return lights_.view(); }
@@ -74,6 +78,10 @@ private:
 
     Resident<glm::vec3> positions_;
     Resident<glm::uvec3> triangles_;
+    Resident<uint32_t> triangleCut_;
+    Resident<CutTriangle> cuts_;
+    Resident<MaskInfo> masks_;
+    Resident<uint32_t> maskWords_;
     Resident<Batch> batches_;
     Resident<Box> batchBoxes_;
     Resident<uint32_t> batchTriangles_;

@@ -35,10 +35,10 @@ FrameState::FrameState(Backend backend, const World& world, const Dag& dag)
     : backend(backend), scene(backend, world, dag), gbuffer(backend), clusters(backend),
       lists(backend), demand(backend), maps(backend), color(backend, "colour"),
       rayCount(backend, "ray counts"), lookupCount(backend, "lookup counts"),
-      missingTapCount(backend, "missing tap counts"), moverTestCount(backend, "mover test counts"),
-      pairs(backend), nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
-      pairRoute(backend, "pair route"), mapOfLight(world.lights().size(), kNone),
-      mapOfLightOnBackend(backend, "map of light") {}
+      provenCount(backend, "proven pair counts"), missingTapCount(backend, "missing tap counts"),
+      moverTestCount(backend, "mover test counts"), pairs(backend),
+      nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
+      pairMap(backend, "pair maps"), drawnMapOnBackend(backend, "drawn maps") {}
 
 void checkOptions(const FrameOptions& options) {
     check(std::isfinite(options.undersample) && options.undersample > 0.0f,
@@ -50,6 +50,9 @@ void checkOptions(const FrameOptions& options) {
     check(options.minFaceTexels >= 1 && options.minFaceTexels <= options.maxFaceTexels,
           "least face resolution " + std::to_string(options.minFaceTexels) +
               "; use 1 to the largest, " + std::to_string(options.maxFaceTexels) + " texels");
+    check(options.mapsPerLight >= 1 && options.mapsPerLight <= kMaxMapsPerLight,
+          std::to_string(options.mapsPerLight) + " shadow maps a light; use 1 to " +
+              std::to_string(kMaxMapsPerLight));
     check(options.bias.taps <= options.maps.taps,
           "lookups with " + std::to_string(options.bias.taps) + " taps in maps marked for " +
               std::to_string(options.maps.taps) +
@@ -69,8 +72,8 @@ void checkOptions(const FrameOptions& options) {
 
 ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
     state.color.resize(state.gbuffer.view().count());
-    for (Buffer<uint32_t>* counts :
-         {&state.rayCount, &state.lookupCount, &state.missingTapCount, &state.moverTestCount}) {
+    for (Buffer<uint32_t>* counts : {&state.rayCount, &state.lookupCount, &state.provenCount,
+                                     &state.missingTapCount, &state.moverTestCount}) {
         counts->resize(state.clusters.cell.size());
         counts->fill(0);
     }
@@ -88,8 +91,8 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
             state.clusters.view(),
             state.lists.view(),
             scene.lights(),
+            state.drawnMapOnBackend.view(),
             VisibilityInputs{
-                state.mapOfLightOnBackend.view(),
                 RayInputs{options.rays.lod == LodRule::kCoverage ? scene.coveredDag() : scene.dag(),
                           options.rays, scene.movers(), isExact ? scene.exact() : ExactView{},
                           state.detail},
@@ -97,6 +100,7 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
             state.color.view(),
             state.rayCount.view(),
             state.lookupCount.view(),
+            state.provenCount.view(),
             state.missingTapCount.view(),
             state.moverTestCount.view(),
             {},
@@ -121,11 +125,32 @@ void countWholeClusters(const FrameState& state, FrameResult& result) {
                     ++(result.visibility[p] < kHalfLit ? dark : lit)[result.pairs.light[p]];
         for (uint32_t l = lightStart[c]; l < lightStart[c + 1]; ++l) {
             uint64_t &ofLit = lit[lights[l]], &ofDark = dark[lights[l]];
-            (ofDark == 0   ? counts.wholeLitPairCount
+            (ofDark == 0  ? counts.wholeLitPairCount
              : ofLit == 0 ? counts.wholeDarkPairCount
                           : counts.mixedPairCount) += ofLit + ofDark;
             ofLit = ofDark = 0;
         }
+    }
+}
+
+/// Counts the pairs of every map; those that are proven lit belong to none.
+void countPairsOfMaps(const FrameState& state, FrameResult& result) {
+    const std::vector<uint32_t> sampleStart = state.clusters.sampleStart.download(),
+                                samples = state.clusters.samples.download(),
+                                start = state.lists.start.download(),
+                                lights = state.lists.lights.download(),
+                                record = state.lists.record.download();
+    std::vector<uint32_t> recordOfLight(state.scene.world().lights().size(), kProvenLit);
+    for (size_t c = 0; c + 1 < sampleStart.size(); ++c) {
+        for (uint32_t l = start[c]; l < start[c + 1]; ++l)
+            recordOfLight[lights[l]] = record[l];
+        for (uint32_t i = sampleStart[c]; i < sampleStart[c + 1]; ++i)
+            for (uint64_t p = result.pairs.sampleStart[samples[i]];
+                 p < result.pairs.sampleStart[samples[i] + 1]; ++p) {
+                const uint32_t by = recordOfLight[result.pairs.light[p]];
+                if (by != kProvenLit)
+                    ++result.maps[by].pairCount;
+            }
     }
 }
 
@@ -140,21 +165,19 @@ void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& re
 
     state.nextPair.upload(start);
     state.pairVisibility.resize(result.pairs.count());
-    state.pairRoute.resize(result.pairs.count());
+    state.pairMap.resize(result.pairs.count());
     ShadeSamples recording = shading;
-    recording.recorder = {state.nextPair.view(), state.pairVisibility.view(),
-                          state.pairRoute.view()};
+    recording.recorder = {state.nextPair.view(), state.pairVisibility.view(), state.pairMap.view()};
     recording.shaftCounts = nullptr;
     shadeUnlit(state.backend, recording);
     shadeLights(state.backend, recording);
     result.visibility = state.pairVisibility.download();
-    result.pairRoute = state.pairRoute.download();
-
-    std::vector<uint64_t> pairsOfLight(state.scene.world().lights().size(), 0);
-    for (const uint32_t light : result.pairs.light)
-        ++pairsOfLight[light];
-    for (MapRecord& map : result.maps)
-        map.pairCount = pairsOfLight[map.quantities.light];
+    result.pairMap = state.pairMap.download();
+    result.pairRoute.clear();
+    result.pairRoute.reserve(result.pairMap.size());
+    for (const int map : result.pairMap)
+        result.pairRoute.push_back(map < 0 ? Route::kRays : Route::kMap);
+    countPairsOfMaps(state, result);
     countWholeClusters(state, result);
 }
 
@@ -165,12 +188,21 @@ void countFrame(const FrameState& state, FrameResult& result) {
     counts.clusterLightCount = state.lists.lights.size();
     counts.rayCount = sum(state.rayCount);
     counts.lookupCount = sum(state.lookupCount);
-    counts.pairCount = counts.rayCount + counts.lookupCount;
+    counts.provenPairCount = sum(state.provenCount);
+    counts.pairCount = counts.rayCount + counts.lookupCount + counts.provenPairCount;
     counts.missingTapCount = sum(state.missingTapCount);
     counts.shafts = state.shaftCounts;
     counts.moverTestCount = sum(state.moverTestCount);
-    for (const MapRecord& map : result.maps)
-        ++(map.route == Route::kRays ? counts.tracedLightCount : counts.mappedLightCount);
+    std::vector<uint8_t> served(state.scene.world().lights().size(), 0); // bit 0: rays, 1: maps
+    for (const MapRecord& map : result.maps) {
+        const bool isTraced = map.route == Route::kRays;
+        ++(isTraced ? counts.tracedMapCount : counts.drawnMapCount);
+        served[map.quantities.light] |= isTraced ? 1 : 2;
+    }
+    for (const uint8_t by : served) {
+        counts.tracedLightCount += by & 1;
+        counts.mappedLightCount += by >> 1;
+    }
     counts.maps = state.maps.counts();
 }
 

@@ -26,17 +26,18 @@ struct FrameState {
     LightDemand demand;
     ShadowMaps maps;
     Buffer<glm::vec3> color;
-    Buffer<uint32_t> rayCount, lookupCount, missingTapCount, moverTestCount; ///< by cluster
+    Buffer<uint32_t> rayCount, lookupCount, provenCount, missingTapCount,
+        moverTestCount; ///< by cluster
     ShaftCounts shaftCounts;
     PairSet pairs;
     Buffer<uint32_t> nextPair;
     Buffer<uint8_t> pairVisibility;
-    Buffer<Route> pairRoute;
+    Buffer<int> pairMap;
 
-    std::vector<int> mapOfLight; ///< last frame's
-    Resident<int> mapOfLightOnBackend;
-    std::vector<uint32_t>
-        heldFaceTexels; ///< by light, what the last frame allocated; 0 for none: hysteresis
+    std::vector<int> drawnMap; ///< of the last frame, by record: index into its maps, or kByRays
+    Resident<int> drawnMapOnBackend;
+    /// By slot (LightDemandView), what the last frame allocated; 0 for none: hysteresis.
+    std::vector<uint32_t> heldFaceTexels;
 
     // Host copies of the last frame for reports; used on CUDA only.
     struct HostCopies {
@@ -61,12 +62,16 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
 FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const FrameOptions& options,
                              int repeats);
 
-/// Returns a record of every light with a cluster, ascending, with all quantities but those of
-/// countGeometry. Reads the held resolutions and does not change them.
+/// Returns a record of every map that a cluster asks for, in the order of
+/// ClusterLightsView::record, with all quantities but those of countGeometry. Reads the held
+/// resolutions and does not change them.
 std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions& options);
 
 /// Fills in pages, triangles and batches of every record.
 void countGeometry(FrameState& state, const FrameOptions& options, std::vector<MapRecord>& maps);
+
+/// Returns what a map asks of the shadow maps.
+MapRequest requestOf(const std::vector<Light>& lights, const MapQuantities& map);
 
 /// Returns the quantities of every record.
 std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps);
@@ -74,8 +79,8 @@ std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps);
 /// Keeps the allocated resolutions for the next frame.
 void holdResolutions(FrameState& state, const std::vector<MapRecord>& maps);
 
-/// Numbers the maps of the lights routed to maps and builds them; all other lights are traced. Adds
-/// the stages' times. Throws Error kUsage when a light is routed to rays and there is no DAG.
+/// Builds the maps routed to be drawn; all others are traced. Adds the stages' times. Throws Error
+/// kUsage when a map is routed to rays and there is no DAG.
 void buildMaps(FrameState& state, const std::vector<MapRecord>& maps, const FrameOptions& options,
                StageTimes& stages);
 

@@ -16,7 +16,7 @@ struct DrawSlot {
 } // namespace
 
 void rasterizeBatches(const RasterizeBatches& work) {
-    parallelFor<CudaTag>(work.batches.count * kMaxBatchTriangleCount, DrawSlot{work});
+    parallelFor<CudaTag>(work.batches.count * work.slotsPerBatch, DrawSlot{work});
 }
 
 void resolveSamples(const ResolveSamples& work) {

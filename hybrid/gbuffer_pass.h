@@ -56,8 +56,8 @@ inline void drawGBuffer(Backend backend, const TriangleView& triangles, const Ba
     gbuffer.triangle.resize(count);
     gbuffer.visibility.fill(0xff); // kNothingSeen
     const RasterizeBatches draw{
-        triangles, batches.batches,          batches.boxesWorld, batches.triangles,
-        view,      gbuffer.visibility.view()};
+        triangles, batches.batches,           batches.boxesWorld,      batches.triangles,
+        view,      gbuffer.visibility.view(), batches.maxTriangleCount};
     SDAG_DISPATCH(backend, rasterizeBatches, draw);
     const ResolveSamples resolve{triangles,
                                  view,

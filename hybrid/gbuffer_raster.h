@@ -105,7 +105,7 @@ SDAG_HD inline bool mayBeSeen(const Box& box, const ViewRays& view) {
            farthest(y * view.forward - view.up) >= 0.0;
 }
 
-/// Draws one triangle into the visibility buffer.
+/// Draws one triangle into the visibility buffer, without what its alpha mask cuts out.
 SDAG_HD inline void rasterizeTriangle(const TriangleView& triangles, uint32_t index,
                                       const ViewRays& view, View<uint64_t> visibility) {
     const ViewTriangle t = loadViewTriangle(triangles, index, view.origin);
@@ -125,6 +125,7 @@ SDAG_HD inline void rasterizeTriangle(const TriangleView& triangles, uint32_t in
         perY[i] = glm::dot(n, view.stepY);
     }
     const double plane = glm::dot(t.normal, t.corner[0]);
+    const bool isCut = triangles.masks.isCut(index);
     for (int y = rect.minY; y <= rect.maxY; ++y) {
         double row[4];
         for (int i = 0; i < 4; ++i)
@@ -139,6 +140,9 @@ SDAG_HD inline void rasterizeTriangle(const TriangleView& triangles, uint32_t in
                 continue;
             const double depth = plane / (row[3] + double(x) * perX[3]);
             if (!(depth >= view.znear && depth <= view.zfar)) // NaN: seen edge on
+                continue;
+            // A corner's weight is the function of the edge across from it.
+            if (isCut && !triangles.masks.isOpaque(index, e1, e2, e0))
                 continue;
             const uint64_t bits = std::bit_cast<uint32_t>(float(depth));
             atomicMinRelaxed(&visibility[size_t(y) * view.width + x], bits << 32 | index);
@@ -155,6 +159,7 @@ struct RasterizeBatches {
     View<const uint32_t> batchTriangles;
     ViewRays view;
     View<uint64_t> visibility;
+    uint32_t slotsPerBatch; ///< no batch holds more triangles
 
     SDAG_HD void drawBatch(size_t b) const {
         if (!mayBeSeen(batchBoxes[b], view))
@@ -163,8 +168,8 @@ struct RasterizeBatches {
             rasterizeTriangle(triangles, batchTriangles[batches[b].first + i], view, visibility);
     }
     SDAG_HD void drawSlot(size_t slot) const {
-        const size_t b = slot / kMaxBatchTriangleCount;
-        const uint32_t i = uint32_t(slot % kMaxBatchTriangleCount);
+        const size_t b = slot / slotsPerBatch;
+        const uint32_t i = uint32_t(slot % slotsPerBatch);
         if (i < batches[b].count && mayBeSeen(batchBoxes[b], view))
             rasterizeTriangle(triangles, batchTriangles[batches[b].first + i], view, visibility);
     }

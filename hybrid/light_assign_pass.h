@@ -11,12 +11,14 @@ namespace shadowdag {
 /// The lists on one backend.
 struct ClusterLights {
     explicit ClusterLights(Backend backend)
-        : start(backend, "cluster light start"), lights(backend, "cluster lights") {}
+        : start(backend, "cluster light start"), lights(backend, "cluster lights"),
+          record(backend, "cluster light maps") {}
 
     Buffer<uint32_t> start;
     Buffer<uint32_t> lights;
+    Buffer<uint32_t> record; ///< written by gatherDemand
 
-    ClusterLightsView view() const { return {start.view(), lights.view()}; }
+    ClusterLightsView view() const { return {start.view(), lights.view(), record.view()}; }
 };
 
 namespace cpu {
@@ -43,6 +45,7 @@ inline void assignLights(Backend backend, View<const Box> clusterBoxes, const Wi
                                               " (cluster, light) pairs; at most 2^32 - 1 are "
                                               "supported: use fewer lights or a smaller image");
     lists.lights.resize(total);
+    lists.record.resize(0);
     SDAG_DISPATCH(backend, fillClusterLights,
                   {clusterBoxes, lightBvh, lights, lists.start.view(), lists.lights.view()});
 }

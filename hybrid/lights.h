@@ -10,11 +10,16 @@
 namespace shadowdag {
 
 /// The lights of every cluster. start: clusterCount + 1, into lights; lights: world light indices,
-/// ascending within a cluster.
+/// ascending within a cluster; record: of every entry of `lights`, which of the frame's maps serves
+/// it (an index into FrameResult::maps), or kProvenLit; empty before resolutions are gathered.
 struct ClusterLightsView {
     View<const uint32_t> start;
     View<const uint32_t> lights;
+    View<const uint32_t> record = {};
 };
+
+/// The record of a (cluster, light) pair that nothing shadows.
+constexpr uint32_t kProvenLit = 0xffffffffu;
 
 /// Returns whether the light may reach a point of the box. The distance is computed with the same
 /// operations in the same order as in lightReaches, each monotone, so rounding cannot lose a light;

@@ -52,15 +52,28 @@ SDAG_HD inline double clusterRadiusSquared(const Box& box, const ViewRays& view)
     return radius * radius;
 }
 
-/// What a light's clusters ask for together.
-/// All three: lightCount, zero before; order independent.
+/// The most maps a light may have, and the number of octaves that requests are told apart by.
+constexpr uint32_t kMaxMapsPerLight = 16;
+
+/// Returns floor(log2 R), 0 to kMaxMapsPerLight - 1, of a squared resolution.
+SDAG_HD inline uint32_t octaveOf(float resolutionSquared) {
+    const int exponent = int(std::bit_cast<uint32_t>(resolutionSquared) >> 23 & 255u) - 127;
+    const int octave = exponent > 0 ? exponent / 2 : 0;
+    return uint32_t(octave < int(kMaxMapsPerLight) ? octave : int(kMaxMapsPerLight) - 1);
+}
+
+/// What lights' clusters ask for together.
+/// A slot is light * kMaxMapsPerLight + octave. wantedSquared: one a (cluster, light) pair.
 struct LightDemandView {
-    View<uint32_t> resolutionSquaredBits; ///< float bits of the maximum R^2
-    View<uint32_t> sampleCount;           ///< samples of its clusters
-    View<uint32_t> clusterCount;
+    View<uint32_t> resolutionSquaredBits; ///< by light: float bits of the maximum R^2
+    View<float> wantedSquared;            ///< R^2 of the pair
+    View<uint32_t> mapSquaredBits;        ///< these three by slot: the maximum R^2,
+    View<uint32_t> mapSampleCount;        ///< samples of its clusters,
+    View<uint32_t> mapClusterCount;       ///< its clusters
 };
 
-/// Raises the demand of every light of a cluster.
+/// Finds what every pair of a cluster asks for, and raises the demand of its light (zero before;
+/// order independent).
 struct DemandResolution {
     ClusterView clusters;
     ClusterLightsView lists;
@@ -78,12 +91,63 @@ struct DemandResolution {
             const glm::dvec3 toLight = glm::dvec3(lights[light].positionWorld) - center;
             const float wanted =
                 requiredResolutionSquared(samples, radiusSquared, glm::dot(toLight, toLight));
+            demand.wantedSquared[i] = wanted;
             // Positive floats order as their bits do.
             atomicMaxRelaxed(&demand.resolutionSquaredBits[light], std::bit_cast<uint32_t>(wanted));
-            atomicAddRelaxed(&demand.sampleCount[light], samples);
-            atomicAddRelaxed(&demand.clusterCount[light], 1);
         }
     }
+};
+
+/// Tells every pair of a cluster which of its light's maps serves it, and raises that map's demand
+/// (zero before; order independent). With several maps a light a pair goes by the octave of what it
+/// asks for, the octaves below the mapsPerLight highest together with the lowest of these. An
+/// octave's bounds do not move with the light's maximum, so a still cluster stays with its map when
+/// others come and go. Source: Olsson et al. 2015, sec. IV-C (histogram of requested resolutions;
+/// its buckets are not given there).
+struct DemandMaps {
+    ClusterView clusters;
+    ClusterLightsView lists; ///< record not read
+    LightDemandView demand;
+    View<uint32_t> slot;   ///< one a pair
+    float scale;           ///< of R^2: 1 / undersample^2
+    uint32_t mapsPerLight; ///< 1..kMaxMapsPerLight
+
+    SDAG_HD void operator()(size_t cluster) const {
+        const uint32_t samples = clusters.sampleCount(cluster);
+        for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i) {
+            const uint32_t light = lists.lights[i];
+            uint32_t octave = 0;
+            if (mapsPerLight > 1) {
+                const uint32_t highest =
+                    octaveOf(std::bit_cast<float>(demand.resolutionSquaredBits[light]) * scale);
+                octave = octaveOf(demand.wantedSquared[i] * scale);
+                if (octave + mapsPerLight <= highest)
+                    octave = highest - mapsPerLight + 1;
+            }
+            const uint32_t s = light * kMaxMapsPerLight + octave;
+            slot[i] = s;
+            atomicMaxRelaxed(&demand.mapSquaredBits[s],
+                             std::bit_cast<uint32_t>(demand.wantedSquared[i]));
+            atomicAddRelaxed(&demand.mapSampleCount[s], samples);
+            atomicAddRelaxed(&demand.mapClusterCount[s], 1);
+        }
+    }
+};
+
+/// Marks occupied slots with 1: an exclusive scan of the marks numbers the maps.
+struct MarkOccupiedSlots {
+    View<const uint32_t> mapClusterCount;
+    View<uint32_t> recordOfSlot;
+
+    SDAG_HD void operator()(size_t slot) const { recordOfSlot[slot] = mapClusterCount[slot] != 0; }
+};
+
+/// Replaces the slot of every pair by the number of its map.
+struct NumberPairs {
+    View<const uint32_t> recordOfSlot;
+    View<uint32_t> record; ///< a slot before
+
+    SDAG_HD void operator()(size_t i) const { record[i] = recordOfSlot[record[i]]; }
 };
 
 } // namespace shadowdag

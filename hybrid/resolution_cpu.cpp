@@ -9,5 +9,14 @@ namespace shadowdag::cpu {
 void demandResolution(const DemandResolution& work) {
     parallelFor<CpuTag>(work.clusters.count(), work, 64);
 }
+void demandMaps(const DemandMaps& work) {
+    parallelFor<CpuTag>(work.clusters.count(), work, 64);
+}
+void markOccupiedSlots(const MarkOccupiedSlots& work) {
+    parallelFor<CpuTag>(work.recordOfSlot.count, work, 4096);
+}
+void numberPairs(const NumberPairs& work) {
+    parallelFor<CpuTag>(work.record.count, work, 4096);
+}
 
 } // namespace shadowdag::cpu

@@ -9,5 +9,14 @@ namespace shadowdag::cuda {
 void demandResolution(const DemandResolution& work) {
     parallelFor<CudaTag>(work.clusters.count(), work);
 }
+void demandMaps(const DemandMaps& work) {
+    parallelFor<CudaTag>(work.clusters.count(), work);
+}
+void markOccupiedSlots(const MarkOccupiedSlots& work) {
+    parallelFor<CudaTag>(work.recordOfSlot.count, work);
+}
+void numberPairs(const NumberPairs& work) {
+    parallelFor<CudaTag>(work.record.count, work);
+}
 
 } // namespace shadowdag::cuda

@@ -1,44 +1,72 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathers what every light's clusters ask of its shadow map.
+// Gathers what every light's clusters ask of its shadow maps, and numbers the maps.
 #pragma once
 
-#include "cuda/buffer.h"
+#include "cuda/scan_sort.h"
+#include "hybrid/light_assign_pass.h"
 #include "hybrid/resolution.h"
 
 namespace shadowdag {
 
-/// The demands on one backend.
+/// The demands on one backend; arrays as in LightDemandView.
 struct LightDemand {
     explicit LightDemand(Backend backend)
         : resolutionSquaredBits(backend, "demand resolution"),
-          sampleCount(backend, "demand samples"), clusterCount(backend, "demand clusters") {}
+          wantedSquared(backend, "demand of pairs"), mapSquaredBits(backend, "demand of maps"),
+          mapSampleCount(backend, "demand samples"), mapClusterCount(backend, "demand clusters"),
+          recordOfSlot(backend, "demand maps") {}
 
     Buffer<uint32_t> resolutionSquaredBits;
-    Buffer<uint32_t> sampleCount;
-    Buffer<uint32_t> clusterCount;
+    Buffer<float> wantedSquared;
+    Buffer<uint32_t> mapSquaredBits;
+    Buffer<uint32_t> mapSampleCount;
+    Buffer<uint32_t> mapClusterCount;
+    Buffer<uint32_t> recordOfSlot;
+
+    LightDemandView view() {
+        return {resolutionSquaredBits.view(), wantedSquared.view(), mapSquaredBits.view(),
+                mapSampleCount.view(), mapClusterCount.view()};
+    }
 };
 
 namespace cpu {
 void demandResolution(const DemandResolution& work);
-}
+void demandMaps(const DemandMaps& work);
+void markOccupiedSlots(const MarkOccupiedSlots& work);
+void numberPairs(const NumberPairs& work);
+} // namespace cpu
 namespace cuda {
 void demandResolution(const DemandResolution& work);
-}
+void demandMaps(const DemandMaps& work);
+void markOccupiedSlots(const MarkOccupiedSlots& work);
+void numberPairs(const NumberPairs& work);
+} // namespace cuda
 
-/// Replaces the demands by those of these clusters. All integers, deterministic. All views live on
-/// the backend.
-inline void gatherDemand(Backend backend, const ClusterView& clusters,
-                         const ClusterLightsView& lists, View<const Light> lights,
-                         const ViewRays& view, LightDemand& demand) {
+/// Replaces the demands by those of these clusters and writes lists.record. Maps are numbered by
+/// light, then by octave. All integers, deterministic. All views live on the backend.
+/// @param undersample > 0, divides resolutions; @param mapsPerLight 1..kMaxMapsPerLight
+inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLights& lists,
+                         View<const Light> lights, const ViewRays& view, float undersample,
+                         uint32_t mapsPerLight, LightDemand& demand) {
+    const size_t slotCount = lights.count * kMaxMapsPerLight;
+    demand.resolutionSquaredBits.resize(lights.count);
+    demand.resolutionSquaredBits.fill(0);
     for (Buffer<uint32_t>* buffer :
-         {&demand.resolutionSquaredBits, &demand.sampleCount, &demand.clusterCount}) {
-        buffer->resize(lights.count);
+         {&demand.mapSquaredBits, &demand.mapSampleCount, &demand.mapClusterCount}) {
+        buffer->resize(slotCount);
         buffer->fill(0);
     }
-    SDAG_DISPATCH(backend, demandResolution,
-                  {clusters, lists, lights, view,
-                   LightDemandView{demand.resolutionSquaredBits.view(), demand.sampleCount.view(),
-                                   demand.clusterCount.view()}});
+    demand.wantedSquared.resize(lists.lights.size());
+    SDAG_DISPATCH(backend, demandResolution, {clusters, lists.view(), lights, view, demand.view()});
+    lists.record.resize(lists.lights.size());
+    SDAG_DISPATCH(backend, demandMaps,
+                  {clusters, lists.view(), demand.view(), lists.record.view(),
+                   1.0f / (undersample * undersample), mapsPerLight});
+    demand.recordOfSlot.resize(slotCount);
+    SDAG_DISPATCH(backend, markOccupiedSlots,
+                  {demand.mapClusterCount.view(), demand.recordOfSlot.view()});
+    exclusiveScan(backend, demand.recordOfSlot.view(), demand.recordOfSlot.view());
+    SDAG_DISPATCH(backend, numberPairs, {demand.recordOfSlot.view(), lists.record.view()});
 }
 
 } // namespace shadowdag

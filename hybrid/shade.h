@@ -13,10 +13,12 @@ namespace shadowdag {
 
 struct ShaftCounts;
 
+/// What serves a pair instead of a drawn map, next to indices into ShadowMapView::maps.
+constexpr int kByRays = kNone;  ///< voxels, and whatever else RayInputs names
+constexpr int kLitByProof = -2; ///< nothing: its cluster and light were proven to see each other
+
 /// Everything that decides whether a sample sees a light.
-/// mapOfLight: lightCount, index into maps.maps, or kNone for a traced light.
 struct VisibilityInputs {
-    View<const int> mapOfLight;
     RayInputs rays;
     ShadowMapView maps;
     ShadowMapBias bias;
@@ -26,18 +28,23 @@ struct VisibilityInputs {
 struct VisibilityCounts {
     uint32_t rayCount = 0;
     uint32_t lookupCount = 0;
+    uint32_t provenCount = 0;
     uint32_t missingTapCount = 0;
     uint32_t moverTestCount = 0;
     uint32_t lastBlocker = kBackground; ///< of exact rays
 };
 
 /// Returns the visibility of a pair by the method that serves its light, 255 lit .. 0 dark.
+/// @param map index into inputs.maps.maps, kByRays or kLitByProof
 /// @param receiver the sample's world triangle
-SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, uint32_t lightIndex,
+SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, int map, uint32_t lightIndex,
                                   const Light& light, const glm::vec3& positionWorld,
                                   const glm::vec3& normalWorld, uint32_t receiver,
                                   VisibilityCounts& counts) {
-    const int map = inputs.mapOfLight[lightIndex];
+    if (map == kLitByProof) {
+        ++counts.provenCount;
+        return kLit;
+    }
     if (map < 0) {
         ++counts.rayCount;
         const ShadowPair pair{positionWorld, normalWorld, light.positionWorld, receiver,
@@ -55,19 +62,19 @@ SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, uint32_t light
 }
 
 /// Where recorded answers go, by pair; empty views: nothing is recorded.
-/// nextPair: sampleCount, the sample's first pair before, its last but one after; visibility,
-/// route: pairCount.
+/// nextPair: sampleCount, the sample's first pair before, its last but one after; visibility, map
+/// (as answerPair takes it): pairCount.
 struct PairRecorder {
     View<uint32_t> nextPair;
     View<uint8_t> visibility;
-    View<Route> route;
+    View<int> map;
 
-    SDAG_HD void add(uint32_t sample, uint8_t value, Route by) const {
+    SDAG_HD void add(uint32_t sample, uint8_t value, int by) const {
         if (nextPair.empty())
             return;
         const uint32_t pair = nextPair[sample]++;
         visibility[pair] = value;
-        route[pair] = by;
+        map[pair] = by;
     }
 };
 
@@ -80,32 +87,39 @@ struct ShadeSamples {
     ClusterView clusters;
     ClusterLightsView lists;
     View<const Light> lights;
+    View<const int> drawnMap; ///< by record: index into visibility.maps.maps, or kByRays
     VisibilityInputs visibility;
     View<glm::vec3> color;   ///< width * height, linear radiance; zero where nothing is seen
-    View<uint32_t> rayCount; ///< these four: clusterCount, zero before
+    View<uint32_t> rayCount; ///< these five: clusterCount, zero before
     View<uint32_t> lookupCount;
+    View<uint32_t> provenCount;
     View<uint32_t> missingTapCount;
     View<uint32_t> moverTestCount;
     PairRecorder recorder;
     ShaftCounts* shaftCounts = nullptr; ///< on the host; the CPU adds what its shafts did, or null
 
+    /// Returns what serves entry `entry` of the lists, as answerPair takes it.
+    SDAG_HD int mapOf(uint32_t entry) const {
+        const uint32_t record = lists.record[entry];
+        return record == kProvenLit ? kLitByProof : drawnMap[record];
+    }
+
     /// Returns what a light adds to a sample.
-    SDAG_HD glm::vec3 shadePair(uint32_t sample, uint32_t lightIndex, const Light& light,
+    SDAG_HD glm::vec3 shadePair(uint32_t sample, int map, uint32_t lightIndex, const Light& light,
                                 VisibilityCounts& counts) const {
         const glm::vec3 position = gbuffer.positionWorld[sample];
         const glm::vec3 normal = gbuffer.normalWorld[sample];
         if (!isPair(light, position, normal))
             return glm::vec3(0.0f);
-        const uint8_t seen = answerPair(visibility, lightIndex, light, position, normal,
+        const uint8_t seen = answerPair(visibility, map, lightIndex, light, position, normal,
                                         gbuffer.triangle[sample], counts);
-        return shadeAnswered(sample, lightIndex, light, seen);
+        return shadeAnswered(sample, map, light, seen);
     }
 
     /// Records the visibility of a pair and returns what the light then adds to the sample.
-    SDAG_HD glm::vec3 shadeAnswered(uint32_t sample, uint32_t lightIndex, const Light& light,
+    SDAG_HD glm::vec3 shadeAnswered(uint32_t sample, int map, const Light& light,
                                     uint8_t seen) const {
-        recorder.add(sample, seen,
-                     visibility.mapOfLight[lightIndex] < 0 ? Route::kRays : Route::kMap);
+        recorder.add(sample, seen, map);
         if (seen == 0)
             return glm::vec3(0.0f);
         const SurfaceColor& surface = materials[triangleMaterial[gbuffer.triangle[sample]]];
@@ -128,10 +142,11 @@ struct ShadeSamples {
         for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
             const uint32_t lightIndex = lists.lights[l];
             const Light light = lights[lightIndex];
+            const int map = mapOf(l);
             for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1];
                  ++i) {
                 const uint32_t sample = clusters.samples[i];
-                color[sample] += shadePair(sample, lightIndex, light, counts);
+                color[sample] += shadePair(sample, map, lightIndex, light, counts);
             }
         }
         addCounts(cluster, counts);
@@ -146,7 +161,7 @@ struct ShadeSamples {
         VisibilityCounts counts;
         glm::vec3 sum = color[sample];
         for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l)
-            sum += shadePair(sample, lists.lights[l], lights[lists.lights[l]], counts);
+            sum += shadePair(sample, mapOf(l), lists.lights[l], lights[lists.lights[l]], counts);
         color[sample] = sum;
         addCounts(cluster, counts);
     }
@@ -156,6 +171,8 @@ struct ShadeSamples {
             atomicAddRelaxed(&rayCount[cluster], counts.rayCount);
         if (counts.lookupCount)
             atomicAddRelaxed(&lookupCount[cluster], counts.lookupCount);
+        if (counts.provenCount)
+            atomicAddRelaxed(&provenCount[cluster], counts.provenCount);
         if (counts.missingTapCount)
             atomicAddRelaxed(&missingTapCount[cluster], counts.missingTapCount);
         if (counts.moverTestCount)

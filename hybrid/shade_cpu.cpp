@@ -39,12 +39,13 @@ public:
         for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
             const uint32_t lightIndex = lists.lights[l];
             const Light light = work_.lights[lightIndex];
-            if (work_.visibility.mapOfLight[lightIndex] < 0) {
+            const int map = work_.mapOf(l);
+            if (map == kByRays) {
                 shadeTraced(lightIndex, light, counts);
                 continue;
             }
             for (const uint32_t sample : samples_)
-                work_.color[sample] += work_.shadePair(sample, lightIndex, light, counts);
+                work_.color[sample] += work_.shadePair(sample, map, lightIndex, light, counts);
         }
         work_.addCounts(cluster, counts);
     }
@@ -83,7 +84,7 @@ private:
                                   light.positionWorld, gbuffer.triangle[sample], lightIndex});
             }
             work_.color[sample] +=
-                work_.shadeAnswered(sample, lightIndex, light, isDark ? uint8_t(0) : kLit);
+                work_.shadeAnswered(sample, kByRays, light, isDark ? uint8_t(0) : kLit);
         }
     }
 

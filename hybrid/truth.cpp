@@ -114,6 +114,7 @@ void Truth::State::build(const TriangleView& source) {
     for (size_t i = 0; i < vertices.size(); ++i)
         vertices[i] = glm::vec4(glm::vec3(glm::dvec3(source.positions[i]) - origin), 0.0f);
     triangles.assign(source.triangles.begin(), source.triangles.end());
+    maskSet = AlphaMaskSet(source.masks);
 
     const EmbreeFloatMode mode;
     if (scene)

@@ -18,7 +18,8 @@
 //
 // Embree's distances along the ray are float, at slivers and grazing rays arbitrarily wrong: each
 // hit that it reports is confirmed in double, 0 < t < end, so what touches only an end never
-// blocks. Its edge tests are its own (robust, watertight). A triangle seen edge-on does not block.
+// blocks. Its edge tests are its own (robust, watertight). A triangle seen edge-on does not block,
+// nor one that its alpha mask leaves open at the crossing (scenes/alpha_mask.h).
 // Not guaranteed: that a blocker nearer than c to the sample is seen, nor which way a ray through
 // an outer edge within rounding is answered.
 #pragma once

@@ -3,7 +3,8 @@
 // door (truth.h, where the rules stand with their reasons) and our own exact tests share.
 //
 // A Geometry is whatever has `glm::dvec3 vertex(triangle, corner)` in the local space (exact),
-// `glm::dvec3 origin` and `double diagonal` (TruthSpace): TruthGeometry here, Truth::State there.
+// `glm::dvec3 origin` and `double diagonal` (TruthSpace), and `AlphaMaskView masks()`:
+// TruthGeometry here, Truth::State there.
 #pragma once
 
 #include "hybrid/gbuffer.h"
@@ -42,6 +43,7 @@ struct TruthGeometry {
     SDAG_HD glm::dvec3 vertex(uint32_t triangle, int corner) const {
         return glm::dvec3(triangles.vertex(triangle, corner)) - origin;
     }
+    SDAG_HD const AlphaMaskView& masks() const { return triangles.masks; }
 };
 
 /// The receiver as the ray set-up needs it; the same for all lights of a sample.
@@ -201,14 +203,30 @@ SDAG_HD double planeCrossing(const Geometry& geometry, const TruthRay& ray, uint
     return glm::dot(normal, v0 - glm::dvec3(ray.startLocal)) / (along == 0.0 ? NAN : along);
 }
 
+/// Returns whether a triangle is opaque where the ray's line passes through it; a crossing beyond an
+/// edge counts as on it.
+template <class Geometry>
+SDAG_HD bool isOpaqueToRay(const Geometry& geometry, const TruthRay& ray, uint32_t triangle) {
+    if (!geometry.masks().isCut(triangle))
+        return true;
+    const glm::dvec3 start(ray.startLocal), way(ray.direction);
+    const glm::dvec3 a = geometry.vertex(triangle, 0) - start,
+                     b = geometry.vertex(triangle, 1) - start,
+                     c = geometry.vertex(triangle, 2) - start;
+    // A corner's weight is the volume of (way, the other two corners).
+    return geometry.masks().isOpaque(triangle, glm::dot(way, glm::cross(b, c)),
+                                     glm::dot(way, glm::cross(c, a)),
+                                     glm::dot(way, glm::cross(a, b)));
+}
+
 /// Returns whether a triangle that the ray's line passes through blocks the ray: it is not the
-/// receiver's own and lies strictly between the ends.
+/// receiver's own, lies strictly between the ends and is opaque there.
 template <class Geometry>
 SDAG_HD bool isBetweenEnds(const Geometry& geometry, const TruthRay& ray, uint32_t triangle) {
     if (triangle == ray.receiver)
         return false;
     const double t = planeCrossing(geometry, ray, triangle);
-    return t > 0.0 && t < double(ray.tFar);
+    return t > 0.0 && t < double(ray.tFar) && isOpaqueToRay(geometry, ray, triangle);
 }
 
 /// Returns whether a triangle blocks the ray, wholly in double. Watertight: the sides of an edge

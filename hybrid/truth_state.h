@@ -22,6 +22,7 @@ struct Truth::State {
     glm::dvec3 vertex(uint32_t triangle, int corner) const {
         return glm::dvec3(glm::vec3(vertices[triangles[triangle][corner]]));
     }
+    AlphaMaskView masks() const { return maskSet.view(); }
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
     std::string lastError;
@@ -30,6 +31,7 @@ struct Truth::State {
     std::vector<glm::vec4>
         vertices; ///< local; 16 bytes each because Embree reads a float past the third
     std::vector<glm::uvec3> triangles;
+    AlphaMaskSet maskSet;
 };
 
 } // namespace shadowdag

@@ -14,7 +14,10 @@ Json toJson(const CostTable& costs) {
     for (const auto& [key, frameCosts] : costs) {
         Json maps = Json::array();
         for (const MapCost& map : frameCosts.maps)
-            maps.push_back({{"light", map.light}, {"rays_ms", map.raysMs}, {"map_ms", map.mapMs}});
+            maps.push_back({{"light", map.light},
+                            {"octave", map.octave},
+                            {"rays_ms", map.raysMs},
+                            {"map_ms", map.mapMs}});
         list.push_back({{"scene", key.first}, {"frame", key.second}, {"maps", std::move(maps)}});
     }
     return {{"costs", std::move(list)}};
@@ -35,8 +38,8 @@ CostTable readCosts(const std::string& path) {
             costs.frame = entry.at("frame").get<uint32_t>();
             int64_t lastLight = -1;
             for (const Json& map : entry.at("maps")) {
-                const MapCost cost{map.at("light").get<uint32_t>(), map.at("rays_ms").get<double>(),
-                                   map.at("map_ms").get<double>()};
+                const MapCost cost{map.at("light").get<uint32_t>(), map.value("octave", 0u),
+                                   map.at("rays_ms").get<double>(), map.at("map_ms").get<double>()};
                 if (int64_t(cost.light) <= lastLight || !(cost.raysMs >= 0) || !(cost.mapMs >= 0))
                     throw Error(ErrorKind::kInput,
                                 path + ": light " + std::to_string(cost.light) +

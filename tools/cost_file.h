@@ -14,7 +14,7 @@ namespace shadowdag {
 /// Costs by scene name and frame.
 using CostTable = std::map<std::pair<std::string, uint32_t>, FrameCosts>;
 
-/// Returns {"costs": [{"scene", "frame", "maps": [{"light", "rays_ms", "map_ms"}]}]}.
+/// Returns {"costs": [{"scene", "frame", "maps": [{"light", "octave", "rays_ms", "map_ms"}]}]}.
 Json toJson(const CostTable& costs);
 /// Reads such a file. Throws Error kInput naming the file and what is wrong in it.
 CostTable readCosts(const std::string& path);

@@ -175,9 +175,9 @@ private:
             frameCosts_ = {};
             frameCosts_.frame = frame_;
             for (const Json& map : saved) {
-                frameCosts_.maps.push_back({map.at("light").get<uint32_t>(),
-                                            map.at("rays_ms").get<double>(),
-                                            map.at("map_ms").get<double>()});
+                frameCosts_.maps.push_back(
+                    {map.at("light").get<uint32_t>(), map.value("octave", 0u),
+                     map.at("rays_ms").get<double>(), map.at("map_ms").get<double>()});
                 out.mapCosts.push_back(map);
             }
             out.costs[{scene_.name, frame_}] = frameCosts_;
@@ -190,7 +190,7 @@ private:
         const Json quantities = toJson(maps);
         for (const MapCost& cost : frameCosts_.maps)
             for (const Json& map : quantities)
-                if (map.at("light") == cost.light) {
+                if (map.at("light") == cost.light && map.at("octave") == cost.octave) {
                     Json entry = {{"scene", scene_.name}, {"frame", frame_}};
                     entry.update(map);
                     entry.erase("route");
@@ -256,8 +256,12 @@ private:
         if (run.method == "dag-exact")
             json["exact_bytes"] = rendererOf(run).exactBytes();
         json["visibility_histogram"] = report.visibilityHistogram;
-        for (const MapRecord& map : result.maps) {
+        for (size_t m = 0; m < result.maps.size(); ++m) {
+            // One line a light; of several maps the highest octave's, which comes last.
+            const MapRecord& map = result.maps[m];
             const uint32_t light = map.quantities.light;
+            if (m + 1 < result.maps.size() && result.maps[m + 1].quantities.light == light)
+                continue;
             Json entry = {{"scene", scene_.name},
                           {"frame", frame_},
                           {"label", run.label()},

@@ -98,9 +98,10 @@ TEST(ExpressionModel, SaysWhereAnExpressionIsWrong) {
 TEST(OracleModel, ReplaysTheCheaperMethodOfEveryMap) {
     const auto model = makeCostModel("oracle");
     EXPECT_TRUE(model->needsCosts());
-    model->setCosts({3, {{20, 1.0, 2.0}, {0, 2.0, 1.0}, {10, 1.5, 1.5}, {99, 0.0, 9.0}}});
+    model->setCosts(
+        {3, {{20, 0, 1.0, 2.0}, {0, 0, 2.0, 1.0}, {10, 0, 1.5, 1.5}, {99, 0, 0.0, 9.0}}});
     EXPECT_EQ(model->route(mapsOf({1, 1, 1})), (Routes{kMap, kMap, kRays}));
-    model->setCosts({4, {{0, 1.0, 2.0}}});
+    model->setCosts({4, {{0, 0, 1.0, 2.0}}});
     EXPECT_EQ(model->route(mapsOf({1})), Routes{kRays});
     try {
         model->route(mapsOf({1, 1}));

@@ -73,7 +73,7 @@ struct HandFrame {
     PairList pairs;
     std::vector<uint8_t> visibility;
     std::vector<Route> route;
-    std::vector<int> mapOfLight;
+    std::vector<int> pairMap;
     Dag dag;
     std::vector<ShadowMapInfo> maps;
     std::vector<uint32_t> pageTable, depths;
@@ -87,7 +87,7 @@ struct HandFrame {
         pairs.light.push_back(uint32_t(lights.size()));
         pairs.sampleStart.push_back(pairs.light.size());
         lights.push_back(pointLight(light));
-        mapOfLight.push_back(map);
+        pairMap.push_back(map);
         route.push_back(map < 0 ? Route::kRays : Route::kMap);
     }
     ErrorInputs inputs() const {
@@ -97,8 +97,8 @@ struct HandFrame {
                 pairs,
                 visibility,
                 route,
-                {viewOf(mapOfLight),
-                 RayInputs{dag.view(), rays},
+                pairMap,
+                {RayInputs{dag.view(), rays},
                  {viewOf(maps), viewOf(pageTable), viewOf(depths), pageTexelsLog2},
                  bias}};
     }
@@ -107,7 +107,7 @@ struct HandFrame {
         VisibilityCounts counts;
         visibility.clear();
         for (size_t i = 0; i < lights.size(); ++i)
-            visibility.push_back(answerPair(inputs().method, uint32_t(i), lights[i],
+            visibility.push_back(answerPair(inputs().method, pairMap[i], uint32_t(i), lights[i],
                                             row.position[i], row.normal[i], row.triangle[i],
                                             counts));
     }

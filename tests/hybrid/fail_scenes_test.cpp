@@ -231,8 +231,8 @@ AskedAgain askMapsAgain(const FailStage& stage, const FailOutcome& outcome,
     const GBufferView gbuffer = stage.renderer->gbuffer();
     AskedAgain asked{};
     uint64_t darkCount = 0;
-    forPairs(outcome.frame.pairs, [&](size_t sample, uint64_t pair, uint32_t light) {
-        const int map = stage.renderer->mapOfLight()[light];
+    forPairs(outcome.frame.pairs, [&](size_t sample, uint64_t pair, uint32_t) {
+        const int map = outcome.frame.pairMap[pair];
         ASSERT_NE(map, kNone);
         ShadowMapTrace trace;
         const glm::vec3 normal =

@@ -207,7 +207,7 @@ TEST(Frame, MixesBothMethodsAsTheModelSays) {
     ASSERT_EQ(mixed.pairs.light, rays.pairs.light);
     for (size_t pair = 0; pair < mixed.pairs.count(); ++pair) {
         const bool isTraced = mixed.pairRoute[pair] == Route::kRays;
-        ASSERT_EQ(isTraced, stage.renderer.mapOfLight()[mixed.pairs.light[pair]] == kNone);
+        ASSERT_EQ(isTraced, mixed.pairMap[pair] == kByRays);
         ASSERT_EQ(mixed.visibility[pair], (isTraced ? rays : maps).visibility[pair]);
     }
 }
@@ -432,15 +432,49 @@ TEST(Frame, UndersamplingDividesTheRequest) {
         EXPECT_FLOAT_EQ(half.maps[m].quantities.texels, 0.5f * full.maps[m].quantities.texels);
 }
 
+TEST(Frame, SeveralMapsALightServeEveryPairByItsOctaveWithFewerTexels) {
+    Stage stage(blockerScene(kManyLights), 5);
+    FrameOptions options = smallFrame();
+    const FrameResult one =
+        stage.renderer.render(roomCamera(), *makeCostModel("texels:0"), options);
+    options.mapsPerLight = 4;
+    const FrameResult four =
+        stage.renderer.render(roomCamera(), *makeCostModel("texels:0"), options);
+    EXPECT_EQ(one.maps.size(), one.counts.mappedLightCount);
+    EXPECT_GT(four.maps.size(), one.maps.size());
+    EXPECT_LE(four.maps.size(), 4 * one.maps.size());
+    EXPECT_EQ(four.counts.mappedLightCount, one.counts.mappedLightCount);
+    EXPECT_EQ(four.counts.missingTapCount, 0u);
+    EXPECT_LT(four.counts.maps.texelCount, one.counts.maps.texelCount);
+    uint64_t samples = 0, sampleOfOne = 0, pairs = 0;
+    for (const MapRecord& map : one.maps)
+        sampleOfOne += map.quantities.samples;
+    for (size_t m = 0; m < four.maps.size(); ++m) {
+        const MapQuantities& map = four.maps[m].quantities;
+        samples += map.samples;
+        pairs += four.maps[m].pairCount;
+        // No map asks for more than its octave holds.
+        EXPECT_LT(map.texels, float(2u << map.octave));
+        if (m > 0 && four.maps[m - 1].quantities.light == map.light)
+            EXPECT_GT(map.octave, four.maps[m - 1].quantities.octave);
+    }
+    EXPECT_EQ(samples, sampleOfOne);
+    EXPECT_EQ(pairs, four.pairs.count());
+    for (size_t p = 0; p < four.pairs.count(); ++p)
+        ASSERT_EQ(four.maps[four.pairMap[p]].quantities.light, four.pairs.light[p]);
+}
+
 TEST(Frame, MeasuredCostsNameEveryMapAndRouteTheOracle) {
     Stage stage(blockerScene(kManyLights, true));
-    const FrameOptions options = smallFrame();
+    FrameOptions options = smallFrame();
+    options.mapsPerLight = 4;
     const FrameResult frame =
         stage.renderer.render(roomCamera(), *makeCostModel("texels:inf"), options);
     const FrameCosts costs = stage.renderer.measureCosts(roomCamera(), options, 3);
     ASSERT_EQ(costs.maps.size(), frame.maps.size());
     for (size_t m = 0; m < costs.maps.size(); ++m) {
         EXPECT_EQ(costs.maps[m].light, frame.maps[m].quantities.light);
+        EXPECT_EQ(costs.maps[m].octave, frame.maps[m].quantities.octave);
         EXPECT_GT(costs.maps[m].raysMs, 0.0);
         EXPECT_GT(costs.maps[m].mapMs, 0.0);
     }

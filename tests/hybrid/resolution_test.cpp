@@ -67,8 +67,10 @@ TEST(DemandResolution, IsTheMaximumOverALightsClusters) {
     const ClusterView clusters{viewOf(cell), viewOf(boxes), viewOf(start), viewOf(samples),
                                viewOf(cluster)};
     LightDemand demand(Backend::kCpu);
-    gatherDemand(Backend::kCpu, clusters, {viewOf(listStart), viewOf(list)}, viewOf(lights), view,
-                 demand);
+    ClusterLights lists(Backend::kCpu);
+    lists.start.upload(listStart);
+    lists.lights.upload(list);
+    gatherDemand(Backend::kCpu, clusters, lists, viewOf(lights), view, 1.0f, 1, demand);
     const auto resolution = [&](size_t l) {
         return std::bit_cast<float>(demand.resolutionSquaredBits.at(l));
     };
@@ -78,8 +80,58 @@ TEST(DemandResolution, IsTheMaximumOverALightsClusters) {
               std::max(requiredResolutionSquared(100, clusterRadiusSquared(boxes[0], view), 0.0),
                        requiredResolutionSquared(10, clusterRadiusSquared(boxes[1], view), 60.75)));
     EXPECT_EQ(resolution(2), 0.0f);
-    EXPECT_EQ(demand.sampleCount.download(), (std::vector<uint32_t>{100, 110, 0}));
-    EXPECT_EQ(demand.clusterCount.download(), (std::vector<uint32_t>{1, 2, 0}));
+    const auto ofLights = [](const Buffer<uint32_t>& slots) {
+        std::vector<uint32_t> first;
+        for (size_t light = 0; light < 3; ++light)
+            first.push_back(slots.at(light * kMaxMapsPerLight));
+        return first;
+    };
+    EXPECT_EQ(ofLights(demand.mapSampleCount), (std::vector<uint32_t>{100, 110, 0}));
+    EXPECT_EQ(ofLights(demand.mapClusterCount), (std::vector<uint32_t>{1, 2, 0}));
+    EXPECT_EQ(lists.record.download(), (std::vector<uint32_t>{0, 1, 1}));
+}
+
+TEST(DemandMaps, TellsPairsApartByOctaveAndJoinsTheLowOnes) {
+    for (float r : {0.5f, 1.0f, 1.999f, 2.0f, 3.999f, 4.0f, 1000.0f, 40000.0f, 1e9f})
+        EXPECT_EQ(octaveOf(r * r), uint32_t(std::clamp(int(std::floor(std::log2(r))), 0, 15))) << r;
+
+    // One light, clusters of one size ever nearer to it ask for ever less.
+    std::vector<Box> boxes;
+    std::vector<uint32_t> cell, start{0}, samples, cluster, listStart{0}, list;
+    for (uint32_t c = 0; c < 7; ++c) {
+        const float x = 1000.0f / float(1 << c);
+        boxes.push_back({{x, -1, -1}, {x + 1, 1, 1}});
+        cell.push_back(c);
+        start.push_back(start.back() + 100);
+        listStart.push_back(c + 1);
+        list.push_back(0);
+    }
+    const std::vector<Light> lights(1);
+    const ClusterView clusters{viewOf(cell), viewOf(boxes), viewOf(start), {}, {}};
+    std::vector<size_t> mapCounts;
+    for (const uint32_t mapsPerLight : {1u, 2u, 4u, 16u}) {
+        LightDemand demand(Backend::kCpu);
+        ClusterLights lists(Backend::kCpu);
+        lists.start.upload(listStart);
+        lists.lights.upload(list);
+        gatherDemand(Backend::kCpu, clusters, lists, viewOf(lights),
+                     makeViewRays(Camera(), 640, 360), 2.0f, mapsPerLight, demand);
+        size_t mapCount = 0;
+        for (const uint32_t clusterCount : demand.mapClusterCount.download())
+            mapCount += clusterCount > 0;
+        mapCounts.push_back(mapCount);
+        uint32_t lowest = kMaxMapsPerLight;
+        for (uint32_t c = 0; c < 7; ++c)
+            if (mapsPerLight > 1)
+                lowest = std::min(lowest, octaveOf(demand.wantedSquared.at(c) * 0.25f));
+        const uint32_t highest = octaveOf(demand.wantedSquared.at(0) * 0.25f);
+        for (uint32_t c = 0; c < 7; ++c) {
+            const uint32_t octave = octaveOf(demand.wantedSquared.at(c) * 0.25f);
+            const uint32_t rank = std::min(highest - octave, mapsPerLight - 1);
+            EXPECT_EQ(lists.record.at(c), mapCount - 1 - rank) << mapsPerLight << " maps, " << c;
+        }
+    }
+    EXPECT_EQ(mapCounts, (std::vector<size_t>{1, 2, 4, 7}));
 }
 
 TEST(ResolutionSteps, AreRoundedFourthRootsOfPowersOfTwo) {
