@@ -3,8 +3,10 @@
 // neighbour, along the Morton curve, with which their union box has the shortest diagonal, and
 // those that choose each other merge. Source of the rounds: Meister and Bittner, Parallel
 // Locally-Ordered Clustering for BVH Construction, TVCG 2018; of the dissimilarity: Olsson et al.
-// 2015, sec. VI-B. Unlike there, clusters that together would exceed a batch never merge, so that
-// batches are full rather than what a cut through a finished tree happens to leave.
+// 2015, sec. VI-B1. Deviations: their tree merges the best pair of all (Walter et al., Fast
+// Agglomerative Clustering for Rendering, RT 2008), ours the pairs that are best for both ends; and
+// by default clusters that together would exceed a batch never merge, so that batches are full
+// rather than what a cut through a finished tree happens to leave (BatchCut, BATCHES.md).
 #include "scenes/batches.h"
 
 #include "cuda/parallel_for.h"
@@ -22,17 +24,22 @@ constexpr uint32_t kSearchRadius = 8;
 
 constexpr size_t kNoCorners = ~size_t(0);
 
+/// A triangle, or a merge of two nodes.
+struct TreeNode {
+    uint32_t index : 31;
+    uint32_t isLeaf : 1;
+};
+
 struct Cluster {
     Box box;
     uint32_t count; ///< triangles
     uint32_t instance;
-    uint32_t first; ///< a leaf: its triangle; else index into merges
-    bool isLeaf;
+    TreeNode node;
 };
 
 struct Merge {
-    uint32_t first[2];
-    bool isLeaf[2];
+    TreeNode child[2];
+    uint32_t count; ///< triangles
 };
 
 float diagonalSquared(const Box& a, const Box& b) {
@@ -43,7 +50,8 @@ float diagonalSquared(const Box& a, const Box& b) {
 /// Writes to partner[i] the admissible neighbour with the shortest union diagonal; i itself for
 /// none. Ties go to the smaller index, so that there always is a pair that agrees: no round is
 /// wasted.
-void findPartners(const std::vector<Cluster>& clusters, std::vector<uint32_t>& partner) {
+void findPartners(const std::vector<Cluster>& clusters, uint64_t maxTriangleCount,
+                  std::vector<uint32_t>& partner) {
     const size_t count = clusters.size();
     partner.resize(count);
     cpuParallelRanges(count, 1024, [&](size_t begin, size_t end) {
@@ -57,7 +65,7 @@ void findPartners(const std::vector<Cluster>& clusters, std::vector<uint32_t>& p
             for (size_t j = from; j < to; ++j) {
                 const Cluster& b = clusters[j];
                 if (j == i || b.instance != a.instance ||
-                    a.count + b.count > kMaxBatchTriangleCount)
+                    uint64_t(a.count) + b.count > maxTriangleCount)
                     continue;
                 // Equal lengths are ordered by the pair, the same seen from both ends; otherwise a
                 // ring of equal neighbours (a regular grid) would choose in a circle.
@@ -74,34 +82,46 @@ void findPartners(const std::vector<Cluster>& clusters, std::vector<uint32_t>& p
     });
 }
 
-void gather(const std::vector<Merge>& merges, uint32_t first, bool isLeaf,
-            std::vector<uint32_t>& out) {
-    // Depth first with an explicit stack; a batch holds at most 128 leaves.
-    std::pair<uint32_t, bool> stack[kMaxBatchTriangleCount + 1];
-    int top = 0;
-    stack[top++] = {first, isLeaf};
-    while (top > 0) {
-        const auto [node, leaf] = stack[--top];
-        if (leaf) {
-            out.push_back(node);
+std::vector<uint8_t> movingInstances(const World& world) {
+    std::vector<uint8_t> isMoving;
+    for (const Instance& instance : world.instances())
+        isMoving.push_back(instance.isMoving);
+    return isMoving;
+}
+
+/// Calls visit(node, its triangle count) depth first, first child first; it returns whether to go
+/// below a node that is no leaf.
+template <class Visit>
+void forNodes(const std::vector<Merge>& merges, TreeNode root, const Visit& visit) {
+    std::vector<TreeNode> stack{root};
+    while (!stack.empty()) {
+        const TreeNode node = stack.back();
+        stack.pop_back();
+        if (!visit(node, node.isLeaf ? 1u : merges[node.index].count) || node.isLeaf)
             continue;
-        }
-        stack[top++] = {merges[node].first[1], merges[node].isLeaf[1]};
-        stack[top++] = {merges[node].first[0], merges[node].isLeaf[0]};
+        stack.push_back(merges[node.index].child[1]);
+        stack.push_back(merges[node.index].child[0]);
     }
 }
 
 } // namespace
 
-BatchSet::BatchSet(const World& world) : BatchSet(world.triangles(), world.triangleInstance()) {
-    for (uint32_t b = 0; b < batches_.size(); ++b)
-        if (world.instances()[batches_[b].instance].isMoving)
-            keepCorners(world.triangles(), b);
-}
+BatchSet::BatchSet(const World& world, const BatchOptions& options)
+    : BatchSet(world.triangles(), world.triangleInstance(), options, movingInstances(world)) {}
 
-BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance) {
+BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance,
+                   const BatchOptions& options, const std::vector<uint8_t>& isInstanceMoving)
+    : maxTriangleCount_(options.maxTriangleCount) {
+    if (maxTriangleCount_ < 1 || maxTriangleCount_ > kMaxBatchTriangleCount)
+        throw Error(ErrorKind::kUsage, "batches of " + std::to_string(maxTriangleCount_) +
+                                           " triangles: choose 1 to " +
+                                           std::to_string(kMaxBatchTriangleCount));
     const size_t count = geometry.count();
     SDAG_ASSERT(triangleInstance.size() == count);
+    if (count > size_t(INT32_MAX))
+        throw Error(ErrorKind::kResource, std::to_string(count) +
+                                              " triangles are more than batches index; use fewer "
+                                              "instances");
     std::vector<Box> triangleBoxes(count);
     cpuParallelRanges(count, 4096, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i)
@@ -128,13 +148,15 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
 
     std::vector<Cluster> clusters(count), next;
     for (size_t i = 0; i < count; ++i)
-        clusters[i] = {triangleBoxes[order[i]], 1, instances[i], order[i], true};
+        clusters[i] = {triangleBoxes[order[i]], 1, instances[i], {order[i], 1}};
     std::vector<Merge> merges;
     merges.reserve(count);
     std::vector<uint32_t> partner;
+    const uint64_t mergeLimit =
+        options.cut == BatchCut::kSubtree ? ~0ull : uint64_t(maxTriangleCount_);
     for (bool merged = true; merged;) {
         merged = false;
-        findPartners(clusters, partner);
+        findPartners(clusters, mergeLimit, partner);
         next.clear();
         for (size_t i = 0; i < clusters.size(); ++i) {
             const size_t j = partner[i];
@@ -144,10 +166,8 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
                 Cluster both = clusters[i];
                 both.box.add(clusters[j].box);
                 both.count += clusters[j].count;
-                both.first = uint32_t(merges.size());
-                both.isLeaf = false;
-                merges.push_back({{clusters[i].first, clusters[j].first},
-                                  {clusters[i].isLeaf, clusters[j].isLeaf}});
+                both.node = {uint32_t(merges.size()), 0};
+                merges.push_back({{clusters[i].node, clusters[j].node}, both.count});
                 next.push_back(both);
                 merged = true;
             }
@@ -156,13 +176,32 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
     }
 
     triangles_.reserve(count);
-    for (const Cluster& cluster : clusters) {
-        batches_.push_back({uint32_t(triangles_.size()), cluster.count, cluster.instance});
-        boxes_.push_back(cluster.box);
-        gather(merges, cluster.first, cluster.isLeaf, triangles_);
-    }
+    const auto addBatch = [&](TreeNode batch, uint32_t triangleCount, uint32_t instance) {
+        batches_.push_back({uint32_t(triangles_.size()), triangleCount, instance});
+        boxes_.emplace_back();
+        forNodes(merges, batch, [&](TreeNode node, uint32_t) {
+            if (node.isLeaf) {
+                triangles_.push_back(node.index);
+                boxes_.back().add(triangleBoxes[node.index]);
+            }
+            return true;
+        });
+    };
+    for (const Cluster& root : clusters)
+        forNodes(merges, root.node, [&](TreeNode node, uint32_t triangleCount) {
+            const bool fits = triangleCount <= maxTriangleCount_;
+            if (fits)
+                addBatch(node, triangleCount, root.instance);
+            return !fits;
+        });
     firstCorner_.assign(batches_.size(), kNoCorners);
-    bvh_.build(viewOf(boxes_));
+    std::vector<uint8_t> isMover(batches_.size(), 0);
+    for (uint32_t b = 0; b < batches_.size(); ++b)
+        if (!isInstanceMoving.empty() && isInstanceMoving[batches_[b].instance]) {
+            keepCorners(geometry, b);
+            isMover[b] = 1;
+        }
+    bvh_.build(viewOf(boxes_), std::move(isMover));
 }
 
 void BatchSet::update(const World& world, const std::vector<uint32_t>& movedInstances) {
@@ -172,14 +211,17 @@ void BatchSet::update(const World& world, const std::vector<uint32_t>& movedInst
 void BatchSet::update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances) {
     movedBatches_.clear();
     movedBoxesBefore_.clear();
+    updateCounts_ = {};
     for (const uint32_t instance : movedInstances) {
         // Batches ascend by instance.
         const auto first =
             std::lower_bound(batches_.begin(), batches_.end(), instance,
                              [](const Batch& b, uint32_t value) { return b.instance < value; });
-        for (auto batch = first; batch != batches_.end() && batch->instance == instance; ++batch)
+        for (auto batch = first; batch != batches_.end() && batch->instance == instance; ++batch) {
+            ++updateCounts_.comparedBatchCount;
             if (keepCorners(geometry, uint32_t(batch - batches_.begin())))
                 movedBatches_.push_back(uint32_t(batch - batches_.begin()));
+        }
     }
     if (movedBatches_.empty())
         return;
@@ -192,7 +234,8 @@ void BatchSet::update(const TriangleView& geometry, const std::vector<uint32_t>&
             box.add(corners_[firstCorner_[b] + i]);
         boxes_[b] = box;
     }
-    bvh_.refit(viewOf(boxes_));
+    updateCounts_.boxCount = uint32_t(movedBatches_.size());
+    updateCounts_.hierarchy = bvh_.update(viewOf(boxes_), movedBatches_);
 }
 
 /// Keeps the corners of a batch as they are now; returns whether one differs from what was kept, or
@@ -216,7 +259,7 @@ bool BatchSet::keepCorners(const TriangleView& geometry, uint32_t batch) {
 }
 
 BatchView BatchSet::view() const {
-    return {viewOf(batches_), viewOf(boxes_), viewOf(triangles_), bvh_.view()};
+    return {viewOf(batches_), viewOf(boxes_), viewOf(triangles_), bvh_.view(), maxTriangleCount_};
 }
 
 } // namespace shadowdag

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Batches of at most 128 triangles: the unit in which geometry is culled and drawn into shadow
-// maps. Source: Olsson et al., More Efficient Virtual Shadow Maps for Many Lights, TVCG 2015, sec.
-// IV-G.
+// Batches of 128 triangles, unless told otherwise: the unit in which geometry is culled and drawn
+// into shadow maps. Source: Olsson et al., More Efficient Virtual Shadow Maps for Many Lights, TVCG
+// 2015, sec. IV-G.
 #pragma once
 
 #include "scenes/wide_bvh.h"
@@ -9,7 +9,19 @@
 
 namespace shadowdag {
 
-constexpr uint32_t kMaxBatchTriangleCount = 128;
+constexpr uint32_t kMaxBatchTriangleCount = 512;
+
+/// Where the tree of clusters is cut into batches.
+enum class BatchCut : uint32_t {
+    kFull,    ///< clusters that together would exceed a batch never merge: fewer, fuller batches
+    kSubtree, ///< the tree is finished first; batches are its largest subtrees that fit (the paper)
+};
+
+/// How triangles are gathered into batches. What is drawn into maps changes, not what they hold.
+struct BatchOptions {
+    uint32_t maxTriangleCount = 128; ///< 1..kMaxBatchTriangleCount
+    BatchCut cut = BatchCut::kFull;
+};
 
 /// A run of batchTriangles; all its triangles belong to one instance (one transform).
 struct Batch {
@@ -23,17 +35,31 @@ struct BatchView {
     View<const Box> boxesWorld;     ///< batchCount, closed, of the current positions
     View<const uint32_t> triangles; ///< triangleCount; world triangle indices in batch order
     WideBvhView bvh;                ///< over boxesWorld
+    uint32_t maxTriangleCount = 0;  ///< no batch holds more
 };
 
-/// The batches of a world on the host, rebuilt offline once and refitted when instances move.
+/// What the last update of a set of batches did.
+struct BatchUpdateCounts {
+    uint32_t comparedBatchCount = 0; ///< batches of the instances named
+    uint32_t boxCount = 0;           ///< batch boxes recomputed: those of movedBatches()
+    BvhUpdateCounts hierarchy;       ///< codes sorted again, boxes of the hierarchy written
+};
+
+/// The batches of a world on the host: built offline once, kept current when instances move.
 class BatchSet {
 public:
     /// Partitions every triangle of the world into batches that are compact in space
     /// (deterministic).
-    explicit BatchSet(const World& world);
+    /// Throws Error kUsage for a size out of bounds.
+    explicit BatchSet(const World& world, const BatchOptions& options = {});
     /// The same for bare triangles. @param triangleInstance one value a triangle
-    BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance);
-    /// Recomputes boxes (and hierarchy) of the batches of these instances after World::setTime.
+    /// @param isInstanceMoving one flag for every value of triangleInstance; empty: none is known
+    /// to
+    BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance,
+             const BatchOptions& options = {}, const std::vector<uint8_t>& isInstanceMoving = {});
+    /// Follows World::setTime: recomputes the boxes of those batches of the named instances that
+    /// moved, sorts again those that left their place along the Morton curve, and refits what is
+    /// above them. What stands still costs nothing. The result is that of a set built now.
     void update(const World& world, const std::vector<uint32_t>& movedInstances);
     void update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances);
     /// Returns the batches with a corner that the last update found elsewhere than the one before,
@@ -43,7 +69,8 @@ public:
     const std::vector<uint32_t>& movedBatches() const { return movedBatches_; }
     /// Returns the world boxes of movedBatches() before the last update, one a batch.
     const std::vector<Box>& movedBoxesBefore() const { return movedBoxesBefore_; }
-    /// Returns views of this object's arrays; valid while it lives.
+    const BatchUpdateCounts& updateCounts() const { return updateCounts_; }
+    /// Returns views of this object's arrays; valid until the next update.
     BatchView view() const;
     size_t size() const { return batches_.size(); }
 
@@ -53,8 +80,10 @@ private:
     std::vector<Batch> batches_;
     std::vector<Box> boxes_;
     std::vector<uint32_t> triangles_;
+    uint32_t maxTriangleCount_;
     std::vector<uint32_t> movedBatches_;
     std::vector<Box> movedBoxesBefore_;
+    BatchUpdateCounts updateCounts_;
     /// By batch: where its corners at the last update stand in corners_, kNoCorners before any.
     std::vector<size_t> firstCorner_;
     std::vector<glm::vec3> corners_; ///< three a triangle of the batches that were ever updated

@@ -15,11 +15,19 @@ namespace shadowdag {
 constexpr uint32_t kBvhWidth = 32;
 constexpr uint32_t kBvhMaxLevels = 7; ///< 32^7 > 2^32 items
 
-/// Levels of boxes, leaves first. Level 0 holds itemCount boxes in Morton order; box i of level k +
-/// 1 encloses boxes [32 i, 32 i + 32) of level k; the last level has at most 32 boxes.
+constexpr uint32_t kNoBvhItem = ~0u; ///< fills up the last 32 of what stands still
+
+/// Levels of boxes, leaves first. Level 0 holds the items' boxes in Morton order, first of those
+/// that stand still, then of those that move, each run along its own curve; where there are both,
+/// empty boxes fill the first run up to a multiple of 32. Box i of level k + 1 encloses boxes [32
+/// i, 32 i + 32) of level k; the last level has at most 32 boxes.
+///
+///     level 0   S S S ... S - -|M M M ... M       -: empty, kNoBvhItem
+///     level 1   [0,32) ... [P-32,P)|[P,P+32) ...  P: start of the movers
+///     level 2   at most one box a level encloses both kinds
 struct WideBvhView {
     View<const Box> boxes;      ///< all levels, one after the other
-    View<const uint32_t> items; ///< itemCount; original index of level-0 box i
+    View<const uint32_t> items; ///< as many as level 0; original index of its box i, or kNoBvhItem
     uint32_t levelStart[kBvhMaxLevels + 1] = {};
     uint32_t levelCount = 0; ///< 0 when there are no items
 };
@@ -33,8 +41,8 @@ SDAG_HD inline uint32_t topBoxCount(const WideBvhView& bvh) {
 }
 
 /// Calls hit(originalIndex) for every item under boxes [topBegin, topEnd) of the top level whose
-/// box `test(box)` accepts, in Morton order; `test` must accept a box that encloses an accepted
-/// box. No recursion, no allocation.
+/// box `test(box)` accepts, in the order of level 0; `test` must accept a box that encloses an
+/// accepted box. No recursion, no allocation.
 template <class Test, class Hit>
 SDAG_HD void traverseFrom(const WideBvhView& bvh, uint32_t topBegin, uint32_t topEnd,
                           const Test& test, const Hit& hit) {
@@ -55,7 +63,8 @@ SDAG_HD void traverseFrom(const WideBvhView& bvh, uint32_t topBegin, uint32_t to
             continue;
         const uint32_t inLevel = i - bvh.levelStart[level];
         if (level == 0) {
-            hit(bvh.items[inLevel]);
+            if (bvh.items[inLevel] != kNoBvhItem)
+                hit(bvh.items[inLevel]);
         } else {
             --level;
             next[level] = bvh.levelStart[level] + inLevel * kBvhWidth;
@@ -72,20 +81,60 @@ SDAG_HD void traverse(const WideBvhView& bvh, const Test& test, const Hit& hit) 
     traverseFrom(bvh, 0, topBoxCount(bvh), test, hit);
 }
 
-/// Owns a hierarchy on the host.
+/// What an update of a hierarchy did.
+struct BvhUpdateCounts {
+    uint32_t sortedKeyCount = 0; ///< Morton codes that changed, and so places along the curve
+    uint32_t boxCount = 0;       ///< boxes written, of all levels
+    bool isRebuilt = false;      ///< everything was sorted anew: a new mover, or a new grid
+};
+
+/// Owns a hierarchy on the host. Deterministic: its arrays are a function of the boxes and of which
+/// items are movers, whatever moved before.
 class WideBvh {
 public:
-    /// Builds over the boxes (empty boxes allowed: they enclose nothing). Deterministic.
+    /// Builds over the boxes (empty boxes allowed: they enclose nothing), all standing still.
     void build(View<const Box> boxes);
-    /// Recomputes all boxes for moved items without sorting again: correct, if looser.
+    /// The same with movers in a run of their own. @param isMover one flag an item; empty: none is
+    void build(View<const Box> boxes, std::vector<uint8_t> isMover);
+    /// Follows what moved, to the very arrays that build would make: only codes that changed are
+    /// sorted, between their neighbours that stayed, and only boxes above changed ones are
+    /// recomputed. An item that stood still until now becomes a mover for good; then everything is
+    /// built anew, as the run of movers is when its bounds leave the power-of-two grid that its
+    /// codes count in.
+    /// Cost: movers times a comparison, moved codes times a logarithm; not the items that never
+    /// moved.
+    /// @param boxes all items' boxes, as many as built; @param moved every item whose box changed
+    BvhUpdateCounts update(View<const Box> boxes, const std::vector<uint32_t>& moved);
+    /// Recomputes all boxes for moved items without sorting again: correct, if looser. What update
+    /// is measured against; not to be followed by update.
     void refit(View<const Box> boxes);
     WideBvhView view() const;
 
 private:
+    struct Entry {
+        uint64_t code;
+        uint32_t item;
+        bool operator<(const Entry& b) const {
+            return code != b.code ? code < b.code : item < b.item;
+        }
+    };
+
+    void layOutLevels();
+    void sortMovers(View<const Box> boxes);
+    void setLeaf(uint32_t slot, const Box& box, BvhUpdateCounts& counts);
+    void refitAbove(BvhUpdateCounts& counts);
+    Box enclose(uint32_t level, uint32_t i) const;
+
     std::vector<Box> boxes_;
     std::vector<uint32_t> items_;
     uint32_t levelStart_[kBvhMaxLevels + 1] = {};
     uint32_t levelCount_ = 0;
+    std::vector<uint8_t> isMover_; ///< by item; empty: none is
+    std::vector<Entry> movers_;    ///< in the order of their slots
+    std::vector<uint32_t> slotOf_; ///< by item, of movers
+    uint32_t firstMover_ = 0;      ///< slot
+    Box moverGrid_;                ///< what the movers' codes count in
+    std::vector<uint32_t> dirty_;  ///< boxes of level 1 above a changed leaf
 };
 
 } // namespace shadowdag

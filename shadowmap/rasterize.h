@@ -28,6 +28,7 @@ struct RasterView {
     View<const Batch> batches;
     View<const uint32_t> batchTriangles;
     View<const BatchDraw> draws;
+    uint32_t slotsPerDraw; ///< no batch holds more triangles
 };
 
 /// A triangle set up for one face: functions of the texel coordinates X = 2 x + 1 - N, Y = 2 y + 1
@@ -279,14 +280,14 @@ SDAG_HD inline glm::dvec3 cornerFromLight(const TriangleView& geometry, uint32_t
     return glm::dvec3(geometry.vertex(triangle, corner)) - glm::dvec3(lightWorld);
 }
 
-/// Draws triangle i % kMaxBatchTriangleCount of draw i / kMaxBatchTriangleCount.
+/// Draws triangle i % slotsPerDraw of draw i / slotsPerDraw.
 struct RasterizeTriangle {
     RasterView view;
 
     SDAG_HD void operator()(size_t i) const {
-        const BatchDraw draw = view.draws[i / kMaxBatchTriangleCount];
+        const BatchDraw draw = view.draws[i / view.slotsPerDraw];
         const Batch batch = view.batches[draw.batch];
-        const uint32_t inBatch = uint32_t(i % kMaxBatchTriangleCount);
+        const uint32_t inBatch = uint32_t(i % view.slotsPerDraw);
         if (inBatch >= batch.count)
             return;
         const ShadowMapInfo map = view.maps[draw.map];

@@ -6,8 +6,8 @@
 namespace shadowdag::cpu {
 
 void rasterizeTriangles(const RasterizeTriangle& items) {
-    parallelFor<CpuTag>(items.view.draws.count * kMaxBatchTriangleCount, items,
-                        4 * kMaxBatchTriangleCount);
+    parallelFor<CpuTag>(items.view.draws.count * items.view.slotsPerDraw, items,
+                        4 * items.view.slotsPerDraw);
 }
 
 } // namespace shadowdag::cpu

@@ -6,8 +6,8 @@
 namespace shadowdag::cuda {
 
 void rasterizeTriangles(const RasterizeTriangle& items) {
-    parallelFor<CudaTag>(items.view.draws.count * kMaxBatchTriangleCount, items,
-                         4 * kMaxBatchTriangleCount);
+    parallelFor<CudaTag>(items.view.draws.count * items.view.slotsPerDraw, items,
+                         4 * items.view.slotsPerDraw);
 }
 
 } // namespace shadowdag::cuda

@@ -278,7 +278,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
                                 triangles,
                                 onBackend.batches,
                                 onBackend.triangles,
-                                std::as_const(s.draws).view()};
+                                std::as_const(s.draws).view(),
+                                onBackend.maxTriangleCount};
         if (s.backend == Backend::kCpu && !options.useAtomicRasterizer)
             rasterizeByFace(raster, drawStart);
         else

@@ -51,7 +51,7 @@ void expectPartition(const Triangles& t, const BatchSet& set) {
         const Batch& batch = view.batches[b];
         ASSERT_EQ(batch.first, next);
         ASSERT_GE(batch.count, 1u);
-        ASSERT_LE(batch.count, kMaxBatchTriangleCount);
+        ASSERT_LE(batch.count, view.maxTriangleCount);
         next += batch.count;
         for (uint32_t i = 0; i < batch.count; ++i) {
             ++seen[view.triangles[batch.first + i]];
@@ -69,7 +69,7 @@ TEST(BatchSet, EveryTriangleIsInOneBatchOfItsInstance) {
     const BatchSet set(t.view(), t.instances);
     expectPartition(t, set);
     // A regular grid of 8192 triangles fills at least half of each batch.
-    EXPECT_LE(set.size(), 2 * 8192 / kMaxBatchTriangleCount);
+    EXPECT_LE(set.size(), 2 * 8192 / set.view().maxTriangleCount);
 }
 
 TEST(BatchSet, RandomTrianglesAndCoincidentOnesArePartitioned) {
@@ -169,11 +169,128 @@ TEST(BatchSet, MovedBatchesAreThoseWhoseCornersChangedWithTheirBoxesBefore) {
     t.triangles[triangle].x = uint32_t(t.positions.size() - 1);
     set.update(t.view(), {1, 3});
     EXPECT_EQ(set.movedBatches(), std::vector<uint32_t>{batch});
+    EXPECT_EQ(set.updateCounts().comparedBatchCount, batchesOf({1, 3}).size());
+    EXPECT_EQ(set.updateCounts().boxCount, 1u);
+    EXPECT_LE(set.updateCounts().hierarchy.sortedKeyCount, batchesOf({1, 3}).size());
     ASSERT_EQ(set.movedBoxesBefore().size(), 1u);
     EXPECT_TRUE(set.movedBoxesBefore()[0] == before);
     EXPECT_GE(set.view().boxesWorld[batch].max.y, 50.0f);
     set.update(t.view(), {});
     EXPECT_TRUE(set.movedBatches().empty());
+}
+
+/// Small triangles at these points, one instance.
+Triangles trianglesAt(const std::vector<glm::vec3>& points) {
+    Triangles t;
+    for (const glm::vec3& p : points) {
+        const uint32_t first = uint32_t(t.positions.size());
+        t.positions.insert(t.positions.end(), {p, p + glm::vec3(0.01f, 0, 0), p + 0.01f});
+        t.triangles.push_back({first, first + 1, first + 2});
+        t.instances.push_back(0);
+    }
+    return t;
+}
+
+/// Returns the batches as sorted sets of triangles.
+std::vector<std::vector<uint32_t>> contents(const BatchSet& set) {
+    std::vector<std::vector<uint32_t>> found;
+    for (const Batch& batch : set.view().batches) {
+        const uint32_t* const first = &set.view().triangles[batch.first];
+        found.emplace_back(first, first + batch.count);
+        std::sort(found.back().begin(), found.back().end());
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+TEST(BatchSet, DissimilarityIsTheDiagonalNotTheSurfaceOfTheUnion) {
+    // Diagonals: 0-1 is 10, 0-2 is 3.5, 1-2 is 8.5. The union of 0 and 1 is a needle almost without
+    // surface.
+    const Triangles t = trianglesAt({{0, 0, 0}, {10, 0, 0}, {2, 2, 2}});
+    const BatchSet set(t.view(), t.instances, {2, BatchCut::kFull});
+    EXPECT_EQ(contents(set), (std::vector<std::vector<uint32_t>>{{0, 2}, {1}}));
+}
+
+TEST(BatchSet, SubtreesAreCutFromTheWholeTreeAndFullBatchesMergeOnlyWhatFits) {
+    // The tree joins 0-1 and 2-3 (diagonal 1), both (4; with 4 it would be 5), then all.
+    const Triangles t = trianglesAt({{0, 0, 0}, {1, 0, 0}, {3, 0, 0}, {4, 0, 0}, {8, 0, 0}});
+    const auto cut = [&](uint32_t size, BatchCut kind) {
+        return contents(BatchSet(t.view(), t.instances, {size, kind}));
+    };
+    using Sets = std::vector<std::vector<uint32_t>>;
+    EXPECT_EQ(cut(3, BatchCut::kSubtree), (Sets{{0, 1}, {2, 3}, {4}}));
+    EXPECT_EQ(cut(3, BatchCut::kFull), (Sets{{0, 1}, {2, 3, 4}}));
+    EXPECT_EQ(cut(4, BatchCut::kSubtree), (Sets{{0, 1, 2, 3}, {4}}));
+    EXPECT_EQ(cut(5, BatchCut::kSubtree), (Sets{{0, 1, 2, 3, 4}}));
+    EXPECT_EQ(cut(1, BatchCut::kSubtree).size(), 5u);
+}
+
+TEST(BatchSet, EverySizeAndCutIsAPartition) {
+    const Triangles t = heightField(48);
+    for (const uint32_t size : {1u, 32u, 127u, 512u})
+        for (const BatchCut cut : {BatchCut::kFull, BatchCut::kSubtree}) {
+            SCOPED_TRACE(size);
+            const BatchSet set(t.view(), t.instances, {size, cut});
+            EXPECT_EQ(set.view().maxTriangleCount, size);
+            expectPartition(t, set);
+        }
+}
+
+TEST(BatchSet, SizesOutOfBoundsAreRefusedByName) {
+    const Triangles t = heightField(2);
+    for (const uint32_t size : {0u, 513u}) {
+        try {
+            BatchSet(t.view(), t.instances, {size});
+            FAIL();
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+            EXPECT_NE(std::string(error.what()).find(std::to_string(size)), std::string::npos);
+            EXPECT_NE(std::string(error.what()).find("choose 1 to 512"), std::string::npos);
+        }
+    }
+}
+
+TEST(BatchSet, WhatAnAnimationDrivesIsMovedOnlyWhileItMoves) {
+    // Node 1 stands until second 1, moves until 2, stands again; node 0 never moves.
+    Scene scene;
+    scene.materials.emplace_back();
+    scene.meshes.resize(1);
+    for (uint32_t i = 0; i < 100; ++i) {
+        const glm::vec3 p(float(i), 0, 0);
+        scene.meshes[0].positions.insert(scene.meshes[0].positions.end(),
+                                         {p, p + glm::vec3(1, 0, 0), p + glm::vec3(0, 1, 0)});
+        scene.meshes[0].triangles.push_back(glm::uvec3(3 * i) + glm::uvec3(0, 1, 2));
+        scene.meshes[0].triangleMaterial.push_back(0);
+    }
+    scene.nodes.resize(2);
+    scene.nodes[0].mesh = scene.nodes[1].mesh = 0;
+    scene.roots = {0, 1};
+    scene.animations.resize(1);
+    scene.animations[0].channels.resize(1);
+    AnimationChannel& channel = scene.animations[0].channels[0];
+    channel.node = 1;
+    channel.times = {0, 1, 2, 3};
+    channel.values = {glm::vec4(0), glm::vec4(0), glm::vec4(0, 5, 0, 0), glm::vec4(0, 5, 0, 0)};
+
+    World world(scene, {});
+    BatchSet set(world, {32});
+    ASSERT_EQ(set.size() % 2, 0u);
+    const uint32_t moverCount = uint32_t(set.size() / 2);
+    const auto movedAt = [&](float seconds) {
+        set.update(world, world.setTime(seconds));
+        for (const uint32_t b : set.movedBatches())
+            EXPECT_EQ(set.view().batches[b].instance, 1u);
+        EXPECT_EQ(set.updateCounts().comparedBatchCount, moverCount);
+        EXPECT_EQ(set.updateCounts().boxCount, set.movedBatches().size());
+        return uint32_t(set.movedBatches().size());
+    };
+    EXPECT_EQ(movedAt(0.5f), 0u);
+    EXPECT_EQ(movedAt(1.5f), moverCount);
+    EXPECT_EQ(movedAt(2.5f), moverCount);
+    EXPECT_EQ(set.movedBoxesBefore()[0].min.y, 2.5f);
+    EXPECT_EQ(movedAt(2.75f), 0u);
+    EXPECT_EQ(set.updateCounts().hierarchy.boxCount, 0u);
+    EXPECT_EQ(movedAt(0.0f), moverCount);
 }
 
 TEST(BatchSet, NothingGivesNothing) {
