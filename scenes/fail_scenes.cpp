@@ -291,6 +291,45 @@ FailScene borderLight() {
     return s;
 }
 
+FailScene alphaMask() {
+    FailScene s{"fail-alpha",
+                "holes cut by a texture's alpha: a board that lies, one that leans, one that moves "
+                "(Olsson 2015, sec. VI: no alpha masks)",
+                {floorBox(5, 3)},
+                {{{0.3, 4.0, 0.2}, 14.0, 12.0}, {{-3.5, 2.2, 1.5}, 10.0, 5.0}},
+                {0.4, 3.4, 6},
+                {0, 0.5, 0}};
+    FailBox lying{{-1.6, 1.4, 0.0}, {1.2, 0.0, 1.2}};
+    lying.chequerCount = 8;
+    FailBox leaning{{1.8, 1.0, -0.6}, {1.1, 0.0, 0.9}, 0.06, 0.17, 3};
+    leaning.chequerCount = 6;
+    FailBox moving{{-1.0, 0.5, 1.7}, {0.6, 0.0, 0.6}};
+    moving.chequerCount = 4;
+    moving.velocity = {0.7, 0.0, 0.0};
+    s.boxes.insert(s.boxes.end(), {lying, leaning, moving});
+    return s;
+}
+
+/// Returns whether a segment that crosses a board comes through a hole; nothing when it passes
+/// within `border` of a square's edge.
+std::optional<bool> passesHole(const FailBox& b, double timeSeconds, const dvec3& from,
+                               const dvec3& to, double border) {
+    const dvec3 center = b.center + b.velocity * timeSeconds;
+    const glm::dmat3 worldFromBox(placement(dvec3(0.0), b.yawTurns, b.pitchTurns));
+    const dvec3 o = glm::transpose(worldFromBox) * (from - center);
+    const dvec3 d = glm::transpose(worldFromBox) * (to - from);
+    const dvec3 at = o - d * (o.y / d.y);
+    int square = 0;
+    for (const int axis : {0, 2}) {
+        const double side = 2.0 * b.half[axis] / b.chequerCount;
+        const double position = (at[axis] + b.half[axis]) / side;
+        if (!(std::abs(position - std::round(position)) * side > border))
+            return std::nullopt;
+        square += int(std::floor(position));
+    }
+    return square % 2 != 0;
+}
+
 /// Returns where the segment from a to b enters and leaves the box, grown by `grow`, lies empty or
 /// not.
 bool segmentMeetsBox(const FailBox& b, double timeSeconds, const dvec3& from, const dvec3& to,
@@ -324,7 +363,7 @@ std::vector<FailScene> failScenes() {
             missingTap(), cubeSeam(),       lightTouching(), thinWall(),
             wires(),      selfShadow(),     contact(),       silhouette(),
             farOrigin(),  axisAligned(),    mover(),         unequalRanges(),
-            coplanar(),   borderLight()};
+            coplanar(),   borderLight(),    alphaMask()};
 }
 
 Scene makeFailScene(const FailScene& f) {
@@ -332,13 +371,31 @@ Scene makeFailScene(const FailScene& f) {
     const uint32_t materials[4] = {0, s.material("floor", {0.66f, 0.60f, 0.50f}),
                                    s.material("occluder", {0.30f, 0.42f, 0.62f}),
                                    s.material("second occluder", {0.72f, 0.42f, 0.22f})};
+    // Two by two texels, repeated: a board's material is the solid one's, cut out.
+    const auto chequered = [&](uint32_t material) {
+        Scene& scene = s.scene();
+        if (scene.alphaMasks.empty()) {
+            scene.alphaMasks.push_back(makeAlphaMask(2, 2));
+            setOpaque(scene.alphaMasks[0], 0, 0);
+            setOpaque(scene.alphaMasks[0], 1, 1);
+        }
+        const Material solid = scene.materials[material];
+        const uint32_t cut = s.material(solid.name + ", chequered", solid.baseColor);
+        scene.materials[cut].alphaMask = 0;
+        return cut;
+    };
     for (const FailBox& b : f.boxes) {
-        MeshBuilder m("flat_box", materials[b.material]);
+        const uint32_t material = materials[b.material];
+        MeshBuilder m("flat_box", b.chequerCount ? chequered(material) : material);
         const bool isMoving = b.velocity != dvec3(0.0);
         m.setTransform(placement(isMoving ? dvec3(0.0) : b.center, b.yawTurns, b.pitchTurns));
         const dvec3 h = b.half;
         const auto add = [&] {
-            if (h.y == 0.0)
+            const float n = float(b.chequerCount) / 2.0f;
+            if (b.chequerCount)
+                m.quad(m.vertex({-h.x, 0, h.z}, {0, n}), m.vertex({h.x, 0, h.z}, {n, n}),
+                       m.vertex({h.x, 0, -h.z}, {n, 0}), m.vertex({-h.x, 0, -h.z}, {0, 0}));
+            else if (h.y == 0.0)
                 m.quad({-h.x, 0, h.z}, {h.x, 0, h.z}, {h.x, 0, -h.z}, {-h.x, 0, -h.z});
             else
                 addBox(m, -h, h);
@@ -376,6 +433,16 @@ std::optional<bool> expectedLit(const FailScene& scene, const dvec3& pointWorld,
     for (const FailBox& occluder : scene.boxes) {
         if (segmentMeetsBox(occluder, timeSeconds, a, a, 0.0))
             return std::nullopt;
+        if (occluder.chequerCount && segmentMeetsBox(occluder, timeSeconds, a, b, 1e-6 * extent)) {
+            const std::optional<bool> isThrough =
+                passesHole(occluder, timeSeconds, a, b, 2e-6 * extent);
+            if (isThrough && *isThrough)
+                continue;
+            if (!isThrough) {
+                mayHit = true;
+                continue;
+            }
+        }
         if (segmentMeetsBox(occluder, timeSeconds, a, b, -1e-6 * extent))
             return false;
         mayHit |= segmentMeetsBox(occluder, timeSeconds, a, b, 1e-6 * extent);

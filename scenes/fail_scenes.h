@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The failure scenes: each provokes one known failure of shadow maps or voxel rays and is made of
-// boxes and lights only, so that the right answer has a closed form. One description makes both.
+// boxes, boards and lights only, so that the right answer has a closed form. One description makes
+// both.
 #pragma once
 
 #include "scenes/scene.h"
@@ -18,6 +19,10 @@ struct FailBox {
     double yawTurns = 0.0, pitchTurns = 0.0; ///< turned about its own X, then about Y
     uint32_t material = 1;                   ///< 1 floor, 2 occluder, 3 second occluder
     glm::dvec3 velocity{0.0};
+    /// Of a flat box (half.y = 0): an alpha mask cuts it out as a chequer board of this many
+    /// squares a side, an even number; 0: solid. The square at its least corner is there, its
+    /// neighbours are holes.
+    int chequerCount = 0;
 };
 
 struct FailLight {
@@ -44,10 +49,10 @@ Scene makeFailScene(const FailScene& description);
 
 /// Returns whether light number `light` is seen from point p of a surface whose normal faces it, at
 /// a time: true lit, false dark, nothing where the answer hangs on less than 1e-6 of the scene's
-/// extent (a ray along an edge or along its own surface) or where p is buried in a solid. In closed
-/// form: the segment, shortened by 1e-4 of the extent at both ends, against every box. So a light
-/// that touches a surface lights the side on which it lies, and a point is not shadowed by the
-/// surface it lies on. The light's range is not asked.
+/// extent (a ray along an edge, a hole's too, or along its own surface) or where p is buried in a
+/// solid. In closed form: the segment, shortened by 1e-4 of the extent at both ends, against every
+/// box. So a light that touches a surface lights the side on which it lies, and a point is not
+/// shadowed by the surface it lies on. The light's range is not asked.
 std::optional<bool> expectedLit(const FailScene& scene, const glm::dvec3& pointWorld, int light,
                                 double timeSeconds = 0.0);
 

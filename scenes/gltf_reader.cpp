@@ -81,6 +81,10 @@ private:
     }
 
     void readMaterials();
+    int uvAccessorOf(const tinygltf::Primitive& primitive);
+    void appendUv(int accessor, const gltf::MaterialMask* mapping, size_t vertexCount,
+                  const std::vector<uint32_t>& used, const std::string& place,
+                  std::vector<glm::vec2>& uv);
     void readMesh(size_t index);
     void readLights();
     void readCameras();
@@ -91,6 +95,7 @@ private:
 
     Document document_;
     AccessorReader accessors_;
+    gltf::MaterialMasks masks_;
     Scene scene_;
     std::vector<int> lightOf_;  // model light to scene light; kNone for suns
     std::vector<int> cameraOf_; // model camera to scene camera; kNone for orthographic ones
@@ -98,10 +103,11 @@ private:
     // What was ignored.
     uint64_t sunCount_ = 0, orthographicCount_ = 0, lineAndPointCount_ = 0, noPositionCount_ = 0;
     uint64_t morphCount_ = 0, channelCount_ = 0, translucentCount_ = 0, instancingCount_ = 0;
-    uint64_t incompleteCount_ = 0;
+    uint64_t incompleteCount_ = 0, noUvCount_ = 0, vertexAlphaCount_ = 0;
 };
 
 void SceneReader::readMaterials() {
+    masks_ = gltf::readMaterialMasks(document_, accessors_, scene_.alphaMasks);
     scene_.materials.emplace_back(); // 0: primitives without a material
     for (size_t i = 0; i < model().materials.size(); ++i) {
         const tinygltf::Material& source = model().materials[i];
@@ -117,10 +123,26 @@ void SceneReader::readMaterials() {
             material.emission *=
                 checkedPositiveOrZero(strength->second.Get("emissiveStrength").GetNumberAsDouble(),
                                       place + "/extensions/KHR_materials_emissive_strength");
-        if (source.alphaMode == "MASK" || source.alphaMode == "BLEND")
-            ++translucentCount_;
+        material.alphaMask = masks_.materials[i].mask;
+        translucentCount_ += source.alphaMode == "BLEND";
         scene_.materials.push_back(std::move(material));
     }
+}
+
+// Returns the accessor that holds the texture coordinates of a primitive's mask; kNone where its
+// material has no texture to cut it or it brings no coordinates.
+int SceneReader::uvAccessorOf(const tinygltf::Primitive& primitive) {
+    if (primitive.material == -1 || masks_.materials[size_t(primitive.material)].mask == kNone)
+        return kNone;
+    const gltf::MaterialMask& mask = masks_.materials[size_t(primitive.material)];
+    vertexAlphaCount_ += primitive.attributes.count("COLOR_0");
+    if (!mask.needsUv)
+        return kNone;
+    const auto uv = primitive.attributes.find("TEXCOORD_" + std::to_string(mask.texCoord));
+    if (uv != primitive.attributes.end())
+        return uv->second;
+    ++noUvCount_;
+    return kNone;
 }
 
 // Appends the triangles of one primitive to `out`, as indices into its POSITION accessor.
@@ -139,19 +161,44 @@ void assembleTriangles(int mode, const std::vector<uint32_t>& v, std::vector<glm
     }
 }
 
+// Appends the texture coordinates of the vertices in use; zeros without an accessor.
+void SceneReader::appendUv(int accessor, const gltf::MaterialMask* mapping, size_t vertexCount,
+                           const std::vector<uint32_t>& used, const std::string& place,
+                           std::vector<glm::vec2>& uv) {
+    accessors_.charge(used.size() * sizeof(glm::vec2), place);
+    if (accessor == kNone) {
+        uv.resize(uv.size() + used.size(), glm::vec2(0.0f));
+        return;
+    }
+    const std::vector<float> authored = accessors_.readFloats(accessor, 2, place);
+    if (authored.size() != 2 * vertexCount)
+        fail(document_, place,
+             std::to_string(authored.size() / 2) + " of them for " + std::to_string(vertexCount) +
+                 " vertices");
+    for (const uint32_t v : used) {
+        const glm::dvec3 point(authored[2 * size_t(v)], authored[2 * size_t(v) + 1], 1.0);
+        const glm::dvec3 mapped = mapping->uvFromAuthored * point;
+        uv.emplace_back(checkedFloat(mapped.x, place), checkedFloat(mapped.y, place));
+    }
+}
+
 void SceneReader::readMesh(size_t index) {
     const tinygltf::Mesh& source = model().meshes[index];
     Mesh mesh;
     mesh.name = source.name;
 
-    // Primitives that share a POSITION accessor share its vertices; only those in use are kept,
-    // because some exporters put a whole scene into one accessor.
+    // Primitives that share a POSITION accessor share its vertices, unless their masks have
+    // different texture coordinates; only those in use are kept, because some exporters put a whole
+    // scene into one accessor.
     struct Group {
         int accessor;
+        int uvAccessor;                      // kNone: no mask has asked for one yet
+        const gltf::MaterialMask* uvMapping; // of that mask
         std::vector<glm::uvec3> triangles;
         std::vector<size_t> slots; // where each goes in the mesh
     };
     std::vector<Group> groups;
+    bool isUvNeeded = false;
     for (size_t p = 0; p < source.primitives.size(); ++p) {
         const tinygltf::Primitive& primitive = source.primitives[p];
         const std::string place = numbered("meshes/", index) + numbered("/primitives/", p);
@@ -197,11 +244,23 @@ void SceneReader::readMesh(size_t index) {
         const bool isList = primitive.mode == TINYGLTF_MODE_TRIANGLES;
         if (corners.size() < 3 || (isList && corners.size() % 3 != 0))
             ++incompleteCount_;
-        auto group = std::find_if(groups.begin(), groups.end(),
-                                  [&](const Group& g) { return g.accessor == position->second; });
+        const int uv = uvAccessorOf(primitive);
+        const gltf::MaterialMask* mapping =
+            uv == kNone ? nullptr : &masks_.materials[size_t(primitive.material)];
+        if (uv != kNone)
+            isUvNeeded = true;
+        auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
+            return g.accessor == position->second &&
+                   (uv == kNone || g.uvAccessor == kNone ||
+                    (g.uvAccessor == uv && g.uvMapping->uvFromAuthored == mapping->uvFromAuthored));
+        });
         if (group == groups.end()) {
-            groups.push_back({position->second, {}, {}});
+            groups.push_back({position->second, kNone, nullptr, {}, {}});
             group = groups.end() - 1;
+        }
+        if (uv != kNone) {
+            group->uvAccessor = uv;
+            group->uvMapping = mapping;
         }
         // A triangle and its material, and a vertex that may be its own.
         accessors_.charge((isList ? corners.size() / 3 : corners.size()) * 28 + corners.size() * 12,
@@ -228,6 +287,9 @@ void SceneReader::readMesh(size_t index) {
         const uint32_t first = uint32_t(mesh.positions.size());
         for (uint32_t v : used)
             mesh.positions.push_back(positions[v]);
+        if (isUvNeeded)
+            appendUv(group.uvAccessor, group.uvMapping, positions.size(), used,
+                     numbered("meshes/", index) + " (texture coordinates)", mesh.uv);
         const bool areAllUsed = used.size() == positions.size();
         const auto compacted = [&](uint32_t v) {
             if (areAllUsed)
@@ -540,8 +602,17 @@ void SceneReader::writeWarnings() {
     warn(channelCount_,
          "animation channels ignored: only translation, rotation and scale of nodes move.");
     warn(instancingCount_, "nodes with EXT_mesh_gpu_instancing show their mesh once only.");
-    warn(translucentCount_, "translucent or masked materials taken as opaque.");
-    warn(model().textures.size(), "textures ignored: surfaces have their base colour factor.");
+    warn(translucentCount_, "translucent materials taken as opaque.");
+    warn(masks_.unreadableCount,
+         "masked materials taken as opaque: their textures are neither PNG nor JPEG.");
+    warn(noUvCount_, "primitives with a masked material have no texture coordinates: the texel at "
+                     "(0, 0) answers for all of them.");
+    warn(vertexAlphaCount_, "primitives with a masked material have vertex colours, whose alpha is "
+                            "ignored.");
+    warn(uint64_t(std::count(masks_.isTextureUsed.begin(), masks_.isTextureUsed.end(), 0)),
+         "textures ignored: surfaces have their base colour factor.");
+    warn(masks_.colorCount, "images used for their alpha alone: surfaces have their base colour "
+                            "factor.");
     warn(document_.ignoredMaterialExtensionCount,
          "required extensions ignored that change colours only.");
 }

@@ -3,12 +3,15 @@
 // every bound checked. Included by gltf_reader*.cpp only, the files that know tinygltf.
 #pragma once
 
+#include "scenes/scene.h"
+
 #include <glm/glm.hpp>
 #include <tiny_gltf.h>
 
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace shadowdag::gltf {
@@ -22,7 +25,8 @@ struct Document {
     uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
 };
 
-/// Reads a .glb or .gltf (told apart by content) and the buffers it refers to; images are not read.
+/// Reads a .glb or .gltf (told apart by content) and the buffers it refers to. Images within the
+/// text are kept as Image::image, undecoded; others are left where they are.
 /// Throws Error kInput for what is no glTF 2.0, is cut short, or requires an extension that is not
 /// supported, and Error kInput for text that nests or counts beyond all reason.
 Document loadDocument(const std::string& path);
@@ -30,6 +34,11 @@ Document loadDocument(const std::string& path);
 /// Throws Error kInput: "FILE: place: problem".
 [[noreturn]] void fail(const Document& document, const std::string& place,
                        const std::string& problem);
+
+/// Returns the content of a file that a document names by URI. Throws Error kInput when it lies
+/// outside of the document's folder or cannot be read.
+std::vector<uint8_t> readBeside(const Document& document, const std::string& uri,
+                                const std::string& place);
 
 /// Reads accessors of one document. Counts what it hands out, and refuses a file that would make it
 /// hand out out of all proportion to its size.
@@ -44,6 +53,8 @@ public:
     const std::vector<glm::vec3>& readPositions(int accessor, const std::string& place);
     /// Returns a SCALAR accessor of an unsigned integer type.
     std::vector<uint32_t> readIndices(int accessor, const std::string& place);
+    /// Returns the bytes of a buffer view; they are the document's.
+    std::pair<const uint8_t*, size_t> bytesOf(int bufferView, const std::string& place) const;
     /// Adds to what was handed out. Throws when it passes the limit.
     void charge(uint64_t bytes, const std::string& place);
 
@@ -64,5 +75,26 @@ private:
     uint64_t usedBytes_ = 0;
     std::map<int, std::vector<glm::vec3>> positions_;
 };
+
+/// How a material is cut out.
+struct MaterialMask {
+    int mask = kNone;     ///< of those that were read; kNone: opaque
+    bool needsUv = false; ///< it has a texture
+    int texCoord = 0;     ///< the set of texture coordinates
+    glm::dmat3 uvFromAuthored{1.0};
+};
+
+struct MaterialMasks {
+    std::vector<MaterialMask> materials; ///< one a material of the document
+    std::vector<uint8_t> isTextureUsed;  ///< one a texture: a mask is made from it
+    uint64_t unreadableCount = 0;        ///< masks taken as opaque: neither PNG nor JPEG
+    uint64_t colorCount = 0;             ///< images with colours, which nobody uses
+};
+
+/// Appends the masks of all materials of alphaMode MASK to `masks`, equal ones once, and returns
+/// which material has which. Images are decoded one at a time. Throws Error kInput naming the image
+/// that is missing or damaged.
+MaterialMasks readMaterialMasks(const Document& document, AccessorReader& accessors,
+                                std::vector<AlphaMask>& masks);
 
 } // namespace shadowdag::gltf

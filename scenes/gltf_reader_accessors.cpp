@@ -162,6 +162,17 @@ AccessorReader::Source AccessorReader::source(int bufferView, uint64_t byteOffse
     return {bytes.data() + view.byteOffset + byteOffset, stride};
 }
 
+std::pair<const uint8_t*, size_t> AccessorReader::bytesOf(int bufferView,
+                                                          const std::string& place) const {
+    const auto& views = document_.model.bufferViews;
+    const size_t count = bufferView >= 0 && size_t(bufferView) < views.size()
+                             ? views[size_t(bufferView)].byteLength
+                             : 1; // source says what is wrong
+    if (count == 0)
+        fail(document_, place, "buffer view " + std::to_string(bufferView) + " is empty");
+    return {source(bufferView, 0, 1, count, false, place).data, count};
+}
+
 // Calls store(element, pointer to its components or null for zeros), the dense elements first and
 // then the sparse ones over them.
 template <class Store>

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -60,6 +61,11 @@ struct FileAccess {
     uint64_t bytes = 0;
 };
 
+std::string baseFolderOf(const std::string& path) {
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    return folder.empty() ? "." : folder;
+}
+
 // Returns whether a path below the base folder, as tinygltf joins them, leads out of it: the URI
 // was absolute or climbs.
 bool leadsOut(const FileAccess& access, const std::string& path) {
@@ -76,8 +82,8 @@ bool bufferExists(const std::string& path, void* userData) {
     const std::string& base = access.baseFolder;
     if (path.rfind(base.back() == '/' ? base : base + "/", 0) != 0)
         return false;
-    // Images are asked for through the same callback and are not needed: "not found" is only a
-    // warning.
+    // Images are asked for through the same callback, before it is known whether they are needed:
+    // "not found" is only a warning.
     static constexpr std::array kImages = {".png", ".jpg",  ".jpeg", ".webp", ".ktx2",  ".ktx",
                                            ".dds", ".avif", ".gif",  ".bmp",  ".basis", ".tga"};
     if (contains(kImages, lowerCaseExtension(path)))
@@ -96,7 +102,7 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
                 void* userData) {
     FileAccess& access = *static_cast<FileAccess*>(userData);
     if (leadsOut(access, path)) {
-        *error = "is outside the file's folder; put the buffer beside the file";
+        *error = "is outside the file's folder; put it beside the file";
         return false;
     }
     if (++access.readCounts[path] > kMaxReadsOfOneFile) {
@@ -120,9 +126,29 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
     return true;
 }
 
-bool ignoreImage(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*,
-                 int, void*) {
+// Images in buffer views are found there when they are needed (nothing has checked the view yet);
+// those in data URIs would be lost.
+bool keepImage(tinygltf::Image* image, int, std::string*, std::string*, int, int,
+               const unsigned char* bytes, int count, void*) {
+    if (image->bufferView == -1 && count > 0)
+        image->image.assign(bytes, bytes + count);
     return true;
+}
+
+// Source: RFC 3986, sec. 2.1.
+std::string decodeUri(const std::string& uri) {
+    std::string path;
+    for (size_t i = 0; i < uri.size(); ++i) {
+        unsigned value = 0;
+        if (uri[i] == '%' && i + 2 < uri.size() &&
+            std::from_chars(&uri[i + 1], &uri[i + 1] + 2, value, 16).ptr == &uri[i + 1] + 2) {
+            path += char(value);
+            i += 2;
+        } else {
+            path += uri[i];
+        }
+    }
+    return path;
 }
 
 struct JsonSummary {
@@ -295,6 +321,22 @@ void fail(const Document& document, const std::string& place, const std::string&
     throw Error(ErrorKind::kInput, document.path + ": " + place + ": " + problem);
 }
 
+std::vector<uint8_t> readBeside(const Document& document, const std::string& uri,
+                                const std::string& place) {
+    FileAccess access;
+    access.baseFolder = baseFolderOf(document.path);
+    const bool isRoot = access.baseFolder.back() == '/';
+    const std::string path = access.baseFolder + (isRoot ? "" : "/") + decodeUri(uri);
+    std::vector<uint8_t> bytes;
+    std::string error;
+    std::error_code ignored;
+    if (!leadsOut(access, path) && !std::filesystem::is_regular_file(path, ignored))
+        error = "no such file";
+    else if (readBuffer(&bytes, &error, path, &access))
+        return bytes;
+    fail(document, place, error + "; put it beside the file that names it");
+}
+
 Document loadDocument(const std::string& path) {
     Document document;
     document.path = path;
@@ -316,12 +358,10 @@ Document loadDocument(const std::string& path) {
     }
 
     FileAccess access;
-    access.baseFolder = std::filesystem::path(path).parent_path().string();
-    if (access.baseFolder.empty())
-        access.baseFolder = ".";
+    access.baseFolder = baseFolderOf(path);
     tinygltf::TinyGLTF loader;
     loader.SetFsCallbacks({bufferExists, sameFilePath, readBuffer, nullptr, &access});
-    loader.SetImageLoader(ignoreImage, nullptr);
+    loader.SetImageLoader(keepImage, nullptr);
     std::string error, warning;
     bool isLoaded = false;
     try {

@@ -6,6 +6,7 @@
 
 #include "cuda/error.h"
 #include "scenes/output_file.h"
+#include "scenes/png_alpha.h"
 
 #include <algorithm>
 #include <charconv>
@@ -85,6 +86,7 @@ public:
     explicit GlbWriter(const Scene& scene) : scene_(scene) {}
 
     void write(const std::string& path) {
+        writeMasks();
         writeMaterials();
         writeMeshes();
         writeLightsAndCameras();
@@ -118,6 +120,7 @@ private:
         return addAccessor(flat.data(), values.size(), componentCount, kFloat, 0, "");
     }
 
+    void writeMasks();
     void writeMaterials();
     void writeMeshes();
     void writeLightsAndCameras();
@@ -127,26 +130,52 @@ private:
 
     const Scene& scene_;
     std::vector<char> binary_;
-    JsonArray views_{"bufferViews"}, accessors_{"accessors"}, materials_{"materials"},
-        meshes_{"meshes"}, nodes_{"nodes"}, cameras_{"cameras"}, animations_{"animations"},
-        lights_{"lights"};
+    JsonArray views_{"bufferViews"}, accessors_{"accessors"}, images_{"images"},
+        samplers_{"samplers"}, textures_{"textures"}, materials_{"materials"}, meshes_{"meshes"},
+        nodes_{"nodes"}, cameras_{"cameras"}, animations_{"animations"}, lights_{"lights"};
     std::vector<int> materialOf_; // kNone: written as the absence of a material
     std::vector<int> meshOf_;     // kNone: an empty mesh, which glTF cannot hold
     bool hasEmissiveStrength_ = false;
 };
 
+// Texture i holds mask i.
+void GlbWriter::writeMasks() {
+    static constexpr int kModes[] = {10497, 33648, 33071}; // repeat, mirrored repeat, clamp to edge
+    for (const AlphaMask& mask : scene_.alphaMasks) {
+        const std::vector<uint8_t> png = writePngMask(mask);
+        const size_t view =
+            views_.add("{\"buffer\":0,\"byteOffset\":" + std::to_string(binary_.size()) +
+                       ",\"byteLength\":" + std::to_string(png.size()) + "}");
+        binary_.insert(binary_.end(), png.begin(), png.end());
+        binary_.resize((binary_.size() + 3) / 4 * 4, '\0');
+        const size_t image =
+            images_.add("{\"mimeType\":\"image/png\",\"bufferView\":" + std::to_string(view) + "}");
+        const size_t sampler =
+            samplers_.add("{\"magFilter\":9728,\"minFilter\":9728,\"wrapS\":" + // nearest
+                          std::to_string(kModes[uint32_t(mask.wrapU)]) +
+                          ",\"wrapT\":" + std::to_string(kModes[uint32_t(mask.wrapV)]) + "}");
+        textures_.add("{\"sampler\":" + std::to_string(sampler) +
+                      ",\"source\":" + std::to_string(image) + "}");
+    }
+}
+
 void GlbWriter::writeMaterials() {
     const Material standard;
     for (const Material& m : scene_.materials) {
         if (materialOf_.empty() && m.name.empty() && m.baseColor == standard.baseColor &&
-            m.emission == standard.emission) {
+            m.emission == standard.emission && m.alphaMask == kNone) {
             materialOf_.push_back(kNone);
             continue;
         }
-        std::string text = "{" + nameMember(m.name) +
-                           "\"pbrMetallicRoughness\":{\"baseColorFactor\":" +
-                           numbers(glm::vec4(m.baseColor, 1.0f), 4) +
-                           ",\"metallicFactor\":0,\"roughnessFactor\":1},\"doubleSided\":true,";
+        std::string text =
+            "{" + nameMember(m.name) + "\"pbrMetallicRoughness\":{\"baseColorFactor\":" +
+            numbers(glm::vec4(m.baseColor, 1.0f), 4) +
+            (m.alphaMask == kNone
+                 ? std::string()
+                 : ",\"baseColorTexture\":{\"index\":" + std::to_string(m.alphaMask) + "}") +
+            ",\"metallicFactor\":0,\"roughnessFactor\":1},\"doubleSided\":true,";
+        if (m.alphaMask != kNone)
+            text += "\"alphaMode\":\"MASK\",\"alphaCutoff\":0.5,";
         const float strongest = std::max({m.emission.x, m.emission.y, m.emission.z});
         if (strongest > 1.0f) { // factors end at 1; a power of two divides without rounding
             float strength = 1.0f;
@@ -175,6 +204,8 @@ void GlbWriter::writeMeshes() {
         const size_t positions = addAccessor(
             mesh.positions.data(), mesh.positions.size(), 3, kFloat, 34962,
             ",\"min\":" + numbers(bounds.min, 3) + ",\"max\":" + numbers(bounds.max, 3));
+        const size_t uv =
+            mesh.uv.empty() ? 0 : addAccessor(mesh.uv.data(), mesh.uv.size(), 2, kFloat, 34962, "");
         // One primitive a run of equal materials: the order of triangles is kept.
         JsonArray primitives("primitives");
         for (size_t first = 0, end; first < mesh.triangles.size(); first = end) {
@@ -184,7 +215,9 @@ void GlbWriter::writeMeshes() {
                 ++end;
             const size_t indices =
                 addAccessor(&mesh.triangles[first], 3 * (end - first), 1, kUint32, 34963, "");
+            const bool hasUv = !mesh.uv.empty() && scene_.materials[material].alphaMask != kNone;
             primitives.add("{\"attributes\":{\"POSITION\":" + std::to_string(positions) +
+                           (hasUv ? ",\"TEXCOORD_0\":" + std::to_string(uv) : std::string()) +
                            "},\"indices\":" + std::to_string(indices) +
                            (materialOf_[material] == kNone
                                 ? std::string()
@@ -298,8 +331,9 @@ void GlbWriter::save(const std::string& path) {
         ",\"scene\":0,\"scenes\":[" +
         strip("{" + nameMember(scene_.name) + (roots.empty() ? "" : "\"nodes\":[" + roots + "]")) +
         "]";
-    json += nodes_.member() + meshes_.member() + materials_.member() + cameras_.member() +
-            animations_.member() + accessors_.member() + views_.member();
+    json += nodes_.member() + meshes_.member() + materials_.member() + textures_.member() +
+            samplers_.member() + images_.member() + cameras_.member() + animations_.member() +
+            accessors_.member() + views_.member();
     if (!binary_.empty())
         json += ",\"buffers\":[{\"byteLength\":" + std::to_string(binary_.size()) + "}]";
     json += extensions + "}";

@@ -51,7 +51,16 @@ void MeshBuilder::moveTo(dvec3 offset, double yawTurns, double scale) {
 
 uint32_t MeshBuilder::vertex(const dvec3& p) {
     mesh_.positions.push_back(glm::vec3(dvec3(toMesh_ * dvec4(p, 1.0))));
+    if (!mesh_.uv.empty())
+        mesh_.uv.emplace_back(0.0f);
     return uint32_t(mesh_.positions.size() - 1);
+}
+
+uint32_t MeshBuilder::vertex(const dvec3& p, const glm::vec2& uv) {
+    const uint32_t index = vertex(p);
+    mesh_.uv.resize(mesh_.positions.size(), glm::vec2(0.0f));
+    mesh_.uv[index] = uv;
+    return index;
 }
 
 void MeshBuilder::triangle(uint32_t a, uint32_t b, uint32_t c) {

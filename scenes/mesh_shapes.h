@@ -52,6 +52,8 @@ public:
     const glm::dmat4& transform() const { return toMesh_; }
 
     uint32_t vertex(const glm::dvec3& p);
+    /// The same with texture coordinates, for materials with a mask.
+    uint32_t vertex(const glm::dvec3& p, const glm::vec2& uv);
     void triangle(uint32_t a, uint32_t b, uint32_t c);
     void quad(uint32_t a, uint32_t b, uint32_t c, uint32_t d);
     /// Adds a quad with four vertices of its own.

@@ -3,6 +3,7 @@
 // scenes/world.h turns it into triangles and lights in world space at one time.
 #pragma once
 
+#include "scenes/alpha_mask.h"
 #include "scenes/box.h"
 #include "scenes/camera.h"
 #include "scenes/light.h"
@@ -16,19 +17,23 @@ namespace shadowdag {
 
 constexpr int kNone = -1;
 
-/// Surface colour. Shadows ignore it; pictures use it.
+/// Surface colour, which pictures use, and what is cut out of the surface, which shadows see, too.
 struct Material {
     std::string name;
     glm::vec3 baseColor{0.8f};
     glm::vec3 emission{0.0f};
+    int alphaMask = kNone; ///< index into Scene::alphaMasks; kNone: opaque
 };
 
-/// An indexed triangle list in object space. Indices are in range and positions finite, always.
+/// An indexed triangle list in object space. Indices are in range, positions and texture
+/// coordinates finite, always.
 struct Mesh {
     std::string name;
     std::vector<glm::vec3> positions;
     std::vector<glm::uvec3> triangles;
     std::vector<uint32_t> triangleMaterial; ///< count = triangles; index into Scene::materials
+    std::vector<glm::vec2> uv = {};         ///< count = positions where a material has a mask, or
+                                            ///< empty: (0, 0) everywhere
 };
 
 /// A node's local transform: a matrix, or translation * rotation * scale when animated or authored
@@ -99,6 +104,7 @@ struct Animation {
 struct Scene {
     std::string name;
     std::vector<Material> materials; ///< never empty; 0 is the default material
+    std::vector<AlphaMask> alphaMasks;
     std::vector<Mesh> meshes;
     std::vector<Node> nodes;
     std::vector<int> roots;

@@ -8,6 +8,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -41,8 +42,8 @@ glm::dvec3 normalizedOr(const glm::dvec3& v, const glm::dvec3& otherwise) {
     return v / std::sqrt(lengthSquared);
 }
 
-double determinant3(const glm::dmat4& m) {
-    return glm::dot(glm::dvec3(m[0]), glm::cross(glm::dvec3(m[1]), glm::dvec3(m[2])));
+bool mirrors(const glm::dmat4& m) {
+    return glm::dot(glm::dvec3(m[0]), glm::cross(glm::dvec3(m[1]), glm::dvec3(m[2]))) < 0.0;
 }
 
 } // namespace
@@ -131,7 +132,7 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         instance.firstTriangle = uint32_t(triangles_.size());
         instance.triangleCount = uint32_t(mesh.triangles.size());
         instance.isMoving = isNodeMoving_[node];
-        const bool isMirrored = determinant3(worldFromNode_[node]) < 0.0;
+        const bool isMirrored = mirrors(worldFromNode_[node]);
         for (size_t i = 0; i < mesh.triangles.size(); ++i) {
             glm::uvec3 t = mesh.triangles[i] + firstVertex;
             if (isMirrored)
@@ -147,6 +148,7 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         placeVertices(instance);
         instances_.push_back(instance);
     }
+    cutTriangles();
     for (uint32_t t : staticTriangles_)
         for (int corner = 0; corner < 3; ++corner)
             staticBounds_.add(positions_[triangles_[t][corner]]);
@@ -156,6 +158,43 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
     if (options_.placedLightCount >= 0)
         placedLights_ = placeLights(*this, options_.placedLightCount, options_.seed);
     updateLightsAndCameras();
+}
+
+void World::cutTriangles() {
+    const auto maskOf = [this](uint32_t triangle) {
+        return scene_->materials[triangleMaterial_[triangle]].alphaMask;
+    };
+    bool isAnyCut = false;
+    for (uint32_t t = 0; t < triangles_.size(); ++t)
+        isAnyCut |= maskOf(t) != kNone;
+    if (!isAnyCut)
+        return;
+    for (const AlphaMask& mask : scene_->alphaMasks)
+        masks_.add(mask);
+    masks_.triangleCut.assign(triangles_.size(), kNotCut);
+    // Instances of a mesh share its cuts, those that mirror it have their own.
+    std::map<std::pair<uint32_t, bool>, uint32_t> firstCut;
+    for (const Instance& instance : instances_) {
+        const Mesh& mesh = scene_->meshes[instance.mesh];
+        const glm::uvec3 firstVertex(instance.firstVertex);
+        const bool isMirrored = mirrors(worldFromNode_[instance.node]); // at time 0, as corners
+        const auto [known, isNew] =
+            firstCut.emplace(std::pair(instance.mesh, isMirrored), uint32_t(masks_.cuts.size()));
+        uint32_t cut = known->second;
+        for (uint32_t i = 0; i < instance.triangleCount; ++i) {
+            const uint32_t t = instance.firstTriangle + i;
+            if (maskOf(t) == kNone)
+                continue;
+            if (isNew) {
+                CutTriangle corners{uint32_t(maskOf(t)), {}};
+                const glm::uvec3 v = triangles_[t] - firstVertex;
+                for (int corner = 0; corner < 3; ++corner)
+                    corners.uv[corner] = mesh.uv.empty() ? glm::vec2(0.0f) : mesh.uv[v[corner]];
+                masks_.cuts.push_back(corners);
+            }
+            masks_.triangleCut[t] = cut++;
+        }
+    }
 }
 
 void World::updateTransforms(bool movingOnly) {
@@ -307,6 +346,20 @@ std::string World::geometryHash() const {
             flush();
     }
     flush();
+    // Where nothing is cut nothing more is hashed: such scenes keep the hashes that they had.
+    std::map<uint32_t, std::array<uint8_t, 16>> maskHashes;
+    for (size_t i = 0; i < staticTriangles_.size() && !masks_.triangleCut.empty(); ++i) {
+        const uint32_t index = masks_.triangleCut[staticTriangles_[i]];
+        if (index == kNotCut)
+            continue;
+        const CutTriangle& cut = masks_.cuts[index];
+        if (!maskHashes.count(cut.mask))
+            maskHashes[cut.mask] = masks_.contentHash(cut.mask);
+        const uint64_t which = i;
+        XXH3_128bits_update(state, &which, sizeof which);
+        XXH3_128bits_update(state, cut.uv, sizeof cut.uv);
+        XXH3_128bits_update(state, maskHashes[cut.mask].data(), 16);
+    }
     const XXH128_hash_t hash = XXH3_128bits_digest(state);
     XXH3_freeState(state);
     char text[33];

@@ -14,10 +14,12 @@
 namespace shadowdag {
 
 /// Triangles in world space on one backend.
-/// positions: vertexCount * vec3 world; triangles: triangleCount * uvec3 into positions.
+/// positions: vertexCount * vec3 world; triangles: triangleCount * uvec3 into positions. masks:
+/// what is cut out of them; empty: nothing.
 struct TriangleView {
     View<const glm::vec3> positions;
     View<const glm::uvec3> triangles;
+    AlphaMaskView masks = {};
 
     SDAG_HD size_t count() const { return triangles.count; }
     SDAG_HD glm::vec3 vertex(size_t triangle, int corner) const {
@@ -67,7 +69,9 @@ public:
 
     float timeSeconds() const { return timeSeconds_; }
     const Scene& scene() const { return *scene_; }
-    TriangleView triangles() const { return {viewOf(positions_), viewOf(triangles_)}; }
+    TriangleView triangles() const {
+        return {viewOf(positions_), viewOf(triangles_), masks_.view()};
+    }
     /// Returns the triangles of instances that never move (indices into triangles()), ascending.
     const std::vector<uint32_t>& staticTriangles() const { return staticTriangles_; }
     const std::vector<uint32_t>& triangleMaterial() const { return triangleMaterial_; }
@@ -83,14 +87,16 @@ public:
     const Box& staticBoundsWorld() const { return staticBounds_; }
 
     /// Returns a 128-bit hash, 32 hex digits, of the corners of staticTriangles(), in order, as
-    /// their bits. Together with a resolution it names a voxel asset of this scene, provided that
-    /// its grid is laid around staticBoundsWorld(): boundsWorld() also follows what moves, which
-    /// the hash does not cover. Every scene without static triangles has the same hash.
+    /// their bits, and of what masks cut out of them. Together with a resolution it names a voxel
+    /// asset of this scene, provided that its grid is laid around staticBoundsWorld():
+    /// boundsWorld() also follows what moves, which the hash does not cover. Every scene without
+    /// static triangles has the same hash.
     std::string geometryHash() const;
 
 private:
     void updateTransforms(bool movingOnly);
     void placeVertices(const Instance& instance);
+    void cutTriangles();
     void updateLightsAndCameras();
     void updateBounds();
 
@@ -107,6 +113,7 @@ private:
     float timeSeconds_ = 0;
     std::vector<glm::vec3> positions_;
     std::vector<glm::uvec3> triangles_;
+    AlphaMaskSet masks_;
     std::vector<uint32_t> staticTriangles_;
     std::vector<uint32_t> triangleMaterial_;
     std::vector<uint32_t> triangleInstance_;

@@ -58,7 +58,8 @@ struct Brick {
     std::vector<uint64_t> leaves =
         std::vector<uint64_t>(kLeavesPerBrickAxis * kLeavesPerBrickAxis * kLeavesPerBrickAxis);
 
-    void add(const TriangleSetup& s, const glm::ivec3& corner, int size) {
+    /// Returns what adds voxels first..last of column (u, v), along the axes of a setup.
+    auto adder(const TriangleSetup& s) {
         const int* shiftU = kTables.voxelShift[s.axis[0]];
         const int* shiftV = kTables.voxelShift[s.axis[1]];
         const int* leafU = kTables.leafNumber[s.axis[0]];
@@ -66,7 +67,7 @@ struct Brick {
         const int* leafD = kTables.leafNumber[s.axis[2]];
         const auto& run = kTables.run[s.axis[2]];
         uint64_t* out = leaves.data();
-        forEachColumn(s, corner, size, [=](int u, int v, int first, int last) {
+        return [=, &run](int u, int v, int first, int last) {
             const int shift = shiftU[u] + shiftV[v];
             uint64_t* column = out + leafU[u] + leafV[v];
             if ((first ^ last) < 4) {
@@ -77,6 +78,24 @@ struct Brick {
             for (int d = (first | 3) + 1; d < (last & ~3); d += 4)
                 column[leafD[d]] |= run[0][3] << shift;
             column[leafD[last]] |= run[0][last & 3] << shift;
+        };
+    }
+
+    void add(const TriangleSetup& s, const glm::ivec3& corner, int size) {
+        forEachColumn(s, corner, size, adder(s));
+    }
+
+    /// Adds the voxels that the opaque part of a cut triangle touches.
+    void add(const TriangleSetup& s, const CutSetup& cut, const glm::ivec3& corner, int size) {
+        const auto add = adder(s);
+        forEachColumn(s, corner, size, [&](int u, int v, int first, int last) {
+            const double atU = corner[s.axis[0]] + u, atV = corner[s.axis[1]] + v;
+            const MaskCover cover = coverOfColumn(s, cut, atU, atV);
+            if (cover == MaskCover::kAll)
+                add(u, v, first, last);
+            for (int d = first; d <= last && cover == MaskCover::kSome; ++d)
+                if (isOpaqueInVoxel(s, cut, atU, atV, corner[s.axis[2]] + d))
+                    add(u, v, d, d);
         });
     }
 };
@@ -138,6 +157,8 @@ VoxelTasks::VoxelTasks(const TriangleView& triangles, View<const uint32_t> which
         if (meets)
             inside.push_back(t);
     }
+    for (const MaskInfo& mask : triangles.masks.masks)
+        masks_.emplace_back(mask, triangles.masks.words);
     listTasks(rootLevelOf(grid), glm::ivec3(0), 0, std::move(inside), progress);
 }
 
@@ -254,8 +275,15 @@ uint32_t VoxelTasks::buildBrick(Building& b, uint32_t level, const glm::ivec3& c
     const int size = std::min(1 << level, int(grid_.resolution()));
     uint32_t count = 1u << (3 * (level - kLeafLog2));
     std::fill_n(b.brick.leaves.begin(), count, 0);
-    for (const uint32_t t : list)
-        b.brick.add(setup(t), corner, size);
+    for (const uint32_t t : list) {
+        const TriangleSetup s = setup(t);
+        if (!triangles_.masks.isCut(t)) {
+            b.brick.add(s, corner, size);
+            continue;
+        }
+        const CutTriangle& cut = triangles_.masks.cuts[triangles_.masks.triangleCut[t]];
+        b.brick.add(s, setupCut(s, cut.uv, masks_[cut.mask]), corner, size);
+    }
     if (b.counts)
         countLeaves(b.brick.leaves.data(), count, *b.counts);
     uint32_t nodes[kLeavesPerBrickAxis * kLeavesPerBrickAxis * kLeavesPerBrickAxis];

@@ -5,8 +5,8 @@
 
 #include "cuda/progress.h"
 #include "scenes/world.h"
+#include "voxel/cut_voxels.h"
 #include "voxel/dag_builder.h"
-#include "voxel/triangle_voxels.h"
 
 #include <cstdint>
 #include <functional>
@@ -91,6 +91,7 @@ private:
                         const std::vector<uint32_t>& list) const;
 
     TriangleView triangles_;
+    std::vector<MaskPyramid> masks_; // of triangles_.masks
     VoxelGrid grid_;
     uint32_t taskLevel_;
     std::vector<Task> tasks_;

@@ -13,7 +13,8 @@ namespace shadowdag {
 
 /// Returns the DAG of every voxel of the grid that one of the listed triangles touches (closed
 /// voxel against closed triangle; no touching pair is ever missed, ties count as touching;
-/// degenerate triangles count as the segment or point that they are). Parts of triangles outside
+/// degenerate triangles count as the segment or point that they are). Of triangles that an alpha
+/// mask cuts, the opaque part counts (cut_voxels.h). Parts of triangles outside
 /// the grid are ignored. Deterministic: independent of thread count and of triangle order.
 /// @param triangles world space
 /// @param which indices into triangles (World::staticTriangles() for an asset)

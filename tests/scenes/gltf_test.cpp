@@ -298,7 +298,7 @@ TEST(Gltf, WhatIsIgnoredIsCountedInWarnings) {
         .set("accessors", R"([{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},)"
                           R"({"bufferView":1,"componentType":5123,"count":3,"type":"SCALAR"},)"
                           R"({"bufferView":1,"componentType":5123,"count":2,"type":"SCALAR"}])")
-        .set("materials", R"([{"alphaMode":"MASK"}])")
+        .set("materials", R"([{"alphaMode":"BLEND"}])")
         .set("skins", R"([{"joints":[0]}])")
         .set("nodes",
              R"([{"mesh":0,"skin":0,"extensions":{"EXT_mesh_gpu_instancing":{"attributes":{}}}}])")

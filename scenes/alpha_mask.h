@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// Alpha masks: materials that are cut out by the alpha of their texture, as opaque or not, texel by
+// texel. The one text that the G-buffer, maps, exact rays and Embree's filter ask, so that all see
+// the same holes; voxels are made from it conservatively (voxel/cut_voxels.h).
+// Source: Khronos, glTF 2.0 specification, sec. 3.9.4 (alphaMode MASK), 3.8.4 (wrap modes).
+//
+// A texel is opaque or not as a whole: alpha is compared with the cutoff at texel centres, and the
+// nearest texel answers. A bilinear outline would be smoother by up to half a texel; texels are
+// rectangles, so a voxel can be asked exactly whether it holds an opaque point, and one bit a texel
+// is all that is kept.
+#pragma once
+
+#include "cuda/view.h"
+
+#include <glm/glm.hpp>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace shadowdag {
+
+/// What lies beyond the texture's borders.
+enum class MaskWrap : uint32_t { kRepeat, kMirror, kClamp };
+
+/// The opaque texels of one texture.
+/// words: maskRowWords(width) * height; texel (x, y) is bit x & 31 of word y * rowWords + (x >> 5),
+/// 1 opaque; row 0 lies at v = 0.
+struct AlphaMask {
+    uint32_t width = 1, height = 1;
+    MaskWrap wrapU = MaskWrap::kRepeat, wrapV = MaskWrap::kRepeat;
+    std::vector<uint32_t> words;
+
+    bool operator==(const AlphaMask&) const = default;
+    bool isOpaque(uint32_t x, uint32_t y) const;
+    /// Returns whether every texel is opaque: such a mask cuts nothing.
+    bool isAllOpaque() const;
+};
+
+/// Wider or higher textures, and those of more than kMaxMaskTexels, are refused.
+constexpr uint32_t kMaxMaskSide = 16384;
+constexpr uint64_t kMaxMaskTexels = uint64_t(1) << 26;
+
+SDAG_HD inline uint32_t maskRowWords(uint32_t width) {
+    return (width + 31) / 32;
+}
+
+/// Returns a mask without an opaque texel.
+AlphaMask makeAlphaMask(uint32_t width, uint32_t height, MaskWrap wrapU = MaskWrap::kRepeat,
+                        MaskWrap wrapV = MaskWrap::kRepeat);
+/// Makes a texel opaque.
+void setOpaque(AlphaMask& mask, uint32_t x, uint32_t y);
+
+/// A mask on a backend; its words start at `firstWord` of those of all masks.
+struct MaskInfo {
+    uint32_t firstWord, width, height;
+    MaskWrap wrapU, wrapV;
+};
+
+/// A triangle that a mask cuts: the texture coordinates of its corners.
+struct CutTriangle {
+    uint32_t mask;
+    glm::vec2 uv[3];
+};
+
+constexpr uint32_t kNotCut = ~0u;
+
+/// Returns the texel that holds coordinate `at`, in texels, on an axis of `size` texels. NaN: 0.
+SDAG_HD inline uint32_t maskTexel(double at, uint32_t size, MaskWrap wrap) {
+    const double n = double(size);
+    double texel = floor(at);
+    if (wrap == MaskWrap::kRepeat) {
+        texel -= floor(texel / n) * n;
+    } else if (wrap == MaskWrap::kMirror) {
+        texel -= floor(texel / (2.0 * n)) * (2.0 * n);
+        texel = texel < n ? texel : 2.0 * n - 1.0 - texel;
+    }
+    texel = texel > 0.0 ? texel : 0.0;
+    return texel < n ? uint32_t(texel) : size - 1;
+}
+
+/// The masks of a world's triangles on one backend; empty where nothing is cut.
+/// triangleCut: triangleCount, index into cuts or kNotCut, or empty: no triangle is cut. cuts: in
+/// no stated order, shared by instances. masks, words: see AlphaMask.
+struct AlphaMaskView {
+    View<const uint32_t> triangleCut;
+    View<const CutTriangle> cuts;
+    View<const MaskInfo> masks;
+    View<const uint32_t> words;
+
+    /// Returns whether a mask cuts a triangle: one test where no triangle is cut, one more load
+    /// where some are.
+    SDAG_HD bool isCut(size_t triangle) const {
+        return !triangleCut.empty() && triangleCut[triangle] != kNotCut;
+    }
+
+    /// Returns whether the mask is opaque at a point of the texture.
+    SDAG_HD bool isOpaqueAt(uint32_t mask, double u, double v) const {
+        const MaskInfo info = masks[mask];
+        const uint32_t x = maskTexel(u * double(info.width), info.width, info.wrapU);
+        const uint32_t y = maskTexel(v * double(info.height), info.height, info.wrapV);
+        const uint32_t word = words[info.firstWord + size_t(y) * maskRowWords(info.width) + x / 32];
+        return (word >> (x & 31u) & 1u) != 0;
+    }
+
+    /// Returns whether a cut triangle is opaque at the point with these weights of its corners, in
+    /// any common unit and sign, not all 0. Weights that rounding put past an edge count as on it.
+    SDAG_HD bool isOpaque(size_t triangle, double weight0, double weight1, double weight2) const {
+        const CutTriangle& cut = cuts[triangleCut[triangle]];
+        const double sum = weight0 + weight1 + weight2;
+        double b1 = weight1 / sum, b2 = weight2 / sum;
+        b1 = b1 > 0.0 ? (b1 < 1.0 ? b1 : 1.0) : 0.0;
+        b2 = b2 > 0.0 ? (b2 < 1.0 - b1 ? b2 : 1.0 - b1) : 0.0;
+        const double u0 = cut.uv[0].x, v0 = cut.uv[0].y;
+        return isOpaqueAt(cut.mask, u0 + b1 * (cut.uv[1].x - u0) + b2 * (cut.uv[2].x - u0),
+                          v0 + b1 * (cut.uv[1].y - v0) + b2 * (cut.uv[2].y - v0));
+    }
+};
+
+/// Owns the masks of triangles on the host.
+struct AlphaMaskSet {
+    std::vector<uint32_t> triangleCut;
+    std::vector<CutTriangle> cuts;
+    std::vector<MaskInfo> masks;
+    std::vector<uint32_t> words;
+
+    AlphaMaskSet() = default;
+    /// Copies what a view on the host shows.
+    explicit AlphaMaskSet(const AlphaMaskView& view);
+
+    /// Appends a mask; returns its index.
+    uint32_t add(const AlphaMask& mask);
+    AlphaMaskView view() const {
+        return {viewOf(triangleCut), viewOf(cuts), viewOf(masks), viewOf(words)};
+    }
+    /// Returns a hash of one mask's content, whatever its index.
+    std::array<uint8_t, 16> contentHash(uint32_t mask) const;
+};
+
+} // namespace shadowdag
