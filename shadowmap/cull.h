@@ -4,6 +4,7 @@
 #pragma once
 
 #include "scenes/batches.h"
+#include "shadowmap/drawn_cells.h"
 #include "shadowmap/page_mask.h"
 
 namespace shadowdag {
@@ -17,10 +18,26 @@ struct BatchDraw {
 
 /// What one item found.
 struct CullCounts {
-    uint32_t batchFaces;      ///< (batch, face) pairs to draw
-    uint32_t triangleFaces;   ///< their triangles
-    uint32_t sphereBatches;   ///< batches in the light's sphere
-    uint32_t sphereTriangles; ///< their triangles
+    uint32_t batchFaces;        ///< (batch, face) pairs to draw
+    uint32_t triangleFaces;     ///< their triangles
+    uint32_t sphereBatches;     ///< batches in the light's sphere
+    uint32_t sphereTriangles;   ///< their triangles
+    uint32_t keptBatchFaces;    ///< pairs that are needed but were drawn before and kept
+    uint32_t keptTriangleFaces; ///< their triangles
+};
+
+/// The faces of a map that need a batch, and those of them that it must be drawn into.
+struct BatchFaces {
+    uint32_t needed;
+    uint32_t drawn;
+};
+
+/// What culling asks of maps that are kept from frame to frame.
+struct KeptView {
+    View<const uint32_t> drawnCells; ///< DrawnView::cells; empty: no map is kept
+    View<const uint32_t> slots;
+    View<const uint32_t> openBlocks; ///< PrepareBlock::openBlocks
+    View<const uint32_t> moved;      ///< a bit a batch: it moved since the last frame
 };
 
 /// What culling reads. Item i is part i % parts of the hierarchy's top level for map i / parts, so
@@ -30,16 +47,22 @@ struct CullView {
     PageMaskView masks;
     BatchView batches;
     MapCulling culling;
-    CellDepthView cells; ///< with MapCulling::kCellDepth
+    CellDepthView cells; ///< with MapCulling::kCellDepth, and with kept maps
+    KeptView kept{};
 
     SDAG_HD uint32_t parts() const { return topBoxCount(batches.bvh); }
 
     /// Returns the faces of a map that a batch must be drawn into.
-    SDAG_HD uint32_t facesToDraw(uint32_t mapIndex, const Box& boxWorld) const {
+    SDAG_HD BatchFaces facesToDraw(uint32_t mapIndex, uint32_t batch) const {
         const ShadowMapInfo& map = maps[mapIndex];
-        if (culling == MapCulling::kSphere)
-            return (1u << kFaceCount) - 1;
+        const Box& boxWorld = batches.boxesWorld[batch];
         const Box box{boxWorld.min - map.lightPositionWorld, boxWorld.max - map.lightPositionWorld};
+        if (!kept.drawnCells.empty())
+            return facesNotDrawn(mapIndex, batch, box);
+        if (culling == MapCulling::kSphere) {
+            constexpr uint32_t kAll = (1u << kFaceCount) - 1;
+            return {kAll, kAll};
+        }
         uint32_t faces = 0;
         for (uint32_t face = 0; face < kFaceCount; ++face) {
             if (!(masks.faces[mapIndex] >> face & 1u))
@@ -58,7 +81,7 @@ struct CullView {
                 continue;
             faces |= 1u << face;
         }
-        return faces;
+        return {faces, faces};
     }
 
     /// Calls draw(batch, faces) for the batches of item i that are to be drawn; returns the counts.
@@ -77,19 +100,45 @@ struct CullView {
                 const uint32_t triangleCount = batches.batches[batch].count;
                 ++counts.sphereBatches;
                 counts.sphereTriangles += triangleCount;
-                const uint32_t faces = facesToDraw(mapIndex, batches.boxesWorld[batch]);
-                if (faces == 0)
-                    return;
-                for (uint32_t rest = faces; rest; rest &= rest - 1) {
+                const BatchFaces faces = facesToDraw(mapIndex, batch);
+                for (uint32_t rest = faces.drawn; rest; rest &= rest - 1) {
                     ++counts.batchFaces;
                     counts.triangleFaces += triangleCount;
                 }
-                draw(batch, faces);
+                for (uint32_t rest = faces.needed & ~faces.drawn; rest; rest &= rest - 1) {
+                    ++counts.keptBatchFaces;
+                    counts.keptTriangleFaces += triangleCount;
+                }
+                if (faces.drawn)
+                    draw(batch, faces.drawn);
             });
         return counts;
     }
 
 private:
+    /// See drawn_cells.h for the rule.
+    SDAG_HD BatchFaces facesNotDrawn(uint32_t mapIndex, uint32_t batch, const Box& box) const {
+        const bool isMoved = kept.moved[batch / 32] >> batch % 32 & 1u;
+        const CellDepthView open{cells.cells, kept.openBlocks};
+        const uint32_t slot = kept.slots[mapIndex];
+        BatchFaces faces{};
+        for (uint32_t face = 0; face < kFaceCount; ++face) {
+            FaceRect rect;
+            if (!projectBox(box, face, 0.0f, rect))
+                continue;
+            const uint32_t bits = depthBits(rect.depthMin);
+            const CellRect of = cellsOf(rect);
+            if (!cells.reaches(mapIndex, face, of, bits))
+                continue;
+            faces.needed |= 1u << face;
+            if (isMoved || open.any(mapIndex, face, of, bits, [&](uint32_t cell, uint32_t) {
+                    return kept.drawnCells[slot * kCellsPerMap + cell % kCellsPerMap] < bits;
+                }))
+                faces.drawn |= 1u << face;
+        }
+        return faces;
+    }
+
     SDAG_HD bool overlapsProjection(uint32_t mapIndex, uint32_t face, const CellRect& rect) const {
         const uint32_t row = (~0u >> (31 - rect.u1)) & (~0u << rect.u0);
         const uint32_t first = mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;

@@ -148,27 +148,4 @@ struct CountPages {
     }
 };
 
-/// Gives the marked pages of word i pool pages in order, as far as the pool goes; kNoPage to all
-/// others.
-struct AssignPages {
-    View<const uint32_t> pages;
-    View<const uint32_t> firstPage; ///< exclusive scan of CountPages
-    View<uint32_t> pageTable;       ///< 32 a word
-    uint32_t poolPages;
-
-    SDAG_HD void operator()(size_t i) const {
-        const uint32_t bits = pages[i];
-        uint32_t page = firstPage[i];
-        for (uint32_t bit = 0; bit < 32; ++bit) {
-            uint32_t entry = kNoPage;
-            if (bits >> bit & 1u) {
-                if (page < poolPages)
-                    entry = page;
-                ++page;
-            }
-            pageTable[i * 32 + bit] = entry;
-        }
-    }
-};
-
 } // namespace shadowdag

@@ -11,8 +11,5 @@ void markReceivers(const MarkReceiver& items) {
 void countPages(const CountPages& items) {
     parallelFor<CudaTag>(items.pages.count, items, 4096);
 }
-void assignPages(const AssignPages& items) {
-    parallelFor<CudaTag>(items.pages.count, items, 1024);
-}
 
 } // namespace shadowdag::cuda

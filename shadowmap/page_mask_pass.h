@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The passes from receivers to page tables; see page_mask.h for what an item does.
+// The passes from receivers to page masks; see page_mask.h for what an item does.
 #pragma once
 
 #include "cuda/backend.h"
@@ -10,13 +10,11 @@ namespace shadowdag {
 namespace cpu {
 void markReceivers(const MarkReceiver& items);
 void countPages(const CountPages& items);
-void assignPages(const AssignPages& items);
 } // namespace cpu
 
 namespace cuda {
 void markReceivers(const MarkReceiver& items);
 void countPages(const CountPages& items);
-void assignPages(const AssignPages& items);
 } // namespace cuda
 
 /// Marks the pages, faces, cells and depths that every receiver needs. All views live on the
@@ -27,10 +25,6 @@ inline void markReceivers(Backend backend, const MarkReceiver& items) {
 /// Counts the marked pages of every mask word.
 inline void countPages(Backend backend, const CountPages& items) {
     SDAG_DISPATCH(backend, countPages, items);
-}
-/// Writes the page table.
-inline void assignPages(Backend backend, const AssignPages& items) {
-    SDAG_DISPATCH(backend, assignPages, items);
 }
 
 } // namespace shadowdag

@@ -22,6 +22,8 @@ struct ShadowMapInfo {
     uint32_t faceTexels;     ///< side of a face in texels, after any degrading
     uint32_t facePages;      ///< side of a face in pages
     uint32_t pageTableStart; ///< first of 6 * facePages^2 entries; a multiple of 32
+
+    bool operator==(const ShadowMapInfo&) const = default;
 };
 
 /// Returns the page-table index of page (x, y) of a face: faces one after the other, rows of v, u

@@ -5,6 +5,7 @@
 
 #include "cuda/scan_sort.h"
 #include "shadowmap/cull_pass.h"
+#include "shadowmap/page_cache.h"
 #include "shadowmap/page_mask_pass.h"
 #include "shadowmap/rasterize_pass.h"
 
@@ -89,13 +90,14 @@ MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexel
 }
 
 struct ShadowMaps::State {
-    explicit State(Backend b) : backend(b) {}
+    explicit State(Backend b) : backend(b), cache(b) {}
 
     Backend backend;
     ShadowMapOptions options;
     ShadowMapCounts counts;
+    size_t batchCount = 0;
     std::vector<uint32_t> pagesPerMap, trianglesPerMap;
-    std::vector<ShadowMapInfo> infos;
+    std::vector<ShadowMapInfo> infos; // of the requests
 
     // Copies of host inputs, used by CUDA only. count * type: receivers, boxes, vertices,
     // triangles, batches.
@@ -120,8 +122,7 @@ struct ShadowMaps::State {
 
     // Written by page allocation; read by rasterization and lookups.
     Buffer<uint32_t> firstPage{backend, "shadowmap first page of word"};
-    Buffer<uint32_t> pageTable{backend, "shadowmap page table"};
-    Buffer<uint32_t> pool{backend, "shadowmap page pool"};
+    PageCache cache;
 
     // Written by culling, read by rasterization.
     Buffer<uint32_t> firstDraw{backend, "shadowmap first draw of item"};
@@ -141,7 +142,8 @@ struct ShadowMaps::State {
         zero(projection, infos.size() * kProjectionWordsPerMap);
         zero(faces, infos.size());
         zero(depthLimits, infos.size() * kFaceCount);
-        const bool hasCells = options.culling >= MapCulling::kCellDepth;
+        const bool hasCells =
+            options.culling >= MapCulling::kCellDepth || options.useStaticOptimization;
         zero(cells, hasCells ? infos.size() * kCellsPerMap : 0);
         firstPage.resize(words);
         markReceivers(backend, {std::as_const(maps).view(), boxes, pairs, masks(), pageTexelsLog2(),
@@ -150,18 +152,23 @@ struct ShadowMaps::State {
         return exclusiveScan(backend, std::as_const(firstPage).view(), firstPage.view());
     }
 
-    void allocate(uint64_t wanted) {
-        const uint64_t capacity = options.poolBytes / (pageTexelCount() * sizeof(uint32_t));
-        const uint64_t pages = glm::min(wanted, capacity);
-        pageTable.resize(pageBits.size() * 32);
-        assignPages(backend, {std::as_const(pageBits).view(), std::as_const(firstPage).view(),
-                              pageTable.view(), uint32_t(pages)});
-        zero(pool, pages * pageTexelCount());
+    /// The maps of the requests; the buffer may hold more that are kept.
+    View<const ShadowMapInfo> requestMaps() const { return {maps.view().data, infos.size()}; }
 
-        counts.pageCount = pages;
-        counts.pagesRefusedCount = wanted - pages;
-        counts.texelCount = pages * pageTexelCount();
-        counts.mapBytes = pool.bytes() + pageTable.bytes();
+    void allocate(const std::vector<MapRequest>& requests, uint64_t wanted,
+                  const BatchView& hostBatches, View<const uint32_t> movedBatches) {
+        const uint64_t capacity = options.poolBytes / (pageTexelCount() * sizeof(uint32_t));
+        std::vector<ShadowMapInfo> all = infos;
+        uint64_t words = pageBits.size();
+        cache.begin(requests, all, words, options,
+                    options.useStaticOptimization && wanted <= capacity);
+        if (all.size() > infos.size())
+            maps.upload(all);
+        if (cache.keeps())
+            cache.noteMotion(hostBatches, movedBatches);
+        cache.allocate(std::as_const(maps).view(), std::as_const(pageBits).view(),
+                       std::as_const(firstPage).view(), wanted, counts);
+
         const std::vector<uint32_t> first = firstPage.download();
         pagesPerMap.clear();
         for (size_t i = 0; i < infos.size(); ++i) {
@@ -170,19 +177,23 @@ struct ShadowMaps::State {
                     map < infos.size() ? infos[map].pageTableStart / 32 : first.size();
                 return word < first.size() ? first[word] : wanted;
             };
-            pagesPerMap.push_back(uint32_t(glm::min(at(i + 1), pages) - glm::min(at(i), pages)));
+            pagesPerMap.push_back(uint32_t(glm::min(at(i + 1), counts.pageCount) -
+                                           glm::min(at(i), counts.pageCount)));
         }
     }
 
     /// Returns the first draw of every map, and their number last.
     std::vector<uint32_t> cull(const BatchView& onBackend) {
-        blocks.resize(cells.size() / kCellsPerMap * kBlocksPerMap);
-        gatherBlocks(backend, {std::as_const(cells).view(), blocks.view()});
-        const CullView cull{std::as_const(maps).view(),
-                            masks(),
-                            onBackend,
-                            options.culling,
-                            {std::as_const(cells).view(), std::as_const(blocks).view()}};
+        CullView cull{requestMaps(), masks(), onBackend, options.culling, {}};
+        if (cells.size()) {
+            blocks.resize(infos.size() * kBlocksPerMap);
+            if (cache.keeps())
+                cull.kept = cache.prepareCulling(std::as_const(maps).view(), masks(),
+                                                 options.culling, blocks.view());
+            else
+                gatherBlocks(backend, {std::as_const(cells).view(), blocks.view()});
+            cull.cells = {std::as_const(cells).view(), std::as_const(blocks).view()};
+        }
         const size_t parts = cull.parts();
         const size_t items = infos.size() * parts;
         firstDraw.resize(items);
@@ -204,6 +215,8 @@ struct ShadowMaps::State {
             uint32_t triangleFaces = 0;
             for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
                 counts.batchFaceCount += found[i].batchFaces;
+                counts.batchFaceKeptCount += found[i].keptBatchFaces;
+                counts.triangleKeptCount += found[i].keptTriangleFaces;
                 counts.batchFaceSphereCount += uint64_t(kFaceCount) * found[i].sphereBatches;
                 counts.triangleSphereCount += uint64_t(kFaceCount) * found[i].sphereTriangles;
                 triangleFaces += found[i].triangleFaces;
@@ -223,9 +236,17 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
                        const std::vector<Box>& receiverBoxes,
                        const std::vector<MapReceiver>& receivers, const TriangleView& geometry,
                        const BatchView& batches, const ShadowMapOptions& options,
-                       StageTimes& stages) {
+                       StageTimes& stages, View<const uint32_t> movedBatches) {
     check(requests, receiverBoxes, receivers, options);
+    for (const uint32_t batch : movedBatches)
+        if (batch >= batches.batches.count)
+            refuse("moved batch " + std::to_string(batch) + " of " +
+                       std::to_string(batches.batches.count),
+                   "name batches that are passed");
     State& s = *state_;
+    if (!(options == s.options) || batches.batches.count != s.batchCount)
+        s.cache.forget();
+    s.batchCount = batches.batches.count;
     s.options = options;
     s.counts = {};
     s.trianglesPerMap.clear();
@@ -252,7 +273,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     }
     {
         StageTimer timer(s.backend, stages, "page allocation");
-        s.allocate(wanted);
+        s.allocate(requests, wanted, batches, movedBatches);
     }
     TriangleView triangles;
     BatchView onBackend;
@@ -271,9 +292,9 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     }
     {
         StageTimer timer(s.backend, stages, "rasterization");
-        const RasterView raster{std::as_const(s.maps).view(),
-                                std::as_const(s.pageTable).view(),
-                                s.pool.view(),
+        const RasterView raster{s.requestMaps(),
+                                s.cache.pageTable(),
+                                s.cache.pool(),
                                 s.pageTexelsLog2(),
                                 triangles,
                                 onBackend.batches,
@@ -284,12 +305,18 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
             rasterizeByFace(raster, drawStart);
         else
             rasterizeTriangles(s.backend, {raster});
+        if (s.cache.keeps())
+            s.cache.noteDrawn(std::as_const(s.cells).view());
     }
 }
 
 ShadowMapView ShadowMaps::view() const {
     const State& s = *state_;
-    return {s.maps.view(), s.pageTable.view(), s.pool.view(), s.pageTexelsLog2()};
+    return {s.requestMaps(), s.cache.pageTable(), s.cache.pool(), s.pageTexelsLog2()};
+}
+
+void ShadowMaps::forget() {
+    state_->cache.forget();
 }
 
 const ShadowMapCounts& ShadowMaps::counts() const {

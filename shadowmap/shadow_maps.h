@@ -34,8 +34,16 @@ struct ShadowMapOptions {
     uint64_t poolBytes = 256ull << 20; ///< budget of the page pool
     uint32_t taps = 9;                 ///< 1 or 9: which page borders the filter needs marked
     MapCulling culling = MapCulling::kMaximumDepth;
+    /// Keeps maps from frame to frame and does not draw again what stood still and is there (SO).
+    bool useStaticOptimization = false;
+    /// With it: pages and maps that a frame does not need keep their texels while the pool has
+    /// room, and give them up least recently needed first; false frees them at once, as the paper
+    /// does.
+    bool retainsPages = true;
     bool useAtomicRasterizer =
         false; ///< CPU only: draw by the one text instead of the CPU's own kernel (same bits)
+
+    bool operator==(const ShadowMapOptions&) const = default;
 };
 
 /// Where the page tables of a frame's maps stand, one after the other.
@@ -61,6 +69,13 @@ struct ShadowMapCounts {
         0; ///< the same by sphere x six faces, no masks: what culling is held against
     uint64_t triangleDrawCount = 0;   ///< triangles of the pairs drawn
     uint64_t triangleSphereCount = 0; ///< triangles of batches in the sphere times six faces
+    uint64_t pagesCommittedCount = 0; ///< got memory in this build
+    uint64_t pagesFreedCount = 0;     ///< had memory after the last build, and no longer
+    uint64_t pagesRetainedCount = 0;  ///< have memory, but nobody needs them now
+    uint64_t pagesClearedCount = 0;   ///< committed, or emptied because something moved there
+    uint64_t keptMapCount = 0;        ///< requests answered by a map of an earlier build
+    uint64_t batchFaceKeptCount = 0;  ///< (batch, face) pairs not drawn as they are there already
+    uint64_t triangleKeptCount = 0;   ///< triangles of those pairs
     uint64_t mapBytes = 0;            ///< pool pages in use + tables
     float degradeDivisor =
         1.0f; ///< > 1: the pool was full and every resolution was divided by this
@@ -72,7 +87,9 @@ public:
     explicit ShadowMaps(Backend backend);
     ~ShadowMaps();
 
-    /// Marks pages, allocates them, culls batches and draws depth. All integers are deterministic.
+    /// Marks pages, allocates them, culls batches and draws depth. All integers are deterministic;
+    /// with static optimization they depend on the builds since the last forget() as well, but no
+    /// lookup does: it answers as if everything had been drawn anew.
     /// When the pool is too small, face resolutions are divided by a common divisor in steps of
     /// sqrt(2) until it fits, which counts() says; pages that do not fit even then get no memory
     /// and are counted. Replaces the maps of the last frame. Empty inputs are valid: no requests,
@@ -84,9 +101,23 @@ public:
     /// copies them every time
     /// @param stages receives the times of "page masks", "page allocation", "culling",
     /// "rasterization"
+    /// @param movedBatches for static optimization: the batches whose vertices changed since the
+    /// last build, in any order, repeated or not; those whose box changed need not be named
+    ///
+    /// Static optimization: a map is the same from build to build while light, position, range and
+    /// face resolution are (the octave is not asked: what a light's map holds follows from these);
+    /// all else it forgets: any option changed, another number of batches, a build without it, and
+    /// a pool too small even at one texel a face. A pool that is full divides every resolution, so
+    /// all maps are other ones whenever the divisor changes: a pool that hardly suffices saves
+    /// little. Retained pages never cause that: they are given up first.
     void build(const std::vector<MapRequest>& requests, const std::vector<Box>& receiverBoxes,
                const std::vector<MapReceiver>& receivers, const TriangleView& geometry,
-               const BatchView& batches, const ShadowMapOptions& options, StageTimes& stages);
+               const BatchView& batches, const ShadowMapOptions& options, StageTimes& stages,
+               View<const uint32_t> movedBatches = {});
+
+    /// Gives up what static optimization keeps, so that the next build depends on its inputs alone.
+    /// Needed before another geometry is passed.
+    void forget();
 
     /// Returns what lookups need; valid until the next build.
     ShadowMapView view() const;

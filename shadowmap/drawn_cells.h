@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+// How deep a kept map has been drawn, cell by cell of its projection map, and so which batches need
+// not be drawn again. Source: Olsson et al. 2015, sec. V-D (static optimization); there a batch is
+// held against the last frame's projection map and a clear mask, here both are one depth a cell,
+// which also remembers frames before the last.
+//
+// V(c), the drawn depth of cell c: every batch over the cell that stands still and is no deeper
+// than V(c) has been drawn into all texels of the cell that have memory. N(c), the needed depth:
+// what receivers under the cell ask for this frame. A batch at depth d that did not move is drawn
+// into a face iff one of its cells has V(c) < d <= N(c); one that moved iff one has d <= N(c).
+// Drawing is whole (every page of the face) and idempotent, so after it V(c) is the greater of both
+// in every cell. V(c) becomes 0 where a page gets memory, and where a batch moved to and was not
+// drawn it falls below the batch's depth. The six conditions of the paper: (1) the light and (6)
+// the resolution make the map another one when they change; (2) moved batches ignore V; (3) V is
+// what was drawn; (4) pages under the old place of what moved give up their memory (kept_pages.h)
+// and (5) pages with new memory reset V.
+#pragma once
+
+#include "shadowmap/kept_pages.h"
+
+namespace shadowdag {
+
+/// The drawn depths of kept maps. A slot belongs to a map for as long as it is kept.
+/// cells: kCellsPerMap a slot, depthBits, 0 for nothing; depths: kFaceCount a slot, the greatest
+/// that a face was ever drawn to.
+struct DrawnView {
+    View<uint32_t> cells;
+    View<uint32_t> depths;
+    View<const uint32_t> slots; ///< mapCount
+};
+
+/// Returns needed depth `bits` raised to the next eighth of an octave when it exceeds what is
+/// drawn, so that a camera that creeps backwards draws a batch again once in a while and not once a
+/// frame; for each cell of the batch.
+SDAG_HD inline uint32_t roundedNeed(uint32_t bits, uint32_t drawn) {
+    constexpr uint32_t kStep = 1u << 20;
+    return bits <= drawn ? bits : (bits + (kStep - 1)) & ~(kStep - 1);
+}
+
+/// Empties cell i % kCellsPerMap of fresh slot i / kCellsPerMap.
+struct EmptySlots {
+    View<const uint32_t> freshSlots;
+    DrawnView drawn;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t slot = freshSlots[i / kCellsPerMap], cell = uint32_t(i % kCellsPerMap);
+        drawn.cells[slot * kCellsPerMap + cell] = 0;
+        if (cell < kFaceCount)
+            drawn.depths[slot * kFaceCount + cell] = 0;
+    }
+};
+
+/// Takes the drawn depth from the cells of fresh page i.
+struct ResetCells {
+    View<const ShadowMapInfo> maps;
+    View<const uint32_t> freshEntries;
+    DrawnView drawn;
+    uint32_t pageTexelsLog2;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t entry = freshEntries[i];
+        const uint32_t mapIndex = mapOfWord(maps, entry / 32);
+        const ShadowMapInfo& map = maps[mapIndex];
+        const uint32_t inMap = entry - map.pageTableStart;
+        const uint32_t x = inMap % map.facePages, y = inMap / map.facePages % map.facePages;
+        const uint32_t face = inMap / map.facePages / map.facePages;
+        const CellRect cells{firstCell(map, x), lastCell(map, x), firstCell(map, y),
+                             lastCell(map, y)};
+        for (uint32_t v = cells.v0; v <= cells.v1; ++v)
+            for (uint32_t u = cells.u0; u <= cells.u1; ++u)
+                atomicMinRelaxed(&drawn.cells[cellIndex(drawn.slots[mapIndex], face, u, v)], 0u);
+    }
+
+private:
+    // Cells that hold a texel's centre: the texels of a cell are those that its rectangle's tests
+    // and a ray through their centres agree on.
+    SDAG_HD uint32_t firstCell(const ShadowMapInfo& map, uint32_t page) const {
+        return faceCell(faceCellCentre(int32_t(page << pageTexelsLog2), map.faceTexels),
+                        kProjectionMapSize);
+    }
+    SDAG_HD uint32_t lastCell(const ShadowMapInfo& map, uint32_t page) const {
+        const uint32_t end = glm::min((page + 1) << pageTexelsLog2, map.faceTexels);
+        return faceCell(faceCellCentre(int32_t(end) - 1, map.faceTexels), kProjectionMapSize);
+    }
+};
+
+/// Writes the needed depths of block i's cells, rounded up, and what its cells need at most, with
+/// and without those that are drawn.
+struct PrepareBlock {
+    PageMaskView masks; ///< cells are read with kCellDepth and written always
+    MapCulling culling;
+    DrawnView drawn;
+    View<uint32_t> blocks;     ///< greatest need
+    View<uint32_t> openBlocks; ///< greatest need of cells that are not drawn as deep
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t face = uint32_t(i) / kBlocksPerFace, block = uint32_t(i) % kBlocksPerFace;
+        const uint32_t mapIndex = face / kFaceCount;
+        const uint32_t u0 = (block % kBlocksPerSide) << kBlockCellsLog2;
+        const uint32_t v0 = (block / kBlocksPerSide) << kBlockCellsLog2;
+        uint32_t greatest = 0, open = 0;
+        for (uint32_t v = v0; v < v0 + (1u << kBlockCellsLog2); ++v)
+            for (uint32_t u = u0; u < u0 + (1u << kBlockCellsLog2); ++u) {
+                uint32_t& cell = masks.cells[cellIndex(0, face, u, v)];
+                const uint32_t before =
+                    drawn.cells[cellIndex(drawn.slots[mapIndex], face % kFaceCount, u, v)];
+                cell = roundedNeed(needOf(mapIndex, face, u, v, cell), before);
+                greatest = glm::max(greatest, cell);
+                if (cell > before)
+                    open = glm::max(open, cell);
+            }
+        blocks[i] = greatest;
+        openBlocks[i] = open;
+    }
+
+private:
+    /// What coarser kinds of culling ask of a cell.
+    SDAG_HD uint32_t needOf(uint32_t mapIndex, uint32_t face, uint32_t u, uint32_t v,
+                            uint32_t cell) const {
+        constexpr uint32_t kEverything = 0x7f700000u;
+        if (culling >= MapCulling::kCellDepth)
+            return cell;
+        if (culling == MapCulling::kSphere)
+            return kEverything;
+        if (!(masks.faces[mapIndex] >> face % kFaceCount & 1u))
+            return 0;
+        if (culling == MapCulling::kFaceMask)
+            return kEverything;
+        if (!(masks.projection[face * kProjectionMapSize + v] >> u & 1u))
+            return 0;
+        return culling == MapCulling::kProjectionMap ? kEverything
+                                                     : depthBits(bitsFloat(masks.depths[face]));
+    }
+};
+
+/// Lowers the drawn depth of the cells under the new place of box i % boxes.count in map i /
+/// boxes.count, unless it is drawn there this frame.
+struct LowerCells {
+    View<const ShadowMapInfo> maps;
+    View<const Box> boxesWorld; ///< of what moved, as it is now
+    CellDepthView needed;       ///< of the first maps; the others are needed nowhere
+    DrawnView drawn;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t mapIndex = uint32_t(i / boxesWorld.count);
+        Box box;
+        if (!reachesSphere(maps[mapIndex], boxesWorld[i % boxesWorld.count], box))
+            return;
+        const uint32_t slot = drawn.slots[mapIndex];
+        for (uint32_t face = 0; face < kFaceCount; ++face) {
+            FaceRect rect;
+            if (!projectBox(box, face, 0.0f, rect))
+                continue;
+            const uint32_t bits = depthBits(rect.depthMin);
+            const CellRect cells = cellsOf(rect);
+            if (bits > drawn.depths[slot * kFaceCount + face] ||
+                ((mapIndex + 1) * size_t(kCellsPerMap) <= needed.cells.count &&
+                 needed.reaches(mapIndex, face, cells, bits)))
+                continue;
+            for (uint32_t v = cells.v0; v <= cells.v1; ++v)
+                for (uint32_t u = cells.u0; u <= cells.u1; ++u)
+                    atomicMinRelaxed(&drawn.cells[cellIndex(slot, face, u, v)], bits - 1);
+        }
+    }
+};
+
+/// Raises the drawn depths of row i of all needed cells to what was just drawn.
+struct RaiseDrawn {
+    View<const uint32_t> cells; ///< needed, rounded
+    DrawnView drawn;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t face = uint32_t(i) / kProjectionMapSize;
+        const uint32_t slot = drawn.slots[face / kFaceCount];
+        const size_t from = i * kProjectionMapSize;
+        const size_t to = size_t(slot) * kCellsPerMap + from % kCellsPerMap;
+        uint32_t greatest = 0;
+        for (uint32_t u = 0; u < kProjectionMapSize; ++u) {
+            const uint32_t need = cells[from + u];
+            greatest = glm::max(greatest, need);
+            drawn.cells[to + u] = glm::max(drawn.cells[to + u], need);
+        }
+        if (greatest)
+            atomicMaxRelaxed(&drawn.depths[slot * kFaceCount + face % kFaceCount], greatest);
+    }
+};
+
+} // namespace shadowdag

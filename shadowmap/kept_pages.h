@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pages that outlive a frame: which are carried over, which are stale, who gives up memory, what is
+// cleared. Source: Olsson et al. 2015, sec. V-D; there a page is freed when a frame does not need
+// it (sec. VII-b), here when its memory is needed elsewhere.
+#pragma once
+
+#include "cuda/atomics.h"
+#include "shadowmap/page_mask.h"
+
+namespace shadowdag {
+
+/// Returns the map that a word of 32 page-table entries belongs to.
+/// @param maps ascending in pageTableStart; not empty
+SDAG_HD inline uint32_t mapOfWord(View<const ShadowMapInfo> maps, size_t word) {
+    uint32_t first = 0, end = uint32_t(maps.count);
+    while (end - first > 1) {
+        const uint32_t middle = first + (end - first) / 2;
+        if (size_t(maps[middle].pageTableStart) <= word * 32)
+            first = middle;
+        else
+            end = middle;
+    }
+    return first;
+}
+
+/// Writes word i of the page table: what the same map held before, or nothing.
+struct CarryPages {
+    View<const ShadowMapInfo> maps;
+    View<const uint32_t> startBefore; ///< mapCount; where the map stood in `before`, or kNoPage
+    View<const uint32_t> before;
+    View<uint32_t> pageTable; ///< 32 a word
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t map = mapOfWord(maps, i);
+        const uint32_t start = startBefore[map];
+        const size_t inMap = i * 32 - maps[map].pageTableStart;
+        for (uint32_t k = 0; k < 32; ++k)
+            pageTable[i * 32 + k] = start == kNoPage ? kNoPage : before[start + inMap + k];
+    }
+};
+
+/// Whether a batch may be, or may have been, drawn into a face, and where it lies there.
+/// @param boxLight relative to the light
+SDAG_HD inline bool reachesSphere(const ShadowMapInfo& map, const Box& boxWorld, Box& boxLight) {
+    if (boxWorld.empty() ||
+        !(distanceSquared(boxWorld, map.lightPositionWorld) < map.rangeWorld * map.rangeWorld))
+        return false;
+    boxLight = {boxWorld.min - map.lightPositionWorld, boxWorld.max - map.lightPositionWorld};
+    return true;
+}
+
+/// Marks the pages of map i / boxes.count that box i % boxes.count may have been drawn into before
+/// it moved.
+struct MarkStale {
+    View<const ShadowMapInfo> maps;
+    View<const uint32_t> slots;       ///< mapCount; see DrawnView
+    View<const uint32_t> drawnDepths; ///< kFaceCount a slot: nothing beyond was ever drawn
+    View<const Box> boxesBefore;      ///< world
+    View<uint32_t> stale;             ///< bits in the page table's order; start at 0
+    uint32_t pageTexelsLog2;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t mapIndex = uint32_t(i / boxesBefore.count);
+        const ShadowMapInfo& map = maps[mapIndex];
+        Box box;
+        if (!reachesSphere(map, boxesBefore[i % boxesBefore.count], box))
+            return;
+        for (uint32_t face = 0; face < kFaceCount; ++face) {
+            FaceRect rect;
+            if (!projectBox(box, face, 0.0f, rect) ||
+                depthBits(rect.depthMin) > drawnDepths[slots[mapIndex] * kFaceCount + face])
+                continue;
+            const uint32_t n = map.faceTexels;
+            const uint32_t x0 = faceCell(rect.uMin, n) >> pageTexelsLog2;
+            const uint32_t x1 = faceCell(rect.uMax, n) >> pageTexelsLog2;
+            const uint32_t y1 = faceCell(rect.vMax, n) >> pageTexelsLog2;
+            for (uint32_t y = faceCell(rect.vMin, n) >> pageTexelsLog2; y <= y1; ++y) {
+                const uint32_t row = pageTableIndex(map, face, 0, y);
+                setBits(stale, row + x0, row + x1 + 1);
+            }
+        }
+    }
+};
+
+/// What sorting out the carried pages counted, by place in an array.
+enum KeptPageCount : uint32_t {
+    kPagesHeld,     ///< needed, and their texels stay
+    kPagesStale,    ///< needed, but something moved there: given up and asked for again
+    kPagesRetained, ///< not needed, but kept
+    kKeptPageCounts
+};
+
+/// Decides about the pages of word i: what is stale or neither needed nor retained gives up its
+/// memory.
+struct SortOutPages {
+    View<const ShadowMapInfo> maps;
+    View<const uint32_t> needed; ///< bits; words beyond are needed by nobody
+    View<const uint32_t> stale;  ///< bits; empty: none
+    View<uint32_t> pageTable;
+    View<uint32_t> pageStamps;  ///< a pool page: when it was last needed, 1 or later
+    View<uint32_t> pageKeys;    ///< a pool page; starts at 0, free: then the order of giving up
+    View<uint32_t> pageEntries; ///< a pool page: its page-table entry
+    View<uint32_t> missing;     ///< a word of `needed`: needed pages without memory
+    View<uint32_t> pagesPerMap; ///< starts at 0: pages kept
+    View<uint32_t> counts;      ///< kKeptPageCounts; start at 0
+    uint32_t now;
+    bool retains;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t neededBits = i < needed.count ? needed[i] : 0;
+        const uint32_t staleBits = stale.empty() ? 0 : stale[i];
+        uint32_t missingCount = 0, kept = 0, found[kKeptPageCounts] = {};
+        for (uint32_t bit = 0; bit < 32; ++bit) {
+            const uint32_t entry = uint32_t(i * 32 + bit);
+            const uint32_t page = pageTable[entry];
+            const bool isNeeded = neededBits >> bit & 1u, isStale = staleBits >> bit & 1u;
+            if (page == kNoPage || isStale || !(isNeeded || retains)) {
+                missingCount += isNeeded;
+                found[kPagesStale] += page != kNoPage && isNeeded;
+                pageTable[entry] = kNoPage;
+                continue;
+            }
+            ++kept;
+            ++found[isNeeded ? kPagesHeld : kPagesRetained];
+            if (isNeeded)
+                pageStamps[page] = now;
+            pageKeys[page] = isNeeded ? 0xffffffffu : pageStamps[page];
+            pageEntries[page] = entry;
+        }
+        if (i < needed.count)
+            missing[i] = missingCount;
+        if (kept)
+            atomicAddRelaxed(&pagesPerMap[mapOfWord(maps, i)], kept);
+        for (uint32_t k = 0; k < kKeptPageCounts; ++k)
+            if (found[k])
+                atomicAddRelaxed(&counts[k], found[k]);
+    }
+};
+
+/// Gives the needed pages of word i that have no memory some, in order, as far as it goes: free
+/// pages first, then those that were needed longest ago.
+struct AssignPages {
+    View<const uint32_t> needed;    ///< bits
+    View<const uint32_t> firstPage; ///< exclusive scan of the words' missing pages
+    View<uint32_t> pageTable;       ///< 32 a word and perhaps more
+    View<const uint32_t> order;     ///< pool pages in the order of giving up; empty: ascending
+    View<const uint32_t> pageKeys;  ///< as SortOutPages left them, sorted as `order`; empty: all 0
+    View<const uint32_t> pageEntries;
+    View<uint32_t> pageStamps;   ///< may be empty
+    View<uint32_t> freshEntries; ///< by rank: the page-table entries that got memory
+    uint32_t poolPages;
+    uint32_t now;
+
+    SDAG_HD void operator()(size_t i) const {
+        uint32_t rank = firstPage[i];
+        for (uint32_t bits = needed[i], bit = 0; bits; bits >>= 1, ++bit) {
+            const uint32_t entry = uint32_t(i * 32 + bit);
+            if (!(bits & 1u) || pageTable[entry] != kNoPage)
+                continue;
+            if (rank < poolPages) {
+                const uint32_t page = order.empty() ? rank : order[rank];
+                if (!pageKeys.empty() && pageKeys[rank] != 0)
+                    pageTable[pageEntries[page]] = kNoPage; // of a word's page that nobody needs
+                if (!pageStamps.empty())
+                    pageStamps[page] = now;
+                pageTable[entry] = page;
+                freshEntries[rank] = entry;
+            }
+            ++rank;
+        }
+    }
+};
+
+/// Texels that one item clears; a page holds at least 256.
+constexpr uint32_t kClearedTexelsLog2 = 6;
+
+/// Sets to empty a run of texels of a page that just got memory: run i of all, pages in order.
+struct ClearPages {
+    View<const uint32_t> freshEntries;
+    View<const uint32_t> pageTable;
+    View<uint32_t> pool;
+    uint32_t pageTexelsLog2;
+
+    SDAG_HD uint32_t runsLog2() const { return 2 * pageTexelsLog2 - kClearedTexelsLog2; }
+    SDAG_HD void operator()(size_t i) const {
+        const size_t page = pageTable[freshEntries[i >> runsLog2()]];
+        const size_t run = i & ((size_t(1) << runsLog2()) - 1);
+        uint32_t* const texels =
+            &pool[(page << (2 * pageTexelsLog2)) + (run << kClearedTexelsLog2)];
+        for (uint32_t k = 0; k < 1u << kClearedTexelsLog2; ++k)
+            texels[k] = 0;
+    }
+};
+
+} // namespace shadowdag

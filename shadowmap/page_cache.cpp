@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shadowmap/page_cache.h"
+
+#include "cuda/scan_sort.h"
+#include "shadowmap/kept_pages_pass.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace shadowdag {
+namespace {
+
+/// Makes a buffer hold `count` elements at least and keeps what it holds.
+template <class T> void growKeeping(Buffer<T>& buffer, size_t count) {
+    if (count <= buffer.size())
+        return;
+    Buffer<T> grown(buffer.backend(), buffer.name(), count);
+    detail::copyBytes(buffer.backend(), grown.view().data, buffer.backend(), buffer.view().data,
+                      buffer.bytes());
+    buffer = std::move(grown);
+}
+
+template <class T> void zero(Buffer<T>& buffer, size_t count) {
+    buffer.resize(count);
+    buffer.fill(0);
+}
+
+uint64_t wordsOf(const ShadowMapInfo& map) {
+    return (uint64_t(kFaceCount) * map.facePages * map.facePages + 31) / 32;
+}
+
+/// Returns whether two maps hold the same texels, wherever their page tables stand.
+bool isSameMap(ShadowMapInfo a, const ShadowMapInfo& b) {
+    a.pageTableStart = b.pageTableStart;
+    return a == b;
+}
+
+/// Returns whether two maps differ in resolution at most.
+bool isSameLight(ShadowMapInfo a, const ShadowMapInfo& b) {
+    a.faceTexels = b.faceTexels;
+    a.facePages = b.facePages;
+    return isSameMap(a, b);
+}
+
+} // namespace
+
+PageCache::PageCache(Backend backend)
+    : backend_(backend), startBefore_(backend, "shadowmap page table moves"),
+      slots_(backend, "shadowmap map slots"), freshSlots_(backend, "shadowmap new map slots"),
+      pageTable_(backend, "shadowmap page table"),
+      tableBefore_(backend, "shadowmap page table before"),
+      stale_(backend, "shadowmap stale pages"),
+      movedBefore_(backend, "shadowmap moved boxes before"),
+      movedNow_(backend, "shadowmap moved boxes"), movedBits_(backend, "shadowmap moved batches"),
+      pageStamps_(backend, "shadowmap page stamps"), pageKeys_(backend, "shadowmap page keys"),
+      pageEntries_(backend, "shadowmap page entries"), order_(backend, "shadowmap page order"),
+      missing_(backend, "shadowmap missing pages"),
+      keptPerMap_(backend, "shadowmap kept pages of map"),
+      keptCounts_(backend, "shadowmap kept page counts"),
+      freshEntries_(backend, "shadowmap fresh pages"), pool_(backend, "shadowmap page pool"),
+      drawnCells_(backend, "shadowmap drawn cells"),
+      drawnDepths_(backend, "shadowmap drawn depths"),
+      openBlocks_(backend, "shadowmap open blocks") {}
+
+void PageCache::forget() {
+    kept_.clear();
+    isSlotUsed_.assign(isSlotUsed_.size(), 0);
+    batchBoxes_.clear();
+    pageStamps_.resize(0); // the pool is made anew
+    now_ = 0;
+}
+
+uint32_t PageCache::takeSlot() {
+    const auto free = std::find(isSlotUsed_.begin(), isSlotUsed_.end(), uint8_t(0));
+    const uint32_t slot = uint32_t(free - isSlotUsed_.begin());
+    if (free == isSlotUsed_.end())
+        isSlotUsed_.push_back(1);
+    else
+        *free = 1;
+    return slot;
+}
+
+void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<ShadowMapInfo>& maps,
+                      uint64_t& wordCount, const ShadowMapOptions& options, bool keeps) {
+    keeps_ = keeps;
+    retains_ = options.retainsPages;
+    pageTexelsLog2_ = 0;
+    while (1u << pageTexelsLog2_ < options.pageTexels)
+        ++pageTexelsLog2_;
+    capacityPages_ = options.poolBytes / (pageTexels() * sizeof(uint32_t));
+    requestCount_ = maps.size();
+    keptRequestCount_ = 0;
+    if (!keeps)
+        forget();
+    ++now_;
+
+    // Kept maps by light.
+    std::vector<uint32_t> byLight(kept_.size());
+    std::iota(byLight.begin(), byLight.end(), 0u);
+    std::stable_sort(byLight.begin(), byLight.end(),
+                     [&](uint32_t a, uint32_t b) { return kept_[a].light < kept_[b].light; });
+    std::vector<uint8_t> isUsed(kept_.size(), 0), isGone(kept_.size(), 0);
+    std::vector<KeptMap> next;
+    std::vector<uint32_t> startBefore;
+    std::vector<uint32_t> fresh; // positions in next
+    for (size_t i = 0; i < maps.size(); ++i) {
+        uint32_t found = kNoPage;
+        const uint32_t light = requests[i].light;
+        auto at = std::lower_bound(byLight.begin(), byLight.end(), light,
+                                   [&](uint32_t a, uint32_t l) { return kept_[a].light < l; });
+        for (; at != byLight.end() && kept_[*at].light == light; ++at) {
+            if (!isSameLight(kept_[*at].info, maps[i]))
+                isGone[*at] = 1; // the light moved
+            else if (found == kNoPage && !isUsed[*at] && isSameMap(kept_[*at].info, maps[i]))
+                found = *at;
+        }
+        if (found != kNoPage) {
+            isUsed[found] = 1;
+            ++keptRequestCount_;
+            next.push_back({maps[i], light, kept_[found].slot});
+            startBefore.push_back(kept_[found].info.pageTableStart);
+        } else {
+            fresh.push_back(uint32_t(next.size()));
+            next.push_back({maps[i], light, 0});
+            startBefore.push_back(kNoPage);
+        }
+    }
+    for (size_t k = 0; k < kept_.size(); ++k) {
+        if (isUsed[k])
+            continue;
+        const uint64_t words = wordsOf(kept_[k].info);
+        if (!retains_ || isGone[k] || kept_[k].pageCount == 0 ||
+            (wordCount + words) * 32 > 0xffffffffull) {
+            isSlotUsed_[kept_[k].slot] = 0;
+            continue;
+        }
+        next.push_back(kept_[k]);
+        startBefore.push_back(kept_[k].info.pageTableStart);
+        next.back().info.pageTableStart = uint32_t(wordCount * 32);
+        maps.push_back(next.back().info);
+        wordCount += words;
+    }
+    freshSlotsHost_.clear();
+    if (keeps) {
+        for (const uint32_t i : fresh) {
+            next[i].slot = takeSlot();
+            freshSlotsHost_.push_back(next[i].slot);
+        }
+        std::vector<uint32_t> slots;
+        for (const KeptMap& map : next)
+            slots.push_back(map.slot);
+        slots_.upload(slots);
+        startBefore_.upload(startBefore);
+        kept_ = std::move(next);
+    }
+    std::swap(pageTable_, tableBefore_);
+    pageTable_.resize(wordCount * 32);
+    stale_.resize(0);
+    movedBefore_.resize(0);
+    movedNow_.resize(0);
+}
+
+void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches) {
+    const size_t count = hostBatches.boxesWorld.count;
+    std::vector<uint32_t> bits((count + 31) / 32, 0);
+    if (batchBoxes_.size() != count)
+        batchBoxes_.assign(hostBatches.boxesWorld.begin(), hostBatches.boxesWorld.end());
+    for (const uint32_t batch : movedBatches)
+        bits[batch / 32] |= 1u << batch % 32;
+    std::vector<Box> before, now;
+    for (size_t batch = 0; batch < count; ++batch) {
+        const Box& box = hostBatches.boxesWorld[batch];
+        const bool isMoved = bits[batch / 32] >> batch % 32 & 1u;
+        if (!isMoved && batchBoxes_[batch] == box)
+            continue;
+        bits[batch / 32] |= 1u << batch % 32;
+        before.push_back(batchBoxes_[batch]);
+        now.push_back(box);
+        batchBoxes_[batch] = box;
+    }
+    movedBits_.upload(bits);
+    movedBefore_.upload(before);
+    movedNow_.upload(now);
+}
+
+void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> needed) {
+    const size_t slotCount = isSlotUsed_.size();
+    growKeeping(drawnCells_, slotCount * kCellsPerMap);
+    growKeeping(drawnDepths_, slotCount * kFaceCount);
+    freshSlots_.upload(freshSlotsHost_);
+    emptySlots(backend_, {std::as_const(freshSlots_).view(), drawn()});
+    carryPages(backend_, {maps, std::as_const(startBefore_).view(),
+                          std::as_const(tableBefore_).view(), pageTable_.view()});
+    if (movedBefore_.size()) {
+        zero(stale_, pageTable_.size() / 32);
+        markStale(backend_, {maps, std::as_const(slots_).view(), std::as_const(drawnDepths_).view(),
+                             std::as_const(movedBefore_).view(), stale_.view(), pageTexelsLog2_});
+    }
+    const size_t poolPages = pageStamps_.size();
+    zero(pageKeys_, poolPages);
+    pageEntries_.resize(poolPages);
+    missing_.resize(needed.count);
+    zero(keptPerMap_, maps.count);
+    zero(keptCounts_, kKeptPageCounts);
+    sortOutPages(backend_,
+                 {maps, needed, std::as_const(stale_).view(), pageTable_.view(), pageStamps_.view(),
+                  pageKeys_.view(), pageEntries_.view(), missing_.view(), keptPerMap_.view(),
+                  keptCounts_.view(), now_, retains_});
+}
+
+void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
+                         View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts) {
+    const uint64_t pages = glm::min(wanted, capacityPages_);
+    uint64_t fresh = pages, retained = 0, stale = 0;
+    AssignPages assign{needed, firstPage, pageTable_.view(), {}, {}, {}, {}, {}, 0, now_};
+    if (keeps_) {
+        SDAG_ASSERT(wanted <= capacityPages_);
+        sortOut(maps, needed);
+        const std::vector<uint32_t> found = keptCounts_.download();
+        fresh = exclusiveScan(backend_, std::as_const(missing_).view(), missing_.view());
+        stale = found[kPagesStale];
+        const uint64_t held = found[kPagesHeld] + uint64_t(found[kPagesRetained]);
+        // Room for all, as far as the budget goes; in larger steps, for what is there is copied.
+        const uint64_t poolPages = pageStamps_.size();
+        const uint64_t roomy = glm::min(
+            capacityPages_,
+            glm::max(held + fresh, poolPages + (held + fresh > poolPages ? poolPages / 2 : 0)));
+        if (roomy > poolPages) {
+            growKeeping(pool_, roomy * pageTexels());
+            growKeeping(pageStamps_, roomy);
+            growKeeping(pageEntries_, roomy);
+            Buffer<uint32_t> keys(backend_, pageKeys_.name(), roomy);
+            keys.fill(0);
+            detail::copyBytes(backend_, keys.view().data, backend_, pageKeys_.view().data,
+                              pageKeys_.bytes());
+            pageKeys_ = std::move(keys);
+        }
+        if (fresh && held) {
+            std::vector<uint32_t> order(pageKeys_.size());
+            std::iota(order.begin(), order.end(), 0u);
+            order_.upload(order);
+            sortPairs(backend_, pageKeys_.view(), order_.view());
+            assign.order = std::as_const(order_).view();
+            assign.pageKeys = std::as_const(pageKeys_).view();
+            assign.pageEntries = std::as_const(pageEntries_).view();
+        }
+        assign.firstPage = std::as_const(missing_).view();
+        assign.pageStamps = pageStamps_.view();
+        const uint64_t free = pageStamps_.size() - held;
+        retained = found[kPagesRetained] - (fresh > free ? fresh - free : 0);
+        const std::vector<uint32_t> keptPages = keptPerMap_.download();
+        for (size_t i = 0; i < kept_.size(); ++i)
+            kept_[i].pageCount = i < requestCount_ ? 1 : keptPages[i];
+    } else {
+        pageTable_.fill(0xff);
+        pageStamps_.resize(0);
+        pool_.resize(pages * pageTexels());
+    }
+    freshEntries_.resize(fresh);
+    assign.freshEntries = freshEntries_.view();
+    assign.poolPages = uint32_t(fresh);
+    assignPages(backend_, assign);
+    clearPages(backend_,
+               {std::as_const(freshEntries_).view(), std::as_const(pageTable_).view(), pool_.view(),
+                pageTexelsLog2_},
+               fresh);
+    if (keeps_)
+        resetCells(backend_, {maps, std::as_const(freshEntries_).view(), drawn(), pageTexelsLog2_},
+                   fresh);
+
+    counts.pageCount = pages;
+    counts.pagesRefusedCount = wanted - pages;
+    counts.texelCount = pages * pageTexels();
+    counts.pagesCommittedCount = fresh - stale;
+    counts.pagesClearedCount = fresh;
+    counts.pagesRetainedCount = retained;
+    counts.pagesFreedCount = heldPages_ + counts.pagesCommittedCount - (pages + retained);
+    counts.keptMapCount = keptRequestCount_;
+    heldPages_ = pages + retained;
+    counts.mapBytes = heldPages_ * pageTexels() * sizeof(uint32_t) + pageTable_.bytes() +
+                      (keeps_ ? drawnCells_.bytes() : 0);
+}
+
+KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
+                                   MapCulling culling, View<uint32_t> blocks) {
+    openBlocks_.resize(blocks.count);
+    prepareBlocks(backend_, {masks, culling, drawn(), blocks, openBlocks_.view()});
+    if (movedNow_.size())
+        lowerCells(backend_,
+                   {maps, std::as_const(movedNow_).view(), {masks.cells, blocks}, drawn()});
+    return {std::as_const(drawnCells_).view(), std::as_const(slots_).view(),
+            std::as_const(openBlocks_).view(), std::as_const(movedBits_).view()};
+}
+
+void PageCache::noteDrawn(View<const uint32_t> cells) {
+    raiseDrawn(backend_, {cells, drawn()});
+}
+
+} // namespace shadowdag

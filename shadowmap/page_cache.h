@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pool of pages and the page tables of the maps of a frame, and what of them outlives it: which
+// map of this frame is which of the last, and where its pages and drawn depths lie. The bookkeeping
+// by map is done on the host (hundreds of maps); pages and cells are passes (kept_pages.h,
+// drawn_cells.h).
+#pragma once
+
+#include "cuda/buffer.h"
+#include "shadowmap/cull.h"
+#include "shadowmap/shadow_maps.h"
+
+#include <vector>
+
+namespace shadowdag {
+
+/// Not for other folders.
+class PageCache {
+public:
+    explicit PageCache(Backend backend);
+
+    /// Gives up all kept maps.
+    void forget();
+
+    /// Starts a frame. With `keeps`, finds the kept maps of the requests, and appends to `maps` and
+    /// `wordCount` those that nobody asks for and that may stay; otherwise gives up all.
+    /// @param requests,maps the same maps, `maps` with the resolutions that fit
+    /// @param wordCount of the page masks, 32 pages a word
+    void begin(const std::vector<MapRequest>& requests, std::vector<ShadowMapInfo>& maps,
+               uint64_t& wordCount, const ShadowMapOptions& options, bool keeps);
+
+    /// Notes what moved since the last frame. Call between begin and allocate, only when it keeps.
+    void noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches);
+
+    /// Gives the needed pages memory, and clears what is new.
+    /// @param needed bits of the requests' words; @param firstPage their exclusive scan
+    /// @param wanted bits set
+    /// @param counts receives all that is counted by the page
+    void allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
+                  View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts);
+
+    /// Prepares culling: writes the needs of masks.cells and their blocks. Only when it keeps.
+    KeptView prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
+                            MapCulling culling, View<uint32_t> blocks);
+
+    /// Notes that everything culling asked for is drawn. Only when it keeps.
+    void noteDrawn(View<const uint32_t> cells);
+
+    bool keeps() const { return keeps_; }
+    View<const uint32_t> pageTable() const { return pageTable_.view(); }
+    View<uint32_t> pool() { return pool_.view(); }
+    View<const uint32_t> pool() const { return pool_.view(); }
+
+private:
+    struct KeptMap {
+        ShadowMapInfo info;
+        uint32_t light;
+        uint32_t slot;
+        uint32_t pageCount = 0;
+    };
+
+    uint32_t takeSlot();
+    void sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> needed);
+    uint64_t pageTexels() const { return uint64_t(1) << (2 * pageTexelsLog2_); }
+    DrawnView drawn() { return {drawnCells_.view(), drawnDepths_.view(), slots_.view()}; }
+
+    Backend backend_;
+    bool keeps_ = false, retains_ = false;
+    uint32_t pageTexelsLog2_ = 6;
+    uint64_t capacityPages_ = 0;
+    uint32_t now_ = 0;        // frames kept
+    uint64_t heldPages_ = 0;  // pages with memory after the last frame
+    size_t requestCount_ = 0; // the first maps; the rest is asked for by nobody
+    size_t keptRequestCount_ = 0;
+    std::vector<KeptMap> kept_; // in the order of the last frame's maps
+    std::vector<uint8_t> isSlotUsed_;
+    std::vector<uint32_t> freshSlotsHost_;
+    std::vector<Box> batchBoxes_; // of the last frame
+
+    // mapCount * start in tableBefore_ or kNoPage; slot.
+    Buffer<uint32_t> startBefore_, slots_;
+    Buffer<uint32_t> freshSlots_;
+    // Entries: 32 a word; pool page or kNoPage.
+    Buffer<uint32_t> pageTable_, tableBefore_;
+    // Bits in the page table's order.
+    Buffer<uint32_t> stale_;
+    // What moved: boxes before and now; a bit a batch.
+    Buffer<Box> movedBefore_, movedNow_;
+    Buffer<uint32_t> movedBits_;
+    // poolPages * see SortOutPages.
+    Buffer<uint32_t> pageStamps_, pageKeys_, pageEntries_, order_;
+    Buffer<uint32_t> missing_, keptPerMap_, keptCounts_, freshEntries_;
+    Buffer<uint32_t> pool_; // poolPages * texels
+    // By slot, see DrawnView; openBlocks_: see PrepareBlock.
+    Buffer<uint32_t> drawnCells_, drawnDepths_, openBlocks_;
+};
+
+} // namespace shadowdag
