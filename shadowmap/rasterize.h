@@ -6,7 +6,8 @@
 // triangle whose plane holds the light (to double rounding) has no area from there and covers
 // nothing, like a degenerate one. Near plane: what lies nearer to the light than kNearPerRange
 // times its range, along the face's axis, does not block. Depth convention: see ShadowMapView. The
-// greatest bits win, so the order of triangles does not matter.
+// greatest bits win, so the order of triangles does not matter. What an alpha mask cuts out is
+// asked at the same point (scenes/alpha_mask.h): holes smaller than a texel are hit or missed.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -211,12 +212,32 @@ SDAG_HD inline void narrowSpan(double ex, double r, double tolerance, double rEx
 /// and end.
 constexpr int32_t kNarrowTexels = 4;
 
+/// A triangle without holes.
+struct SolidTriangle {
+    SDAG_HD bool isOpaque(double, double) const { return true; }
+};
+
+/// A triangle that an alpha mask cuts.
+struct MaskedTriangle {
+    const AlphaMaskView& masks;
+    const FaceTriangle& t;
+    uint32_t triangle; ///< of the world
+
+    /// Returns whether it is opaque at texel coordinates X, Y. A corner's weight is the function of
+    /// the edge across from it: edge 0 joins corners 0 and 1.
+    SDAG_HD bool isOpaque(double X, double Y) const {
+        const auto edge = [&](int k) { return t.ex[k] * X + (t.ey[k] * Y + t.e0[k]); };
+        return masks.isOpaque(triangle, edge(1), edge(2), edge(0));
+    }
+};
+
 /// Calls store(index, bits) for the texels of a triangle in rows [row0, row1] of the face that have
-/// memory; `index` is into RasterView::depths.
-template <class Store>
+/// memory and where the surface is opaque; `index` is into RasterView::depths.
+/// @param surface SolidTriangle or MaskedTriangle
+template <class Surface, class Store>
 SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
-                                const FaceTriangle& t, int32_t row0, int32_t row1,
-                                const Store& store) {
+                                const FaceTriangle& t, const Surface& surface, int32_t row0,
+                                int32_t row1, const Store& store) {
     const uint32_t log2 = view.pageTexelsLog2;
     const int32_t side = 1 << log2;
     const int32_t n = int32_t(map.faceTexels);
@@ -252,7 +273,8 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
                         const double X = double(2 * x + 1 - n);
                         if (t.ex[0] * X + r0 >= -t.tolerance[0] &&
                             t.ex[1] * X + r1 >= -t.tolerance[1] &&
-                            t.ex[2] * X + r2 >= -t.tolerance[2] && depth(x) <= wNear)
+                            t.ex[2] * X + r2 >= -t.tolerance[2] && depth(x) <= wNear &&
+                            surface.isOpaque(X, Y))
                             store(row + size_t(x), floatBits(depth(x)));
                     }
                     continue;
@@ -260,17 +282,32 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
                 narrowSpan(t.ex[0], r0, t.tolerance[0], rEx[0], n, first, last);
                 narrowSpan(t.ex[1], r1, t.tolerance[1], rEx[1], n, first, last);
                 narrowSpan(t.ex[2], r2, t.tolerance[2], rEx[2], n, first, last);
+                const auto isOpaque = [&](int32_t x) {
+                    return surface.isOpaque(double(2 * x + 1 - n), Y);
+                };
                 if (isClearOfNear) {
                     for (int32_t x = first; x <= last; ++x)
-                        store(row + size_t(x), floatBits(depth(x)));
+                        if (isOpaque(x))
+                            store(row + size_t(x), floatBits(depth(x)));
                 } else {
                     for (int32_t x = first; x <= last; ++x)
-                        if (depth(x) <= wNear)
+                        if (depth(x) <= wNear && isOpaque(x))
                             store(row + size_t(x), floatBits(depth(x)));
                 }
             }
         }
     }
+}
+
+/// The same for a triangle of the world, cut or not.
+template <class Store>
+SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
+                                const FaceTriangle& t, uint32_t triangle, const Store& store) {
+    if (view.geometry.masks.isCut(triangle))
+        coverTexels(view, map, face, t, MaskedTriangle{view.geometry.masks, t, triangle}, t.y0,
+                    t.y1, store);
+    else
+        coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1, store);
 }
 
 /// Returns a corner relative to the light, in double: the difference of two floats, nearly always
@@ -303,7 +340,7 @@ struct RasterizeTriangle {
                                faceFromLight(face, corners[2]), map, t))
                 continue;
             const View<uint32_t> depths = view.depths;
-            coverTexels(view, map, face, t, t.y0, t.y1, [depths](size_t texel, uint32_t bits) {
+            coverTexels(view, map, face, t, triangle, [depths](size_t texel, uint32_t bits) {
                 atomicMaxRelaxed(&depths[texel], bits);
             });
         }

@@ -12,7 +12,17 @@
 namespace shadowdag {
 namespace {
 
-/// Draws one triangle by the one text, but without atomics.
+/// Covers the texels of a triangle by the one text, but without atomics.
+void cover(const RasterView& view, uint32_t triangle, const ShadowMapInfo& map, uint32_t face,
+           const FaceTriangle& t) {
+    uint32_t* const depths = view.depths.data;
+    // Written always, so that the compiler may take several texels at once.
+    coverTexels(view, map, face, t, triangle, [depths](size_t texel, uint32_t bits) {
+        depths[texel] = depths[texel] > bits ? depths[texel] : bits;
+    });
+}
+
+/// Draws one triangle by the one text.
 void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo& map,
                   uint32_t face) {
     glm::dvec3 corners[3];
@@ -20,13 +30,8 @@ void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo
         corners[corner] = faceFromLight(
             face, cornerFromLight(view.geometry, triangle, corner, map.lightPositionWorld));
     FaceTriangle t;
-    if (!setUpTriangle(corners[0], corners[1], corners[2], map, t))
-        return;
-    uint32_t* const depths = view.depths.data;
-    // Written always, so that the compiler may take several texels at once.
-    coverTexels(view, map, face, t, t.y0, t.y1, [depths](size_t texel, uint32_t bits) {
-        depths[texel] = depths[texel] > bits ? depths[texel] : bits;
-    });
+    if (setUpTriangle(corners[0], corners[1], corners[2], map, t))
+        cover(view, triangle, map, face, t);
 }
 
 /// Draws a batch into one face of a map, whose pages nobody else writes.
@@ -47,8 +52,13 @@ void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& 
         uint32_t crossing;
         uint32_t ready = avx2::setUpTriangles(corners(0), corners(1), corners(2), map,
                                               (1u << count) - 1u, crossing, t);
-        for (; ready; ready &= ready - 1)
-            avx2::coverTexels(view, map, face, t.at(__builtin_ctz(ready)));
+        for (; ready; ready &= ready - 1) {
+            const int lane = __builtin_ctz(ready);
+            if (view.geometry.masks.isCut(four[lane]))
+                cover(view, four[lane], map, face, t.at(lane));
+            else
+                avx2::coverTexels(view, map, face, t.at(lane));
+        }
         for (; crossing; crossing &= crossing - 1)
             drawTriangle(view, four[__builtin_ctz(crossing)], map, face);
     }

@@ -105,6 +105,10 @@ struct ShadowMaps::State {
     Buffer<MapReceiver> receivers{backend, "shadowmap receivers"};
     Buffer<glm::vec3> positions{backend, "shadowmap positions"};
     Buffer<glm::uvec3> triangles{backend, "shadowmap triangles"};
+    Buffer<uint32_t> triangleCut{backend, "shadowmap triangle cuts"};
+    Buffer<CutTriangle> cuts{backend, "shadowmap cut triangles"};
+    Buffer<MaskInfo> alphaMasks{backend, "shadowmap alpha masks"};
+    Buffer<uint32_t> maskWords{backend, "shadowmap alpha mask words"};
     Buffer<Batch> batches{backend, "shadowmap batches"};
     Buffer<Box> batchBoxes{backend, "shadowmap batch boxes"};
     Buffer<uint32_t> batchTriangles{backend, "shadowmap batch triangles"};
@@ -281,7 +285,11 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     {
         StageTimer timer(s.backend, stages, "culling");
         triangles = {place(s.positions, geometry.positions),
-                     place(s.triangles, geometry.triangles)};
+                     place(s.triangles, geometry.triangles),
+                     {place(s.triangleCut, geometry.masks.triangleCut),
+                      place(s.cuts, geometry.masks.cuts),
+                      place(s.alphaMasks, geometry.masks.masks),
+                      place(s.maskWords, geometry.masks.words)}};
         onBackend = batches;
         onBackend.batches = place(s.batches, batches.batches);
         onBackend.boxesWorld = place(s.batchBoxes, batches.boxesWorld);
