@@ -10,6 +10,26 @@ struct FrameRenderer::State : FrameState {
     using FrameState::FrameState;
 };
 
+namespace {
+
+void prunePairs(FrameState& state, const FrameOptions& options) {
+    FrameScene& scene = state.scene;
+    const PruneFacing work{state.gbuffer.view(), state.clusters.view(), state.lists.view(),
+                           scene.lights(), state.lists.record.view()};
+    pruneFacing(state.backend, work);
+    if (options.pruning != PairPruning::kLit)
+        return;
+    if (!scene.hasDag())
+        throw Error(ErrorKind::kUsage, "proofs of light need a voxel DAG; voxelize the scene, or "
+                                       "prune by facing alone");
+    if (state.backend != Backend::kCpu)
+        throw Error(ErrorKind::kUsage,
+                    "proofs of light run on the CPU alone; use --backend cpu, or prune by facing");
+    pruneLit(work, {scene.dag(), options.rays, scene.movers(), ExactView{}, state.detail});
+}
+
+} // namespace
+
 void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& options,
                  StageTimes& stages) {
     const Backend backend = state.backend;
@@ -26,6 +46,10 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
         const StageTimer timer(backend, stages, "light assignment");
         assignLights(backend, state.clusters.boxesWorld.view(), scene.lightBvh(), scene.lights(),
                      state.lists);
+    }
+    if (options.pruning != PairPruning::kNone) {
+        const StageTimer timer(backend, stages, "pair pruning");
+        prunePairs(state, options);
     }
     {
         const StageTimer timer(backend, stages, "resolution");
@@ -96,10 +120,13 @@ FrameRenderer::~FrameRenderer() = default;
 
 void FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances) {
     state_->scene.update(movedInstances);
+    const std::vector<uint32_t>& moved = state_->scene.movedBatches();
+    state_->movedBatches.insert(state_->movedBatches.end(), moved.begin(), moved.end());
 }
 
 void FrameRenderer::reset() {
     state_->heldFaceTexels.clear();
+    state_->maps.forget();
 }
 
 GBufferView FrameRenderer::gbuffer() const {

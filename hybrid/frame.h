@@ -8,6 +8,7 @@
 #include "hybrid/cost_model.h"
 #include "hybrid/gbuffer.h"
 #include "hybrid/pairs.h"
+#include "hybrid/prune.h"
 #include "hybrid/shadow_rays.h"
 #include "scenes/batches.h"
 #include "scenes/world.h"
@@ -29,6 +30,7 @@ struct FrameOptions {
         16; ///< allocated resolution is clamped to this from below (failure 10)
     uint32_t maxFaceTexels = 2048; ///< and to this from above, kMaxFaceTexels at most
     ClusterBounds clusterBounds = ClusterBounds::kTight;
+    PairPruning pruning = PairPruning::kNone;
     ShadowMapOptions maps;
     ShadowMapBias bias; ///< taps: at most maps.taps, whose pages are marked
     RayOptions rays;
@@ -47,7 +49,8 @@ struct FrameCounts {
     uint64_t sampleCount = 0;  ///< pixels that see geometry
     uint64_t clusterCount = 0; ///< unique clusters
     uint64_t clusterLightCount = 0;
-    uint64_t pairCount = 0; ///< exact pairs
+    uint64_t prunedClusterLightCount = 0; ///< of these, taken out (PairPruning)
+    uint64_t pairCount = 0;               ///< exact pairs
     uint64_t rayCount = 0;
     uint64_t moverTestCount = 0; ///< rays that voxels left lit and that were held against movers
     ShaftCounts shafts;          ///< of traced lights on the CPU
@@ -89,8 +92,8 @@ public:
     /// Tells that World::setTime moved instances (refits batches) or lights.
     void worldChanged(const std::vector<uint32_t>& movedInstances);
 
-    /// Forgets what earlier frames left (hysteresis), so that the next frame depends on its inputs
-    /// alone.
+    /// Forgets what earlier frames left (hysteresis, kept shadow maps), so that the next frame
+    /// depends on its inputs alone.
     void reset();
 
     /// Renders one frame with the routes of `model`. When the model needs costs they must have been
@@ -98,7 +101,8 @@ public:
     FrameResult render(const Camera& camera, const CostModel& model, const FrameOptions& options);
 
     /// Returns the isolated cost of every map of this frame by both methods: its rays alone; its
-    /// masks, pages, culling, drawing and lookups alone. Median of `repeats`.
+    /// masks, pages, culling, drawing and lookups alone, without static optimization, and forgets
+    /// what that kept. Median of `repeats`.
     FrameCosts measureCosts(const Camera& camera, const FrameOptions& options, int repeats = 3);
 
     /// Returns the host G-buffer of the last frame; valid until the next.

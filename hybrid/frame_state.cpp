@@ -53,6 +53,9 @@ void checkOptions(const FrameOptions& options) {
     check(options.mapsPerLight >= 1 && options.mapsPerLight <= kMaxMapsPerLight,
           std::to_string(options.mapsPerLight) + " shadow maps a light; use 1 to " +
               std::to_string(kMaxMapsPerLight));
+    check(options.pruning != PairPruning::kLit ||
+              (options.rays.level == 0 && options.rays.lod == LodRule::kFixed),
+          "proofs of light hold for voxel rays of level 0; use no other level of detail with them");
     check(options.bias.taps <= options.maps.taps,
           "lookups with " + std::to_string(options.bias.taps) + " taps in maps marked for " +
               std::to_string(options.maps.taps) +
@@ -186,6 +189,8 @@ void countFrame(const FrameState& state, FrameResult& result) {
     counts.sampleCount = state.clusters.samples.size();
     counts.clusterCount = state.clusters.cell.size();
     counts.clusterLightCount = state.lists.lights.size();
+    for (const uint32_t record : state.lists.record.download())
+        counts.prunedClusterLightCount += record == kProvenLit;
     counts.rayCount = sum(state.rayCount);
     counts.lookupCount = sum(state.lookupCount);
     counts.provenPairCount = sum(state.provenCount);

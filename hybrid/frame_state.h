@@ -9,6 +9,7 @@
 #include "hybrid/gbuffer_pass.h"
 #include "hybrid/light_assign_pass.h"
 #include "hybrid/pairs_pass.h"
+#include "hybrid/prune_pass.h"
 #include "hybrid/resolution_pass.h"
 #include "hybrid/shade_pass.h"
 
@@ -25,6 +26,7 @@ struct FrameState {
     ClusterLights lists;
     LightDemand demand;
     ShadowMaps maps;
+    std::vector<uint32_t> movedBatches; ///< since maps were last built, as updates named them
     Buffer<glm::vec3> color;
     Buffer<uint32_t> rayCount, lookupCount, provenCount, missingTapCount,
         moverTestCount; ///< by cluster

@@ -16,7 +16,7 @@ struct ClusterLights {
 
     Buffer<uint32_t> start;
     Buffer<uint32_t> lights;
-    Buffer<uint32_t> record; ///< written by gatherDemand
+    Buffer<uint32_t> record; ///< 0; kProvenLit where pruned; then by gatherDemand
 
     ClusterLightsView view() const { return {start.view(), lights.view(), record.view()}; }
 };
@@ -45,7 +45,8 @@ inline void assignLights(Backend backend, View<const Box> clusterBoxes, const Wi
                                               " (cluster, light) pairs; at most 2^32 - 1 are "
                                               "supported: use fewer lights or a smaller image");
     lists.lights.resize(total);
-    lists.record.resize(0);
+    lists.record.resize(total);
+    lists.record.fill(0);
     SDAG_DISPATCH(backend, fillClusterLights,
                   {clusterBoxes, lightBvh, lights, lists.start.view(), lists.lights.view()});
 }

@@ -18,7 +18,8 @@ struct ClusterLightsView {
     View<const uint32_t> record = {};
 };
 
-/// The record of a (cluster, light) pair that nothing shadows.
+/// The record of a (cluster, light) pair that needs no map and no ray: it has no exact pair, or
+/// nothing shadows any of them.
 constexpr uint32_t kProvenLit = 0xffffffffu;
 
 /// Returns whether the light may reach a point of the box. The distance is computed with the same

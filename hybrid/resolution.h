@@ -87,6 +87,8 @@ struct DemandResolution {
         const double radiusSquared = clusterRadiusSquared(box, view);
         const uint32_t samples = clusters.sampleCount(cluster);
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i) {
+            if (lists.record[i] == kProvenLit)
+                continue;
             const uint32_t light = lists.lights[i];
             const glm::dvec3 toLight = glm::dvec3(lights[light].positionWorld) - center;
             const float wanted =
@@ -108,13 +110,15 @@ struct DemandMaps {
     ClusterView clusters;
     ClusterLightsView lists; ///< record not read
     LightDemandView demand;
-    View<uint32_t> slot;   ///< one a pair
+    View<uint32_t> slot;   ///< one a pair; kProvenLit before: none is wanted
     float scale;           ///< of R^2: 1 / undersample^2
     uint32_t mapsPerLight; ///< 1..kMaxMapsPerLight
 
     SDAG_HD void operator()(size_t cluster) const {
         const uint32_t samples = clusters.sampleCount(cluster);
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i) {
+            if (slot[i] == kProvenLit)
+                continue;
             const uint32_t light = lists.lights[i];
             uint32_t octave = 0;
             if (mapsPerLight > 1) {
@@ -147,7 +151,10 @@ struct NumberPairs {
     View<const uint32_t> recordOfSlot;
     View<uint32_t> record; ///< a slot before
 
-    SDAG_HD void operator()(size_t i) const { record[i] = recordOfSlot[record[i]]; }
+    SDAG_HD void operator()(size_t i) const {
+        if (record[i] != kProvenLit)
+            record[i] = recordOfSlot[record[i]];
+    }
 };
 
 } // namespace shadowdag

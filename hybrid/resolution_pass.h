@@ -42,7 +42,8 @@ void markOccupiedSlots(const MarkOccupiedSlots& work);
 void numberPairs(const NumberPairs& work);
 } // namespace cuda
 
-/// Replaces the demands by those of these clusters and writes lists.record. Maps are numbered by
+/// Replaces the demands by those of these clusters and writes lists.record, which assignLights made
+/// and pruning may have filled in. Maps are numbered by
 /// light, then by octave. All integers, deterministic. All views live on the backend.
 /// @param undersample > 0, divides resolutions; @param mapsPerLight 1..kMaxMapsPerLight
 inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLights& lists,
@@ -58,7 +59,6 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
     }
     demand.wantedSquared.resize(lists.lights.size());
     SDAG_DISPATCH(backend, demandResolution, {clusters, lists.view(), lights, view, demand.view()});
-    lists.record.resize(lists.lights.size());
     SDAG_DISPATCH(backend, demandMaps,
                   {clusters, lists.view(), demand.view(), lists.record.view(),
                    1.0f / (undersample * undersample), mapsPerLight});

@@ -56,6 +56,7 @@ Json toJson(const FrameCounts& c) {
         {"sample_count", c.sampleCount},
         {"cluster_count", c.clusterCount},
         {"cluster_light_count", c.clusterLightCount},
+        {"pruned_cluster_light_count", c.prunedClusterLightCount},
         {"traced_light_count", c.tracedLightCount},
         {"mapped_light_count", c.mappedLightCount},
         {"traced_map_count", c.tracedMapCount},

@@ -254,11 +254,44 @@ void ShaftReceivers::ask(const DagView& dag, uint32_t facet, uint32_t firstPart,
     putOff(begin, end);
 }
 
-void ShaftReceivers::answer(const DagView& dag, const glm::vec3& lightWorld,
-                            View<const uint8_t> isAsked, View<uint8_t> blocked, ShaftCounts& counts,
-                            Mode mode) {
-    mode_ = mode;
-    SDAG_ASSERT(isAsked.count == count() && blocked.count == count());
+bool ShaftReceivers::provesLit(const DagView& dag, uint32_t facet, uint32_t firstPart,
+                               uint32_t partCount) {
+    const uint32_t begin = askedStart_[facet * kParts + firstPart],
+                   end = askedStart_[facet * kParts + firstPart + partCount];
+    if (begin == end)
+        return true;
+    if (end - begin < kFewestForShaft) {
+        blocked_.resize(end - begin);
+        trace(dag, {asked_.data() + begin, end - begin}, viewOf(blocked_), nullptr);
+        return std::find_if(blocked_.begin(), blocked_.end(), [](uint8_t b) { return b != 0; }) ==
+               blocked_.end();
+    }
+    if (probe(dag, begin, end) != ShaftAnswer::kLit)
+        return false;
+    if (shaft_.make(starts_, baseOf(facet, firstPart, partCount),
+                    {asked_.data() + begin, end - begin}, lightWorld_) &&
+        shaft_.isEmpty(dag.wide, root_, cut_))
+        return true;
+    if (partCount == 1 || end - begin < kFewestToPart)
+        return false;
+    for (uint32_t quarter = 0; quarter < 4; ++quarter)
+        if (!provesLit(dag, facet, firstPart + quarter * partCount / 4, partCount / 4))
+            return false;
+    return true;
+}
+
+bool ShaftReceivers::provesLit(const DagView& dag, const glm::vec3& lightWorld,
+                               View<const uint8_t> isAsked) {
+    SDAG_ASSERT(isAsked.count == count());
+    listAsked(lightWorld, isAsked);
+    root_.assign(1, WideCell{dag.wide.rootAddress, dag.wide.rootLevel, {0, 0, 0}});
+    for (uint32_t f = 0; f < facetCount_; ++f)
+        if (!provesLit(dag, f, 0, kParts))
+            return false;
+    return true;
+}
+
+void ShaftReceivers::listAsked(const glm::vec3& lightWorld, View<const uint8_t> isAsked) {
     lightWorld_ = lightWorld;
     asked_.clear();
     const uint32_t binCount = facetCount_ * kParts;
@@ -268,8 +301,16 @@ void ShaftReceivers::answer(const DagView& dag, const glm::vec3& lightWorld,
             if (isAsked[sorted_[i]])
                 asked_.push_back(sorted_[i]);
     }
+    askedStart_[binCount] = uint32_t(asked_.size());
+}
+
+void ShaftReceivers::answer(const DagView& dag, const glm::vec3& lightWorld,
+                            View<const uint8_t> isAsked, View<uint8_t> blocked, ShaftCounts& counts,
+                            Mode mode) {
+    mode_ = mode;
+    SDAG_ASSERT(isAsked.count == count() && blocked.count == count());
+    listAsked(lightWorld, isAsked);
     const uint32_t total = uint32_t(asked_.size());
-    askedStart_[binCount] = total;
     if (total == 0)
         return;
     answers_.resize(total);

@@ -45,6 +45,12 @@ public:
 
     static constexpr uint8_t kUnproven = 2;
 
+    /// Returns whether the segments of all samples i with isAsked[i] != 0 are proven unblocked: by
+    /// shafts, or by their rays where they are few. False does not mean that one is blocked. After
+    /// build(). Gives up at the first part that is not lit.
+    /// @param dag with its wide form @param isAsked count()
+    bool provesLit(const DagView& dag, const glm::vec3& lightWorld, View<const uint8_t> isAsked);
+
     /// Returns the samples, which were numbered as they were added, in the order in which they are
     /// asked: neighbours are alike.
     const std::vector<uint32_t>& order() const { return sorted_; }
@@ -70,6 +76,9 @@ private:
     void makeFrame(Facet& facet) const;
     ShaftBase baseOf(uint32_t facet, uint32_t firstPart, uint32_t partCount) const;
     void ask(const DagView& dag, uint32_t facet, uint32_t firstPart, uint32_t partCount);
+    bool provesLit(const DagView& dag, uint32_t facet, uint32_t firstPart, uint32_t partCount);
+    /// Lists the samples asked of a light.
+    void listAsked(const glm::vec3& lightWorld, View<const uint8_t> isAsked);
     /// Returns what a few rays of these samples say; kDark: stopper_ is what stops one of them.
     ShaftAnswer probe(const DagView& dag, uint32_t begin, uint32_t end);
     /// Leaves the answers of these to rays.

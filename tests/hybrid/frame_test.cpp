@@ -435,6 +435,7 @@ TEST(Frame, UndersamplingDividesTheRequest) {
 TEST(Frame, SeveralMapsALightServeEveryPairByItsOctaveWithFewerTexels) {
     Stage stage(blockerScene(kManyLights), 5);
     FrameOptions options = smallFrame();
+    options.maps.pageTexels = 16;
     const FrameResult one =
         stage.renderer.render(roomCamera(), *makeCostModel("texels:0"), options);
     options.mapsPerLight = 4;

@@ -70,6 +70,7 @@ TEST(DemandResolution, IsTheMaximumOverALightsClusters) {
     ClusterLights lists(Backend::kCpu);
     lists.start.upload(listStart);
     lists.lights.upload(list);
+    lists.record.upload(std::vector<uint32_t>(list.size(), 0));
     gatherDemand(Backend::kCpu, clusters, lists, viewOf(lights), view, 1.0f, 1, demand);
     const auto resolution = [&](size_t l) {
         return std::bit_cast<float>(demand.resolutionSquaredBits.at(l));
@@ -114,6 +115,7 @@ TEST(DemandMaps, TellsPairsApartByOctaveAndJoinsTheLowOnes) {
         ClusterLights lists(Backend::kCpu);
         lists.start.upload(listStart);
         lists.lights.upload(list);
+        lists.record.upload(std::vector<uint32_t>(list.size(), 0));
         gatherDemand(Backend::kCpu, clusters, lists, viewOf(lights),
                      makeViewRays(Camera(), 640, 360), 2.0f, mapsPerLight, demand);
         size_t mapCount = 0;

@@ -7,30 +7,6 @@
 namespace shadowdag::test {
 namespace {
 
-/// A hall with a screen that has a gap, a plate that slides, lights on both sides.
-FailScene hallWithScreen() {
-    FailScene s{"hall-with-screen",
-                "a screen with a gap between lights, and a plate that moves",
-                {},
-                {{{-3.0, 3.0, 0.5}, 12.0, 12.0},
-                 {{3.0, 2.5, -0.5}, 12.0, 12.0},
-                 {{0.5, 0.05, 2.0}, 6.0, 4.0}},
-                {0, 6, 9},
-                {0, 0, 0}};
-    FailBox floor, left, right, plate;
-    floor.center = {0.0, -0.1, 0.0};
-    floor.half = {8.0, 0.1, 6.0};
-    left.center = {0.0, 1.0, -1.7};
-    left.half = {0.05, 1.0, 1.5};
-    right.center = {0.0, 1.0, 1.7};
-    right.half = {0.05, 1.0, 1.5};
-    plate.center = {-2.0, 1.51, 0.0};
-    plate.half = {0.6, 0.01, 0.6};
-    plate.velocity = {0.75, 0.0, 0.0};
-    s.boxes = {floor, left, right, plate};
-    return s;
-}
-
 FrameResult framesOf(FailStage& stage, RayBatch batch, const char* model, uint32_t width = 640,
                      uint32_t height = 360) {
     FrameOptions options = failFrame();

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// (cluster, light) pairs that need neither a page nor a ray: those in which no sample faces the
+// light, and those that the voxel DAG proves wholly lit. Taken out before resolutions are asked
+// for, so that they raise no map's resolution and mark no page.
+#pragma once
+
+#include "hybrid/lights.h"
+#include "hybrid/pairs.h"
+
+namespace shadowdag {
+
+/// Which (cluster, light) pairs are taken out.
+enum class PairPruning : uint8_t {
+    kNone,
+    kFacing, ///< those without an exact pair (pairs.h). Changes no answer.
+    kLit,    ///< and those whose every voxel ray a shaft proves unblocked, where nothing that moves
+             ///< may shadow them: their pairs are answered as voxel rays of level 0 answer them
+};
+
+/// Returns whether any sample of the cluster and the light are a pair.
+SDAG_HD inline bool hasPair(const GBufferView& gbuffer, const ClusterView& clusters, size_t cluster,
+                            const Light& light) {
+    for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1]; ++i) {
+        const uint32_t sample = clusters.samples[i];
+        if (isPair(light, gbuffer.positionWorld[sample], gbuffer.normalWorld[sample]))
+            return true;
+    }
+    return false;
+}
+
+/// Gives every entry of a cluster without a pair the record kProvenLit, all others 0.
+struct PruneFacing {
+    GBufferView gbuffer;
+    ClusterView clusters;
+    ClusterLightsView lists; ///< record not read
+    View<const Light> lights;
+    View<uint32_t> record;
+
+    SDAG_HD void operator()(size_t cluster) const {
+        for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i)
+            record[i] =
+                hasPair(gbuffer, clusters, cluster, lights[lists.lights[i]]) ? 0 : kProvenLit;
+    }
+};
+
+} // namespace shadowdag

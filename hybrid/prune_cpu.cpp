@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pruning on the CPU, and the proofs of light, which only the CPU has.
+#include "hybrid/prune_pass.h"
+
+#include "cuda/parallel_for.h"
+#include "voxel/shaft_receivers.h"
+
+#include <vector>
+
+namespace shadowdag {
+
+namespace cpu {
+
+void pruneFacing(const PruneFacing& work) {
+    parallelFor<CpuTag>(work.clusters.count(), work, 16);
+}
+
+} // namespace cpu
+
+namespace {
+
+static_assert(ShaftReceivers::kTileSide == kTileSize);
+
+/// Proves light cluster by cluster; one a thread.
+class LitPruner {
+public:
+    LitPruner(const PruneFacing& work, const RayInputs& rays) : work_(work), rays_(rays) {}
+
+    void prune(size_t cluster) {
+        samples_ = {work_.clusters.samples.data + work_.clusters.sampleStart[cluster],
+                    work_.clusters.sampleCount(cluster)};
+        bool isPrepared = false;
+        for (uint32_t i = work_.lists.start[cluster]; i < work_.lists.start[cluster + 1]; ++i) {
+            const uint32_t light = work_.lists.lights[i];
+            if (work_.record[i] == kProvenLit || rays_.movers.mayShadow(light))
+                continue;
+            if (!isPrepared)
+                prepare();
+            isPrepared = true;
+            if (isLit(work_.lights[light]))
+                work_.record[i] = kProvenLit;
+        }
+    }
+
+private:
+    void prepare() {
+        const GBufferView& gbuffer = work_.gbuffer;
+        receivers_.reset(rays_.dag.grid, rays_.options.offset);
+        for (const uint32_t s : samples_)
+            receivers_.add(gbuffer.positionWorld[s], gbuffer.normalWorld[s],
+                           s % gbuffer.width % kTileSize, s / gbuffer.width % kTileSize);
+        receivers_.build();
+        isAsked_.resize(samples_.count);
+    }
+
+    bool isLit(const Light& light) {
+        const GBufferView& gbuffer = work_.gbuffer;
+        for (size_t i = 0; i < samples_.count; ++i)
+            isAsked_[i] =
+                isPair(light, gbuffer.positionWorld[samples_[i]], gbuffer.normalWorld[samples_[i]]);
+        return receivers_.provesLit(rays_.dag, light.positionWorld, viewOf(isAsked_));
+    }
+
+    const PruneFacing& work_;
+    const RayInputs& rays_;
+    ShaftReceivers receivers_;
+    View<const uint32_t> samples_; ///< of the cluster
+    std::vector<uint8_t> isAsked_;
+};
+
+} // namespace
+
+void pruneLit(const PruneFacing& work, const RayInputs& rays) {
+    if (rays.dag.wide.words.empty())
+        return;
+    cpuParallelRanges(work.clusters.count(), 4, [&](size_t begin, size_t end) {
+        LitPruner pruner(work, rays);
+        for (size_t cluster = begin; cluster < end; ++cluster)
+            pruner.prune(cluster);
+    });
+}
+
+} // namespace shadowdag
