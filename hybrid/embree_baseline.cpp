@@ -75,6 +75,19 @@ template <class Rays> std::vector<uint8_t> answersOf(const Rays& rays) {
     return blocked;
 }
 
+/// Refuses hits in holes, by Embree's own coordinates of the hit.
+void refuseHoles(const RTCFilterFunctionNArguments* args) {
+    const AlphaMaskView masks = static_cast<const AlphaMaskSet*>(args->geometryUserPtr)->view();
+    for (unsigned lane = 0; lane < args->N; ++lane) {
+        const uint32_t triangle = RTCHitN_primID(args->hit, args->N, lane);
+        const double u = RTCHitN_u(args->hit, args->N, lane);
+        const double v = RTCHitN_v(args->hit, args->N, lane);
+        if (args->valid[lane] == -1 && masks.isCut(triangle) &&
+            !masks.isOpaque(triangle, 1.0 - u - v, u, v))
+            args->valid[lane] = 0;
+    }
+}
+
 void onEmbreeError(void* user, RTCError, const char* text) {
     *static_cast<std::string*>(user) = text ? text : "unknown error";
 }
@@ -87,6 +100,7 @@ struct EmbreeBaseline::State {
     std::string lastError;
     std::vector<glm::vec4> vertices; ///< 16 bytes each because Embree reads a float past the third
     std::vector<glm::uvec3> triangles;
+    AlphaMaskSet masks;
     RTCIntersectContextFlags flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
 
     State() = default;
@@ -175,6 +189,7 @@ EmbreeBaseline::EmbreeBaseline(const TriangleView& triangles, const EmbreeBaseli
         s.vertices.emplace_back(p, 0.0f);
     }
     s.triangles.assign(triangles.triangles.begin(), triangles.triangles.end());
+    s.masks = AlphaMaskSet(triangles.masks);
     s.flags = options.isCoherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
                                  : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
 
@@ -194,6 +209,10 @@ EmbreeBaseline::EmbreeBaseline(const TriangleView& triangles, const EmbreeBaseli
                                s.vertices.data(), 0, sizeof(glm::vec4), s.vertices.size());
     rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, s.triangles.data(),
                                0, sizeof(glm::uvec3), s.triangles.size());
+    if (!s.masks.triangleCut.empty()) { // a filter costs rays that it never refuses
+        rtcSetGeometryUserData(mesh, &s.masks);
+        rtcSetGeometryOccludedFilterFunction(mesh, refuseHoles);
+    }
     rtcCommitGeometry(mesh);
     rtcAttachGeometry(s.scene, mesh);
     rtcReleaseGeometry(mesh);

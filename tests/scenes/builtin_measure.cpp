@@ -9,6 +9,21 @@
 
 namespace shadowdag {
 
+namespace {
+
+void refuseHoles(const RTCFilterFunctionNArguments* args) {
+    const AlphaMaskView& masks = *static_cast<const AlphaMaskView*>(args->geometryUserPtr);
+    for (unsigned lane = 0; lane < args->N; ++lane) {
+        const uint32_t triangle = RTCHitN_primID(args->hit, args->N, lane);
+        const double u = RTCHitN_u(args->hit, args->N, lane),
+                     v = RTCHitN_v(args->hit, args->N, lane);
+        if (masks.isCut(triangle) && !masks.isOpaque(triangle, 1.0 - u - v, u, v))
+            args->valid[lane] = 0;
+    }
+}
+
+} // namespace
+
 EmbreeWorld::EmbreeWorld(const World& world, const glm::dvec3& originWorld) {
     const TriangleView triangles = world.triangles();
     for (const glm::vec3& position : triangles.positions)
@@ -22,6 +37,10 @@ EmbreeWorld::EmbreeWorld(const World& world, const glm::dvec3& originWorld) {
                                positions_.data(), 0, sizeof(glm::vec3), positions_.size() - 1);
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                triangles.triangles.data, 0, sizeof(glm::uvec3), triangles.count());
+    masks_ = triangles.masks;
+    rtcSetGeometryUserData(geometry, &masks_);
+    rtcSetGeometryIntersectFilterFunction(geometry, refuseHoles);
+    rtcSetGeometryOccludedFilterFunction(geometry, refuseHoles);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_, geometry);
     rtcReleaseGeometry(geometry);

@@ -25,7 +25,8 @@ public:
 
 private:
     std::vector<glm::vec3>
-        positions_; // one more than needed: Embree reads 16 bytes at the last vertex
+        positions_;       // one more than needed: Embree reads 16 bytes at the last vertex
+    AlphaMaskView masks_; // of the world
     RTCDevice device_;
     RTCScene scene_;
 };

@@ -49,8 +49,8 @@ TEST_P(BuiltinRoundTrip, KeepsGeometryLightsCameraAndMotion) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, BuiltinRoundTrip,
-                         testing::Values("atrium", "houses", "necropolis", "fail-mover",
-                                         "fail-far-origin"),
+                         testing::Values("atrium", "houses", "necropolis", "fail-alpha",
+                                         "fail-mover", "fail-far-origin"),
                          [](const auto& info) {
                              std::string name = info.param;
                              for (char& c : name)

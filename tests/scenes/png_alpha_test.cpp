@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// PNG alpha in and out: what is written reads back, and no damaged byte passes.
+#include "scenes/png_alpha.h"
+
+#include "cuda/error.h"
+#include "tests/scenes/allocation_peak.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace shadowdag {
+namespace {
+
+AlphaMask randomMask(uint32_t width, uint32_t height, unsigned seed) {
+    std::mt19937 random(seed);
+    AlphaMask mask = makeAlphaMask(width, height);
+    for (uint32_t y = 0; y < height; ++y)
+        for (uint32_t x = 0; x < width; ++x)
+            if (random() & 1u)
+                setOpaque(mask, x, y);
+    return mask;
+}
+
+std::string messageOf(const std::vector<uint8_t>& bytes) {
+    try {
+        readPngAlpha(bytes.data(), bytes.size(), "leaf.png");
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        EXPECT_THAT(error.what(), testing::StartsWith("leaf.png: "));
+        return error.what();
+    }
+    return "no error";
+}
+
+TEST(PngAlpha, WhatIsWrittenReadsBack) {
+    for (const auto& [width, height] : {std::pair(1u, 1u), {3u, 70u}, {70u, 3u}, {64u, 64u}}) {
+        const AlphaMask mask = randomMask(width, height, width);
+        const std::vector<uint8_t> png = writePngMask(mask);
+        EXPECT_EQ(png, writePngMask(mask));
+        const AlphaImage image = readPngAlpha(png.data(), png.size(), "p");
+        ASSERT_EQ(image.width, width);
+        ASSERT_EQ(image.height, height);
+        EXPECT_FALSE(image.hasColor);
+        for (uint32_t y = 0; y < height; ++y)
+            for (uint32_t x = 0; x < width; ++x)
+                EXPECT_EQ(image.alpha[y * width + x], mask.isOpaque(x, y) ? 255 : 0);
+    }
+}
+
+TEST(PngAlpha, EveryTruncationAndEveryFlippedBitIsRefused) {
+    const std::vector<uint8_t> png = writePngMask(randomMask(9, 5, 1));
+    for (size_t length = 0; length < png.size(); ++length)
+        ASSERT_NE(messageOf({png.begin(), png.begin() + ptrdiff_t(length)}), "no error") << length;
+    for (size_t bit = 0; bit < 8 * png.size(); ++bit) {
+        std::vector<uint8_t> damaged = png;
+        damaged[bit / 8] ^= uint8_t(1u << bit % 8);
+        ASSERT_NE(messageOf(damaged), "no error") << "bit " << bit;
+    }
+}
+
+// PNG specification, annex D, a bit at a time.
+uint32_t slowChecksum(const uint8_t* data, size_t count) {
+    uint32_t c = ~0u;
+    for (size_t i = 0; i < 8 * count; ++i) {
+        const uint32_t bit = (c ^ uint32_t(data[i / 8] >> i % 8)) & 1u;
+        c = c >> 1 ^ (bit ? 0xedb88320u : 0u);
+    }
+    return ~c;
+}
+
+/// The same file with another size, or kind of pixels, in its header.
+std::vector<uint8_t> withHeader(std::vector<uint8_t> png, uint32_t width, uint32_t height,
+                                uint8_t depth = 8, uint8_t kind = 4) {
+    const auto store = [&](size_t at, uint32_t value) {
+        for (int i = 0; i < 4; ++i)
+            png[at + size_t(i)] = uint8_t(value >> (24 - 8 * i));
+    };
+    store(16, width);
+    store(20, height);
+    png[24] = depth;
+    png[25] = kind;
+    store(29, slowChecksum(&png[12], 17));
+    return png;
+}
+
+TEST(PngAlpha, ClaimsAreHeldAgainstTheDataBeforeMemoryIsTaken) {
+    const std::vector<uint8_t> png = writePngMask(randomMask(9, 5, 1));
+    EXPECT_EQ(messageOf(withHeader(png, 9, 5)), "no error");
+    test::resetAllocationPeak();
+    EXPECT_THAT(messageOf(withHeader(png, 8192, 8192)), testing::HasSubstr("cannot hold"));
+    EXPECT_THAT(messageOf(withHeader(png, 16384, 16384)), testing::HasSubstr("16384 x 16384"));
+    EXPECT_THAT(messageOf(withHeader(png, 20000, 1)), testing::HasSubstr("16384 a side"));
+    EXPECT_THAT(messageOf(withHeader(png, 0, 5)), testing::HasSubstr("0 x 5"));
+    EXPECT_LE(test::allocationPeakBytes(), 1u << 20);
+}
+
+TEST(PngAlpha, WhatTheDecoderRefusesIsSaid) {
+    const std::vector<uint8_t> png = writePngMask(randomMask(9, 5, 1));
+    EXPECT_THAT(messageOf(withHeader(png, 9, 5, 8, 7)), testing::HasSubstr("cannot be decoded"));
+    EXPECT_THAT(messageOf(withHeader(png, 9, 6)), testing::HasSubstr("cannot be decoded"));
+    EXPECT_THAT(messageOf({'G', 'I', 'F'}), testing::HasSubstr("is no PNG"));
+}
+
+} // namespace
+} // namespace shadowdag
