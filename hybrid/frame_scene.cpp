@@ -57,7 +57,8 @@ BatchView FrameScene::batches() const {
             batchBoxes_.view(),
             batchTriangles_.view(),
             {},
-            batchSet_.view().maxTriangleCount};
+            batchSet_.view().maxTriangleCount,
+            {}};
 }
 
 WideBvhView FrameScene::lightBvh() const {

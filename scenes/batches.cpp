@@ -259,7 +259,8 @@ bool BatchSet::keepCorners(const TriangleView& geometry, uint32_t batch) {
 }
 
 BatchView BatchSet::view() const {
-    return {viewOf(batches_), viewOf(boxes_), viewOf(triangles_), bvh_.view(), maxTriangleCount_};
+    return {viewOf(batches_), viewOf(boxes_),    viewOf(triangles_),
+            bvh_.view(),      maxTriangleCount_, {}};
 }
 
 } // namespace shadowdag

@@ -4,6 +4,7 @@
 // 2015, sec. IV-G.
 #pragma once
 
+#include "scenes/polygon_levels.h"
 #include "scenes/wide_bvh.h"
 #include "scenes/world.h"
 
@@ -36,6 +37,7 @@ struct BatchView {
     View<const uint32_t> triangles; ///< triangleCount; world triangle indices in batch order
     WideBvhView bvh;                ///< over boxesWorld
     uint32_t maxTriangleCount = 0;  ///< no batch holds more
+    PolygonLevelsView levels;       ///< empty: every batch is of the one level there is
 };
 
 /// What the last update of a set of batches did.
