@@ -17,8 +17,9 @@ namespace shadowdag::test {
 struct SmallScene {
     std::vector<glm::vec3> positions;
     std::vector<glm::uvec3> triangles;
+    AlphaMaskSet masks; ///< empty: nothing is cut
 
-    TriangleView view() const { return {viewOf(positions), viewOf(triangles)}; }
+    TriangleView view() const { return {viewOf(positions), viewOf(triangles), masks.view()}; }
     BatchSet batches() const {
         return BatchSet(view(), std::vector<uint32_t>(triangles.size(), 0u));
     }
