@@ -73,6 +73,8 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     const HostLists host(state, records.size());
     const World& world = state.scene.world();
     OneMap one(state.backend);
+    ShadowMapOptions mapOptions = options.maps;
+    mapOptions.useStaticOptimization = false; // what a map costs, not what is left of it to do
     FrameCosts costs;
 
     for (uint32_t r = 0; r < records.size(); ++r) {
@@ -91,7 +93,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                 if (route == Route::kMap) {
                     state.drawnMap[0] = 0;
                     state.maps.build(request, host.boxes, receivers, world.triangles(),
-                                     state.scene.hostBatches(), options.maps, times);
+                                     state.scene.hostBatches(), mapOptions, times);
                 }
                 state.drawnMapOnBackend.set(state.drawnMap);
                 ShadeSamples shading = prepareShading(state, options);

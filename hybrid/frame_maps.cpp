@@ -53,10 +53,11 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
     receivers.upload(hostReceivers);
     for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths})
         words->fill(0);
-    markReceivers(state.backend,
-                  {maps.view(), state.clusters.boxesWorld.view(), receivers.view(),
-                   PageMaskView{pages.view(), projection.view(), faces.view(), depths.view()},
-                   pageTexelsLog2, options.maps.taps});
+    markReceivers(
+        state.backend,
+        {maps.view(), state.clusters.boxesWorld.view(), receivers.view(),
+         PageMaskView{pages.view(), projection.view(), faces.view(), depths.view(), {}, {}},
+         pageTexelsLog2, options.maps.taps});
     const std::vector<uint32_t> words = pages.download();
     for (size_t m = 0; m < records.size(); ++m) {
         const size_t endWord = m + 1 < records.size() ? layout.maps[m + 1].pageTableStart / 32
@@ -179,7 +180,8 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
         }
     }
     state.maps.build(requests, boxes, receivers, world.triangles(), state.scene.hostBatches(),
-                     options.maps, stages);
+                     options.maps, stages, viewOf(state.movedBatches));
+    state.movedBatches.clear();
 }
 
 } // namespace shadowdag

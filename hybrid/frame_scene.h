@@ -25,6 +25,8 @@ public:
     const World& world() const { return world_; }
     /// Returns the batches on the host, with their hierarchy.
     BatchView hostBatches() const { return batchSet_.view(); }
+    /// Returns the batches that the last update moved, ascending.
+    const std::vector<uint32_t>& movedBatches() const { return batchSet_.movedBatches(); }
 
     // On the backend:
     TriangleView triangles() const {

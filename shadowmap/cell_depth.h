@@ -102,27 +102,43 @@ struct CellDepthView {
     }
 };
 
-/// Raises the depth of the cells of a rectangle to `bits`.
-SDAG_HD inline void raiseCells(View<uint32_t> cells, uint32_t mapIndex, uint32_t face,
-                               const CellRect& rect, uint32_t bits) {
-    for (uint32_t v = rect.v0; v <= rect.v1; ++v)
-        for (uint32_t u = rect.u0; u <= rect.u1; ++u)
-            atomicMaxRelaxed(&cells[cellIndex(mapIndex, face, u, v)], bits);
+/// Raises the depth of the cells of a rectangle to `bits`. Blocks that lie within it are raised
+/// instead of their cells, until GatherBlock: a sixteenth of the work for wide rectangles.
+SDAG_HD inline void raiseCells(View<uint32_t> cells, View<uint32_t> blocks, uint32_t mapIndex,
+                               uint32_t face, const CellRect& rect, uint32_t bits) {
+    constexpr uint32_t kLast = (1u << kBlockCellsLog2) - 1;
+    for (uint32_t bv = rect.v0 >> kBlockCellsLog2; bv <= rect.v1 >> kBlockCellsLog2; ++bv)
+        for (uint32_t bu = rect.u0 >> kBlockCellsLog2; bu <= rect.u1 >> kBlockCellsLog2; ++bu) {
+            const uint32_t u = bu << kBlockCellsLog2, v = bv << kBlockCellsLog2;
+            const uint32_t u0 = glm::max(rect.u0, u), u1 = glm::min(rect.u1, u + kLast);
+            const uint32_t v0 = glm::max(rect.v0, v), v1 = glm::min(rect.v1, v + kLast);
+            if (u1 - u0 == kLast && v1 - v0 == kLast) {
+                atomicMaxRelaxed(&blocks[blockIndex(mapIndex, face, bu, bv)], bits);
+                continue;
+            }
+            for (uint32_t y = v0; y <= v1; ++y)
+                for (uint32_t x = u0; x <= u1; ++x)
+                    atomicMaxRelaxed(&cells[cellIndex(mapIndex, face, x, y)], bits);
+        }
 }
 
-/// Writes block i: the greatest depth of its cells.
+/// Makes block i and its cells hold what CellDepthView says.
 struct GatherBlock {
-    View<const uint32_t> cells;
+    View<uint32_t> cells;
     View<uint32_t> blocks;
 
     SDAG_HD void operator()(size_t i) const {
         const uint32_t face = uint32_t(i) / kBlocksPerFace, block = uint32_t(i) % kBlocksPerFace;
         const uint32_t first = cellIndex(0, face, (block % kBlocksPerSide) << kBlockCellsLog2,
                                          (block / kBlocksPerSide) << kBlockCellsLog2);
-        uint32_t greatest = 0;
+        const uint32_t least = blocks[i];
+        uint32_t greatest = least;
         for (uint32_t v = 0; v < 1u << kBlockCellsLog2; ++v)
-            for (uint32_t u = 0; u < 1u << kBlockCellsLog2; ++u)
-                greatest = glm::max(greatest, cells[first + v * kProjectionMapSize + u]);
+            for (uint32_t u = 0; u < 1u << kBlockCellsLog2; ++u) {
+                uint32_t& cell = cells[first + v * kProjectionMapSize + u];
+                cell = glm::max(cell, least);
+                greatest = glm::max(greatest, cell);
+            }
         blocks[i] = greatest;
     }
 };

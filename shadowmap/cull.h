@@ -73,11 +73,11 @@ struct CullView {
             if (culling >= MapCulling::kMaximumDepth &&
                 rect.depthMin > bitsFloat(masks.depths[mapIndex * kFaceCount + face]))
                 continue;
-            if (culling >= MapCulling::kProjectionMap &&
-                !overlapsProjection(mapIndex, face, cellsOf(rect)))
-                continue;
-            if (culling >= MapCulling::kCellDepth &&
-                !cells.reaches(mapIndex, face, cellsOf(rect), depthBits(rect.depthMin)))
+            if (culling >= MapCulling::kCellDepth
+                    ? !cells.reaches(mapIndex, face, cellsOf(rect), depthBits(rect.depthMin))
+                : culling == MapCulling::kProjectionMap || culling == MapCulling::kMaximumDepth
+                    ? !overlapsProjection(mapIndex, face, cellsOf(rect))
+                    : false)
                 continue;
             faces |= 1u << face;
         }

@@ -87,10 +87,9 @@ private:
 /// Writes the needed depths of block i's cells, rounded up, and what its cells need at most, with
 /// and without those that are drawn.
 struct PrepareBlock {
-    PageMaskView masks; ///< cells are read with kCellDepth and written always
+    PageMaskView masks; ///< cells and blocks are read with kCellDepth and written always
     MapCulling culling;
     DrawnView drawn;
-    View<uint32_t> blocks;     ///< greatest need
     View<uint32_t> openBlocks; ///< greatest need of cells that are not drawn as deep
 
     SDAG_HD void operator()(size_t i) const {
@@ -98,18 +97,19 @@ struct PrepareBlock {
         const uint32_t mapIndex = face / kFaceCount;
         const uint32_t u0 = (block % kBlocksPerSide) << kBlockCellsLog2;
         const uint32_t v0 = (block / kBlocksPerSide) << kBlockCellsLog2;
+        const uint32_t least = culling >= MapCulling::kCellDepth ? masks.blocks[i] : 0;
         uint32_t greatest = 0, open = 0;
         for (uint32_t v = v0; v < v0 + (1u << kBlockCellsLog2); ++v)
             for (uint32_t u = u0; u < u0 + (1u << kBlockCellsLog2); ++u) {
                 uint32_t& cell = masks.cells[cellIndex(0, face, u, v)];
                 const uint32_t before =
                     drawn.cells[cellIndex(drawn.slots[mapIndex], face % kFaceCount, u, v)];
-                cell = roundedNeed(needOf(mapIndex, face, u, v, cell), before);
+                cell = roundedNeed(needOf(mapIndex, face, u, v, glm::max(cell, least)), before);
                 greatest = glm::max(greatest, cell);
                 if (cell > before)
                     open = glm::max(open, cell);
             }
-        blocks[i] = greatest;
+        masks.blocks[i] = greatest;
         openBlocks[i] = open;
     }
 

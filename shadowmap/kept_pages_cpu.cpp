@@ -27,7 +27,7 @@ void resetCells(const ResetCells& items, size_t pageCount) {
     parallelFor<CpuTag>(pageCount, items);
 }
 void prepareBlocks(const PrepareBlock& items) {
-    parallelFor<CpuTag>(items.blocks.count, items);
+    parallelFor<CpuTag>(items.openBlocks.count, items);
 }
 void lowerCells(const LowerCells& items) {
     parallelFor<CpuTag>(items.maps.count * items.boxesWorld.count, items);

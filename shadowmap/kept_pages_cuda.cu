@@ -27,7 +27,7 @@ void resetCells(const ResetCells& items, size_t pageCount) {
     parallelFor<CudaTag>(pageCount, items);
 }
 void prepareBlocks(const PrepareBlock& items) {
-    parallelFor<CudaTag>(items.blocks.count, items);
+    parallelFor<CudaTag>(items.openBlocks.count, items);
 }
 void lowerCells(const LowerCells& items) {
     parallelFor<CudaTag>(items.maps.count * items.boxesWorld.count, items);

@@ -282,12 +282,12 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
 }
 
 KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
-                                   MapCulling culling, View<uint32_t> blocks) {
-    openBlocks_.resize(blocks.count);
-    prepareBlocks(backend_, {masks, culling, drawn(), blocks, openBlocks_.view()});
+                                   MapCulling culling) {
+    openBlocks_.resize(masks.blocks.count);
+    prepareBlocks(backend_, {masks, culling, drawn(), openBlocks_.view()});
     if (movedNow_.size())
         lowerCells(backend_,
-                   {maps, std::as_const(movedNow_).view(), {masks.cells, blocks}, drawn()});
+                   {maps, std::as_const(movedNow_).view(), {masks.cells, masks.blocks}, drawn()});
     return {std::as_const(drawnCells_).view(), std::as_const(slots_).view(),
             std::as_const(openBlocks_).view(), std::as_const(movedBits_).view()};
 }

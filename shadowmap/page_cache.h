@@ -38,9 +38,9 @@ public:
     void allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
                   View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts);
 
-    /// Prepares culling: writes the needs of masks.cells and their blocks. Only when it keeps.
+    /// Prepares culling: writes the needs of masks.cells and masks.blocks. Only when it keeps.
     KeptView prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
-                            MapCulling culling, View<uint32_t> blocks);
+                            MapCulling culling);
 
     /// Notes that everything culling asked for is drawn. Only when it keeps.
     void noteDrawn(View<const uint32_t> cells);

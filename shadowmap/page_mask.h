@@ -35,13 +35,15 @@ struct MapReceiver {
 /// pages: one bit a page-table entry, in its order (so a map starts at word pageTableStart / 32);
 /// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face
 /// mask, a word a map; depths: kFaceCount a map, the farthest depth at which a blocker can matter,
-/// as float bits; cells: the same a cell, as CellDepthView has it, or empty when nobody asks.
+/// as float bits; cells: the same a cell, as raiseCells leaves it, and blocks
+/// of them; both empty when nobody asks.
 struct PageMaskView {
     View<uint32_t> pages;
     View<uint32_t> projection;
     View<uint32_t> faces;
     View<uint32_t> depths;
     View<uint32_t> cells;
+    View<uint32_t> blocks;
 };
 
 /// How far the taps of a filter reach beyond the receiver, in face coordinates.
@@ -131,7 +133,7 @@ private:
         for (uint32_t v = cells.v0; v <= cells.v1; ++v)
             atomicOrRelaxed(&masks.projection[first + v], row);
         if (!masks.cells.empty())
-            raiseCells(masks.cells, mapIndex, face, cells, depthBits(rect.depthMax));
+            raiseCells(masks.cells, masks.blocks, mapIndex, face, cells, depthBits(rect.depthMax));
     }
 };
 

@@ -78,7 +78,7 @@ MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexel
         const uint32_t texels = glm::max(1u, uint32_t(double(r.faceTexels) / divisor));
         const uint32_t pages = (texels + pageTexels - 1) / pageTexels;
         layout.maps.push_back({r.lightPositionWorld, r.rangeWorld, texels, pages,
-                               uint32_t(layout.maskWordCount * 32)});
+                               uint32_t(layout.maskWordCount * 32), r.window});
         layout.maskWordCount += (uint64_t(kFaceCount) * pages * pages + 31) / 32;
     }
     if (layout.maskWordCount * 32 > 0xffffffffull)
@@ -136,7 +136,8 @@ struct ShadowMaps::State {
     uint32_t pageTexelsLog2() const { return log2Exact(options.pageTexels); }
     uint64_t pageTexelCount() const { return uint64_t(options.pageTexels) * options.pageTexels; }
     PageMaskView masks() {
-        return {pageBits.view(), projection.view(), faces.view(), depthLimits.view(), cells.view()};
+        return {pageBits.view(),    projection.view(), faces.view(),
+                depthLimits.view(), cells.view(),      blocks.view()};
     }
 
     /// Marks the pages of all receivers at the resolutions of `infos`; returns how many there are.
@@ -149,8 +150,12 @@ struct ShadowMaps::State {
         const bool hasCells =
             options.culling >= MapCulling::kCellDepth || options.useStaticOptimization;
         zero(cells, hasCells ? infos.size() * kCellsPerMap : 0);
+        zero(blocks, hasCells ? infos.size() * kBlocksPerMap : 0);
         firstPage.resize(words);
-        markReceivers(backend, {std::as_const(maps).view(), boxes, pairs, masks(), pageTexelsLog2(),
+        PageMaskView marked = masks();
+        if (options.culling < MapCulling::kCellDepth)
+            marked.cells = {}; // written later, from what is coarser
+        markReceivers(backend, {std::as_const(maps).view(), boxes, pairs, marked, pageTexelsLog2(),
                                 options.taps});
         countPages(backend, {std::as_const(pageBits).view(), firstPage.view()});
         return exclusiveScan(backend, std::as_const(firstPage).view(), firstPage.view());
@@ -190,12 +195,11 @@ struct ShadowMaps::State {
     std::vector<uint32_t> cull(const BatchView& onBackend) {
         CullView cull{requestMaps(), masks(), onBackend, options.culling, {}};
         if (cells.size()) {
-            blocks.resize(infos.size() * kBlocksPerMap);
             if (cache.keeps())
-                cull.kept = cache.prepareCulling(std::as_const(maps).view(), masks(),
-                                                 options.culling, blocks.view());
+                cull.kept =
+                    cache.prepareCulling(std::as_const(maps).view(), masks(), options.culling);
             else
-                gatherBlocks(backend, {std::as_const(cells).view(), blocks.view()});
+                gatherBlocks(backend, {cells.view(), blocks.view()});
             cull.cells = {std::as_const(cells).view(), std::as_const(blocks).view()};
         }
         const size_t parts = cull.parts();
@@ -216,13 +220,14 @@ struct ShadowMaps::State {
         std::vector<uint32_t> drawStart;
         for (size_t map = 0; map < infos.size(); ++map) {
             drawStart.push_back(parts ? first[map * parts] : 0);
+            const uint64_t faceCount = infos[map].window.isSun() ? 1 : kFaceCount;
             uint32_t triangleFaces = 0;
             for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
                 counts.batchFaceCount += found[i].batchFaces;
                 counts.batchFaceKeptCount += found[i].keptBatchFaces;
                 counts.triangleKeptCount += found[i].keptTriangleFaces;
-                counts.batchFaceSphereCount += uint64_t(kFaceCount) * found[i].sphereBatches;
-                counts.triangleSphereCount += uint64_t(kFaceCount) * found[i].sphereTriangles;
+                counts.batchFaceSphereCount += faceCount * found[i].sphereBatches;
+                counts.triangleSphereCount += faceCount * found[i].sphereTriangles;
                 triangleFaces += found[i].triangleFaces;
             }
             counts.triangleDrawCount += triangleFaces;

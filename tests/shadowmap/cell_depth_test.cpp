@@ -46,11 +46,22 @@ TEST(CellDepth, AsksAreAnsweredAsByLookingAtEveryCell) {
         Buffer<uint32_t> cells(Backend::kCpu, "cells", kMaps * kCellsPerMap);
         Buffer<uint32_t> blocks(Backend::kCpu, "blocks", kMaps * kBlocksPerMap);
         cells.fill(0);
-        for (int i = 0; i < 60; ++i)
-            raiseCells(cells.view(), below(kMaps), below(kFaceCount), randomRect(8),
-                       depthBits(float(1 + below(100))));
-        gatherBlocks(Backend::kCpu, {std::as_const(cells).view(), blocks.view()});
+        blocks.fill(0);
+        std::vector<uint32_t> expectedCells(cells.size(), 0);
+        for (int i = 0; i < 60; ++i) {
+            const uint32_t map = below(kMaps), face = below(kFaceCount);
+            const CellRect rect = randomRect(i % 5 ? 8 : 32);
+            const uint32_t bits = depthBits(float(1 + below(100)));
+            raiseCells(cells.view(), blocks.view(), map, face, rect, bits);
+            for (uint32_t v = rect.v0; v <= rect.v1; ++v)
+                for (uint32_t u = rect.u0; u <= rect.u1; ++u) {
+                    uint32_t& cell = expectedCells[cellIndex(map, face, u, v)];
+                    cell = std::max(cell, bits);
+                }
+        }
+        gatherBlocks(Backend::kCpu, {cells.view(), blocks.view()});
         const CellDepthView view{std::as_const(cells).view(), std::as_const(blocks).view()};
+        ASSERT_EQ(cells.download(), expectedCells);
         size_t yes = 0, no = 0;
         for (int i = 0; i < 20000; ++i) {
             const uint32_t map = below(kMaps), face = below(kFaceCount);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Maps that are kept from frame to frame, held against maps drawn from nothing.
+#include "shadowmap/cull_pass.h"
 #include "shadowmap/page_mask_pass.h"
 #include "shadowmap/shadow_maps.h"
 
@@ -174,13 +175,15 @@ std::vector<uint32_t> neededDepths(const Animation& a, const ShadowMapView& view
     Buffer<uint32_t> pages(Backend::kCpu, "pages", (view.pageTable.count + 31) / 32),
         projection(Backend::kCpu, "projection", maps * kProjectionWordsPerMap),
         faces(Backend::kCpu, "faces", maps), depths(Backend::kCpu, "depths", maps * kFaceCount),
-        cells(Backend::kCpu, "cells", maps * kCellsPerMap);
-    for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths, &cells})
+        cells(Backend::kCpu, "cells", maps * kCellsPerMap),
+        blocks(Backend::kCpu, "blocks", maps * kBlocksPerMap);
+    for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths, &cells, &blocks})
         words->fill(0);
     markReceivers(Backend::kCpu, {view.maps, viewOf(a.boxes), viewOf(a.receivers),
                                   PageMaskView{pages.view(), projection.view(), faces.view(),
-                                               depths.view(), cells.view()},
+                                               depths.view(), cells.view(), blocks.view()},
                                   view.pageTexelsLog2, options.taps});
+    gatherBlocks(Backend::kCpu, {cells.view(), blocks.view()});
     return cells.download();
 }
 
