@@ -20,7 +20,7 @@ struct BatchDraw {
 struct CullCounts {
     uint32_t batchFaces;        ///< (batch, face) pairs to draw
     uint32_t triangleFaces;     ///< their triangles
-    uint32_t sphereBatches;     ///< batches in the light's sphere
+    uint32_t sphereBatches;     ///< batches in the light's sphere, at full detail
     uint32_t sphereTriangles;   ///< their triangles
     uint32_t keptBatchFaces;    ///< pairs that are needed but were drawn before and kept
     uint32_t keptTriangleFaces; ///< their triangles
@@ -98,8 +98,13 @@ struct CullView {
             },
             [&](uint32_t batch) {
                 const uint32_t triangleCount = batches.batches[batch].count;
-                ++counts.sphereBatches;
-                counts.sphereTriangles += triangleCount;
+                const uint32_t level = levelOf(batch);
+                if (level == 0) {
+                    ++counts.sphereBatches;
+                    counts.sphereTriangles += triangleCount;
+                }
+                if (level != levelFor(map, batch))
+                    return;
                 const BatchFaces faces = facesToDraw(mapIndex, batch);
                 for (uint32_t rest = faces.drawn; rest; rest &= rest - 1) {
                     ++counts.batchFaces;
@@ -116,6 +121,16 @@ struct CullView {
     }
 
 private:
+    SDAG_HD uint32_t levelOf(uint32_t batch) const {
+        return batches.levels.empty() ? 0 : batches.levels.levelOf(batches.batches[batch].instance);
+    }
+    SDAG_HD uint32_t levelFor(const ShadowMapInfo& map, uint32_t batch) const {
+        return batches.levels.empty()
+                   ? 0
+                   : batches.levels.levelFor(batches.batches[batch].instance,
+                                             map.lightPositionWorld, map.faceTexels);
+    }
+
     /// See drawn_cells.h for the rule.
     SDAG_HD BatchFaces facesNotDrawn(uint32_t mapIndex, uint32_t batch, const Box& box) const {
         const bool isMoved = kept.moved[batch / 32] >> batch % 32 & 1u;

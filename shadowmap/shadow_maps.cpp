@@ -114,6 +114,8 @@ struct ShadowMaps::State {
     Buffer<uint32_t> batchTriangles{backend, "shadowmap batch triangles"};
     Buffer<Box> bvhBoxes{backend, "shadowmap hierarchy boxes"};
     Buffer<uint32_t> bvhItems{backend, "shadowmap hierarchy items"};
+    Buffer<Box> instanceBoxes{backend, "shadowmap instance boxes"};
+    Buffer<float> levelErrors{backend, "shadowmap level errors"};
 
     // Written by page masks: see PageMaskView.
     Buffer<ShadowMapInfo> maps{backend, "shadowmap maps"};
@@ -247,6 +249,13 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
                        const BatchView& batches, const ShadowMapOptions& options,
                        StageTimes& stages, View<const uint32_t> movedBatches) {
     check(requests, receiverBoxes, receivers, options);
+    if (!std::isfinite(options.lodTexels) || options.lodTexels < 0.0f)
+        refuse("level of detail by " + std::to_string(options.lodTexels) + " texels",
+               "give a number of texels >= 0, 0 for full detail");
+    if (options.lodTexels > 0.0f && batches.levels.empty() && batches.batches.count > 0)
+        refuse("level of detail by " + std::to_string(options.lodTexels) +
+                   " texels, but the batches have one level",
+               "pass the batches of PolygonLod");
     for (const uint32_t batch : movedBatches)
         if (batch >= batches.batches.count)
             refuse("moved batch " + std::to_string(batch) + " of " +
@@ -301,6 +310,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         onBackend.triangles = place(s.batchTriangles, batches.triangles);
         onBackend.bvh.boxes = place(s.bvhBoxes, batches.bvh.boxes);
         onBackend.bvh.items = place(s.bvhItems, batches.bvh.items);
+        onBackend.levels = {place(s.instanceBoxes, batches.levels.instanceBoxes),
+                            place(s.levelErrors, batches.levels.errorsWorld), options.lodTexels};
         drawStart = s.cull(onBackend);
     }
     {

@@ -40,6 +40,10 @@ struct ShadowMapOptions {
     /// room, and give them up least recently needed first; false frees them at once, as the paper
     /// does.
     bool retainsPages = true;
+    /// Polygon level of detail: of every instance the coarsest level is drawn whose error is below
+    /// this many texels of the map (PolygonLevelsView); 0: full detail. Above 0 the batches must
+    /// have levels. Lookups then answer for simplified surfaces, unlike with any other option here.
+    float lodTexels = 0.0f;
     bool useAtomicRasterizer =
         false; ///< CPU only: draw by the one text instead of the CPU's own kernel (same bits)
 
