@@ -113,15 +113,14 @@ FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions&
                              repeats);
 }
 
-FrameRenderer::FrameRenderer(Backend backend, const World& world, const Dag& dag)
-    : state_(std::make_unique<State>(backend, world, dag)) {}
+FrameRenderer::FrameRenderer(Backend backend, const World& world, const Dag& dag,
+                             const BatchOptions& batchOptions)
+    : state_(std::make_unique<State>(backend, world, dag, batchOptions)) {}
 
 FrameRenderer::~FrameRenderer() = default;
 
 void FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances) {
     state_->scene.update(movedInstances);
-    const std::vector<uint32_t>& moved = state_->scene.movedBatches();
-    state_->movedBatches.insert(state_->movedBatches.end(), moved.begin(), moved.end());
 }
 
 void FrameRenderer::reset() {

@@ -86,7 +86,8 @@ public:
     /// World and dag outlive the renderer. A dag without voxels blocks nothing; one that was never
     /// built (Dag::isBuilt) is none: rendering then throws Error kUsage when a map is routed to
     /// rays.
-    FrameRenderer(Backend backend, const World& world, const Dag& dag);
+    FrameRenderer(Backend backend, const World& world, const Dag& dag,
+                  const BatchOptions& batchOptions = {});
     ~FrameRenderer();
 
     /// Tells that World::setTime moved instances (refits batches) or lights.

@@ -75,6 +75,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     OneMap one(state.backend);
     ShadowMapOptions mapOptions = options.maps;
     mapOptions.useStaticOptimization = false; // what a map costs, not what is left of it to do
+    const MapGeometry drawn = state.scene.mapGeometry(options.maps.lodTexels);
     FrameCosts costs;
 
     for (uint32_t r = 0; r < records.size(); ++r) {
@@ -92,8 +93,8 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                 state.drawnMap.assign(1, kByRays);
                 if (route == Route::kMap) {
                     state.drawnMap[0] = 0;
-                    state.maps.build(request, host.boxes, receivers, world.triangles(),
-                                     state.scene.hostBatches(), mapOptions, times);
+                    state.maps.build(request, host.boxes, receivers, drawn.triangles,
+                                     drawn.batches, mapOptions, times);
                 }
                 state.drawnMapOnBackend.set(state.drawnMap);
                 ShadeSamples shading = prepareShading(state, options);

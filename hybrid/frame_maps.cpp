@@ -179,9 +179,10 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
             receivers = listReceivers(state.lists, state.drawnMap);
         }
     }
-    state.maps.build(requests, boxes, receivers, world.triangles(), state.scene.hostBatches(),
-                     options.maps, stages, viewOf(state.movedBatches));
-    state.movedBatches.clear();
+    const MapGeometry drawn = state.scene.mapGeometry(options.maps.lodTexels);
+    const std::vector<uint32_t> moved = state.scene.takeMovedBatches(options.maps.lodTexels);
+    state.maps.build(requests, boxes, receivers, drawn.triangles, drawn.batches, options.maps,
+                     stages, viewOf(moved));
 }
 
 } // namespace shadowdag

@@ -6,18 +6,22 @@
 #include "voxel/dag_lod.h"
 #include "voxel/wide_dag_trace.h"
 
+#include <utility>
+
 namespace shadowdag {
 
-FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag)
-    : world_(world), hostDag_(dag), batchSet_(world), movers_(backend),
-      positions_(backend, "world positions"), triangles_(backend, "world triangles"),
-      triangleCut_(backend, "triangle cuts"), cuts_(backend, "cut triangles"),
-      masks_(backend, "alpha masks"), maskWords_(backend, "alpha mask words"),
-      batches_(backend, "batches"), batchBoxes_(backend, "batch boxes"),
-      batchTriangles_(backend, "batch triangles"), lights_(backend, "lights"),
-      lightBoxes_(backend, "light boxes"), lightItems_(backend, "light items"),
-      materials_(backend, "materials"), triangleMaterial_(backend, "triangle materials"),
-      dagWords_(backend, "dag words"), coveredWords_(backend, "dag words with coverage"),
+FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag,
+                       const BatchOptions& batchOptions)
+    : world_(world), hostDag_(dag), batchOptions_(batchOptions), batchSet_(world, batchOptions),
+      movers_(backend), positions_(backend, "world positions"),
+      triangles_(backend, "world triangles"), triangleCut_(backend, "triangle cuts"),
+      cuts_(backend, "cut triangles"), masks_(backend, "alpha masks"),
+      maskWords_(backend, "alpha mask words"), batches_(backend, "batches"),
+      batchBoxes_(backend, "batch boxes"), batchTriangles_(backend, "batch triangles"),
+      lights_(backend, "lights"), lightBoxes_(backend, "light boxes"),
+      lightItems_(backend, "light items"), materials_(backend, "materials"),
+      triangleMaterial_(backend, "triangle materials"), dagWords_(backend, "dag words"),
+      coveredWords_(backend, "dag words with coverage"),
       exactWords_(backend, "triangles near voxels") {
     for (const Material& material : world.scene().materials)
         hostMaterials_.push_back({material.baseColor, material.emission});
@@ -48,8 +52,32 @@ void FrameScene::setMoving() {
 }
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances) {
+    const auto add = [](std::vector<uint32_t>& all, const std::vector<uint32_t>& moved) {
+        all.insert(all.end(), moved.begin(), moved.end());
+    };
     batchSet_.update(world_, movedInstances);
+    add(movedBatches_, batchSet_.movedBatches());
+    if (polygonLod_) {
+        polygonLod_->update(movedInstances);
+        add(movedLodBatches_, polygonLod_->batchSet().movedBatches());
+    }
     setMoving();
+}
+
+MapGeometry FrameScene::mapGeometry(float lodTexels) {
+    if (!(lodTexels > 0.0f))
+        return {world_.triangles(), hostBatches()};
+    if (!polygonLod_)
+        polygonLod_ = std::make_unique<PolygonLod>(world_, batchOptions_);
+    return {polygonLod_->triangles(), polygonLod_->batches(lodTexels)};
+}
+
+std::vector<uint32_t> FrameScene::takeMovedBatches(float lodTexels) {
+    // Maps of the other kind are drawn anew when they are asked for next.
+    std::vector<uint32_t> moved = std::move(lodTexels > 0.0f ? movedLodBatches_ : movedBatches_);
+    movedBatches_.clear();
+    movedLodBatches_.clear();
+    return moved;
 }
 
 BatchView FrameScene::batches() const {

@@ -7,17 +7,26 @@
 #include "hybrid/resident.h"
 #include "hybrid/shade_model.h"
 #include "scenes/batches.h"
+#include "scenes/polygon_lod.h"
 #include "scenes/world.h"
 #include "voxel/dag.h"
 
+#include <memory>
 #include <vector>
 
 namespace shadowdag {
 
+/// What shadow maps are drawn from.
+struct MapGeometry {
+    TriangleView triangles;
+    BatchView batches;
+};
+
 /// Triangles, batches, lights, their hierarchy, materials and the DAG. World and dag outlive it.
 class FrameScene {
 public:
-    FrameScene(Backend backend, const World& world, const Dag& dag);
+    FrameScene(Backend backend, const World& world, const Dag& dag,
+               const BatchOptions& batchOptions = {});
 
     /// Follows World::setTime: batches of the moved instances, positions, all lights.
     void update(const std::vector<uint32_t>& movedInstances);
@@ -25,8 +34,14 @@ public:
     const World& world() const { return world_; }
     /// Returns the batches on the host, with their hierarchy.
     BatchView hostBatches() const { return batchSet_.view(); }
-    /// Returns the batches that the last update moved, ascending.
-    const std::vector<uint32_t>& movedBatches() const { return batchSet_.movedBatches(); }
+    /// Returns what maps are drawn from, on the host. @param lodTexels as
+    /// ShadowMapOptions::lodTexels; above 0: with levels of detail, made when first asked for
+    MapGeometry mapGeometry(float lodTexels);
+    /// Returns the batches of mapGeometry(lodTexels) that updates moved since it was last asked, in
+    /// any order, perhaps repeated.
+    std::vector<uint32_t> takeMovedBatches(float lodTexels);
+    /// Returns what the last update of the batches at full detail did.
+    const BatchUpdateCounts& batchUpdateCounts() const { return batchSet_.updateCounts(); }
 
     // On the backend:
     TriangleView triangles() const {
@@ -70,7 +85,10 @@ private:
     WideDag wideDag_; // for rays on the CPU
     Dag coveredDag_;  // for LodRule::kCoverage; empty until then, as what follows
     std::vector<uint32_t> wideCoverage_;
+    BatchOptions batchOptions_;
     BatchSet batchSet_;
+    std::unique_ptr<PolygonLod> polygonLod_;               // for mapGeometry; null until then
+    std::vector<uint32_t> movedBatches_, movedLodBatches_; // until taken
     TruthSpace space_;
     MoverSet movers_;
     TriangleTree tree_;

@@ -31,8 +31,10 @@ View<const T> copyToHost(Backend backend, View<const T> from, std::vector<T>& to
 
 } // namespace
 
-FrameState::FrameState(Backend backend, const World& world, const Dag& dag)
-    : backend(backend), scene(backend, world, dag), gbuffer(backend), clusters(backend),
+FrameState::FrameState(Backend backend, const World& world, const Dag& dag,
+                       const BatchOptions& batchOptions)
+    : backend(backend), scene(backend, world, dag, batchOptions), gbuffer(backend),
+      clusters(backend),
       lists(backend), demand(backend), maps(backend), color(backend, "colour"),
       rayCount(backend, "ray counts"), lookupCount(backend, "lookup counts"),
       provenCount(backend, "proven pair counts"), missingTapCount(backend, "missing tap counts"),

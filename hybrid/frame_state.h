@@ -16,7 +16,8 @@
 namespace shadowdag {
 
 struct FrameState {
-    FrameState(Backend backend, const World& world, const Dag& dag);
+    FrameState(Backend backend, const World& world, const Dag& dag,
+               const BatchOptions& batchOptions);
 
     Backend backend;
     FrameScene scene;
@@ -26,7 +27,6 @@ struct FrameState {
     ClusterLights lists;
     LightDemand demand;
     ShadowMaps maps;
-    std::vector<uint32_t> movedBatches; ///< since maps were last built, as updates named them
     Buffer<glm::vec3> color;
     Buffer<uint32_t> rayCount, lookupCount, provenCount, missingTapCount,
         moverTestCount; ///< by cluster
