@@ -28,32 +28,73 @@ Box boundsOf(const TriangleView& triangles) {
     return bounds;
 }
 
-/// Returns the greatest distance to `grid` over corners, centres and middles of edges of the
-/// triangles, or `most` if that is greater. @param most above 0
-float farthest(const TriangleView& from, const TriangleGrid& grid, float most) {
-    const auto look = [&](const glm::vec3& p) {
-        // A search costs the cells within its limit, and most points are nearer than the farthest.
-        float distance = grid.distance(p, most);
-        for (float limit = most; distance >= limit && limit < kInfinity;) {
+/// A surface that is asked how far points are from it, most of which are near.
+class Surface {
+public:
+    explicit Surface(const TriangleView& triangles) : triangles_(triangles) {
+        std::vector<Box> boxes(triangles.count());
+        for (size_t t = 0; t < boxes.size(); ++t)
+            for (int corner = 0; corner < 3; ++corner)
+                boxes[t].add(triangles.vertex(t, corner));
+        bvh_.build(viewOf(boxes));
+    }
+
+    /// Returns the distance to a point that is farther than `near`, else a number up to `near`.
+    float distanceBeyond(const glm::vec3& p, float near) const {
+        float squared = search(p, near * near, near * near);
+        for (float limit = near; squared >= limit * limit && limit < kInfinity;) {
             limit *= 2.0f;
-            distance = grid.distance(p, limit);
-            most = std::max(most, std::min(distance, limit));
+            squared = search(p, limit * limit, near * near);
         }
+        return std::sqrt(squared);
+    }
+
+private:
+    /// Returns the least squared distance below `bound`, or the first found below `enough`; `bound`
+    /// for none.
+    float search(const glm::vec3& p, float bound, float enough) const {
+        traverse(
+            bvh_.view(),
+            [&](const Box& box) { return bound >= enough && distanceSquared(box, p) < bound; },
+            [&](uint32_t t) {
+                const glm::vec3 d =
+                    p - closestPoint(p, triangles_.vertex(t, 0), triangles_.vertex(t, 1),
+                                     triangles_.vertex(t, 2));
+                bound = std::min(bound, glm::dot(d, d));
+            });
+        return bound;
+    }
+
+    TriangleView triangles_;
+    WideBvh bvh_;
+};
+
+/// Returns the greatest distance of one level's triangles to the other, or `most` if that is
+/// greater. Corners of the coarse level are corners of the full one.
+/// @param most above 0
+float farthest(const TriangleView& full, const Surface& fullSurface, const TriangleView& coarse,
+               float most) {
+    const Surface coarseSurface(coarse);
+    std::vector<uint8_t> isDone(full.positions.count, 0);
+    const auto look = [&](const Surface& surface, const glm::vec3& p) {
+        most = std::max(most, surface.distanceBeyond(p, most));
     };
-    // Corners once. Edges from both sides, which is once too often, but borders have one.
-    std::vector<uint8_t> isDone(from.positions.count, 0);
-    for (size_t t = 0; t < from.count(); ++t) {
-        const glm::uvec3 corners = from.triangles[t];
+    for (size_t t = 0; t < full.count(); ++t) {
         glm::vec3 sum(0.0f);
-        for (int i = 0; i < 3; ++i) {
-            const uint32_t a = corners[i], b = corners[(i + 1) % 3];
-            if (!isDone[a])
-                look(from.positions[a]);
-            isDone[a] = 1;
-            look((from.positions[a] + from.positions[b]) * 0.5f);
-            sum += from.positions[a];
+        for (int corner = 0; corner < 3; ++corner) {
+            const uint32_t v = full.triangles[t][corner];
+            sum += full.positions[v];
+            if (!isDone[v])
+                look(coarseSurface, full.positions[v]);
+            isDone[v] = 1;
         }
-        look(sum / 3.0f);
+        look(coarseSurface, sum / 3.0f);
+    }
+    for (size_t t = 0; t < coarse.count(); ++t) {
+        const glm::vec3 p[3] = {coarse.vertex(t, 0), coarse.vertex(t, 1), coarse.vertex(t, 2)};
+        for (int i = 0; i < 3; ++i)
+            look(fullSurface, (p[i] + p[(i + 1) % 3]) * 0.5f);
+        look(fullSurface, (p[0] + p[1] + p[2]) / 3.0f);
     }
     return most;
 }
@@ -114,7 +155,7 @@ std::vector<MeshLevel> simplifyMesh(const Mesh& mesh) {
     const float side = std::max({extent.x, extent.y, extent.z});
     if (!(side > 0.0f))
         return levels;
-    const TriangleGrid fullGrid(full, bounds);
+    const Surface fullSurface(full);
     const float* const positions = &mesh.positions[0].x;
     const size_t vertexCount = mesh.positions.size();
     const float toAbsolute =
@@ -137,10 +178,9 @@ std::vector<MeshLevel> simplifyMesh(const Mesh& mesh) {
         for (size_t t = 0; t < kept; ++t)
             found.triangles.push_back({indices[3 * t], indices[3 * t + 1], indices[3 * t + 2]});
         const TriangleView coarse{full.positions, viewOf(found.triangles)};
-        const TriangleGrid coarseGrid(coarse, boundsOf(coarse));
         // Not less than what rounding of positions may hide.
         error = std::max({error, relative * toAbsolute, side * 1e-6f});
-        error = farthest(coarse, fullGrid, farthest(full, coarseGrid, error));
+        error = farthest(full, fullSurface, coarse, error);
         found.error = error;
         levels.push_back(std::move(found));
     }

@@ -23,8 +23,9 @@ struct MeshLevel {
 /// Metrics, SIGGRAPH 1997) that keeps vertices in place and the mesh's topology.
 ///
 /// Errors ascend. Each is the greater of the simplifier's own and of distances measured both ways
-/// at corners, centres and middles of edges. Not guaranteed: that no point in between is farther;
-/// what tests found there is within a quarter more.
+/// at corners and centres of the full triangles, centres and middles of edges of the others. Not
+/// guaranteed: that no point in between is farther; what tests found there is within a quarter
+/// more.
 std::vector<MeshLevel> simplifyMesh(const Mesh& mesh);
 
 /// The levels of a world's instances, as triangles and batches of their own. The world outlives it.

@@ -32,7 +32,16 @@ float intersect(const glm::vec3& origin, const glm::vec3& direction, const glm::
     return t;
 }
 
-// Ericson, Real-Time Collision Detection, 2005, sec. 5.1.5.
+// Whether the plane of a triangle passes the box: spares long diagonal triangles most of their
+// cells.
+bool planePasses(const Box& box, const glm::vec3& a, const glm::vec3& normal) {
+    const glm::vec3 half = box.extent() * 0.5f;
+    const float reach = glm::dot(glm::abs(normal), half);
+    return std::fabs(glm::dot(normal, box.center() - a)) <= reach * 1.001f;
+}
+
+} // namespace
+
 glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b,
                        const glm::vec3& c) {
     const glm::vec3 ab = b - a, ac = c - a, ap = p - a;
@@ -62,16 +71,6 @@ glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& 
         return a; // a degenerate triangle
     return a + ab * (vb / sum) + ac * (vc / sum);
 }
-
-// Whether the plane of a triangle passes the box: spares long diagonal triangles most of their
-// cells.
-bool planePasses(const Box& box, const glm::vec3& a, const glm::vec3& normal) {
-    const glm::vec3 half = box.extent() * 0.5f;
-    const float reach = glm::dot(glm::abs(normal), half);
-    return std::fabs(glm::dot(normal, box.center() - a)) <= reach * 1.001f;
-}
-
-} // namespace
 
 TriangleGrid::TriangleGrid(TriangleView triangles, const Box& bounds)
     : triangles_(triangles), bounds_(bounds) {

@@ -10,6 +10,11 @@
 
 namespace shadowdag {
 
+/// Returns the point of a triangle nearest to p; corner a where the triangle has no area. Source:
+/// Ericson, Real-Time Collision Detection, 2005, sec. 5.1.5.
+glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b,
+                       const glm::vec3& c);
+
 /// The same answers on every machine: only add, multiply, divide and square root.
 class TriangleGrid {
 public:
