@@ -8,12 +8,13 @@
 // than V(c) has been drawn into all texels of the cell that have memory. N(c), the needed depth:
 // what receivers under the cell ask for this frame. A batch at depth d that did not move is drawn
 // into a face iff one of its cells has V(c) < d <= N(c); one that moved iff one has d <= N(c).
-// Drawing is whole (every page of the face) and idempotent, so after it V(c) is the greater of both
-// in every cell. V(c) becomes 0 where a page gets memory, and where a batch moved to and was not
-// drawn it falls below the batch's depth. The six conditions of the paper: (1) the light and (6)
-// the resolution make the map another one when they change; (2) moved batches ignore V; (3) V is
-// what was drawn; (4) pages under the old place of what moved give up their memory (kept_pages.h)
-// and (5) pages with new memory reset V.
+// It is drawn into the open pages: those with a cell that has V(c) < N(c), or under something that
+// moved. Drawing is idempotent, so after it V(c) is the greater of both in every cell. V(c) becomes
+// 0 where a page gets memory, and where a batch moved to and was not drawn it falls below the
+// batch's depth. The six conditions of the paper: (1) the light and (6) the resolution make the map
+// another one when they change; (2) moved batches ignore V; (3) V is what was drawn; (4) pages
+// under the old place of what moved give up their memory (kept_pages.h) and (5) pages with new
+// memory reset V.
 #pragma once
 
 #include "shadowmap/kept_pages.h"
@@ -50,6 +51,20 @@ struct EmptySlots {
     }
 };
 
+/// Returns the cells that hold the centre of a texel of a page: rectangles of boxes and rays
+/// through texel centres agree on these.
+SDAG_HD inline CellRect cellsOfPage(const ShadowMapInfo& map, uint32_t x, uint32_t y,
+                                    uint32_t pageTexelsLog2) {
+    const auto cellOf = [&](uint32_t texel) {
+        return faceCell(faceCellCentre(int32_t(texel), map.faceTexels), kProjectionMapSize);
+    };
+    const auto last = [&](uint32_t page) {
+        return glm::min((page + 1) << pageTexelsLog2, map.faceTexels) - 1;
+    };
+    return {cellOf(x << pageTexelsLog2), cellOf(last(x)), cellOf(y << pageTexelsLog2),
+            cellOf(last(y))};
+}
+
 /// Takes the drawn depth from the cells of fresh page i.
 struct ResetCells {
     View<const ShadowMapInfo> maps;
@@ -64,23 +79,10 @@ struct ResetCells {
         const uint32_t inMap = entry - map.pageTableStart;
         const uint32_t x = inMap % map.facePages, y = inMap / map.facePages % map.facePages;
         const uint32_t face = inMap / map.facePages / map.facePages;
-        const CellRect cells{firstCell(map, x), lastCell(map, x), firstCell(map, y),
-                             lastCell(map, y)};
+        const CellRect cells = cellsOfPage(map, x, y, pageTexelsLog2);
         for (uint32_t v = cells.v0; v <= cells.v1; ++v)
             for (uint32_t u = cells.u0; u <= cells.u1; ++u)
                 atomicMinRelaxed(&drawn.cells[cellIndex(drawn.slots[mapIndex], face, u, v)], 0u);
-    }
-
-private:
-    // Cells that hold a texel's centre: the texels of a cell are those that its rectangle's tests
-    // and a ray through their centres agree on.
-    SDAG_HD uint32_t firstCell(const ShadowMapInfo& map, uint32_t page) const {
-        return faceCell(faceCellCentre(int32_t(page << pageTexelsLog2), map.faceTexels),
-                        kProjectionMapSize);
-    }
-    SDAG_HD uint32_t lastCell(const ShadowMapInfo& map, uint32_t page) const {
-        const uint32_t end = glm::min((page + 1) << pageTexelsLog2, map.faceTexels);
-        return faceCell(faceCellCentre(int32_t(end) - 1, map.faceTexels), kProjectionMapSize);
     }
 };
 
@@ -161,6 +163,45 @@ struct LowerCells {
                 for (uint32_t u = cells.u0; u <= cells.u1; ++u)
                     atomicMinRelaxed(&drawn.cells[cellIndex(slot, face, u, v)], bits - 1);
         }
+    }
+};
+
+/// Writes word i of the page table as the rasterizer sees it: without pages that have all they
+/// need.
+struct ListOpenPages {
+    View<const ShadowMapInfo> maps;
+    View<const uint32_t> cells; ///< needed, rounded
+    DrawnView drawn;
+    View<const uint32_t> marked; ///< bits: pages under what moved; empty: none
+    View<const uint32_t> pageTable;
+    View<uint32_t> openTable;
+    uint32_t pageTexelsLog2;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t mapIndex = mapOfWord(maps, i);
+        const ShadowMapInfo& map = maps[mapIndex];
+        const uint32_t markedBits = marked.empty() ? 0 : marked[i];
+        for (uint32_t bit = 0; bit < 32; ++bit) {
+            const uint32_t entry = uint32_t(i * 32 + bit);
+            const uint32_t page = pageTable[entry];
+            const bool isOpen =
+                page != kNoPage && ((markedBits >> bit & 1u) ||
+                                    hasOpenCell(mapIndex, map, entry - map.pageTableStart));
+            openTable[entry] = isOpen ? page : kNoPage;
+        }
+    }
+
+private:
+    SDAG_HD bool hasOpenCell(uint32_t mapIndex, const ShadowMapInfo& map, uint32_t inMap) const {
+        const uint32_t x = inMap % map.facePages, y = inMap / map.facePages % map.facePages;
+        const uint32_t face = inMap / map.facePages / map.facePages;
+        const CellRect rect = cellsOfPage(map, x, y, pageTexelsLog2);
+        for (uint32_t v = rect.v0; v <= rect.v1; ++v)
+            for (uint32_t u = rect.u0; u <= rect.u1; ++u)
+                if (cells[cellIndex(mapIndex, face, u, v)] >
+                    drawn.cells[cellIndex(drawn.slots[mapIndex], face, u, v)])
+                    return true;
+        return false;
     }
 };
 

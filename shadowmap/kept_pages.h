@@ -49,26 +49,28 @@ SDAG_HD inline bool reachesSphere(const ShadowMapInfo& map, const Box& boxWorld,
     return true;
 }
 
-/// Marks the pages of map i / boxes.count that box i % boxes.count may have been drawn into before
-/// it moved.
-struct MarkStale {
+/// Marks the pages of map i / boxes.count that what is in box i % boxes.count may be drawn into, or
+/// may have been before it moved.
+struct MarkUnder {
     View<const ShadowMapInfo> maps;
     View<const uint32_t> slots;       ///< mapCount; see DrawnView
-    View<const uint32_t> drawnDepths; ///< kFaceCount a slot: nothing beyond was ever drawn
-    View<const Box> boxesBefore;      ///< world
-    View<uint32_t> stale;             ///< bits in the page table's order; start at 0
+    View<const uint32_t> drawnDepths; ///< kFaceCount a slot: nothing beyond was ever drawn; empty:
+                                      ///< all depths count
+    View<const Box> boxesWorld;
+    View<uint32_t> marked; ///< bits in the page table's order; start at 0
     uint32_t pageTexelsLog2;
 
     SDAG_HD void operator()(size_t i) const {
-        const uint32_t mapIndex = uint32_t(i / boxesBefore.count);
+        const uint32_t mapIndex = uint32_t(i / boxesWorld.count);
         const ShadowMapInfo& map = maps[mapIndex];
         Box box;
-        if (!reachesSphere(map, boxesBefore[i % boxesBefore.count], box))
+        if (!reachesSphere(map, boxesWorld[i % boxesWorld.count], box))
             return;
         for (uint32_t face = 0; face < kFaceCount; ++face) {
             FaceRect rect;
             if (!projectBox(box, face, 0.0f, rect) ||
-                depthBits(rect.depthMin) > drawnDepths[slots[mapIndex] * kFaceCount + face])
+                (!drawnDepths.empty() &&
+                 depthBits(rect.depthMin) > drawnDepths[slots[mapIndex] * kFaceCount + face]))
                 continue;
             const uint32_t n = map.faceTexels;
             const uint32_t x0 = faceCell(rect.uMin, n) >> pageTexelsLog2;
@@ -76,7 +78,7 @@ struct MarkStale {
             const uint32_t y1 = faceCell(rect.vMax, n) >> pageTexelsLog2;
             for (uint32_t y = faceCell(rect.vMin, n) >> pageTexelsLog2; y <= y1; ++y) {
                 const uint32_t row = pageTableIndex(map, face, 0, y);
-                setBits(stale, row + x0, row + x1 + 1);
+                setBits(marked, row + x0, row + x1 + 1);
             }
         }
     }

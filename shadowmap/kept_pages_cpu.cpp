@@ -8,8 +8,8 @@ namespace shadowdag::cpu {
 void carryPages(const CarryPages& items) {
     parallelFor<CpuTag>(items.pageTable.count / 32, items);
 }
-void markStale(const MarkStale& items) {
-    parallelFor<CpuTag>(items.maps.count * items.boxesBefore.count, items);
+void markUnder(const MarkUnder& items) {
+    parallelFor<CpuTag>(items.maps.count * items.boxesWorld.count, items);
 }
 void sortOutPages(const SortOutPages& items) {
     parallelFor<CpuTag>(items.pageTable.count / 32, items);
@@ -31,6 +31,9 @@ void prepareBlocks(const PrepareBlock& items) {
 }
 void lowerCells(const LowerCells& items) {
     parallelFor<CpuTag>(items.maps.count * items.boxesWorld.count, items);
+}
+void listOpenPages(const ListOpenPages& items) {
+    parallelFor<CpuTag>(items.openTable.count / 32, items, 64);
 }
 void raiseDrawn(const RaiseDrawn& items) {
     parallelFor<CpuTag>(items.cells.count / kProjectionMapSize, items);

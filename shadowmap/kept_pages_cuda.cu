@@ -8,8 +8,8 @@ namespace shadowdag::cuda {
 void carryPages(const CarryPages& items) {
     parallelFor<CudaTag>(items.pageTable.count / 32, items);
 }
-void markStale(const MarkStale& items) {
-    parallelFor<CudaTag>(items.maps.count * items.boxesBefore.count, items);
+void markUnder(const MarkUnder& items) {
+    parallelFor<CudaTag>(items.maps.count * items.boxesWorld.count, items);
 }
 void sortOutPages(const SortOutPages& items) {
     parallelFor<CudaTag>(items.pageTable.count / 32, items);
@@ -31,6 +31,9 @@ void prepareBlocks(const PrepareBlock& items) {
 }
 void lowerCells(const LowerCells& items) {
     parallelFor<CudaTag>(items.maps.count * items.boxesWorld.count, items);
+}
+void listOpenPages(const ListOpenPages& items) {
+    parallelFor<CudaTag>(items.openTable.count / 32, items, 64);
 }
 void raiseDrawn(const RaiseDrawn& items) {
     parallelFor<CudaTag>(items.cells.count / kProjectionMapSize, items);

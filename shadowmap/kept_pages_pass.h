@@ -11,7 +11,7 @@ namespace shadowdag {
 
 namespace cpu {
 void carryPages(const CarryPages& items);
-void markStale(const MarkStale& items);
+void markUnder(const MarkUnder& items);
 void sortOutPages(const SortOutPages& items);
 void assignPages(const AssignPages& items);
 void clearPages(const ClearPages& items, size_t pageCount);
@@ -19,12 +19,13 @@ void emptySlots(const EmptySlots& items);
 void resetCells(const ResetCells& items, size_t pageCount);
 void prepareBlocks(const PrepareBlock& items);
 void lowerCells(const LowerCells& items);
+void listOpenPages(const ListOpenPages& items);
 void raiseDrawn(const RaiseDrawn& items);
 } // namespace cpu
 
 namespace cuda {
 void carryPages(const CarryPages& items);
-void markStale(const MarkStale& items);
+void markUnder(const MarkUnder& items);
 void sortOutPages(const SortOutPages& items);
 void assignPages(const AssignPages& items);
 void clearPages(const ClearPages& items, size_t pageCount);
@@ -32,6 +33,7 @@ void emptySlots(const EmptySlots& items);
 void resetCells(const ResetCells& items, size_t pageCount);
 void prepareBlocks(const PrepareBlock& items);
 void lowerCells(const LowerCells& items);
+void listOpenPages(const ListOpenPages& items);
 void raiseDrawn(const RaiseDrawn& items);
 } // namespace cuda
 
@@ -39,9 +41,9 @@ void raiseDrawn(const RaiseDrawn& items);
 inline void carryPages(Backend backend, const CarryPages& items) {
     SDAG_DISPATCH(backend, carryPages, items);
 }
-/// Marks the pages under the old places of what moved, in every map.
-inline void markStale(Backend backend, const MarkStale& items) {
-    SDAG_DISPATCH(backend, markStale, items);
+/// Marks the pages under boxes, in every map.
+inline void markUnder(Backend backend, const MarkUnder& items) {
+    SDAG_DISPATCH(backend, markUnder, items);
 }
 /// Decides what every carried page is good for.
 inline void sortOutPages(Backend backend, const SortOutPages& items) {
@@ -70,6 +72,10 @@ inline void prepareBlocks(Backend backend, const PrepareBlock& items) {
 /// Lowers drawn depths under the new places of what moved.
 inline void lowerCells(Backend backend, const LowerCells& items) {
     SDAG_DISPATCH(backend, lowerCells, items);
+}
+/// Writes the page table of what is drawn into.
+inline void listOpenPages(Backend backend, const ListOpenPages& items) {
+    SDAG_DISPATCH(backend, listOpenPages, items);
 }
 /// Raises drawn depths to what was drawn.
 inline void raiseDrawn(Backend backend, const RaiseDrawn& items) {

@@ -49,7 +49,7 @@ PageCache::PageCache(Backend backend)
       slots_(backend, "shadowmap map slots"), freshSlots_(backend, "shadowmap new map slots"),
       pageTable_(backend, "shadowmap page table"),
       tableBefore_(backend, "shadowmap page table before"),
-      stale_(backend, "shadowmap stale pages"),
+      openTable_(backend, "shadowmap open page table"), marked_(backend, "shadowmap marked pages"),
       movedBefore_(backend, "shadowmap moved boxes before"),
       movedNow_(backend, "shadowmap moved boxes"), movedBits_(backend, "shadowmap moved batches"),
       pageStamps_(backend, "shadowmap page stamps"), pageKeys_(backend, "shadowmap page keys"),
@@ -155,7 +155,7 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
     }
     std::swap(pageTable_, tableBefore_);
     pageTable_.resize(wordCount * 32);
-    stale_.resize(0);
+    marked_.resize(0);
     movedBefore_.resize(0);
     movedNow_.resize(0);
 }
@@ -165,19 +165,30 @@ void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> mo
     std::vector<uint32_t> bits((count + 31) / 32, 0);
     if (batchBoxes_.size() != count)
         batchBoxes_.assign(hostBatches.boxesWorld.begin(), hostBatches.boxesWorld.end());
+    const auto isMoved = [&](size_t batch) { return (bits[batch / 32] >> batch % 32 & 1u) != 0; };
+    const auto mark = [&](size_t batch) { bits[batch / 32] |= 1u << batch % 32; };
     for (const uint32_t batch : movedBatches)
-        bits[batch / 32] |= 1u << batch % 32;
-    std::vector<Box> before, now;
-    for (size_t batch = 0; batch < count; ++batch) {
-        const Box& box = hostBatches.boxesWorld[batch];
-        const bool isMoved = bits[batch / 32] >> batch % 32 & 1u;
-        if (!isMoved && batchBoxes_[batch] == box)
-            continue;
-        bits[batch / 32] |= 1u << batch % 32;
-        before.push_back(batchBoxes_[batch]);
-        now.push_back(box);
-        batchBoxes_[batch] = box;
+        mark(batch);
+    for (size_t batch = 0; batch < count; ++batch)
+        if (!(batchBoxes_[batch] == hostBatches.boxesWorld[batch]))
+            mark(batch);
+    if (!hostBatches.levels.empty()) {
+        // What moves may change its level of detail, and with it all its batches.
+        const size_t instances = hostBatches.levels.instanceBoxes.count;
+        std::vector<uint8_t> hasMoved(instances, 0);
+        for (size_t batch = 0; batch < count; ++batch)
+            hasMoved[hostBatches.batches[batch].instance % instances] |= isMoved(batch);
+        for (size_t batch = 0; batch < count; ++batch)
+            if (hasMoved[hostBatches.batches[batch].instance % instances])
+                mark(batch);
     }
+    std::vector<Box> before, now;
+    for (size_t batch = 0; batch < count; ++batch)
+        if (isMoved(batch)) {
+            before.push_back(batchBoxes_[batch]);
+            now.push_back(hostBatches.boxesWorld[batch]);
+            batchBoxes_[batch] = now.back();
+        }
     movedBits_.upload(bits);
     movedBefore_.upload(before);
     movedNow_.upload(now);
@@ -192,9 +203,9 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
     carryPages(backend_, {maps, std::as_const(startBefore_).view(),
                           std::as_const(tableBefore_).view(), pageTable_.view()});
     if (movedBefore_.size()) {
-        zero(stale_, pageTable_.size() / 32);
-        markStale(backend_, {maps, std::as_const(slots_).view(), std::as_const(drawnDepths_).view(),
-                             std::as_const(movedBefore_).view(), stale_.view(), pageTexelsLog2_});
+        zero(marked_, pageTable_.size() / 32);
+        markUnder(backend_, {maps, std::as_const(slots_).view(), std::as_const(drawnDepths_).view(),
+                             std::as_const(movedBefore_).view(), marked_.view(), pageTexelsLog2_});
     }
     const size_t poolPages = pageStamps_.size();
     zero(pageKeys_, poolPages);
@@ -203,9 +214,9 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
     zero(keptPerMap_, maps.count);
     zero(keptCounts_, kKeptPageCounts);
     sortOutPages(backend_,
-                 {maps, needed, std::as_const(stale_).view(), pageTable_.view(), pageStamps_.view(),
-                  pageKeys_.view(), pageEntries_.view(), missing_.view(), keptPerMap_.view(),
-                  keptCounts_.view(), now_, retains_});
+                 {maps, needed, std::as_const(marked_).view(), pageTable_.view(),
+                  pageStamps_.view(), pageKeys_.view(), pageEntries_.view(), missing_.view(),
+                  keptPerMap_.view(), keptCounts_.view(), now_, retains_});
 }
 
 void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
@@ -285,9 +296,23 @@ KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMas
                                    MapCulling culling) {
     openBlocks_.resize(masks.blocks.count);
     prepareBlocks(backend_, {masks, culling, drawn(), openBlocks_.view()});
-    if (movedNow_.size())
+    if (movedNow_.size()) {
         lowerCells(backend_,
                    {maps, std::as_const(movedNow_).view(), {masks.cells, masks.blocks}, drawn()});
+        zero(marked_, pageTable_.size() / 32);
+        markUnder(backend_, {maps,
+                             std::as_const(slots_).view(),
+                             {},
+                             std::as_const(movedNow_).view(),
+                             marked_.view(),
+                             pageTexelsLog2_});
+    }
+    const size_t entries = requestCount_ < maps.count && requestCount_ > 0
+                               ? kept_[requestCount_].info.pageTableStart
+                               : pageTable_.size();
+    openTable_.resize(requestCount_ > 0 ? entries : 0);
+    listOpenPages(backend_, {maps, masks.cells, drawn(), std::as_const(marked_).view(),
+                             std::as_const(pageTable_).view(), openTable_.view(), pageTexelsLog2_});
     return {std::as_const(drawnCells_).view(), std::as_const(slots_).view(),
             std::as_const(openBlocks_).view(), std::as_const(movedBits_).view()};
 }

@@ -47,6 +47,10 @@ public:
 
     bool keeps() const { return keeps_; }
     View<const uint32_t> pageTable() const { return pageTable_.view(); }
+    /// Returns the page table that is drawn by: without pages that hold all that is needed.
+    View<const uint32_t> openTable() const {
+        return keeps_ ? openTable_.view() : pageTable_.view();
+    }
     View<uint32_t> pool() { return pool_.view(); }
     View<const uint32_t> pool() const { return pool_.view(); }
 
@@ -80,9 +84,9 @@ private:
     Buffer<uint32_t> startBefore_, slots_;
     Buffer<uint32_t> freshSlots_;
     // Entries: 32 a word; pool page or kNoPage.
-    Buffer<uint32_t> pageTable_, tableBefore_;
-    // Bits in the page table's order.
-    Buffer<uint32_t> stale_;
+    Buffer<uint32_t> pageTable_, tableBefore_, openTable_;
+    // Bits in the page table's order: under what moved, first where it was, then where it is.
+    Buffer<uint32_t> marked_;
     // What moved: boxes before and now; a bit a batch.
     Buffer<Box> movedBefore_, movedNow_;
     Buffer<uint32_t> movedBits_;

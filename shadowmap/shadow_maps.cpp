@@ -78,7 +78,7 @@ MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexel
         const uint32_t texels = glm::max(1u, uint32_t(double(r.faceTexels) / divisor));
         const uint32_t pages = (texels + pageTexels - 1) / pageTexels;
         layout.maps.push_back({r.lightPositionWorld, r.rangeWorld, texels, pages,
-                               uint32_t(layout.maskWordCount * 32), r.window});
+                               uint32_t(layout.maskWordCount * 32)});
         layout.maskWordCount += (uint64_t(kFaceCount) * pages * pages + 31) / 32;
     }
     if (layout.maskWordCount * 32 > 0xffffffffull)
@@ -222,7 +222,7 @@ struct ShadowMaps::State {
         std::vector<uint32_t> drawStart;
         for (size_t map = 0; map < infos.size(); ++map) {
             drawStart.push_back(parts ? first[map * parts] : 0);
-            const uint64_t faceCount = infos[map].window.isSun() ? 1 : kFaceCount;
+            const uint64_t faceCount = kFaceCount;
             uint32_t triangleFaces = 0;
             for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
                 counts.batchFaceCount += found[i].batchFaces;
@@ -317,7 +317,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     {
         StageTimer timer(s.backend, stages, "rasterization");
         const RasterView raster{s.requestMaps(),
-                                s.cache.pageTable(),
+                                s.cache.openTable(),
                                 s.cache.pool(),
                                 s.pageTexelsLog2(),
                                 triangles,
