@@ -10,6 +10,7 @@
 // misses no touching pair). So no blocker is lost, and what is reported was confirmed.
 #pragma once
 
+#include "hybrid/sun_rays.h"
 #include "hybrid/truth_ray.h"
 #include "voxel/dag_trace.h"
 
@@ -90,8 +91,12 @@ SDAG_HD inline bool isBlockedExactly(const DagView& dag, const ExactView& exact,
     if (!(ray.tFar > 0.0f) || dag.rootAddress == kNoNode)
         return false;
     const glm::dvec3 from = glm::dvec3(ray.startLocal) + exact.geometry.origin;
-    const DagSegment segment{glm::vec3(dag.grid.voxelFromWorld(from)),
-                             glm::vec3(dag.grid.voxelFromWorld(from + glm::dvec3(ray.direction)))};
+    // Far beyond the grid lies the end of a sun's ray only.
+    const glm::dvec3 start = dag.grid.voxelFromWorld(from);
+    const glm::dvec3 end =
+        endWithinGrid(dag.grid, start, dag.grid.voxelFromWorld(from + glm::dvec3(ray.direction)),
+                      double(dag.grid.resolution()));
+    const DagSegment segment{glm::vec3(start), glm::vec3(end)};
     const float scale = segmentScale(dag.grid, segment);
     if (!(scale < kLargestScale))
         return true;

@@ -15,12 +15,6 @@ namespace {
 constexpr double kSqrt2 = 1.4142135623730951;
 constexpr double kSqrt3 = 1.7320508075688772;
 
-/// Returns the side of a texel of the map, world units, at a point.
-double texelWorldAt(const ShadowMapInfo& map, const glm::vec3& pointWorld) {
-    const glm::vec3 d = glm::abs(pointWorld - map.lightPositionWorld);
-    return 2.0 * std::max({d.x, d.y, d.z}) / map.faceTexels;
-}
-
 /// Returns the part of a convex polygon that lies in the closed box; empty when none does.
 /// Source: Sutherland, Hodgman, Reentrant Polygon Clipping, CACM 1974.
 std::vector<glm::dvec3> clipToCube(std::vector<glm::dvec3> polygon, const glm::dvec3& least,
@@ -94,7 +88,8 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
     q.position = inputs_.gbuffer.positionWorld[sample];
     q.normal = inputs_.gbuffer.normalWorld[sample];
     q.receiver = inputs_.gbuffer.triangle[sample];
-    q.light = inputs_.lights[lightIndex].positionWorld;
+    const Light& light = inputs_.lights[lightIndex];
+    q.light = pointAtLight(light, q.position);
     q.route = inputs_.pairRoute[pair];
     if (q.route == Route::kRays && method.rays.options.kind == RayKind::kExact) {
         q.isExact = true;
@@ -103,8 +98,9 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
     }
     if (q.route == Route::kRays) {
         const VoxelGrid& grid = method.rays.dag.grid;
-        const PairSegment asked =
-            pairSegment(method.rays, {q.position, q.normal, q.light, q.receiver, lightIndex});
+        const ShadowPair shadowPair{q.position, q.normal,   q.light,
+                                    q.receiver, lightIndex, light.kind == Light::kSun};
+        const PairSegment asked = pairSegment(method.rays, shadowPair);
         q.hit.level = asked.startLevel;
         q.isExact = // by a mover
             isDark && !isStopped(method.rays, asked, &q.hit);
@@ -117,8 +113,9 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
                    grid.voxelSizeWorld;
         };
         q.startOffsetWorld = moved(asked.segment.from, q.position);
-        q.endOffsetWorld = moved(asked.segment.to, q.light);
-        const double lift = shadowLift(grid, q.position, q.normal, q.light,
+        q.endOffsetWorld = shadowPair.isSun ? 0.0 : moved(asked.segment.to, q.light);
+        const double lift = shadowLift(grid, q.position, q.normal,
+                                       rayEnd(method.rays, shadowPair, asked.startLevel),
                                        method.rays.options.offset, asked.startLevel);
         q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
         return q;

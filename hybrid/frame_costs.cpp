@@ -81,7 +81,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     for (uint32_t r = 0; r < records.size(); ++r) {
         const MapQuantities& map = records[r].quantities;
         isolate(host, r, map.light, state.gbuffer.view().count(), one);
-        const std::vector<MapRequest> request{requestOf(world.lights(), map)};
+        const std::vector<MapRequest> request{requestOf(world.lights(), records[r])};
         std::vector<MapReceiver> receivers;
         for (const uint32_t cluster : host.clustersOfRecord[r])
             receivers.push_back({cluster, 0});

@@ -37,7 +37,7 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
     std::vector<int> mapOfRecord(records.size());
     for (size_t r = 0; r < records.size(); ++r) {
         mapOfRecord[r] = int(r);
-        requests.push_back(requestOf(lights, records[r].quantities));
+        requests.push_back(requestOf(lights, records[r]));
     }
     const MapLayout layout = layOutMaps(requests, options.maps.pageTexels);
     const std::vector<MapReceiver> hostReceivers = listReceivers(state.lists, mapOfRecord);
@@ -71,9 +71,11 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
 
 } // namespace
 
-MapRequest requestOf(const std::vector<Light>& lights, const MapQuantities& map) {
+MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& record) {
+    const MapQuantities& map = record.quantities;
     const Light& light = lights[map.light];
-    return {light.positionWorld, light.rangeWorld, map.light, map.faceTexels, map.octave};
+    return {light.positionWorld, light.rangeWorld, map.light,
+            map.faceTexels,      map.octave,       record.window};
 }
 
 std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions& options) {
@@ -81,7 +83,8 @@ std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions&
     const std::vector<uint32_t> bits = state.demand.mapSquaredBits.download();
     const std::vector<uint32_t> samples = state.demand.mapSampleCount.download();
     const std::vector<uint32_t> clusters = state.demand.mapClusterCount.download();
-    const std::vector<uint32_t> steps = makeResolutionSteps(options.maxFaceTexels);
+    const std::vector<uint32_t> steps = makeResolutionSteps(options.maxFaceTexels),
+                                sunSteps = makeSunResolutionSteps();
     std::vector<MapRecord> records;
     uint32_t lightCount = 0;
     for (uint32_t slot = 0; slot < bits.size(); ++slot) {
@@ -98,8 +101,10 @@ std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions&
         record.quantities.light = light;
         record.quantities.octave = slot % kMaxMapsPerLight;
         record.quantities.texels = float(std::sqrt(wantedSquared));
-        record.quantities.faceTexels =
-            allocateResolution(steps, wantedSquared, options.minFaceTexels, held);
+        record.heldTexels =
+            allocateResolution(lights[light].kind == Light::kSun ? sunSteps : steps, wantedSquared,
+                               options.minFaceTexels, held);
+        record.quantities.faceTexels = record.heldTexels;
         record.quantities.samples = samples[slot];
         record.quantities.clusters = clusters[slot];
         record.quantities.range = lights[light].rangeWorld;
@@ -107,6 +112,7 @@ std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions&
     }
     for (MapRecord& record : records)
         record.quantities.lights = lightCount;
+    fitSunWindows(state, options, records);
     return records;
 }
 
@@ -121,14 +127,13 @@ void countGeometry(FrameState& state, const FrameOptions& options, std::vector<M
         [&](size_t m) {
             MapQuantities& map = maps[m].quantities;
             const Light& light = lights[map.light];
-            const float rangeSquared = light.rangeWorld * light.rangeWorld;
+            const ShadowMapInfo info{
+                light.positionWorld, light.rangeWorld, map.faceTexels, 0, 0, maps[m].window};
             map.batches = 0;
             map.triangles = 0;
             traverse(
                 batches.bvh,
-                [&](const Box& box) {
-                    return distanceSquared(box, light.positionWorld) < rangeSquared;
-                },
+                [&](const Box& box) { return reachesMap(info, box); },
                 [&](uint32_t batch) {
                     ++map.batches;
                     map.triangles += batches.batches[batch].count;
@@ -149,7 +154,7 @@ void holdResolutions(FrameState& state, const std::vector<MapRecord>& maps) {
     state.heldFaceTexels.assign(state.demand.mapSquaredBits.size(), 0);
     for (const MapRecord& map : maps)
         state.heldFaceTexels[map.quantities.light * kMaxMapsPerLight + map.quantities.octave] =
-            map.quantities.faceTexels;
+            map.heldTexels;
 }
 
 void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
@@ -165,7 +170,7 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
         for (size_t r = 0; r < records.size(); ++r) {
             if (records[r].route == Route::kMap) {
                 state.drawnMap[r] = int(requests.size());
-                requests.push_back(requestOf(lights, records[r].quantities));
+                requests.push_back(requestOf(lights, records[r]));
             } else if (!state.scene.hasDag()) {
                 throw Error(ErrorKind::kUsage,
                             "light " + std::to_string(records[r].quantities.light) +

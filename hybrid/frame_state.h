@@ -73,7 +73,11 @@ std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions&
 void countGeometry(FrameState& state, const FrameOptions& options, std::vector<MapRecord>& maps);
 
 /// Returns what a map asks of the shadow maps.
-MapRequest requestOf(const std::vector<Light>& lights, const MapQuantities& map);
+MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& map);
+
+/// Gives the records of suns their windows, over the clusters that ask for them.
+void fitSunWindows(const FrameState& state, const FrameOptions& options,
+                   std::vector<MapRecord>& records);
 
 /// Returns the quantities of every record.
 std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps);

@@ -14,7 +14,7 @@ namespace shadowdag {
 SDAG_HD inline bool isPair(const Light& light, const glm::vec3& positionWorld,
                            const glm::vec3& normalWorld) {
     return lightReaches(light, positionWorld) &&
-           glm::dot(light.positionWorld - positionWorld, normalWorld) > 0.0f;
+           glm::dot(towardsLight(light, positionWorld), normalWorld) > 0.0f;
 }
 
 /// All pairs of a frame on the host, by sample, lights ascending within a sample.

@@ -14,7 +14,8 @@ enum class PairPruning : uint8_t {
     kNone,
     kFacing, ///< those without an exact pair (pairs.h). Changes no answer.
     kLit,    ///< and those whose every voxel ray a shaft proves unblocked, where nothing that moves
-             ///< may shadow them: their pairs are answered as voxel rays of level 0 answer them
+             ///< may shadow them: their pairs are answered as voxel rays of level 0 answer them.
+             ///< A sun is not asked about
 };
 
 /// Returns whether any sample of the cluster and the light are a pair.

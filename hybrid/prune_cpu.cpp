@@ -32,7 +32,8 @@ public:
         bool isPrepared = false;
         for (uint32_t i = work_.lists.start[cluster]; i < work_.lists.start[cluster + 1]; ++i) {
             const uint32_t light = work_.lists.lights[i];
-            if (work_.record[i] == kProvenLit || rays_.movers.mayShadow(light))
+            if (work_.record[i] == kProvenLit || rays_.movers.mayShadow(light) ||
+                work_.lights[light].kind == Light::kSun) // shafts end at one point
                 continue;
             if (!isPrepared)
                 prepare();

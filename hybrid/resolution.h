@@ -23,6 +23,7 @@
 #pragma once
 
 #include "hybrid/lights.h"
+#include "shadowmap/sun_window.h"
 
 #include <bit>
 
@@ -38,6 +39,15 @@ SDAG_HD inline float requiredResolutionSquared(uint32_t sampleCount, double radi
         return float(samples / 3.0);
     const double x = radiusSquared / distanceSquared;
     return float(samples * (1.0 + glm::sqrt(1.0 - x)) / (3.0 * x));
+}
+
+/// Returns R^2 that a cluster wants of a sun, in texels of the lattice of which R make
+/// sunExtentWorld: the equation in the limit of a light far away, where the sphere covers the disc
+/// pi r^2 of the sun's light, and S texels are to cover that.
+SDAG_HD inline float requiredSunResolutionSquared(uint32_t sampleCount, double radiusSquared,
+                                                  double extentWorld) {
+    constexpr double kInversePi = 0.31830988618379067;
+    return float(double(sampleCount) * kInversePi * (extentWorld * extentWorld) / radiusSquared);
 }
 
 /// Returns the squared radius of a cluster's bounding sphere, half a pixel's diagonal added.
@@ -92,7 +102,10 @@ struct DemandResolution {
             const uint32_t light = lists.lights[i];
             const glm::dvec3 toLight = glm::dvec3(lights[light].positionWorld) - center;
             const float wanted =
-                requiredResolutionSquared(samples, radiusSquared, glm::dot(toLight, toLight));
+                lights[light].kind == Light::kSun
+                    ? requiredSunResolutionSquared(samples, radiusSquared,
+                                                   sunExtentWorld(lights[light]))
+                    : requiredResolutionSquared(samples, radiusSquared, glm::dot(toLight, toLight));
             demand.wantedSquared[i] = wanted;
             // Positive floats order as their bits do.
             atomicMaxRelaxed(&demand.resolutionSquaredBits[light], std::bit_cast<uint32_t>(wanted));
@@ -105,7 +118,8 @@ struct DemandResolution {
 /// asks for, the octaves below the mapsPerLight highest together with the lowest of these. An
 /// octave's bounds do not move with the light's maximum, so a still cluster stays with its map when
 /// others come and go. Source: Olsson et al. 2015, sec. IV-C (histogram of requested resolutions;
-/// its buckets are not given there).
+/// its buckets are not given there). A sun always has a map an octave, each the window of a clipmap:
+/// one map over near and far receivers would hold them all at the resolution of the nearest.
 struct DemandMaps {
     ClusterView clusters;
     ClusterLightsView lists; ///< record not read
@@ -113,6 +127,7 @@ struct DemandMaps {
     View<uint32_t> slot;   ///< one a pair; kProvenLit before: none is wanted
     float scale;           ///< of R^2: 1 / undersample^2
     uint32_t mapsPerLight; ///< 1..kMaxMapsPerLight
+    View<const Light> lights;
 
     SDAG_HD void operator()(size_t cluster) const {
         const uint32_t samples = clusters.sampleCount(cluster);
@@ -121,7 +136,9 @@ struct DemandMaps {
                 continue;
             const uint32_t light = lists.lights[i];
             uint32_t octave = 0;
-            if (mapsPerLight > 1) {
+            if (lights[light].kind == Light::kSun) {
+                octave = octaveOf(demand.wantedSquared[i] * scale);
+            } else if (mapsPerLight > 1) {
                 const uint32_t highest =
                     octaveOf(std::bit_cast<float>(demand.resolutionSquaredBits[light]) * scale);
                 octave = octaveOf(demand.wantedSquared[i] * scale);

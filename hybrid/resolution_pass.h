@@ -61,7 +61,7 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
     SDAG_DISPATCH(backend, demandResolution, {clusters, lists.view(), lights, view, demand.view()});
     SDAG_DISPATCH(backend, demandMaps,
                   {clusters, lists.view(), demand.view(), lists.record.view(),
-                   1.0f / (undersample * undersample), mapsPerLight});
+                   1.0f / (undersample * undersample), mapsPerLight, lights});
     demand.recordOfSlot.resize(slotCount);
     SDAG_DISPATCH(backend, markOccupiedSlots,
                   {demand.mapClusterCount.view(), demand.recordOfSlot.view()});

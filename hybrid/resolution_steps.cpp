@@ -39,6 +39,13 @@ std::vector<uint32_t> makeResolutionSteps(uint32_t maxFaceTexels) {
     return steps;
 }
 
+std::vector<uint32_t> makeSunResolutionSteps() {
+    std::vector<uint32_t> steps = makeResolutionSteps(1u << 13);
+    while (steps.back() < 1u << 18)
+        steps.push_back(2 * steps[steps.size() - kStepsPerOctave]);
+    return steps;
+}
+
 uint32_t allocateResolution(const std::vector<uint32_t>& steps, double resolutionSquared,
                             uint32_t minFaceTexels, uint32_t previousFaceTexels) {
     const auto least = [&](double wantedSquared) {

@@ -47,8 +47,8 @@ SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, int map, uint3
     }
     if (map < 0) {
         ++counts.rayCount;
-        const ShadowPair pair{positionWorld, normalWorld, light.positionWorld, receiver,
-                              lightIndex};
+        const ShadowPair pair{positionWorld, normalWorld, pointAtLight(light, positionWorld),
+                              receiver,      lightIndex,  light.kind == Light::kSun};
         return isDarkByRays(inputs.rays, pair, &counts.moverTestCount, &counts.lastBlocker)
                    ? uint8_t(0)
                    : kLit;

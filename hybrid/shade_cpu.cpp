@@ -40,7 +40,7 @@ public:
             const uint32_t lightIndex = lists.lights[l];
             const Light light = work_.lights[lightIndex];
             const int map = work_.mapOf(l);
-            if (map == kByRays) {
+            if (map == kByRays && light.kind != Light::kSun) { // streams end at one point
                 shadeTraced(lightIndex, light, counts);
                 continue;
             }

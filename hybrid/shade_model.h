@@ -31,7 +31,7 @@ SDAG_HD inline glm::vec3 reflectedRadiance(const Light& light, const glm::vec3& 
                                            const glm::vec3& normalWorld,
                                            const SurfaceColor& surface, uint8_t visibility) {
     constexpr float kInversePi = 0.318309886f;
-    const glm::vec3 toLight = light.positionWorld - positionWorld;
+    const glm::vec3 toLight = towardsLight(light, positionWorld);
     const float cosine = glm::dot(toLight, normalWorld) / glm::sqrt(glm::dot(toLight, toLight));
     const float scale = cosine * (float(visibility) * (1.0f / 255.0f)) * kInversePi;
     return lightIrradiance(light, positionWorld) * surface.baseColor * scale;

@@ -5,6 +5,7 @@
 
 #include "hybrid/exact_tree.h"
 #include "hybrid/mover_rays.h"
+#include "hybrid/sun_rays.h"
 #include "scenes/light.h"
 #include "voxel/dag_lod.h"
 
@@ -20,7 +21,7 @@ enum class RayKind : uint8_t {
 
 /// How many rays are asked together on the CPU. Changes no answer.
 enum class RayBatch : uint8_t {
-    kSingle, ///< one by one
+    kSingle, ///< one by one, as those to suns always
     kStream, ///< those of a cluster and a light in streams
     kShaft   ///< the same behind shafts, which prove whole clusters and parts of them lit or dark
 };
@@ -60,9 +61,10 @@ struct RayInputs {
 struct ShadowPair {
     glm::vec3 positionWorld;
     glm::vec3 normalWorld; ///< unit, geometric, on the light's side
-    glm::vec3 lightWorld;
+    glm::vec3 lightWorld;  ///< pointAtLight
     uint32_t receiver;
     uint32_t light;
+    bool isSun = false;
 };
 
 /// A pair as rays through voxels ask it.
@@ -72,14 +74,29 @@ struct PairSegment {
     Footprint footprint; ///< of all but LodRule::kFixed
 };
 
-/// Returns the footprint of a pair's ray, in voxels.
+/// Returns where a pair's ray through voxels ends: at the light, or, to a sun, where it has left the
+/// grid by more than the end is drawn back.
+SDAG_HD inline glm::vec3 rayEnd(const RayInputs& inputs, const ShadowPair& pair,
+                                uint32_t startLevel) {
+    if (!pair.isSun)
+        return pair.lightWorld;
+    const VoxelGrid& grid = inputs.dag.grid;
+    const double cell = double(1u << startLevel);
+    const double beyond = cell * (4.0 + 2.0 * double(inputs.options.offset));
+    return glm::vec3(grid.worldFromVoxel(endWithinGrid(
+        grid, grid.voxelFromWorld(glm::dvec3(pair.positionWorld)),
+        grid.voxelFromWorld(glm::dvec3(pair.lightWorld)), beyond)));
+}
+
+/// Returns the footprint of a pair's ray, in voxels. A sun's is the pixel's all along: texels of its
+/// windows are no wider.
 SDAG_HD inline Footprint footprintOf(const RayInputs& inputs, const ShadowPair& pair) {
     const RayDetail& detail = inputs.detail;
     const glm::dvec3 position(pair.positionWorld), toLight = glm::dvec3(pair.lightWorld) - position;
     const double length = sqrt(glm::dot(toLight, toLight));
     const double depth = glm::dot(position - detail.eyeWorld, detail.forward);
     const double resolution =
-        detail.resolutionSquaredBits.empty()
+        detail.resolutionSquaredBits.empty() || pair.isSun
             ? 0.0
             : sqrt(double(std::bit_cast<float>(detail.resolutionSquaredBits[pair.light])));
     const double voxel = inputs.dag.grid.voxelSizeWorld;
@@ -98,7 +115,8 @@ SDAG_HD inline PairSegment pairSegment(const RayInputs& inputs, const ShadowPair
             level < inputs.dag.grid.resolutionLog2 ? level : inputs.dag.grid.resolutionLog2;
     }
     p.segment = shadowSegment(inputs.dag.grid, pair.positionWorld, pair.normalWorld,
-                              pair.lightWorld, inputs.options.offset, p.startLevel);
+                              rayEnd(inputs, pair, p.startLevel), inputs.options.offset,
+                              p.startLevel);
     return p;
 }
 

@@ -255,10 +255,13 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
                              [](const Item& a, const Item& b) { return a.light < b.light; });
             rays.resize(items.size());
             blocked.resize(items.size());
-            for (size_t i = 0; i < items.size(); ++i)
-                rays[i] =
-                    truthRay(receivers[items[i].receiver], starts[items[i].receiver],
-                             glm::dvec3(lights[items[i].light].positionWorld) - state_->origin);
+            for (size_t i = 0; i < items.size(); ++i) {
+                const TruthReceiver& receiver = receivers[items[i].receiver];
+                const glm::vec3 sampleWorld(receiver.sample + state_->origin); // exact again
+                rays[i] = truthRay(
+                    receiver, starts[items[i].receiver],
+                    glm::dvec3(pointAtLight(lights[items[i].light], sampleWorld)) - state_->origin);
+            }
             traceBlocked(rays.data(), rays.size(), blocked.data());
             for (size_t i = 0; i < items.size(); ++i)
                 result[items[i].pair] = blocked[i] ? 0 : kLit;

@@ -117,6 +117,26 @@ int Stage::pointLight(const std::string& name, dvec3 position, double range, glm
     return addNode(std::move(node));
 }
 
+int Stage::sunLight(const std::string& name, dvec3 direction, glm::vec3 color, double illuminance,
+                    int parent) {
+    LightSource light;
+    light.name = name;
+    light.kind = Light::kSun;
+    light.color = color;
+    light.intensity = float(illuminance);
+    scene_.lights.push_back(light);
+    // The shortest turn of -Z onto the direction; half a turn about Y for +Z.
+    const dvec3 d = glm::normalize(direction);
+    Node node;
+    node.name = name;
+    node.parent = parent;
+    node.light = int(scene_.lights.size()) - 1;
+    node.local.rotation = d.z > 1.0 - 1e-9
+                              ? glm::quat(0, 0, 1, 0)
+                              : glm::quat(glm::normalize(glm::dquat(1.0 - d.z, d.y, -d.x, 0.0)));
+    return addNode(std::move(node));
+}
+
 void Stage::camera(dvec3 eye, dvec3 target, double yfov, double znear, double zfar) {
     scene_.cameras.push_back({"camera", float(yfov), float(znear), float(zfar)});
     Node node;

@@ -30,6 +30,9 @@ public:
     /// Adds a point light. `intensity` in candela.
     int pointLight(const std::string& name, glm::dvec3 position, double range, glm::vec3 color,
                    double intensity, int parent = kNone);
+    /// Adds a sun whose light goes along `direction`, of any length; `illuminance` in lux.
+    int sunLight(const std::string& name, glm::dvec3 direction, glm::vec3 color, double illuminance,
+                 int parent = kNone);
     /// Adds the camera node "camera"; without a path it stays there.
     void camera(glm::dvec3 eye, glm::dvec3 target, double yfov = 0.9, double znear = 0.05,
                 double zfar = 500.0);

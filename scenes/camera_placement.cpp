@@ -135,13 +135,14 @@ private:
             size_t ofSample = 0;
             for (size_t l = 0; l < lights.size(); ++l) {
                 if (!lightReaches(lights[l], s.position) ||
-                    !(glm::dot(lights[l].positionWorld - s.position, s.normal) > 0.0f))
+                    !(glm::dot(towardsLight(lights[l], s.position), s.normal) > 0.0f))
                     continue;
                 ++pairCount;
                 // The first four pairs of a sample from a light on that differs by sample.
                 if (withShadows && ofSample++ < 4) {
                     ++tracedCount;
-                    if (open_.sees(s.position + s.normal * lift, lights[l].positionWorld))
+                    if (open_.sees(s.position + s.normal * lift,
+                                   pointAtLight(lights[l], s.position)))
                         isSeen[l] = 1;
                     else
                         ++darkCount;

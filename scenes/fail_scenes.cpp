@@ -310,6 +310,21 @@ FailScene alphaMask() {
     return s;
 }
 
+/// Of a post of height h at elevation e (tan e = 0.48 / sqrt(0.6^2 + 0.64^2)) the shadow is h / tan
+/// e long. A bridge blocks from high above, a box moves through the sun.
+FailScene sun() {
+    FailScene s{"fail-sun",
+                "beyond the paper (weakness 11): a sun has no place and no range; parallel shadows "
+                "of posts, of a bridge high above and of what moves",
+                {floorBox(12, 12), box({-0.1, 0, -0.1}, {0.1, 2.0, 0.1}),
+                 box({-4.15, 0, 1.9}, {-4.05, 3.0, 2.0}, 3), box({-9, 8, -6}, {-5, 8.4, 6})},
+                {{dvec3(0.0), 0.0, 3.0, {0.6, -0.48, 0.64}}},
+                {3.0, 4.5, 10.0},
+                {0.5, 0.5, 0}};
+    s.boxes.push_back({{-2.0, 1.2, -2.5}, dvec3(0.3), 0.1, 0.05, 3, {0.8, 0.0, 0.3}});
+    return s;
+}
+
 /// Returns whether a segment that crosses a board comes through a hole; nothing when it passes
 /// within `border` of a square's edge.
 std::optional<bool> passesHole(const FailBox& b, double timeSeconds, const dvec3& from,
@@ -363,7 +378,7 @@ std::vector<FailScene> failScenes() {
             missingTap(), cubeSeam(),       lightTouching(), thinWall(),
             wires(),      selfShadow(),     contact(),       silhouette(),
             farOrigin(),  axisAligned(),    mover(),         unequalRanges(),
-            coplanar(),   borderLight(),    alphaMask()};
+            coplanar(),   borderLight(),    alphaMask(),     sun()};
 }
 
 Scene makeFailScene(const FailScene& f) {
@@ -414,11 +429,28 @@ Scene makeFailScene(const FailScene& f) {
         if (isMoving)
             s.animateTranslation(node, {0.0f, 4.0f}, {b.center, b.center + b.velocity * 4.0});
     }
-    for (size_t i = 0; i < f.lights.size(); ++i)
-        s.pointLight("light " + std::to_string(i), f.lights[i].position, f.lights[i].range,
-                     {1.0f, 0.94f, 0.84f}, f.lights[i].intensity);
+    for (size_t i = 0; i < f.lights.size(); ++i) {
+        const FailLight& light = f.lights[i];
+        const std::string name = "light " + std::to_string(i);
+        if (light.sunDirection != dvec3(0.0))
+            s.sunLight(name, light.sunDirection, {1.0f, 0.97f, 0.9f}, light.intensity);
+        else
+            s.pointLight(name, light.position, light.range, {1.0f, 0.94f, 0.84f}, light.intensity);
+    }
     s.camera(f.eye, f.target, 0.9, 0.05, 500.0);
     return s.take();
+}
+
+dvec3 lightPointOf(const FailScene& scene, const dvec3& pointWorld, int light, double timeSeconds) {
+    const FailLight& source = scene.lights[size_t(light)];
+    if (source.sunDirection == dvec3(0.0))
+        return source.position;
+    double reach = 0.0; // twice as far as anything is from the point
+    for (const FailBox& b : scene.boxes) {
+        const dvec3 now = b.center + b.velocity * timeSeconds;
+        reach = std::max(reach, 2.0 * (glm::length(now - pointWorld) + glm::length(b.half)));
+    }
+    return pointWorld - glm::normalize(source.sunDirection) * reach;
 }
 
 std::optional<bool> expectedLit(const FailScene& scene, const dvec3& pointWorld, int light,
@@ -426,7 +458,7 @@ std::optional<bool> expectedLit(const FailScene& scene, const dvec3& pointWorld,
     double extent = 0.0;
     for (const FailBox& b : scene.boxes)
         extent = std::max({extent, 2.0 * b.half.x, 2.0 * b.half.y, 2.0 * b.half.z});
-    const dvec3 to = scene.lights[size_t(light)].position;
+    const dvec3 to = lightPointOf(scene, pointWorld, light, timeSeconds);
     const dvec3 along = (to - pointWorld) / glm::length(to - pointWorld) * (1e-4 * extent);
     const dvec3 a = pointWorld + along, b = to - along;
     bool mayHit = false;

@@ -28,7 +28,9 @@ struct FailBox {
 struct FailLight {
     glm::dvec3 position;
     double range;
-    double intensity; ///< candela
+    double intensity; ///< candela; of a sun lux
+    /// Where a sun's light goes; zero: not a sun. A sun's position and range are not used.
+    glm::dvec3 sunDirection{0.0};
 };
 
 struct FailScene {
@@ -47,12 +49,18 @@ std::vector<FailScene> failScenes();
 /// Returns the scene as any other: meshes, lights, a camera node "camera".
 Scene makeFailScene(const FailScene& description);
 
+/// Returns the point that light number `light` shines on a point from: its position, or, of a sun,
+/// one beyond the scene.
+glm::dvec3 lightPointOf(const FailScene& scene, const glm::dvec3& pointWorld, int light,
+                        double timeSeconds = 0.0);
+
 /// Returns whether light number `light` is seen from point p of a surface whose normal faces it, at
 /// a time: true lit, false dark, nothing where the answer hangs on less than 1e-6 of the scene's
 /// extent (a ray along an edge, a hole's too, or along its own surface) or where p is buried in a
-/// solid. In closed form: the segment, shortened by 1e-4 of the extent at both ends, against every
-/// box. So a light that touches a surface lights the side on which it lies, and a point is not
-/// shadowed by the surface it lies on. The light's range is not asked.
+/// solid. In closed form: the segment (towards a sun one that leaves the scene), shortened by 1e-4
+/// of the extent at both ends, against every box. So a light that touches a surface lights the side
+/// on which it lies, and a point is not shadowed by the surface it lies on. The light's range is
+/// not asked.
 std::optional<bool> expectedLit(const FailScene& scene, const glm::dvec3& pointWorld, int light,
                                 double timeSeconds = 0.0);
 

@@ -97,11 +97,10 @@ private:
     AccessorReader accessors_;
     gltf::MaterialMasks masks_;
     Scene scene_;
-    std::vector<int> lightOf_;  // model light to scene light; kNone for suns
     std::vector<int> cameraOf_; // model camera to scene camera; kNone for orthographic ones
 
     // What was ignored.
-    uint64_t sunCount_ = 0, orthographicCount_ = 0, lineAndPointCount_ = 0, noPositionCount_ = 0;
+    uint64_t orthographicCount_ = 0, lineAndPointCount_ = 0, noPositionCount_ = 0;
     uint64_t morphCount_ = 0, channelCount_ = 0, translucentCount_ = 0, instancingCount_ = 0;
     uint64_t incompleteCount_ = 0, noUvCount_ = 0, vertexAlphaCount_ = 0;
 };
@@ -308,11 +307,7 @@ void SceneReader::readLights() {
     for (size_t i = 0; i < model().lights.size(); ++i) {
         const tinygltf::Light& source = model().lights[i];
         const std::string place = numbered("KHR_lights_punctual/lights/", i);
-        if (source.type == "directional") {
-            lightOf_.push_back(kNone);
-            continue;
-        }
-        if (source.type != "point" && source.type != "spot")
+        if (source.type != "point" && source.type != "spot" && source.type != "directional")
             fail(document_, place + "/type",
                  "'" + source.type.substr(0, 40) + "' is not a kind of light");
         LightSource light;
@@ -324,7 +319,10 @@ void SceneReader::readLights() {
             if (!(light.color[c] * light.intensity <= kMaxMagnitude))
                 fail(document_, place, "color times intensity exceeds 1e30");
         }
-        light.rangeWorld = checkedPositiveOrZero(source.range, place + "/range");
+        if (source.type == "directional")
+            light.kind = Light::kSun; // the extension gives it no range
+        else
+            light.rangeWorld = checkedPositiveOrZero(source.range, place + "/range");
         if (light.rangeWorld > kMaxRangeWorld)
             fail(document_, place + "/range",
                  std::to_string(source.range) + " exceeds 1e18 metres");
@@ -339,7 +337,6 @@ void SceneReader::readLights() {
             light.innerConeAngle = float(inner);
             light.outerConeAngle = float(outer);
         }
-        lightOf_.push_back(int(scene_.lights.size()));
         scene_.lights.push_back(std::move(light));
     }
 }
@@ -442,10 +439,8 @@ void SceneReader::readNodes() {
             const tinygltf::Value& light = punctual->second.Get("light");
             if (!light.IsInt())
                 fail(document_, place + "/KHR_lights_punctual", "\"light\" is not an integer");
-            node.light = lightOf_[size_t(checkIndex(light.GetNumberAsInt(), lightOf_.size(),
-                                                    place + "/KHR_lights_punctual", "light"))];
-            if (node.light == kNone)
-                ++sunCount_;
+            node.light = checkIndex(light.GetNumberAsInt(), scene_.lights.size(),
+                                    place + "/KHR_lights_punctual", "light");
         }
         if (source.extensions.count("EXT_mesh_gpu_instancing"))
             ++instancingCount_;
@@ -595,7 +590,6 @@ void SceneReader::writeWarnings() {
     warn(lineAndPointCount_, "primitives of points or lines ignored: they cast no shadow.");
     warn(noPositionCount_, "primitives without positions ignored.");
     warn(incompleteCount_, "primitives end in an incomplete triangle, which is left out.");
-    warn(sunCount_, "directional lights ignored: only points and spots are supported.");
     warn(orthographicCount_, "orthographic cameras ignored: only perspective ones are supported.");
     warn(model().skins.size(), "skins ignored: skinned meshes stay in rest pose.");
     warn(morphCount_, "primitives with morph targets stay in rest pose.");

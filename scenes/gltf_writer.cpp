@@ -240,7 +240,7 @@ void GlbWriter::writeLightsAndCameras() {
                 "\"type\":\"spot\",\"spot\":{\"innerConeAngle\":" + number(light.innerConeAngle) +
                 ",\"outerConeAngle\":" + number(light.outerConeAngle) + "}";
         else
-            text += "\"type\":\"point\"";
+            text += light.kind == Light::kSun ? "\"type\":\"directional\"" : "\"type\":\"point\"";
         lights_.add(strip(text));
     }
     for (const CameraSource& camera : scene_.cameras)

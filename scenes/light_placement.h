@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seeded point lights for scenes that bring none, and for `--lights N --seed S`.
+// Seeded point lights for scenes that bring none, and for `--lights N --seed S`, which replaces a
+// sun, too.
 #pragma once
 
 #include "scenes/light.h"

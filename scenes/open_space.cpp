@@ -110,7 +110,7 @@ OpenSpace::OpenSpace(TriangleView triangles, const Box& bounds, const std::vecto
             aside.y *= 0.25f;
             const float length = std::sqrt(glm::dot(aside, aside));
             position = lights[light].positionWorld;
-            if (distanceSquared(bounds, position) > 0.0f)
+            if (lights[light].kind == Light::kSun || distanceSquared(bounds, position) > 0.0f)
                 continue;
             if (length > 0.0f)
                 position += (aside / length) * (float(random.next()) *

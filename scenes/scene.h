@@ -66,8 +66,8 @@ struct LightSource {
     std::string name;
     Light::Kind kind = Light::kPoint;
     glm::vec3 color{1.0f};
-    float intensity = 1.0f;  ///< candela
-    float rangeWorld = 0.0f; ///< 0: none authored, a cutoff decides (see world.h)
+    float intensity = 1.0f;  ///< candela; of a sun lux
+    float rangeWorld = 0.0f; ///< 0: none authored, a cutoff decides (see world.h); a sun has none
     float innerConeAngle = 0.0f;
     float outerConeAngle = 0.7853982f;
 };

@@ -42,6 +42,22 @@ glm::dvec3 normalizedOr(const glm::dvec3& v, const glm::dvec3& otherwise) {
     return v / std::sqrt(lengthSquared);
 }
 
+// Gives a sun the sphere around the bounds, which it has instead of a place and a range. The point
+// that rays go to is twice as far as the scene is wide and as its coordinates are large: nearer,
+// rounding that point to float would turn the ray by more than rounding its start does.
+void surroundScene(Light& sun, const Box& bounds) {
+    const glm::dvec3 center = 0.5 * (glm::dvec3(bounds.min) + glm::dvec3(bounds.max));
+    const glm::dvec3 largest =
+        glm::max(glm::abs(glm::dvec3(bounds.min)), glm::abs(glm::dvec3(bounds.max)));
+    const double coordinate = std::max({largest.x, largest.y, largest.z});
+    const double radius = 0.5 * glm::length(glm::dvec3(bounds.max) - glm::dvec3(bounds.min));
+    sun.positionWorld = glm::vec3(center);
+    sun.rangeWorld = float(radius * 1.001 + coordinate * 1e-6 + 1e-30);
+    int exponent = 0;
+    std::frexp(std::max(4.0 * double(sun.rangeWorld), 2.0 * coordinate), &exponent);
+    sun.sunDistanceWorld = std::ldexp(1.0f, exponent);
+}
+
 bool mirrors(const glm::dmat4& m) {
     return glm::dot(glm::dvec3(m[0]), glm::cross(glm::dvec3(m[1]), glm::dvec3(m[2]))) < 0.0;
 }
@@ -284,6 +300,8 @@ void World::updateLightsAndCameras() {
                 light.cosInner = float(std::cos(double(source.innerConeAngle)));
                 light.cosOuter = float(std::cos(double(source.outerConeAngle)));
             }
+            if (source.kind == Light::kSun)
+                surroundScene(light, bounds_);
             light.isMoving = isNodeMoving_[node];
             lights_.push_back(light);
         }

@@ -56,19 +56,16 @@ struct CullView {
     SDAG_HD BatchFaces facesToDraw(uint32_t mapIndex, uint32_t batch) const {
         const ShadowMapInfo& map = maps[mapIndex];
         const Box& boxWorld = batches.boxesWorld[batch];
-        const Box box{boxWorld.min - map.lightPositionWorld, boxWorld.max - map.lightPositionWorld};
         if (!kept.drawnCells.empty())
-            return facesNotDrawn(mapIndex, batch, box);
-        if (culling == MapCulling::kSphere) {
-            constexpr uint32_t kAll = (1u << kFaceCount) - 1;
-            return {kAll, kAll};
-        }
+            return facesNotDrawn(mapIndex, batch, boxWorld);
+        if (culling == MapCulling::kSphere)
+            return {facesOf(map), facesOf(map)};
         uint32_t faces = 0;
         for (uint32_t face = 0; face < kFaceCount; ++face) {
             if (!(masks.faces[mapIndex] >> face & 1u))
                 continue;
             FaceRect rect;
-            if (!projectBox(box, face, 0.0f, rect))
+            if (!projectOnMap(map, boxWorld, face, 0.0f, rect))
                 continue;
             if (culling >= MapCulling::kMaximumDepth &&
                 rect.depthMin > bitsFloat(masks.depths[mapIndex * kFaceCount + face]))
@@ -89,13 +86,9 @@ struct CullView {
         const uint32_t mapIndex = uint32_t(i / parts());
         const uint32_t part = uint32_t(i % parts());
         const ShadowMapInfo& map = maps[mapIndex];
-        const float rangeSquared = map.rangeWorld * map.rangeWorld;
         CullCounts counts{};
         traverseFrom(
-            batches.bvh, part, part + 1,
-            [&](const Box& box) {
-                return !box.empty() && distanceSquared(box, map.lightPositionWorld) < rangeSquared;
-            },
+            batches.bvh, part, part + 1, [&](const Box& box) { return reachesMap(map, box); },
             [&](uint32_t batch) {
                 const uint32_t triangleCount = batches.batches[batch].count;
                 const uint32_t level = levelOf(batch);
@@ -132,14 +125,14 @@ private:
     }
 
     /// See drawn_cells.h for the rule.
-    SDAG_HD BatchFaces facesNotDrawn(uint32_t mapIndex, uint32_t batch, const Box& box) const {
+    SDAG_HD BatchFaces facesNotDrawn(uint32_t mapIndex, uint32_t batch, const Box& boxWorld) const {
         const bool isMoved = kept.moved[batch / 32] >> batch % 32 & 1u;
         const CellDepthView open{cells.cells, kept.openBlocks};
         const uint32_t slot = kept.slots[mapIndex];
         BatchFaces faces{};
         for (uint32_t face = 0; face < kFaceCount; ++face) {
             FaceRect rect;
-            if (!projectBox(box, face, 0.0f, rect))
+            if (!projectOnMap(maps[mapIndex], boxWorld, face, 0.0f, rect))
                 continue;
             const uint32_t bits = depthBits(rect.depthMin);
             const CellRect of = cellsOf(rect);

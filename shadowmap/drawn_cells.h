@@ -145,13 +145,14 @@ struct LowerCells {
 
     SDAG_HD void operator()(size_t i) const {
         const uint32_t mapIndex = uint32_t(i / boxesWorld.count);
-        Box box;
-        if (!reachesSphere(maps[mapIndex], boxesWorld[i % boxesWorld.count], box))
+        const ShadowMapInfo& map = maps[mapIndex];
+        const Box& box = boxesWorld[i % boxesWorld.count];
+        if (!reachesMap(map, box))
             return;
         const uint32_t slot = drawn.slots[mapIndex];
         for (uint32_t face = 0; face < kFaceCount; ++face) {
             FaceRect rect;
-            if (!projectBox(box, face, 0.0f, rect))
+            if (!projectOnMap(map, box, face, 0.0f, rect))
                 continue;
             const uint32_t bits = depthBits(rect.depthMin);
             const CellRect cells = cellsOf(rect);

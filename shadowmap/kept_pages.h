@@ -39,16 +39,6 @@ struct CarryPages {
     }
 };
 
-/// Whether a batch may be, or may have been, drawn into a face, and where it lies there.
-/// @param boxLight relative to the light
-SDAG_HD inline bool reachesSphere(const ShadowMapInfo& map, const Box& boxWorld, Box& boxLight) {
-    if (boxWorld.empty() ||
-        !(distanceSquared(boxWorld, map.lightPositionWorld) < map.rangeWorld * map.rangeWorld))
-        return false;
-    boxLight = {boxWorld.min - map.lightPositionWorld, boxWorld.max - map.lightPositionWorld};
-    return true;
-}
-
 /// Marks the pages of map i / boxes.count that what is in box i % boxes.count may be drawn into, or
 /// may have been before it moved.
 struct MarkUnder {
@@ -68,7 +58,7 @@ struct MarkUnder {
             return;
         for (uint32_t face = 0; face < kFaceCount; ++face) {
             FaceRect rect;
-            if (!projectBox(box, face, 0.0f, rect) ||
+            if (!projectOnMap(map, box, face, 0.0f, rect) ||
                 (!drawnDepths.empty() &&
                  depthBits(rect.depthMin) > drawnDepths[slots[mapIndex] * kFaceCount + face]))
                 continue;

@@ -29,14 +29,22 @@ uint64_t wordsOf(const ShadowMapInfo& map) {
     return (uint64_t(kFaceCount) * map.facePages * map.facePages + 31) / 32;
 }
 
-/// Returns whether two maps hold the same texels, wherever their page tables stand.
+/// Returns whether two maps hold the same texels, wherever their page tables stand. The sphere around
+/// the scene, which a sun has for a place, does not matter to them.
 bool isSameMap(ShadowMapInfo a, const ShadowMapInfo& b) {
     a.pageTableStart = b.pageTableStart;
+    if (a.window.isSun()) {
+        a.lightPositionWorld = b.lightPositionWorld;
+        a.rangeWorld = b.rangeWorld;
+    }
     return a == b;
 }
 
-/// Returns whether two maps differ in resolution at most.
+/// Returns whether two maps differ in resolution at most, or, of a sun, in what part of the world
+/// they see.
 bool isSameLight(ShadowMapInfo a, const ShadowMapInfo& b) {
+    if (a.window.isSun() || b.window.isSun())
+        return a.window.w == b.window.w && a.window.w0 == b.window.w0;
     a.faceTexels = b.faceTexels;
     a.facePages = b.facePages;
     return isSameMap(a, b);

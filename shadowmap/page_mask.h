@@ -99,13 +99,15 @@ struct MarkReceiver {
         const Box& world = boxesWorld[receiver.box];
         if (world.empty())
             return;
-        const Box box{world.min - map.lightPositionWorld, world.max - map.lightPositionWorld};
+        const uint32_t faces = facesOf(map);
         const bool isTiny = map.faceTexels < kLeastMaskedFaceTexels;
         const float margin = isTiny ? 0.0f : filterMargin(map.faceTexels, taps);
         for (uint32_t face = 0; face < kFaceCount; ++face) {
+            if (!(faces >> face & 1u))
+                continue;
             FaceRect rect{-1.0f, 1.0f, -1.0f, 1.0f, 0.0f, 3.0e38f};
             if (!isTiny) {
-                if (!projectBox(box, face, margin, rect))
+                if (!projectOnMap(map, world, face, margin, rect))
                     continue;
                 rect.depthMax *= filterDepthFactor(margin);
             }

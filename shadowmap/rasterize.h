@@ -4,8 +4,8 @@
 // Fill rule: a texel is covered when the ray from the light through its centre meets the closed
 // triangle; triangles that share an edge or a corner leave no gap between them. Both sides block. A
 // triangle whose plane holds the light (to double rounding) has no area from there and covers
-// nothing, like a degenerate one. Near plane: what lies nearer to the light than kNearPerRange
-// times its range, along the face's axis, does not block. Depth convention: see ShadowMapView. The
+// nothing, like a degenerate one. Near plane: what lies nearer to the light than nearDepth(map),
+// along the face's axis, does not block. Depth convention: see ShadowMapView. The
 // greatest bits win, so the order of triangles does not matter. What an alpha mask cuts out is
 // asked at the same point (scenes/alpha_mask.h): holes smaller than a texel are hit or missed.
 #pragma once
@@ -16,8 +16,6 @@
 #include "shadowmap/shadow_map_lookup.h"
 
 namespace shadowdag {
-
-constexpr double kNearPerRange = 1.0 / double(1 << 20);
 
 /// What rasterization reads and writes.
 struct RasterView {
@@ -120,7 +118,7 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
     const double zMax = glm::max(a.z, glm::max(b.z, c.z));
     if (!(zMax > 0.0))
         return false;
-    const double zNear = double(map.rangeWorld) * kNearPerRange;
+    const double zNear = nearDepth(map);
     t.wNear = float(1.0 / zNear);
     t.wMin = float(1.0 / zMax);
     if (zMin > zNear) {
@@ -221,13 +219,15 @@ struct SolidTriangle {
 struct MaskedTriangle {
     const AlphaMaskView& masks;
     const FaceTriangle& t;
-    uint32_t triangle; ///< of the world
+    uint32_t triangle;      ///< of the world
+    glm::dvec3 scale{1.0}; ///< of a corner's weight; of a sun the corner's depth
 
     /// Returns whether it is opaque at texel coordinates X, Y. A corner's weight is the function of
-    /// the edge across from it: edge 0 joins corners 0 and 1.
+    /// the edge across from it: edge 0 joins corners 0 and 1. A sun's corners were scaled by their
+    /// depths (sun_window.h), which takes these out of the weights.
     SDAG_HD bool isOpaque(double X, double Y) const {
         const auto edge = [&](int k) { return t.ex[k] * X + (t.ey[k] * Y + t.e0[k]); };
-        return masks.isOpaque(triangle, edge(1), edge(2), edge(0));
+        return masks.isOpaque(triangle, edge(1) * scale.x, edge(2) * scale.y, edge(0) * scale.z);
     }
 };
 
@@ -299,22 +299,25 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
     }
 }
 
-/// The same for a triangle of the world, cut or not.
+/// Returns a corner relative to the light (lightFromWorld).
+SDAG_HD inline glm::dvec3 cornerFromLight(const TriangleView& geometry, uint32_t triangle,
+                                          int corner, const ShadowMapInfo& map) {
+    return lightFromWorld(map, geometry.vertex(triangle, corner));
+}
+
+/// Calls store(index, bits) for all texels of a triangle of the world, cut or not.
 template <class Store>
 SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
                                 const FaceTriangle& t, uint32_t triangle, const Store& store) {
-    if (view.geometry.masks.isCut(triangle))
-        coverTexels(view, map, face, t, MaskedTriangle{view.geometry.masks, t, triangle}, t.y0,
-                    t.y1, store);
-    else
+    if (!view.geometry.masks.isCut(triangle)) {
         coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1, store);
-}
-
-/// Returns a corner relative to the light, in double: the difference of two floats, nearly always
-/// exact.
-SDAG_HD inline glm::dvec3 cornerFromLight(const TriangleView& geometry, uint32_t triangle,
-                                          int corner, const glm::vec3& lightWorld) {
-    return glm::dvec3(geometry.vertex(triangle, corner)) - glm::dvec3(lightWorld);
+        return;
+    }
+    MaskedTriangle surface{view.geometry.masks, t, triangle};
+    if (map.window.isSun())
+        for (int corner = 0; corner < 3; ++corner)
+            surface.scale[corner] = cornerFromLight(view.geometry, triangle, corner, map).z;
+    coverTexels(view, map, face, t, surface, t.y0, t.y1, store);
 }
 
 /// Draws triangle i % slotsPerDraw of draw i / slotsPerDraw.
@@ -332,7 +335,7 @@ struct RasterizeTriangle {
         glm::dvec3 corners[3];
         for (int corner = 0; corner < 3; ++corner)
             corners[corner] =
-                cornerFromLight(view.geometry, triangle, corner, map.lightPositionWorld);
+                cornerFromLight(view.geometry, triangle, corner, map);
         for (uint32_t face = 0; face < kFaceCount; ++face) {
             FaceTriangle t;
             if (!(draw.faces >> face & 1u) ||

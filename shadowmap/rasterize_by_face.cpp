@@ -28,7 +28,7 @@ void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo
     glm::dvec3 corners[3];
     for (int corner = 0; corner < 3; ++corner)
         corners[corner] = faceFromLight(
-            face, cornerFromLight(view.geometry, triangle, corner, map.lightPositionWorld));
+            face, cornerFromLight(view.geometry, triangle, corner, map));
     FaceTriangle t;
     if (setUpTriangle(corners[0], corners[1], corners[2], map, t))
         cover(view, triangle, map, face, t);
@@ -45,8 +45,7 @@ void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& 
         for (uint32_t lane = 0; lane < 4; ++lane)
             four[lane] = triangles[first + std::min(lane, count - 1)];
         const auto corners = [&](int corner) {
-            return avx2::cornersFromLight(view.geometry, four, corner, map.lightPositionWorld,
-                                          face);
+            return avx2::cornersFromLight(view.geometry, four, corner, map, face);
         };
         avx2::FaceTriangles t;
         uint32_t crossing;

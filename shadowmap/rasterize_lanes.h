@@ -51,13 +51,24 @@ inline Lanes sizeOf(const Lanes3& p) {
 
 /// Returns corner `corner` of four triangles relative to the light, in the frame of a face.
 inline Lanes3 cornersFromLight(const TriangleView& geometry, const uint32_t* triangles, int corner,
-                               const glm::vec3& lightWorld, uint32_t face) {
+                               const ShadowMapInfo& map, uint32_t face) {
     const __m128i three = _mm_setr_epi32(-1, -1, -1, 0); // no byte beyond the last vertex
     __m128 p[4];
     for (int lane = 0; lane < 4; ++lane)
         p[lane] = _mm_maskload_ps(
             &geometry.positions[geometry.triangles[triangles[lane]][corner]].x, three);
     _MM_TRANSPOSE4_PS(p[0], p[1], p[2], p[3]);
+    if (map.window.isSun()) { // as SunWindow::lightFromWorld; face kSunFace
+        const Lanes x = _mm256_cvtps_pd(p[0]), y = _mm256_cvtps_pd(p[1]),
+                    z = _mm256_cvtps_pd(p[2]);
+        const auto row = [&](const glm::dvec3& r, double offset) {
+            return all(r.x) * x + all(r.y) * y + all(r.z) * z - all(offset);
+        };
+        const SunWindow& window = map.window;
+        const Lanes depth = all(1.0) / row(window.w, window.w0);
+        return {row(window.u, window.u0) * depth, row(window.v, window.v0) * depth, depth};
+    }
+    const glm::vec3& lightWorld = map.lightPositionWorld;
     const Lanes world[3] = {_mm256_cvtps_pd(p[0]) - all(double(lightWorld.x)),
                             _mm256_cvtps_pd(p[1]) - all(double(lightWorld.y)),
                             _mm256_cvtps_pd(p[2]) - all(double(lightWorld.z))};
@@ -127,7 +138,7 @@ inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c
     const Lanes zMin = least(a.z, least(b.z, c.z));
     const Lanes zMax = most(a.z, most(b.z, c.z));
     uint32_t kept = wanted & ~bits(outside) & bits(above(zMax, _mm256_setzero_pd()));
-    const double zNear = double(map.rangeWorld) * kNearPerRange;
+    const double zNear = nearDepth(map);
     crossing = kept & ~bits(above(zMin, all(zNear)));
     kept &= ~crossing;
     if (!kept)

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "cuda/view.h"
-#include "shadowmap/cube_face.h"
+#include "shadowmap/shadow_map_info.h"
 
 #include <glm/glm.hpp>
 
@@ -13,31 +13,11 @@
 
 namespace shadowdag {
 
-constexpr uint32_t kNoPage = 0xffffffffu;
-
-/// One map, as lookups and the rasterizer see it.
-struct ShadowMapInfo {
-    glm::vec3 lightPositionWorld;
-    float rangeWorld;
-    uint32_t faceTexels;     ///< side of a face in texels, after any degrading
-    uint32_t facePages;      ///< side of a face in pages
-    uint32_t pageTableStart; ///< first of 6 * facePages^2 entries; a multiple of 32
-
-    bool operator==(const ShadowMapInfo&) const = default;
-};
-
-/// Returns the page-table index of page (x, y) of a face: faces one after the other, rows of v, u
-/// fastest.
-SDAG_HD inline uint32_t pageTableIndex(const ShadowMapInfo& map, uint32_t face, uint32_t x,
-                                       uint32_t y) {
-    return map.pageTableStart + (face * map.facePages + y) * map.facePages + x;
-}
-
 /// Everything a lookup reads.
 /// maps: mapCount; pageTable: pool page or kNoPage; depths: pageCount * pageTexels^2.
 /// A depth is the float bits of 1/z, z being the depth along the face's axis (world units) of the
 /// nearest surface on the ray through the texel's centre; 0 where there is none. Nearer is greater,
-/// as float and as uint32.
+/// as float and as uint32. Of a sun it is the w of sun_window.h.
 struct ShadowMapView {
     View<const ShadowMapInfo> maps;
     View<const uint32_t> pageTable;

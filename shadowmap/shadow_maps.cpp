@@ -78,7 +78,7 @@ MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexel
         const uint32_t texels = glm::max(1u, uint32_t(double(r.faceTexels) / divisor));
         const uint32_t pages = (texels + pageTexels - 1) / pageTexels;
         layout.maps.push_back({r.lightPositionWorld, r.rangeWorld, texels, pages,
-                               uint32_t(layout.maskWordCount * 32)});
+                               uint32_t(layout.maskWordCount * 32), r.window});
         layout.maskWordCount += (uint64_t(kFaceCount) * pages * pages + 31) / 32;
     }
     if (layout.maskWordCount * 32 > 0xffffffffull)
@@ -223,6 +223,7 @@ struct ShadowMaps::State {
         for (size_t map = 0; map < infos.size(); ++map) {
             drawStart.push_back(parts ? first[map * parts] : 0);
             const uint64_t faceCount = kFaceCount;
+            const uint64_t faceCount = infos[map].window.isSun() ? 1 : kFaceCount;
             uint32_t triangleFaces = 0;
             for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
                 counts.batchFaceCount += found[i].batchFaces;

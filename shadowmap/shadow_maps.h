@@ -18,7 +18,8 @@ namespace shadowdag {
 
 constexpr uint32_t kMaxFaceTexels = 8192;
 
-/// One virtual cube map that is to be drawn. Axis aligned with the world, centred at the light.
+/// One virtual cube map that is to be drawn, axis aligned with the world, centred at the light; or
+/// one window of a sun.
 struct MapRequest {
     glm::vec3 lightPositionWorld;
     float rangeWorld;
@@ -26,6 +27,8 @@ struct MapRequest {
     uint32_t faceTexels; ///< allocated resolution of a face, 1..kMaxFaceTexels
     uint32_t octave =
         0; ///< MapQuantities::octave: with the light, who the map is from frame to frame
+    SunWindow window = {}; ///< of a sun, whose receivers lie in it with their filters; position and
+                           ///< range are then the sphere around the scene
 };
 
 /// How maps are built. Results of lookups do not depend on the culling.

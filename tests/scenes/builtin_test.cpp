@@ -218,7 +218,7 @@ TEST_P(FailSceneTest, ClosedFormAgreesWithEmbree) {
                 continue;
             const glm::dvec3 point = a + (b - a) * u + (c - a) * v;
             const uint32_t light = random.below(uint32_t(description.lights.size()));
-            const glm::dvec3 to = description.lights[light].position;
+            const glm::dvec3 to = lightPointOf(description, point, int(light), time);
             // Outward normals of boxes; a flat box is lit from both sides.
             const glm::dvec3 n = glm::normalize(normal);
             if (glm::dot(n, to - point) <= 1e-3 * glm::length(to - point))

@@ -229,7 +229,7 @@ TEST(Gltf, LightsAndCamerasAreRead) {
         .set("extensionsRequired", R"(["KHR_lights_punctual"])")
         .set("extensions",
              R"({"KHR_lights_punctual":{"lights":[)"
-             R"({"type":"directional"},)"
+             R"({"type":"directional","color":[1,1,0.5],"intensity":1000,"range":7},)"
              R"({"type":"point","color":[1,0.5,0],"intensity":4,"range":3,"name":"lamp"},)"
              R"({"type":"spot","spot":{"innerConeAngle":0.25,"outerConeAngle":0.5}}]}})")
         .set("cameras",
@@ -240,25 +240,28 @@ TEST(Gltf, LightsAndCamerasAreRead) {
                       R"({"extensions":{"KHR_lights_punctual":{"light":2}}}])")
         .set("scenes", R"([{"nodes":[0,1,2]}])");
     const Scene scene = readParts(parts);
-    ASSERT_EQ(scene.lights.size(), 2u);
-    EXPECT_EQ(scene.lights[0].name, "lamp");
-    EXPECT_EQ(scene.lights[0].kind, Light::kPoint);
-    EXPECT_EQ(scene.lights[0].color, glm::vec3(1, 0.5f, 0));
-    EXPECT_EQ(scene.lights[0].intensity, 4.0f);
-    EXPECT_EQ(scene.lights[0].rangeWorld, 3.0f);
-    EXPECT_EQ(scene.lights[1].kind, Light::kSpot);
-    EXPECT_EQ(scene.lights[1].innerConeAngle, 0.25f);
-    EXPECT_EQ(scene.lights[1].outerConeAngle, 0.5f);
-    EXPECT_EQ(scene.lights[1].rangeWorld, 0.0f);
-    EXPECT_EQ(scene.nodes[0].light, kNone);
-    EXPECT_EQ(scene.nodes[1].light, 0);
-    EXPECT_EQ(scene.nodes[2].light, 1);
+    ASSERT_EQ(scene.lights.size(), 3u);
+    EXPECT_EQ(scene.lights[0].kind, Light::kSun);
+    EXPECT_EQ(scene.lights[0].color, glm::vec3(1, 1, 0.5f));
+    EXPECT_EQ(scene.lights[0].intensity, 1000.0f);
+    EXPECT_EQ(scene.lights[0].rangeWorld, 0.0f); // the extension ignores a range
+    EXPECT_EQ(scene.lights[1].name, "lamp");
+    EXPECT_EQ(scene.lights[1].kind, Light::kPoint);
+    EXPECT_EQ(scene.lights[1].color, glm::vec3(1, 0.5f, 0));
+    EXPECT_EQ(scene.lights[1].intensity, 4.0f);
+    EXPECT_EQ(scene.lights[1].rangeWorld, 3.0f);
+    EXPECT_EQ(scene.lights[2].kind, Light::kSpot);
+    EXPECT_EQ(scene.lights[2].innerConeAngle, 0.25f);
+    EXPECT_EQ(scene.lights[2].outerConeAngle, 0.5f);
+    EXPECT_EQ(scene.lights[2].rangeWorld, 0.0f);
+    EXPECT_EQ(scene.nodes[0].light, 0);
+    EXPECT_EQ(scene.nodes[1].light, 1);
+    EXPECT_EQ(scene.nodes[2].light, 2);
     ASSERT_EQ(scene.cameras.size(), 1u);
     EXPECT_EQ(scene.cameras[0].yfov, 1.0f);
     EXPECT_TRUE(std::isinf(scene.cameras[0].zfar));
     EXPECT_EQ(scene.nodes[0].camera, kNone);
     EXPECT_EQ(scene.nodes[1].camera, 0);
-    EXPECT_THAT(scene.warnings, testing::Contains(HasSubstr("1 directional")));
     EXPECT_THAT(scene.warnings, testing::Contains(HasSubstr("1 orthographic")));
 }
 

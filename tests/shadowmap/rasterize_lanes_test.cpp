@@ -72,7 +72,7 @@ TEST(RasterizeLanes, SetUpIsTheOneTextsBitForBit) {
         avx2::Lanes3 corners[3];
         for (int corner = 0; corner < 3; ++corner)
             corners[corner] = avx2::cornersFromLight(scene.view(), triangles, corner,
-                                                     map.lightPositionWorld, face);
+                                                     map, face);
         avx2::FaceTriangles four;
         uint32_t crossing = 0;
         const uint32_t set =
@@ -82,7 +82,7 @@ TEST(RasterizeLanes, SetUpIsTheOneTextsBitForBit) {
             glm::dvec3 p[3];
             for (int corner = 0; corner < 3; ++corner)
                 p[corner] = faceFromLight(
-                    face, cornerFromLight(scene.view(), lane, corner, map.lightPositionWorld));
+                    face, cornerFromLight(scene.view(), lane, corner, map));
             FaceTriangle t;
             const bool isSet = setUpTriangle(p[0], p[1], p[2], map, t);
             if (crossing >> lane & 1u) {
