@@ -53,8 +53,8 @@ struct MarkUnder {
     SDAG_HD void operator()(size_t i) const {
         const uint32_t mapIndex = uint32_t(i / boxesWorld.count);
         const ShadowMapInfo& map = maps[mapIndex];
-        Box box;
-        if (!reachesSphere(map, boxesWorld[i % boxesWorld.count], box))
+        const Box& box = boxesWorld[i % boxesWorld.count];
+        if (!reachesMap(map, box))
             return;
         for (uint32_t face = 0; face < kFaceCount; ++face) {
             FaceRect rect;

@@ -29,8 +29,8 @@ uint64_t wordsOf(const ShadowMapInfo& map) {
     return (uint64_t(kFaceCount) * map.facePages * map.facePages + 31) / 32;
 }
 
-/// Returns whether two maps hold the same texels, wherever their page tables stand. The sphere around
-/// the scene, which a sun has for a place, does not matter to them.
+/// Returns whether two maps hold the same texels, wherever their page tables stand. The sphere
+/// around the scene, which a sun has for a place, does not matter to them.
 bool isSameMap(ShadowMapInfo a, const ShadowMapInfo& b) {
     a.pageTableStart = b.pageTableStart;
     if (a.window.isSun()) {

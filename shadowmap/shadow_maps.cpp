@@ -222,7 +222,6 @@ struct ShadowMaps::State {
         std::vector<uint32_t> drawStart;
         for (size_t map = 0; map < infos.size(); ++map) {
             drawStart.push_back(parts ? first[map * parts] : 0);
-            const uint64_t faceCount = kFaceCount;
             const uint64_t faceCount = infos[map].window.isSun() ? 1 : kFaceCount;
             uint32_t triangleFaces = 0;
             for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
