@@ -6,6 +6,8 @@
 
 #include <muParser.h>
 
+#include <limits>
+
 namespace shadowdag {
 
 namespace {
@@ -33,15 +35,16 @@ public:
         evaluate({MapQuantities{}}, 1.0);
     }
 
-    std::vector<Route> route(const std::vector<MapQuantities>& maps) const override {
+    std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
         return evaluate(maps, 0.0);
     }
 
 private:
-    // A parser a call: route() is const, and muParser's evaluation is not.
-    std::vector<Route> evaluate(const std::vector<MapQuantities>& maps, double offset) const {
-        std::vector<Route> routes;
-        routes.reserve(maps.size());
+    // A sign alone, beyond doubt: an expression need not be a cost, so nothing tells how sure it
+    // is. A parser a call: weigh() is const, and muParser's evaluation is not.
+    std::vector<double> evaluate(const std::vector<MapQuantities>& maps, double offset) const {
+        std::vector<double> ratios;
+        ratios.reserve(maps.size());
         try {
             double values[kQuantityCount] = {};
             mu::Parser parser;
@@ -58,7 +61,7 @@ private:
                                 "cost model 'expr:" + expression_ + "' has " +
                                     std::to_string(resultCount) +
                                     " values separated by commas; use one that is > 0 for rays");
-                routes.push_back(results[0] > 0.0 ? Route::kRays : Route::kMap);
+                ratios.push_back(results[0] > 0.0 ? std::numeric_limits<double>::infinity() : 0.0);
             }
         } catch (const mu::Parser::exception_type& error) {
             std::string names;
@@ -69,7 +72,7 @@ private:
                                                std::to_string(error.GetPos()) +
                                                " of the expression); it may use " + names);
         }
-        return routes;
+        return ratios;
     }
 
     std::string expression_;

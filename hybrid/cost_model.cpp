@@ -3,7 +3,9 @@
 #include "hybrid/cost_model.h"
 
 #include "cuda/error.h"
+#include "cuda/macros.h"
 #include "hybrid/cost_expression.h"
+#include "hybrid/cost_terms.h"
 
 #include <algorithm>
 #include <charconv>
@@ -19,12 +21,12 @@ class TexelModel : public CostModel {
 public:
     explicit TexelModel(double threshold) : threshold_(threshold) {}
 
-    std::vector<Route> route(const std::vector<MapQuantities>& maps) const override {
-        std::vector<Route> routes;
-        routes.reserve(maps.size());
+    std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
+        std::vector<double> ratios;
+        ratios.reserve(maps.size());
         for (const MapQuantities& map : maps)
-            routes.push_back(double(map.texels) < threshold_ ? Route::kRays : Route::kMap);
-        return routes;
+            ratios.push_back(threshold_ > 0 ? costRatio(map.texels, threshold_) : 0);
+        return ratios;
     }
     bool needsGeometryCounts() const override { return false; }
 
@@ -32,13 +34,12 @@ private:
     double threshold_; // texels; infinity traces all
 };
 
-// The cheaper method by isolated costs; a tie goes to the map, whose cost does not grow with the
-// samples.
+// The cheaper method by isolated costs.
 class OracleModel : public CostModel {
 public:
-    std::vector<Route> route(const std::vector<MapQuantities>& maps) const override {
-        std::vector<Route> routes;
-        routes.reserve(maps.size());
+    std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
+        std::vector<double> ratios;
+        ratios.reserve(maps.size());
         for (const MapQuantities& map : maps) {
             const auto wanted = std::pair(map.light, map.octave);
             const auto cost = std::lower_bound(
@@ -51,9 +52,9 @@ public:
                                 (map.octave ? ", octave " + std::to_string(map.octave) : "") +
                                 ", which the frame needs; measure them again for this scene, "
                                 "camera and size");
-            routes.push_back(cost->raysMs < cost->mapMs ? Route::kRays : Route::kMap);
+            ratios.push_back(costRatio(cost->raysMs, cost->mapMs));
         }
-        return routes;
+        return ratios;
     }
     bool needsCosts() const override { return true; }
     bool needsGeometryCounts() const override { return false; }
@@ -98,10 +99,34 @@ struct ModelEntry {
 constexpr ModelEntry kModels[] = {
     {"texels", "texels:N", makeTexelModel},
     {"expr", "expr:EXPRESSION", makeExpressionModel},
+    {"cost", "cost", makeCalibratedModel},
     {"oracle", "oracle", makeOracleModel},
 };
 
 } // namespace
+
+double costRatio(double raysMs, double mapMs) {
+    if (raysMs > 0)
+        return mapMs / raysMs;
+    return mapMs > 0 ? std::numeric_limits<double>::infinity() : 1.0;
+}
+
+std::vector<Route> CostModel::route(const std::vector<MapQuantities>& maps, double margin) const {
+    SDAG_ASSERT(margin >= 0);
+    const std::vector<double> ratios = weigh(maps);
+    SDAG_ASSERT(ratios.size() == maps.size());
+    std::vector<Route> routes;
+    routes.reserve(maps.size());
+    for (size_t i = 0; i < maps.size(); ++i) {
+        const PreviousRoute previous = maps[i].previous;
+        const double least = previous == PreviousRoute::kMap    ? 1 + margin
+                             : previous == PreviousRoute::kRays ? 1 / (1 + margin)
+                                                                : 1;
+        // Not a number goes to the map, as a tie does: its cost does not grow with the samples.
+        routes.push_back(ratios[i] > least ? Route::kRays : Route::kMap);
+    }
+    return routes;
+}
 
 std::unique_ptr<CostModel> makeCostModel(const std::string& text) {
     const size_t colon = text.find(':');

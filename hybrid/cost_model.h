@@ -13,6 +13,10 @@ namespace shadowdag {
 /// How the samples of a shadow map get their answers.
 enum class Route : uint8_t { kRays = 0, kMap = 1 };
 
+/// Who served a map in the frame before: nobody (it was not asked for, or the renderer was reset),
+/// rays, or a map.
+enum class PreviousRoute : uint8_t { kNone = 0, kRays = 1, kMap = 2 };
+
 /// What is known about a shadow map before it is served. All counts are integers of this frame.
 struct MapQuantities {
     uint32_t light = 0;
@@ -27,6 +31,7 @@ struct MapQuantities {
     uint32_t batches = 0;    ///< batches in the light's sphere
     uint32_t lights = 0;     ///< lights of the frame with at least one cluster
     float range = 0;         ///< metres
+    PreviousRoute previous = PreviousRoute::kNone; ///< of the same light and octave
 };
 
 /// Isolated cost of serving one map by either method, measured or predicted.
@@ -44,12 +49,26 @@ struct FrameCosts {
     std::vector<MapCost> maps; ///< ascending light, then octave
 };
 
-/// Decides per shadow map. Pure: the same quantities give the same route.
+struct CostCalibration;
+
+/// Returns by what factor a map costs more than its rays; infinity for rays that cost nothing
+/// beside a map that does, 1 where both cost nothing.
+double costRatio(double raysMs, double mapMs);
+
+/// Decides per shadow map. Pure: the same quantities give the same routes.
 class CostModel {
 public:
     virtual ~CostModel() = default;
-    /// Returns the route of every map, in order.
-    virtual std::vector<Route> route(const std::vector<MapQuantities>& maps) const = 0;
+    /// Returns of every map, in order, by what factor drawing it costs more than tracing it, as far
+    /// as the model knows: over 1 where rays are cheaper, infinity where they are beyond doubt, 0
+    /// where the map is.
+    virtual std::vector<double> weigh(const std::vector<MapQuantities>& maps) const = 0;
+    /// Returns the route of every map, in order: rays where they are cheaper (a tie goes to the
+    /// map). A map that was served in the frame before stays with its method until the other one is
+    /// cheaper by more than the factor 1 + margin: lights do not flap between methods while costs
+    /// waver by less (failure 23).
+    /// @param margin >= 0; 0 asks nothing of the past
+    std::vector<Route> route(const std::vector<MapQuantities>& maps, double margin = 0) const;
     /// Returns whether route() needs costs measured or replayed for this frame first (see
     /// setCosts).
     virtual bool needsCosts() const { return false; }
@@ -59,12 +78,18 @@ public:
     virtual bool needsGeometryCounts() const { return true; }
     /// Gives the costs of the frame that is routed next; ignored by models that need none.
     virtual void setCosts(const FrameCosts&) {}
+    /// Returns whether weigh() needs a calibration that was not given yet (setCalibration).
+    virtual bool needsCalibration() const { return false; }
+    /// Gives what maps cost on this machine; ignored by models that need none. Throws Error kUsage
+    /// for a calibration without terms or with coefficients that are no costs.
+    virtual void setCalibration(const CostCalibration&) {}
 };
 
 /// Returns the model that `text` names: `texels:N` (N texels or `inf`; maps below N are traced:
 /// texels:0 draws every map, texels:inf traces every light), `expr:EXPRESSION` (a muParser
-/// expression over the names of MapQuantities; rays when it is > 0), `oracle` (the cheaper by
-/// isolated cost). Throws Error kUsage naming the text, the position and the known models.
+/// expression over the names of MapQuantities; rays when it is > 0), `cost` (the cheaper by
+/// predicted cost; needs a calibration), `oracle` (the cheaper by isolated cost). Throws Error
+/// kUsage naming the text, the position and the known models.
 std::unique_ptr<CostModel> makeCostModel(const std::string& text);
 
 } // namespace shadowdag

@@ -78,11 +78,11 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
         result.maps = describeMaps(state, options);
         if (model.needsGeometryCounts())
             countGeometry(state, options, result.maps);
-        const std::vector<Route> routes = model.route(quantitiesOf(result.maps));
-        SDAG_ASSERT(routes.size() == result.maps.size());
+        const std::vector<Route> routes =
+            model.route(quantitiesOf(result.maps), options.routeMargin);
         for (size_t i = 0; i < routes.size(); ++i)
             result.maps[i].route = routes[i];
-        holdResolutions(state, result.maps);
+        holdMaps(state, result.maps);
     }
 
     // Page masks -> pool -> cull batches -> rasterize, for the maps that are drawn.
@@ -125,6 +125,7 @@ void FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances) {
 
 void FrameRenderer::reset() {
     state_->heldFaceTexels.clear();
+    state_->heldRoutes.clear();
     state_->maps.forget();
 }
 

@@ -34,6 +34,9 @@ struct FrameOptions {
     ShadowMapOptions maps;
     ShadowMapBias bias; ///< taps: at most maps.taps, whose pages are marked
     RayOptions rays;
+    /// A map changes its method only when the other is cheaper by more than the factor 1 + margin;
+    /// 0 routes every frame anew. For frames in sequence by one model.
+    float routeMargin = 0.0f;
     bool recordPairs = true; ///< keep visibility per pair (outside the timing of the stages)
 };
 
@@ -82,7 +85,7 @@ struct FrameResult {
 };
 
 /// Renders frames of one world on one backend. Keeps what persists between frames (allocated
-/// resolutions for hysteresis, buffers).
+/// resolutions and routes for hysteresis, buffers).
 class FrameRenderer {
 public:
     /// World and dag outlive the renderer. A dag without voxels blocks nothing; one that was never

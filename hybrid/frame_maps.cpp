@@ -108,6 +108,8 @@ std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions&
         record.quantities.samples = samples[slot];
         record.quantities.clusters = clusters[slot];
         record.quantities.range = lights[light].rangeWorld;
+        if (slot < state.heldRoutes.size())
+            record.quantities.previous = state.heldRoutes[slot];
         records.push_back(record);
     }
     for (MapRecord& record : records)
@@ -150,11 +152,15 @@ std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps) {
     return quantities;
 }
 
-void holdResolutions(FrameState& state, const std::vector<MapRecord>& maps) {
+void holdMaps(FrameState& state, const std::vector<MapRecord>& maps) {
     state.heldFaceTexels.assign(state.demand.mapSquaredBits.size(), 0);
-    for (const MapRecord& map : maps)
-        state.heldFaceTexels[map.quantities.light * kMaxMapsPerLight + map.quantities.octave] =
-            map.heldTexels;
+    state.heldRoutes.assign(state.demand.mapSquaredBits.size(), PreviousRoute::kNone);
+    for (const MapRecord& map : maps) {
+        const size_t slot = map.quantities.light * kMaxMapsPerLight + map.quantities.octave;
+        state.heldFaceTexels[slot] = map.heldTexels;
+        state.heldRoutes[slot] =
+            map.route == Route::kRays ? PreviousRoute::kRays : PreviousRoute::kMap;
+    }
 }
 
 void buildMaps(FrameState& state, const std::vector<MapRecord>& records,

@@ -62,6 +62,9 @@ void checkOptions(const FrameOptions& options) {
           "lookups with " + std::to_string(options.bias.taps) + " taps in maps marked for " +
               std::to_string(options.maps.taps) +
               " would read pages without memory; give the maps as many taps");
+    check(std::isfinite(options.routeMargin) && options.routeMargin >= 0.0f,
+          "margin of routing " + std::to_string(options.routeMargin) +
+              "; use a number >= 0, 0 to route every frame anew");
     check(std::isfinite(options.rays.offset) && options.rays.offset >= 0.0f,
           "ray offset " + std::to_string(options.rays.offset) + "; use a number >= 0");
     check(options.rays.lod == LodRule::kFixed || options.rays.level == 0,

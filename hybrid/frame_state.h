@@ -40,6 +40,8 @@ struct FrameState {
     Resident<int> drawnMapOnBackend;
     /// By slot (LightDemandView), what the last frame allocated; 0 for none: hysteresis.
     std::vector<uint32_t> heldFaceTexels;
+    /// By slot, who served it in the last frame: hysteresis.
+    std::vector<PreviousRoute> heldRoutes;
 
     // Host copies of the last frame for reports; used on CUDA only.
     struct HostCopies {
@@ -82,8 +84,8 @@ void fitSunWindows(const FrameState& state, const FrameOptions& options,
 /// Returns the quantities of every record.
 std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps);
 
-/// Keeps the allocated resolutions for the next frame.
-void holdResolutions(FrameState& state, const std::vector<MapRecord>& maps);
+/// Keeps the allocated resolutions and the routes for the next frame.
+void holdMaps(FrameState& state, const std::vector<MapRecord>& maps);
 
 /// Builds the maps routed to be drawn; all others are traced. Adds the stages' times. Throws Error
 /// kUsage when a map is routed to rays and there is no DAG.
