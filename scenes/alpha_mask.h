@@ -66,10 +66,9 @@ struct CutTriangle {
 
 constexpr uint32_t kNotCut = ~0u;
 
-/// Returns the texel that holds coordinate `at`, in texels, on an axis of `size` texels. NaN: 0.
-SDAG_HD inline uint32_t maskTexel(double at, uint32_t size, MaskWrap wrap) {
+/// Returns which texel of an axis of `size` answers for a whole number of texels. NaN: 0.
+SDAG_HD inline uint32_t maskTexel(double texel, uint32_t size, MaskWrap wrap) {
     const double n = double(size);
-    double texel = floor(at);
     if (wrap == MaskWrap::kRepeat) {
         texel -= floor(texel / n) * n;
     } else if (wrap == MaskWrap::kMirror) {
@@ -78,6 +77,26 @@ SDAG_HD inline uint32_t maskTexel(double at, uint32_t size, MaskWrap wrap) {
     }
     texel = texel > 0.0 ? texel : 0.0;
     return texel < n ? uint32_t(texel) : size - 1;
+}
+
+/// The texels of one axis, before wrapping, that the points of a triangle may lie in: a point on
+/// the triangle's own border counts to the inside. Otherwise a board's last line would be that of
+/// the texture's other end.
+struct TexelSpan {
+    double first, last;
+
+    SDAG_HD double clamp(double texel) const {
+        texel = texel > first ? texel : first; // NaN: first
+        return texel < last ? texel : last;
+    }
+};
+
+/// Returns the texels of a triangle. @param a,b,c its texture coordinates on the axis
+SDAG_HD inline TexelSpan texelSpanOf(float a, float b, float c, uint32_t size) {
+    const double least = double(a < b ? (a < c ? a : c) : (b < c ? b : c)) * double(size);
+    const double most = double(a > b ? (a > c ? a : c) : (b > c ? b : c)) * double(size);
+    const double first = floor(least), last = ceil(most) - 1.0;
+    return {first, last > first ? last : first};
 }
 
 /// The masks of a world's triangles on one backend; empty where nothing is cut.
@@ -95,15 +114,6 @@ struct AlphaMaskView {
         return !triangleCut.empty() && triangleCut[triangle] != kNotCut;
     }
 
-    /// Returns whether the mask is opaque at a point of the texture.
-    SDAG_HD bool isOpaqueAt(uint32_t mask, double u, double v) const {
-        const MaskInfo info = masks[mask];
-        const uint32_t x = maskTexel(u * double(info.width), info.width, info.wrapU);
-        const uint32_t y = maskTexel(v * double(info.height), info.height, info.wrapV);
-        const uint32_t word = words[info.firstWord + size_t(y) * maskRowWords(info.width) + x / 32];
-        return (word >> (x & 31u) & 1u) != 0;
-    }
-
     /// Returns whether a cut triangle is opaque at the point with these weights of its corners, in
     /// any common unit and sign, not all 0. Weights that rounding put past an edge count as on it.
     SDAG_HD bool isOpaque(size_t triangle, double weight0, double weight1, double weight2) const {
@@ -112,9 +122,21 @@ struct AlphaMaskView {
         double b1 = weight1 / sum, b2 = weight2 / sum;
         b1 = b1 > 0.0 ? (b1 < 1.0 ? b1 : 1.0) : 0.0;
         b2 = b2 > 0.0 ? (b2 < 1.0 - b1 ? b2 : 1.0 - b1) : 0.0;
-        const double u0 = cut.uv[0].x, v0 = cut.uv[0].y;
-        return isOpaqueAt(cut.mask, u0 + b1 * (cut.uv[1].x - u0) + b2 * (cut.uv[2].x - u0),
-                          v0 + b1 * (cut.uv[1].y - v0) + b2 * (cut.uv[2].y - v0));
+        const MaskInfo info = masks[cut.mask];
+        const uint32_t x =
+            texelAt(cut.uv[0].x, cut.uv[1].x, cut.uv[2].x, b1, b2, info.width, info.wrapU);
+        const uint32_t y =
+            texelAt(cut.uv[0].y, cut.uv[1].y, cut.uv[2].y, b1, b2, info.height, info.wrapV);
+        const uint32_t word = words[info.firstWord + size_t(y) * maskRowWords(info.width) + x / 32];
+        return (word >> (x & 31u) & 1u) != 0;
+    }
+
+private:
+    SDAG_HD static uint32_t texelAt(float t0, float t1, float t2, double b1, double b2,
+                                    uint32_t size, MaskWrap wrap) {
+        const double from = t0;
+        const double at = from + b1 * (t1 - from) + b2 * (t2 - from);
+        return maskTexel(texelSpanOf(t0, t1, t2, size).clamp(floor(at * double(size))), size, wrap);
     }
 };
 

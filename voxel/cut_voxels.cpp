@@ -23,8 +23,12 @@ CutSetup setupCut(const TriangleSetup& s, const glm::vec2 uv[3], const MaskPyram
     cut.perV = ((t2 - t0) * e1u - (t1 - t0) * e2u) / det;
     cut.grow = (glm::abs(cut.perU) + glm::abs(cut.perV)) * (1e-8 * (edge + 3.0) + 4.0 * s.slack) +
                glm::max(glm::abs(t0), glm::max(glm::abs(t1), glm::abs(t2))) * 1e-14;
-    cut.least = glm::min(t0, glm::min(t1, t2)) - cut.grow;
-    cut.most = glm::max(t0, glm::max(t1, t2)) + cut.grow;
+    for (int axis = 0; axis < 2; ++axis) {
+        const TexelSpan span =
+            texelSpanOf(uv[0][axis], uv[1][axis], uv[2][axis], uint32_t(size[axis]));
+        cut.least[axis] = span.first;
+        cut.most[axis] = span.last + 0.5; // within the last
+    }
     return cut;
 }
 
@@ -32,8 +36,8 @@ MaskCover coverOfColumn(const TriangleSetup& s, const CutSetup& cut, double u, d
     if (!cut.mask)
         return MaskCover::kAll;
     const glm::dvec2 middle = cut.at(s, u + 0.5, v + 0.5);
-    const glm::dvec2 reach = 0.5 * (glm::abs(cut.perU) + glm::abs(cut.perV)) + cut.grow;
-    return cut.mask->cover(glm::max(middle - reach, cut.least), glm::min(middle + reach, cut.most));
+    const glm::dvec2 reach = 0.5 * (glm::abs(cut.perU) + glm::abs(cut.perV));
+    return cut.cover(middle - reach, middle + reach);
 }
 
 namespace {
@@ -83,8 +87,7 @@ bool isOpaqueInVoxel(const TriangleSetup& s, const CutSetup& cut, double u, doub
         lo = glm::min(lo, t);
         hi = glm::max(hi, t);
     }
-    return cut.mask->cover(glm::max(lo - cut.grow, cut.least), glm::min(hi + cut.grow, cut.most)) !=
-           MaskCover::kNone;
+    return cut.cover(lo, hi) != MaskCover::kNone;
 }
 
 } // namespace shadowdag

@@ -23,11 +23,15 @@ namespace shadowdag {
 struct CutSetup {
     const MaskPyramid* mask = nullptr; ///< null: opaque
     glm::dvec2 origin{0.0}, perU{0.0}, perV{0.0};
-    glm::dvec2 least{0.0}, most{0.0}; ///< bounds over the triangle, grown
+    glm::dvec2 least{0.0}, most{0.0}; ///< of the texels that its points lie in (TexelSpan)
     glm::dvec2 grow{0.0};
 
     glm::dvec2 at(const TriangleSetup& s, double u, double v) const {
         return origin + perU * (u - s.p[0][0]) + perV * (v - s.p[1][0]);
+    }
+    /// Returns the cover of the mask over a rectangle, as far as points of the triangle lie in it.
+    MaskCover cover(const glm::dvec2& lo, const glm::dvec2& hi) const {
+        return mask->cover(glm::clamp(lo - grow, least, most), glm::clamp(hi + grow, least, most));
     }
 };
 
