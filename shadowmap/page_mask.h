@@ -109,7 +109,8 @@ struct MarkReceiver {
             if (!isTiny) {
                 if (!projectOnMap(map, world, face, margin, rect))
                     continue;
-                rect.depthMax *= filterDepthFactor(margin);
+                if (!map.window.isSun()) // whose taps ask at the receiver's own depth
+                    rect.depthMax *= filterDepthFactor(margin);
             }
             mark(receiver.map, map, face, rect);
         }

@@ -178,7 +178,8 @@ TEST(ExactRays, DifferFromTheTruthOnlyByRoundingAtAnEdge) {
                     continue;
                 const TruthRay ray = truthPairRay(
                     geometry, gbuffer.positionWorld[s], gbuffer.normalWorld[s], gbuffer.triangle[s],
-                    stage.world.lights()[exact.frame.pairs.light[p]].positionWorld);
+                    pointAtLight(stage.world.lights()[exact.frame.pairs.light[p]],
+                                 gbuffer.positionWorld[s]));
                 double nearest = 1e300;
                 for (uint32_t t = 0; t < geometry.triangles.count(); ++t)
                     if (t != ray.receiver)

@@ -83,6 +83,9 @@ const Known kKnown[] = {
     {"fail-coplanar", 0, {0.68, 0, 0}, {0.05, 0.21}, {0.70, 0, 1}},
     // Bars of 12.5 cm a metre from the light.
     {"fail-border-light", 0, {1.65, 0}, {0.30, 0.08}, {1.75, 0}},
+    // Posts of 10 and 20 cm through voxels of 47 mm and texels of 5 to 25 cm.
+    {"fail-sun", 0, {1.5, 0.01}, {0.08, 0.39, 0, 10}, {0.28, 0.96, 0, 2}},
+    {"fail-sun", 2, {1.5, 0.01}, {0.09, 0.39, 0, 10}, {0.27, 1.09, 0, 2}},
 };
 
 FrameOptions hybridFrame() {
