@@ -18,8 +18,23 @@ void compactCells(const CompactCells& work) {
 void fillTiles(const FillTile& work) {
     parallelFor<CpuTag>(work.grid.tileCount(), work, 8);
 }
-void boundClusters(const BoundClusters& work) {
+void countNormalCells(const CountNormalCells& work) {
     parallelFor<CpuTag>(work.clusters.count(), work, 64);
+}
+void splitByNormals(const SplitByNormals& work) {
+    parallelFor<CpuTag>(work.clusters.count(), work, 64);
+}
+void boundByCell(const BoundByCell& work) {
+    parallelFor<CpuTag>(work.cell.count, work, 256);
+}
+void boundBySamples(const BoundBySamples& work) {
+    parallelFor<CpuTag>(work.clusters.count(), work, 64);
+}
+void joinTenths(const JoinTenths& work) {
+    parallelFor<CpuTag>(work.clusters.samples.count, work, 4096);
+}
+void shrinkBounds(const ShrinkBounds& work) {
+    parallelFor<CpuTag>(work.boxesWorld.count, work, 1024);
 }
 
 } // namespace shadowdag::cpu

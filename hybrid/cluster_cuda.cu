@@ -18,8 +18,23 @@ void compactCells(const CompactCells& work) {
 void fillTiles(const FillTile& work) {
     parallelFor<CudaTag>(work.grid.tileCount(), work);
 }
-void boundClusters(const BoundClusters& work) {
+void countNormalCells(const CountNormalCells& work) {
     parallelFor<CudaTag>(work.clusters.count(), work);
+}
+void splitByNormals(const SplitByNormals& work) {
+    parallelFor<CudaTag>(work.clusters.count(), work);
+}
+void boundByCell(const BoundByCell& work) {
+    parallelFor<CudaTag>(work.cell.count, work);
+}
+void boundBySamples(const BoundBySamples& work) {
+    parallelFor<CudaTag>(work.clusters.count(), work);
+}
+void joinTenths(const JoinTenths& work) {
+    parallelFor<CudaTag>(work.clusters.samples.count, work);
+}
+void shrinkBounds(const ShrinkBounds& work) {
+    parallelFor<CudaTag>(work.boxesWorld.count, work);
 }
 
 } // namespace shadowdag::cuda

@@ -3,7 +3,10 @@
 #pragma once
 
 #include "cuda/scan_sort.h"
-#include "hybrid/clusters.h"
+#include "hybrid/cluster_bounds.h"
+#include "hybrid/normal_clusters.h"
+
+#include <utility>
 
 namespace shadowdag {
 
@@ -14,7 +17,8 @@ struct ClusterSet {
           clusterOfSample(backend, "cluster of sample"), cell(backend, "cluster cell"),
           filledCount(backend, "cluster fill"), sampleStart(backend, "cluster sample start"),
           samples(backend, "cluster samples"), boxesWorld(backend, "cluster boxes"),
-          sliceStart(backend, "cluster slices") {}
+          sliceStart(backend, "cluster slices"), tenths(backend, "cluster tenths"),
+          normalCell(backend, "cluster normals"), parts(backend) {}
 
     Buffer<uint32_t> cellSamples;
     Buffer<uint32_t> clusterOfCell;
@@ -25,10 +29,23 @@ struct ClusterSet {
     Buffer<uint32_t> samples;
     Buffer<Box> boxesWorld;
     Buffer<float> sliceStart;
+    Buffer<uint32_t> tenths;     ///< of explicit bounds
+    Buffer<uint32_t> normalCell; ///< by cluster; empty without normal clustering
+    uint32_t normalCellsPerEdge = 0;
+
+    /// What parting by normals reads and writes; `cell`, `sampleStart`, `samples` are swapped in.
+    struct Parts {
+        explicit Parts(Backend backend)
+            : normalCellOfEntry(backend, "sample normals"), start(backend, "cluster part start"),
+              cell(backend, "cluster part cell"),
+              sampleStart(backend, "cluster part samples start"),
+              samples(backend, "cluster part samples") {}
+        Buffer<uint32_t> normalCellOfEntry, start, cell, sampleStart, samples;
+    } parts;
 
     ClusterView view() const {
-        return {cell.view(), boxesWorld.view(), sampleStart.view(), samples.view(),
-                clusterOfSample.view()};
+        return {cell.view(),    boxesWorld.view(),      sampleStart.view(),
+                samples.view(), clusterOfSample.view(), {normalCell.view(), normalCellsPerEdge}};
     }
 };
 
@@ -37,20 +54,78 @@ void countCellSamples(const CountCellSamples& work);
 void markOccupiedCells(const MarkOccupiedCells& work);
 void compactCells(const CompactCells& work);
 void fillTiles(const FillTile& work);
-void boundClusters(const BoundClusters& work);
+void countNormalCells(const CountNormalCells& work);
+void splitByNormals(const SplitByNormals& work);
+void boundByCell(const BoundByCell& work);
+void boundBySamples(const BoundBySamples& work);
+void joinTenths(const JoinTenths& work);
+void shrinkBounds(const ShrinkBounds& work);
 } // namespace cpu
 namespace cuda {
 void countCellSamples(const CountCellSamples& work);
 void markOccupiedCells(const MarkOccupiedCells& work);
 void compactCells(const CompactCells& work);
 void fillTiles(const FillTile& work);
-void boundClusters(const BoundClusters& work);
+void countNormalCells(const CountNormalCells& work);
+void splitByNormals(const SplitByNormals& work);
+void boundByCell(const BoundByCell& work);
+void boundBySamples(const BoundBySamples& work);
+void joinTenths(const JoinTenths& work);
+void shrinkBounds(const ShrinkBounds& work);
 } // namespace cuda
 
+/// Parts the clusters by position of `set` by the normals of their samples.
+/// @param k 1..kMaxNormalCellsPerEdge
+inline void partByNormals(Backend backend, const GBufferView& gbuffer, uint32_t k,
+                          ClusterSet& set) {
+    ClusterSet::Parts& parts = set.parts;
+    const size_t before = set.cell.size();
+    const size_t sampleCount = set.samples.size();
+    parts.normalCellOfEntry.resize(sampleCount);
+    parts.start.resize(before + 1);
+    parts.start.fill(0);
+    SDAG_DISPATCH(backend, countNormalCells,
+                  {gbuffer, set.view(), k, parts.normalCellOfEntry.view(), parts.start.view()});
+    const size_t count = exclusiveScan(backend, parts.start.view(), parts.start.view());
+    parts.cell.resize(count);
+    set.normalCell.resize(count);
+    parts.sampleStart.resize(count + 1);
+    parts.sampleStart.fill(0); // where there is no cluster, nobody writes the end
+    parts.samples.resize(sampleCount);
+    SDAG_DISPATCH(backend, splitByNormals,
+                  {set.view(), parts.normalCellOfEntry.view(), parts.start.view(),
+                   parts.cell.view(), set.normalCell.view(), parts.sampleStart.view(),
+                   parts.samples.view(), set.clusterOfSample.view()});
+    std::swap(set.cell, parts.cell);
+    std::swap(set.sampleStart, parts.sampleStart);
+    std::swap(set.samples, parts.samples);
+    set.normalCellsPerEdge = k;
+}
+
+/// Sets the boxes of the clusters of `set`.
+inline void boundClusters(Backend backend, const GBufferView& gbuffer, const ClusterGridView& grid,
+                          const ViewRays& view, ClusterBounds bounds, ClusterSet& set) {
+    set.boxesWorld.resize(set.cell.size());
+    if (bounds == ClusterBounds::kTight) {
+        SDAG_DISPATCH(backend, boundBySamples, {gbuffer, set.view(), set.boxesWorld.view()});
+        return;
+    }
+    SDAG_DISPATCH(backend, boundByCell, {grid, view, set.cell.view(), set.boxesWorld.view()});
+    if (bounds == ClusterBounds::kImplicit)
+        return;
+    set.tenths.resize(set.cell.size());
+    set.tenths.fill(0);
+    SDAG_DISPATCH(backend, joinTenths, {gbuffer, set.view(), set.tenths.view()});
+    SDAG_DISPATCH(backend, shrinkBounds, {set.tenths.view(), set.boxesWorld.view()});
+}
+
 /// Replaces `set` by the clusters of a G-buffer of the same view. Every sample that sees geometry
-/// is in exactly one. Deterministic, order included. Cost: linear in samples and cells.
+/// is in exactly one. Deterministic, order included. Cost: linear in samples and cells; with
+/// normals in samples times the normal cells of their cluster.
+/// @param normalCellsPerEdge the k of Nk clustering, at most kMaxNormalCellsPerEdge; 0: by position
+/// alone
 inline void buildClusters(Backend backend, const GBufferView& gbuffer, const ViewRays& view,
-                          ClusterBounds bounds, ClusterSet& set) {
+                          ClusterBounds bounds, ClusterSet& set, uint32_t normalCellsPerEdge = 0) {
     set.sliceStart.upload(makeSliceTable(view));
     const ClusterGridView grid = clusterGrid(view, set.sliceStart.view());
 
@@ -81,10 +156,11 @@ inline void buildClusters(Backend backend, const GBufferView& gbuffer, const Vie
                   {grid, set.clusterOfSample.view(), set.clusterOfCell.view(),
                    set.sampleStart.view(), set.filledCount.view(), set.samples.view()});
 
-    set.boxesWorld.resize(count);
-    SDAG_DISPATCH(
-        backend, boundClusters,
-        {gbuffer, grid, view, set.view(), set.boxesWorld.view(), bounds == ClusterBounds::kTight});
+    set.normalCell.resize(0);
+    set.normalCellsPerEdge = 0;
+    if (normalCellsPerEdge > 0)
+        partByNormals(backend, gbuffer, normalCellsPerEdge, set);
+    boundClusters(backend, gbuffer, grid, view, bounds, set);
 }
 
 } // namespace shadowdag

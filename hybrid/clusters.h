@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clusters: the occupied cells of the grid, their samples and their bounds. Sorting is not needed:
-// a cell's samples all lie in one tile, so one item a tile puts them in order.
+// Clusters: the occupied cells of the grid and their samples; cluster_bounds.h bounds them,
+// normal_clusters.h parts them by direction. Sorting is not needed: a cell's samples all lie in one
+// tile, so one item a tile puts them in order.
 #pragma once
 
 #include "cuda/atomics.h"
 #include "hybrid/cluster_grid.h"
 #include "hybrid/gbuffer.h"
+#include "hybrid/normal_cells.h"
 #include "scenes/box.h"
 
 namespace shadowdag {
@@ -31,19 +33,22 @@ SDAG_HD inline glm::uvec2 pixelOfTile(uint32_t i) {
 /// Which box a cluster has.
 enum class ClusterBounds : uint8_t {
     kImplicit, ///< of the grid cell
+    kExplicit, ///< the cell's, shrunk to the tenths of its sides that hold samples (EB)
     kTight,    ///< of its samples
 };
 
-/// The clusters of a frame, ascending by cell.
+/// The clusters of a frame, ascending by cell, then by the cell of their normals.
 /// cell, boxesWorld: clusterCount; sampleStart: clusterCount + 1, into samples; samples:
 /// sampleCount sample indices, within a cluster in the order of pixelOfTile; clusterOfSample: width
-/// * height, kNoCluster for background.
+/// * height, kNoCluster for background; normals.cells: clusterCount, or empty where clusters are by
+/// position alone.
 struct ClusterView {
     View<const uint32_t> cell;
     View<const Box> boxesWorld;
     View<const uint32_t> sampleStart;
     View<const uint32_t> samples;
     View<const uint32_t> clusterOfSample;
+    ClusterNormalsView normals = {};
 
     SDAG_HD size_t count() const { return cell.count; }
     SDAG_HD uint32_t sampleCount(size_t cluster) const {
@@ -119,60 +124,6 @@ struct FillTile {
             samples[sampleStart[cluster] + filledCount[cluster]++] = sample;
             clusterOfSample[sample] = cluster;
         }
-    }
-};
-
-/// Returns the box around a cell: the part of the view behind its tile between its slice's two
-/// depths (to the far plane for the last slice), grown by the rounding of sample positions so that
-/// it holds every sample of the cell.
-SDAG_HD inline Box implicitBounds(const ClusterGridView& grid, const ViewRays& view,
-                                  uint32_t cell) {
-    const uint32_t tile = grid.tileOfCell(cell), slice = grid.sliceOfCell(cell);
-    const double nearZ = slice == 0 ? view.znear : double(grid.sliceStart[slice]);
-    const double farZ =
-        slice + 1 == grid.sliceCount() ? view.zfar : double(grid.sliceStart[slice + 1]);
-    const double x0 = double(tile % grid.tileCountX) * kTileSize - 0.5;
-    const double y0 = double(tile / grid.tileCountX) * kTileSize - 0.5;
-    const double x1 = glm::min(x0 + kTileSize, double(grid.width) - 0.5);
-    const double y1 = glm::min(y0 + kTileSize, double(grid.height) - 0.5);
-    glm::dvec3 low(1e300), high(-1e300);
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 d = view.first + ((corner & 1) ? x1 : x0) * view.stepX +
-                             ((corner & 2) ? y1 : y0) * view.stepY;
-        const glm::dvec3 p = view.origin + ((corner & 4) ? farZ : nearZ) * d;
-        low = glm::min(low, p);
-        high = glm::max(high, p);
-    }
-    // Positions and depths are rounded to float once each: half a unit in the last place of either;
-    // four units are granted because this box is rounded as well.
-    constexpr double kGrow = 4.0 / (1 << 23);
-    const glm::dvec3 grow = kGrow * (glm::abs(view.origin) +
-                                     glm::max(glm::abs(low), glm::abs(high)) + glm::dvec3(farZ));
-    Box box;
-    box.min = glm::vec3(low - grow);
-    box.max = glm::vec3(high + grow);
-    return box;
-}
-
-/// Bounds of every cluster: the smallest box of its samples, or the cell's. A minimum does not
-/// depend on order.
-struct BoundClusters {
-    GBufferView gbuffer;
-    ClusterGridView grid;
-    ViewRays view;
-    ClusterView clusters; ///< boxesWorld not read
-    View<Box> boxesWorld;
-    bool isTight;
-
-    SDAG_HD void operator()(size_t cluster) const {
-        if (!isTight) {
-            boxesWorld[cluster] = implicitBounds(grid, view, clusters.cell[cluster]);
-            return;
-        }
-        Box box;
-        for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1]; ++i)
-            box.add(gbuffer.positionWorld[clusters.samples[i]]);
-        boxesWorld[cluster] = box;
     }
 };
 

@@ -40,12 +40,13 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
     }
     {
         const StageTimer timer(backend, stages, "clusters");
-        buildClusters(backend, state.gbuffer.view(), view, options.clusterBounds, state.clusters);
+        buildClusters(backend, state.gbuffer.view(), view, options.clusterBounds, state.clusters,
+                      options.normalClusters);
     }
     {
         const StageTimer timer(backend, stages, "light assignment");
         assignLights(backend, state.clusters.boxesWorld.view(), scene.lightBvh(), scene.lights(),
-                     state.lists);
+                     state.lists, state.clusters.view().normals);
     }
     if (options.pruning != PairPruning::kNone) {
         const StageTimer timer(backend, stages, "pair pruning");
@@ -54,7 +55,8 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
     {
         const StageTimer timer(backend, stages, "resolution");
         gatherDemand(backend, state.clusters.view(), state.lists, scene.lights(), view,
-                     options.undersample, options.mapsPerLight, state.demand);
+                     options.undersample, options.mapsPerLight, state.demand,
+                     options.resolutionRule, state.gbuffer.view());
     }
     state.detail = {view.origin, view.forward, view.pixelSize,
                     state.demand.resolutionSquaredBits.view()};
@@ -89,9 +91,12 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     buildMaps(state, result.maps, options, stages);
 
     // One pass shades with both: rays through the DAG, lookups in the maps.
-    const ShadeSamples shading = prepareShading(state, options);
+    ShadeSamples shading = prepareShading(state, options);
     {
         const StageTimer timer(backend, stages, "shading");
+        if (options.reorderLights)
+            shading.lists = orderLights(backend, shading.lists, state.scene.lightBvh(),
+                                        shading.lights.count, state.orderedLights);
         shadeUnlit(backend, shading);
         shadeLights(backend, shading);
     }
@@ -100,9 +105,10 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     countFrame(state, result);
     if (!model.needsGeometryCounts())
         countGeometry(state, options, result.maps);
+    result.color = state.color.download();
+    shading.lists = state.lists.view(); // pairs are recorded ascending
     if (options.recordPairs)
         recordPairs(state, shading, result);
-    result.color = state.color.download();
     return result;
 }
 

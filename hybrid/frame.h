@@ -9,6 +9,7 @@
 #include "hybrid/gbuffer.h"
 #include "hybrid/pairs.h"
 #include "hybrid/prune.h"
+#include "hybrid/pixel_footprint.h"
 #include "hybrid/shadow_rays.h"
 #include "scenes/batches.h"
 #include "scenes/world.h"
@@ -24,12 +25,19 @@ namespace shadowdag {
 struct FrameOptions {
     uint32_t width = 640, height = 360;
     float undersample = 1.0f; ///< divisor of the required resolution, u2 = 2
+    ResolutionRule resolutionRule = ResolutionRule::kSphere; ///< before undersampling
     uint32_t mapsPerLight =
         1; ///< 1..kMaxMapsPerLight: by octaves of what clusters ask for (4SM = 4)
     uint32_t minFaceTexels =
         16; ///< allocated resolution is clamped to this from below (failure 10)
     uint32_t maxFaceTexels = 2048; ///< and to this from above, kMaxFaceTexels at most
     ClusterBounds clusterBounds = ClusterBounds::kTight;
+    /// The k of Nk clustering, k x k cells of normals on every face of a cube, at most
+    /// kMaxNormalCellsPerEdge; 0: clusters by position alone.
+    uint32_t normalClusters = 0;
+    /// Shades with each cluster's lights in the order of a curve through space instead of by index;
+    /// answers stay the same, sums of colours round in another order.
+    bool reorderLights = false;
     PairPruning pruning = PairPruning::kNone;
     ShadowMapOptions maps;
     ShadowMapBias bias; ///< taps: at most maps.taps, whose pages are marked

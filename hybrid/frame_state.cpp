@@ -34,12 +34,11 @@ View<const T> copyToHost(Backend backend, View<const T> from, std::vector<T>& to
 FrameState::FrameState(Backend backend, const World& world, const Dag& dag,
                        const BatchOptions& batchOptions)
     : backend(backend), scene(backend, world, dag, batchOptions), gbuffer(backend),
-      clusters(backend),
-      lists(backend), demand(backend), maps(backend), color(backend, "colour"),
-      rayCount(backend, "ray counts"), lookupCount(backend, "lookup counts"),
-      provenCount(backend, "proven pair counts"), missingTapCount(backend, "missing tap counts"),
-      moverTestCount(backend, "mover test counts"), pairs(backend),
-      nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
+      clusters(backend), lists(backend), orderedLights(backend), demand(backend), maps(backend),
+      color(backend, "colour"), rayCount(backend, "ray counts"),
+      lookupCount(backend, "lookup counts"), provenCount(backend, "proven pair counts"),
+      missingTapCount(backend, "missing tap counts"), moverTestCount(backend, "mover test counts"),
+      pairs(backend), nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
       pairMap(backend, "pair maps"), drawnMapOnBackend(backend, "drawn maps") {}
 
 void checkOptions(const FrameOptions& options) {
@@ -55,6 +54,9 @@ void checkOptions(const FrameOptions& options) {
     check(options.mapsPerLight >= 1 && options.mapsPerLight <= kMaxMapsPerLight,
           std::to_string(options.mapsPerLight) + " shadow maps a light; use 1 to " +
               std::to_string(kMaxMapsPerLight));
+    check(options.normalClusters <= kMaxNormalCellsPerEdge,
+          "normal clustering by " + std::to_string(options.normalClusters) +
+              " cells an edge; use 0 for none to " + std::to_string(kMaxNormalCellsPerEdge));
     check(options.pruning != PairPruning::kLit ||
               (options.rays.level == 0 && options.rays.lod == LodRule::kFixed),
           "proofs of light hold for voxel rays of level 0; use no other level of detail with them");

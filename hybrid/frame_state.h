@@ -17,7 +17,7 @@ namespace shadowdag {
 
 struct FrameState {
     FrameState(Backend backend, const World& world, const Dag& dag,
-               const BatchOptions& batchOptions);
+               const BatchOptions& batchOptions = {});
 
     Backend backend;
     FrameScene scene;
@@ -25,6 +25,7 @@ struct FrameState {
     GBuffer gbuffer;
     ClusterSet clusters;
     ClusterLights lists;
+    OrderedLights orderedLights; ///< of FrameOptions::reorderLights
     LightDemand demand;
     ShadowMaps maps;
     Buffer<glm::vec3> color;

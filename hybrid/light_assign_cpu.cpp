@@ -12,5 +12,11 @@ void countClusterLights(const CountClusterLights& work) {
 void fillClusterLights(const FillClusterLights& work) {
     parallelFor<CpuTag>(work.boxesWorld.count, work, 64);
 }
+void rankLights(const RankLights& work) {
+    parallelFor<CpuTag>(work.items.count, work, 4096);
+}
+void orderClusterLights(const OrderClusterLights& work) {
+    parallelFor<CpuTag>(work.lists.start.count - 1, work, 64);
+}
 
 } // namespace shadowdag::cpu

@@ -12,5 +12,11 @@ void countClusterLights(const CountClusterLights& work) {
 void fillClusterLights(const FillClusterLights& work) {
     parallelFor<CudaTag>(work.boxesWorld.count, work);
 }
+void rankLights(const RankLights& work) {
+    parallelFor<CudaTag>(work.items.count, work);
+}
+void orderClusterLights(const OrderClusterLights& work) {
+    parallelFor<CudaTag>(work.lists.start.count - 1, work);
+}
 
 } // namespace shadowdag::cuda

@@ -24,21 +24,27 @@ struct ClusterLights {
 namespace cpu {
 void countClusterLights(const CountClusterLights& work);
 void fillClusterLights(const FillClusterLights& work);
+void rankLights(const RankLights& work);
+void orderClusterLights(const OrderClusterLights& work);
 } // namespace cpu
 namespace cuda {
 void countClusterLights(const CountClusterLights& work);
 void fillClusterLights(const FillClusterLights& work);
+void rankLights(const RankLights& work);
+void orderClusterLights(const OrderClusterLights& work);
 } // namespace cuda
 
 /// Replaces the lists by those of these clusters. Deterministic. Throws Error kResource when there
 /// are 2^32 (cluster, light) pairs or more. All views live on the backend.
+/// @param normals drops lights that a cluster faces away from; empty: none
 inline void assignLights(Backend backend, View<const Box> clusterBoxes, const WideBvhView& lightBvh,
-                         View<const Light> lights, ClusterLights& lists) {
+                         View<const Light> lights, ClusterLights& lists,
+                         const ClusterNormalsView& normals = {}) {
     const size_t count = clusterBoxes.count;
     lists.start.resize(count + 1);
     lists.start.fill(0);
     SDAG_DISPATCH(backend, countClusterLights,
-                  {clusterBoxes, lightBvh, lights, lists.start.view()});
+                  {clusterBoxes, lightBvh, lights, normals, lists.start.view()});
     const uint64_t total = exclusiveScan(backend, lists.start.view(), lists.start.view());
     if (total > 0xffffffffull)
         throw Error(ErrorKind::kResource, std::to_string(total) +
@@ -47,8 +53,33 @@ inline void assignLights(Backend backend, View<const Box> clusterBoxes, const Wi
     lists.lights.resize(total);
     lists.record.resize(total);
     lists.record.fill(0);
-    SDAG_DISPATCH(backend, fillClusterLights,
-                  {clusterBoxes, lightBvh, lights, lists.start.view(), lists.lights.view()});
+    SDAG_DISPATCH(
+        backend, fillClusterLights,
+        {clusterBoxes, lightBvh, lights, normals, lists.start.view(), lists.lights.view()});
+}
+
+/// The lists of a frame in the order of RankLights.
+struct OrderedLights {
+    explicit OrderedLights(Backend backend)
+        : rank(backend, "light ranks"), lights(backend, "ordered cluster lights"),
+          record(backend, "ordered cluster light maps") {}
+
+    Buffer<uint32_t> rank, lights, record;
+};
+
+/// Returns `lists`, records and all, ordered for coherence (OrderClusterLights), in the memory of
+/// `ordered`. Sums over a list then round in another order than over an ascending one, always the
+/// same for the same lights. All views live on the backend.
+inline ClusterLightsView orderLights(Backend backend, const ClusterLightsView& lists,
+                                     const WideBvhView& lightBvh, size_t lightCount,
+                                     OrderedLights& ordered) {
+    ordered.rank.resize(lightCount);
+    ordered.lights.resize(lists.lights.count);
+    ordered.record.resize(lists.lights.count);
+    SDAG_DISPATCH(backend, rankLights, {lightBvh.items, ordered.rank.view()});
+    SDAG_DISPATCH(backend, orderClusterLights,
+                  {lists, ordered.rank.view(), ordered.lights.view(), ordered.record.view()});
+    return {lists.start, ordered.lights.view(), ordered.record.view()};
 }
 
 } // namespace shadowdag

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which lights reach which cluster: exact for boxes and spheres, conservative for spots; never
-// loses a light that a pair (pairs.h) needs.
+// Which lights reach which cluster: exact for boxes and spheres, conservative for spots and for
+// normals; never loses a light that a pair (pairs.h) needs.
 #pragma once
 
 #include "hybrid/clusters.h"
@@ -45,16 +45,43 @@ SDAG_HD inline bool mayReach(const Light& light, const Box& box) {
     return cosine * across - sine * along <= radius && along >= -radius;
 }
 
-/// Calls hit(light) for every light that may reach the box, in no useful order.
+/// Calls hit(light) for every light that may reach the box of a cluster and that its samples may
+/// face, as far as their normals are known; in no useful order.
 template <class Hit>
-SDAG_HD void forLightsOfBox(const WideBvhView& lightBvh, View<const Light> lights, const Box& box,
-                            const Hit& hit) {
+SDAG_HD void forLightsOfCluster(const WideBvhView& lightBvh, View<const Light> lights,
+                                View<const Box> boxesWorld, const ClusterNormalsView& normals,
+                                size_t cluster, const Hit& hit) {
+    const Box box = boxesWorld[cluster];
     traverse(
         lightBvh, [&](const Box& sphere) { return overlaps(sphere, box); },
         [&](uint32_t light) {
-            if (mayReach(lights[light], box))
+            if (mayReach(lights[light], box) &&
+                (normals.cells.empty() ||
+                 mayFace(lights[light], box, normals.cells[cluster], normals.k)))
                 hit(light);
         });
+}
+
+/// Sorts `count` entries by key(list[i]), ascending, keys different from each other; `attached`, if
+/// not null, goes along. Shell's sort with Ciura's gaps: short, in place, and lists hold tens of
+/// lights.
+template <class Key>
+SDAG_HD void sortByKey(uint32_t count, const Key& key, uint32_t* list, uint32_t* attached) {
+    constexpr uint32_t kGaps[] = {301, 132, 57, 23, 10, 4, 1};
+    for (const uint32_t gap : kGaps)
+        for (uint32_t i = gap; i < count; ++i) {
+            const uint32_t entry = list[i], with = attached ? attached[i] : 0;
+            const uint32_t keyOfEntry = key(entry);
+            uint32_t j = i;
+            for (; j >= gap && key(list[j - gap]) > keyOfEntry; j -= gap) {
+                list[j] = list[j - gap];
+                if (attached)
+                    attached[j] = attached[j - gap];
+            }
+            list[j] = entry;
+            if (attached)
+                attached[j] = with;
+        }
 }
 
 /// Counts the lights of a cluster.
@@ -62,11 +89,13 @@ struct CountClusterLights {
     View<const Box> boxesWorld;
     WideBvhView lightBvh;
     View<const Light> lights;
+    ClusterNormalsView normals;
     View<uint32_t> count;
 
     SDAG_HD void operator()(size_t cluster) const {
         uint32_t found = 0;
-        forLightsOfBox(lightBvh, lights, boxesWorld[cluster], [&](uint32_t) { ++found; });
+        forLightsOfCluster(lightBvh, lights, boxesWorld, normals, cluster,
+                           [&](uint32_t) { ++found; });
         count[cluster] = found;
     }
 };
@@ -76,24 +105,50 @@ struct FillClusterLights {
     View<const Box> boxesWorld;
     WideBvhView lightBvh;
     View<const Light> lights;
+    ClusterNormalsView normals;
     View<const uint32_t> start;
     View<uint32_t> clusterLights;
 
     SDAG_HD void operator()(size_t cluster) const {
         uint32_t* const list = clusterLights.data + start[cluster];
         uint32_t count = 0;
-        forLightsOfBox(lightBvh, lights, boxesWorld[cluster],
-                       [&](uint32_t light) { list[count++] = light; });
-        // Shell's sort with Ciura's gaps: short, in place, and lists hold tens of lights.
-        constexpr uint32_t kGaps[] = {301, 132, 57, 23, 10, 4, 1};
-        for (const uint32_t gap : kGaps)
-            for (uint32_t i = gap; i < count; ++i) {
-                const uint32_t light = list[i];
-                uint32_t j = i;
-                for (; j >= gap && list[j - gap] > light; j -= gap)
-                    list[j] = list[j - gap];
-                list[j] = light;
-            }
+        forLightsOfCluster(lightBvh, lights, boxesWorld, normals, cluster,
+                           [&](uint32_t light) { list[count++] = light; });
+        sortByKey(
+            count, [&](uint32_t light) { return light; }, list, static_cast<uint32_t*>(nullptr));
+    }
+};
+
+/// Numbers the lights along the curve that sorts their hierarchy (of those that stand still, then
+/// of those that move).
+struct RankLights {
+    View<const uint32_t> items; ///< WideBvhView::items
+    View<uint32_t> rank;        ///< by light
+
+    SDAG_HD void operator()(size_t i) const {
+        if (items[i] != kNoBvhItem)
+            rank[items[i]] = uint32_t(i);
+    }
+};
+
+/// Copies the list of a cluster, ordered by rank: lights that follow each other stand close
+/// together in space, so that the rays and the lookups of one find what those of the last have
+/// fetched.
+struct OrderClusterLights {
+    ClusterLightsView lists;
+    View<const uint32_t> rank;
+    View<uint32_t> lights;
+    View<uint32_t> record;
+
+    SDAG_HD void operator()(size_t cluster) const {
+        const uint32_t begin = lists.start[cluster], end = lists.start[cluster + 1];
+        for (uint32_t i = begin; i < end; ++i) {
+            lights[i] = lists.lights[i];
+            record[i] = lists.record[i];
+        }
+        sortByKey(
+            end - begin, [&](uint32_t light) { return rank[light]; }, lights.data + begin,
+            record.data + begin);
     }
 };
 

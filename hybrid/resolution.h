@@ -23,6 +23,7 @@
 #pragma once
 
 #include "hybrid/lights.h"
+#include "hybrid/pixel_footprint.h"
 #include "shadowmap/sun_window.h"
 
 #include <bit>
@@ -90,25 +91,37 @@ struct DemandResolution {
     View<const Light> lights;
     ViewRays view;
     LightDemandView demand;
+    ResolutionRule rule = ResolutionRule::kSphere;
+    GBufferView gbuffer = {}; ///< not read by kSphere
 
     SDAG_HD void operator()(size_t cluster) const {
         const Box box = clusters.boxesWorld[cluster];
         const glm::dvec3 center = 0.5 * (glm::dvec3(box.max) + glm::dvec3(box.min));
         const double radiusSquared = clusterRadiusSquared(box, view);
         const uint32_t samples = clusters.sampleCount(cluster);
+        ClusterPlane plane;
+        if (rule == ResolutionRule::kPlane)
+            plane = meanPlane(gbuffer, clusters, cluster, view);
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i) {
             if (lists.record[i] == kProvenLit)
                 continue;
-            const uint32_t light = lists.lights[i];
-            const glm::dvec3 toLight = glm::dvec3(lights[light].positionWorld) - center;
-            const float wanted =
-                lights[light].kind == Light::kSun
-                    ? requiredSunResolutionSquared(samples, radiusSquared,
-                                                   sunExtentWorld(lights[light]))
+            const uint32_t l = lists.lights[i];
+            const Light& light = lights[l];
+            const glm::dvec3 toLight = glm::dvec3(light.positionWorld) - center;
+            float wanted =
+                light.kind == Light::kSun
+                    ? requiredSunResolutionSquared(samples, radiusSquared, sunExtentWorld(light))
                     : requiredResolutionSquared(samples, radiusSquared, glm::dot(toLight, toLight));
+            if (rule != ResolutionRule::kSphere) {
+                const double share = rule == ResolutionRule::kPlane
+                                         ? pixelShare(view, plane.position, plane.normal, light)
+                                         : meanPixelShare(gbuffer, clusters, cluster, view, light);
+                if (share > 0.0)
+                    wanted = float(shareOfTexel(light) / share);
+            }
             demand.wantedSquared[i] = wanted;
             // Positive floats order as their bits do.
-            atomicMaxRelaxed(&demand.resolutionSquaredBits[light], std::bit_cast<uint32_t>(wanted));
+            atomicMaxRelaxed(&demand.resolutionSquaredBits[l], std::bit_cast<uint32_t>(wanted));
         }
     }
 };
@@ -118,8 +131,9 @@ struct DemandResolution {
 /// asks for, the octaves below the mapsPerLight highest together with the lowest of these. An
 /// octave's bounds do not move with the light's maximum, so a still cluster stays with its map when
 /// others come and go. Source: Olsson et al. 2015, sec. IV-C (histogram of requested resolutions;
-/// its buckets are not given there). A sun always has a map an octave, each the window of a clipmap:
-/// one map over near and far receivers would hold them all at the resolution of the nearest.
+/// its buckets are not given there). A sun always has a map an octave, each the window of a
+/// clipmap: one map over near and far receivers would hold them all at the resolution of the
+/// nearest.
 struct DemandMaps {
     ClusterView clusters;
     ClusterLightsView lists; ///< record not read

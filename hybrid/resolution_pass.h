@@ -46,9 +46,12 @@ void numberPairs(const NumberPairs& work);
 /// and pruning may have filled in. Maps are numbered by
 /// light, then by octave. All integers, deterministic. All views live on the backend.
 /// @param undersample > 0, divides resolutions; @param mapsPerLight 1..kMaxMapsPerLight
+/// @param gbuffer of the clusters' samples; only kSphere does without
 inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLights& lists,
                          View<const Light> lights, const ViewRays& view, float undersample,
-                         uint32_t mapsPerLight, LightDemand& demand) {
+                         uint32_t mapsPerLight, LightDemand& demand,
+                         ResolutionRule rule = ResolutionRule::kSphere,
+                         const GBufferView& gbuffer = {}) {
     const size_t slotCount = lights.count * kMaxMapsPerLight;
     demand.resolutionSquaredBits.resize(lights.count);
     demand.resolutionSquaredBits.fill(0);
@@ -58,7 +61,8 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
         buffer->fill(0);
     }
     demand.wantedSquared.resize(lists.lights.size());
-    SDAG_DISPATCH(backend, demandResolution, {clusters, lists.view(), lights, view, demand.view()});
+    SDAG_DISPATCH(backend, demandResolution,
+                  {clusters, lists.view(), lights, view, demand.view(), rule, gbuffer});
     SDAG_DISPATCH(backend, demandMaps,
                   {clusters, lists.view(), demand.view(), lists.record.view(),
                    1.0f / (undersample * undersample), mapsPerLight, lights});

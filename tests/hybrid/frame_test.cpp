@@ -465,6 +465,33 @@ TEST(Frame, SeveralMapsALightServeEveryPairByItsOctaveWithFewerTexels) {
         ASSERT_EQ(four.maps[four.pairMap[p]].quantities.light, four.pairs.light[p]);
 }
 
+TEST(Frame, ReorderedLightListsChangeNoAnswerAndColoursByRoundingAlone) {
+    Stage stage(blockerScene(kManyLights), 5);
+    FrameOptions options = smallFrame();
+    for (const char* model : {"texels:0", "texels:inf"}) {
+        options.reorderLights = false;
+        const FrameResult plain =
+            stage.renderer.render(roomCamera(), *makeCostModel(model), options);
+        options.reorderLights = true;
+        const FrameResult ordered =
+            stage.renderer.render(roomCamera(), *makeCostModel(model), options);
+        const FrameResult again =
+            stage.renderer.render(roomCamera(), *makeCostModel(model), options);
+        EXPECT_EQ(ordered.color, again.color);
+        EXPECT_EQ(ordered.pairs.light, plain.pairs.light);
+        EXPECT_EQ(ordered.visibility, plain.visibility);
+        EXPECT_EQ(ordered.pairMap, plain.pairMap);
+        EXPECT_EQ(ordered.counts.pairCount, plain.counts.pairCount);
+        for (size_t i = 0; i < plain.color.size(); ++i)
+            for (int c = 0; c < 3; ++c)
+                ASSERT_NEAR(ordered.color[i][c], plain.color[i][c], 1e-5f * plain.color[i][c]);
+        options.recordPairs = false;
+        EXPECT_EQ(stage.renderer.render(roomCamera(), *makeCostModel(model), options).color,
+                  ordered.color);
+        options.recordPairs = true;
+    }
+}
+
 TEST(Frame, MeasuredCostsNameEveryMapAndRouteTheOracle) {
     Stage stage(blockerScene(kManyLights, true));
     FrameOptions options = smallFrame();

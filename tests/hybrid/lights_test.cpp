@@ -127,6 +127,48 @@ TEST(LightAssignment, DropsBoxesBehindAndBesideASpot) {
     EXPECT_TRUE(mayReach(light, boxAt({-1, 0, 0})));
 }
 
+TEST(LightOrder, HoldsTheSameEntriesAlongTheHierarchysCurve) {
+    const std::vector<Light> lights = randomLights(11, 333);
+    const std::vector<Box> boxes = randomBoxes(12, 200);
+    const WideBvh bvh = buildLightBvh(lights);
+    ClusterLights lists(Backend::kCpu);
+    assignLights(Backend::kCpu, viewOf(boxes), bvh.view(), viewOf(lights), lists);
+    std::vector<uint32_t> records(lists.lights.size());
+    for (size_t i = 0; i < records.size(); ++i)
+        records[i] = i % 7 == 0 ? kProvenLit : uint32_t(1000 + i);
+    lists.record.upload(records);
+    OrderedLights memory(Backend::kCpu);
+    const ClusterLightsView all = lists.view(),
+                            ordered =
+                                orderLights(Backend::kCpu, all, bvh.view(), lights.size(), memory);
+    std::vector<uint32_t> place(lights.size());
+    const WideBvhView curve = bvh.view();
+    for (uint32_t i = 0; i < curve.items.count; ++i)
+        if (curve.items[i] != kNoBvhItem)
+            place[curve.items[i]] = i;
+    double along = 0.0, ascending = 0.0; // how far it is from light to light
+    for (size_t b = 0; b < boxes.size(); ++b) {
+        std::vector<std::pair<uint32_t, uint32_t>> before, after;
+        for (uint32_t i = all.start[b]; i < all.start[b + 1]; ++i) {
+            before.emplace_back(all.lights[i], all.record[i]);
+            after.emplace_back(ordered.lights[i], ordered.record[i]);
+            if (i == all.start[b])
+                continue;
+            ASSERT_LT(place[ordered.lights[i - 1]], place[ordered.lights[i]]);
+            const auto step = [&](const ClusterLightsView& list) {
+                return glm::distance(lights[list.lights[i]].positionWorld,
+                                     lights[list.lights[i - 1]].positionWorld);
+            };
+            along += step(ordered);
+            ascending += step(all);
+        }
+        std::sort(after.begin(), after.end());
+        ASSERT_EQ(before, after);
+    }
+    EXPECT_LT(along, 0.95 * ascending);
+    RecordProperty("distance_of_ascending", std::to_string(along / ascending));
+}
+
 TEST(LightAssignment, WorksWithoutLightsAndWithoutBoxes) {
     EXPECT_TRUE(assign(randomBoxes(1, 3), {})[2].empty());
     EXPECT_TRUE(assign({}, randomLights(1, 3)).empty());

@@ -92,6 +92,91 @@ TEST(DemandResolution, IsTheMaximumOverALightsClusters) {
     EXPECT_EQ(lists.record.download(), (std::vector<uint32_t>{0, 1, 1}));
 }
 
+TEST(PixelShare, IsThePixelsAreaOnTheSurfaceAsTheLightSeesIt) {
+    const ViewRays view = makeViewRays(Camera(), 640, 360);
+    const double side = view.pixelSize * 10.0; // of a pixel 10 m away
+    const glm::dvec3 position(0, 0, -10), wall(0, 0, 1);
+    Light light;
+    light.rangeWorld = 100.0f;
+    // A wall seen and lit head on, the light 5 m away.
+    light.positionWorld = {0, 0, -5};
+    EXPECT_NEAR(pixelShare(view, position, wall, light), side * side / 25.0, 1e-15);
+    // The light at 60 degrees: half of that.
+    light.positionWorld = glm::vec3(5.0 * std::sqrt(0.75), 0, -7.5);
+    EXPECT_NEAR(pixelShare(view, position, wall, light), side * side / 50.0, 1e-10);
+    // The wall turned to the light, so that the camera sees it at 60 degrees: twice.
+    EXPECT_NEAR(pixelShare(view, position, glm::dvec3(std::sqrt(0.75), 0, 0.5), light),
+                side * side / 12.5, 1e-10);
+    // Grazing light and grazing view count as kLeastCosine; a light behind the wall sees nothing.
+    light.positionWorld = {5, 0, -9.999f};
+    EXPECT_NEAR(pixelShare(view, position, wall, light), kLeastCosine * side * side / 25.0, 1e-10);
+    light.positionWorld = {5, 0, -10.001f};
+    EXPECT_EQ(pixelShare(view, position, wall, light), 0.0);
+    // Six faces of one texel share the sphere; the pixel's own share makes R^2.
+    EXPECT_NEAR(shareOfTexel(light), 4.0 * 3.14159265358979 / 6.0, 1e-12);
+    light.kind = Light::kSun;
+    light.directionWorld = glm::vec3(-std::sqrt(0.75f), 0.0f, -0.5f);
+    EXPECT_NEAR(pixelShare(view, position, wall, light), side * side / 2.0, 1e-8);
+}
+
+// A wall 10 m in front of the camera, patch by patch; one light whose angle to it is varied.
+struct Wall {
+    Wall() : view(makeViewRays(Camera(), 64, 64)) {
+        for (uint32_t y = 0; y < 32; ++y)
+            for (uint32_t x = 0; x < 32; ++x) {
+                const size_t i = y * 64 + x;
+                positions[i] = glm::vec3(10.0 * view.direction(x, y));
+                normals[i] = {0, 0, 1};
+                box.add(positions[i]);
+                samples.push_back(uint32_t(i));
+            }
+    }
+    double wanted(const Light& light, ResolutionRule rule) const {
+        const std::vector<Box> boxes{box};
+        const std::vector<uint32_t> cell{0}, start{0, 1024}, listStart{0, 1}, list{0};
+        const std::vector<Light> lights{light};
+        const GBufferView gbuffer{viewOf(positions), viewOf(normals), {}, {}, 64, 64};
+        LightDemand demand(Backend::kCpu);
+        ClusterLights lists(Backend::kCpu);
+        lists.start.upload(listStart);
+        lists.lights.upload(list);
+        lists.record.upload({0});
+        gatherDemand(Backend::kCpu,
+                     {viewOf(cell), viewOf(boxes), viewOf(start), viewOf(samples), {}}, lists,
+                     viewOf(lights), view, 1.0f, 1, demand, rule, gbuffer);
+        return demand.wantedSquared.at(0);
+    }
+    ViewRays view;
+    Box box;
+    std::vector<glm::vec3> positions = std::vector<glm::vec3>(64 * 64, glm::vec3(0)),
+                           normals = positions;
+    std::vector<uint32_t> samples;
+};
+
+TEST(ResolutionRule, SphereDoesNotSeeTheAngleThatPlaneAndSamplesFollow) {
+    const Wall wall;
+    const glm::vec3 center = wall.box.center();
+    const auto at = [&](double degrees) {
+        const double radians = degrees * 3.14159265358979 / 180.0;
+        Light light;
+        light.rangeWorld = 1000.0f;
+        light.positionWorld =
+            center + 300.0f * glm::vec3(std::sin(radians), 0.0, std::cos(radians));
+        return light;
+    };
+    const double sphere = wall.wanted(at(0), ResolutionRule::kSphere);
+    for (const ResolutionRule rule : {ResolutionRule::kPlane, ResolutionRule::kSamples}) {
+        const double headOn = wall.wanted(at(0), rule);
+        // One texel for a pixel: pi / 2 of the sphere's, whose disc the square patch does not fill.
+        EXPECT_NEAR(headOn / sphere, 3.14159265 / 2.0, 0.05);
+        EXPECT_NEAR(wall.wanted(at(60), rule) / headOn, 2.0, 0.02);
+        EXPECT_NEAR(wall.wanted(at(80), rule) / headOn, 5.76, 0.15);
+        EXPECT_NEAR(wall.wanted(at(89), rule) / headOn, 1.0 / kLeastCosine, 0.2); // bounded
+        EXPECT_EQ(wall.wanted(at(120), rule), wall.wanted(at(120), ResolutionRule::kSphere));
+    }
+    EXPECT_NEAR(wall.wanted(at(80), ResolutionRule::kSphere) / sphere, 1.0, 1e-3);
+}
+
 TEST(DemandMaps, TellsPairsApartByOctaveAndJoinsTheLowOnes) {
     for (float r : {0.5f, 1.0f, 1.999f, 2.0f, 3.999f, 4.0f, 1000.0f, 40000.0f, 1e9f})
         EXPECT_EQ(octaveOf(r * r), uint32_t(std::clamp(int(std::floor(std::log2(r))), 0, 15))) << r;
