@@ -48,18 +48,18 @@ struct PageMaskView {
 
 /// How far the taps of a filter reach beyond the receiver, in face coordinates.
 ///
-/// Derivation. A tap's texel centre lies at most r texels from the receiver, r = 0.5 for one tap
-/// and 1.5 for 3 x 3, so at most e = 2 r / N in u and in v; half a texel more covers rounding. A
-/// tap beyond the edge u = 1 is read on the neighbour face, where the receiver itself lies
-/// (unclamped) at (1/u, v/u) and the tap at (1/u', v'/u'), with u' > 1, u >= 1 - e, |v| <= 1: they
-/// differ by at most e/(1 - e) and e + e/(1 - e), and snapping to the texel that holds the tap adds
-/// 1/N. So a box grown by 2 e/(1 - e) + 2/N on every face that it reaches unclamped covers all
+/// Derivation. A tap's texel centre lies at most r texels from the receiver, r = 0.5 for one tap,
+/// 1 for 2 x 2 and 1.5 for 3 x 3, so at most e = 2 r / N in u and in v; half a texel more covers
+/// rounding. A tap beyond the edge u = 1 is read on the neighbour face, where the receiver itself
+/// lies (unclamped) at (1/u, v/u) and the tap at (1/u', v'/u'), with u' > 1, u >= 1 - e, |v| <= 1:
+/// they differ by at most e/(1 - e) and e + e/(1 - e), and snapping to the texel that holds the tap
+/// adds 1/N. So a box grown by 2 e/(1 - e) + 2/N on every face that it reaches unclamped covers all
 /// taps.
 SDAG_HD inline float filterMargin(uint32_t faceTexels, uint32_t taps) {
     const float n = float(faceTexels);
     if (taps <= 1)
         return 2.0f / n;
-    const float e = 3.0f / n;
+    const float e = float(filterSide(taps)) / n;
     return 2.0f * e / (1.0f - e) + 2.0f / n;
 }
 

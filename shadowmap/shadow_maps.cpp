@@ -46,8 +46,8 @@ void check(const std::vector<MapRequest>& requests, const std::vector<Box>& boxe
     const uint32_t side = options.pageTexels;
     if (side < 16 || side > 256 || (side & (side - 1)))
         refuse("page side " + std::to_string(side), "choose 16, 32, 64, 128 or 256 texels");
-    if (options.taps != 1 && options.taps != 9)
-        refuse("filter of " + std::to_string(options.taps) + " taps", "choose 1 or 9");
+    if (options.taps != 1 && options.taps != 4 && options.taps != 9)
+        refuse("filter of " + std::to_string(options.taps) + " taps", "choose 1, 4 or 9");
     for (size_t i = 0; i < requests.size(); ++i) {
         const MapRequest& r = requests[i];
         const std::string name = "request " + std::to_string(i);

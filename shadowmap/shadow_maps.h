@@ -35,7 +35,7 @@ struct MapRequest {
 struct ShadowMapOptions {
     uint32_t pageTexels = 64;          ///< side of a page, a power of two, 16..256
     uint64_t poolBytes = 256ull << 20; ///< budget of the page pool
-    uint32_t taps = 9;                 ///< 1 or 9: which page borders the filter needs marked
+    uint32_t taps = 9;                 ///< 1, 4 or 9: which page borders the filter needs marked
     MapCulling culling = MapCulling::kMaximumDepth;
     /// Keeps maps from frame to frame and does not draw again what stood still and is there (SO).
     bool useStaticOptimization = false;
