@@ -64,6 +64,7 @@ void ErrorCounts::add(const ErrorCounts& other) {
     unexplainedFalseShadowCount += other.unexplainedFalseShadowCount;
     unexplainedFalseLightCount += other.unexplainedFalseLightCount;
     settledFalseShadowCount += other.settledFalseShadowCount;
+    settledFalseLightCount += other.settledFalseLightCount;
     acneCount += other.acneCount;
     contactCount += other.contactCount;
     absVisibilityErrorSum += other.absVisibilityErrorSum;
@@ -105,7 +106,8 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
         counts.acneCount += verdict == PairVerdict::kAcne;
         counts.contactCount += verdict == PairVerdict::kContact;
         if (verdict == PairVerdict::kSettled)
-            ++counts.settledFalseShadowCount;
+            ++(isDark(inputs.visibility[c.pair]) ? counts.settledFalseShadowCount
+                                                 : counts.settledFalseLightCount);
         if (verdict == PairVerdict::kUnexplained || verdict == PairVerdict::kSettled)
             ++(isDark(inputs.visibility[c.pair]) ? counts.unexplainedFalseShadowCount
                                                  : counts.unexplainedFalseLightCount);

@@ -23,8 +23,8 @@ struct ErrorCounts {
     uint64_t falseLightCount = 0;
     uint64_t unexplainedFalseShadowCount = 0; ///< neither explained, nor acne, nor contact
     uint64_t unexplainedFalseLightCount = 0;
-    uint64_t settledFalseShadowCount =
-        0;                  ///< of the unexplained: a shift aimed at the blocker finds it
+    uint64_t settledFalseShadowCount = 0; ///< of the unexplained: see settled in explain.h
+    uint64_t settledFalseLightCount = 0;
     uint64_t acneCount = 0; ///< false shadow whose blocker is the receiver's own surface
     uint64_t contactCount =
         0; ///< false light whose true blockers are nearer to an end than the offset

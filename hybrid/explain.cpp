@@ -39,6 +39,34 @@ std::vector<glm::dvec3> clipToCube(std::vector<glm::dvec3> polygon, const glm::d
     return polygon;
 }
 
+/// The taps of a lookup, each asked of the truth along its own ray. The receiver's triangle, which
+/// a map holds too, cannot block: the ray ends before its plane.
+struct TruthTaps {
+    const Truth& truth;
+    const ShadowMapInfo& map;
+    uint32_t receiver;
+
+    void begin(uint32_t, int32_t, int32_t, int32_t) {}
+    TapAnswer ask(const CubeTexel& texel, float u, float v, float limit, bool) const {
+        if (map.window.isSun()) // from before the near end of its depths
+            return answer(truth.segmentRay(worldFromMap(map, texel.face, u, v, 2.0625f),
+                                           worldFromMap(map, texel.face, u, v, limit)));
+        // On the few texels of a tiny face the planes may lie behind the light: all else counts.
+        const double end =
+            1.0 / std::max(double(limit), 0.25 / std::max(double(map.rangeWorld), 1e-30));
+        const glm::dvec3 way(lightFromFace(texel.face, glm::vec3(u, v, 1.0f)));
+        return answer(truth.segmentRay(map.lightPositionWorld,
+                                       glm::vec3(glm::dvec3(map.lightPositionWorld) + way * end)));
+    }
+
+    TapAnswer answer(TruthRay ray) const {
+        ray.receiver = receiver;
+        uint8_t blocked = 0;
+        truth.traceBlocked(&ray, 1, &blocked);
+        return blocked ? TapAnswer::kDark : TapAnswer::kLit;
+    }
+};
+
 } // namespace
 
 std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed) {
@@ -71,6 +99,7 @@ struct PairJudge::Question {
     glm::vec3 position, normal, light;
     uint32_t receiver;
     Route route;
+    uint32_t map; ///< maps
     double rhoWorld;
     double startOffsetWorld, endOffsetWorld;
     bool isExact;         ///< rays, by triangles: nothing but rounding can be wrong
@@ -120,11 +149,11 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
         return q;
     }
-    const auto mapIndex = uint32_t(inputs_.pairMap[pair]);
-    const ShadowMapInfo& map = method.maps.maps[mapIndex];
+    q.map = uint32_t(inputs_.pairMap[pair]);
+    const ShadowMapInfo& map = method.maps.maps[q.map];
     double texelWorld;
     if (isDark) {
-        lookupVisibility(method.maps, mapIndex, q.position, q.normal, method.bias, &q.trace);
+        lookupVisibility(method.maps, q.map, q.position, q.normal, method.bias, &q.trace);
         texelWorld = q.trace.texelWorld;
     } else {
         const TruthBlocker found = truth_.blocker(q.position, q.normal, q.receiver, q.light);
@@ -132,16 +161,14 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         texelWorld = texelWorldAt(
             map, q.position + toLight * found.distanceWorld); // the receiver's when lit
     }
-    // What the lookup's bias leaves out of the ray: the nearest texels, and what is not above the
-    // lifted own plane.
-    const glm::dvec3 way = glm::dvec3(q.light) - glm::dvec3(q.position);
-    const double lift = method.bias.constantTexels * texelWorldAt(map, q.position);
-    const double lightHeight = glm::dot(way, glm::dvec3(q.normal));
-    const double underPlane =
-        lightHeight > 0.0 ? glm::length(way) * std::min(lift / lightHeight, 0.5) : 0.0;
-    q.startOffsetWorld = std::max(lift, underPlane);
+    // What the lookup's bias leaves out of the ray, as a share of its length: see forgiven there.
+    q.startOffsetWorld = glm::length(glm::dvec3(q.light) - glm::dvec3(q.position)) *
+                         std::min(2.0 * method.bias.constantTexels / map.faceTexels, 0.5);
+    if (map.window.isSun())
+        q.startOffsetWorld = method.bias.constantTexels * texelWorldAt(map, q.position);
     q.endOffsetWorld = 0.0;
-    q.rhoWorld = ((method.bias.taps > 1 ? kSqrt2 : 0.0) + 1.0) * texelWorld;
+    // Half the diagonal of the filter's box of (side - 1)^2 texels, and a texel.
+    q.rhoWorld = (0.5 * kSqrt2 * (filterSide(method.bias.taps) - 1) + 1.0) * texelWorld;
     return q;
 }
 
@@ -262,14 +289,30 @@ bool PairJudge::anyAimedShiftIsDark(const Question& q) const {
     return isDark;
 }
 
+bool PairJudge::isDarkByTruthTaps(const Question& q, float constantTexels) const {
+    const ShadowMapInfo& map = inputs_.method.maps.maps[q.map];
+    TruthTaps taps{truth_, map, q.receiver};
+    ShadowMapBias bias = inputs_.method.bias;
+    bias.constantTexels = constantTexels;
+    return filterVisibility(map, q.position, q.normal, bias, taps) < kHalfLit;
+}
+
 PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const {
     const Question q = ask(sample, pair, isDark);
     if (isDark ? isAcne(q) : isContact(q))
         return isDark ? PairVerdict::kAcne : PairVerdict::kContact;
     if (anyShiftAnswers(q, isDark))
         return PairVerdict::kExplained;
-    return isDark && !q.isExact && anyAimedShiftIsDark(q) ? PairVerdict::kSettled
-                                                          : PairVerdict::kUnexplained;
+    if (q.isExact)
+        return PairVerdict::kUnexplained;
+    if (isDark && anyAimedShiftIsDark(q))
+        return PairVerdict::kSettled;
+    if (q.route != Route::kMap || q.trace.missingTapCount != 0)
+        return PairVerdict::kUnexplained;
+    if (isDarkByTruthTaps(q, 0.0f) == isDark)
+        return PairVerdict::kSettled;
+    const bool isOfBias = !isDark && !isDarkByTruthTaps(q, inputs_.method.bias.constantTexels);
+    return isOfBias ? PairVerdict::kContact : PairVerdict::kUnexplained;
 }
 
 bool PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {

@@ -12,10 +12,10 @@
 // Contact (false lights only): every blocker that Embree has lies nearer to an end of its ray than
 // the offset, that is: with the ray cut by the offsets nothing blocks it.
 //     DAG: the distances by which shadowSegment moved the two ends.
-//     Map: the part of the ray that the lookup's bias leaves out (shadow_map_lookup.h), with k =
-//     constantTexels texels at the receiver: nearer than k to the receiver, or lower than k (at
-//     most half of the light's height) over its plane, which at grazing light is far along the
-//     ray. Nothing at the light's end.
+//     Map: the part of the ray that the lookup's bias leaves out (shadow_map_lookup.h): the share
+//     2 k / N of its length next to the receiver, k = constantTexels. Nothing at the light's end.
+//     Last, where nothing else says why (see settled): the truth along the taps' own rays is dark,
+//     and lit once these rays end by the bias before the planes.
 //
 // Explained: of 32 fixed shifts perpendicular to the ray, no longer than rho, both ends by one
 // vector, the start lifted back to the lit side of the receiver's plane, Embree answers at least
@@ -24,15 +24,24 @@
 //     was) + the start's lift.
 //     Triangles (exact rays, and what moves under any): they are held against the truth's own ray,
 //     so only rounding can differ: rho = c of truth.h; never acne, never contact.
-//     Map: rho = the filter's radius (sqrt(2) texels, half the diagonal of its two by two texels;
-//     0 with one tap) + one texel, at the blocker: the map's for a false shadow, Embree's nearest
-//     to the receiver for a false light.
+//     Map: rho = the filter's radius (half the diagonal of its box: sqrt(2) texels with 9 taps,
+//     sqrt(1/2) with 4, 0 with one) + one texel, at the blocker: the map's for a false shadow,
+//     Embree's nearest to the receiver for a false light.
 //
-// Settled (false shadows that none of the 32 explains; they stay counted as unexplained): a shift
-// aimed at the blocker, no longer than rho, finds it in the truth too. The 32 sample a disc
-// of area pi rho^2 and miss what is small in it, a wire's end or a leaf seen edge-on.
-//     DAG: aimed at the corners and the middle of each triangle's part within the cell that was
-//     hit. Map: aimed at the blocking texel's point.
+// Settled (what none of the 32 explains; it stays counted as unexplained): more is known than that
+// something near would agree.
+//     DAG, false shadow: a shift no longer than rho, aimed at the corners and the middle of each
+//     triangle's part within the cell that was hit, finds it in the truth too. The 32 sample a disc
+//     of area pi rho^2 and miss what is small in it, a wire's end or a leaf seen edge-on.
+//     Map, false shadow: so does a shift aimed at the blocking texel's point.
+//     Map, both: the truth asked along the very rays that the map answers, light to texel centre to
+//     the planes of the lookup without its bias, tap by tap, and weighted as the taps are, gives
+//     the method's answer. The map then holds what is there, and the error is where it was sampled:
+//     no ray of those lies farther than rho from the pair's own. This asks more than the 32 do, of
+//     which any may agree: a map that misses a wall is not settled (error_test.cpp). What the 32
+//     miss is a gap or a rim of a texel's size that a tap sees, and light at grazing angles, where
+//     a tap's ray ends on the receiver's plane far from the receiver, while a shift that is lifted
+//     back to that plane stays over it.
 #pragma once
 
 #include "hybrid/error.h"
@@ -66,6 +75,7 @@ private:
     bool isContact(const Question& q) const;
     bool anyShiftAnswers(const Question& q, bool dark) const;
     bool anyAimedShiftIsDark(const Question& q) const;
+    bool isDarkByTruthTaps(const Question& q, float constantTexels) const;
 
     const ErrorInputs& inputs_;
     const Truth& truth_;

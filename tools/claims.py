@@ -108,7 +108,7 @@ def validateTable(paths):
             path.stem.removeprefix("validate-").removesuffix("-" + result["method"]), result["method"], pairs,
             100.0 * result["false_shadow_count"] / pairs, 100.0 * result["false_light_count"] / pairs,
             result["unexplained_false_shadow_count"] + result["unexplained_false_light_count"],
-            result["settled_false_shadow_count"], result["acne_count"], result["contact_count"]))
+            result["settled_false_shadow_count"] + result.get("settled_false_light_count", 0), result["acne_count"], result["contact_count"]))
     return lines
 
 

@@ -39,6 +39,7 @@ Json toJson(const ErrorCounts& c) {
             {"unexplained_false_shadow_count", c.unexplainedFalseShadowCount},
             {"unexplained_false_light_count", c.unexplainedFalseLightCount},
             {"settled_false_shadow_count", c.settledFalseShadowCount},
+            {"settled_false_light_count", c.settledFalseLightCount},
             {"acne_count", c.acneCount},
             {"contact_count", c.contactCount},
             {"mean_abs_visibility_error", c.meanAbsVisibilityError()}};

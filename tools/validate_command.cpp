@@ -108,9 +108,11 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
                      << " right answers that the 32 rays which explain errors would flip\n";
     if (const std::string note = poolNote(result.counts); !note.empty())
         console.people() << note << "; give more with --pool\n";
-    if (report.total.settledFalseShadowCount > 0)
-        console.people() << "of the unexplained, " << report.total.settledFalseShadowCount
-                         << " are found by a shift aimed at the blocker\n";
+    if (const uint64_t settled =
+            report.total.settledFalseShadowCount + report.total.settledFalseLightCount)
+        console.people() << "of the unexplained, " << settled
+                         << " are settled: a shift aimed at the blocker, or the truth along the "
+                            "taps' own rays, agrees with the method\n";
     Json json = {{"scene", frames.scene().name}, {"method", options.method.method}};
     json.update(toJson(report.total));
     json["null_rate"] = report.nullRate;

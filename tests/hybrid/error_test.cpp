@@ -350,10 +350,10 @@ TEST(Error, BlockersWithinTheMapsBiasAreContact) {
     }
 }
 
-TEST(Error, BlockersUnderTheMapsLiftedPlaneAreContactAtGrazingLight) {
-    // The light is 10 m over the floor, 80 m away: a texel is 10 m there, the bias half the light's
-    // height. The ray is lower than that for 40 m.
-    for (const float x : {30.0f, 50.0f}) {
+TEST(Error, BlockersBeforeTheMapsBiasAreNoContactHoweverLowTheLight) {
+    // The light is 10 m over the floor, 80 m away: a texel and with it the bias is 10 m there, all
+    // of the light's height. The wall is drawn in neither case.
+    for (const float x : {72.0f, 60.0f}) {
         MapFrame f;
         f.bias.constantTexels = 1.0f;
         f.soup.addLevelSquare({0, 0, 0}, 200.0f);
@@ -362,8 +362,57 @@ TEST(Error, BlockersUnderTheMapsLiftedPlaneAreContactAtGrazingLight) {
         f.answer();
         ASSERT_EQ(f.visibility[0], kLit);
         EXPECT_EQ(f.judge().verdicts[0],
-                  x > 40.0f ? PairVerdict::kContact : PairVerdict::kUnexplained);
+                  x > 70.0f ? PairVerdict::kContact : PairVerdict::kUnexplained);
     }
+}
+
+TEST(Error, LightByATapsRayThatTheShiftsMissIsSettledByTheTruthAlongIt) {
+    // A plate over the whole filter but for a pinhole of 2 cm around a texel's centre, 5 m below
+    // the light, where a texel is 0.625 m. The map is right about that texel, and nothing else
+    // agrees.
+    const auto judged = [](bool hasHole, bool isDrawn) {
+        MapFrame f;
+        f.bias.constantTexels = 0.0f;
+        f.addPair(0.4f,
+                  0.5f); // its texel is [0, 1.25]^2, whose centre's ray is at (0.3125, 5, 0.3125)
+        const glm::vec3 hole(0.3125f, 5.0f, 0.3125f);
+        const float in = hasHole ? 0.01f : 0.0f;
+        const glm::vec4 parts[4] = {// x0, x1, z0, z1 around the hole
+                                    {-4, -in, -4, 4},
+                                    {in, 4, -4, 4},
+                                    {-in, in, -4, -in},
+                                    {-in, in, in, 4}};
+        for (const glm::vec4& p : parts)
+            if (p.x < p.y)
+                f.soup.addQuad(hole + glm::vec3(p.x, 0, p.z), hole + glm::vec3(p.y, 0, p.z),
+                               hole + glm::vec3(p.y, 0, p.w), hole + glm::vec3(p.x, 0, p.w));
+        if (isDrawn)
+            f.store(0.4f, 0.5f, 5.0f);
+        f.answer();
+        const ErrorReport report = f.judge();
+        EXPECT_EQ(report.total.settledFalseLightCount,
+                  report.verdicts[0] == PairVerdict::kSettled ? 1u : 0u);
+        EXPECT_EQ(report.total.unexplainedFalseLightCount, report.total.falseLightCount);
+        return report.verdicts[0];
+    };
+    EXPECT_EQ(judged(true, false), PairVerdict::kSettled);
+    EXPECT_EQ(judged(false, false), PairVerdict::kUnexplained); // a plate that the map lost
+    EXPECT_EQ(judged(false, true), PairVerdict::kRight);
+}
+
+TEST(Error, LightThatOnlyTheBiasOnATapsRayLetsThroughIsContact) {
+    // The pair's ray meets the low wall at x = 17, beyond the bias, an eighth of the ray. Its
+    // texel's ray is flatter, passes over that wall and meets the high one at x = 19, within the
+    // bias, and so do all shifted rays.
+    MapFrame f;
+    f.bias.constantTexels = 1.0f;
+    f.soup.addLevelSquare({0, 0, 0}, 200.0f);
+    f.add({20.2f, 0, 0.1f}, {0, 10, 0}, 3, 0);
+    f.soup.addQuad({17, -1, -90}, {17, 1.9f, -90}, {17, 1.9f, 90}, {17, -1, 90});
+    f.soup.addQuad({19, -1, -90}, {19, 90, -90}, {19, 90, 90}, {19, -1, 90});
+    f.answer();
+    ASSERT_EQ(f.visibility[0], kLit);
+    EXPECT_EQ(f.judge().verdicts[0], PairVerdict::kContact);
 }
 
 TEST(Error, DarknessForWantOfPagesIsNeverExplained) {
