@@ -86,6 +86,9 @@ const Known kKnown[] = {
     // Posts of 10 and 20 cm through voxels of 47 mm and texels of 5 to 25 cm.
     {"fail-sun", 0, {1.5, 0.01}, {0.08, 0.39, 0, 10}, {0.28, 0.96, 0, 2}},
     {"fail-sun", 2, {1.5, 0.01}, {0.09, 0.39, 0, 10}, {0.27, 1.09, 0, 2}},
+    // Boards of squares of 30 to 37 cm, cut out by their texture: outlines of squares.
+    {"fail-alpha", 0, {3.2, 0.03}, {0.51, 0.61}, {1.9, 1.7}},
+    {"fail-alpha", 2, {3.3, 0.03}, {0.64, 0.74}, {2.35, 1.75}},
 };
 
 FrameOptions hybridFrame() {
