@@ -174,6 +174,39 @@ def log_axis(axis, low, high, ticks=(1, 2, 5)):
     (axis.axes.set_xlim if axis.axis_name == "x" else axis.axes.set_ylim)(low, high)
 
 
+def place_labels(axes, labels, points):
+    """Writes labels beside their points so that none covers another or a point, as far as there is room.
+
+    labels: [(x, y, text, style of annotate)]; points: all that is drawn as a mark.
+    """
+    canvas = axes.figure.canvas
+    canvas.draw()  # only now does constrained layout stand
+    renderer = canvas.get_renderer()
+    marks = axes.transData.transform(points) if points else np.zeros((0, 2))
+    scale = axes.figure.dpi / 72
+    taken = []
+    offsets = [(5, 1, "left"), (-5, 1, "right"), (0, 5, "center"), (0, -9, "center"), (6, 7, "left"), (-6, 7, "right"),
+               (6, -9, "left"), (-6, -9, "right"), (0, 13, "center"), (0, -17, "center"), (14, 12, "left"),
+               (-14, 12, "right"), (14, -15, "left"), (-14, -15, "right")]
+    for x, y, text, look in labels:
+        best = None
+        for rank, (dx, dy, side) in enumerate(offsets):
+            label = axes.annotate(text, (x, y), xytext=(dx, dy), textcoords="offset points", ha=side, zorder=7, **look)
+            box = label.get_window_extent(renderer)
+            covered = sum(box.overlaps(other) for other in taken)
+            near = sum(box.x0 - scale < mx < box.x1 + scale and box.y0 - scale < my < box.y1 + scale for mx, my in marks)
+            inside = axes.get_window_extent(renderer)
+            outside = box.x0 < inside.x0 or box.x1 > inside.x1 or box.y0 < inside.y0 or box.y1 > inside.y1
+            cost = (4 * covered + 2 * outside + near, rank)
+            if best is None or cost < best[0]:
+                if best is not None:
+                    best[1].remove()
+                best = (cost, label, box)
+            else:
+                label.remove()
+        taken.append(best[2])
+
+
 def pareto(points):
     """Returns the points (time, error) that no other beats in both, ascending in time."""
     front, best = [], math.inf
@@ -216,6 +249,7 @@ def speed_accuracy(charts, scene, runs, experiment):
         axes.step(xs, ys, where="post", color=GREY, linewidth=3.2, alpha=0.35, solid_capstyle="butt", zorder=1,
                   label="Pareto front")
     times, errors = [r["time_ms"] for r in methods], [height(r) for r in methods]
+    names = []  # labels of points: placed when all points stand
     for i, (key, members) in enumerate(series.items()):
         color, marker = styles[i % len(styles)]
         name = series_name(key, list(series))
@@ -229,8 +263,8 @@ def speed_accuracy(charts, scene, runs, experiment):
                   markersize=4.6, linewidth=0.8, linestyle="--", zorder=4, markeredgecolor="black",
                   markeredgewidth=0.4, label="rays alone (DAG)")
         for run in resolutions if len(resolutions) > 1 else []:
-            axes.annotate(f"{run['parameters']['resolution']}³", (run["time_ms"], height(run)), xytext=(5, 1),
-                          textcoords="offset points", fontsize=5.6, color="#2b6f96")
+            names.append((run["time_ms"], height(run), f"{run['parameters']['resolution']}³",
+                          {"fontsize": 5.6, "color": "#2b6f96"}))
     exact = sorted((r for r in runs if r["method"] == "dag-exact"), key=lambda r: r["parameters"]["resolution"])
     if exact:
         axes.plot([r["time_ms"] for r in exact], [height(r) for r in exact], color=YELLOW, marker="p", markersize=5.6,
@@ -241,9 +275,9 @@ def speed_accuracy(charts, scene, runs, experiment):
         axes.plot([r["time_ms"] for r in maps], [height(r) for r in maps], color=ORANGE, marker="s", markersize=4.6,
                   linewidth=0.8, linestyle="--", zorder=4, markeredgecolor="black", markeredgewidth=0.4,
                   label="maps alone")
-        for run in maps if len(maps) > 1 else []:
-            axes.annotate(f"u{run['parameters']['undersample']:g}", (run["time_ms"], height(run)), xytext=(5, 1),
-                          textcoords="offset points", fontsize=5.6, color="#8a5f00")
+        for run in maps if len({r["parameters"]["undersample"] for r in maps}) > 1 else []:
+            names.append((run["time_ms"], height(run), f"u{run['parameters']['undersample']:g}",
+                          {"fontsize": 5.6, "color": "#8a5f00"}))
     others = [r for r in runs if r["method"] == "hybrid" and threshold_of(r) is None]
     for i, run in enumerate(others):
         axes.plot(run["time_ms"], height(run), linestyle="none", marker="*PXdh"[i % 5], color=VERMILION,
@@ -263,12 +297,7 @@ def speed_accuracy(charts, scene, runs, experiment):
             axes.plot(nearest["time_ms"], height(nearest), marker="o", markersize=8, markerfacecolor="none",
                       markeredgecolor="black", markeredgewidth=0.8, linestyle="none", zorder=6)
             labels.append((nearest["time_ms"], height(nearest), text))
-        # Two rings may touch: the label of the left one ends at it, that of the right one starts there.
-        labels.sort()
-        for i, (x, y, text) in enumerate(labels):
-            right = x > math.sqrt(min(times) * max(times)) if len(labels) == 1 else i == 0
-            axes.annotate(text, (x, y), xytext=(-7 if right else 7, 4), textcoords="offset points",
-                          ha="right" if right else "left", fontsize=6, zorder=7)
+        names = [(x, y, text, {"fontsize": 6}) for x, y, text in sorted(labels)] + names
     truth = next((r for r in runs if r["method"] == "embree"), None)
     if truth:
         times = times + [truth["time_ms"]]
@@ -282,6 +311,7 @@ def speed_accuracy(charts, scene, runs, experiment):
     axes.set_xlabel("frame time (ms)")
     axes.set_ylabel("mean absolute visibility error (%)")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, columnspacing=1.2, borderaxespad=0.3)
+    place_labels(axes, names, [(r["time_ms"], height(r)) for r in methods])
     best = min(methods, key=lambda r: r["time_ms"])
     exact = min(methods, key=lambda r: r["error"])
     charts.save(figure, f"speed_accuracy_{slug(scene)}", f"Speed against accuracy, {scene}",
@@ -531,26 +561,32 @@ def resolution_chart(charts, scene, runs):
         return
     figure, axes = plt.subplots(figsize=(COLUMN, 2.4))
     xs = [r["parameters"]["resolution"] for r in members]
-    shown = []
-    for key, color, marker, name in (("false_shadow", VERMILION, "s", "false shadow"),
-                                     ("false_light", SKY, "^", "false light")):
-        points = [(x, r[key]) for x, r in zip(xs, members) if r[key] > 0]
-        if points:
-            axes.plot(*zip(*points), color=color, marker=marker, label=name)
-            shown += [y for _, y in points]
     total = [r["false_shadow"] + r["false_light"] for r in members]
     if not any(total):
         plt.close(figure)
         return
+    positive = [r[key] for r in members for key in ("false_shadow", "false_light") if r[key] > 0]
+    has_zero = len(positive) < 2 * len(members)
+    floor = min(positive + [total[0] * xs[0] / xs[-1]]) / (2.5 if has_zero else 1.4)
+    shown = list(positive)
+    for key, color, marker, name in (("false_shadow", VERMILION, "s", "false shadow"),
+                                     ("false_light", SKY, "^", "false light")):
+        ys = [r[key] if r[key] > 0 else floor for r in members]
+        axes.plot(xs, ys, color=color, marker=marker, label=name, clip_on=False)
     axes.plot(xs, total, color=BLACK, marker="o", label="wrong pairs")
     reference = [total[0] * xs[0] / x for x in xs]
     axes.plot(xs, reference, color=GREY, linestyle="--", linewidth=0.9, label="halving")
     shown += [t for t in total if t > 0] + reference
+    if has_zero:  # zero has no place on a logarithmic axis: its points stand on the frame
+        axes.annotate("0", (0, 0), xycoords="axes fraction", xytext=(-4, 0), textcoords="offset points", ha="right",
+                      va="center", fontsize=6.5)
     axes.set_xscale("log", base=2)
     axes.set_xticks(xs)
     axes.set_xticklabels([str(x) for x in xs])
     axes.xaxis.set_minor_locator(NullLocator())
-    log_axis(axes.yaxis, min(shown) / 1.4, max(shown) * 1.4)
+    log_axis(axes.yaxis, floor, max(shown) * 1.4)
+    if has_zero:  # no number beside the zero
+        axes.yaxis.set_major_locator(FixedLocator([t for t in axes.get_yticks() if t > 1.2 * floor]))
     axes.set_xlabel("voxels an axis")
     axes.set_ylabel("share of pairs (%)")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=4, borderaxespad=0.3, columnspacing=1.0)
@@ -680,6 +716,40 @@ def histogram_chart(charts, scene, runs, experiment):
                 "Bins are 1/32 wide and the axis is logarithmic.")
 
 
+def variants_chart(charts, scene, runs):
+    """Time by stage and error of variants by name, one bar each."""
+    if not runs:
+        return
+    names = []
+    for run in runs:
+        names += [n for n in run["stages"] if n not in names]
+    colors = [BLUE, ORANGE, GREEN, PURPLE, YELLOW, VERMILION, "#d5d9de", GREY, SKY, "#3d444d"]
+    figure, (times, errors) = plt.subplots(1, 2, figsize=(COLUMN * 1.25, 0.9 + 0.17 * len(runs) + 0.1 * math.ceil(len(names) / 4)),
+                                           sharey=True, gridspec_kw={"width_ratios": [2.2, 1]})
+    ys, left = np.arange(len(runs))[::-1], np.zeros(len(runs))
+    for i, name in enumerate(names):
+        widths = np.array([r["stages"].get(name, 0) for r in runs])
+        times.barh(ys, widths, 0.72, left=left, color=colors[i % len(colors)], label=name, edgecolor="black",
+                   linewidth=0.35, hatch=("", "////", "....")[i // len(colors) % 3])
+        left += widths
+    errors.barh(ys, [r["false_shadow"] for r in runs], 0.72, color=VERMILION, edgecolor="black", linewidth=0.35,
+                label="false shadow")
+    errors.barh(ys, [r["false_light"] for r in runs], 0.72, left=[r["false_shadow"] for r in runs], color=SKY,
+                edgecolor="black", linewidth=0.35, hatch="////", label="false light")
+    times.set_yticks(ys)
+    times.set_yticklabels([r["label"] for r in runs])
+    for axes, label, columns in ((times, "time (ms)", 3), (errors, "pairs (%)", 1)):
+        axes.grid(axis="y", visible=False)
+        axes.set_xlim(left=0)
+        axes.set_xlabel(label)
+        axes.legend(loc="lower center", bbox_to_anchor=(0.4, 1.0), ncol=columns, borderaxespad=0.3, columnspacing=0.9,
+                    handlelength=1.0, fontsize=5.4)
+    fastest = min(runs, key=lambda r: r["time_ms"])
+    charts.save(figure, f"variants_{slug(scene)}", f"Variants, {scene}",
+                f"Medians of every stage and the wrong pairs of every variant; the fastest is {fastest['label']} "
+                f"({fastest['time_ms']:.1f} ms). Frames stand for themselves: static optimization has nothing to keep.")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("results", nargs="+", help="results.json files of compare")
@@ -690,6 +760,9 @@ def main():
     charts = Charts(arguments.output)
     scenes = list(dict.fromkeys(run["scene"] for run in all_runs))
     merged = {scene: over_frames([r for r in all_runs if r["scene"] == scene]) for scene in scenes}
+    for scene in scenes:  # what has a name of its own has a chart of its own
+        variants_chart(charts, scene, [r for r in merged[scene] if r["parameters"].get("variant")])
+        merged[scene] = [r for r in merged[scene] if not r["parameters"].get("variant")]
     for scene in scenes:
         speed_accuracy(charts, scene, merged[scene], experiment)
     for scene in scenes:

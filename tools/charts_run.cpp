@@ -20,6 +20,8 @@ namespace {
 
 // Debian's own: another python on the path may lack matplotlib.
 constexpr const char* kPython = "/usr/bin/python3";
+// What figures.py exits with when the results do not hold what was asked for.
+constexpr int kRefused = 3;
 
 } // namespace
 
@@ -66,32 +68,36 @@ int runProgram(const std::vector<std::string>& arguments, std::string* errorText
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-std::string findCharts() {
+std::string findCharts(const std::string& name, const std::string& remedy) {
+    const std::string otherwise = remedy.empty() ? "" : ", or " + remedy;
     const std::filesystem::path directory = programDirectory();
     std::string script;
     for (const std::filesystem::path& candidate :
-         {directory / "charts.py", directory.parent_path() / "share" / "shadowdag" / "charts.py"})
+         {directory / name, directory.parent_path() / "share" / "shadowdag" / name})
         if (std::filesystem::exists(candidate) && script.empty())
             script = candidate.string();
     if (script.empty())
-        throw Error(ErrorKind::kUsage,
-                    "charts.py is missing beside " + directory.string() +
-                        "/shadowdag; build or install the program again, or pass --no-charts");
+        throw Error(ErrorKind::kUsage, name + " is missing beside " + directory.string() +
+                                           "/shadowdag; build or install the program again" +
+                                           otherwise);
     if (runProgram({kPython, "-c", "import matplotlib"}) != 0)
-        throw Error(
-            ErrorKind::kUsage,
-            std::string("charts need ") + kPython +
-                " with matplotlib: apt-get install python3-matplotlib, or pass --no-charts");
+        throw Error(ErrorKind::kUsage, std::string("charts need ") + kPython +
+                                           " with matplotlib: apt-get install python3-matplotlib" +
+                                           otherwise);
     return script;
 }
 
 void drawCharts(const std::string& script, const std::string& resultsPath,
-                const std::string& directory) {
+                const std::string& directory, const std::vector<std::string>& more) {
     std::string said;
-    const int status = runProgram({kPython, script, resultsPath, "-o", directory}, &said);
+    std::vector<std::string> arguments{kPython, script, resultsPath, "-o", directory};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const int status = runProgram(arguments, &said);
     if (status != 0) {
         if (said.size() > 1500)
             said = "..." + said.substr(said.size() - 1500);
+        if (status == kRefused)
+            throw Error(ErrorKind::kInput, said.substr(0, said.find_last_not_of('\n') + 1));
         throw Error(ErrorKind::kResource, script + ": failed on " + resultsPath + " with status " +
                                               std::to_string(status) + ": " + said);
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs charts.py, which stands beside the program, with Debian's Python and its matplotlib.
+// Runs charts.py and figures.py, which stand beside the program, with Debian's Python and its
+// matplotlib.
 #pragma once
 
 #include <string>
@@ -7,15 +8,19 @@
 
 namespace shadowdag {
 
-/// Returns the path of charts.py: beside the program, or in ../share/shadowdag once installed.
+/// Returns the path of a script: beside the program, or in ../share/shadowdag once installed.
 /// Throws Error kUsage when it is missing, or when Python or matplotlib is, naming the package;
 /// call it before any long work.
-std::string findCharts();
+/// @param remedy what else the user may do, as in "pass --no-charts"; "" for nothing
+std::string findCharts(const std::string& name = "charts.py",
+                       const std::string& remedy = "pass --no-charts");
 
 /// Draws the charts of a results file into a directory, with charts.json, the list of them with
-/// captions. Throws Error kResource with the script's last words when it fails.
+/// captions. Throws Error kResource with the script's last words when it fails, kInput when it
+/// refused the results.
+/// @param more further arguments of the script
 void drawCharts(const std::string& script, const std::string& resultsPath,
-                const std::string& directory);
+                const std::string& directory, const std::vector<std::string>& more = {});
 
 /// Runs a program to its end, with nothing to read; returns its exit status, 128 + the signal that
 /// ended it, or 127 when it cannot be started.

@@ -2,6 +2,7 @@
 #include "tools/common_options.h"
 
 #include "cuda/error.h"
+#include "hybrid/resolution.h"
 #include "tools/parse.h"
 
 #include <algorithm>
@@ -73,6 +74,9 @@ void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
     commandLine.heading("Maps");
     commandLine.text("--undersample", undersample, "U" + list,
                      "Divisor of the required resolution [1]");
+    commandLine.text("--maps-per-light", mapsPerLight, "N" + list,
+                     "The most maps a light may have, by what its clusters ask for, 1 to " +
+                         std::to_string(kMaxMapsPerLight) + " [" + mapsPerLight + "]");
     commandLine.text("--page-size", pageSize, "TEXELS" + list,
                      "Side of a page, a power of two from 16 to 256 [" + pageSize + "]");
     commandLine.text("--pool", pool, "BYTES",
@@ -81,7 +85,7 @@ void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
                      "The most texels across a face of a map, 16 to " +
                          std::to_string(kMaxFaceTexels) + " [" + maxFace + "]");
     commandLine.text("--bias", bias, "B" + list, "Depth bias in texels [" + bias + "]");
-    commandLine.text("--taps", taps, "1|9" + list,
+    commandLine.text("--taps", taps, "1|4|9" + list,
                      "Taps of the percentage-closer filter [" + taps + "]");
 }
 
@@ -157,6 +161,10 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
             e.dagResolutionLog2.push_back(parsePowerOfTwo("--dag-resolution", part, 4, 131072));
     e.thresholds = parseThresholds("--thresholds", thresholds);
     e.undersample = numbers("--undersample", undersample, 1, 1024);
+    e.mapsPerLight.clear();
+    for (const std::string& part : list("--maps-per-light", mapsPerLight))
+        e.mapsPerLight.push_back(
+            uint32_t(parseInteger("--maps-per-light", part, 1, kMaxMapsPerLight)));
     e.pageTexels.clear();
     for (const std::string& part : list("--page-size", pageSize))
         e.pageTexels.push_back(1u << parsePowerOfTwo("--page-size", part, 16, 256));
@@ -170,8 +178,8 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
     e.taps.clear();
     for (const std::string& part : list("--taps", taps)) {
         e.taps.push_back(uint32_t(parseInteger("--taps", part, 1, 9)));
-        if (e.taps.back() != 1 && e.taps.back() != 9)
-            throw Error(ErrorKind::kUsage, "--taps '" + part + "': must be 1 or 9");
+        if (e.taps.back() != 1 && e.taps.back() != 4 && e.taps.back() != 9)
+            throw Error(ErrorKind::kUsage, "--taps '" + part + "': must be 1, 4 or 9");
     }
     e.offset = numbers("--offset", offset, 0, 100);
     e.lod.clear();

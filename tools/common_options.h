@@ -34,8 +34,9 @@ struct CommonOptions {
     bool allowStale = false;
     std::string thresholds = "0,8,16,32,64,96,192,inf";
     // Defaults come from where the methods state theirs: one text.
-    std::string undersample = "1", pageSize = std::to_string(ShadowMapOptions{}.pageTexels),
-                pool = "256M", maxFace = std::to_string(FrameOptions{}.maxFaceTexels);
+    std::string undersample = "1", mapsPerLight = std::to_string(FrameOptions{}.mapsPerLight),
+                pageSize = std::to_string(ShadowMapOptions{}.pageTexels), pool = "256M",
+                maxFace = std::to_string(FrameOptions{}.maxFaceTexels);
     std::string bias = numberText(ShadowMapBias{}.constantTexels),
                 taps = std::to_string(ShadowMapBias{}.taps);
     std::string offset = numberText(RayOptions{}.offset), lod = "0";

@@ -6,11 +6,14 @@
 #include "tools/commands.h"
 #include "tools/common_options.h"
 #include "tools/compare_parts.h"
-#include "tools/frame_json.h"
 #include "tools/measure.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
 #include "tools/report.h"
+#include "tools/report_directory.h"
+#include "tools/run_table.h"
+#include "tools/sequence.h"
+#include "tools/variants.h"
 
 #include <algorithm>
 #include <chrono>
@@ -33,30 +36,73 @@ struct CompareOptions {
     CommonOptions common;
     std::vector<std::string> scenes;
     std::string output, experiment, methods = "embree,dag,maps,hybrid", repeats = "5",
-                                    warmups = "1", costs, title, part;
-    bool resume = false, noCharts = false, noOracle = false, join = false;
+                                    warmups = "1", costs, title, part, variants, leadIn = "1",
+                                    flickerPoints = "20000";
+    bool resume = false, isSequence = false, noCharts = false, noOracle = false, join = false;
 };
 
 /// Options that an experiment file fixes; what it leaves to the command line is not listed.
 constexpr const char* kFixedByExperiment[] = {
-    "--size",      "--camera",     "--frames",         "--fps",        "--lights",
-    "--seed",      "--resolution", "--dag-resolution", "--thresholds", "--model",
-    "--no-oracle", "--methods",    "--undersample",    "--page-size",  "--pool",
-    "--max-face",  "--bias",       "--taps",           "--offset",     "--lod",
-    "--repeats",   "--warmups",    "--title"};
+    "--size",      "--camera",         "--frames",         "--fps",        "--lights",
+    "--seed",      "--resolution",     "--dag-resolution", "--thresholds", "--model",
+    "--no-oracle", "--methods",        "--undersample",    "--page-size",  "--pool",
+    "--max-face",  "--bias",           "--taps",           "--offset",     "--lod",
+    "--repeats",   "--warmups",        "--title",          "--variants",   "--sequence",
+    "--lead-in",   "--flicker-points", "--maps-per-light"};
+
+/// What names of variants say, or take the place of.
+constexpr const char* kFixedByVariants[] = {"--methods",       "--thresholds",     "--model",
+                                            "--no-oracle",     "--dag-resolution", "--undersample",
+                                            "--maps-per-light"};
+
+/// Throws Error kUsage for an option that no method asked for heeds.
+void refuseUnheeded(const Experiment& e, const CommandLine& commandLine) {
+    const auto has = [&](const char* method) {
+        return std::find(e.methods.begin(), e.methods.end(), method) != e.methods.end();
+    };
+    if (!e.variants.empty() || has("dag") || has("hybrid"))
+        return;
+    for (const char* option : {"--offset", "--lod"})
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) +
+                                               " is for rays that stop at voxels, which --methods "
+                                               "leaves out; add dag or hybrid, or drop it");
+}
 
 Experiment experimentOf(const CompareOptions& options, const CommandLine& commandLine) {
     if (options.experiment.empty()) {
         Experiment e = options.common.experiment(commandLine, true);
         e.title = options.title;
         e.scenes = options.scenes;
-        e.methods = parseList("--methods", options.methods);
+        if (!options.variants.empty()) {
+            for (const char* option : kFixedByVariants)
+                if (commandLine.given(option))
+                    throw Error(ErrorKind::kUsage,
+                                std::string(option) +
+                                    " and --variants contradict each other: the names say it; "
+                                    "drop one of them");
+            e.variants = parseVariants("--variants", parseList("--variants", options.variants));
+            e.thresholds.clear();
+            e.models.clear();
+        }
+        for (const char* option : {"--lead-in", "--flicker-points"})
+            if (commandLine.given(option) && !options.isSequence)
+                throw Error(ErrorKind::kUsage,
+                            std::string(option) + " is for --sequence; add that or drop it");
+        e.isSequence = options.isSequence;
+        e.leadIn = uint32_t(parseInteger("--lead-in", options.leadIn, 0, 1000));
+        e.flickerPoints =
+            uint32_t(parseInteger("--flicker-points", options.flickerPoints, 0, 10'000'000));
+        e.methods = options.variants.empty() ? parseList("--methods", options.methods)
+                                             : std::vector<std::string>{"embree"};
         for (const std::string& method : e.methods)
             if (std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end())
                 throw Error(ErrorKind::kUsage,
                             "--methods '" + method +
                                 "': must be some of embree, dag, dag-exact, maps, hybrid");
-        if (options.common.models.empty() && options.noOracle)
+        refuseUnheeded(e, commandLine);
+        // No frame of a sequence has its costs measured.
+        if (options.common.models.empty() && (options.noOracle || options.isSequence))
             e.models.clear();
         e.repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
         e.warmups = int(parseInteger("--warmups", options.warmups, 0, 1000));
@@ -99,143 +145,12 @@ std::vector<uint32_t> allResolutions(const Experiment& e) {
     return all;
 }
 
-void printRuns(std::ostream& out, const Json& runs) {
-    out << std::left << std::setw(40) << "run" << std::right << std::setw(10) << "ms"
-        << std::setw(14) << "false shadow" << std::setw(13) << "false light" << std::setw(12)
-        << "mean error" << std::setw(9) << "flip"
-        << "\n"
-        << std::fixed;
-    std::string heading;
-    for (const Json& run : runs) {
-        const std::string group = run["scene"].get<std::string>() + ", frame " +
-                                  std::to_string(run["frame"].get<uint32_t>());
-        if (group != heading)
-            out << (heading = group) << "\n";
-        const double pairs = std::max(1.0, run["pair_count"].get<double>());
-        out << "  " << std::left << std::setw(38) << run["label"].get<std::string>() << std::right
-            << std::setw(10) << std::setprecision(2) << run["time_ms"].get<double>()
-            << std::setw(12) << std::setprecision(3)
-            << 100 * run["false_shadow_count"].get<double>() / pairs << " %" << std::setw(11)
-            << 100 * run["false_light_count"].get<double>() / pairs << " %" << std::setw(12)
-            << std::setprecision(5) << run["mean_abs_visibility_error"].get<double>()
-            << std::setw(9) << std::setprecision(4) << run["flip"].get<double>() << "\n";
-        if (const std::string note = poolNote(run); !note.empty())
-            out << "    " << note << "\n";
-    }
-    out << std::defaultfloat;
-}
-
-/// What a compare leaves in its directory, in the order in which it is put there.
-constexpr const char* kReportParts[] = {"images",      "charts",          "results.json",
-                                        "results.csv", "lights.csv",      "costs.json",
-                                        "index.html",  "experiment.json", "part.json"};
-
-/// Returns whether a file is JSON with these keys, as our own files are.
-bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
-    std::ifstream file(path, std::ios::binary);
-    const Json json = file ? Json::parse(file, nullptr, false) : Json();
-    return json.is_object() && std::all_of(keys.begin(), keys.end(),
-                                           [&](const char* key) { return json.contains(key); });
-}
-
-/// Throws Error kUsage when the directory holds anything of a report's names that no compare made.
-void refuseForeignFiles(const std::string& directory) {
-    std::error_code ignored;
-    if (holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
-        holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
-        holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
-        return;
-    const auto refuse = [&](const std::string& name) {
-        throw Error(ErrorKind::kUsage, "-o '" + directory + "': holds " + name +
-                                           ", which no compare made and which a report would "
-                                           "replace; name an empty or a new directory");
-    };
-    for (const char* name : kReportParts)
-        if (fs::exists(directory + "/" + name, ignored))
-            refuse(name);
-    if (fs::exists(directory + "/partial", ignored))
-        for (const auto& entry : fs::recursive_directory_iterator(directory + "/partial", ignored))
-            if (!entry.is_directory(ignored))
-                refuse("partial");
-}
-
-void moveFile(const std::string& from, const std::string& to) {
-    std::error_code failed;
-    fs::rename(from, to, failed);
-    if (failed)
-        throw Error(ErrorKind::kResource,
-                    from + ": cannot be moved to " + to + ": " + failed.message());
-}
-
-/// Puts the older report back where a swap was left half done. What was new goes back to `partial`.
-void undoSwap(const std::string& directory) {
-    const std::string partial = directory + "/partial", old = partial + "/old";
-    if (!fs::exists(old))
-        return;
-    for (const char* name : kReportParts) {
-        const std::string target = directory + "/" + name, fresh = partial + "/" + name;
-        const bool wasThere = fs::exists(old + "/" + name);
-        // Without charts nothing was put where they would be.
-        const bool isFresh = wasThere || (!fs::exists(fresh) && std::string(name) != "charts");
-        if (isFresh && fs::exists(target))
-            moveFile(target, fresh);
-        if (wasThere)
-            moveFile(old + "/" + name, target);
-    }
-    fs::remove_all(old);
-}
-
-/// Throws Error kUsage when the directory holds a report and a part is to come, or the reverse:
-/// what takes the place of the other would not be put back whole if the swap died.
-void refuseOtherKind(const std::string& directory, bool isPart) {
-    const char* other = isPart ? "results.json" : "part.json";
-    if (fs::exists(directory + "/" + other))
-        throw Error(ErrorKind::kUsage, "-o '" + directory + "': holds " +
-                                           (isPart ? "a whole report" : "a part of a compare") +
-                                           " (" + other + "); name another directory for " +
-                                           (isPart ? "a part" : "a report"));
-}
-
-/// Makes the directory and proves that it can be written to, before any work. Everything unfinished
-/// lives in its folder `partial`, so that a compare that dies harms no older report; unless it is
-/// resumed, that folder is emptied.
-void prepareDirectory(const std::string& directory, bool resume, bool isPart) {
-    std::error_code failed;
-    if (fs::exists(directory) && !fs::is_directory(directory))
-        throw Error(ErrorKind::kResource, directory + ": is a file; give the name of a directory");
-    refuseForeignFiles(directory);
-    undoSwap(directory);
-    refuseOtherKind(directory, isPart);
-    if (!resume)
-        fs::remove_all(directory + "/partial", failed);
-    fs::create_directories(directory + "/partial/images", failed);
-    if (failed)
-        throw Error(ErrorKind::kResource, directory + ": cannot be created: " + failed.message() +
-                                              "; choose another directory");
-    OutputFile probe(directory + "/partial/probe"); // removed again: never committed
-}
-
-/// Puts the finished parts in `partial` into the place of an older report, by renaming alone; the
-/// older one is deleted only when the new one stands. Throws Error kResource, the older one back in
-/// its place.
-void swapReport(const std::string& directory) {
-    const std::string partial = directory + "/partial", old = partial + "/old";
-    fs::create_directories(old);
-    try {
-        for (const char* name : kReportParts) {
-            const std::string target = directory + "/" + name, fresh = partial + "/" + name;
-            if (fs::exists(target))
-                moveFile(target, old + "/" + name);
-            if (fs::exists(fresh))
-                moveFile(fresh, target);
-        }
-    } catch (...) {
-        undoSwap(directory);
-        throw;
-    }
-    moveFile(old, partial + "/done"); // from here on nothing is taken back
-    std::error_code ignored;
-    fs::remove_all(partial, ignored);
+/// Returns whether any run of an experiment needs a DAG.
+bool asksVoxels(const Experiment& e) {
+    return std::any_of(e.methods.begin(), e.methods.end(), methodUsesVoxels) ||
+           std::any_of(e.variants.begin(), e.variants.end(), [](const std::string& name) {
+               return variantRun(parseVariant("variants", name), {}).usesRays();
+           });
 }
 
 /// Writes the report of what was found into `partial`, puts it in its place and says so.
@@ -253,11 +168,14 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
     checkInterrupted();
     writeFile(partial + "/experiment.json", jsonText(found.results["experiment"]));
     writeFile(partial + "/results.csv", runsCsv(found.results["runs"]));
+    if (!found.results["sequence_runs"].empty())
+        writeFile(partial + "/sequence.csv", runsCsv(found.results["sequence_runs"]));
     writeFile(partial + "/lights.csv", flatCsv(found.lights));
     writeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
     writeFile(partial + "/index.html", reportHtml(found.results, charts));
     std::ostringstream table;
     printRuns(table, found.results["runs"]);
+    printSequences(table, found.results["sequence_runs"]);
     checkInterrupted();
     swapReport(options.output);
     const std::string reportPath = options.output + "/index.html",
@@ -269,6 +187,7 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
     console.emit({{"report", reportPath},
                   {"results", resultsPath},
                   {"run_count", found.results["runs"].size()},
+                  {"sequence_run_count", found.results["sequence_runs"].size()},
                   {"chart_count", charts.is_null() ? 0 : charts["charts"].size()},
                   {"wall_s", wall}});
 }
@@ -316,7 +235,7 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
             throw Error(ErrorKind::kUsage, "-o '" + options.output +
                                                "': is one of the parts, which the report would "
                                                "replace; name another directory");
-    prepareDirectory(options.output, false, false);
+    const DirectoryLock lock = prepareDirectory(options.output, false, false);
     const std::string partial = options.output + "/partial";
     try {
         for (const std::string& directory : options.scenes)
@@ -341,12 +260,24 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         std::tie(share.part, share.partCount) = parseShare("--part", options.part, kMaxPartCount);
     const Experiment experiment = experimentOf(options, commandLine);
     const Backend backend = options.global.apply(console, true);
-    const std::string script = options.noCharts || !options.part.empty() ? "" : findCharts();
-    CostTable costs;
+    if (experiment.isSequence && !options.part.empty())
+        throw Error(ErrorKind::kUsage, "--part '" + options.part +
+                                           "': frames of a sequence follow each other and cannot "
+                                           "be shared out; drop it");
+    const char* scriptName = experiment.isSequence ? "figures.py" : "charts.py";
+    const std::string script =
+        options.noCharts || !options.part.empty() ? "" : findCharts(scriptName);
+    CostSource costs;
     if (!options.costs.empty())
-        costs = readCosts(options.costs);
+        costs = readCostSource(options.costs, buildProvenance(backend));
+    if (!costs.otherMachine.empty())
+        console.note(options.costs + ": was calibrated elsewhere (" + costs.otherMachine +
+                     "); calibrate here for routes that pay here");
+    for (const std::string& model : experiment.models)
+        giveCalibration(*makeCostModel(model), costs);
     const std::vector<std::string> names = sceneNames(experiment.scenes);
-    prepareDirectory(options.output, options.resume, !options.part.empty());
+    const DirectoryLock lock =
+        prepareDirectory(options.output, options.resume, !options.part.empty());
     const std::string partial = options.output + "/partial";
     const Json experimentJson = toJson(experiment);
 
@@ -380,8 +311,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                      experiment.camera); // a wrong name is told before the voxels are built
         std::vector<Dag> dags;
         std::vector<uint32_t> resolutions;
-        const bool usesRays =
-            std::any_of(experiment.methods.begin(), experiment.methods.end(), methodUsesVoxels);
+        const bool usesRays = asksVoxels(experiment);
         if (usesRays) {
             refuseStaleExact(
                 std::count(experiment.methods.begin(), experiment.methods.end(), "dag-exact") > 0,
@@ -401,12 +331,14 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         MeasureContext context;
         context.backend = backend;
         context.directory = partial;
-        context.costs = options.costs.empty() ? nullptr : &costs;
+        context.costs = costs.table ? &*costs.table : nullptr;
+        context.given = &costs;
         context.costsPath = options.costs;
         context.journal = &journal;
         context.frames = frames;
         context.progress = console.progress("compare " + scene.name);
-        found.add(measureScene(scene, dags, experiment, runs, context));
+        found.add(experiment.isSequence ? measureSequence(scene, dags, experiment, runs, context)
+                                        : measureScene(scene, dags, experiment, runs, context));
         found.results["scenes"].push_back({{"scene", scene.name},
                                            {"scene_hash", scene.geometryHash},
                                            {"triangle_count", scene.world->triangles().count()},
@@ -448,12 +380,27 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
         "For hybrid: maps that require fewer texels are traced; 0 is maps alone, inf rays alone "
         "[0,8,16,32,64,96,192,inf]");
     commandLine.texts("--model", options->common.models, "M",
-                      "A further cost model for hybrid: texels:N, expr:EXPRESSION, oracle; may be "
+                      "A further cost model for hybrid: texels:N, expr:EXPRESSION, cost, oracle; may be "
                       "given several times [oracle]");
     commandLine.flag("--no-oracle", options->noOracle,
                      "Leave out the model oracle where --model is not given");
+    commandLine.text("--variants", options->variants, "NAME,...",
+                     "Instead: variants by name, as in PMCD-EB-SO-4SM-u2, or paper for all that "
+                     "the paper measured. Parts, in any order: Sphere, CFM, PMC, PMCD, PMCC "
+                     "(culling); EB, TB (cluster bounds); SO, SOR (static optimization); Nk<k>; "
+                     "PLOD<texels>; FP, LP (pages only for pairs that face, that are not proven "
+                     "lit); RP, RS (resolution rule); RL (light order); <n>SM [4SM]; u<d> [u1]; "
+                     "T<taps>; RT (all rays); Hybrid[:MODEL]; RH (routes held)");
+    commandLine.flag("--sequence", options->isSequence,
+                     "Frames in order, keeping what is kept from frame to frame; else every frame "
+                     "stands for itself");
+    commandLine.text("--lead-in", options->leadIn, "N",
+                     "Of a sequence: so many frames before each are rendered uncounted [1]");
+    commandLine.text("--flicker-points", options->flickerPoints, "N",
+                     "Of a sequence: surface points whose answers are followed [20000]");
     commandLine.text("--costs", options->costs, "F",
-                     "Replay the maps' isolated costs of a costs.json instead of measuring them");
+                     "Replay the maps' isolated costs of a costs.json instead of measuring them; or, "
+                     "for --model cost, what calibrate wrote");
     commandLine.text("--repeats", options->repeats, "N",
                      "Timed runs of every configuration, interleaved [5]");
     commandLine.text("--warmups", options->warmups, "N",

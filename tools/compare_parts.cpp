@@ -202,10 +202,12 @@ CompareFindings::CompareFindings(const Json& provenance, const Json& experiment)
     : results({{"provenance", provenance}, {"experiment", experiment}}) {
     for (const char* list : kLists)
         results[list] = Json::array();
+    results["sequence_runs"] = Json::array(); // of no part: a sequence is not shared out
 }
 
 void CompareFindings::add(SceneMeasurement&& measurement) {
     append(results["runs"], measurement.runs);
+    append(results["sequence_runs"], measurement.sequenceRuns);
     append(results["map_costs"], measurement.mapCosts);
     append(results["truth_images"], measurement.truthImages);
     append(lights, measurement.lights);

@@ -2,8 +2,11 @@
 #include "tools/experiment.h"
 
 #include "cuda/error.h"
+#include "hybrid/resolution.h"
+#include "tools/key_reader.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
+#include "tools/variants.h"
 
 #include <algorithm>
 #include <bit>
@@ -18,90 +21,6 @@
 namespace shadowdag {
 
 namespace {
-
-/// Takes keys out of a JSON object, checks their kind and value, and refuses what is left over.
-class KeyReader {
-public:
-    KeyReader(const Json& json, std::string where) : json_(json), where_(std::move(where)) {
-        if (!json.is_object())
-            throw Error(ErrorKind::kInput, where_ + ": must hold one JSON object");
-    }
-
-    void text(const char* key, std::string& value) {
-        if (const Json* found = find(key)) {
-            if (!found->is_string())
-                refuse(key, *found, "must be a text");
-            value = found->get<std::string>();
-        }
-    }
-    void texts(const char* key, std::vector<std::string>& values) {
-        if (const Json* found = find(key)) {
-            values.clear();
-            for (const Json& item : list(key, *found)) {
-                if (!item.is_string())
-                    refuse(key, item, "must be a list of texts");
-                values.push_back(item.get<std::string>());
-            }
-        }
-    }
-    template <class T> void number(const char* key, T& value, double min, double max) {
-        if (const Json* found = find(key))
-            value = read<T>(key, *found, min, max);
-    }
-    template <class T>
-    void numbers(const char* key, std::vector<T>& values, double min, double max,
-                 bool mayBeEmpty = false) {
-        if (const Json* found = find(key)) {
-            values.clear();
-            for (const Json& item : list(key, *found)) {
-                values.push_back(read<T>(key, item, min, max));
-                if (std::count(values.begin(), values.end(), values.back()) > 1)
-                    refuse(key, item, "stands there twice; name each value once");
-            }
-            if (values.empty() && !mayBeEmpty)
-                refuse(key, *found, "must hold at least one value");
-        }
-    }
-    [[noreturn]] void refuse(const char* key, const Json& value, const std::string& right) const {
-        throw Error(ErrorKind::kInput,
-                    where_ + ": key \"" + key + "\" is " + value.dump() + "; it " + right);
-    }
-    void finish() const {
-        for (const auto& [key, value] : json_.items())
-            if (!known_.contains(key)) {
-                std::string all;
-                for (const std::string& name : known_)
-                    all += (all.empty() ? "" : ", ") + name;
-                throw Error(ErrorKind::kInput,
-                            where_ + ": unknown key \"" + key + "\"; the keys are " + all);
-            }
-    }
-    const Json* find(const char* key) {
-        known_.insert(key);
-        const auto found = json_.find(key);
-        return found == json_.end() ? nullptr : &*found;
-    }
-    const Json& list(const char* key, const Json& value) const {
-        if (!value.is_array())
-            refuse(key, value, "must be a list");
-        return value;
-    }
-
-private:
-    template <class T> T read(const char* key, const Json& value, double min, double max) const {
-        const bool isWhole = !std::is_floating_point_v<T>;
-        if (!(isWhole ? value.is_number_integer() : value.is_number()) ||
-            value.get<double>() < min || value.get<double>() > max)
-            refuse(key, value,
-                   std::string("must be a ") + (isWhole ? "whole " : "") + "number from " +
-                       numberText(min) + " to " + numberText(max));
-        return value.get<T>();
-    }
-
-    const Json& json_;
-    std::string where_;
-    std::set<std::string> known_;
-};
 
 template <class T> Json jsonList(const std::vector<T>& values) {
     Json list = Json::array();
@@ -236,7 +155,37 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
         } catch (const Error& error) {
             keys.refuse("models", model, std::string("is no cost model: ") + error.what());
         }
+    keys.texts("variants", e.variants);
+    if (!e.variants.empty()) {
+        try {
+            e.variants = parseVariants("\"variants\"", e.variants);
+        } catch (const Error& error) {
+            throw Error(ErrorKind::kInput, where + ": key " + error.what());
+        }
+        for (const char* key : {"thresholds", "models", "dag_resolutions"})
+            if (const Json* found = keys.find(key); found != nullptr && !found->empty())
+                keys.refuse(key, *found,
+                            "contradicts \"variants\", which take its place: drop one");
+        if (keys.find("methods") == nullptr)
+            e.methods = {"embree"};
+        for (const std::string& method : e.methods)
+            if (method != "embree")
+                keys.refuse("methods", method,
+                            "contradicts \"variants\", which name their methods: use [\"embree\"], "
+                            "[] or drop one");
+        e.thresholds.clear();
+        e.models.clear();
+    }
+    keys.flag("sequence", e.isSequence);
+    keys.number("lead_in", e.leadIn, 0, 1000);
+    keys.number("flicker_points", e.flickerPoints, 0, 10'000'000);
     keys.numbers("undersample", e.undersample, 1, 1024);
+    keys.numbers("maps_per_light", e.mapsPerLight, 1, kMaxMapsPerLight);
+    if (!e.variants.empty())
+        for (const char* key : {"undersample", "maps_per_light"})
+            if (const Json* found = keys.find(key);
+                found != nullptr && *found != toJson(Experiment())[key])
+                keys.refuse(key, *found, "contradicts \"variants\", whose names say it: drop one");
     keys.numbers("page_size", e.pageTexels, 16, 256);
     for (const uint32_t texels : e.pageTexels)
         if (!std::has_single_bit(texels))
@@ -246,8 +195,8 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
     keys.numbers("bias", e.bias, 0, 100);
     keys.numbers("taps", e.taps, 1, 9);
     for (const uint32_t taps : e.taps)
-        if (taps != 1 && taps != 9)
-            keys.refuse("taps", taps, "must be 1 or 9");
+        if (taps != 1 && taps != 4 && taps != 9)
+            keys.refuse("taps", taps, "must be 1, 4 or 9");
     keys.numbers("offset", e.offset, 0, 100);
     if (const Json* found = keys.find("lod")) {
         e.lod.clear();
@@ -302,7 +251,12 @@ Json toJson(const Experiment& e) {
             {"methods", e.methods},
             {"thresholds", jsonFloats(e.thresholds)},
             {"models", e.models},
+            {"variants", e.variants},
+            {"sequence", e.isSequence},
+            {"lead_in", e.leadIn},
+            {"flicker_points", e.flickerPoints},
             {"undersample", jsonFloats(e.undersample)},
+            {"maps_per_light", jsonList(e.mapsPerLight)},
             {"page_size", jsonList(e.pageTexels)},
             {"pool_mib", e.poolMib},
             {"max_face_texels", e.maxFaceTexels},
@@ -317,6 +271,8 @@ Json toJson(const Experiment& e) {
 
 Json RunParameters::toJson() const {
     Json json = Json::object();
+    if (!variant.empty())
+        json["variant"] = variant;
     if (usesRays()) {
         json["resolution"] = resolution;
     }
@@ -326,6 +282,7 @@ Json RunParameters::toJson() const {
     }
     if (usesMaps()) {
         json["undersample"] = decimal(frame.undersample);
+        json["maps_per_light"] = frame.mapsPerLight;
         json["page_size"] = frame.maps.pageTexels;
         json["pool_bytes"] = frame.maps.poolBytes;
         json["max_face_texels"] = frame.maxFaceTexels;
@@ -340,6 +297,8 @@ Json RunParameters::toJson() const {
 }
 
 std::string RunParameters::label() const {
+    if (!variant.empty())
+        return variant;
     std::string text = method;
     if (method == "hybrid")
         text += " " + model;
@@ -356,6 +315,8 @@ std::string RunParameters::label() const {
     if (usesMaps()) {
         if (frame.undersample != usual.undersample)
             text += " u" + numberText(frame.undersample);
+        if (frame.mapsPerLight != usual.mapsPerLight)
+            text += " " + std::to_string(frame.mapsPerLight) + "SM";
         if (frame.maps.pageTexels != usual.maps.pageTexels)
             text += " pages " + std::to_string(frame.maps.pageTexels);
         if (frame.bias.constantTexels != usual.bias.constantTexels)
@@ -378,7 +339,8 @@ std::string fileSlug(const std::string& text) {
 std::string RunParameters::slug() const {
     // Only an expression can differ in nothing but what a file name cannot hold.
     const std::string name = plainName(label());
-    return model.starts_with("expr:") || name.size() > 60 ? fileSlug(label()) : name;
+    return model.starts_with("expr:") || !variant.empty() || name.size() > 60 ? fileSlug(label())
+                                                                              : name;
 }
 
 std::vector<RunParameters>
@@ -398,13 +360,22 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
     base.maps.poolBytes = uint64_t(e.poolMib) << 20;
     base.maxFaceTexels = e.maxFaceTexels;
     base.undersample = e.undersample[0];
+    base.mapsPerLight = e.mapsPerLight[0];
     base.maps.pageTexels = e.pageTexels[0];
     base.bias.constantTexels = e.bias[0];
     base.bias.taps = base.maps.taps = e.taps[0];
     base.rays.offset = e.offset[0];
     e.lod[0].apply(base.rays);
 
-    add({"embree", "", 0, 0, base});
+    add({"embree", "", 0, 0, base, ""});
+    if (!e.variants.empty()) {
+        for (const std::string& name : e.variants) {
+            RunParameters run = variantRun(parseVariant("variants", name), base);
+            run.resolution = run.usesRays() && !dagResolutions.empty() ? dagResolutions[0] : 0;
+            runs.push_back(std::move(run));
+        }
+        return runs;
+    }
     const size_t dagCount = dagResolutions.size();
     const auto resolutionOf = [&](size_t dag) { return dag < dagCount ? dagResolutions[dag] : 0; };
     const auto addThreshold = [&](float threshold, size_t dag, const FrameOptions& frame) {
@@ -412,7 +383,7 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
         const std::string method = threshold == 0          ? "maps"
                                    : std::isinf(threshold) ? "dag"
                                                            : "hybrid";
-        add({method, model, uint32_t(dag), method == "maps" ? 0 : resolutionOf(dag), frame});
+        add({method, model, uint32_t(dag), method == "maps" ? 0 : resolutionOf(dag), frame, ""});
     };
     std::vector<float> thresholds = e.thresholds;
     thresholds.push_back(0); // the two pure methods belong to every comparison that names them
@@ -422,30 +393,33 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
 
     for (size_t dag = 0; dag < std::max<size_t>(fullCount, 1); ++dag)
         for (const float undersample : e.undersample)
-            for (const uint32_t page : e.pageTexels)
-                for (const float bias : e.bias)
-                    for (const uint32_t taps : e.taps)
-                        for (const float offset : e.offset)
-                            for (const LodChoice& lod : e.lod)
-                                for (const float threshold : thresholds) {
-                                    FrameOptions frame = base;
-                                    frame.undersample = undersample;
-                                    frame.maps.pageTexels = page;
-                                    frame.bias.constantTexels = bias;
-                                    frame.bias.taps = frame.maps.taps = taps;
-                                    frame.rays.offset = offset;
-                                    lod.apply(frame.rays);
-                                    addThreshold(threshold, dag, frame);
-                                }
+            for (const uint32_t mapsPerLight : e.mapsPerLight)
+                for (const uint32_t page : e.pageTexels)
+                    for (const float bias : e.bias)
+                        for (const uint32_t taps : e.taps)
+                            for (const float offset : e.offset)
+                                for (const LodChoice& lod : e.lod)
+                                    for (const float threshold : thresholds) {
+                                        FrameOptions frame = base;
+                                        frame.undersample = undersample;
+                                        frame.mapsPerLight = mapsPerLight;
+                                        frame.maps.pageTexels = page;
+                                        frame.bias.constantTexels = bias;
+                                        frame.bias.taps = frame.maps.taps = taps;
+                                        frame.rays.offset = offset;
+                                        lod.apply(frame.rays);
+                                        addThreshold(threshold, dag, frame);
+                                    }
     for (size_t dag = fullCount; dag < dagCount; ++dag)
         addThreshold(kInfinity, dag, base);
     for (size_t dag = 0; dag < dagCount; ++dag) {
-        RunParameters exact{"dag-exact", "texels:inf", uint32_t(dag), dagResolutions[dag], base};
+        RunParameters exact{"dag-exact",         "texels:inf", uint32_t(dag),
+                            dagResolutions[dag], base,         ""};
         exact.frame.rays.kind = RayKind::kExact;
         add(std::move(exact));
     }
     for (const std::string& model : e.models)
-        add({"hybrid", model, 0, resolutionOf(0), base});
+        add({"hybrid", model, 0, resolutionOf(0), base, ""});
     return runs;
 }
 

@@ -18,11 +18,19 @@
 //   "methods"          [embree, dag, maps, hybrid]  some of these and dag-exact
 //   "thresholds"       [0, 8, 16, 32, 64, 96, 192, "inf"]  texels; 0 is method maps, "inf" method dag
 //   "models"           ["oracle"]    further cost models for hybrid, at the first of every list below
+//   "variants"         []            instead of thresholds and models: variants by name (tools/variants.h), "paper"
+//                                    for all that the paper measured; methods are then ["embree"] or []
+//   "sequence"         false         frames in order, what is kept from frame to frame kept (tools/sequence.h);
+//                                    otherwise every frame stands for itself
+//   "lead_in"          1             sequence: rendered uncounted before each frame, so many frames back at the fixed
+//                                    clock, so that frames with a step between them have true predecessors
+//   "flicker_points"   20000         sequence: surface points whose answers are followed between frames; 0 for none
 //   "undersample"      [1]           divisors of the required resolution
+//   "maps_per_light"   [one]         FrameOptions' default; 1 to 16
 //   "page_size"        [one]         ShadowMapOptions' default; texels a side, powers of two from 16 to 256
 //   "pool_mib"         256           byte budget of the page pool, MiB
 //   "bias"             [one]         ShadowMapBias' default; texels
-//   "taps"             [one]         ShadowMapBias' default; 1 or 9
+//   "taps"             [one]         ShadowMapBias' default; 1, 4 or 9
 //   "offset"           [1]           of rays, in units of the derived offset
 //   "lod"              [0]           level of detail of rays: numbers, cells of 2^lod voxels, and texts as --lod
 //                                    takes them: "footprint:SCALE", "coverage:SHARE:SCALE"
@@ -57,7 +65,12 @@ struct Experiment {
     std::vector<std::string> methods{"embree", "dag", "maps", "hybrid"};
     std::vector<float> thresholds; ///< texels, ascending, infinity allowed
     std::vector<std::string> models{"oracle"};
+    std::vector<std::string> variants; ///< canonical names
+    bool isSequence = false;
+    uint32_t leadIn = 1;
+    uint32_t flickerPoints = 20000;
     std::vector<float> undersample{1};
+    std::vector<uint32_t> mapsPerLight{FrameOptions{}.mapsPerLight};
     std::vector<uint32_t> pageTexels{ShadowMapOptions{}.pageTexels};
     uint32_t poolMib = 256;
     uint32_t maxFaceTexels = FrameOptions{}.maxFaceTexels;
@@ -90,14 +103,19 @@ struct RunParameters {
         0; ///< index into the resolutions (or assets) of the run; meaningless for embree and maps
     uint32_t resolution = 0; ///< of that DAG; 0 where none is used
     FrameOptions frame;
+    std::string variant; ///< its name where it is one by name (tools/variants.h), else ""
 
-    bool usesRays() const { return methodUsesVoxels(method); }
+    /// Returns whether voxels are asked: by rays, or for proofs that a pair is lit.
+    bool usesRays() const {
+        return methodUsesVoxels(method) || (usesMaps() && frame.pruning == PairPruning::kLit);
+    }
     /// Returns whether rays stop at voxels: offset and level of detail matter.
     bool usesVoxelRays() const { return usesRays() && method != "dag-exact"; }
     bool usesMaps() const { return method == "maps" || method == "hybrid"; }
     /// Returns the parameters that this method depends on, as JSON.
     Json toJson() const;
-    /// Returns a short label, unique within an experiment: "hybrid texels:96 1024^3".
+    /// Returns a short label, unique within an experiment: "hybrid texels:96 1024^3", or the name
+    /// of the variant.
     std::string label() const;
     /// Returns the label as a file name, unique where labels are and short enough for any file
     /// system.
@@ -122,7 +140,8 @@ Json toJson(const Experiment& experiment);
 
 /// Returns the configurations of an experiment in the order in which they are charted: embree, then
 /// for every combination of the lists the thresholds, then the DAG-only resolutions, then the
-/// models. No two are equal.
+/// models; or, where variants are named, embree and these, at the first of every list. No two are
+/// equal.
 /// @param dagResolutions of the DAGs at hand: the experiment's resolutions then its DAG-only ones,
 /// or those of the assets given
 /// @param fullCount how many of them take part in the whole sweep; the others in method dag alone

@@ -7,6 +7,7 @@
 #include "tools/error_image.h"
 #include "tools/frame_json.h"
 #include "tools/image_io.h"
+#include "tools/timing.h"
 
 #include <algorithm>
 #include <chrono>
@@ -17,43 +18,10 @@ namespace shadowdag {
 
 namespace {
 
-double median(std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    const size_t half = values.size() / 2;
-    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
 /// Returns a scene's name as part of a file name; no file that is read as a scene lacks a dot.
 std::string sceneSlug(const std::string& name) {
     return name.starts_with("builtin:") ? "builtin_" + fileSlug(name.substr(8)) : fileSlug(name);
 }
-
-/// The times of one configuration, round by round.
-struct Timing {
-    std::vector<double> totalMs;
-    std::vector<std::pair<std::string, std::vector<double>>> stagesMs;
-
-    void add(const StageTimes& stages) {
-        totalMs.push_back(stages.totalMs());
-        for (const auto& [name, timeMs] : stages.stagesMs) {
-            auto found = std::find_if(stagesMs.begin(), stagesMs.end(),
-                                      [&](const auto& s) { return s.first == name; });
-            if (found == stagesMs.end())
-                found = stagesMs.insert(stagesMs.end(), {name, {}});
-            found->second.push_back(timeMs);
-        }
-    }
-    Json toJson() const {
-        Json stages = Json::object();
-        for (const auto& [name, times] : stagesMs)
-            stages[name] = median(times);
-        return {{"time_ms", median(totalMs)},
-                {"time_ms_min", *std::min_element(totalMs.begin(), totalMs.end())},
-                {"time_ms_max", *std::max_element(totalMs.begin(), totalMs.end())},
-                {"repeat_count", totalMs.size()},
-                {"stages_ms", std::move(stages)}};
-    }
-};
 
 /// One frame of one scene: the truth once, then every configuration.
 class FrameMeasurement {
@@ -113,6 +81,8 @@ private:
             makeCostModel(run.model.empty() ? "texels:0" : run.model);
         if (model->needsCosts())
             model->setCosts(frameCosts_);
+        if (context_.given != nullptr)
+            giveCalibration(*model, *context_.given);
         FrameOptions options = run.frame;
         options.recordPairs = recordPairs;
         if (run.method == "embree")
@@ -146,7 +116,13 @@ private:
     /// Measures what every map costs by rays and by map alone, or takes the costs that were given.
     void measureCosts(const std::function<void()>& step, SceneMeasurement& out) {
         const RunParameters* base = firstRun(&RunParameters::usesVoxelRays);
-        const bool isWanted = base != nullptr && firstRun(&RunParameters::usesMaps) != nullptr;
+        // Variants are charted without; only a model that routes by costs needs them.
+        const bool isOfUse = std::any_of(runs_.begin(), runs_.end(), [](const RunParameters& run) {
+            return run.variant.empty() ? run.method != "embree"
+                                       : makeCostModel(run.model)->needsCosts();
+        });
+        const bool isWanted =
+            isOfUse && base != nullptr && firstRun(&RunParameters::usesMaps) != nullptr;
         if (isWanted) {
             if (part("costs") == nullptr) {
                 checkInterrupted();

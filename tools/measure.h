@@ -24,6 +24,7 @@ struct MeasureContext {
     std::string directory;            ///< of the report; pictures go to directory/images
     const CostTable* costs = nullptr; ///< to replay, or null: measured
     std::string costsPath;            ///< where they came from
+    const CostSource* given = nullptr; ///< of --costs: the calibration of model cost, or null
     Journal* journal = nullptr;       ///< never null
     std::vector<uint32_t> frames;     ///< to measure, some of the experiment's
     Progress progress;                ///< of this scene
@@ -31,11 +32,12 @@ struct MeasureContext {
 
 /// What measuring a scene gave, as results.json holds it.
 struct SceneMeasurement {
-    Json runs = Json::array();        ///< one object a frame and configuration
-    Json mapCosts = Json::array();    ///< one object a frame and map: quantities, rays_ms, map_ms
-    Json lights = Json::array();      ///< one object a run and light: route and errors
-    CostTable costs;                  ///< measured or replayed
-    Json truthImages = Json::array(); ///< {"scene", "frame", "file"}
+    Json runs = Json::array();         ///< one object a frame and configuration
+    Json sequenceRuns = Json::array(); ///< the same of frames in sequence (tools/sequence.h)
+    Json mapCosts = Json::array();     ///< one object a frame and map: quantities, rays_ms, map_ms
+    Json lights = Json::array();       ///< one object a run and light: route and errors
+    CostTable costs;                   ///< measured or replayed
+    Json truthImages = Json::array();  ///< {"scene", "frame", "file"}
 };
 
 /// Measures every configuration on every frame of the experiment. `dags` are those that

@@ -186,7 +186,10 @@ std::function<void()> declareRender(CommandLine& commandLine) {
     options->common.declareRays(commandLine, false);
     options->common.declareMaps(commandLine, false);
     options->global.declare(commandLine);
-    return [options, &commandLine] { runRender(*options, commandLine); };
+    return [options, &commandLine] {
+        options->method.takeVariant(commandLine);
+        runRender(*options, commandLine);
+    };
 }
 
 } // namespace shadowdag

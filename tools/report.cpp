@@ -2,6 +2,8 @@
 #include "tools/report.h"
 
 #include "tools/frame_json.h"
+#include "tools/html.h"
+#include "tools/sequence_table.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +12,8 @@
 #include <vector>
 
 namespace shadowdag {
+
+using namespace html;
 
 namespace {
 
@@ -23,47 +27,6 @@ std::string csvCell(const Json& value) {
     for (const char c : text)
         quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
     return quoted + "\"";
-}
-
-std::string escaped(const std::string& text) {
-    std::string out;
-    for (const char c : text)
-        switch (c) {
-        case '&':
-            out += "&amp;";
-            break;
-        case '<':
-            out += "&lt;";
-            break;
-        case '>':
-            out += "&gt;";
-            break;
-        case '"':
-            out += "&quot;";
-            break;
-        default:
-            out += c;
-        }
-    return out;
-}
-
-std::string text(const Json& value) {
-    return escaped(value.is_string() ? value.get<std::string>()
-                                     : value.dump(-1, ' ', false, Json::error_handler_t::replace));
-}
-
-std::string number(double value, int decimals) {
-    char buffer[48];
-    std::snprintf(buffer, sizeof buffer, "%.*f", decimals, value);
-    return buffer;
-}
-
-/// Returns a count with thin spaces between thousands.
-std::string grouped(double value) {
-    std::string digits = number(value, 0);
-    for (int at = int(digits.size()) - 3; at > (digits[0] == '-' ? 1 : 0); at -= 3)
-        digits.insert(size_t(at), "&#8239;");
-    return digits;
 }
 
 double percent(const Json& run, const char* key) {
@@ -90,7 +53,8 @@ double unexplainedCount(const Json& run) {
 /// Returns how many unexplained false shadows a shift aimed at the blocker finds; 0 in results that
 /// were not asked.
 double settledCount(const Json& run) {
-    return run.value("settled_false_shadow_count", 0.0);
+    return run.value("settled_false_shadow_count", 0.0) +
+           run.value("settled_false_light_count", 0.0);
 }
 
 double mebibytes(const Json& bytes) {
@@ -402,6 +366,7 @@ std::string runsCsv(const Json& runs) {
 
 std::string reportHtml(const Json& results, const Json& charts) {
     const Json& runs = results["runs"];
+    const Json sequence = results.value("sequence_runs", Json::array());
     std::string title = results["experiment"]["title"].get<std::string>();
     if (title.empty())
         title = "Shadows by rays and by maps: time against error";
@@ -409,8 +374,8 @@ std::string reportHtml(const Json& results, const Json& charts) {
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"><title>" +
         escaped(title) + "</title><style>" + std::string(kStyle) + "</style></head><body>\n";
-    html += "<h1>" + escaped(title) + "</h1>\n<p class=\"lead\">" + std::to_string(runs.size()) +
-            " runs on ";
+    html += "<h1>" + escaped(title) + "</h1>\n<p class=\"lead\">" +
+            std::to_string(runs.size() + sequence.size()) + " runs on ";
     for (size_t i = 0; i < results["scenes"].size(); ++i)
         html += (i == 0 ? "" : ", ") + text(results["scenes"][i]["scene"]) + " (" +
                 grouped(results["scenes"][i]["triangle_count"].get<double>()) + " triangles, " +
@@ -426,7 +391,9 @@ std::string reportHtml(const Json& results, const Json& charts) {
             "href=\"#pictures\">Pictures</a>"
             "<a href=\"#provenance\">Provenance</a><a href=\"#limits\">Limits</a><a "
             "href=\"results.json\">results.json</a>"
-            "<a href=\"results.csv\">results.csv</a><a href=\"lights.csv\">lights.csv</a>"
+            "<a href=\"results.csv\">results.csv</a>" +
+            (sequence.empty() ? "" : "<a href=\"sequence.csv\">sequence.csv</a>") +
+            "<a href=\"lights.csv\">lights.csv</a>"
             "<a href=\"costs.json\">costs.json</a></nav>\n";
     addFindings(html, runs);
     if (hasCharts) {
@@ -438,14 +405,19 @@ std::string reportHtml(const Json& results, const Json& charts) {
             addFigure(html, list[i], "");
         html += "</div>\n";
     }
-    html += "<h2 id=\"table\">All runs</h2>\n<p>Click a heading to sort. Mean error is the mean of "
+    if (!sequence.empty())
+        html += sequenceTableHtml(sequence);
+    if (!runs.empty()) {
+        html +=
+            "<h2 id=\"table\">All runs</h2>\n<p>Click a heading to sort. Mean error is the mean of "
             "|visibility - Embree's| "
             "over all pairs; unexplained, acne and contact are counts of wrong pairs. Of the "
             "unexplained false "
             "shadows, those under \u201cof these aimed\u201d are found by a shift aimed at the "
             "blocker. Pool says by what "
             "all resolutions were divided where the pages wanted did not fit.</p>\n";
-    addTable(html, runs);
+        addTable(html, runs);
+    }
     addPictures(html, results);
     html += "<h2 id=\"provenance\">Provenance</h2>\n";
     addProvenance(html, results);
@@ -457,7 +429,7 @@ std::string reportHtml(const Json& results, const Json& charts) {
         "<li>Embree's time is that of its shadow rays alone, without G-buffer and shading.</li>\n"
         "<li>Every frame stands for itself: resolutions that an animation would have kept from the "
         "frame before are "
-        "forgotten.</li>\n"
+        "forgotten. Frames in sequence keep them.</li>\n"
         "<li>Rays see static geometry only; what moves is in maps and in the truth.</li>\n"
         "<li>The isolated cost of a map is measured with nothing else running; a frame's sum "
         "differs.</li>\n"

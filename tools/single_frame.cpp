@@ -2,6 +2,8 @@
 #include "tools/single_frame.h"
 
 #include "cuda/error.h"
+#include "tools/provenance.h"
+#include "tools/variants.h"
 
 #include <algorithm>
 
@@ -17,9 +19,28 @@ void MethodOptions::declare(CommandLine& commandLine, const std::string& methods
     commandLine.text("--model", model, "M",
                      "For hybrid: texels:N (maps under N texels are traced), expr:EXPRESSION (rays "
                      "where it is over 0), "
+                     "cost (the cheaper by what maps cost on this machine, as --costs knows it), "
                      "oracle (the cheaper by isolated cost) [texels:96]");
     commandLine.text("--costs", costs, "F",
-                     "Costs for --model oracle, as compare writes them; else they are measured");
+                     "Costs for --model cost, as calibrate writes them; or for --model oracle, as "
+                     "compare writes them, else these are measured");
+    commandLine.text("--variant", variant, "NAME",
+                     "Instead of --method and --model: a variant by name, as in PMCD-EB-4SM-u2; "
+                     "compare --help lists the parts");
+}
+
+void MethodOptions::takeVariant(const CommandLine& commandLine) {
+    if (!commandLine.given("--variant"))
+        return;
+    for (const char* option : {"--method", "--model", "--undersample", "--maps-per-light"})
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) +
+                                               " and --variant contradict each other: the name "
+                                               "says it; drop one of them");
+    const RunParameters run = variantRun(parseVariant("--variant", variant), FrameOptions{});
+    method = run.method;
+    model = run.method == "hybrid" ? run.model : "";
+    variant = run.variant;
 }
 
 void MethodOptions::check(const CommandLine& commandLine,
@@ -33,8 +54,12 @@ void MethodOptions::check(const CommandLine& commandLine,
     if (method != "hybrid" && commandLine.given("--model"))
         throw Error(ErrorKind::kUsage,
                     "--model is for --method hybrid, not for '" + method + "'; drop one of them");
-    if (!makeModel()->needsCosts() && commandLine.given("--costs"))
-        throw Error(ErrorKind::kUsage, "--costs is for --method hybrid --model oracle; drop it");
+    const std::unique_ptr<CostModel> chosen = makeModel();
+    if (!chosen->needsCosts() && !chosen->needsCalibration() && commandLine.given("--costs"))
+        throw Error(ErrorKind::kUsage,
+                    "--costs is for --method hybrid --model cost or oracle; drop it");
+    if (costs.empty())
+        giveCalibration(*chosen, {}); // what is missing is told before any work
     const bool usesMaps = method == "maps" || method == "hybrid";
     for (const char* option : {"--offset", "--lod"})
         if (method == "dag-exact" && commandLine.given(option))
@@ -46,8 +71,8 @@ void MethodOptions::check(const CommandLine& commandLine,
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " is for methods that trace voxels, not for '" +
                                                method + "'; drop it");
-    for (const char* option :
-         {"--page-size", "--pool", "--max-face", "--bias", "--taps", "--undersample"})
+    for (const char* option : {"--page-size", "--pool", "--max-face", "--bias", "--taps",
+                               "--undersample", "--maps-per-light"})
         if (!usesMaps && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " is for methods that draw maps, not for '" +
@@ -66,11 +91,23 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
                            const Experiment& experiment, const MethodOptions& method,
                            bool wantsTruth, Backend backend, const Console& console)
     : frameCamera_(experiment.camera), method_(method), model_(method.makeModel()) {
-    if (!method.costs.empty())
-        costs_ = readCosts(method.costs);
+    if (!method.costs.empty()) {
+        costs_ = readCostSource(method.costs, buildProvenance(backend));
+        if (!costs_.otherMachine.empty())
+            console.note(method.costs + ": was calibrated elsewhere (" + costs_.otherMachine +
+                         "); calibrate here for routes that pay here");
+        if (model_->needsCosts() && !costs_.table)
+            throw Error(ErrorKind::kUsage, "--costs " + method.costs +
+                                               ": is a calibration for --model cost; --model "
+                                               "oracle replays what compare writes to costs.json");
+        giveCalibration(*model_, costs_);
+    }
     scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true,
                                console);
-    if (methodUsesVoxels(method.method)) {
+    const std::optional<RunParameters> named =
+        method.variant.empty() ? std::optional<RunParameters>()
+                               : variantRun(parseVariant("--variant", method.variant), {});
+    if (methodUsesVoxels(method.method) || (named && named->usesRays())) {
         refuseStaleExact(method.method == "dag-exact", options.allowStale);
         const VoxelSource source{options.voxels, options.cache, options.allowStale};
         dag_ = std::move(obtainDags(scene_, experiment.resolutionLog2, source, console).front());
@@ -79,6 +116,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     frameOptions_.height = experiment.height;
     frameOptions_.undersample = method.method == "embree" ? 1024.0f : experiment.undersample[0];
     frameOptions_.maxFaceTexels = experiment.maxFaceTexels;
+    frameOptions_.mapsPerLight = experiment.mapsPerLight[0];
     frameOptions_.maps.pageTexels = experiment.pageTexels[0];
     frameOptions_.maps.poolBytes = uint64_t(experiment.poolMib) << 20;
     frameOptions_.maps.taps = frameOptions_.bias.taps = experiment.taps[0];
@@ -87,6 +125,8 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     experiment.lod[0].apply(frameOptions_.rays);
     if (method.method == "dag-exact")
         frameOptions_.rays.kind = RayKind::kExact;
+    if (named)
+        frameOptions_ = variantRun(parseVariant("--variant", method.variant), frameOptions_).frame;
     errorSeed_ = experiment.errorSeed;
     renderer_ = std::make_unique<FrameRenderer>(backend, *scene_.world, dag_);
     if (wantsTruth)
@@ -103,8 +143,9 @@ const FrameResult& SingleFrames::render(float timeSeconds, uint32_t frame) {
     camera_ = frameCamera_.at(*scene_.world);
     if (model_->needsCosts()) {
         renderer_->reset();
-        model_->setCosts(costs_ ? findCosts(*costs_, method_.costs, scene_.name, frame)
-                                : renderer_->measureCosts(camera_, frameOptions_));
+        model_->setCosts(costs_.table
+                             ? findCosts(*costs_.table, method_.costs, scene_.name, frame)
+                             : renderer_->measureCosts(camera_, frameOptions_));
     }
     renderer_->reset();
     result_ = renderer_->render(camera_, *model_, frameOptions_);

@@ -14,12 +14,15 @@
 
 namespace shadowdag {
 
-/// Declares --method, --model and --costs.
+/// Declares --method, --model, --costs and --variant.
 struct MethodOptions {
-    std::string method, model, costs;
+    std::string method, model, costs, variant;
 
     explicit MethodOptions(std::string defaultMethod) : method(std::move(defaultMethod)) {}
     void declare(CommandLine& commandLine, const std::string& methods);
+    /// Sets method and model to what --variant names; nothing without it. Throws Error kUsage for
+    /// a name that parseVariant refuses and for options that contradict it.
+    void takeVariant(const CommandLine& commandLine);
     /// Throws Error kUsage for an unknown method or what contradicts it.
     void check(const CommandLine& commandLine, const std::vector<std::string>& allowed) const;
     /// Returns the cost model that the method means; embree's draws tiny maps, only the pairs are
@@ -30,7 +33,8 @@ struct MethodOptions {
 /// A scene, its voxels, the truth where asked for, and a renderer, moving through time together.
 class SingleFrames {
 public:
-    /// Loads and builds. `options` were parsed to `experiment`; the DAG is obtained only when the
+    /// Loads and builds; says on standard error when --costs was calibrated on another machine.
+    /// `options` were parsed to `experiment`; the DAG is obtained only when the
     /// method traces rays.
     SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
                  const Experiment& experiment, const MethodOptions& method, bool wantsTruth,
@@ -59,7 +63,7 @@ private:
     MethodOptions method_;
     FrameOptions frameOptions_;
     uint64_t errorSeed_ = 1;
-    std::optional<CostTable> costs_;
+    CostSource costs_;
     std::unique_ptr<FrameRenderer> renderer_;
     std::unique_ptr<Truth> truth_;
     std::unique_ptr<CostModel> model_;

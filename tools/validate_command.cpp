@@ -138,7 +138,10 @@ std::function<void()> declareValidate(CommandLine& commandLine) {
     options->common.declareRays(commandLine, false);
     options->common.declareMaps(commandLine, false);
     options->global.declare(commandLine);
-    return [options, &commandLine] { runValidate(*options, commandLine); };
+    return [options, &commandLine] {
+        options->method.takeVariant(commandLine);
+        runValidate(*options, commandLine);
+    };
 }
 
 } // namespace shadowdag

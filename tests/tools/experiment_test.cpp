@@ -71,7 +71,13 @@ TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
         {"undersample", {0.5}},
         {"page_size", {48}},
         {"pool_mib", 0},
-        {"taps", {4}},
+        {"taps", {5}},
+        {"maps_per_light", {17}},
+        {"maps_per_light", {0}},
+        {"variants", {"PMCX"}},
+        {"sequence", 1},
+        {"lead_in", -1},
+        {"flicker_points", "many"},
         {"repeats", 0},
         {"lod", {18}},
         {"lod", Json::array()},
@@ -215,6 +221,32 @@ TEST(Experiment, TheCommittedFilesAreValid) {
     EXPECT_GE(
         readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/lod.json").lod.size(),
         8u);
+    for (const char* name : {"figures", "figures_houses", "figures_atrium", "slow_camera"}) {
+        const Experiment e =
+            readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json");
+        EXPECT_TRUE(e.isSequence) << name;
+        EXPECT_GE(e.variants.size(), 5u) << name;
+    }
+}
+
+TEST(Experiment, VariantsTakeThePlaceOfTheSweep) {
+    const Experiment e = experimentFromJson({{"variants", {"PMC", "PMCD-u2", "RT"}}}, "x");
+    EXPECT_THAT(labels(configurations(e, {256}, 1)), ElementsAre("embree", "PMC", "PMCD-u2", "RT"));
+    EXPECT_EQ(configurations(e, {256}, 1)[3].resolution, 256u);
+    EXPECT_EQ(toJson(experimentFromJson(toJson(e), "x")), toJson(e));
+    const Experiment alone =
+        experimentFromJson({{"variants", {"PMC"}}, {"methods", Json::array()}}, "x");
+    EXPECT_THAT(labels(configurations(alone, {}, 0)), ElementsAre("PMC"));
+}
+
+TEST(Configurations, MapsALightAreSweptAndNamed) {
+    const Experiment e = experimentFromJson(
+        {{"methods", {"maps"}}, {"maps_per_light", {1, 4}}, {"thresholds", {0}}}, "x");
+    const std::vector<RunParameters> runs = configurations(e, {}, 0);
+    ASSERT_EQ(runs.size(), 2u);
+    EXPECT_EQ(runs[1].frame.mapsPerLight, 4u);
+    EXPECT_EQ(runs[1].toJson()["maps_per_light"], 4);
+    EXPECT_NE(runs[0].label(), runs[1].label());
 }
 
 } // namespace shadowdag

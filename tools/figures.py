@@ -1,0 +1,569 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Redraws the figures of the paper's evaluation from a sequence that `compare --sequence` measured.
+
+    figures.py RESULTS.json... -o DIR [--figure N]... [--mixed-commits]
+
+Source of the figures: Olsson, Billeter, Sintorn, Kaempe, Assarsson, More Efficient Virtual Shadow Maps for Many Lights,
+TVCG 2015, sec. VII. Each figure is written as .svg and .png, its data as .csv and .json, its caption, with a table of
+what the paper states beside what was measured, as .txt; charts.json lists them. Width is a paper's column, 89 mm.
+Exit status 3: the results do not hold what was asked for.
+"""
+import argparse
+import csv
+import io
+import json
+import os
+import sys
+
+sys.dont_write_bytecode = True  # an installed program leaves no files beside itself
+import charts as house
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+COLUMN = 89 / 25.4  # inches
+REFUSED = 3
+MOST_IN_CAPTION = 4  # claims; the others stand in .txt and .json
+# Okabe and Ito's, then the same again: the line and the marker tell them apart.
+COLORS = [house.BLUE, house.VERMILION, house.GREEN, house.ORANGE, house.PURPLE, house.SKY, house.BLACK, "#8a7400"]
+LINES = ["-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1))]
+MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*", "<", ">", "h", "p"]
+STAGE_COLORS = {
+    "scene update": house.GREY, "g-buffer": "#d5d9de", "clusters": house.SKY, "light assignment": "#9fd3ee",
+    "pair pruning": "#b9e4d5", "resolution": house.PURPLE, "routing": "#3d444d", "page masks": house.YELLOW,
+    "page allocation": "#c9b800", "culling": house.ORANGE, "rasterization": house.VERMILION, "shading": house.BLUE,
+}
+SPARE = ["#7a4b2a", "#66c2a5", "#a6761d", "#e78ac3"]
+
+
+def refuse(message):
+    print(f"figures.py: {message}", file=sys.stderr)
+    sys.exit(REFUSED)
+
+
+def load(paths, mixed):
+    """Returns the rows of all sequences and the provenance of the first file."""
+    rows, provenance, experiment, commits = [], None, None, {}
+    for path in paths:
+        try:
+            with open(path) as file:
+                results = json.load(file)
+            commits.setdefault(results["provenance"]["commit"], path)
+            rows += results.get("sequence_runs", [])
+            provenance = provenance or results["provenance"]
+            experiment = experiment or results["experiment"]
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            refuse(f"{path}: not a results file of compare: {error!r}")
+    if len(commits) > 1 and not mixed:
+        refuse("lines of different commits: " + ", ".join(f"{c} in {p}" for c, p in commits.items())
+               + "; measure again with one program, or pass --mixed-commits")
+    if not rows:
+        refuse(f"{', '.join(paths)}: holds no frames in sequence; run compare --sequence --variants paper")
+    return rows, provenance, experiment
+
+
+class Sequence:
+    """The rows of one scene: by variant, over frames."""
+
+    def __init__(self, scene, rows):
+        self.scene = scene
+        self.frames = sorted({row["frame"] for row in rows})
+        self.labels = list(dict.fromkeys(row["label"] for row in rows))
+        self.rows = {(row["label"], row["frame"]): row for row in rows}
+
+    def has(self, *labels):
+        return all(label in self.labels for label in labels)
+
+    def values(self, label, key):
+        """Returns a quantity over frames. key: of the row, or a function of the row."""
+        pick = key if callable(key) else (lambda row: row.get(key, 0))
+        return np.array([float(pick(self.rows[label, frame])) for frame in self.frames])
+
+    def stage(self, label, name):
+        return self.values(label, lambda row: row["stages_ms"].get(name, 0))
+
+    def stages(self, labels):
+        names = []
+        for label in labels:
+            for frame in self.frames:
+                names += [n for n in self.rows[label, frame]["stages_ms"] if n not in names]
+        order = list(STAGE_COLORS)
+        return sorted(names, key=lambda n: order.index(n) if n in order else len(order) + names.index(n))
+
+    def parts(self, label):
+        return label.split("-")
+
+    def maps(self):
+        """Returns the variants that draw every map, without Embree, rays and hybrids."""
+        return [l for l in self.labels if self.rows[l, self.frames[0]]["method"] == "maps"]
+
+
+class Figures:
+    """Writes figures with their data and captions, and lists them."""
+
+    def __init__(self, directory, provenance, experiment):
+        self.charts = house.Charts(directory)
+        self.provenance, self.experiment = provenance, experiment
+
+    def write(self, name, text):
+        path = os.path.join(self.charts.directory, name)
+        with open(path + ".part", "w") as file:
+            file.write(text)
+        os.replace(path + ".part", path)
+
+    def save(self, number, sequence, figure, title, caption, columns, claims):
+        """columns: {name: values over frames}; claims: [(what, the paper's, ours, holds or None)]."""
+        stem = f"figure_{number}_{house.slug(sequence.scene)}"
+        table = [dict(zip(("claim", "paper", "measured", "holds"), claim)) for claim in claims]
+        sentence = " ".join(f"{c['claim']}: the paper {c['paper']}, here {c['measured']}." for c in table[:MOST_IN_CAPTION])
+        full = f"{title}, {sequence.scene}"
+        self.charts.save(figure, stem, full, caption + (" " + sentence if sentence else ""))
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["frame"] + list(columns))
+        for i, frame in enumerate(sequence.frames):
+            writer.writerow([frame] + [f"{values[i]:.10g}" for values in columns.values()])
+        self.write(stem + ".csv", text.getvalue())
+        data = {"figure": number, "scene": sequence.scene, "title": full, "caption": caption, "claims": table,
+                "provenance": self.provenance, "experiment": self.experiment, "frames": sequence.frames,
+                "series": {name: list(map(float, values)) for name, values in columns.items()}}
+        self.write(stem + ".json", json.dumps(data, indent=1) + "\n")
+        width = max([len(c["claim"]) for c in table] + [5])
+        lines = [f"{c['claim']:<{width}} | {c['paper']:<28} | {c['measured']:<34} | "
+                 + {True: "holds", False: "does not hold", None: "-"}[c["holds"]] for c in table]
+        head = [f"{'claim':<{width}} | {'the paper':<28} | {'here':<34} |", "-" * (width + 80)] if lines else []
+        self.write(stem + ".txt", "\n".join([f"{full}. {caption}", ""] + head + lines) + "\n")
+
+
+def style(i):
+    return {"color": COLORS[i % len(COLORS)], "linestyle": LINES[(i + i // len(COLORS)) % len(LINES)],
+            "marker": MARKERS[i % len(MARKERS)], "markersize": 2.9, "linewidth": 0.9, "markeredgewidth": 0,
+            "markevery": None}
+
+
+def engineering(value, _=None):
+    """12 400 000 as 12.4 M."""
+    for limit, unit in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if abs(value) >= limit:
+            return f"{value / limit:.3g} {unit}"
+    return f"{value:.3g}"
+
+
+def axes_over_frames(sequence, axes, label, height=None):
+    axes.set_xlabel("frame")
+    axes.set_ylabel(label)
+    axes.xaxis.set_major_locator(MaxNLocator(7, integer=True))
+    if len(sequence.frames) > 1:
+        axes.set_xlim(sequence.frames[0], sequence.frames[-1])
+
+
+def legend_above(axes, count, columns=3, handles=None, labels=None):
+    arguments = {} if handles is None else {"handles": handles, "labels": labels}
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncol=min(columns, count), columnspacing=1.0,
+                borderaxespad=0.2, handlelength=2.2, fontsize=5.8, **arguments)
+
+
+def draw_lines(sequence, axes, columns):
+    every = max(1, len(sequence.frames) // 12)
+    for i, (name, values) in enumerate(columns.items()):
+        look = style(i)
+        look["markevery"] = (i % every, every)
+        axes.plot(sequence.frames, values, label=name, **look)
+
+
+def percent(value):
+    return f"{value:+.1f} %"
+
+
+def change(sequence, a, b, key):
+    """Returns the change from a to b in percent, frame by frame."""
+    before, after = sequence.values(a, key), sequence.values(b, key)
+    return 100 * (after - before) / np.maximum(before, 1e-12)
+
+
+def spread(values, text):
+    return f"{text(np.min(values))} to {text(np.max(values))}, mean {text(np.mean(values))}"
+
+
+def base_of(sequence):
+    """Returns the variant that the others are held against."""
+    return next((l for l in ("PMCD-EB", "PMCD", "PMCC-EB") if sequence.has(l)), None)
+
+
+def figure_10(figures, sequence):
+    chosen = [l for l in sequence.labels
+              if l not in ("embree", "Sphere") and not any(p.endswith("SM") or p[:1] in "uT" and p[1:2].isdigit() or p == "RL"
+                                           for p in sequence.parts(l))]
+    if not chosen:
+        return "variants to compare"
+    columns = {l: sequence.values(l, "time_ms") for l in chosen}
+    size = 2.1 + 0.11 * -(-len(columns) // 3)
+    figure, axes = plt.subplots(figsize=(COLUMN, size))
+    draw_lines(sequence, axes, columns)
+    axes_over_frames(sequence, axes, "frame time (ms)")
+    axes.set_ylim(bottom=0)
+    legend_above(axes, len(columns))
+    claims = []
+    base = base_of(sequence)
+    first = slice(0, max(1, len(sequence.frames) // 3))
+    if base and sequence.has("RT"):
+        rays, maps = columns["RT"], sequence.values(base, "time_ms")
+        wins = int(np.sum(rays[first] < maps[first]))
+        claims.append(("rays are faster early in the zoom (first third)", "in HOUSES and NECROPOLIS, consistently",
+                       f"in {wins} of {len(rays[first])} frames", wins == len(rays[first])))
+        later = slice(first.stop, None)
+        wins = int(np.sum(maps[later] < rays[later]))
+        claims.append(("maps are faster where many samples are needed (rest)", "generally",
+                       f"in {wins} of {len(rays[later])} frames", 2 * wins > len(rays[later])))
+    hybrid = next((l for l in sequence.labels if l.startswith("Hybrid")), None)
+    if base and hybrid:
+        maps, mixed = sequence.values(base, "time_ms"), sequence.values(hybrid, "time_ms")
+        claims.append((f"{hybrid} against {base}: worst frame", "not improved",
+                       f"{np.max(mixed):.1f} against {np.max(maps):.1f} ms", bool(np.max(mixed) >= 0.98 * np.max(maps))))
+    if sequence.has("PMCD-EB", "PMCD-EB-SO"):
+        both = change(sequence, "PMCD-EB", "PMCD-EB-SO", "time_ms")
+        claims.append(("SO: frame time", "substantially less", spread(both, percent), bool(np.mean(both) < 0)))
+    caption = ("Median time of every frame by variant: everything that a frame does, following the moved instances "
+               "included, loading and animating not.")
+    figures.save(10, sequence, figure, "Frame times over the animation", caption,
+                 {f"{l} (ms)": v for l, v in columns.items()}, claims)
+
+
+def figure_11(figures, sequence):
+    kept = [l for l in sequence.maps() if {"SO", "SOR"} & set(sequence.parts(l))]
+    if not kept:
+        return "a variant with SO or SOR"
+    figure, (pages, times) = plt.subplots(2, 1, figsize=(COLUMN, 3.1), sharex=True,
+                                          gridspec_kw={"height_ratios": [1.5, 1]})
+    columns, claims = {}, []
+    handles = []
+    for i, label in enumerate(kept):
+        look = style(i)
+        committed, freed = (sequence.values(label, f"pages_{kind}_count") for kind in ("committed", "freed"))
+        milliseconds = sequence.stage(label, "page allocation")
+        handles += pages.plot(sequence.frames, committed, label=f"{label}, committed", **look)
+        look = dict(look, markerfacecolor="white", markeredgewidth=0.6, linestyle=":")
+        handles += pages.plot(sequence.frames, -freed, label=f"{label}, freed", **look)
+        times.plot(sequence.frames, milliseconds, label=label, **style(i))
+        columns |= {f"{label} committed (pages)": committed, f"{label} freed (pages)": freed,
+                    f"{label} page allocation (ms)": milliseconds}
+        total = np.sum(committed)
+        cost = 1000 * np.sum(milliseconds) / total if total else float("nan")
+        claims.append((f"{label}: time a committed page", "7 us",
+                       f"{cost:.2f} us (all of page allocation)" if total else "none committed",
+                       bool(cost <= 7) if total else None))
+        claims.append((f"{label}: longest page allocation of a frame", "over 100 ms (spikes)",
+                       f"{np.max(milliseconds):.2f} ms", None))
+    pages.axhline(0, color="black", linewidth=0.5)
+    pages.yaxis.set_major_formatter(FuncFormatter(lambda v, _: engineering(abs(v))))
+    axes_over_frames(sequence, times, "allocation (ms)")
+    pages.set_ylabel("pages freed  |  committed")
+    times.set_ylim(bottom=0)
+    legend_above(pages, len(handles), 2)
+    caption = ("Pages that got memory (up) and that lost it (down) from the frame shown before, and the time of page "
+               "allocation with its clears. Variants without static optimization allocate everything anew.")
+    figures.save(11, sequence, figure, "Page commits and frees", caption, columns, claims)
+
+
+def figure_12(figures, sequence):
+    wanted = ["PMCD-EB", "RT", "Hybrid", "PMCD-EB-SO", "CFM", "PMC"]
+    hybrids = [l for l in sequence.labels if l.startswith("Hybrid:")]
+    chosen = [l for l in wanted + hybrids + sequence.labels if l in sequence.labels and l != "embree"]
+    chosen = list(dict.fromkeys(chosen))[:6]
+    if not chosen:
+        return "variants to compare"
+    rows = -(-len(chosen) // 2)
+    names = sequence.stages(chosen)
+    legend_height = 0.13 * -(-len(names) // 4) + 0.05
+    figure = plt.figure(figsize=(COLUMN, 0.3 + legend_height + 1.15 * rows))
+    cells = figure.add_gridspec(rows + 1, min(2, len(chosen)), height_ratios=[legend_height] + [1.15] * rows)
+    head = figure.add_subplot(cells[0, :])
+    head.set_axis_off()
+    grid = np.empty((rows, cells.ncols), dtype=object)
+    for at in np.ndindex(grid.shape):
+        shared = grid[0, 0] if at != (0, 0) else None
+        grid[at] = figure.add_subplot(cells[at[0] + 1, at[1]], sharex=shared, sharey=shared)
+        grid[at].tick_params(labelbottom=at[0] == rows - 1, labelleft=at[1] == 0)
+    columns, top = {}, 0
+    for panel, label in zip(grid.flat, chosen):
+        stack = [sequence.stage(label, name) for name in names]
+        colors = [STAGE_COLORS.get(n, SPARE[i % len(SPARE)]) for i, n in enumerate(names)]
+        panel.stackplot(sequence.frames, stack, colors=colors, labels=names, edgecolor="white", linewidth=0.2)
+        panel.set_title(label, fontsize=6.5, pad=2)
+        panel.grid(axis="x", visible=False)
+        top = max(top, np.max(np.sum(stack, axis=0)))
+        columns |= {f"{label}: {name} (ms)": values for name, values in zip(names, stack)}
+    for panel in list(grid.flat)[len(chosen):]:
+        panel.set_visible(False)
+    for panel in grid[-1]:
+        panel.set_xlabel("frame")
+    for row in grid:
+        row[0].set_ylabel("time (ms)")
+        row[0].set_ylim(0, top * 1.03)
+    if len(sequence.frames) > 1:
+        grid[0][0].set_xlim(sequence.frames[0], sequence.frames[-1])
+    grid[0][0].xaxis.set_major_locator(MaxNLocator(4, integer=True))
+    handles, labels = grid[0][0].get_legend_handles_labels()
+    head.legend(handles, labels, loc="center", ncol=4, columnspacing=0.9, handlelength=1.0, fontsize=5.6,
+                borderaxespad=0)
+    claims = []
+    if sequence.has("PMCD-EB"):
+        drawn, culled = sequence.stage("PMCD-EB", "rasterization"), sequence.stage("PMCD-EB", "culling")
+        claims.append(("PMCD-EB: rasterizing costs more than culling", "yes",
+                       f"{np.sum(drawn) / max(1e-9, np.sum(culled)):.1f} times as much", bool(np.sum(drawn) > np.sum(culled))))
+    if sequence.has("PMCD-EB", "PMCD-EB-SO"):
+        change_ = 100 * (np.sum(sequence.stage("PMCD-EB-SO", "rasterization"))
+                         / max(1e-9, np.sum(sequence.stage("PMCD-EB", "rasterization"))) - 1)
+        claims.append(("SO: time of drawing triangles", "large improvements overall", percent(change_), bool(change_ < 0)))
+    if sequence.has("PMCD", "PMCD-EB"):
+        ratio = np.sum(sequence.stage("PMCD-EB", "clusters")) / max(1e-9, np.sum(sequence.stage("PMCD", "clusters")))
+        claims.append(("EB: cost of finding unique clusters", "roughly doubled", f"{ratio:.2f} times", None))
+    caption = "Medians of every stage, one on the other, in the order of the frame; ray tracing is part of shading."
+    figures.save(12, sequence, figure, "Where the time goes over the animation", caption, columns, claims)
+
+
+def figure_13(figures, sequence):
+    base = base_of(sequence)
+    if base is None:
+        return "variant PMCD-EB or PMCD"
+    names = [n for n in sequence.stages([base]) if n.startswith(("scene update", "culling", "page"))]
+    names += [n for n in ("resolution",) if n not in names]
+    steps = {n: sequence.stage(base, n) for n in names}
+    total = np.maximum(sum(steps.values()), 1e-12)
+    share = {n: 100 * np.max(v / total) for n, v in steps.items()}
+    mean = {n: 100 * np.sum(v) / np.sum(total) for n, v in steps.items()}
+    longest = {n: np.max(v) for n, v in steps.items()}
+    figure, axes = plt.subplots(figsize=(COLUMN, 0.75 + 0.24 * len(names)))
+    ys = np.arange(len(names))[::-1]
+    axes.barh(ys, [share[n] for n in names], 0.62, color=[STAGE_COLORS.get(n, SPARE[i % len(SPARE)])
+                                                          for i, n in enumerate(names)], edgecolor="black", linewidth=0.4)
+    axes.plot([mean[n] for n in names], ys, linestyle="none", marker="D", color="black", markersize=3, label="mean")
+    for y, n in zip(ys, names):
+        axes.annotate(f"{share[n]:.0f} %, {longest[n]:.2f} ms", (share[n], y), xytext=(5, 0), textcoords="offset points",
+                      va="center", fontsize=5.8)
+    axes.set_yticks(ys)
+    axes.set_yticklabels(names)
+    axes.set_xlim(0, max(share.values()) * 1.5)
+    axes.set_xlabel("largest share of the culling work in any frame (%)")
+    axes.grid(axis="y", visible=False)
+    axes.legend(loc="lower right")
+    update = [n for n in names if n.startswith("scene update")]
+    claims = [("largest cost of culling", "boxes and hierarchy, rebuilt whole", f"{max(mean, key=mean.get)}",
+               max(mean, key=mean.get) in update)]
+    claims.append(("boxes and hierarchy, largest share", "49 % (of its largest step)",
+                   f"{max([share[n] for n in update], default=0):.0f} %", None))
+    claims.append(("required resolution, largest share", "a very small part", f"{share['resolution']:.0f} %",
+                   bool(share["resolution"] < 10)))
+    ladder = [l for l in ("Sphere", "CFM", "PMC", "PMCD", "PMCC") if sequence.has(l)]
+    for a, b in zip(ladder, ladder[1:]):
+        claims.append((f"culling of {b} beyond {a}", "very small cost" if b == "PMCD" else "-",
+                       f"{np.mean(sequence.stage(b, 'culling') - sequence.stage(a, 'culling')):+.2f} ms a frame", None))
+    caption = (f"{base}: bars are each step's largest share of the steps' sum in any frame, with its longest time; diamonds "
+               "are its mean share. Scene update is positions, batch boxes and hierarchy; page masks is the projection of "
+               "cluster boxes; culling is the traversal with all its tests.")
+    figures.save(13, sequence, figure, "Steps of culling", caption,
+                 {f"{n} (ms)": v for n, v in steps.items()}, claims)
+
+
+def figure_14(figures, sequence):
+    base = base_of(sequence)
+    if base is None:
+        return "variant PMCD-EB or PMCD"
+    chosen = [l for l in sequence.maps() if l == base or (l.startswith(base + "-") and sequence.parts(l)[-1]
+              and (sequence.parts(l)[-1][0] == "T" or sequence.parts(l)[-1] in ("RL", "Nk3")
+                   or sequence.parts(l)[-1].startswith("Nk")))]
+    if len(chosen) < 2:
+        return f"variants {base} and some of {base}-T1, {base}-Nk3, {base}-RL"
+    columns = {l: sequence.stage(l, "shading") for l in chosen}
+    figure, axes = plt.subplots(figsize=(COLUMN, 2.2))
+    draw_lines(sequence, axes, {(l + " (9 taps)" if l == base else l): v for l, v in columns.items()})
+    axes_over_frames(sequence, axes, "shading (ms)")
+    axes.set_ylim(bottom=0)
+    legend_above(axes, len(columns))
+    claims = []
+    whole = sequence.values(base, "time_ms")
+    one = f"{base}-T1"
+    if one in columns:
+        part = 100 * np.sum(columns[base] - columns[one]) / np.sum(whole)
+        claims.append(("nine taps instead of one, share of the frame", "a sizeable proportion", f"{part:.0f} %",
+                       bool(part > 10)))
+    for label, text, paper in ((f"{base}-Nk3", "Nk3: shading time", "less in parts, more with many maps"),
+                               (f"{base}-RL", "reordered light lists: shading time", "some improvement")):
+        if label in columns:
+            difference = 100 * (columns[label] / np.maximum(columns[base], 1e-12) - 1)
+            claims.append((text, paper, spread(difference, percent),
+                           bool(np.mean(difference) < 0) if label.endswith("RL") else None))
+    caption = "Time of the shading pass alone: lookups with nine taps and one, by normal clusters, with reordered light lists."
+    figures.save(14, sequence, figure, "Shading", caption, {f"{l} (ms)": v for l, v in columns.items()}, claims)
+
+
+def figure_15(figures, sequence):
+    keep = lambda l: not any(p.endswith("SM") or p[:1] in "uT" and p[1:2].isdigit() or p == "RL" for p in sequence.parts(l))
+    chosen = [l for l in sequence.maps() if keep(l)]
+    if not chosen:
+        return "variants that draw maps"
+    sphere = sequence.values(chosen[0], "triangle_sphere_count")
+    columns = {"sphere × 6 faces": sphere}
+    columns |= {l: sequence.values(l, "triangle_draw_count") for l in chosen if l != "Sphere"}
+    figure, axes = plt.subplots(figsize=(COLUMN, 2.2 + 0.11 * -(-len(columns) // 3)))
+    draw_lines(sequence, axes, columns)
+    positive = [v for values in columns.values() for v in values if v > 0]
+    if positive:
+        house.log_axis(axes.yaxis, min(positive) / 1.3, max(positive) * 1.3)
+        axes.yaxis.set_major_formatter(FuncFormatter(engineering))
+    axes_over_frames(sequence, axes, "triangles drawn a frame")
+    legend_above(axes, len(columns))
+    claims = []
+    for label in ("PMC", "PMCD", "PMCD-EB", "PMCC-EB"):
+        if label in columns:
+            factor = sphere / np.maximum(columns[label], 1)
+            claims.append((f"{label}: fewer triangles than sphere × six faces", "at least 6 times",
+                           f"{np.min(factor):.1f} to {np.max(factor):.1f} times", bool(np.min(factor) >= 6)))
+    if sequence.has("PMC", "PMCD"):
+        claims.append(("maximum depth beyond projection maps", "not as significant",
+                       spread(change(sequence, "PMC", "PMCD", "triangle_draw_count"), percent), None))
+    if sequence.has("PMCD", "PMCD-EB"):
+        cut = -change(sequence, "PMCD", "PMCD-EB", "triangle_draw_count")
+        claims.append(("EB: triangles", "8 to 35 % fewer", spread(-cut, percent), bool(np.min(cut) >= 8)))
+    for label, name in (("PMCD-EB-SO", "SO"), ("PMCD-EB-SOR", "SO, pages retained")):
+        if sequence.has("PMCD-EB", label):
+            peak = 100 * (np.max(columns[label]) / max(1, np.max(columns["PMCD-EB"])) - 1)
+            claims.append((f"{name}: peak triangles", "about 40 % fewer", percent(peak), bool(peak <= -40)))
+    if sequence.has("PMCD-EB", "PMCD-EB-Nk3"):
+        claims.append(("Nk3: triangles", "slightly fewer",
+                       spread(change(sequence, "PMCD-EB", "PMCD-EB-Nk3", "triangle_draw_count"), percent), None))
+    caption = "Triangles of the (batch, face) pairs that every variant draws; the uppermost line draws every batch in the " \
+              "light's sphere into all six faces. The axis is logarithmic; frames without triangles leave a gap."
+    for line in axes.get_lines():
+        ys = line.get_ydata()
+        line.set_ydata(np.where(np.asarray(ys) > 0, ys, np.nan))
+    figures.save(15, sequence, figure, "Triangles drawn", caption,
+                 {f"{l} (triangles)": v for l, v in columns.items()}, claims)
+
+
+def figure_16(figures, sequence):
+    base = base_of(sequence)
+    if base is None:
+        return "variant PMCD-EB or PMCD"
+    last = lambda l: sequence.parts(l)[-1]
+    chosen = [l for l in sequence.maps()
+              if l == base or (l.startswith(base + "-") and len(sequence.parts(l)) == len(sequence.parts(base)) + 1
+                               and (last(l).endswith("SM") or last(l)[0] == "u" or last(l).startswith("Nk")))]
+    if len(chosen) < 2:
+        return f"variants {base} and some of {base}-1SM, {base}-16SM, {base}-u2, {base}-u4"
+    maps_of = lambda l: int(last(l)[:-2]) if last(l).endswith("SM") else 4 if l == base else 100
+    chosen.sort(key=lambda l: (maps_of(l), l))
+    texels = {(f"{base}-4SM" if l == base else l): sequence.values(l, "texel_count") for l in chosen}
+    computations = {l: sequence.values(l, "lighting_computation_count")
+                    for l in chosen if l == base or last(l).startswith("Nk")}
+    figure, axes = plt.subplots(figsize=(COLUMN, 2.35 + 0.11 * -(-(len(texels) + len(computations)) // 3)))
+    draw_lines(sequence, axes, texels)
+    axes_over_frames(sequence, axes, "shadow-map texels allocated")
+    axes.set_ylim(bottom=0)
+    axes.yaxis.set_major_formatter(FuncFormatter(engineering))
+    other = axes.twinx()
+    other.spines["right"].set_visible(True)
+    other.grid(visible=False)
+    for i, (label, values) in enumerate(computations.items()):
+        other.plot(sequence.frames, values, color=house.GREY, linewidth=2.2 - 1.0 * i, alpha=0.75,
+                   linestyle="-" if i == 0 else "--", zorder=0,
+                   label="lighting computations" + ("" if label == base else f", {last(label)}"))
+    other.set_ylabel("lighting computations")
+    other.set_ylim(bottom=0)
+    other.yaxis.set_major_formatter(FuncFormatter(engineering))
+    handles, labels = [sum(pair, []) for pair in zip(axes.get_legend_handles_labels(), other.get_legend_handles_labels())]
+    legend_above(axes, len(handles), 3, handles, labels)
+    claims = []
+    peaks = {maps_of(l): np.max(sequence.values(l, "texel_count")) for l in chosen if maps_of(l) <= 16}
+    if len(peaks) > 1:
+        best = min(peaks, key=peaks.get)
+        claims.append(("maps a light with the lowest peak of texels", "4 (above, texels rise again)",
+                       f"{best}: " + ", ".join(f"{n}SM {engineering(v)}" for n, v in sorted(peaks.items())), best == 4))
+    work = np.maximum(sequence.values(base, "lighting_computation_count"), 1)
+    ratio = sequence.values(base, "texel_count") / work
+    claims.append(("texels a lighting computation at 4SM", "roughly proportional",
+                   f"{np.min(ratio):.2f} to {np.max(ratio):.2f}", bool(np.max(ratio) <= 2.5)))
+    divided = sequence.values(base, lambda row: row.get("degrade_divisor", 1))
+    claims.append(("frames whose resolutions a full pool divides, at 4SM", "-", f"{int(np.sum(divided > 1))}", None))
+    for label in chosen:
+        if last(label)[0] == "u":
+            mean = 100 * (np.sum(sequence.values(label, "texel_count")) / np.sum(sequence.values(base, "texel_count")) - 1)
+            claims.append((f"{last(label)}: texels", "lower peak memory", percent(mean), bool(mean < 0)))
+    if sequence.has("PMCD", "PMCD-EB"):
+        cut = change(sequence, "PMCD", "PMCD-EB", "texel_count")
+        claims.append(("EB: texels", "8 to 35 % fewer", spread(cut, percent), bool(np.max(cut) <= -8)))
+    nk = next((l for l in chosen if last(l).startswith("Nk")), None)
+    if nk:
+        claims.append((f"{last(nk)}: lighting computations", "substantially fewer",
+                       spread(change(sequence, base, nk, "lighting_computation_count"), percent), None))
+        claims.append((f"{last(nk)}: texels", "slightly fewer", spread(change(sequence, base, nk, "texel_count"), percent),
+                       None))
+    caption = ("Texels of all pages with memory, by maps a light and by undersampling; grey, on the right axis, samples "
+               "times lights of their clusters.")
+    figures.save(16, sequence, figure, "Texels and lighting computations", caption,
+                 {f"{l} (texels)": v for l, v in texels.items()}
+                 | {f"{l} (lighting computations)": v for l, v in computations.items()}, claims)
+
+
+def figure_17(figures, sequence):
+    chosen = [l for l in sequence.labels if l != "embree"
+              and np.sum(sequence.values(l, "flicker_answer_count")) > 0]
+    if not chosen:
+        return "flicker points"
+    kinds = (("held", house.BLUE, ""), ("resolution_switch", house.ORANGE, "////"),
+             ("method_switch", house.VERMILION, "...."))
+    sums = {(l, k): np.sum(sequence.values(l, f"flicker_{k}_count")) for l in chosen for k, _, _ in kinds}
+    answers = {l: np.sum(sequence.values(l, "flicker_answer_count")) for l in chosen}
+    figure, axes = plt.subplots(figsize=(COLUMN, 0.85 + 0.16 * len(chosen)))
+    ys, left = np.arange(len(chosen))[::-1], np.zeros(len(chosen))
+    for kind, color, hatch in kinds:
+        widths = np.array([1e4 * sums[l, kind] / max(1, answers[l]) for l in chosen])
+        axes.barh(ys, widths, 0.7, left=left, color=color, hatch=hatch, edgecolor="black", linewidth=0.35,
+                  label=kind.replace("_", " "))
+        left += widths
+    axes.set_yticks(ys)
+    axes.set_yticklabels(chosen, fontsize=5.8)
+    axes.set_xlabel("answers that flicker (of 10 000 a frame)")
+    axes.set_xlim(0, max(1e-3, np.max(left)) * 1.04)
+    axes.grid(axis="y", visible=False)
+    legend_above(axes, 3, 3)
+    claims = []
+    for label in chosen:
+        held = sums[label, "held"]
+        named = sum(np.sum(sequence.values(label, f"flicker_held_{k}_count")) for k in ("explained", "contact", "acne"))
+        claims.append((f"{label}: flicker at held resolutions", "errors stable and consistent",
+                       f"{int(held)} of {int(np.sum(sequence.values(label, 'flicker_held_answer_count')))}, "
+                       f"{int(held - named)} unexplained", bool(held == named)))
+    caption = ("Of the answers followed from each frame to the next, those that change where Embree's do not, over all frames: "
+               "at maps of unchanged resolution or unchanged method, where a map's resolution was switched, where its method "
+               "was. The paper judged this by eye.")
+    figures.save(17, sequence, figure, "Flicker", caption,
+                 {f"{l} {k} (answers)": sequence.values(l, f"flicker_{k}_count") for l in chosen for k, _, _ in kinds}, claims)
+
+
+FIGURES = {10: figure_10, 11: figure_11, 12: figure_12, 13: figure_13, 14: figure_14, 15: figure_15, 16: figure_16,
+           17: figure_17}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("results", nargs="+", help="results.json files of compare --sequence")
+    parser.add_argument("-o", "--output", required=True, help="directory of the figures")
+    parser.add_argument("--figure", type=int, action="append", choices=sorted(FIGURES), help="only this one")
+    parser.add_argument("--mixed-commits", action="store_true", help="accept lines of different commits")
+    arguments = parser.parse_args()
+    rows, provenance, experiment = load(arguments.results, arguments.mixed_commits)
+    figures = Figures(arguments.output, provenance, experiment)
+    for scene in dict.fromkeys(row["scene"] for row in rows):
+        sequence = Sequence(scene, [row for row in rows if row["scene"] == scene])
+        for number in sorted(set(arguments.figure or FIGURES)):
+            missing = FIGURES[number](figures, sequence)
+            if missing and arguments.figure:
+                refuse(f"figure {number} of {scene} needs {missing}, which the results lack; measure them with "
+                       "compare --sequence --variants")
+    figures.charts.finish()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,336 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/sequence.h"
+
+#include "cuda/error.h"
+#include "hybrid/flicker.h"
+#include "tools/console.h"
+#include "tools/frame_json.h"
+#include "tools/timing.h"
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <stdexcept>
+
+namespace shadowdag {
+
+namespace {
+
+const Dag kNoDag;
+
+/// Counts a frame's wrong answers without asking why.
+Json confusionJson(const PairList& pairs, const std::vector<uint8_t>& visibility,
+                   const std::vector<uint8_t>& truth) {
+    uint64_t occluded = 0, falseShadow = 0, falseLight = 0, difference = 0;
+    for (size_t p = 0; p < pairs.count(); ++p) {
+        const bool isDark = visibility[p] < kHalfLit, isTruthDark = truth[p] < kHalfLit;
+        occluded += isTruthDark;
+        falseShadow += isDark && !isTruthDark;
+        falseLight += !isDark && isTruthDark;
+        difference += uint64_t(std::abs(int(visibility[p]) - int(truth[p])));
+    }
+    const double count = std::max<double>(1.0, double(pairs.count()));
+    return {{"pair_count", pairs.count()},
+            {"occluded_count", occluded},
+            {"false_shadow_count", falseShadow},
+            {"false_light_count", falseLight},
+            {"mean_abs_visibility_error", double(difference) / double(kLit) / count}};
+}
+
+Json flickerJson(const FlickerCounts& counts) {
+    const FlickerCounts::Class total = counts.total();
+    Json json = {{"flicker_point_count", counts.pointCount},
+                 {"flicker_answer_count", total.answerCount},
+                 {"flicker_count", total.flickerCount},
+                 {"flicker_explained_count", total.explainedCount},
+                 {"flicker_contact_count", total.contactCount},
+                 {"flicker_acne_count", total.acneCount},
+                 {"flicker_truth_change_count", counts.truthChangeCount},
+                 {"flicker_unanswered_count", counts.unansweredCount}};
+    const std::pair<const char*, FlickerChange> kinds[] = {
+        {"held", FlickerChange::kHeld},
+        {"resolution_switch", FlickerChange::kResolutionSwitch},
+        {"method_switch", FlickerChange::kMethodSwitch}};
+    for (const auto& [name, change] : kinds) {
+        const FlickerCounts::Class& of = counts.of(change);
+        const std::string key = std::string("flicker_") + name;
+        json[key + "_answer_count"] = of.answerCount;
+        json[key + "_count"] = of.flickerCount;
+        json[key + "_explained_count"] = of.explainedCount;
+        json[key + "_contact_count"] = of.contactCount;
+        json[key + "_acne_count"] = of.acneCount;
+    }
+    return json;
+}
+
+/// One configuration with what it keeps.
+struct Player {
+    Player(const RunParameters& run, const Dag& dag, const LoadedScene& scene, const Truth& truth,
+           const Experiment& experiment, Backend backend)
+        : run(run), isTruth(run.method == "embree"), renderer(backend, *scene.world, dag),
+          model(makeCostModel(isTruth ? "texels:0" : run.model)),
+          flicker(truth, experiment.errorSeed, experiment.flickerPoints) {
+        if (model->needsCosts())
+            throw Error(ErrorKind::kUsage,
+                        "model '" + run.model +
+                            "' needs the costs of every frame measured, and a sequence has none; "
+                            "leave it out or compare frames that stand for themselves");
+        options = run.frame;
+        if (isTruth)
+            options.undersample = 1024; // only the pairs are wanted: the least maps
+    }
+
+    const RunParameters& run;
+    bool isTruth;
+    FrameRenderer renderer;
+    std::unique_ptr<CostModel> model;
+    FlickerMeter flicker;
+    FrameOptions options;
+    double updateMs = 0; ///< of following the frame shown now
+};
+
+double msSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+}
+
+/// Plays a scene's frames to all configurations.
+class SequencePlayer {
+public:
+    SequencePlayer(LoadedScene& scene, const std::vector<Dag>& dags, const Experiment& experiment,
+                   const std::vector<RunParameters>& runs, const MeasureContext& context)
+        : scene_(scene), experiment_(experiment), context_(context), truth_(*scene.world),
+          steps_(sequenceSteps(context.frames, experiment.leadIn)),
+          part_(scene.geometryHash + "/" + scene.name + "/sequence/") {
+        for (const RunParameters& run : runs)
+            players_.push_back(std::make_unique<Player>(
+                run, run.usesRays() && run.dag < dags.size() ? dags[run.dag] : kNoDag, scene,
+                truth_, experiment, context.backend));
+        // Pairs and truth belong to the frame, not to a configuration.
+        RunParameters pairs;
+        pairs.method = "embree";
+        pairs.frame.width = experiment.width;
+        pairs.frame.height = experiment.height;
+        pairs_ = pairs;
+        witness_ =
+            std::make_unique<Player>(pairs_, kNoDag, scene, truth_, experiment, context.backend);
+    }
+
+    SceneMeasurement measure() {
+        const int rounds = experiment_.warmups + experiment_.repeats;
+        stepCount_ = steps_.size() * size_t(1 + rounds);
+        if (part("answers") == nullptr)
+            answer();
+        stepsDone_ = 0;
+        progress(steps_.size());
+        if (part("times") == nullptr)
+            time(rounds);
+        SceneMeasurement out;
+        const Json &answers = *part("answers"), &times = *part("times");
+        for (size_t i = 0; i < answers.size(); ++i) {
+            Json json = Json::object();
+            for (const auto& [key, value] : answers[i].items()) {
+                json[key] = value;
+                if (key == "label")
+                    json.update(times[i]);
+            }
+            out.sequenceRuns.push_back(std::move(json));
+        }
+        return out;
+    }
+
+private:
+    const Json* part(const std::string& name) const { return context_.journal->find(part_ + name); }
+
+    void progress(size_t steps) {
+        stepsDone_ += steps;
+        if (context_.progress)
+            context_.progress(double(stepsDone_) / double(stepCount_));
+    }
+
+    void rewind() {
+        camera_ = std::make_unique<FrameCamera>(experiment_.camera);
+        show(steps_.front().frame);
+        for (const std::unique_ptr<Player>& player : players_) {
+            player->renderer.reset();
+            player->flicker.forget();
+        }
+    }
+
+    /// Moves the world and all that follow it to a frame.
+    void show(uint32_t frame) {
+        World& world = *scene_.world;
+        const std::vector<uint32_t> moved = world.setTime(experiment_.timeOfFrame(frame));
+        for (const std::unique_ptr<Player>& player : players_) {
+            const auto start = std::chrono::steady_clock::now();
+            player->renderer.worldChanged(moved);
+            player->updateMs = msSince(start);
+        }
+        witness_->renderer.worldChanged(moved);
+        isTruthStale_ |= !moved.empty();
+        view_ = camera_->at(world);
+    }
+
+    const Truth& truth() {
+        if (isTruthStale_)
+            truth_.update(*scene_.world);
+        isTruthStale_ = false;
+        return truth_;
+    }
+
+    FrameResult render(Player& player, bool recordPairs) {
+        player.options.recordPairs = recordPairs;
+        return player.renderer.render(view_, *player.model, player.options);
+    }
+
+    /// Renders everything once with recording.
+    void answer() {
+        rewind();
+        Json rows = Json::array();
+        for (const SequenceStep& step : steps_) {
+            checkInterrupted();
+            show(step.frame);
+            const PairList pairs = render(*witness_, true).pairs;
+            const std::vector<uint8_t> visibility =
+                truth().visibility(witness_->renderer.gbuffer(), scene_.world->lights(), pairs);
+            for (const std::unique_ptr<Player>& player : players_) {
+                Json row = player->isTruth ? answerTruth(pairs, visibility)
+                                           : answerMethod(*player, pairs, visibility);
+                if (!step.isCounted)
+                    continue;
+                Json json = {{"scene", scene_.name},
+                             {"frame", step.frame},
+                             {"method", player->run.method},
+                             {"model", player->run.model},
+                             {"parameters", player->run.toJson()},
+                             {"label", player->run.label()}};
+                json.update(row);
+                rows.push_back(std::move(json));
+            }
+            progress(1);
+        }
+        context_.journal->set(part_ + "answers", std::move(rows));
+    }
+
+    Json answerTruth(const PairList& pairs, const std::vector<uint8_t>& visibility) const {
+        Json json = confusionJson(pairs, visibility, visibility);
+        FrameCounts counts;
+        counts.rayCount = pairs.count();
+        json.update(toJson(counts));
+        json["lighting_computation_count"] = 0;
+        json.update(flickerJson({}));
+        return json;
+    }
+
+    Json answerMethod(Player& player, const PairList& pairs,
+                      const std::vector<uint8_t>& truthVisibility) {
+        const FrameResult result = render(player, true);
+        if (result.pairs.count() != pairs.count())
+            throw std::logic_error("the pairs of " + player.run.label() +
+                                   " differ from those of the truth");
+        Json json = confusionJson(pairs, result.visibility, truthVisibility);
+        json.update(toJson(result.counts));
+        uint64_t computations = result.counts.provenPairCount;
+        for (const MapRecord& map : result.maps)
+            computations += map.quantities.samples;
+        json["lighting_computation_count"] = computations;
+        json["dag_bytes"] = player.run.usesRays() ? player.renderer.dagBytes() : 0;
+        if (experiment_.flickerPoints > 0) {
+            const World& world = *scene_.world;
+            const ErrorInputs inputs{player.renderer.gbuffer(),
+                                     world.triangles(),
+                                     viewOf(world.lights()),
+                                     result.pairs,
+                                     result.visibility,
+                                     result.pairRoute,
+                                     result.pairMap,
+                                     {player.renderer.rayInputs(player.options.rays),
+                                      player.renderer.shadowMaps(), player.options.bias}};
+            json.update(flickerJson(player.flicker.add({inputs, view_})));
+        } else {
+            json.update(flickerJson({}));
+        }
+        return json;
+    }
+
+    /// Renders everything again and again for time alone.
+    void time(int rounds) {
+        const size_t countedFrames = context_.frames.size();
+        std::vector<Timing> timings(countedFrames * players_.size());
+        for (int round = 0; round < rounds; ++round) {
+            rewind();
+            size_t frame = 0;
+            for (size_t s = 0; s < steps_.size(); ++s) {
+                checkInterrupted();
+                show(steps_[s].frame);
+                for (size_t i = 0; i < players_.size(); ++i) {
+                    const size_t index = (i + s + size_t(round)) % players_.size();
+                    const StageTimes stages = timeOne(*players_[index]);
+                    if (steps_[s].isCounted && round >= experiment_.warmups)
+                        timings[frame * players_.size() + index].add(stages);
+                }
+                frame += steps_[s].isCounted;
+                progress(1);
+            }
+        }
+        Json times = Json::array();
+        for (const Timing& timing : timings)
+            times.push_back(timing.toJson());
+        context_.journal->set(part_ + "times", std::move(times));
+    }
+
+    StageTimes timeOne(Player& player) {
+        StageTimes stages;
+        if (player.isTruth) {
+            const PairList pairs = render(player, true).pairs;
+            const Truth& embree = truth();
+            const auto start = std::chrono::steady_clock::now();
+            embree.visibility(player.renderer.gbuffer(), scene_.world->lights(), pairs);
+            stages.add("embree rays", msSince(start));
+            return stages;
+        }
+        stages.add("scene update", player.updateMs);
+        for (const auto& [name, timeMs] : render(player, false).stages.stagesMs)
+            stages.add(name, timeMs);
+        return stages;
+    }
+
+    LoadedScene& scene_;
+    const Experiment& experiment_;
+    const MeasureContext& context_;
+    Truth truth_;
+    std::vector<SequenceStep> steps_;
+    std::string part_;
+    RunParameters pairs_;
+    std::vector<std::unique_ptr<Player>> players_;
+    std::unique_ptr<Player> witness_;
+    std::unique_ptr<FrameCamera> camera_;
+    Camera view_;
+    bool isTruthStale_ = false;
+    size_t stepCount_ = 1, stepsDone_ = 0;
+};
+
+} // namespace
+
+std::vector<SequenceStep> sequenceSteps(const std::vector<uint32_t>& frames, uint32_t leadIn) {
+    std::vector<SequenceStep> steps;
+    for (const uint32_t frame : frames) {
+        const uint32_t first = frame - std::min(frame, leadIn);
+        for (uint32_t before = first; before < frame; ++before)
+            if (steps.empty() || before > steps.back().frame)
+                steps.push_back({before, false});
+        if (frame == 0 && leadIn > 0)
+            steps.push_back({0, false});
+        steps.push_back({frame, true});
+    }
+    return steps;
+}
+
+SceneMeasurement measureSequence(LoadedScene& scene, const std::vector<Dag>& dags,
+                                 const Experiment& experiment,
+                                 const std::vector<RunParameters>& runs,
+                                 const MeasureContext& context) {
+    return SequencePlayer(scene, dags, experiment, runs, context).measure();
+}
+
+} // namespace shadowdag
