@@ -122,44 +122,34 @@ double greatestScale(const glm::dmat3& m) {
     return std::sqrt(std::max({s[0][0], s[1][1], s[2][2], 0.0}));
 }
 
-template <class Holds> bool anyOf(uint32_t count, const Holds& holds) {
-    for (uint32_t i = 0; i < count; ++i)
-        if (holds(i))
-            return true;
-    return false;
-}
-
-std::vector<std::vector<MeshLevel>> simplifyMeshes(const World& world) {
+std::vector<std::vector<MeshPart>> simplifyMeshes(const World& world) {
     const std::vector<Mesh>& meshes = world.scene().meshes;
     std::vector<uint8_t> isUsed(meshes.size(), 0);
     for (const Instance& instance : world.instances())
         isUsed[instance.mesh] = 1;
-    std::vector<std::vector<MeshLevel>> levels(meshes.size());
+    std::vector<std::vector<MeshPart>> parts(meshes.size());
     cpuParallelRanges(meshes.size(), 1, [&](size_t begin, size_t end) {
         for (size_t mesh = begin; mesh < end; ++mesh)
             if (isUsed[mesh])
-                levels[mesh] = simplifyMesh(meshes[mesh]);
+                parts[mesh] = simplifyMesh(meshes[mesh]);
     });
-    return levels;
+    return parts;
 }
 
 } // namespace
 
-std::vector<MeshLevel> simplifyMesh(const Mesh& mesh) {
-    std::vector<MeshLevel> levels;
-    const TriangleView full{viewOf(mesh.positions), viewOf(mesh.triangles)};
+std::vector<PolygonLevel> simplify(const TriangleView& full, bool keepsBorder) {
+    std::vector<PolygonLevel> levels;
     if (full.count() < 2)
         return levels;
-    const Box bounds = boundsOf(full);
-    const glm::vec3 extent = bounds.extent();
+    const glm::vec3 extent = boundsOf(full).extent();
     const float side = std::max({extent.x, extent.y, extent.z});
     if (!(side > 0.0f))
         return levels;
     const Surface fullSurface(full);
-    const float* const positions = &mesh.positions[0].x;
-    const size_t vertexCount = mesh.positions.size();
-    const float toAbsolute =
-        meshopt_simplifyScale(positions, vertexCount, sizeof(mesh.positions[0]));
+    const float* const positions = &full.positions[0].x;
+    const size_t vertexCount = full.positions.count, stride = sizeof(glm::vec3);
+    const float toAbsolute = meshopt_simplifyScale(positions, vertexCount, stride);
 
     std::vector<uint32_t> indices(3 * full.count());
     size_t count = full.count();
@@ -167,122 +157,171 @@ std::vector<MeshLevel> simplifyMesh(const Mesh& mesh) {
     for (uint32_t level = 1; level < kMaxPolygonLevels; ++level) {
         float relative = 0.0f;
         const size_t kept =
-            meshopt_simplify(indices.data(), &mesh.triangles[0].x, 3 * full.count(), positions,
-                             vertexCount, sizeof(mesh.positions[0]), 3 * (full.count() >> level),
-                             kMostError, 0, &relative) /
+            meshopt_simplify(indices.data(), &full.triangles[0].x, 3 * full.count(), positions,
+                             vertexCount, stride, 3 * (full.count() >> level), kMostError,
+                             keepsBorder ? meshopt_SimplifyLockBorder : 0, &relative) /
             3;
         if (kept == 0 || double(kept) > kLeastReduction * double(count))
             break;
         count = kept;
-        MeshLevel found;
+        PolygonLevel found;
         for (size_t t = 0; t < kept; ++t)
             found.triangles.push_back({indices[3 * t], indices[3 * t + 1], indices[3 * t + 2]});
-        const TriangleView coarse{full.positions, viewOf(found.triangles)};
         // Not less than what rounding of positions may hide.
         error = std::max({error, relative * toAbsolute, side * 1e-6f});
-        error = farthest(full, fullSurface, coarse, error);
+        error = farthest(full, fullSurface, {full.positions, viewOf(found.triangles), {}}, error);
         found.error = error;
         levels.push_back(std::move(found));
     }
     return levels;
 }
 
-PolygonLod::Triangles PolygonLod::gather(const World& world,
-                                         const std::vector<std::vector<MeshLevel>>& levels) {
-    const std::vector<Instance>& instances = world.instances();
-    const TriangleView full = world.triangles();
-    Triangles all;
-    all.triangles.assign(full.triangles.begin(), full.triangles.end());
-    all.group = world.triangleInstance();
-    all.isGroupMoving.resize(instances.size() * kMaxPolygonLevels);
-    all.groupTriangles.resize(instances.size() * kMaxPolygonLevels);
-    for (uint32_t i = 0; i < instances.size(); ++i) {
-        const Instance& instance = instances[i];
-        all.groupTriangles[i] = instance.triangleCount;
-        all.isGroupMoving[i] = instance.isMoving;
-        const auto isCut = [&](uint32_t t) { return full.masks.isCut(instance.firstTriangle + t); };
-        if (anyOf(instance.triangleCount, isCut))
-            continue;
-        uint32_t group = i;
-        for (const MeshLevel& level : levels[instance.mesh]) {
-            group += uint32_t(instances.size());
-            for (const glm::uvec3& triangle : level.triangles)
-                all.triangles.push_back(triangle + instance.firstVertex);
-            all.group.resize(all.triangles.size(), group);
-            all.groupTriangles[group] = uint32_t(level.triangles.size());
-            all.isGroupMoving[group] = instance.isMoving;
+std::vector<MeshPart> simplifyMesh(const Mesh& mesh) {
+    const BatchSet batches({viewOf(mesh.positions), viewOf(mesh.triangles), {}},
+                           std::vector<uint32_t>(mesh.triangles.size(), 0),
+                           {kMaxBatchTriangleCount, BatchCut::kFull});
+    const BatchView view = batches.view();
+    std::vector<MeshPart> parts(batches.size());
+    std::vector<uint32_t> localOf(mesh.positions.size(), ~0u);
+    for (size_t i = 0; i < parts.size(); ++i) {
+        MeshPart& part = parts[i];
+        const Batch& batch = view.batches[i];
+        part.triangles.assign(&view.triangles[batch.first],
+                              &view.triangles[batch.first] + batch.count);
+        std::sort(part.triangles.begin(), part.triangles.end());
+        // The simplifier takes time in all vertices, so it is given the part's own.
+        std::vector<uint32_t> meshVertex;
+        std::vector<glm::vec3> positions;
+        std::vector<glm::uvec3> triangles;
+        for (const uint32_t t : part.triangles) {
+            glm::uvec3 local;
+            for (int corner = 0; corner < 3; ++corner) {
+                const uint32_t v = mesh.triangles[t][corner];
+                if (localOf[v] == ~0u) {
+                    localOf[v] = uint32_t(meshVertex.size());
+                    meshVertex.push_back(v);
+                    positions.push_back(mesh.positions[v]);
+                }
+                local[corner] = localOf[v];
+            }
+            triangles.push_back(local);
         }
+        part.levels = simplify({viewOf(positions), viewOf(triangles), {}}, parts.size() > 1);
+        for (PolygonLevel& level : part.levels)
+            for (glm::uvec3& t : level.triangles)
+                t = {meshVertex[t.x], meshVertex[t.y], meshVertex[t.z]};
+        for (const uint32_t v : meshVertex)
+            localOf[v] = ~0u;
     }
-    if (!full.masks.triangleCut.empty()) {
-        all.cuts.assign(full.masks.triangleCut.begin(), full.masks.triangleCut.end());
-        all.cuts.resize(all.triangles.size(), kNotCut);
-    }
-    return all;
+    return parts;
 }
 
 PolygonLod::PolygonLod(const World& world, const BatchOptions& options)
-    : world_(world), meshLevels_(simplifyMeshes(world)), all_(gather(world, meshLevels_)),
-      batchSet_(triangles(), all_.group, options, all_.isGroupMoving) {
-    const uint32_t instanceCount = uint32_t(world.instances().size());
-    const View<const Batch> batches = batchSet_.view().batches;
-    firstBatch_.resize(instanceCount + 1);
+    : world_(world), meshParts_(simplifyMeshes(world)) {
+    gather();
+    batchSet_ = std::make_unique<BatchSet>(triangles(), groupOf_, options, isGroupMoving_);
+    const View<const Batch> batches = batchSet_->view().batches;
+    firstBatch_.resize(parts_.size() + 1);
     uint32_t b = 0;
-    for (uint32_t i = 0; i <= instanceCount; ++i) {
+    for (uint32_t i = 0; i <= parts_.size(); ++i) {
         while (b < batches.count && batches[b].instance < i)
             ++b;
         firstBatch_[i] = b;
     }
-    instanceBoxes_.resize(instanceCount);
-    errorsWorld_.assign(size_t(instanceCount) * kMaxPolygonLevels, kInfinity);
-    for (uint32_t i = 0; i < instanceCount; ++i)
+    partBoxes_.resize(parts_.size());
+    errorsWorld_.assign(parts_.size() * kMaxPolygonLevels, kInfinity);
+    for (uint32_t i = 0; i < parts_.size(); ++i)
         place(i);
-    for (std::vector<MeshLevel>& levels : meshLevels_)
-        for (MeshLevel& level : levels)
-            level.triangles = {};
+    for (std::vector<MeshPart>& parts : meshParts_)
+        for (MeshPart& part : parts) {
+            part.triangles = {};
+            for (PolygonLevel& level : part.levels)
+                level.triangles = {};
+        }
 }
 
-void PolygonLod::place(uint32_t instance) {
+void PolygonLod::gather() {
+    const std::vector<Instance>& instances = world_.instances();
+    const TriangleView full = world_.triangles();
+    for (uint32_t i = 0; i < instances.size(); ++i) {
+        firstPart_.push_back(uint32_t(parts_.size()));
+        for (uint32_t k = 0; k < meshParts_[instances[i].mesh].size(); ++k)
+            parts_.push_back({i, instances[i].mesh, k});
+    }
+    const size_t partCount = parts_.size();
+    firstPart_.push_back(uint32_t(partCount));
+
+    triangles_.assign(full.triangles.begin(), full.triangles.end());
+    groupOf_.resize(full.count());
+    groupTriangles_.resize(partCount * kMaxPolygonLevels);
+    isGroupMoving_.resize(partCount * kMaxPolygonLevels);
+    for (uint32_t p = 0; p < partCount; ++p) {
+        const Instance& instance = instances[parts_[p].instance];
+        const MeshPart& part = meshParts_[instance.mesh][parts_[p].inMesh];
+        bool isCut = false;
+        for (const uint32_t t : part.triangles) {
+            groupOf_[instance.firstTriangle + t] = p;
+            isCut |= full.masks.isCut(instance.firstTriangle + t);
+        }
+        groupTriangles_[p] = uint32_t(part.triangles.size());
+        isGroupMoving_[p] = instance.isMoving;
+        if (isCut)
+            continue;
+        size_t group = p;
+        for (const PolygonLevel& level : part.levels) {
+            group += partCount;
+            for (const glm::uvec3& triangle : level.triangles)
+                triangles_.push_back(triangle + instance.firstVertex);
+            groupOf_.resize(triangles_.size(), uint32_t(group));
+            groupTriangles_[group] = uint32_t(level.triangles.size());
+            isGroupMoving_[group] = instance.isMoving;
+        }
+    }
+    if (!full.masks.triangleCut.empty()) {
+        cuts_.assign(full.masks.triangleCut.begin(), full.masks.triangleCut.end());
+        cuts_.resize(triangles_.size(), kNotCut);
+    }
+}
+
+void PolygonLod::place(uint32_t part) {
     Box box;
-    for (uint32_t b = firstBatch_[instance]; b < firstBatch_[instance + 1]; ++b)
-        box.add(batchSet_.view().boxesWorld[b]);
-    instanceBoxes_[instance] = box;
-    const Instance& placed = world_.instances()[instance];
-    const double scale = greatestScale(glm::dmat3(placed.worldFromObject));
-    float* const errors = &errorsWorld_[size_t(instance) * kMaxPolygonLevels];
+    for (uint32_t b = firstBatch_[part]; b < firstBatch_[part + 1]; ++b)
+        box.add(batchSet_->view().boxesWorld[b]);
+    partBoxes_[part] = box;
+    const double scale =
+        greatestScale(glm::dmat3(world_.instances()[parts_[part].instance].worldFromObject));
+    float* const errors = &errorsWorld_[size_t(part) * kMaxPolygonLevels];
     errors[0] = 0.0f;
-    const std::vector<MeshLevel>& levels = meshLevels_[placed.mesh];
-    for (uint32_t level = 0; level < levels.size() && triangleCount(instance, level + 1) > 0;
-         ++level)
+    const std::vector<PolygonLevel>& levels =
+        meshParts_[parts_[part].mesh][parts_[part].inMesh].levels;
+    for (uint32_t level = 0; level < levels.size() && triangleCount(part, level + 1) > 0; ++level)
         errors[level + 1] = float(scale * double(levels[level].error));
 }
 
 void PolygonLod::update(const std::vector<uint32_t>& movedInstances) {
-    const uint32_t instanceCount = uint32_t(world_.instances().size());
     std::vector<uint32_t> groups;
     for (const uint32_t instance : movedInstances)
-        for (uint32_t level = 0; level < kMaxPolygonLevels; ++level)
-            if (triangleCount(instance, level) > 0)
-                groups.push_back(level * instanceCount + instance);
-    batchSet_.update(triangles(), groups);
+        for (uint32_t part = firstPart_[instance]; part < firstPart_[instance + 1]; ++part)
+            for (uint32_t level = 0; level < kMaxPolygonLevels; ++level)
+                if (triangleCount(part, level) > 0)
+                    groups.push_back(uint32_t(level * parts_.size()) + part);
+    batchSet_->update(triangles(), groups);
     for (const uint32_t instance : movedInstances)
-        place(instance);
+        for (uint32_t part = firstPart_[instance]; part < firstPart_[instance + 1]; ++part)
+            place(part);
 }
 
 TriangleView PolygonLod::triangles() const {
     TriangleView view = world_.triangles();
-    view.triangles = viewOf(all_.triangles);
-    view.masks.triangleCut = viewOf(all_.cuts);
+    view.triangles = viewOf(triangles_);
+    view.masks.triangleCut = viewOf(cuts_);
     return view;
 }
 
 BatchView PolygonLod::batches(float allowedTexels) const {
-    BatchView view = batchSet_.view();
-    view.levels = {viewOf(instanceBoxes_), viewOf(errorsWorld_), allowedTexels};
+    BatchView view = batchSet_->view();
+    view.levels = {viewOf(partBoxes_), viewOf(errorsWorld_), allowedTexels};
     return view;
-}
-
-uint32_t PolygonLod::triangleCount(uint32_t instance, uint32_t level) const {
-    return all_.groupTriangles[level * world_.instances().size() + instance];
 }
 
 } // namespace shadowdag

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Polygon level of detail: every instance at several triangle counts, over the same vertices, for
-// maps that need no more. Not for the view, rays or the truth: they see the full triangles.
+// Polygon level of detail: every part of an instance at several triangle counts, over the same
+// vertices, for maps that need no more. Not for the view, rays or the truth: they see the full
+// triangles.
 #pragma once
 
 #include "scenes/batches.h"
 #include "scenes/polygon_levels.h"
 #include "scenes/world.h"
 
+#include <memory>
 #include <vector>
 
 namespace shadowdag {
 
-/// A simplified mesh in its own space.
-struct MeshLevel {
-    std::vector<glm::uvec3> triangles; ///< into the mesh's positions
+/// Simplified triangles in their own space.
+struct PolygonLevel {
+    std::vector<glm::uvec3> triangles; ///< into the positions of the full ones
     float error;                       ///< distance to the full surface, object units
 };
 
@@ -26,7 +28,20 @@ struct MeshLevel {
 /// at corners and centres of the full triangles, centres and middles of edges of the others. Not
 /// guaranteed: that no point in between is farther; what tests found there is within a quarter
 /// more.
-std::vector<MeshLevel> simplifyMesh(const Mesh& mesh);
+/// @param keepsBorder leaves every edge in place that only one triangle has
+std::vector<PolygonLevel> simplify(const TriangleView& full, bool keepsBorder);
+
+/// A compact part of a mesh, and its levels.
+struct MeshPart {
+    std::vector<uint32_t> triangles;  ///< of the mesh
+    std::vector<PolygonLevel> levels; ///< into the mesh's positions
+};
+
+/// Returns the parts of a mesh, which hold each triangle once: what agglomeration makes of it
+/// (batches.h) at kMaxBatchTriangleCount triangles. A fence around a village is near to some light
+/// everywhere; a part of it is not. Parts meet in edges that all levels keep, so neighbours may be
+/// drawn at any two levels without a gap.
+std::vector<MeshPart> simplifyMesh(const Mesh& mesh);
 
 /// The levels of a world's instances, as triangles and batches of their own. The world outlives it.
 class PolygonLod {
@@ -45,27 +60,39 @@ public:
     /// their levels. @param allowedTexels of PolygonLevelsView
     BatchView batches(float allowedTexels) const;
     /// Returns the same with what moved.
-    const BatchSet& batchSet() const { return batchSet_; }
-    /// Returns how many triangles an instance has at a level; 0 where it has no such level.
-    uint32_t triangleCount(uint32_t instance, uint32_t level) const;
+    const BatchSet& batchSet() const { return *batchSet_; }
+    size_t partCount() const { return parts_.size(); }
+    /// Returns the instance of a part; those of an instance follow each other.
+    uint32_t instanceOf(uint32_t part) const { return parts_[part].instance; }
+    /// Returns how many triangles a part has at a level; 0 where it has no such level.
+    uint32_t triangleCount(uint32_t part, uint32_t level) const {
+        return groupTriangles_[level * parts_.size() + part];
+    }
 
 private:
-    struct Triangles {
-        std::vector<glm::uvec3> triangles;
-        std::vector<uint32_t> cuts;           ///< as AlphaMaskView::triangleCut; empty: none is cut
-        std::vector<uint32_t> group;          ///< by triangle: level * instanceCount + instance
-        std::vector<uint8_t> isGroupMoving;   ///< levels * instanceCount
-        std::vector<uint32_t> groupTriangles; ///< count of triangles, the same
+    struct Part {
+        uint32_t instance;
+        uint32_t mesh;
+        uint32_t inMesh;
     };
-    static Triangles gather(const World& world, const std::vector<std::vector<MeshLevel>>& levels);
-    void place(uint32_t instance);
+    void gather();
+    void place(uint32_t part);
 
     const World& world_;
-    std::vector<std::vector<MeshLevel>> meshLevels_; // triangles are dropped once placed
-    Triangles all_;
-    BatchSet batchSet_;
-    std::vector<uint32_t> firstBatch_; // instanceCount + 1, of level 0
-    std::vector<Box> instanceBoxes_;
+    std::vector<std::vector<MeshPart>> meshParts_; // triangles are dropped once gathered
+    std::vector<Part> parts_;
+    std::vector<uint32_t> firstPart_; // instanceCount + 1
+
+    // Of all levels. Group: level * partCount + part.
+    std::vector<glm::uvec3> triangles_;
+    std::vector<uint32_t> cuts_;           // as AlphaMaskView::triangleCut; empty: none is cut
+    std::vector<uint32_t> groupOf_;        // by triangle
+    std::vector<uint32_t> groupTriangles_; // count of triangles
+    std::vector<uint8_t> isGroupMoving_;
+
+    std::unique_ptr<BatchSet> batchSet_;
+    std::vector<uint32_t> firstBatch_; // partCount + 1, of level 0
+    std::vector<Box> partBoxes_;
     std::vector<float> errorsWorld_;
 };
 

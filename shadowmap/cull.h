@@ -118,10 +118,14 @@ private:
         return batches.levels.empty() ? 0 : batches.levels.levelOf(batches.batches[batch].instance);
     }
     SDAG_HD uint32_t levelFor(const ShadowMapInfo& map, uint32_t batch) const {
-        return batches.levels.empty()
-                   ? 0
-                   : batches.levels.levelFor(batches.batches[batch].instance,
-                                             map.lightPositionWorld, map.faceTexels);
+        const PolygonLevelsView& levels = batches.levels;
+        if (levels.empty())
+            return 0;
+        const uint32_t instance = batches.batches[batch].instance;
+        return map.window.isSun()
+                   ? levels.levelBelow(instance, levels.allowedTexels *
+                                                     float(map.window.texelWorld(map.faceTexels)))
+                   : levels.levelFor(instance, map.lightPositionWorld, map.faceTexels);
     }
 
     /// See drawn_cells.h for the rule.

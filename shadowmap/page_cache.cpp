@@ -182,12 +182,12 @@ void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> mo
             mark(batch);
     if (!hostBatches.levels.empty()) {
         // What moves may change its level of detail, and with it all its batches.
-        const size_t instances = hostBatches.levels.instanceBoxes.count;
-        std::vector<uint8_t> hasMoved(instances, 0);
+        const size_t parts = hostBatches.levels.partBoxes.count;
+        std::vector<uint8_t> hasMoved(parts, 0);
         for (size_t batch = 0; batch < count; ++batch)
-            hasMoved[hostBatches.batches[batch].instance % instances] |= isMoved(batch);
+            hasMoved[hostBatches.batches[batch].instance % parts] |= isMoved(batch);
         for (size_t batch = 0; batch < count; ++batch)
-            if (hasMoved[hostBatches.batches[batch].instance % instances])
+            if (hasMoved[hostBatches.batches[batch].instance % parts])
                 mark(batch);
     }
     std::vector<Box> before, now;

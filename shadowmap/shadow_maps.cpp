@@ -114,7 +114,7 @@ struct ShadowMaps::State {
     Buffer<uint32_t> batchTriangles{backend, "shadowmap batch triangles"};
     Buffer<Box> bvhBoxes{backend, "shadowmap hierarchy boxes"};
     Buffer<uint32_t> bvhItems{backend, "shadowmap hierarchy items"};
-    Buffer<Box> instanceBoxes{backend, "shadowmap instance boxes"};
+    Buffer<Box> partBoxes{backend, "shadowmap part boxes"};
     Buffer<float> levelErrors{backend, "shadowmap level errors"};
 
     // Written by page masks: see PageMaskView.
@@ -310,7 +310,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         onBackend.triangles = place(s.batchTriangles, batches.triangles);
         onBackend.bvh.boxes = place(s.bvhBoxes, batches.bvh.boxes);
         onBackend.bvh.items = place(s.bvhItems, batches.bvh.items);
-        onBackend.levels = {place(s.instanceBoxes, batches.levels.instanceBoxes),
+        onBackend.levels = {place(s.partBoxes, batches.levels.partBoxes),
                             place(s.levelErrors, batches.levels.errorsWorld), options.lodTexels};
         drawStart = s.cull(onBackend);
     }

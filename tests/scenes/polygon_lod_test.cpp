@@ -41,6 +41,10 @@ Mesh sphere(uint32_t n) {
     return mesh;
 }
 
+TriangleView trianglesOf(const Mesh& mesh) {
+    return {viewOf(mesh.positions), viewOf(mesh.triangles), {}};
+}
+
 /// Spheres at these places and scales; the last moves up by 3 within a second.
 Scene spheres(const std::vector<glm::vec4>& placed) {
     Scene scene;
@@ -64,14 +68,14 @@ Scene spheres(const std::vector<glm::vec4>& placed) {
     return scene;
 }
 
-TEST(SimplifyMesh, LevelsHalveTriangleCountsAndErrorsAscend) {
+TEST(Simplify, LevelsHalveTriangleCountsAndErrorsAscend) {
     const Mesh mesh = sphere(48);
-    const std::vector<MeshLevel> levels = simplifyMesh(mesh);
+    const std::vector<PolygonLevel> levels = simplify(trianglesOf(mesh), false);
     ASSERT_GE(levels.size(), 4u);
     ASSERT_LT(levels.size(), kMaxPolygonLevels);
     size_t finer = mesh.triangles.size();
     float error = 0.0f;
-    for (const MeshLevel& level : levels) {
+    for (const PolygonLevel& level : levels) {
         EXPECT_LE(6 * level.triangles.size(), 5 * finer);
         EXPECT_GE(level.error, error);
         finer = level.triangles.size();
@@ -82,12 +86,12 @@ TEST(SimplifyMesh, LevelsHalveTriangleCountsAndErrorsAscend) {
     }
 }
 
-TEST(SimplifyMesh, ErrorOfASphereIsHowDeepItsTrianglesCutIntoIt) {
+TEST(Simplify, ErrorOfASphereIsHowDeepItsTrianglesCutIntoIt) {
     const Mesh mesh = sphere(48);
     // The full sphere lies within this of the true one.
     const double full = 1.0 - std::cos(3.14159265358979 / 48);
     const Box bounds{glm::vec3(-1), glm::vec3(1)};
-    for (const MeshLevel& level : simplifyMesh(mesh)) {
+    for (const PolygonLevel& level : simplify(trianglesOf(mesh), false)) {
         const TriangleView coarse{viewOf(mesh.positions), viewOf(level.triangles)};
         const double depth = 1.0 - double(TriangleGrid(coarse, bounds).distance({0, 0, 0}, 1.0f));
         EXPECT_LE(depth - full, 1.25 * double(level.error));
@@ -95,7 +99,7 @@ TEST(SimplifyMesh, ErrorOfASphereIsHowDeepItsTrianglesCutIntoIt) {
     }
 }
 
-TEST(SimplifyMesh, SeededPointsAreNoFartherThanAQuarterBeyondTheError) {
+TEST(Simplify, SeededPointsAreNoFartherThanAQuarterBeyondTheError) {
     // A bumpy sheet with a border, and the sphere.
     std::mt19937 rng(5);
     std::uniform_real_distribution<float> unit(0.0f, 1.0f);
@@ -115,7 +119,7 @@ TEST(SimplifyMesh, SeededPointsAreNoFartherThanAQuarterBeyondTheError) {
         for (const glm::vec3& p : mesh.positions)
             bounds.add(p);
         const TriangleGrid fullGrid(full, bounds);
-        for (const MeshLevel& level : simplifyMesh(mesh)) {
+        for (const PolygonLevel& level : simplify(trianglesOf(mesh), false)) {
             const TriangleView coarse{full.positions, viewOf(level.triangles)};
             const TriangleGrid coarseGrid(coarse, bounds);
             float most = 0.0f;
@@ -138,7 +142,7 @@ TEST(SimplifyMesh, SeededPointsAreNoFartherThanAQuarterBeyondTheError) {
     }
 }
 
-TEST(SimplifyMesh, FlatSheetsLoseTrianglesAtNoErrorAndSingleTrianglesStay) {
+TEST(Simplify, FlatSheetsLoseTrianglesAtNoErrorAndSingleTrianglesStay) {
     Mesh sheet;
     for (uint32_t j = 0; j <= 16; ++j)
         for (uint32_t i = 0; i <= 16; ++i)
@@ -149,18 +153,19 @@ TEST(SimplifyMesh, FlatSheetsLoseTrianglesAtNoErrorAndSingleTrianglesStay) {
             sheet.triangles.push_back({p, p + 1, p + 18});
             sheet.triangles.push_back({p, p + 18, p + 17});
         }
-    const std::vector<MeshLevel> levels = simplifyMesh(sheet);
+    const std::vector<PolygonLevel> levels = simplify(trianglesOf(sheet), false);
     ASSERT_GE(levels.size(), 3u);
     EXPECT_LT(levels[2].error, 1e-3f);
     EXPECT_LE(levels[2].triangles.size(), 512u / 8);
     Mesh one;
     one.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
     one.triangles = {{0, 1, 2}};
-    EXPECT_TRUE(simplifyMesh(one).empty());
+    EXPECT_TRUE(simplify(trianglesOf(one), false).empty());
+    EXPECT_TRUE(simplify(trianglesOf(Mesh()), false).empty());
     EXPECT_TRUE(simplifyMesh(Mesh()).empty());
     one.positions.assign(3, glm::vec3(1.0f));
     one.triangles.assign(5, {0, 1, 2});
-    EXPECT_TRUE(simplifyMesh(one).empty());
+    EXPECT_TRUE(simplify(trianglesOf(one), false).empty());
 }
 
 TEST(PolygonLevels, TheCoarsestLevelWithinSoManyTexelsAtTheNearestPointIsChosen) {
@@ -185,7 +190,45 @@ TEST(PolygonLevels, TheCoarsestLevelWithinSoManyTexelsAtTheNearestPointIsChosen)
     EXPECT_EQ(at({11, 0, 0}, 1, 1.0f), 0u);   // inside
 }
 
-TEST(PolygonLod, EveryLevelOfEveryInstanceIsBatchedOnceOverTheWorldsVertices) {
+/// Returns the edges of triangles that only one of them has, as pairs of vertices, smaller first.
+std::set<std::pair<uint32_t, uint32_t>> borderOf(const std::vector<glm::uvec3>& triangles) {
+    std::map<std::pair<uint32_t, uint32_t>, int> count;
+    for (const glm::uvec3& t : triangles)
+        for (int i = 0; i < 3; ++i)
+            ++count[std::minmax(t[i], t[(i + 1) % 3])];
+    std::set<std::pair<uint32_t, uint32_t>> border;
+    for (const auto& [edge, n] : count)
+        if (n == 1)
+            border.insert(edge);
+    return border;
+}
+
+TEST(SimplifyMesh, PartsHoldEveryTriangleOnceAndKeepTheEdgesInWhichTheyMeet) {
+    const Mesh mesh = sphere(48);
+    const std::vector<MeshPart> parts = simplifyMesh(mesh);
+    ASSERT_GE(parts.size(), 9u);
+    std::vector<int> seen(mesh.triangles.size(), 0);
+    size_t levelCount = 0;
+    for (const MeshPart& part : parts) {
+        std::vector<glm::uvec3> full;
+        for (const uint32_t t : part.triangles) {
+            ++seen[t];
+            full.push_back(mesh.triangles[t]);
+        }
+        EXPECT_LE(full.size(), kMaxBatchTriangleCount);
+        const auto border = borderOf(full);
+        EXPECT_FALSE(border.empty());
+        for (const PolygonLevel& level : part.levels) {
+            EXPECT_EQ(borderOf(level.triangles), border);
+            ++levelCount;
+        }
+    }
+    for (const int count : seen)
+        EXPECT_EQ(count, 1);
+    EXPECT_GE(levelCount, 2 * parts.size());
+}
+
+TEST(PolygonLod, EveryLevelOfEveryPartIsBatchedOnceOverTheWorldsVertices) {
     const Scene scene = spheres({{0, 0, 0, 1}, {5, 0, 0, 2}, {-9, 0, 0, 0.5f}});
     const World world(scene, {});
     const PolygonLod lod(world);
@@ -198,11 +241,13 @@ TEST(PolygonLod, EveryLevelOfEveryInstanceIsBatchedOnceOverTheWorldsVertices) {
     EXPECT_LT(triangles.count(), 2 * world.triangles().count());
 
     const BatchView batches = lod.batches(1.0f);
+    const uint32_t partCount = uint32_t(lod.partCount());
+    ASSERT_EQ(partCount % 3, 0u);
     std::vector<int> seen(triangles.count(), 0);
     std::map<uint32_t, uint32_t> groupTriangles;
     for (const Batch& batch : batches.batches) {
         groupTriangles[batch.instance] += batch.count;
-        const Instance& instance = world.instances()[batch.instance % 3];
+        const Instance& instance = world.instances()[lod.instanceOf(batch.instance % partCount)];
         for (uint32_t i = 0; i < batch.count; ++i) {
             const uint32_t t = batches.triangles[batch.first + i];
             ++seen[t];
@@ -215,15 +260,18 @@ TEST(PolygonLod, EveryLevelOfEveryInstanceIsBatchedOnceOverTheWorldsVertices) {
     }
     for (const int count : seen)
         ASSERT_EQ(count, 1);
-    for (uint32_t instance = 0; instance < 3; ++instance)
+    uint32_t fullCount = 0;
+    for (uint32_t part = 0; part < partCount; ++part)
         for (uint32_t level = 0; level < kMaxPolygonLevels; ++level) {
-            EXPECT_EQ(lod.triangleCount(instance, level), groupTriangles[level * 3 + instance]);
-            const float error = batches.levels.errorsWorld[instance * kMaxPolygonLevels + level];
-            EXPECT_EQ(std::isinf(error), lod.triangleCount(instance, level) == 0);
+            EXPECT_EQ(lod.triangleCount(part, level), groupTriangles[level * partCount + part]);
+            const float error = batches.levels.errorsWorld[part * kMaxPolygonLevels + level];
+            EXPECT_EQ(std::isinf(error), lod.triangleCount(part, level) == 0);
+            if (level == 0)
+                fullCount += lod.triangleCount(part, 0);
         }
-    EXPECT_EQ(lod.triangleCount(0, 0), 2u * 48 * 47);
+    EXPECT_EQ(fullCount, 3 * 2u * 48 * 47);
     // Errors are as large as the instance is.
-    EXPECT_NEAR(batches.levels.errorsWorld[kMaxPolygonLevels + 1],
+    EXPECT_NEAR(batches.levels.errorsWorld[partCount / 3 * kMaxPolygonLevels + 1],
                 2.0f * batches.levels.errorsWorld[1], 1e-6f);
 }
 
@@ -232,19 +280,20 @@ TEST(PolygonLod, MovedInstancesMoveAllTheirLevelsAndNothingElse) {
     World world(scene, {});
     PolygonLod lod(world, {32});
     lod.update(world.setTime(0.5f));
-    ASSERT_FALSE(lod.batchSet().movedBatches().empty());
     std::set<uint32_t> levels;
+    const BatchView batches = lod.batches(1.0f);
     for (const uint32_t b : lod.batchSet().movedBatches()) {
-        EXPECT_EQ(lod.batches(1.0f).batches[b].instance % 2, 1u);
-        levels.insert(lod.batches(1.0f).levels.levelOf(lod.batches(1.0f).batches[b].instance));
+        const uint32_t group = batches.batches[b].instance;
+        EXPECT_EQ(lod.instanceOf(group % uint32_t(lod.partCount())), 1u);
+        levels.insert(batches.levels.levelOf(group));
     }
-    EXPECT_GE(levels.size(), 5u);
-    const View<const Box> boxes = lod.batches(1.0f).levels.instanceBoxes;
+    EXPECT_GE(levels.size(), 3u);
+    Box boxes[2];
+    for (uint32_t part = 0; part < lod.partCount(); ++part)
+        boxes[lod.instanceOf(part)].add(batches.levels.partBoxes[part]);
     EXPECT_NEAR(boxes[0].min.y, -1.0f, 1e-5f);
     EXPECT_NEAR(boxes[1].min.y, -0.5f, 1e-5f);
     EXPECT_NEAR(boxes[1].max.y, 3.5f, 1e-5f);
-    const Box all = lod.batches(1.0f).boxesWorld[lod.batchSet().movedBatches().back()];
-    EXPECT_GE(all.min.y, -0.5001f); // of the coarsest level
 }
 
 TEST(PolygonLod, ErrorsGrowWithTheGreatestScaleOfAShearedInstance) {
@@ -257,7 +306,7 @@ TEST(PolygonLod, ErrorsGrowWithTheGreatestScaleOfAShearedInstance) {
     const PolygonLod lod(world);
     const View<const float> errors = lod.batches(1.0f).levels.errorsWorld;
     const double expected = (std::sqrt(13.0) + 3.0) / 2.0;
-    EXPECT_NEAR(errors[1] / errors[kMaxPolygonLevels + 1], expected, 1e-5);
+    EXPECT_NEAR(errors[1] / errors[lod.partCount() / 2 * kMaxPolygonLevels + 1], expected, 1e-5);
 }
 
 TEST(PolygonLod, SameForOneAndTwoThreads) {

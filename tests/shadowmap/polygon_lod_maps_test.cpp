@@ -72,7 +72,7 @@ TEST(PolygonLodMaps, TrianglesDrawnFallToThoseOfTheLevelsThatTheTexelsAllow) {
         stage.build(maps, options);
         const PolygonLevelsView levels = stage.lod.batches(texels).levels;
         uint64_t expected = 0;
-        for (uint32_t i = 0; i < 4; ++i) {
+        for (uint32_t i = 0; i < stage.lod.partCount(); ++i) {
             const uint32_t level = levels.levelFor(i, stage.requests[0].lightPositionWorld, 256);
             EXPECT_TRUE(texels > 0.0f || level == 0);
             expected += kFaceCount * stage.lod.triangleCount(i, level);
@@ -83,7 +83,7 @@ TEST(PolygonLodMaps, TrianglesDrawnFallToThoseOfTheLevelsThatTheTexelsAllow) {
         // What culling is held against stays the full detail.
         EXPECT_EQ(maps.counts().triangleSphereCount, kFaceCount * stage.world.triangles().count());
     }
-    EXPECT_LE(8 * before, kFaceCount * stage.world.triangles().count());
+    EXPECT_LE(4 * before, kFaceCount * stage.world.triangles().count());
 }
 
 TEST(PolygonLodMaps, NoTexelsGiveTheBitsOfABatchSetWithoutLevels) {
@@ -97,7 +97,6 @@ TEST(PolygonLodMaps, NoTexelsGiveTheBitsOfABatchSetWithoutLevels) {
     const View<const uint32_t> a = with.view().depths, b = without.view().depths;
     ASSERT_EQ(a.count, b.count);
     EXPECT_TRUE(std::equal(a.begin(), a.end(), b.begin()));
-    EXPECT_EQ(with.counts().triangleDrawCount, without.counts().triangleDrawCount);
 }
 
 TEST(PolygonLodMaps, CoverageDiffersOnlyNearSilhouettes) {
@@ -151,7 +150,8 @@ TEST(PolygonLodMaps, KeptMapsOfAMoverThatChangesItsLevelAreThoseDrawnAnew) {
     for (int frame = 0; frame < 12; ++frame) {
         stage.lod.update(stage.world.setTime(0.4f * float(frame))); // at rest from second 4 on
         const PolygonLevelsView view = stage.lod.batches(1.0f).levels;
-        levels.push_back(view.levelFor(3, stage.requests[0].lightPositionWorld, 300));
+        levels.push_back(view.levelFor(uint32_t(stage.lod.partCount()) - 1,
+                                       stage.requests[0].lightPositionWorld, 300));
         stage.build(kept, keeps, viewOf(stage.lod.batchSet().movedBatches()));
         ShadowMaps anew(Backend::kCpu);
         stage.build(anew, options);
