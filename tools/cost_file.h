@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Isolated costs of maps as a file: what `oracle` measured, for --costs to replay.
+// Costs as files, for --costs: what `oracle` measured of every map, and what `calibrate` fitted.
 #pragma once
 
+#include "hybrid/cost_fit.h"
 #include "hybrid/cost_model.h"
 #include "tools/json.h"
 
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace shadowdag {
 
@@ -21,5 +24,38 @@ CostTable readCosts(const std::string& path);
 /// Returns the costs of a frame. Throws Error kInput naming the file when it does not have them.
 const FrameCosts& findCosts(const CostTable& costs, const std::string& path,
                             const std::string& scene, uint32_t frame);
+
+/// Returns {"rays": [{"term", "ms"}], "map": [...]}.
+Json toJson(const CostCalibration& calibration);
+/// Returns the calibration that such an object is. Throws Error kInput naming `where` and what is
+/// wrong: a term that is not known, a coefficient that is no cost, a sum without terms.
+CostCalibration calibrationFromJson(const Json& json, const std::string& where);
+
+/// A file that --costs names: one of both.
+struct CostSource {
+    std::string path;
+    std::optional<CostTable> table;
+    std::optional<CostCalibration> calibration;
+    /// What the machine that a calibration was fitted on is called and this one is not, for people;
+    /// empty where both are alike.
+    std::string otherMachine;
+};
+
+/// Reads a file of either kind, told apart by its keys "costs" and "calibration". Throws Error
+/// kInput as the functions above do.
+/// @param provenance of this program (buildProvenance)
+CostSource readCostSource(const std::string& path, const Json& provenance);
+
+/// Gives the model what it routes by, as far as the file holds it for all frames. Throws Error
+/// kUsage when the model needs a calibration and there is none.
+void giveCalibration(CostModel& model, const CostSource& source);
+
+/// Returns observed frames as JSON, and back; `calibrate` writes and reads them. Throws Error
+/// kInput naming `where`.
+Json toJson(const std::vector<ObservedFrame>& frames);
+std::vector<ObservedFrame> observationsFromJson(const Json& json, const std::string& where);
+
+/// Returns a fit as JSON: what was tried and how it fared held out, beside other models.
+Json toJson(const CostFit& fit);
 
 } // namespace shadowdag

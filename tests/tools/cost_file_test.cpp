@@ -11,7 +11,7 @@ namespace shadowdag {
 TEST(CostFile, ComesBackAsWritten) {
     const TemporaryDirectory directory;
     CostTable table;
-    table[{"a", 3}] = {3, {{1, 0.1, 2.5}, {7, 1.0 / 3.0, 0}}};
+    table[{"a", 3}] = {3, {{1, 0, 0.1, 2.5}, {7, 0, 1.0 / 3.0, 0}}};
     writeText(directory / "c.json", jsonText(toJson(table)));
     const CostTable back = readCosts(directory / "c.json");
     const FrameCosts& costs = findCosts(back, "c.json", "a", 3);
@@ -22,6 +22,17 @@ TEST(CostFile, ComesBackAsWritten) {
     EXPECT_EQ(costs.maps[0].mapMs, 2.5);
     EXPECT_THROW(findCosts(back, "c.json", "a", 4), Error);
     EXPECT_THROW(findCosts(back, "c.json", "b", 3), Error);
+}
+
+TEST(CostFile, OneLightMayHaveSeveralMaps) {
+    const TemporaryDirectory directory;
+    CostTable table;
+    table[{"a", 0}] = {0, {{4, 6, 1, 2}, {4, 7, 3, 4}, {5, 2, 5, 6}}};
+    writeText(directory / "c.json", jsonText(toJson(table)));
+    const FrameCosts back = readCosts(directory / "c.json").begin()->second;
+    ASSERT_EQ(back.maps.size(), 3u);
+    EXPECT_EQ(back.maps[1].octave, 7u);
+    EXPECT_EQ(back.maps[1].mapMs, 4);
 }
 
 TEST(CostFile, BrokenFilesAreInputErrors) {

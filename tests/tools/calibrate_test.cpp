@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calibrations as files, and the program that writes and reads them.
+#include "tests/tools/program_refusals.h"
+#include "tools/cost_file.h"
+
+#include "cuda/error.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kSmall[] = {"--size", "64x36", "--resolution", "64", "--repeats", "1"};
+
+std::string messageOf(const std::function<void()>& act, ErrorKind kind) {
+    try {
+        act();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), kind) << error.what();
+        return error.what();
+    }
+    return "no error";
+}
+
+const char* const kCalibration =
+    R"({"calibration": {"rays": [{"term": "samples", "ms": 1e-4}], "map": [{"term": "maps", "ms": 2.5}]},
+        "provenance": {"cpu": "another", "backend": "cpu", "thread_count": 2, "device": null}})";
+
+} // namespace
+
+TEST(CalibrationFile, ComesBackAsWritten) {
+    const CostCalibration calibration{
+        {{findCostTerm("maps"), 0.1}, {findCostTerm("samples"), 1.0 / 3}},
+        {{findCostTerm("pages"), 2.5}}};
+    const CostCalibration back = calibrationFromJson(toJson(calibration), "c.json");
+    ASSERT_EQ(back.rays.size(), 2u);
+    EXPECT_EQ(back.rays[1].term, findCostTerm("samples"));
+    EXPECT_EQ(back.rays[1].ms, 1.0 / 3);
+    EXPECT_EQ(back.map[0].ms, 2.5);
+    EXPECT_TRUE(back.needsGeometry());
+}
+
+TEST(CalibrationFile, DamagedOnesAreNamedWithWhatIsWrong) {
+    const auto message = [](const char* text) {
+        return messageOf([&] { calibrationFromJson(Json::parse(text), "c.json"); },
+                         ErrorKind::kInput);
+    };
+    EXPECT_THAT(message("{}"), AllOf(HasSubstr("c.json"), HasSubstr("not a calibration")));
+    EXPECT_THAT(message(R"({"rays": [], "map": []})"), HasSubstr("without terms"));
+    EXPECT_THAT(message(R"({"rays": [{"term": "moonlight", "ms": 1}], "map": []})"),
+                AllOf(HasSubstr("unknown term 'moonlight'"), HasSubstr("samples")));
+    EXPECT_THAT(message(R"({"rays": [{"term": "samples", "ms": -1}], "map": []})"),
+                AllOf(HasSubstr("-1"), HasSubstr("no cost")));
+    EXPECT_THAT(message(R"({"rays": [{"term": "samples"}], "map": []})"),
+                HasSubstr("not a calibration"));
+}
+
+TEST(CalibrationFile, IsToldFromCostsOfMapsAndFromAnotherMachine) {
+    const TemporaryDirectory directory;
+    writeText(directory / "c.json", kCalibration);
+    writeText(directory / "costs.json", R"({"costs": []})");
+    const Json here = {
+        {"cpu", "this"}, {"backend", "cpu"}, {"thread_count", 2}, {"device", Json()}};
+    const CostSource calibration = readCostSource(directory / "c.json", here);
+    EXPECT_TRUE(calibration.calibration && !calibration.table);
+    EXPECT_THAT(calibration.otherMachine,
+                AllOf(HasSubstr("cpu"), HasSubstr("another"), Not(HasSubstr("thread_count"))));
+    EXPECT_TRUE(readCostSource(directory / "costs.json", here).table);
+    const auto model = makeCostModel("cost");
+    giveCalibration(*model, calibration);
+    EXPECT_FALSE(model->needsCalibration());
+    EXPECT_THAT(messageOf([&] { giveCalibration(*makeCostModel("cost"), {}); }, ErrorKind::kUsage),
+                HasSubstr("--costs C.json"));
+}
+
+TEST(ProgramCalibrate, WritesWhatHybridRoutesBy) {
+    const TemporaryDirectory directory;
+    const std::string file = directory / "c.json", seen = directory / "o.json";
+    std::vector<std::string> arguments{"calibrate",
+                                       "builtin:fail-unequal-ranges",
+                                       "-o",
+                                       file,
+                                       "--observations",
+                                       seen,
+                                       "--frames",
+                                       "0",
+                                       "--json"};
+    for (const char* word : kSmall)
+        arguments.push_back(word);
+    const ProgramResult result = runShadowdag(directory, arguments);
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.json()["frame_count"], 1);
+    EXPECT_THAT(result.err, AllOf(HasSubstr("held-out regret"), HasSubstr("sum of maps alone")));
+    const Json json = Json::parse(readText(file));
+    EXPECT_FALSE(json["provenance"]["commit"].get<std::string>().empty());
+    EXPECT_FALSE(json["calibration"]["rays"].empty());
+    EXPECT_EQ(json["held_out_regret"]["trials"][0]["rays"], "maps");
+    EXPECT_EQ(json["frames"].size(), 1u);
+    EXPECT_GT(json["frames"][0]["rays_ms"], 0);
+
+    // The same observations give the same file but for who wrote it.
+    const ProgramResult again =
+        runShadowdag(directory, {"calibrate", "--from", seen, "-o", directory / "again.json"});
+    ASSERT_EQ(again.status, 0) << again.err;
+    EXPECT_EQ(Json::parse(readText(directory / "again.json"))["calibration"], json["calibration"]);
+
+    const ProgramResult frame = runShadowdag(
+        directory, {"render", "builtin:fail-unequal-ranges", "-o", directory / "a.png", "--size",
+                    "64x36", "--resolution", "64", "--model", "cost", "--costs", file, "--json"});
+    ASSERT_EQ(frame.status, 0) << frame.err;
+    EXPECT_THAT(frame.err, Not(HasSubstr("calibrated elsewhere")));
+    const Json rendered = frame.json()["frames"][0];
+    EXPECT_GT(rendered["traced_map_count"].get<int>() + rendered["drawn_map_count"].get<int>(), 0);
+}
+
+TEST(ProgramCalibrate, ACalibrationOfAnotherMachineIsUsedAndSaid) {
+    const TemporaryDirectory directory;
+    writeText(directory / "c.json", kCalibration);
+    const ProgramResult result =
+        runShadowdag(directory, {"render", "builtin:fail-unequal-ranges", "-o", directory / "a.png",
+                                 "--size", "32x18", "--resolution", "32", "--model", "cost",
+                                 "--costs", directory / "c.json"});
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.err, AllOf(HasSubstr("was calibrated elsewhere"), HasSubstr("another")));
+}
+
+TEST(ProgramCalibrate, RefusesWhatIsWrongByName) {
+    const TemporaryDirectory directory;
+    const std::string file = directory / "c.json", png = directory / "a.png";
+    writeText(directory / "broken.json", "{\"calibration\": {\"rays\": 3}}");
+    writeText(directory / "good.json", kCalibration);
+    writeText(directory / "costs.json", R"({"costs": []})");
+    const char* scene = "builtin:fail-unequal-ranges";
+    expectRefused(
+        directory,
+        {{{"calibrate"}, 1, "required"},
+         {{"calibrate", "builtin:nowhere", "-o", file}, 1, "nowhere"},
+         {{"calibrate", scene, "-o", file, "--size", "64"}, 1, "--size '64'"},
+         {{"calibrate", scene, "-o", file, "--repeats", "0"}, 1, "--repeats '0'"},
+         {{"calibrate", "-o", file, "--from", directory / "none.json"}, 2, "none.json"},
+         {{"calibrate", "-o", file, "--from", directory / "broken.json"}, 2, "no observations"},
+         {{"calibrate", scene, "-o", file, "--from", directory / "broken.json"},
+          1,
+          "SCENE and --from contradict"},
+         {{"calibrate", "-o", directory / "no/such/c.json"}, 3, "no/such"},
+         {{"render", scene, "-o", png, "--model", "cost"}, 1, "give --costs C.json"},
+         {{"render", scene, "-o", png, "--model", "cost:7"}, 1, "takes no argument"},
+         {{"render", scene, "-o", png, "--model", "cost", "--costs", directory / "none.json"},
+          2,
+          "none.json: cannot be opened"},
+         {{"render", scene, "-o", png, "--model", "cost", "--costs", directory / "broken.json"},
+          2,
+          "broken.json"},
+         {{"render", scene, "-o", png, "--model", "cost", "--costs", directory / "costs.json"},
+          1,
+          "holds costs of maps"},
+         {{"render", scene, "-o", png, "--model", "oracle", "--costs", directory / "good.json"},
+          1,
+          "is a calibration for --model cost"},
+         {{"render", scene, "-o", png, "--model", "texels:9", "--costs", directory / "good.json"},
+          1,
+          "--model cost or oracle"},
+         {{"compare", scene, "-o", directory / "report", "--model", "cost", "--no-charts"},
+          1,
+          "give --costs C.json"}});
+}
+
+} // namespace shadowdag
