@@ -27,7 +27,7 @@ std::vector<CostSummand> fitSum(const ObservedFrames& frames, const std::vector<
             const double both = measured.raysMs + measured.mapMs;
             if (!(both > 0))
                 continue;
-            const double weight = 1 / both;
+            const double weight = 1 / std::sqrt(both);
             std::vector<double> row;
             for (const CostSummand& summand : form)
                 row.push_back(weight * summand.term->of(frame->maps[m]));

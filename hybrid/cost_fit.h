@@ -40,8 +40,8 @@ Regret meanRegret(const std::vector<double>& ofFrames);
 
 using ObservedFrames = std::vector<const ObservedFrame*>;
 
-/// Returns the sums of a form's terms, with coefficients fitted to the frames. Every map weighs as
-/// 1 / (raysMs + mapMs): cheap maps are many, and a frame pays for them all.
+/// Returns the sums of a form's terms, with coefficients fitted to the frames. A residual weighs
+/// 1 / sqrt(raysMs + mapMs): what takes longer is measured worse, and cheap maps are many.
 CostCalibration fitForm(const ObservedFrames& frames, const CostCalibration& form);
 
 /// Returns the N of the model texels:N that regrets least over the frames: what some map requires,

@@ -64,6 +64,7 @@ Json rowOf(const CalibrationFrame& frame) {
 FrameOptions frameOptionsOf(const Experiment& e) {
     FrameOptions options;
     options.undersample = e.undersample[0];
+    options.mapsPerLight = e.mapsPerLight[0];
     options.maxFaceTexels = e.maxFaceTexels;
     options.maps.pageTexels = e.pageTexels[0];
     options.maps.poolBytes = uint64_t(e.poolMib) << 20;
@@ -194,6 +195,7 @@ Experiment experimentOf(CalibrateOptions& options, const CommandLine& commandLin
              {"--resolution", e.resolutionLog2.size()},
              {"--voxels", std::max<size_t>(options.common.voxels.size(), 1)},
              {"--undersample", e.undersample.size()},
+             {"--maps-per-light", e.mapsPerLight.size()},
              {"--page-size", e.pageTexels.size()},
              {"--bias", e.bias.size()},
              {"--taps", e.taps.size()},

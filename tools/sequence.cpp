@@ -66,8 +66,8 @@ Json flickerJson(const FlickerCounts& counts) {
 /// One configuration with what it keeps.
 struct Player {
     Player(const RunParameters& run, const Dag& dag, const LoadedScene& scene, const Truth& truth,
-           const Experiment& experiment, Backend backend)
-        : run(run), isTruth(run.method == "embree"), renderer(backend, *scene.world, dag),
+           const Experiment& experiment, const MeasureContext& context)
+        : run(run), isTruth(run.method == "embree"), renderer(context.backend, *scene.world, dag),
           model(makeCostModel(isTruth ? "texels:0" : run.model)),
           flicker(truth, experiment.errorSeed, experiment.flickerPoints) {
         if (model->needsCosts())
@@ -75,6 +75,8 @@ struct Player {
                         "model '" + run.model +
                             "' needs the costs of every frame measured, and a sequence has none; "
                             "leave it out or compare frames that stand for themselves");
+        if (context.given != nullptr)
+            giveCalibration(*model, *context.given);
         options = run.frame;
         if (isTruth)
             options.undersample = 1024; // only the pairs are wanted: the least maps
@@ -105,15 +107,14 @@ public:
         for (const RunParameters& run : runs)
             players_.push_back(std::make_unique<Player>(
                 run, run.usesRays() && run.dag < dags.size() ? dags[run.dag] : kNoDag, scene,
-                truth_, experiment, context.backend));
+                truth_, experiment, context));
         // Pairs and truth belong to the frame, not to a configuration.
         RunParameters pairs;
         pairs.method = "embree";
         pairs.frame.width = experiment.width;
         pairs.frame.height = experiment.height;
         pairs_ = pairs;
-        witness_ =
-            std::make_unique<Player>(pairs_, kNoDag, scene, truth_, experiment, context.backend);
+        witness_ = std::make_unique<Player>(pairs_, kNoDag, scene, truth_, experiment, context);
     }
 
     SceneMeasurement measure() {
