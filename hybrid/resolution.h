@@ -131,9 +131,10 @@ struct DemandResolution {
 /// asks for, the octaves below the mapsPerLight highest together with the lowest of these. An
 /// octave's bounds do not move with the light's maximum, so a still cluster stays with its map when
 /// others come and go. Source: Olsson et al. 2015, sec. IV-C (histogram of requested resolutions;
-/// its buckets are not given there). A sun always has a map an octave, each the window of a
-/// clipmap: one map over near and far receivers would hold them all at the resolution of the
-/// nearest.
+/// its buckets are not given there). A sun always has a map for every two octaves, each the
+/// window of a clipmap: one map over near and far receivers would hold them all at the resolution
+/// of the nearest. (One an octave drew half as many triangles again, 2.1 against 1.4 million with a
+/// sun over `houses`, 0.79 against 0.48 in `atrium`, on 101 % and 83 % of the pages.)
 struct DemandMaps {
     ClusterView clusters;
     ClusterLightsView lists; ///< record not read
@@ -151,7 +152,7 @@ struct DemandMaps {
             const uint32_t light = lists.lights[i];
             uint32_t octave = 0;
             if (lights[light].kind == Light::kSun) {
-                octave = octaveOf(demand.wantedSquared[i] * scale);
+                octave = octaveOf(demand.wantedSquared[i] * scale) | 1u;
             } else if (mapsPerLight > 1) {
                 const uint32_t highest =
                     octaveOf(std::bit_cast<float>(demand.resolutionSquaredBits[light]) * scale);

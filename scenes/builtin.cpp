@@ -22,6 +22,7 @@ struct Generator {
 const Generator kGenerators[] = {
     {"atrium", "two-storey colonnaded court after Crytek Sponza, 65 lamps", makeAtrium},
     {"houses", "a village at night, 256 lamps of like size, a camera from far to near", makeHouses},
+    {"houses-by-day", "the same village under a sun instead of its lamps", makeHousesByDay},
     {"necropolis", "tombs among trees, 275 lights of very unequal range and 101 moving ones",
      makeNecropolis},
 };

@@ -455,4 +455,15 @@ Scene makeHouses() {
     return s.take();
 }
 
+Scene makeHousesByDay() {
+    Scene scene = makeHouses();
+    scene.name = "houses-by-day";
+    scene.lights.clear();
+    for (Node& node : scene.nodes)
+        node.light = kNone;
+    Stage s(std::move(scene));
+    s.sunLight("sun", {0.35, -0.8, 0.48}, {1.0f, 0.96f, 0.88f}, 3.0);
+    return s.take();
+}
+
 } // namespace shadowdag

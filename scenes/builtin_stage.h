@@ -15,6 +15,8 @@ namespace shadowdag {
 class Stage {
 public:
     explicit Stage(std::string name);
+    /// Goes on with a scene.
+    explicit Stage(Scene scene) : scene_(std::move(scene)) {}
 
     uint32_t material(const std::string& name, glm::vec3 baseColor,
                       glm::vec3 emission = glm::vec3(0));
@@ -65,6 +67,7 @@ private:
 
 Scene makeAtrium();
 Scene makeHouses();
+Scene makeHousesByDay();
 Scene makeNecropolis();
 
 } // namespace shadowdag

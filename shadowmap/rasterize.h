@@ -219,7 +219,7 @@ struct SolidTriangle {
 struct MaskedTriangle {
     const AlphaMaskView& masks;
     const FaceTriangle& t;
-    uint32_t triangle;      ///< of the world
+    uint32_t triangle;     ///< of the world
     glm::dvec3 scale{1.0}; ///< of a corner's weight; of a sun the corner's depth
 
     /// Returns whether it is opaque at texel coordinates X, Y. A corner's weight is the function of
@@ -305,19 +305,24 @@ SDAG_HD inline glm::dvec3 cornerFromLight(const TriangleView& geometry, uint32_t
     return lightFromWorld(map, geometry.vertex(triangle, corner));
 }
 
-/// Calls store(index, bits) for all texels of a triangle of the world, cut or not.
-template <class Store>
-SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
-                                const FaceTriangle& t, uint32_t triangle, const Store& store) {
-    if (!view.geometry.masks.isCut(triangle)) {
-        coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1, store);
-        return;
-    }
+/// Returns the surface of a triangle of the world that a mask cuts. @param t its set-up
+SDAG_HD inline MaskedTriangle maskedTriangle(const RasterView& view, const ShadowMapInfo& map,
+                                             const FaceTriangle& t, uint32_t triangle) {
     MaskedTriangle surface{view.geometry.masks, t, triangle};
     if (map.window.isSun())
         for (int corner = 0; corner < 3; ++corner)
             surface.scale[corner] = cornerFromLight(view.geometry, triangle, corner, map).z;
-    coverTexels(view, map, face, t, surface, t.y0, t.y1, store);
+    return surface;
+}
+
+/// Calls store(index, bits) for all texels of a triangle of the world, cut or not.
+template <class Store>
+SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
+                                const FaceTriangle& t, uint32_t triangle, const Store& store) {
+    if (view.geometry.masks.isCut(triangle))
+        coverTexels(view, map, face, t, maskedTriangle(view, map, t, triangle), t.y0, t.y1, store);
+    else
+        coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1, store);
 }
 
 /// Draws triangle i % slotsPerDraw of draw i / slotsPerDraw.
@@ -334,8 +339,7 @@ struct RasterizeTriangle {
         const uint32_t triangle = view.batchTriangles[batch.first + inBatch];
         glm::dvec3 corners[3];
         for (int corner = 0; corner < 3; ++corner)
-            corners[corner] =
-                cornerFromLight(view.geometry, triangle, corner, map);
+            corners[corner] = cornerFromLight(view.geometry, triangle, corner, map);
         for (uint32_t face = 0; face < kFaceCount; ++face) {
             FaceTriangle t;
             if (!(draw.faces >> face & 1u) ||

@@ -181,7 +181,8 @@ private:
             p.sampleStart.push_back(uint32_t(p.samples.size()));
             for (uint32_t l = 0; l < world_.lights().size(); ++l) {
                 const Light& light = world_.lights()[l];
-                if (!mayReach(light, clusters_.boxesWorld[cluster]))
+                if (light.kind == Light::kSun || // neither streams nor shafts are for suns
+                    !mayReach(light, clusters_.boxesWorld[cluster]))
                     continue;
                 ClusterLight asked{cluster, l, p.isAsked.size(), p.pairCount, 0};
                 for (uint32_t i = begin; i < begin + count; ++i) {

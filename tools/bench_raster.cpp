@@ -69,6 +69,8 @@ RasterBenchInputs makeRasterBenchInputs(const World& world, const Camera& camera
     for (uint32_t i = 0; i < world.lights().size() && inputs.requests.size() < options.mapCount;
          ++i) {
         const Light& light = world.lights()[i];
+        if (light.kind == Light::kSun) // cubes are measured
+            continue;
         const size_t before = inputs.receivers.size();
         for (uint32_t b = 0; b < inputs.boxes.size(); ++b)
             if (distanceSquared(inputs.boxes[b], light.positionWorld) <

@@ -28,7 +28,8 @@ BenchRays makeBenchRays(const BenchView& view, const World& world, const VoxelGr
     const auto ask = [&](uint32_t sample, const Light& light) {
         const glm::vec3 position = samples.positionWorld[sample],
                         normal = samples.normalWorld[sample];
-        if (samples.triangle[sample] == kBackground || !isPair(light, position, normal))
+        if (light.kind == Light::kSun || samples.triangle[sample] == kBackground ||
+            !isPair(light, position, normal))
             return;
         const DagSegment segment =
             shadowSegment(grid, position, normal, light.positionWorld, 1.0f, 0);

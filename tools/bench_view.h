@@ -38,7 +38,8 @@ struct BenchRays {
     std::vector<WorldSegment> world;
 };
 
-/// Returns the shadow rays of all pairs of the view, with the offset of 1. Deterministic.
+/// Returns the shadow rays of all pairs of the view but those to suns, with the offset of 1.
+/// Deterministic.
 BenchRays makeBenchRays(const BenchView& view, const World& world, const VoxelGrid& grid,
                         RayOrder order);
 

@@ -45,11 +45,13 @@ void infoScene(const InfoOptions& options, const Console& console) {
     size_t storedCount = 0;
     for (const Mesh& mesh : scene.meshes)
         storedCount += mesh.triangles.size();
-    size_t movingInstances = 0, movingLights = 0;
+    size_t movingInstances = 0, movingLights = 0, suns = 0;
     for (const Instance& instance : world.instances())
         movingInstances += instance.isMoving ? 1 : 0;
-    for (const Light& light : world.lights())
+    for (const Light& light : world.lights()) {
         movingLights += light.isMoving;
+        suns += light.kind == Light::kSun;
+    }
     const Box& bounds = world.boundsWorld();
 
     std::ostream& out = console.people();
@@ -60,7 +62,9 @@ void infoScene(const InfoOptions& options, const Console& console) {
         << " moving\n"
         << "  bounds          (" << bounds.min.x << ", " << bounds.min.y << ", " << bounds.min.z
         << ") to (" << bounds.max.x << ", " << bounds.max.y << ", " << bounds.max.z << ") m\n"
-        << "  lights          " << world.lights().size() << ", " << movingLights << " moving\n"
+        << "  lights          " << world.lights().size() << ", " << movingLights << " moving"
+        << (suns ? ", " + std::to_string(suns) + (suns == 1 ? " sun" : " suns") : std::string())
+        << "\n"
         << "  cameras         " << world.cameras().size() << "\n"
         << "  animations      " << scene.animations.size() << ", " << scene.durationSeconds()
         << " s\n"
@@ -77,6 +81,7 @@ void infoScene(const InfoOptions& options, const Console& console) {
                   {"bounds_max", vectorJson(bounds.max)},
                   {"light_count", world.lights().size()},
                   {"moving_light_count", movingLights},
+                  {"sun_count", suns},
                   {"camera_count", world.cameras().size()},
                   {"animation_count", scene.animations.size()},
                   {"duration_s", scene.durationSeconds()},

@@ -83,9 +83,9 @@ const Known kKnown[] = {
     {"fail-coplanar", 0, {0.68, 0, 0}, {0.05, 0.21}, {0.70, 0, 1}},
     // Bars of 12.5 cm a metre from the light.
     {"fail-border-light", 0, {1.65, 0}, {0.30, 0.08}, {1.75, 0}},
-    // Posts of 10 and 20 cm through voxels of 47 mm and texels of 5 to 25 cm.
-    {"fail-sun", 0, {1.5, 0.01}, {0.08, 0.39, 0, 10}, {0.28, 0.96, 0, 2}},
-    {"fail-sun", 2, {1.5, 0.01}, {0.09, 0.39, 0, 10}, {0.27, 1.09, 0, 2}},
+    // Posts of 10 and 20 cm through voxels of 47 mm and texels of 3 to 25 cm.
+    {"fail-sun", 0, {1.5, 0.01}, {0.07, 0.31}, {0.28, 0.96}},
+    {"fail-sun", 2, {1.5, 0.01}, {0.07, 0.32}, {0.27, 1.09}},
     // Boards of squares of 30 to 37 cm, cut out by their texture: outlines of squares.
     {"fail-alpha", 0, {3.2, 0.03}, {0.51, 0.61}, {1.9, 1.7}},
     {"fail-alpha", 2, {3.3, 0.03}, {0.64, 0.74}, {2.35, 1.75}},

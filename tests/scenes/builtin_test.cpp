@@ -127,6 +127,14 @@ TEST(Builtin, NecropolisHasStaticAndMovingLightsOfVeryUnequalRange) {
     EXPECT_GT(movers, 50u);
 }
 
+TEST(Builtin, HousesByDayAreHousesUnderASun) {
+    const Scene night = makeBuiltin("houses"), day = makeBuiltin("houses-by-day");
+    const World nightWorld(night, {}), dayWorld(day, {});
+    EXPECT_EQ(dayWorld.geometryHash(), nightWorld.geometryHash());
+    ASSERT_EQ(dayWorld.lights().size(), 1u);
+    EXPECT_EQ(dayWorld.lights()[0].kind, Light::kSun);
+}
+
 TEST(Builtin, NamesAreUniqueAndUnknownOnesListTheKnown) {
     std::set<std::string> names;
     for (const BuiltinInfo& info : builtinScenes()) {
@@ -134,7 +142,7 @@ TEST(Builtin, NamesAreUniqueAndUnknownOnesListTheKnown) {
         EXPECT_FALSE(info.description.empty());
         EXPECT_EQ(info.description.find('\n'), std::string::npos);
     }
-    EXPECT_EQ(names.size(), 3 + failScenes().size());
+    EXPECT_EQ(names.size(), 4 + failScenes().size());
     try {
         makeBuiltin("atrum");
         FAIL();
