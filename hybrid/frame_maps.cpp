@@ -75,7 +75,9 @@ MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& record) 
     const MapQuantities& map = record.quantities;
     const Light& light = lights[map.light];
     return {light.positionWorld, light.rangeWorld, map.light,
-            map.faceTexels,      map.octave,       record.window};
+            map.faceTexels,      map.octave,       record.window,
+            light.kind == Light::kSpot ? SpotCone{light.directionWorld, light.cosOuter}
+                                       : SpotCone{}};
 }
 
 std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions& options) {

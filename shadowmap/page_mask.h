@@ -109,6 +109,8 @@ struct MarkReceiver {
             if (!isTiny) {
                 if (!projectOnMap(map, world, face, margin, rect))
                     continue;
+                if (!narrowToCone(map.cone, face, margin, rect))
+                    continue;
                 if (!map.window.isSun()) // whose taps ask at the receiver's own depth
                     rect.depthMax *= filterDepthFactor(margin);
             }

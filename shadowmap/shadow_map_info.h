@@ -4,6 +4,7 @@
 #pragma once
 
 #include "shadowmap/cube_face.h"
+#include "shadowmap/spot_cone.h"
 #include "shadowmap/sun_window.h"
 
 #include <cstdint>
@@ -20,6 +21,7 @@ struct ShadowMapInfo {
     uint32_t facePages;      ///< side of a face in pages
     uint32_t pageTableStart; ///< first of 6 * facePages^2 entries; a multiple of 32
     SunWindow window = {};
+    SpotCone cone = {};
 
     bool operator==(const ShadowMapInfo&) const = default;
 };

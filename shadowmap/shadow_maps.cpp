@@ -78,7 +78,7 @@ MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexel
         const uint32_t texels = glm::max(1u, uint32_t(double(r.faceTexels) / divisor));
         const uint32_t pages = (texels + pageTexels - 1) / pageTexels;
         layout.maps.push_back({r.lightPositionWorld, r.rangeWorld, texels, pages,
-                               uint32_t(layout.maskWordCount * 32), r.window});
+                               uint32_t(layout.maskWordCount * 32), r.window, r.cone});
         layout.maskWordCount += (uint64_t(kFaceCount) * pages * pages + 31) / 32;
     }
     if (layout.maskWordCount * 32 > 0xffffffffull)
