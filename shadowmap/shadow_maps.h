@@ -37,7 +37,7 @@ struct ShadowMapOptions {
     uint32_t pageTexels = 64;          ///< side of a page, a power of two, 16..256
     uint64_t poolBytes = 256ull << 20; ///< budget of the page pool
     uint32_t taps = 9;                 ///< 1, 4 or 9: which page borders the filter needs marked
-    MapCulling culling = MapCulling::kMaximumDepth;
+    MapCulling culling = MapCulling::kCellDepth;
     /// Keeps maps from frame to frame and does not draw again what stood still and is there (SO).
     bool useStaticOptimization = false;
     /// With it: pages and maps that a frame does not need keep their texels while the pool has

@@ -369,6 +369,76 @@ TEST(StaticOptimization, SoDoesItWhenThePoolIsTooSmallToRetainAllOrEvenToHoldAll
     }
 }
 
+TEST(StaticOptimization, CudaGivesTheBitsOfTheCpu) {
+    try {
+        chooseBackend("cuda");
+    } catch (const Error& error) {
+        GTEST_SKIP() << error.what();
+    }
+    const auto downloaded = [](View<const uint32_t> words) {
+        std::vector<uint32_t> copy(words.count);
+        detail::copyBytes(Backend::kCpu, copy.data(), Backend::kCuda, words.data,
+                          words.count * sizeof(uint32_t));
+        return copy;
+    };
+    ShadowMapOptions options = keeping(MapCulling::kCellDepth);
+    options.poolBytes = 1200 * 16 * 16 * 4;
+    Animation a(51);
+    ShadowMaps host(Backend::kCpu), device(Backend::kCuda);
+    for (int frame = 0; frame < 40; ++frame) {
+        SCOPED_TRACE("frame " + std::to_string(frame));
+        StageTimes stages;
+        for (ShadowMaps* maps : {&host, &device})
+            maps->build(a.requests, a.boxes, a.receivers, a.scene.view(), a.batches->view(),
+                        options, stages, viewOf(a.moved));
+        const ShadowMapView view = host.view();
+        // The page table of all maps, kept ones too; the pool is as large on both.
+        ASSERT_EQ(std::vector<uint32_t>(view.pageTable.begin(), view.pageTable.end()),
+                  downloaded(device.view().pageTable));
+        const std::vector<uint32_t> depths = downloaded(device.view().depths);
+        size_t different = 0;
+        for (const uint32_t page : view.pageTable)
+            for (size_t texel = 0; page != kNoPage && texel < 16 * 16; ++texel)
+                different += view.depths[page * 16 * 16 + texel] != depths[page * 16 * 16 + texel];
+        ASSERT_EQ(different, 0u);
+        EXPECT_EQ(host.counts().triangleDrawCount, device.counts().triangleDrawCount);
+        EXPECT_EQ(host.counts().triangleKeptCount, device.counts().triangleKeptCount);
+        EXPECT_EQ(host.counts().pagesFreedCount, device.counts().pagesFreedCount);
+        a.moved.clear();
+        a.step();
+    }
+}
+
+TEST(StaticOptimization, SameBitsForOneAndTwoThreads) {
+    std::vector<uint32_t> tables[2], depths[2];
+    for (const int threads : {1, 2}) {
+        setThreadCount(threads);
+        Animation a(52);
+        ShadowMaps maps(Backend::kCpu);
+        ShadowMapOptions options = keeping(MapCulling::kCellDepth);
+        options.poolBytes = 1200 * 16 * 16 * 4;
+        for (int frame = 0; frame < 30; ++frame) {
+            StageTimes stages;
+            maps.build(a.requests, a.boxes, a.receivers, a.scene.view(), a.batches->view(), options,
+                       stages, viewOf(a.moved));
+            const ShadowMapView view = maps.view();
+            tables[threads - 1].insert(tables[threads - 1].end(), view.pageTable.begin(),
+                                       view.pageTable.end());
+            for (const uint32_t page : view.pageTable)
+                if (page != kNoPage)
+                    depths[threads - 1].insert(depths[threads - 1].end(),
+                                               view.depths.data + page * 16 * 16,
+                                               view.depths.data + (page + 1) * 16 * 16);
+            a.moved.clear();
+            a.step();
+        }
+    }
+    setThreadCount(0);
+    EXPECT_EQ(tables[0], tables[1]);
+    EXPECT_TRUE(depths[0] == depths[1]);
+    EXPECT_GT(depths[0].size(), 1000000u);
+}
+
 /// One light that looks along +x at a wall of two batches, instances 0 (left) and 1 (right), and a
 /// board before it, instance 2; receivers that lie before or behind the board.
 class Wall {
