@@ -79,7 +79,7 @@ SDAG_HD inline uint32_t lastTenth(uint32_t tenths) {
 SDAG_HD inline float tenthPlane(float low, float high, uint32_t i) {
     if (i >= kTenths)
         return high;
-    const float plane = float(double(low) + (double(high) - double(low)) * i / double(kTenths));
+    const float plane = float(double(low) + (double(high) - double(low)) * (i * (1.0 / kTenths)));
     return plane < high ? plane : high;
 }
 

@@ -2,6 +2,7 @@
 // Explicit bounds: both ends of every field, planes that no rounding crosses, boxes between the
 // cell's and the samples'.
 #include "hybrid/cluster_pass.h"
+#include "tests/hybrid/fail_stage.h"
 #include "tests/hybrid/seen_soup.h"
 
 #include <gtest/gtest.h>
@@ -127,6 +128,62 @@ TEST(ExplicitBounds, AreTheSameForOneAndTwoThreads) {
     }
     setThreadCount(0);
     EXPECT_EQ(boxes[0], boxes[1]);
+}
+
+uint64_t texelsOf(const FrameResult& frame) {
+    uint64_t sum = 0;
+    for (const MapRecord& map : frame.maps)
+        sum += uint64_t(map.quantities.faceTexels) * map.quantities.faceTexels;
+    return sum;
+}
+
+TEST(ExplicitBounds, SaveLightsOfClustersAndTrianglesAndChangeNoRay) {
+    FailStage stage(hallWithScreen(), 9, 1.0f);
+    FrameOptions options = failFrame();
+    options.width = 640;
+    options.height = 360;
+    const auto frameOf = [&](ClusterBounds bounds, const char* model) {
+        options.clusterBounds = bounds;
+        stage.renderer->reset();
+        return stage.renderer->render(stage.world.cameras().at(0), *makeCostModel(model), options);
+    };
+    const FrameResult cells = frameOf(ClusterBounds::kImplicit, "texels:0"),
+                      tenths = frameOf(ClusterBounds::kExplicit, "texels:0");
+    EXPECT_EQ(tenths.counts.clusterCount, cells.counts.clusterCount);
+    EXPECT_LT(tenths.counts.clusterLightCount, cells.counts.clusterLightCount);
+    EXPECT_LE(tenths.counts.maps.triangleDrawCount, cells.counts.maps.triangleDrawCount);
+    EXPECT_EQ(tenths.counts.missingTapCount, 0u);
+    EXPECT_EQ(tenths.pairs.light, cells.pairs.light);
+    RecordProperty("cluster_lights", std::to_string(cells.counts.clusterLightCount) + " to " +
+                                         std::to_string(tenths.counts.clusterLightCount));
+    RecordProperty("triangles", std::to_string(cells.counts.maps.triangleDrawCount) + " to " +
+                                    std::to_string(tenths.counts.maps.triangleDrawCount));
+    EXPECT_EQ(frameOf(ClusterBounds::kExplicit, "texels:inf").visibility,
+              frameOf(ClusterBounds::kImplicit, "texels:inf").visibility);
+}
+
+TEST(ResolutionRule, OfThePlaneAsksForMoreAtObliqueLightAndErrsLess) {
+    FailStage stage(failSceneOf("fail-oblique-undersampling"), 6);
+    FrameOptions options = failFrame();
+    options.mapsPerLight = 4;
+    options.maxFaceTexels = 8192;
+    const auto frameOf = [&](ResolutionRule rule) {
+        options.resolutionRule = rule;
+        return stage.run("texels:0", options);
+    };
+    const FailOutcome sphere = frameOf(ResolutionRule::kSphere);
+    for (const ResolutionRule rule : {ResolutionRule::kPlane, ResolutionRule::kSamples}) {
+        const FailOutcome other = frameOf(rule);
+        EXPECT_GT(texelsOf(other.frame), 3 * texelsOf(sphere.frame));
+        EXPECT_LT(other.report.total.absVisibilityErrorSum,
+                  0.7 * sphere.report.total.absVisibilityErrorSum);
+        EXPECT_EQ(other.frame.counts.missingTapCount, 0u);
+        RecordProperty("texels_over_sphere",
+                       std::to_string(double(texelsOf(other.frame)) / texelsOf(sphere.frame)));
+        RecordProperty("error_over_sphere",
+                       std::to_string(other.report.total.absVisibilityErrorSum /
+                                      sphere.report.total.absVisibilityErrorSum));
+    }
 }
 
 } // namespace

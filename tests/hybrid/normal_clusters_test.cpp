@@ -84,6 +84,41 @@ TEST(NormalCells, NeverCallALightHiddenThatASampleFaces) {
     EXPECT_GT(hiddenCount, testCount / 5); // and not by hiding none
 }
 
+TEST(NormalCells, SeeALightThatOneCornerJustFaces) {
+    // A corner of the box and a corner of the cell, the light a little above the plane of both:
+    // often no other point and no other normal faces it more.
+    constexpr uint64_t kSeed = 5;
+    SCOPED_TRACE("seed " + std::to_string(kSeed));
+    std::mt19937_64 random(kSeed);
+    std::uniform_real_distribution<float> place(-4.0f, 4.0f);
+    size_t hiddenBelowCount = 0;
+    constexpr int kRounds = 40000;
+    for (int round = 0; round < kRounds; ++round) {
+        const uint32_t k = 1 + uint32_t(random() % 4);
+        const auto border = [&] { // just inside of a border between cells
+            const float inside = random() % 2 ? 1e-5f : -1e-5f;
+            const float along = 2.0f * float(random() % (k + 1)) / float(k) - 1.0f;
+            return std::clamp(along + inside, -1.0f + 1e-5f, 1.0f - 1e-5f);
+        };
+        const glm::vec3 n = glm::normalize(glm::vec3(border(), 1.0f, border()));
+        Box box;
+        box.add({place(random), place(random), place(random)});
+        box.max += glm::vec3(1.0f, 0.5f, 2.0f);
+        const glm::vec3 p(random() % 2 ? box.min.x : box.max.x,
+                          random() % 2 ? box.min.y : box.max.y,
+                          random() % 2 ? box.min.z : box.max.z);
+        const glm::vec3 across = glm::normalize(glm::cross(n, randomDirection(random)));
+        Light light;
+        light.rangeWorld = 100.0f;
+        light.positionWorld = p + 4.0f * across + 1e-3f * n;
+        ASSERT_GT(glm::dot(light.positionWorld - p, n), 0.0f);
+        ASSERT_TRUE(mayFace(light, box, normalCellOf(n, k), k)) << "round " << round;
+        light.positionWorld = p + 4.0f * across - 1e-3f * n;
+        hiddenBelowCount += !mayFace(light, box, normalCellOf(n, k), k);
+    }
+    EXPECT_GT(hiddenBelowCount, size_t(kRounds / 50)); // that corner was the one that decides
+}
+
 TEST(NormalClusters, HoldEverySampleOnceInTheCellOfItsNormal) {
     const TriangleSoup soup = randomSoup(3, 500);
     const ViewRays view = makeViewRays(frontCamera(), 200, 130);
