@@ -46,7 +46,9 @@ struct ShadowMapOptions {
     bool retainsPages = true;
     /// Polygon level of detail: of every instance the coarsest level is drawn whose error is below
     /// this many texels of the map (PolygonLevelsView); 0: full detail. Above 0 the batches must
-    /// have levels. Lookups then answer for simplified surfaces, unlike with any other option here.
+    /// have levels. Lookups then answer for simplified surfaces, unlike with any other option here;
+    /// a bias (ShadowMapBias) raised by once or twice as many texels keeps a receiver's own level
+    /// from shadowing it, above a quarter of a texel it is needed (POLYGON_LOD.md).
     float lodTexels = 0.0f;
     bool useAtomicRasterizer =
         false; ///< CPU only: draw by the one text instead of the CPU's own kernel (same bits)

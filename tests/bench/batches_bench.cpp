@@ -91,9 +91,19 @@ Json lod(const std::string& name, const std::vector<float>& times) {
               << levels.triangles().count() << " of " << stage.world.triangles().count() << "\n";
     FrameRenderer renderer(Backend::kCpu, stage.world, stage.noDag);
     Truth truth(stage.world);
-    for (const float texels : {0.0f, 0.25f, 0.5f, 1.0f, 2.0f, 4.0f}) {
+    // Texels allowed, and by how many of them the depth bias is raised.
+    for (const auto& [texels, raise] : {std::pair(0.0f, 0.0f),
+                                        {0.25f, 0.0f},
+                                        {0.5f, 0.0f},
+                                        {0.5f, 1.0f},
+                                        {1.0f, 0.0f},
+                                        {1.0f, 1.0f},
+                                        {1.0f, 2.0f},
+                                        {2.0f, 0.0f},
+                                        {2.0f, 1.0f}}) {
         FrameOptions options = frameOptions();
         options.maps.lodTexels = texels;
+        options.bias.constantTexels += raise * texels;
         options.recordPairs = true;
         ErrorCounts total;
         uint64_t triangles = 0;
@@ -112,6 +122,7 @@ Json lod(const std::string& name, const std::vector<float>& times) {
                     .total);
         }
         rows.push_back({{"texels", texels},
+                        {"bias_texels", options.bias.constantTexels},
                         {"triangle_draw_count", triangles},
                         {"pair_count", total.pairCount},
                         {"false_shadow_count", total.falseShadowCount},
