@@ -152,4 +152,42 @@ TEST(Charts, LinesOfDifferentCommitsAreRefusedUnlessTold) {
     EXPECT_EQ(runProgram(told, &said), 0) << said;
 }
 
+TEST(Charts, VariantsByNameHaveAChartOfTheirOwn) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    Json run = results["runs"][0];
+    for (const char* name : {"CFM", "PMCD-EB-SO-u2", "RT"}) {
+        run["label"] = name;
+        run["parameters"]["variant"] = name;
+        results["runs"].push_back(run);
+    }
+    writeText(directory / "v.json", results.dump());
+    drawCharts(SDAG_CHARTS, directory / "v.json", directory / "charts");
+    const Json charts = Json::parse(readText(directory / "charts/charts.json"));
+    ASSERT_EQ(charts["charts"].size(), 9u);
+    EXPECT_EQ(charts["charts"][0]["file"], "variants_builtin_made_up");
+}
+
+TEST(Charts, AnErrorOfZeroStandsOnTheAxis) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    for (Json& run : results["runs"])
+        if (run["method"] == "dag")
+            run["false_light_count"] = 0;
+    writeText(directory / "z.json", results.dump());
+    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "some");
+    drawCharts(SDAG_CHARTS, directory / "z.json", directory / "none");
+    const auto legendAndMarks = [&](const std::string& charts) {
+        const std::string svg = readText(directory / (charts + "/resolution_builtin_made_up.svg"));
+        size_t count = 0; // the sky-blue of false light: its line, its legend, every mark
+        for (size_t at = svg.find("#56b4e9"); at != std::string::npos;
+             at = svg.find("#56b4e9", at + 1))
+            ++count;
+        return count;
+    };
+    EXPECT_EQ(legendAndMarks("none"), legendAndMarks("some"));
+}
+
 } // namespace shadowdag
