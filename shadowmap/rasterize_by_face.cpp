@@ -24,7 +24,7 @@ struct StoreGreater {
 /// Covers the texels of a triangle that a mask cuts, by the one text.
 void coverCut(const RasterView& view, uint32_t triangle, const ShadowMapInfo& map, uint32_t face,
               const FaceTriangle& t) {
-    coverTexels(view, map, face, t, MaskedTriangle{view.geometry.masks, t, triangle}, t.y0, t.y1,
+    coverTexels(view, map, face, t, maskedTriangle(view, map, t, triangle), t.y0, t.y1,
                 StoreGreater{view.depths.data});
 }
 

@@ -284,14 +284,14 @@ TEST(SunRasterizer, CullingChangesNoDepthThatIsLookedUp) {
 TEST(SunRasterizer, AlphaMasksAreAskedAtTheTexelsCentre) {
     SmallScene scene; // a board of 2 x 2 metres over a floor, its upper triangle cut into quarters
     scene.addQuad({0, -3, 0}, {0, 0, 6}, {6, 0, 0});
-    scene.addTriangle({-1, 0, -1}, {-1, 0.4f, 3}, {3, 0.2f, -1});
+    scene.addTriangle({-1, 0, -1}, {-1, 0.4f, 3}, {3, 3.0f, -1}); // its depths differ
     AlphaMask mask = makeAlphaMask(2, 2);
     setOpaque(mask, 0, 0);
     setOpaque(mask, 1, 1);
     scene.masks.add(mask);
     scene.masks.triangleCut = {kNotCut, kNotCut, 0};
     scene.masks.cuts.push_back({0, {{0, 0}, {0, 2}, {2, 0}}}); // a texel is 0.5 of uv, 1 m
-    const Light sun = sunOver({0.3f, -1.0f, 0.2f}, {0, -1, 0}, 10.0f);
+    const Light sun = sunOver({0.3f, -1.0f, 0.2f}, {0, -1, 0}, 6.5f);
     const DrawnWindow drawn(scene, sun, 512, {boxAround({0, -3, 0}, 2.5f)});
     const ShadowMapInfo& map = drawn.info();
     size_t holes = 0, solid = 0, wrong = 0;
@@ -300,7 +300,7 @@ TEST(SunRasterizer, AlphaMasksAreAskedAtTheTexelsCentre) {
         const glm::dvec3 far =
             map.window.worldFromWindow({faceCellCentre(int32_t(x), map.faceTexels),
                                         faceCellCentre(int32_t(y), map.faceTexels), 1.0});
-        const glm::dvec3 a(-1, 0, -1), ab(0, 0.4f, 4), ac(4, 0.2f, 0), d(sun.directionWorld);
+        const glm::dvec3 a(-1, 0, -1), ab(0, 0.4f, 4), ac(4, 3.0, 0), d(sun.directionWorld);
         const glm::dvec3 normal = glm::cross(ab, ac);
         const glm::dvec3 p = far - d * (glm::dot(normal, far - a) / glm::dot(normal, d)) - a;
         const double s = p.z / 4.0, t = p.x / 4.0;
@@ -310,12 +310,10 @@ TEST(SunRasterizer, AlphaMasksAreAskedAtTheTexelsCentre) {
         if (std::abs(column - std::round(column)) < 0.01 || std::abs(row - std::round(row)) < 0.01)
             return;
         const bool isOpaque = (int(column) + int(row)) % 2 == 0;
-        const double floorW = map.window.windowFromWorld({0, -3, 0}).z; // about
         const glm::dvec3 hit =
             map.window.worldFromWindow({faceCellCentre(int32_t(x), map.faceTexels),
                                         faceCellCentre(int32_t(y), map.faceTexels), w});
         const bool isBoard = hit.y > -1.5;
-        (void)floorW;
         wrong += isBoard != isOpaque;
         ++(isOpaque ? solid : holes);
     });
@@ -360,6 +358,27 @@ TEST(SunLookup, APlaneIsLitAtAnyAngleAndDarkUnderABoard) {
                 EXPECT_GT(dark, 20u);
             }
         }
+}
+
+TEST(SunLookup, TheBiasForgivesHalfATexelAndNoMore) {
+    for (const glm::vec3 center : {glm::vec3(0.0f), glm::vec3(500.0f, 0.0f, -300.0f)}) {
+        const Light sun = sunOver({0.3f, -1.0f, 0.2f}, center, 30.0f);
+        const SunFrame frame = makeSunFrame(sun);
+        // Across the light: every tap asks at the same depth.
+        const glm::vec3 right(frame.right), above(frame.up), normal(frame.toSun);
+        const float texel = 64.0f / 1024.0f;
+        for (const float height : {0.3f, 1.0f}) { // texels
+            SmallScene scene;
+            scene.addQuad(center, 20.0f * right, 20.0f * above);
+            scene.addQuad(center + normal * (height * texel), 2.0f * right, 2.0f * above);
+            const DrawnWindow drawn(scene, sun, 1024, {boxAround(center, 3.0f)});
+            const glm::vec3 p = center + 0.4f * right + 0.3f * above;
+            EXPECT_EQ(drawn.look(p, normal), height < 0.5f ? 255 : 0);
+            ShadowMapBias none;
+            none.constantTexels = 0.0f;
+            EXPECT_EQ(drawn.look(p, normal, nullptr, none), 0);
+        }
+    }
 }
 
 TEST(SunLookup, ATapWithoutMemoryIsDarkAndCounted) {
