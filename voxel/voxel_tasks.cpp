@@ -67,7 +67,7 @@ struct Brick {
         const int* leafD = kTables.leafNumber[s.axis[2]];
         const auto& run = kTables.run[s.axis[2]];
         uint64_t* out = leaves.data();
-        return [=, &run](int u, int v, int first, int last) {
+        return [=](int u, int v, int first, int last) {
             const int shift = shiftU[u] + shiftV[v];
             uint64_t* column = out + leafU[u] + leafV[v];
             if ((first ^ last) < 4) {
