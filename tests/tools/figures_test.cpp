@@ -101,8 +101,12 @@ TEST(Figures, OtherFilesAndLinesOfDifferentCommitsAreRefused) {
     makeSequence(directory / "a.json", "c1");
     makeSequence(directory / "b.json", "c2");
     writeText(directory / "c.json", "{}");
-    EXPECT_THAT(refusal(directory / "a.json", directory / "x", {directory / "b.json"}),
-                HasSubstr("lines of different commits"));
+    std::string said;
+    EXPECT_EQ(runProgram({"/usr/bin/python3", SDAG_FIGURES, directory / "a.json",
+                          directory / "b.json", "-o", directory / "x"},
+                         &said),
+              3);
+    EXPECT_THAT(said, HasSubstr("lines of different commits"));
     EXPECT_THAT(refusal(directory / "c.json", directory / "x", {}),
                 HasSubstr("c.json: not a results file of compare"));
 }

@@ -47,8 +47,8 @@ LoadedScene slidingScene() {
     AnimationChannel slide;
     slide.node = 2;
     slide.path = AnimationChannel::Path::kTranslation;
-    slide.times = {0, 1};
-    slide.values = {{0, 0, 0, 0}, {1, 0, 0, 0}};
+    slide.times = {0, 4};
+    slide.values = {{0, 0, 0, 0}, {3, 0, 0, 0}};
     scene.animations.push_back({"slide", {slide}});
     loaded.world = std::make_unique<World>(scene, WorldOptions{});
     loaded.geometryHash = loaded.world->geometryHash();
@@ -59,6 +59,7 @@ Experiment smallExperiment(const std::vector<std::string>& variants) {
     Experiment e = experimentFromJson({{"size", "96x64"},
                                        {"camera", "0.5,3,7,0,0,0"},
                                        {"frames", "0:20:10"},
+                                       {"fps", 5},
                                        {"sequence", true},
                                        {"variants", variants},
                                        {"repeats", 1},
