@@ -5,6 +5,7 @@
 // cell is a pyramid, for which the test is exact and needs no angle.
 #pragma once
 
+#include "cuda/view.h"
 #include "scenes/box.h"
 #include "scenes/light.h"
 

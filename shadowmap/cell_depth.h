@@ -37,10 +37,10 @@ SDAG_HD inline float bitsFloat(uint32_t bits) {
 }
 
 /// Returns the bits of a depth >= 0 as cells hold it: at least 1, since 0 is a cell without
-/// receivers. Ordered as the depths are.
+/// receivers. Ordered as the depths are. A depth of -0, which a box that ends at the light's plane
+/// has on one face of two, counts as 0: its own bits would be the greatest of all.
 SDAG_HD inline uint32_t depthBits(float depth) {
-    const uint32_t bits = floatBits(depth);
-    return bits > 0 ? bits : 1u;
+    return depth > 0.0f ? floatBits(depth) : 1u;
 }
 
 /// Cells of a face, from the first to the last of both axes.

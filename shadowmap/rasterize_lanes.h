@@ -59,8 +59,7 @@ inline Lanes3 cornersFromLight(const TriangleView& geometry, const uint32_t* tri
             &geometry.positions[geometry.triangles[triangles[lane]][corner]].x, three);
     _MM_TRANSPOSE4_PS(p[0], p[1], p[2], p[3]);
     if (map.window.isSun()) { // as SunWindow::lightFromWorld; face kSunFace
-        const Lanes x = _mm256_cvtps_pd(p[0]), y = _mm256_cvtps_pd(p[1]),
-                    z = _mm256_cvtps_pd(p[2]);
+        const Lanes x = _mm256_cvtps_pd(p[0]), y = _mm256_cvtps_pd(p[1]), z = _mm256_cvtps_pd(p[2]);
         const auto row = [&](const glm::dvec3& r, double offset) {
             return all(r.x) * x + all(r.y) * y + all(r.z) * z - all(offset);
         };

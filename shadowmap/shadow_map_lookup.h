@@ -4,7 +4,9 @@
 #pragma once
 
 #include "cuda/view.h"
+#include "shadowmap/filter_taps.h"
 #include "shadowmap/shadow_map_info.h"
+#include "shadowmap/sun_filter.h"
 
 #include <glm/glm.hpp>
 
@@ -25,23 +27,11 @@ struct ShadowMapView {
     uint32_t pageTexelsLog2 = 6;
 };
 
-/// How a receiver is compared with what the map holds. In texels, never in world units.
-struct ShadowMapBias {
-    float constantTexels = 0.5f; ///< how many texels before the receiver a blocker is forgiven; 0
-                                 ///< leaves what rounding needs
-    uint32_t taps = 9;           ///< 1, 4 or 9: see lookupVisibility
-};
-
 /// What a lookup found beside its answer.
 struct ShadowMapTrace {
     glm::vec3 blockerWorld{0.0f}; ///< a point of the nearest blocking texel; meaningless when lit
     float texelWorld = 0.0f;      ///< side of a texel at the blocker, world
     uint32_t missingTapCount = 0; ///< taps on pages without memory (counted dark)
-};
-
-/// A texel of a map.
-struct CubeTexel {
-    uint32_t face, x, y;
 };
 
 /// Returns the texel that column x and row y of a face mean, both possibly outside of the face by
@@ -70,24 +60,6 @@ SDAG_HD inline uint32_t depthAt(const ShadowMapView& view, const ShadowMapInfo& 
     return view
         .depths[(size_t(page) << (2 * log2)) + ((texel.y & mask) << log2) + (texel.x & mask)];
 }
-
-/// Returns how many texels a side of the filter has.
-SDAG_HD inline uint32_t filterSide(uint32_t taps) {
-    return taps >= 9 ? 3 : taps >= 4 ? 2 : 1;
-}
-
-/// A tap whose ray meets the receiver's plane more than this many texels before the receiver tells
-/// of another place and is left out (see lookupVisibility). Measured in FILTERS.md.
-constexpr float kLowTapTexels = 6.0f;
-
-/// What a tap says.
-enum class TapAnswer : uint8_t { kLit, kDark, kMissing };
-
-/// The same for a window of a sun.
-template <class Taps>
-SDAG_HD inline uint8_t filterSunVisibility(const ShadowMapInfo& map, const glm::vec3& positionWorld,
-                                           const glm::vec3& normalWorld, const ShadowMapBias& bias,
-                                           Taps& taps);
 
 /// The filter of lookupVisibility over whatever answers its taps: the map, or, for the error's
 /// analysis, the truth.
@@ -293,5 +265,3 @@ SDAG_HD inline uint8_t lookupVisibility(const ShadowMapView& view, uint32_t mapI
 }
 
 } // namespace shadowdag
-
-#include "shadowmap/sun_filter.h" // defines what is declared above

@@ -301,8 +301,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         triangles = {place(s.positions, geometry.positions),
                      place(s.triangles, geometry.triangles),
                      {place(s.triangleCut, geometry.masks.triangleCut),
-                      place(s.cuts, geometry.masks.cuts),
-                      place(s.alphaMasks, geometry.masks.masks),
+                      place(s.cuts, geometry.masks.cuts), place(s.alphaMasks, geometry.masks.masks),
                       place(s.maskWords, geometry.masks.words)}};
         onBackend = batches;
         onBackend.batches = place(s.batches, batches.batches);

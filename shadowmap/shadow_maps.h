@@ -29,7 +29,7 @@ struct MapRequest {
         0; ///< MapQuantities::octave: with the light, who the map is from frame to frame
     SunWindow window = {}; ///< of a sun, whose receivers lie in it with their filters; position and
                            ///< range are then the sphere around the scene
-    SpotCone cone = {}; ///< of a spot: only pages, faces and cells within it are needed
+    SpotCone cone = {};    ///< of a spot: only pages, faces and cells within it are needed
 };
 
 /// How maps are built. Results of lookups do not depend on the culling.

@@ -2,7 +2,8 @@
 // The filter of lookupVisibility (shadow_map_lookup.h) for windows of a sun. Not used by itself.
 #pragma once
 
-#include "shadowmap/shadow_map_lookup.h"
+#include "shadowmap/filter_taps.h"
+#include "shadowmap/shadow_map_info.h"
 
 namespace shadowdag {
 

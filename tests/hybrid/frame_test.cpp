@@ -456,8 +456,9 @@ TEST(Frame, SeveralMapsALightServeEveryPairByItsOctaveWithFewerTexels) {
         pairs += four.maps[m].pairCount;
         // No map asks for more than its octave holds.
         EXPECT_LT(map.texels, float(2u << map.octave));
-        if (m > 0 && four.maps[m - 1].quantities.light == map.light)
+        if (m > 0 && four.maps[m - 1].quantities.light == map.light) {
             EXPECT_GT(map.octave, four.maps[m - 1].quantities.octave);
+        }
     }
     EXPECT_EQ(samples, sampleOfOne);
     EXPECT_EQ(pairs, four.pairs.count());

@@ -149,7 +149,7 @@ TEST(Builtin, NamesAreUniqueAndUnknownOnesListTheKnown) {
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
         EXPECT_NE(std::string(error.what()).find("'atrum'"), std::string::npos);
-        EXPECT_NE(std::string(error.what()).find("atrium, houses, necropolis, fail-acne"),
+        EXPECT_NE(std::string(error.what()).find("atrium, houses, houses-by-day, necropolis, fail-acne"),
                   std::string::npos);
     }
 }

@@ -423,10 +423,12 @@ TEST(SunMaps, AFullPoolMakesTexelsWiderAndLosesNone) {
     for (float x = -5.9f; x < 5.9f; x += 0.1f) {
         const uint8_t seen = drawn.look({x, 0, 0.3f}, {0, 1, 0}, &trace);
         ASSERT_EQ(trace.missingTapCount, 0u);
-        if (std::abs(x) < 2.5f)
+        if (std::abs(x) < 2.5f) {
             ASSERT_EQ(seen, 0) << x;
-        if (std::abs(x) > 3.5f)
+        }
+        if (std::abs(x) > 3.5f) {
             ASSERT_EQ(seen, 255) << x;
+        }
     }
 }
 

@@ -110,7 +110,7 @@ TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
         {{"render", kScene, "-o", exr, "--method", "dag", "--taps", "1"}, 1, "--taps is for"},
         {{"render", kScene, "-o", exr, "--model", "texel:96"}, 1, "texel:96"},
         {{"render", kScene, "-o", exr, "--costs", "c.json"}, 1, "--costs"},
-        {{"render", kScene, "-o", exr, "--taps", "4"}, 1, "--taps '4'"},
+        {{"render", kScene, "-o", exr, "--taps", "5"}, 1, "--taps '5'"},
         {{"render", kScene, "-o", exr, "--pool", "12Q"}, 1, "--pool '12Q'"},
         {{"render", kScene, "-o", exr, "--time", "1", "--frames", "0:1"},
          1,
