@@ -240,6 +240,21 @@ struct ShadowMaps::State {
     }
 };
 
+namespace {
+
+/// A build that an exception ends leaves maps that do not hold what the cache says.
+struct ForgetUnlessDone {
+    PageCache& cache;
+    bool isDone = false;
+
+    ~ForgetUnlessDone() {
+        if (!isDone)
+            cache.forget();
+    }
+};
+
+} // namespace
+
 ShadowMaps::ShadowMaps(Backend backend) : state_(std::make_unique<State>(backend)) {}
 ShadowMaps::~ShadowMaps() = default;
 
@@ -262,8 +277,10 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
                        std::to_string(batches.batches.count),
                    "name batches that are passed");
     State& s = *state_;
-    if (!(options == s.options) || batches.batches.count != s.batchCount)
+    // Nothing is drawn without requests, so kept maps could not take in what moves meanwhile.
+    if (!(options == s.options) || batches.batches.count != s.batchCount || requests.empty())
         s.cache.forget();
+    ForgetUnlessDone guard{s.cache};
     s.batchCount = batches.batches.count;
     s.options = options;
     s.counts = {};
@@ -331,6 +348,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         if (s.cache.keeps())
             s.cache.noteDrawn(std::as_const(s.cells).view());
     }
+    guard.isDone = true;
 }
 
 ShadowMapView ShadowMaps::view() const {

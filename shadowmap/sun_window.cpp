@@ -78,7 +78,10 @@ SunMap fitSunWindow(const SunFrame& frame, const SunRect& rect, uint32_t texelsP
             map.window.w0 = frame.farWorld / frame.depthWorld - 1.0;
             return map;
         }
-        SDAG_ASSERT(texels > 1); // a texel as wide as the scene
+        if (texels <= 1) // a texel as wide as the scene does not hold the receivers
+            throw Error(ErrorKind::kResource,
+                        "a sun's window does not hold its receivers at one texel a scene; allow "
+                        "more texels across a face");
     }
 }
 

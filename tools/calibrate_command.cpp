@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <initializer_list>
 #include <iomanip>
@@ -211,8 +212,14 @@ Experiment experimentOf(CalibrateOptions& options, const CommandLine& commandLin
 void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     if (!options.from.empty())
-        for (const char* option : {"SCENE", "--size", "--frames", "--resolution", "--voxels",
-                                   "--repeats", "--quick", "--observations"})
+        for (const char* option : {"SCENE",        "--size",         "--frames",
+                                   "--resolution", "--voxels",       "--repeats",
+                                   "--quick",      "--observations", "--camera",
+                                   "--fps",        "--lights",       "--seed",
+                                   "--cache",      "--allow-stale",  "--undersample",
+                                   "--page-size",  "--pool",         "--maps-per-light",
+                                   "--max-face",   "--bias",         "--taps",
+                                   "--offset",     "--lod"})
             if (commandLine.given(option))
                 throw Error(ErrorKind::kUsage, std::string(option) +
                                                    " and --from contradict each other: the maps "
@@ -222,6 +229,12 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     for (const std::string& size : parseList("--size", options.sizes))
         sizes.push_back(parseSize("--size", size));
     const int repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
+    for (const std::string& other : {options.observations, options.from})
+        if (!other.empty() && std::filesystem::weakly_canonical(other) ==
+                                  std::filesystem::weakly_canonical(options.output))
+            throw Error(ErrorKind::kUsage, "-o '" + options.output +
+                                               "' would replace the observations in the same "
+                                               "file; name another");
     checkWritable(options.output);
     if (!options.observations.empty())
         checkWritable(options.observations);

@@ -369,6 +369,18 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
 
     add({"embree", "", 0, 0, base, ""});
     if (!e.variants.empty()) {
+        for (const auto& [key, count] :
+             {std::pair<const char*, size_t>{"page_size", e.pageTexels.size()},
+              {"bias", e.bias.size()},
+              {"taps", e.taps.size()},
+              {"offset", e.offset.size()},
+              {"lod", e.lod.size()},
+              {"resolutions", dagResolutions.size()}})
+            if (count > 1)
+                throw Error(ErrorKind::kUsage, std::string(key) + " names " +
+                                                   std::to_string(count) +
+                                                   " values; beside variants it takes one, since a "
+                                                   "variant is one configuration");
         for (const std::string& name : e.variants) {
             RunParameters run = variantRun(parseVariant("variants", name), base);
             run.resolution = run.usesRays() && !dagResolutions.empty() ? dagResolutions[0] : 0;

@@ -467,6 +467,12 @@ public:
         batches_->update(scene.view(), {2});
         moved_ = batches_->movedBatches();
     }
+    /// A frame that looks at nothing.
+    void buildNothing() {
+        StageTimes stages;
+        maps.build({}, {}, {}, scene.view(), batches_->view(), options, stages, viewOf(moved_));
+        moved_.clear();
+    }
     const ShadowMapCounts& build() {
         Box box;
         const float x = isFar ? 8.0f : 2.0f;
@@ -558,6 +564,16 @@ TEST(StaticOptimization, BoardThatStoppedWhereNobodyLookedIsDrawnWhenSomebodyLoo
     EXPECT_EQ(wall.build().triangleDrawCount, 0u);
     wall.isFar = true;
     EXPECT_EQ(wall.build().triangleDrawCount, 8u);
+}
+
+// The same when no map at all is asked for while it moves.
+TEST(StaticOptimization, BoardThatMovedWhileNoMapWasAskedForIsDrawn) {
+    Wall wall;
+    wall.moveBoard(10.0f);
+    wall.build();
+    wall.moveBoard(5.0f);
+    wall.buildNothing();
+    wall.build(); // expects darkness behind the board
 }
 
 TEST(StaticOptimization, BatchThatIsNotThereIsRefused) {

@@ -102,6 +102,10 @@ TEST(ProgramVariants, ASequenceGivesItsTableItsFiguresAndNoOtherRuns) {
         EXPECT_TRUE(std::filesystem::exists(directory /
                                             (std::string("one/figure_16_builtin_atrium.") + kind)))
             << kind;
+    expectRefused(directory, {{{"compare", "builtin:atrium", "-o", directory / "y", "--variants",
+                                "PMCD", "--taps", "1,9"},
+                               1,
+                               "taps names 2 values"}});
     expectRefused(directory, {{{"figures", report, "-o", directory / "x", "--figure", "9"},
                                1,
                                "--figure '9': must be a whole number from 10 to 17"}});
