@@ -3,7 +3,7 @@
 #include "hybrid/prune_pass.h"
 
 #include "cuda/parallel_for.h"
-#include "voxel/shaft_receivers.h"
+#include "hybrid/cluster_receivers.h"
 
 #include <vector>
 
@@ -18,8 +18,6 @@ void pruneFacing(const PruneFacing& work) {
 } // namespace cpu
 
 namespace {
-
-static_assert(ShaftReceivers::kTileSide == kTileSize);
 
 /// Proves light cluster by cluster; one a thread.
 class LitPruner {
@@ -36,7 +34,7 @@ public:
                 work_.lights[light].kind == Light::kSun) // shafts end at one point
                 continue;
             if (!isPrepared)
-                prepare();
+                setReceivers(work_.gbuffer, samples_, rays_, receivers_);
             isPrepared = true;
             if (isLit(work_.lights[light]))
                 work_.record[i] = kProvenLit;
@@ -44,21 +42,8 @@ public:
     }
 
 private:
-    void prepare() {
-        const GBufferView& gbuffer = work_.gbuffer;
-        receivers_.reset(rays_.dag.grid, rays_.options.offset);
-        for (const uint32_t s : samples_)
-            receivers_.add(gbuffer.positionWorld[s], gbuffer.normalWorld[s],
-                           s % gbuffer.width % kTileSize, s / gbuffer.width % kTileSize);
-        receivers_.build();
-        isAsked_.resize(samples_.count);
-    }
-
     bool isLit(const Light& light) {
-        const GBufferView& gbuffer = work_.gbuffer;
-        for (size_t i = 0; i < samples_.count; ++i)
-            isAsked_[i] =
-                isPair(light, gbuffer.positionWorld[samples_[i]], gbuffer.normalWorld[samples_[i]]);
+        markPairs(work_.gbuffer, samples_, light, isAsked_);
         return receivers_.provesLit(rays_.dag, light.positionWorld, viewOf(isAsked_));
     }
 

@@ -5,7 +5,7 @@
 #include "hybrid/shade_pass.h"
 
 #include "cuda/parallel_for.h"
-#include "voxel/shaft_receivers.h"
+#include "hybrid/cluster_receivers.h"
 
 #include <mutex>
 #include <vector>
@@ -13,8 +13,6 @@
 namespace shadowdag::cpu {
 
 namespace {
-
-static_assert(ShaftReceivers::kTileSide == kTileSize);
 
 /// Clusters that share their working memory.
 constexpr size_t kGrain = 4;
@@ -55,14 +53,8 @@ public:
 private:
     void shadeTraced(uint32_t lightIndex, const Light& light, VisibilityCounts& counts) {
         const GBufferView& gbuffer = work_.gbuffer;
-        isAsked_.resize(samples_.count);
+        const uint32_t askedCount = markPairs(gbuffer, samples_, light, isAsked_);
         blocked_.resize(samples_.count);
-        uint32_t askedCount = 0;
-        for (size_t i = 0; i < samples_.count; ++i) {
-            isAsked_[i] =
-                isPair(light, gbuffer.positionWorld[samples_[i]], gbuffer.normalWorld[samples_[i]]);
-            askedCount += isAsked_[i];
-        }
         if (askedCount == 0)
             return;
         counts.rayCount += askedCount;
@@ -93,13 +85,7 @@ private:
         if (isPrepared_)
             return;
         isPrepared_ = true;
-        const GBufferView& gbuffer = work_.gbuffer;
-        const RayInputs& rays = work_.visibility.rays;
-        receivers_.reset(rays.dag.grid, rays.options.offset);
-        for (const uint32_t s : samples_)
-            receivers_.add(gbuffer.positionWorld[s], gbuffer.normalWorld[s],
-                           s % gbuffer.width % kTileSize, s / gbuffer.width % kTileSize);
-        receivers_.build();
+        setReceivers(work_.gbuffer, samples_, work_.visibility.rays, receivers_);
     }
 
     const ShadeSamples& work_;
