@@ -6,7 +6,8 @@
 
 Source of the figures: Olsson, Billeter, Sintorn, Kaempe, Assarsson, More Efficient Virtual Shadow Maps for Many Lights,
 TVCG 2015, sec. VII. Each figure is written as .svg and .png, its data as .csv and .json, its caption, with a table of
-what the paper states beside what was measured, as .txt; charts.json lists them. Width is a paper's column, 89 mm.
+what the paper states beside what was measured, as .txt; charts.json lists them. Width is a paper's column, 3.4 inches;
+a variant looks the same in all of them. Over 500 lines: one function a figure, of drawing and what the paper states.
 Exit status 3: the results do not hold what was asked for.
 """
 import argparse
@@ -22,19 +23,39 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
-COLUMN = 89 / 25.4  # inches
+COLUMN = 3.4  # inches
 REFUSED = 3
 MOST_IN_CAPTION = 4  # claims; the others stand in .txt and .json
-# Okabe and Ito's, then the same again: the line and the marker tell them apart.
+SPHERE = "sphere × 6 faces"
+# Okabe and Ito's and an olive; no two lines of a panel share a colour, and markers tell them apart without.
 COLORS = [house.BLUE, house.VERMILION, house.GREEN, house.ORANGE, house.PURPLE, house.SKY, house.BLACK, "#8a7400"]
-LINES = ["-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1))]
+LINES = ["--", (0, (5, 1, 1, 1, 1, 1)), "-.", "-", ":"]
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*", "<", ">", "h", "p"]
-STAGE_COLORS = {
-    "scene update": house.GREY, "g-buffer": "#d5d9de", "clusters": house.SKY, "light assignment": "#9fd3ee",
-    "pair pruning": "#b9e4d5", "resolution": house.PURPLE, "routing": "#3d444d", "page masks": house.YELLOW,
-    "page allocation": "#c9b800", "culling": house.ORANGE, "rasterization": house.VERMILION, "shading": house.BLUE,
+# Variants as the paper has them and ours; by the part that tells them from their base.
+LOOKS = {SPHERE: 6, "CFM": 0, "PMC": 1, "PMCD": 2, "PMCD-EB": 3, "Nk3": 4, "PMCC-EB": 5, "LP": 7, "SO": 0, "SOR": 1,
+         "PLOD1": 4, "RT": 6, "Hybrid": 2, "Hybrid:texels:16": 5, "1SM": 0, "2SM": 1, "4SM": 3, "16SM": 2, "u2": 5,
+         "u4": 7, "T1": 1, "RL": 2}
+# What a stage is drawn as: the principal stages of the paper's figure 12. Others stand for themselves.
+PRINCIPAL = {
+    "batch boxes": "culling", "batch hierarchy": "culling", "culling masks": "culling", "culling query": "culling",
+    "culling tests": "culling", "page commit": "page allocation", "page clear": "page allocation",
+    "light assignment": "clusters, lights", "clusters": "clusters, lights", "pair pruning": "clusters, lights",
+    "resolution": "clusters, lights", "routing": "clusters, lights", "embree rays": "rays",
 }
-SPARE = ["#7a4b2a", "#66c2a5", "#a6761d", "#e78ac3"]
+STAGE_COLORS = {
+    "scene update": house.GREY, "g-buffer": "#d5d9de", "clusters, lights": house.PURPLE, "page masks": house.SKY,
+    "page allocation": house.BLACK, "geometry copy": "#7a4b2a", "culling": house.ORANGE,
+    "rasterization": house.VERMILION, "shading": house.BLUE, "rays": house.GREEN,
+}
+# Steps of culling, in their order, and what they are called: figure 13. "culling" is all but the first three in
+# results from before it was split.
+CULLING_STEPS = {
+    "resolution": "required resolution", "batch boxes": "update of batch boxes",
+    "batch hierarchy": "update of their hierarchy", "page masks": "page masks, projection maps",
+    "culling masks": "blocks of cell depths", "culling query": "hierarchy query", "culling tests": "tests of masks and depths",
+    "culling": "query and tests",
+}
+SPARE = ["#66c2a5", "#a6761d", "#e78ac3"]
 
 
 def refuse(message):
@@ -81,13 +102,17 @@ class Sequence:
         return np.array([float(pick(self.rows[label, frame])) for frame in self.frames])
 
     def stage(self, label, name):
-        return self.values(label, lambda row: row["stages_ms"].get(name, 0))
+        """Returns the time of a stage over frames, or of all that a principal stage holds."""
+        return self.values(label, lambda row: sum(ms for n, ms in row["stages_ms"].items()
+                                                  if n == name or PRINCIPAL.get(n) == name))
+
+    def names(self, labels):
+        """Returns the stages that any frame of the variants has."""
+        return list(dict.fromkeys(n for l in labels for f in self.frames for n in self.rows[l, f]["stages_ms"]))
 
     def stages(self, labels):
-        names = []
-        for label in labels:
-            for frame in self.frames:
-                names += [n for n in self.rows[label, frame]["stages_ms"] if n not in names]
+        """Returns the principal stages that any frame of the variants has, in the order of the frame."""
+        names = list(dict.fromkeys(PRINCIPAL.get(n, n) for n in self.names(labels)))
         order = list(STAGE_COLORS)
         return sorted(names, key=lambda n: order.index(n) if n in order else len(order) + names.index(n))
 
@@ -136,10 +161,12 @@ class Figures:
         self.write(stem + ".txt", "\n".join([f"{full}. {caption}", ""] + head + lines) + "\n")
 
 
-def style(i):
-    return {"color": COLORS[i % len(COLORS)], "linestyle": LINES[(i + i // len(COLORS)) % len(LINES)],
-            "marker": MARKERS[i % len(MARKERS)], "markersize": 2.9, "linewidth": 0.9, "markeredgewidth": 0,
-            "markevery": None}
+def style(label, i):
+    """Returns how a variant is drawn: as LOOKS has it, or by its place."""
+    look = LOOKS.get(label, LOOKS.get(label.split("-")[-1], i))
+    return {"color": COLORS[look % len(COLORS)], "linestyle": LINES[look % len(LINES)],
+            "marker": MARKERS[look % len(MARKERS)], "markersize": 3.2, "linewidth": 0.9, "markeredgewidth": 0,
+            "markevery": None, "clip_on": False, "zorder": 3}
 
 
 def engineering(value, _=None):
@@ -158,22 +185,57 @@ def axes_over_frames(sequence, axes, label, height=None):
         axes.set_xlim(sequence.frames[0], sequence.frames[-1])
 
 
-def legend_above(axes, count, columns=3, handles=None, labels=None):
-    arguments = {} if handles is None else {"handles": handles, "labels": labels}
+def legend_above(axes, count, columns=3):
     axes.legend(loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncol=min(columns, count), columnspacing=1.0,
-                borderaxespad=0.2, handlelength=2.2, fontsize=5.8, **arguments)
+                borderaxespad=0.2, handlelength=2.6, labelspacing=0.35, fontsize=6)
 
 
 def draw_lines(sequence, axes, columns):
     every = max(1, len(sequence.frames) // 12)
     for i, (name, values) in enumerate(columns.items()):
-        look = style(i)
+        look = style(name, i)
         look["markevery"] = (i % every, every)
         axes.plot(sequence.frames, values, label=name, **look)
 
 
+def is_of_culling(sequence, label):
+    """Returns whether a line belongs to the upper panel: the steps of culling, each beyond the one before."""
+    return label == SPHERE or (label in sequence.maps()
+                               and not any(p in ("SO", "SOR") or p.startswith("PLOD") for p in sequence.parts(label)))
+
+
+def draw_panels(sequence, columns, label, prepare):
+    """Draws the lines in two panels with one scale: how culling tells on them; what reuse, levels of detail and rays do.
+    One panel where few lines are asked. prepare(axes): its scale."""
+    upper = {l: v for l, v in columns.items() if is_of_culling(sequence, l)}
+    lower = {l: v for l, v in columns.items() if l not in upper}
+    base = base_of(sequence)
+    if base in upper and lower:
+        lower = {base: upper[base]} | lower
+    panels = [p for p in (upper, lower) if p] if len(columns) > 5 else [columns]
+    heights = [1.35 + 0.12 * -(-len(p) // 3) for p in panels]
+    figure, grid = plt.subplots(len(panels), 1, figsize=(COLUMN, 0.3 + sum(heights)), sharex=True, sharey=True,
+                                squeeze=False, gridspec_kw={"height_ratios": heights})
+    for axes, lines in zip(grid[:, 0], panels):
+        draw_lines(sequence, axes, lines)
+        axes_over_frames(sequence, axes, label)
+        if axes is not grid[-1, 0]:
+            axes.set_xlabel("")
+        prepare(axes)
+        legend_above(axes, len(lines))
+    return figure
+
+
 def percent(value):
     return f"{value:+.1f} %"
+
+
+def logarithmic(axes, columns):
+    """Gives an axis a logarithmic scale that holds all values above 0."""
+    positive = [v for values in columns for v in values if v > 0]
+    if positive:
+        house.log_axis(axes.yaxis, min(positive) / 1.3, max(positive) * 1.3)
+        axes.yaxis.set_major_formatter(FuncFormatter(engineering))
 
 
 def change(sequence, a, b, key):
@@ -198,12 +260,7 @@ def figure_10(figures, sequence):
     if not chosen:
         return "variants to compare"
     columns = {l: sequence.values(l, "time_ms") for l in chosen}
-    size = 2.1 + 0.11 * -(-len(columns) // 3)
-    figure, axes = plt.subplots(figsize=(COLUMN, size))
-    draw_lines(sequence, axes, columns)
-    axes_over_frames(sequence, axes, "frame time (ms)")
-    axes.set_ylim(bottom=0)
-    legend_above(axes, len(columns))
+    figure = draw_panels(sequence, columns, "frame time (ms)", lambda axes: axes.set_ylim(bottom=0))
     claims = []
     base = base_of(sequence)
     first = slice(0, max(1, len(sequence.frames) // 3))
@@ -239,13 +296,13 @@ def figure_11(figures, sequence):
     columns, claims = {}, []
     handles = []
     for i, label in enumerate(kept):
-        look = style(i)
+        look = style(label, i)
         committed, freed = (sequence.values(label, f"pages_{kind}_count") for kind in ("committed", "freed"))
         milliseconds = sequence.stage(label, "page allocation")
         handles += pages.plot(sequence.frames, committed, label=f"{label}, committed", **look)
         look = dict(look, markerfacecolor="white", markeredgewidth=0.6, linestyle=":")
         handles += pages.plot(sequence.frames, -freed, label=f"{label}, freed", **look)
-        times.plot(sequence.frames, milliseconds, label=label, **style(i))
+        times.plot(sequence.frames, milliseconds, label=label, **style(label, i))
         columns |= {f"{label} committed (pages)": committed, f"{label} freed (pages)": freed,
                     f"{label} page allocation (ms)": milliseconds}
         total = np.sum(committed)
@@ -327,43 +384,49 @@ def figure_13(figures, sequence):
     base = base_of(sequence)
     if base is None:
         return "variant PMCD-EB or PMCD"
-    names = [n for n in sequence.stages([base]) if n.startswith(("scene update", "culling", "page"))]
-    names += [n for n in ("resolution",) if n not in names]
-    steps = {n: sequence.stage(base, n) for n in names}
+    measured = sequence.names([base])
+    if not any(n.startswith("culling") for n in measured):
+        return f"maps drawn by {base}"
+    names = [n for n in CULLING_STEPS if n in measured]
+    steps = {n: sequence.values(base, lambda row: row["stages_ms"].get(n, 0)) for n in names}
     total = np.maximum(sum(steps.values()), 1e-12)
     share = {n: 100 * np.max(v / total) for n, v in steps.items()}
     mean = {n: 100 * np.sum(v) / np.sum(total) for n, v in steps.items()}
     longest = {n: np.max(v) for n, v in steps.items()}
-    figure, axes = plt.subplots(figsize=(COLUMN, 0.75 + 0.24 * len(names)))
+    figure, axes = plt.subplots(figsize=(COLUMN, 0.6 + 0.2 * len(names)))
     ys = np.arange(len(names))[::-1]
-    axes.barh(ys, [share[n] for n in names], 0.62, color=[STAGE_COLORS.get(n, SPARE[i % len(SPARE)])
-                                                          for i, n in enumerate(names)], edgecolor="black", linewidth=0.4)
-    axes.plot([mean[n] for n in names], ys, linestyle="none", marker="D", color="black", markersize=3, label="mean")
+    axes.barh(ys, [share[n] for n in names], 0.66, color=house.ORANGE, edgecolor="black", linewidth=0.4,
+              label="largest in any frame")
+    axes.plot([mean[n] for n in names], ys, linestyle="none", marker="D", color="black", markersize=2.8, clip_on=False,
+              label="over all frames")
     for y, n in zip(ys, names):
-        axes.annotate(f"{share[n]:.0f} %, {longest[n]:.2f} ms", (share[n], y), xytext=(5, 0), textcoords="offset points",
-                      va="center", fontsize=5.8)
+        inside = share[n] > 50
+        axes.annotate(f"{share[n]:.1f} %, {longest[n]:.2f} ms", (0 if inside else share[n], y),
+                      xytext=(4 if inside else 6, 0), textcoords="offset points", va="center", fontsize=6)
     axes.set_yticks(ys)
-    axes.set_yticklabels(names)
-    axes.set_xlim(0, max(share.values()) * 1.5)
-    axes.set_xlabel("largest share of the culling work in any frame (%)")
+    axes.set_yticklabels([CULLING_STEPS[n] for n in names])
+    axes.set_xlim(0, 100)
+    axes.set_ylim(-0.6, len(names) - 0.4)
+    axes.set_xlabel("share of the time of culling (%)")
     axes.grid(axis="y", visible=False)
-    axes.legend(loc="lower right")
-    update = [n for n in names if n.startswith("scene update")]
-    claims = [("largest cost of culling", "boxes and hierarchy, rebuilt whole", f"{max(mean, key=mean.get)}",
-               max(mean, key=mean.get) in update)]
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.3, 1.0), ncol=2, borderaxespad=0.2, fontsize=6)
+    update = [n for n in names if n in ("batch boxes", "batch hierarchy")]
+    largest = max(mean, key=mean.get)
+    claims = [("largest cost of culling", "boxes and hierarchy, rebuilt whole", CULLING_STEPS[largest],
+               (largest in update) if update else None)]
     claims.append(("boxes and hierarchy, largest share", "49 % (of its largest step)",
-                   f"{max([share[n] for n in update], default=0):.0f} %", None))
-    claims.append(("required resolution, largest share", "a very small part", f"{share['resolution']:.0f} %",
+                   f"{100 * np.max(sum(steps[n] for n in update) / total):.1f} %" if update else "not measured", None))
+    claims.append(("required resolution, largest share", "a very small part", f"{share['resolution']:.1f} %",
                    bool(share["resolution"] < 10)))
     ladder = [l for l in ("Sphere", "CFM", "PMC", "PMCD", "PMCC") if sequence.has(l)]
     for a, b in zip(ladder, ladder[1:]):
         claims.append((f"culling of {b} beyond {a}", "very small cost" if b == "PMCD" else "-",
                        f"{np.mean(sequence.stage(b, 'culling') - sequence.stage(a, 'culling')):+.2f} ms a frame", None))
-    caption = (f"{base}: bars are each step's largest share of the steps' sum in any frame, with its longest time; diamonds "
-               "are its mean share. Scene update is positions, batch boxes and hierarchy; page masks is the projection of "
-               "cluster boxes; culling is the traversal with all its tests.")
+    caption = (f"{base}: each step's share of the sum of these steps, with its longest time. Boxes and hierarchy are updated "
+               "for what moves alone; blocks hold depths where culling asks more than one a face; the query finds the batches "
+               "in the light's sphere; the tests hold each of them against face mask, projection map and depths.")
     figures.save(13, sequence, figure, "Steps of culling", caption,
-                 {f"{n} (ms)": v for n, v in steps.items()}, claims)
+                 {f"{CULLING_STEPS[n]} (ms)": v for n, v in steps.items()}, claims)
 
 
 def figure_14(figures, sequence):
@@ -377,10 +440,10 @@ def figure_14(figures, sequence):
         return f"variants {base} and some of {base}-T1, {base}-Nk3, {base}-RL"
     columns = {l: sequence.stage(l, "shading") for l in chosen}
     figure, axes = plt.subplots(figsize=(COLUMN, 2.2))
-    draw_lines(sequence, axes, {(l + " (9 taps)" if l == base else l): v for l, v in columns.items()})
+    draw_lines(sequence, axes, columns)
     axes_over_frames(sequence, axes, "shading (ms)")
     axes.set_ylim(bottom=0)
-    legend_above(axes, len(columns))
+    legend_above(axes, len(columns), 2)
     claims = []
     whole = sequence.values(base, "time_ms")
     one = f"{base}-T1"
@@ -394,7 +457,8 @@ def figure_14(figures, sequence):
             difference = 100 * (columns[label] / np.maximum(columns[base], 1e-12) - 1)
             claims.append((text, paper, spread(difference, percent),
                            bool(np.mean(difference) < 0) if label.endswith("RL") else None))
-    caption = "Time of the shading pass alone: lookups with nine taps and one, by normal clusters, with reordered light lists."
+    caption = f"Time of the shading pass alone: lookups with nine taps ({base}) and one (T1), by normal clusters (Nk3), with reordered " \
+              "light lists (RL)."
     figures.save(14, sequence, figure, "Shading", caption, {f"{l} (ms)": v for l, v in columns.items()}, claims)
 
 
@@ -404,16 +468,10 @@ def figure_15(figures, sequence):
     if not chosen:
         return "variants that draw maps"
     sphere = sequence.values(chosen[0], "triangle_sphere_count")
-    columns = {"sphere × 6 faces": sphere}
+    columns = {SPHERE: sphere}
     columns |= {l: sequence.values(l, "triangle_draw_count") for l in chosen if l != "Sphere"}
-    figure, axes = plt.subplots(figsize=(COLUMN, 2.2 + 0.11 * -(-len(columns) // 3)))
-    draw_lines(sequence, axes, columns)
-    positive = [v for values in columns.values() for v in values if v > 0]
-    if positive:
-        house.log_axis(axes.yaxis, min(positive) / 1.3, max(positive) * 1.3)
-        axes.yaxis.set_major_formatter(FuncFormatter(engineering))
-    axes_over_frames(sequence, axes, "triangles drawn a frame")
-    legend_above(axes, len(columns))
+    figure = draw_panels(sequence, {l: np.where(v > 0, v, np.nan) for l, v in columns.items()}, "triangles drawn",
+                         lambda axes: logarithmic(axes, columns.values()))
     claims = []
     for label in ("PMC", "PMCD", "PMCD-EB", "PMCC-EB"):
         if label in columns:
@@ -435,9 +493,6 @@ def figure_15(figures, sequence):
                        spread(change(sequence, "PMCD-EB", "PMCD-EB-Nk3", "triangle_draw_count"), percent), None))
     caption = "Triangles of the (batch, face) pairs that every variant draws; the uppermost line draws every batch in the " \
               "light's sphere into all six faces. The axis is logarithmic; frames without triangles leave a gap."
-    for line in axes.get_lines():
-        ys = line.get_ydata()
-        line.set_ydata(np.where(np.asarray(ys) > 0, ys, np.nan))
     figures.save(15, sequence, figure, "Triangles drawn", caption,
                  {f"{l} (triangles)": v for l, v in columns.items()}, claims)
 
@@ -457,23 +512,15 @@ def figure_16(figures, sequence):
     texels = {(f"{base}-4SM" if l == base else l): sequence.values(l, "texel_count") for l in chosen}
     computations = {l: sequence.values(l, "lighting_computation_count")
                     for l in chosen if l == base or last(l).startswith("Nk")}
-    figure, axes = plt.subplots(figsize=(COLUMN, 2.35 + 0.11 * -(-(len(texels) + len(computations)) // 3)))
+    figure, axes = plt.subplots(figsize=(COLUMN, 2.2 + 0.12 * -(-(len(texels) + len(computations)) // 3)))
     draw_lines(sequence, axes, texels)
-    axes_over_frames(sequence, axes, "shadow-map texels allocated")
-    axes.set_ylim(bottom=0)
-    axes.yaxis.set_major_formatter(FuncFormatter(engineering))
-    other = axes.twinx()
-    other.spines["right"].set_visible(True)
-    other.grid(visible=False)
     for i, (label, values) in enumerate(computations.items()):
-        other.plot(sequence.frames, values, color=house.GREY, linewidth=2.2 - 1.0 * i, alpha=0.75,
-                   linestyle="-" if i == 0 else "--", zorder=0,
-                   label="lighting computations" + ("" if label == base else f", {last(label)}"))
-    other.set_ylabel("lighting computations")
-    other.set_ylim(bottom=0)
-    other.yaxis.set_major_formatter(FuncFormatter(engineering))
-    handles, labels = [sum(pair, []) for pair in zip(axes.get_legend_handles_labels(), other.get_legend_handles_labels())]
-    legend_above(axes, len(handles), 3, handles, labels)
+        axes.plot(sequence.frames, values, color=house.GREY, linewidth=2.4 - 0.9 * i, alpha=0.7,
+                  linestyle="-" if i == 0 else "--", zorder=1,
+                  label="computations" + ("" if label == base else f", {last(label)}"))
+    axes_over_frames(sequence, axes, "texels; lighting computations")
+    logarithmic(axes, list(texels.values()) + list(computations.values()))
+    legend_above(axes, len(texels) + len(computations))
     claims = []
     peaks = {maps_of(l): np.max(sequence.values(l, "texel_count")) for l in chosen if maps_of(l) <= 16}
     if len(peaks) > 1:
@@ -499,8 +546,8 @@ def figure_16(figures, sequence):
                        spread(change(sequence, base, nk, "lighting_computation_count"), percent), None))
         claims.append((f"{last(nk)}: texels", "slightly fewer", spread(change(sequence, base, nk, "texel_count"), percent),
                        None))
-    caption = ("Texels of all pages with memory, by maps a light and by undersampling; grey, on the right axis, samples "
-               "times lights of their clusters.")
+    caption = ("Texels of all pages with memory, by maps a light and by undersampling; grey, on the same logarithmic axis, "
+               "lighting computations: samples times lights of their clusters.")
     figures.save(16, sequence, figure, "Texels and lighting computations", caption,
                  {f"{l} (texels)": v for l, v in texels.items()}
                  | {f"{l} (lighting computations)": v for l, v in computations.items()}, claims)
@@ -515,7 +562,7 @@ def figure_17(figures, sequence):
              ("method_switch", house.VERMILION, "...."))
     sums = {(l, k): np.sum(sequence.values(l, f"flicker_{k}_count")) for l in chosen for k, _, _ in kinds}
     answers = {l: np.sum(sequence.values(l, "flicker_answer_count")) for l in chosen}
-    figure, axes = plt.subplots(figsize=(COLUMN, 0.85 + 0.16 * len(chosen)))
+    figure, axes = plt.subplots(figsize=(COLUMN, 0.75 + 0.14 * len(chosen)))
     ys, left = np.arange(len(chosen))[::-1], np.zeros(len(chosen))
     for kind, color, hatch in kinds:
         widths = np.array([1e4 * sums[l, kind] / max(1, answers[l]) for l in chosen])
@@ -526,6 +573,10 @@ def figure_17(figures, sequence):
     axes.set_yticklabels(chosen, fontsize=5.8)
     axes.set_xlabel("answers that flicker (of 10 000 a frame)")
     axes.set_xlim(0, max(1e-3, np.max(left)) * 1.04)
+    axes.set_ylim(-0.6, len(chosen) - 0.4)
+    for y, width in zip(ys, left):
+        if width == 0:
+            axes.annotate("0", (0, y), xytext=(3, 0), textcoords="offset points", va="center", fontsize=6)
     axes.grid(axis="y", visible=False)
     legend_above(axes, 3, 3)
     claims = []

@@ -221,7 +221,8 @@ TEST(Experiment, TheCommittedFilesAreValid) {
     EXPECT_GE(
         readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/lod.json").lod.size(),
         8u);
-    for (const char* name : {"figures", "figures_houses", "figures_atrium", "slow_camera"}) {
+    for (const char* name :
+         {"figures_necropolis", "figures_houses", "figures_atrium", "slow_camera"}) {
         const Experiment e =
             readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json");
         EXPECT_TRUE(e.isSequence) << name;

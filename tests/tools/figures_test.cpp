@@ -84,6 +84,26 @@ TEST(Figures, ClaimsAreHeldAgainstTheData) {
     EXPECT_EQ(claim("SO:")["holds"], true);
 }
 
+TEST(Figures, StepsOfCullingAreSharesOfTheirSumAndStagesAreDrawnInGroups) {
+    const TemporaryDirectory directory;
+    makeSequence(directory / "r.json", "c1", {"PMCD-EB", "RT"});
+    drawCharts(SDAG_FIGURES, directory / "r.json", directory / "figures", {"--figure", "13"});
+    const Json steps = Json::parse(readText(directory / "figures/figure_13_builtin_made_up.json"));
+    // Made up at frame 0: resolution 0.4, boxes 0.6, hierarchy 0.2, masks 1.5, blocks 0.5, query
+    // 0.8, tests 4 ms, of 8.0; the last frame's tests take 5.
+    ASSERT_EQ(steps["series"].size(), 7u);
+    EXPECT_EQ(steps["series"]["update of batch boxes (ms)"][0], 0.6);
+    EXPECT_EQ(steps["series"]["tests of masks and depths (ms)"][15], 5.0);
+    EXPECT_EQ(steps["claims"][0]["measured"], "tests of masks and depths");
+    EXPECT_EQ(steps["claims"][0]["holds"], false);
+    EXPECT_EQ(steps["claims"][1]["measured"], "10.0 %"); // 0.8 of 8.0
+    drawCharts(SDAG_FIGURES, directory / "r.json", directory / "figures", {"--figure", "12"});
+    const Json stages = Json::parse(readText(directory / "figures/figure_12_builtin_made_up.json"));
+    EXPECT_NEAR(stages["series"]["PMCD-EB: culling (ms)"][0].get<double>(), 6.1, 1e-9);
+    EXPECT_NEAR(stages["series"]["PMCD-EB: page allocation (ms)"][0].get<double>(), 0.8, 1e-9);
+    EXPECT_NEAR(stages["series"]["RT: culling (ms)"][0].get<double>(), 0.8, 1e-9);
+}
+
 TEST(Figures, WhatIsNotMeasuredIsLeftOutUnlessAskedFor) {
     const TemporaryDirectory directory;
     makeSequence(directory / "r.json", "c1", {"CFM", "PMCD-EB"});

@@ -21,10 +21,11 @@ def row(frame, label):
     is_rays, is_hybrid = label == "RT", label == "Hybrid"
     drawn = 0 if is_rays else int(sphere * DRAWN.get(label, 0.1) * (0.5 if {"SO", "SOR"} & set(parts) else 1))
     texels = 0 if is_rays else int((6e6 + 9e6 * zoom) * {"1SM": 3, "16SM": 1.2, "u2": 0.3, "u4": 0.1}.get(parts[-1], 1))
-    stages = {"scene update": 3.0, "g-buffer": 6.0, "clusters": 2.0, "light assignment": 1.0, "resolution": 0.4,
-              "routing": 0.2}
+    stages = {"batch boxes": 0.6, "batch hierarchy": 0.2, "scene update": 2.2, "g-buffer": 6.0, "clusters": 2.0,
+              "light assignment": 1.0, "resolution": 0.4, "routing": 0.2}
     if not is_rays:
-        stages |= {"page masks": 1.5, "page allocation": 0.8, "culling": 4.0 + zoom, "rasterization": drawn / 5e4}
+        stages |= {"page masks": 1.5, "page commit": 0.5, "page clear": 0.3, "culling masks": 0.5, "culling query": 0.8,
+                   "culling tests": 4.0 + zoom, "rasterization": drawn / 5e4}
     stages["shading"] = (20 + 90 * zoom if is_rays else 25 + 20 * zoom) * (0.6 if parts[-1] == "T1" else 1)
     kept = {"SO", "SOR"} & set(parts)
     pages = texels // 4096
