@@ -166,6 +166,13 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
                          std::min(2.0 * method.bias.constantTexels / map.faceTexels, 0.5);
     if (map.window.isSun())
         q.startOffsetWorld = method.bias.constantTexels * texelWorldAt(map, q.position);
+    if (map.lodTexels > 0.0f) { // the plane is lifted across itself, down to half the light's height
+        const glm::dvec3 toLight(q.light - q.position);
+        const double distance = glm::length(toLight);
+        const double height = glm::dot(glm::dvec3(q.normal), toLight);
+        q.startOffsetWorld +=
+            distance * std::min(map.lodTexels * texelWorldAt(map, q.position) / height, 0.5);
+    }
     q.endOffsetWorld = 0.0;
     // Half the diagonal of the filter's box of (side - 1)^2 texels, and a texel.
     q.rhoWorld = (0.5 * kSqrt2 * (filterSide(method.bias.taps) - 1) + 1.0) * texelWorld;
@@ -290,7 +297,9 @@ bool PairJudge::anyAimedShiftIsDark(const Question& q) const {
 }
 
 bool PairJudge::isDarkByTruthTaps(const Question& q, float constantTexels) const {
-    const ShadowMapInfo& map = inputs_.method.maps.maps[q.map];
+    ShadowMapInfo map = inputs_.method.maps.maps[q.map];
+    if (constantTexels == 0.0f)
+        map.lodTexels = 0.0f; // part of the bias
     TruthTaps taps{truth_, map, q.receiver};
     ShadowMapBias bias = inputs_.method.bias;
     bias.constantTexels = constantTexels;

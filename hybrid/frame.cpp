@@ -125,8 +125,10 @@ FrameRenderer::FrameRenderer(Backend backend, const World& world, const Dag& dag
 
 FrameRenderer::~FrameRenderer() = default;
 
-void FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances) {
-    state_->scene.update(movedInstances);
+StageTimes FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances) {
+    StageTimes stages;
+    state_->scene.update(movedInstances, stages);
+    return stages;
 }
 
 void FrameRenderer::reset() {

@@ -8,8 +8,8 @@
 #include "hybrid/cost_model.h"
 #include "hybrid/gbuffer.h"
 #include "hybrid/pairs.h"
-#include "hybrid/prune.h"
 #include "hybrid/pixel_footprint.h"
+#include "hybrid/prune.h"
 #include "hybrid/shadow_rays.h"
 #include "scenes/batches.h"
 #include "scenes/world.h"
@@ -53,8 +53,8 @@ struct FrameOptions {
 struct MapRecord {
     MapQuantities quantities;
     Route route = Route::kRays;
-    uint64_t pairCount = 0; ///< exact pairs served (only with recordPairs)
-    SunWindow window = {};  ///< of a sun's map; its `texels` are the width of what receives
+    uint64_t pairCount = 0;  ///< exact pairs served (only with recordPairs)
+    SunWindow window = {};   ///< of a sun's map; its `texels` are the width of what receives
     uint32_t heldTexels = 0; ///< what hysteresis holds: faceTexels; of a sun those of its lattice
 };
 
@@ -103,8 +103,10 @@ public:
                   const BatchOptions& batchOptions = {});
     ~FrameRenderer();
 
-    /// Tells that World::setTime moved instances (refits batches) or lights.
-    void worldChanged(const std::vector<uint32_t>& movedInstances);
+    /// Tells that World::setTime moved instances (refits batches) or lights. Returns what that
+    /// took: "batch boxes", "batch hierarchy", and "scene update", which is positions, lights with
+    /// their hierarchy, and what moves as rays are held against it.
+    StageTimes worldChanged(const std::vector<uint32_t>& movedInstances);
 
     /// Forgets what earlier frames left (hysteresis, kept shadow maps), so that the next frame
     /// depends on its inputs alone.

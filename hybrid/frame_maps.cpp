@@ -5,6 +5,7 @@
 #include "cuda/parallel_for.h"
 #include "hybrid/light_bvh.h"
 #include "hybrid/resolution_steps.h"
+#include "shadowmap/cull.h"
 #include "shadowmap/page_mask_pass.h"
 
 #include <bit>
@@ -74,8 +75,12 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
 MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& record) {
     const MapQuantities& map = record.quantities;
     const Light& light = lights[map.light];
-    return {light.positionWorld, light.rangeWorld, map.light,
-            map.faceTexels,      map.octave,       record.window,
+    return {light.positionWorld,
+            light.rangeWorld,
+            map.light,
+            map.faceTexels,
+            map.octave,
+            record.window,
             light.kind == Light::kSpot ? SpotCone{light.directionWorld, light.cosOuter}
                                        : SpotCone{}};
 }
@@ -103,9 +108,8 @@ std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions&
         record.quantities.light = light;
         record.quantities.octave = slot % kMaxMapsPerLight;
         record.quantities.texels = float(std::sqrt(wantedSquared));
-        record.heldTexels =
-            allocateResolution(lights[light].kind == Light::kSun ? sunSteps : steps, wantedSquared,
-                               options.minFaceTexels, held);
+        record.heldTexels = allocateResolution(lights[light].kind == Light::kSun ? sunSteps : steps,
+                                               wantedSquared, options.minFaceTexels, held);
         record.quantities.faceTexels = record.heldTexels;
         record.quantities.samples = samples[slot];
         record.quantities.clusters = clusters[slot];
@@ -125,22 +129,25 @@ void countGeometry(FrameState& state, const FrameOptions& options, std::vector<M
         return;
     countPagesOf(state, options, maps);
     const std::vector<Light>& lights = state.scene.world().lights();
-    const BatchView batches = state.scene.hostBatches();
+    const BatchView batches = state.scene.mapGeometry(options.maps.lodTexels).batches;
     parallelFor<CpuTag>(
         maps.size(),
         [&](size_t m) {
             MapQuantities& map = maps[m].quantities;
             const Light& light = lights[map.light];
-            const ShadowMapInfo info{
-                light.positionWorld, light.rangeWorld, map.faceTexels, 0, 0, maps[m].window};
+            const ShadowMapInfo info{light.positionWorld, light.rangeWorld, map.faceTexels, 0, 0,
+                                     maps[m].window};
             map.batches = 0;
             map.triangles = 0;
             traverse(
-                batches.bvh,
-                [&](const Box& box) { return reachesMap(info, box); },
+                batches.bvh, [&](const Box& box) { return reachesMap(info, box); },
                 [&](uint32_t batch) {
+                    const Batch& reached = batches.batches[batch];
+                    if (levelOf(batches.levels, reached.instance) !=
+                        levelFor(batches.levels, info, reached.instance))
+                        return;
                     ++map.batches;
-                    map.triangles += batches.batches[batch].count;
+                    map.triangles += reached.count;
                 });
         },
         1);

@@ -12,8 +12,8 @@ namespace shadowdag {
 
 FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag,
                        const BatchOptions& batchOptions)
-    : world_(world), hostDag_(dag), batchOptions_(batchOptions), batchSet_(world, batchOptions),
-      movers_(backend), positions_(backend, "world positions"),
+    : backend_(backend), world_(world), hostDag_(dag), batchOptions_(batchOptions),
+      batchSet_(world, batchOptions), movers_(backend), positions_(backend, "world positions"),
       triangles_(backend, "world triangles"), triangleCut_(backend, "triangle cuts"),
       cuts_(backend, "cut triangles"), masks_(backend, "alpha masks"),
       maskWords_(backend, "alpha mask words"), batches_(backend, "batches"),
@@ -51,16 +51,17 @@ void FrameScene::setMoving() {
     movers_.update(world_, batchSet_.view(), space_);
 }
 
-void FrameScene::update(const std::vector<uint32_t>& movedInstances) {
+void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages) {
     const auto add = [](std::vector<uint32_t>& all, const std::vector<uint32_t>& moved) {
         all.insert(all.end(), moved.begin(), moved.end());
     };
-    batchSet_.update(world_, movedInstances);
+    batchSet_.update(world_, movedInstances, &stages);
     add(movedBatches_, batchSet_.movedBatches());
     if (polygonLod_) {
-        polygonLod_->update(movedInstances);
+        polygonLod_->update(movedInstances, &stages);
         add(movedLodBatches_, polygonLod_->batchSet().movedBatches());
     }
+    const StageTimer timer(backend_, stages, "scene update");
     setMoving();
 }
 

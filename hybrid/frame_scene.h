@@ -29,7 +29,9 @@ public:
                const BatchOptions& batchOptions = {});
 
     /// Follows World::setTime: batches of the moved instances, positions, all lights.
-    void update(const std::vector<uint32_t>& movedInstances);
+    /// @param stages receives the times of "batch boxes", "batch hierarchy" and "scene update", the
+    /// rest
+    void update(const std::vector<uint32_t>& movedInstances, StageTimes& stages);
 
     const World& world() const { return world_; }
     /// Returns the batches on the host, with their hierarchy.
@@ -80,6 +82,7 @@ private:
         return {triangles, space_.origin, space_.diagonal};
     }
 
+    Backend backend_;
     const World& world_;
     const Dag& hostDag_;
     WideDag wideDag_; // for rays on the CPU

@@ -204,11 +204,27 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
     bvh_.build(viewOf(boxes_), std::move(isMover));
 }
 
-void BatchSet::update(const World& world, const std::vector<uint32_t>& movedInstances) {
-    update(world.triangles(), movedInstances);
+void BatchSet::update(const World& world, const std::vector<uint32_t>& movedInstances,
+                      StageTimes* stages) {
+    update(world.triangles(), movedInstances, stages);
 }
 
-void BatchSet::update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances) {
+void BatchSet::update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances,
+                      StageTimes* stages) {
+    StageTimes ignored;
+    StageTimes& times = stages ? *stages : ignored;
+    {
+        const StageTimer timer(Backend::kCpu, times, "batch boxes");
+        updateBoxes(geometry, movedInstances);
+    }
+    const StageTimer timer(Backend::kCpu, times, "batch hierarchy");
+    if (!movedBatches_.empty())
+        updateCounts_.hierarchy = bvh_.update(viewOf(boxes_), movedBatches_);
+}
+
+/// Finds the batches that moved, and their boxes.
+void BatchSet::updateBoxes(const TriangleView& geometry,
+                           const std::vector<uint32_t>& movedInstances) {
     movedBatches_.clear();
     movedBoxesBefore_.clear();
     updateCounts_ = {};
@@ -223,8 +239,6 @@ void BatchSet::update(const TriangleView& geometry, const std::vector<uint32_t>&
                 movedBatches_.push_back(uint32_t(batch - batches_.begin()));
         }
     }
-    if (movedBatches_.empty())
-        return;
     std::sort(movedBatches_.begin(), movedBatches_.end());
     for (const uint32_t b : movedBatches_) {
         movedBoxesBefore_.push_back(boxes_[b]);
@@ -235,7 +249,6 @@ void BatchSet::update(const TriangleView& geometry, const std::vector<uint32_t>&
         boxes_[b] = box;
     }
     updateCounts_.boxCount = uint32_t(movedBatches_.size());
-    updateCounts_.hierarchy = bvh_.update(viewOf(boxes_), movedBatches_);
 }
 
 /// Keeps the corners of a batch as they are now; returns whether one differs from what was kept, or

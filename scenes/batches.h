@@ -4,6 +4,7 @@
 // 2015, sec. IV-G.
 #pragma once
 
+#include "cuda/timer.h"
 #include "scenes/polygon_levels.h"
 #include "scenes/wide_bvh.h"
 #include "scenes/world.h"
@@ -62,8 +63,11 @@ public:
     /// Follows World::setTime: recomputes the boxes of those batches of the named instances that
     /// moved, sorts again those that left their place along the Morton curve, and refits what is
     /// above them. What stands still costs nothing. The result is that of a set built now.
-    void update(const World& world, const std::vector<uint32_t>& movedInstances);
-    void update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances);
+    /// @param stages receives the times of "batch boxes" and "batch hierarchy"; may be null
+    void update(const World& world, const std::vector<uint32_t>& movedInstances,
+                StageTimes* stages = nullptr);
+    void update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances,
+                StageTimes* stages = nullptr);
     /// Returns the batches with a corner that the last update found elsewhere than the one before,
     /// ascending. An instance that was named but stands where it stood moves none. Of an instance
     /// that no animation moves (World), or of bare triangles, the first update knows no corners
@@ -77,6 +81,7 @@ public:
     size_t size() const { return batches_.size(); }
 
 private:
+    void updateBoxes(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances);
     bool keepCorners(const TriangleView& geometry, uint32_t batch);
 
     std::vector<Batch> batches_;

@@ -298,14 +298,14 @@ void PolygonLod::place(uint32_t part) {
         errors[level + 1] = float(scale * double(levels[level].error));
 }
 
-void PolygonLod::update(const std::vector<uint32_t>& movedInstances) {
+void PolygonLod::update(const std::vector<uint32_t>& movedInstances, StageTimes* stages) {
     std::vector<uint32_t> groups;
     for (const uint32_t instance : movedInstances)
         for (uint32_t part = firstPart_[instance]; part < firstPart_[instance + 1]; ++part)
             for (uint32_t level = 0; level < kMaxPolygonLevels; ++level)
                 if (triangleCount(part, level) > 0)
                     groups.push_back(uint32_t(level * parts_.size()) + part);
-    batchSet_->update(triangles(), groups);
+    batchSet_->update(triangles(), groups, stages);
     for (const uint32_t instance : movedInstances)
         for (uint32_t part = firstPart_[instance]; part < firstPart_[instance + 1]; ++part)
             place(part);

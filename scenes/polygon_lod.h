@@ -51,7 +51,8 @@ public:
     /// batches of all levels
     PolygonLod(const World& world, const BatchOptions& options = {});
     /// Follows World::setTime, as BatchSet::update. Errors grow with an instance's scale.
-    void update(const std::vector<uint32_t>& movedInstances);
+    /// @param stages as BatchSet::update has it
+    void update(const std::vector<uint32_t>& movedInstances, StageTimes* stages = nullptr);
 
     /// Returns the world's triangles, followed by those of all other levels. Valid until the next
     /// update.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which batches are drawn into which faces of which map; one part of the batch hierarchy for one
-// map an item. Source: Olsson et al. 2015, sec. IV-G and V-A, V-B.
+// map an item. First the hierarchy is asked which batches a map reaches, then each of these is held
+// against the map's masks, once. Source: Olsson et al. 2015, sec. IV-G and V-A, V-B.
 #pragma once
 
 #include "scenes/batches.h"
@@ -13,7 +14,7 @@ namespace shadowdag {
 struct BatchDraw {
     uint32_t map;
     uint32_t batch;
-    uint32_t faces; ///< bit f: into face f
+    uint32_t faces; ///< bit f: into face f; of a batch that is only reached: not yet known
 };
 
 /// What one item found.
@@ -39,6 +40,22 @@ struct KeptView {
     View<const uint32_t> openBlocks; ///< PrepareBlock::openBlocks
     View<const uint32_t> moved;      ///< a bit a batch: it moved since the last frame
 };
+
+/// Returns the level of polygon detail that a map draws of a batch's part.
+SDAG_HD inline uint32_t levelFor(const PolygonLevelsView& levels, const ShadowMapInfo& map,
+                                 uint32_t batchInstance) {
+    if (levels.empty())
+        return 0;
+    return map.window.isSun()
+               ? levels.levelBelow(batchInstance, levels.allowedTexels *
+                                                      float(map.window.texelWorld(map.faceTexels)))
+               : levels.levelFor(batchInstance, map.lightPositionWorld, map.faceTexels);
+}
+
+/// Returns the level of polygon detail that a batch is of.
+SDAG_HD inline uint32_t levelOf(const PolygonLevelsView& levels, uint32_t batchInstance) {
+    return levels.empty() ? 0 : levels.levelOf(batchInstance);
+}
 
 /// What culling reads. Item i is part i % parts of the hierarchy's top level for map i / parts, so
 /// the list of draws is ordered by map, then along the Morton curve.
@@ -81,53 +98,21 @@ struct CullView {
         return {faces, faces};
     }
 
-    /// Calls draw(batch, faces) for the batches of item i that are to be drawn; returns the counts.
-    template <class Draw> SDAG_HD CullCounts run(size_t i, const Draw& draw) const {
-        const uint32_t mapIndex = uint32_t(i / parts());
+    /// Calls reach(batch, level, isDrawn) for every batch of item i that its map reaches: of which
+    /// level of detail it is, and whether that is the level that the map draws.
+    template <class Reach> SDAG_HD void query(size_t i, const Reach& reach) const {
         const uint32_t part = uint32_t(i % parts());
-        const ShadowMapInfo& map = maps[mapIndex];
-        CullCounts counts{};
+        const ShadowMapInfo& map = maps[i / parts()];
         traverseFrom(
             batches.bvh, part, part + 1, [&](const Box& box) { return reachesMap(map, box); },
             [&](uint32_t batch) {
-                const uint32_t triangleCount = batches.batches[batch].count;
-                const uint32_t level = levelOf(batch);
-                if (level == 0) {
-                    ++counts.sphereBatches;
-                    counts.sphereTriangles += triangleCount;
-                }
-                if (level != levelFor(map, batch))
-                    return;
-                const BatchFaces faces = facesToDraw(mapIndex, batch);
-                for (uint32_t rest = faces.drawn; rest; rest &= rest - 1) {
-                    ++counts.batchFaces;
-                    counts.triangleFaces += triangleCount;
-                }
-                for (uint32_t rest = faces.needed & ~faces.drawn; rest; rest &= rest - 1) {
-                    ++counts.keptBatchFaces;
-                    counts.keptTriangleFaces += triangleCount;
-                }
-                if (faces.drawn)
-                    draw(batch, faces.drawn);
+                const uint32_t instance = batches.batches[batch].instance;
+                const uint32_t level = levelOf(batches.levels, instance);
+                reach(batch, level, level == levelFor(batches.levels, map, instance));
             });
-        return counts;
     }
 
 private:
-    SDAG_HD uint32_t levelOf(uint32_t batch) const {
-        return batches.levels.empty() ? 0 : batches.levels.levelOf(batches.batches[batch].instance);
-    }
-    SDAG_HD uint32_t levelFor(const ShadowMapInfo& map, uint32_t batch) const {
-        const PolygonLevelsView& levels = batches.levels;
-        if (levels.empty())
-            return 0;
-        const uint32_t instance = batches.batches[batch].instance;
-        return map.window.isSun()
-                   ? levels.levelBelow(instance, levels.allowedTexels *
-                                                     float(map.window.texelWorld(map.faceTexels)))
-                   : levels.levelFor(instance, map.lightPositionWorld, map.faceTexels);
-    }
-
     /// See drawn_cells.h for the rule.
     SDAG_HD BatchFaces facesNotDrawn(uint32_t mapIndex, uint32_t batch, const Box& boxWorld) const {
         const bool isMoved = kept.moved[batch / 32] >> batch % 32 & 1u;
@@ -161,33 +146,98 @@ private:
     }
 };
 
-/// Writes to drawCounts[i] the draws of item i, and its counts.
-struct CountDraws {
+/// Counts the batches that the map of item i reaches and would draw.
+struct CountReached {
     CullView cull;
-    View<uint32_t> drawCounts;
+    View<uint32_t> reachedCounts;
     View<CullCounts> counts;
 
     SDAG_HD void operator()(size_t i) const {
+        CullCounts found{};
+        uint32_t reached = 0;
+        cull.query(i, [&](uint32_t batch, uint32_t level, bool isDrawn) {
+            if (level == 0) {
+                ++found.sphereBatches;
+                found.sphereTriangles += cull.batches.batches[batch].count;
+            }
+            reached += isDrawn;
+        });
+        reachedCounts[i] = reached;
+        counts[i] = found;
+    }
+};
+
+/// Where the entries of item i stand in a list: from first[i] to the next item's.
+struct ItemRange {
+    size_t begin, end;
+};
+SDAG_HD inline ItemRange rangeOf(View<const uint32_t> first, size_t i, size_t count) {
+    return {first[i], i + 1 < first.count ? size_t(first[i + 1]) : count};
+}
+
+/// Writes the batches that CountReached counted from reached[firstReached[i]] on.
+struct ListReached {
+    CullView cull;
+    View<const uint32_t> firstReached; ///< exclusive scan of CountReached
+    View<BatchDraw> reached;
+
+    SDAG_HD void operator()(size_t i) const {
+        const ItemRange range = rangeOf(firstReached, i, reached.count);
+        if (range.begin == range.end)
+            return;
+        size_t next = range.begin;
+        cull.query(i, [&](uint32_t batch, uint32_t, bool isDrawn) {
+            if (isDrawn)
+                reached[next++] = {uint32_t(i / cull.parts()), batch, 0};
+        });
+    }
+};
+
+/// Holds what item i reached against its map's masks: writes the faces of each, how many of them
+/// are drawn at all, and the counts.
+struct CountDraws {
+    CullView cull;
+    View<const uint32_t> firstReached;
+    View<BatchDraw> reached;
+    View<uint32_t> drawCounts;
+    View<CullCounts> counts; ///< written by CountReached; the rest is filled in
+
+    SDAG_HD void operator()(size_t i) const {
+        const ItemRange range = rangeOf(firstReached, i, reached.count);
+        CullCounts& found = counts[i];
         uint32_t drawCount = 0;
-        counts[i] = cull.run(i, [&](uint32_t, uint32_t) { ++drawCount; });
+        for (size_t at = range.begin; at < range.end; ++at) {
+            const BatchDraw draw = reached[at];
+            const uint32_t triangleCount = cull.batches.batches[draw.batch].count;
+            const BatchFaces faces = cull.facesToDraw(draw.map, draw.batch);
+            for (uint32_t rest = faces.drawn; rest; rest &= rest - 1) {
+                ++found.batchFaces;
+                found.triangleFaces += triangleCount;
+            }
+            for (uint32_t rest = faces.needed & ~faces.drawn; rest; rest &= rest - 1) {
+                ++found.keptBatchFaces;
+                found.keptTriangleFaces += triangleCount;
+            }
+            reached[at].faces = faces.drawn;
+            drawCount += faces.drawn != 0;
+        }
         drawCounts[i] = drawCount;
     }
 };
 
 /// Writes the draws of item i from draws[firstDraw[i]] on.
 struct ListDraws {
-    CullView cull;
+    View<const uint32_t> firstReached;
+    View<const BatchDraw> reached;  ///< with the faces that CountDraws found
     View<const uint32_t> firstDraw; ///< exclusive scan of CountDraws
     View<BatchDraw> draws;
 
     SDAG_HD void operator()(size_t i) const {
-        const uint32_t mapIndex = uint32_t(i / cull.parts());
-        uint32_t next = firstDraw[i];
-        if (next == (i + 1 < firstDraw.count ? firstDraw[i + 1] : draws.count))
-            return; // nothing was counted
-        cull.run(i, [&](uint32_t batch, uint32_t faces) {
-            draws[next++] = {mapIndex, batch, faces};
-        });
+        const ItemRange range = rangeOf(firstReached, i, reached.count);
+        size_t next = firstDraw[i];
+        for (size_t at = range.begin; at < range.end; ++at)
+            if (reached[at].faces)
+                draws[next++] = reached[at];
     }
 };
 

@@ -8,6 +8,12 @@ namespace shadowdag::cpu {
 void gatherBlocks(const GatherBlock& items) {
     parallelFor<CpuTag>(items.blocks.count, items, 1024);
 }
+void countReached(const CountReached& items) {
+    parallelFor<CpuTag>(items.reachedCounts.count, items, 4);
+}
+void listReached(const ListReached& items) {
+    parallelFor<CpuTag>(items.firstReached.count, items, 4);
+}
 void countDraws(const CountDraws& items) {
     parallelFor<CpuTag>(items.drawCounts.count, items, 4);
 }

@@ -8,6 +8,12 @@ namespace shadowdag::cuda {
 void gatherBlocks(const GatherBlock& items) {
     parallelFor<CudaTag>(items.blocks.count, items, 1024);
 }
+void countReached(const CountReached& items) {
+    parallelFor<CudaTag>(items.reachedCounts.count, items, 4);
+}
+void listReached(const ListReached& items) {
+    parallelFor<CudaTag>(items.firstReached.count, items, 4);
+}
 void countDraws(const CountDraws& items) {
     parallelFor<CudaTag>(items.drawCounts.count, items, 4);
 }

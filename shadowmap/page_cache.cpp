@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 namespace shadowdag {
 namespace {
@@ -228,7 +229,10 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
 }
 
 void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
-                         View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts) {
+                         View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts,
+                         StageTimes& stages) {
+    std::optional<StageTimer> timer;
+    timer.emplace(backend_, stages, "page commit");
     const uint64_t pages = glm::min(wanted, capacityPages_);
     uint64_t fresh = pages, retained = 0, stale = 0;
     AssignPages assign{needed, firstPage, pageTable_.view(), {}, {}, {}, {}, {}, 0, now_};
@@ -279,6 +283,8 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
     assign.freshEntries = freshEntries_.view();
     assign.poolPages = uint32_t(fresh);
     assignPages(backend_, assign);
+    timer.reset();
+    timer.emplace(backend_, stages, "page clear");
     clearPages(backend_,
                {std::as_const(freshEntries_).view(), std::as_const(pageTable_).view(), pool_.view(),
                 pageTexelsLog2_},
@@ -286,6 +292,7 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
     if (keeps_)
         resetCells(backend_, {maps, std::as_const(freshEntries_).view(), drawn(), pageTexelsLog2_},
                    fresh);
+    timer.reset();
 
     counts.pageCount = pages;
     counts.pagesRefusedCount = wanted - pages;

@@ -35,8 +35,10 @@ public:
     /// @param needed bits of the requests' words; @param firstPage their exclusive scan
     /// @param wanted bits set
     /// @param counts receives all that is counted by the page
+    /// @param stages receives the times of "page commit" and "page clear"
     void allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
-                  View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts);
+                  View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts,
+                  StageTimes& stages);
 
     /// Prepares culling: writes the needs of masks.cells and masks.blocks. Only when it keeps.
     KeptView prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,

@@ -22,6 +22,9 @@ struct ShadowMapInfo {
     uint32_t pageTableStart; ///< first of 6 * facePages^2 entries; a multiple of 32
     SunWindow window = {};
     SpotCone cone = {};
+    /// Polygon level of detail that it is drawn at (ShadowMapOptions::lodTexels): what it holds may
+    /// stand so many texels off the surfaces that ask. Lookups forgive that by themselves.
+    float lodTexels = 0.0f;
 
     bool operator==(const ShadowMapInfo&) const = default;
 };

@@ -82,6 +82,7 @@ SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec
         return 0;
     const uint32_t n = map.faceTexels;
     const int32_t end = int32_t(n);
+    const float rTexels = 1.0f / float(n);
     const uint32_t face = faceOf(d);
     const glm::vec3 q = faceFromLight(face, d);
     const float rDepth = 1.0f / q.z;
@@ -95,7 +96,11 @@ SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec
     const float height = -glm::dot(normalWorld, d);
     const bool faces = height > 0.0f;
     const float forgiven = 1.0f / (1.0f - glm::min(2.0f * bias.constantTexels / float(n), 0.5f));
-    const float rHeight = faces ? forgiven / glm::max(height - rounding, 0.5f * height) : 0.0f;
+    const float flat = glm::max(height - rounding, 0.5f * height);
+    const float lifted = map.lodTexels > 0.0f && faces
+                             ? glm::max(flat - 2.0f * map.lodTexels * q.z * rTexels, 0.5f * flat)
+                             : flat;
+    const float rHeight = faces ? forgiven / lifted : 0.0f;
     const float rAcross = forgiven / (dd * (1.0f - glm::min(rounding * rDepth + kRounding, 0.5f)));
 
     // Both planes as linear forms of c: in world axes here, in a face's below.
@@ -123,8 +128,9 @@ SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec
         return side == 1 || i + i + 1 == side ? 1.0f : i == 0 ? 1.0f - f : f;
     };
     const bool isInFace = x0 >= 0 && y0 >= 0 && x0 + side <= end && y0 + side <= end;
-    const float rTexels = 1.0f / float(n);
     float low = side > 1 ? glm::max(1.0f - 2.0f * kLowTapTexels * rTexels, 0.0f) : 0.0f;
+    if (lifted < flat)
+        low *= lifted / flat; // ends are those on the receiver's own plane
     const float total = side == 3 ? 4.0f : 1.0f;
     for (;;) {
         taps.begin(face, x0, y0, side);
@@ -241,6 +247,13 @@ struct MapTaps {
 /// k texels instead forgives k / cos as much and lost contact shadows on slopes (atrium, 256
 /// texels, k = 1: 2.3 % false light against 1.2 %, false shadow 0.3 % both). Price: blockers nearer
 /// to the receiver than k texels do not block (detached contact shadows).
+///
+/// Level of detail. What a map with lodTexels = t > 0 holds stands off the full surfaces by less
+/// than t texels: 2 t z_P / N in the world at the receiver, whose own part is no nearer to the
+/// light than the place that the level was chosen for (PolygonLevelsView::levelFor). So the
+/// receiver's own level stands less than e = 2 t z_P / N above its plane, across that plane, and
+/// only there is it forgiven: h is e less, down to half of h (a light nearer to the plane than 2
+/// e). Raising k by t instead left acne: along the ray that surface is e |d| / h away.
 ///
 /// Low taps. On a slope a tap on the low side passes under what stands before the receiver: its ray
 /// ends on the plane nearer to the light, and there it tells of that place and not of this. Taps

@@ -10,6 +10,7 @@
 #include "shadowmap/rasterize_pass.h"
 
 #include <cmath>
+#include <optional>
 
 namespace shadowdag {
 namespace {
@@ -130,7 +131,9 @@ struct ShadowMaps::State {
     Buffer<uint32_t> firstPage{backend, "shadowmap first page of word"};
     PageCache cache;
 
-    // Written by culling, read by rasterization.
+    // Written by culling: what maps reach, and of it what rasterization draws.
+    Buffer<uint32_t> firstReached{backend, "shadowmap first reached of item"};
+    Buffer<BatchDraw> reached{backend, "shadowmap reached batches"};
     Buffer<uint32_t> firstDraw{backend, "shadowmap first draw of item"};
     Buffer<CullCounts> cullCounts{backend, "shadowmap cull counts"};
     Buffer<BatchDraw> draws{backend, "shadowmap draws"};
@@ -167,19 +170,24 @@ struct ShadowMaps::State {
     View<const ShadowMapInfo> requestMaps() const { return {maps.view().data, infos.size()}; }
 
     void allocate(const std::vector<MapRequest>& requests, uint64_t wanted,
-                  const BatchView& hostBatches, View<const uint32_t> movedBatches) {
+                  const BatchView& hostBatches, View<const uint32_t> movedBatches,
+                  StageTimes& stages) {
         const uint64_t capacity = options.poolBytes / (pageTexelCount() * sizeof(uint32_t));
         std::vector<ShadowMapInfo> all = infos;
         uint64_t words = pageBits.size();
-        cache.begin(requests, all, words, options,
-                    options.useStaticOptimization && wanted <= capacity);
-        if (all.size() > infos.size())
-            maps.upload(all);
-        if (cache.keeps())
-            cache.noteMotion(hostBatches, movedBatches);
+        {
+            const StageTimer timer(backend, stages, "page commit");
+            cache.begin(requests, all, words, options,
+                        options.useStaticOptimization && wanted <= capacity);
+            if (all.size() > infos.size())
+                maps.upload(all);
+            if (cache.keeps())
+                cache.noteMotion(hostBatches, movedBatches);
+        }
         cache.allocate(std::as_const(maps).view(), std::as_const(pageBits).view(),
-                       std::as_const(firstPage).view(), wanted, counts);
+                       std::as_const(firstPage).view(), wanted, counts, stages);
 
+        const StageTimer timer(backend, stages, "page commit");
         const std::vector<uint32_t> first = firstPage.download();
         pagesPerMap.clear();
         for (size_t i = 0; i < infos.size(); ++i) {
@@ -193,9 +201,22 @@ struct ShadowMaps::State {
         }
     }
 
+    /// Returns how many entries the counts of all items ask for; they become places in the list.
+    uint64_t listLength(Buffer<uint32_t>& firstOfItem) {
+        const uint64_t count =
+            exclusiveScan(backend, std::as_const(firstOfItem).view(), firstOfItem.view());
+        if (count > 0xffffffffull)
+            throw Error(ErrorKind::kResource, "shadow maps: " + std::to_string(count) +
+                                                  " (batch, map) pairs exceed 32-bit indices; use "
+                                                  "fewer maps");
+        return count;
+    }
+
     /// Returns the first draw of every map, and their number last.
-    std::vector<uint32_t> cull(const BatchView& onBackend) {
+    std::vector<uint32_t> cull(const BatchView& onBackend, StageTimes& stages) {
         CullView cull{requestMaps(), masks(), onBackend, options.culling, {}};
+        std::optional<StageTimer> timer;
+        timer.emplace(backend, stages, "culling masks");
         if (cells.size()) {
             if (cache.keeps())
                 cull.kept =
@@ -204,18 +225,25 @@ struct ShadowMaps::State {
                 gatherBlocks(backend, {cells.view(), blocks.view()});
             cull.cells = {std::as_const(cells).view(), std::as_const(blocks).view()};
         }
+        timer.reset();
         const size_t parts = cull.parts();
         const size_t items = infos.size() * parts;
-        firstDraw.resize(items);
         cullCounts.resize(items);
-        countDraws(backend, {cull, firstDraw.view(), cullCounts.view()});
-        const uint64_t drawCount =
-            exclusiveScan(backend, std::as_const(firstDraw).view(), firstDraw.view());
-        if (drawCount > 0xffffffffull)
-            throw Error(ErrorKind::kResource, "shadow maps: " + std::to_string(drawCount) +
-                                                  " draws exceed 32-bit indices; use fewer maps");
+        timer.emplace(backend, stages, "culling query");
+        firstReached.resize(items);
+        countReached(backend, {cull, firstReached.view(), cullCounts.view()});
+        reached.resize(listLength(firstReached));
+        listReached(backend, {cull, std::as_const(firstReached).view(), reached.view()});
+        timer.reset();
+        timer.emplace(backend, stages, "culling tests");
+        const View<const uint32_t> firstOfItem = std::as_const(firstReached).view();
+        firstDraw.resize(items);
+        countDraws(backend,
+                   {cull, firstOfItem, reached.view(), firstDraw.view(), cullCounts.view()});
+        const uint64_t drawCount = listLength(firstDraw);
         draws.resize(drawCount);
-        listDraws(backend, {cull, std::as_const(firstDraw).view(), draws.view()});
+        listDraws(backend, {firstOfItem, std::as_const(reached).view(),
+                            std::as_const(firstDraw).view(), draws.view()});
 
         const std::vector<CullCounts> found = cullCounts.download();
         const std::vector<uint32_t> first = firstDraw.download();
@@ -298,6 +326,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
             divisor = std::ldexp(step % 2 ? std::sqrt(2.0) : 1.0, step / 2);
             MapLayout layout = layOutMaps(requests, options.pageTexels, divisor);
             s.infos = std::move(layout.maps);
+            for (ShadowMapInfo& map : s.infos)
+                map.lodTexels = options.lodTexels;
             wanted = s.mark(boxes, pairs, layout.maskWordCount);
             if (step == 0)
                 s.counts.pagesWantedCount = wanted;
@@ -306,15 +336,13 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         }
         s.counts.degradeDivisor = float(divisor);
     }
-    {
-        StageTimer timer(s.backend, stages, "page allocation");
-        s.allocate(requests, wanted, batches, movedBatches);
-    }
+    s.allocate(requests, wanted, batches, movedBatches, stages);
     TriangleView triangles;
     BatchView onBackend;
-    std::vector<uint32_t> drawStart;
     {
-        StageTimer timer(s.backend, stages, "culling");
+        std::optional<StageTimer> timer;
+        if (s.backend != Backend::kCpu)
+            timer.emplace(s.backend, stages, "geometry copy");
         triangles = {place(s.positions, geometry.positions),
                      place(s.triangles, geometry.triangles),
                      {place(s.triangleCut, geometry.masks.triangleCut),
@@ -328,8 +356,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         onBackend.bvh.items = place(s.bvhItems, batches.bvh.items);
         onBackend.levels = {place(s.partBoxes, batches.levels.partBoxes),
                             place(s.levelErrors, batches.levels.errorsWorld), options.lodTexels};
-        drawStart = s.cull(onBackend);
     }
+    const std::vector<uint32_t> drawStart = s.cull(onBackend, stages);
     {
         StageTimer timer(s.backend, stages, "rasterization");
         const RasterView raster{s.requestMaps(),

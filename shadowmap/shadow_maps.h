@@ -46,15 +46,25 @@ struct ShadowMapOptions {
     bool retainsPages = true;
     /// Polygon level of detail: of every instance the coarsest level is drawn whose error is below
     /// this many texels of the map (PolygonLevelsView); 0: full detail. Above 0 the batches must
-    /// have levels. Lookups then answer for simplified surfaces, unlike with any other option here;
-    /// a bias (ShadowMapBias) raised by once or twice as many texels keeps a receiver's own level
-    /// from shadowing it, above a quarter of a texel it is needed (POLYGON_LOD.md).
+    /// have levels. Lookups then answer for simplified surfaces, unlike with any other option here,
+    /// and forgive by themselves what a receiver's own level may stand above it (lookupVisibility).
     float lodTexels = 0.0f;
     bool useAtomicRasterizer =
         false; ///< CPU only: draw by the one text instead of the CPU's own kernel (same bits)
 
     bool operator==(const ShadowMapOptions&) const = default;
 };
+
+/// The stages of ShadowMaps::build, in their order. "page masks": cluster boxes projected on faces,
+/// for pages, projection maps and depths. "page commit": which map and page of the last frame is
+/// which, and memory for what is new. "page clear": of that memory. "geometry copy": to the device,
+/// CUDA only. "culling masks": depths of blocks of cells; with static optimization also what is
+/// drawn already. "culling query": which batches each map
+/// reaches, by the hierarchy. "culling tests": those against face masks, projection maps and
+/// depths, and the list of draws. "rasterization": drawing it.
+inline constexpr const char* kShadowMapStages[] = {
+    "page masks",    "page commit",   "page clear",    "geometry copy",
+    "culling masks", "culling query", "culling tests", "rasterization"};
 
 /// Where the page tables of a frame's maps stand, one after the other.
 struct MapLayout {
@@ -109,8 +119,7 @@ public:
     /// which map
     /// @param geometry,batches the same positions, on the host; the CPU reads them in place, CUDA
     /// copies them every time
-    /// @param stages receives the times of "page masks", "page allocation", "culling",
-    /// "rasterization"
+    /// @param stages receives the times of kShadowMapStages
     /// @param movedBatches for static optimization: the batches whose vertices changed since the
     /// last build, in any order, repeated or not; those whose box changed need not be named
     ///

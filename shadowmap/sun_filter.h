@@ -15,7 +15,9 @@ namespace shadowdag {
 /// vector to the sun and |W| what w grows by in a unit of the world along it; likewise along v.
 /// Positions are floats of the world, off their plane by up to r = 2^-20 (|P| + |L| + R): the
 /// plane is lifted by r, which is r / (n.s) along the light, and depths by r and what w rounds.
-/// n.s is taken as 2^-10 at least: nearer to grazing the lift would forgive whole blockers.
+/// n.s is taken as 2^-10 at least: nearer to grazing the lift would forgive whole blockers. What a
+/// map at a polygon level of detail holds stands up to map.lodTexels texels above the plane, which
+/// is lifted by as much; n.s is then taken as 1/16 at least (86 degrees).
 struct SunReceiver {
     double x, y;          ///< place in texels
     float w;              ///< depth
@@ -59,6 +61,9 @@ SDAG_HD inline SunReceiver makeSunReceiver(const ShadowMapInfo& map, const glm::
     r.slopeY = float(steep * glm::dot(n, window.v));
     constexpr double kLeastFacing = 1.0 / 1024.0;
     r.own = faces ? float(rounding / glm::max(facing, kLeastFacing)) + kDepthRounding : r.across;
+    constexpr float kLeastFacingOfLevels = 1.0f / 16.0f;
+    if (faces && map.lodTexels > 0.0f)
+        r.own += map.lodTexels * r.texelDepth / glm::max(float(facing), kLeastFacingOfLevels);
     return r;
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 namespace shadowdag {
 
@@ -30,9 +31,9 @@ private:
 double servingMs(const StageTimes& stages) {
     double sum = 0;
     for (const auto& [name, timeMs] : stages.stagesMs)
-        for (const char* stage :
-             {"page masks", "page allocation", "culling", "rasterization", "shading"})
-            sum += name == stage ? timeMs : 0;
+        if (name == "shading" || std::find(std::begin(kShadowMapStages), std::end(kShadowMapStages),
+                                           name) != std::end(kShadowMapStages))
+            sum += timeMs;
     return sum;
 }
 

@@ -8,8 +8,8 @@
 
 namespace shadowdag {
 
-/// A frame measured. Times are of the stages that routing decides about: page masks, page
-/// allocation, culling, rasterization, shading.
+/// A frame measured. Times are of the stages that routing decides about: kShadowMapStages and
+/// shading.
 struct CalibrationFrame {
     /// costs: isolated, then scaled so that those of all maps by one method add up to the whole
     /// frame by that method: what a method shares among maps (a cluster's samples made ready,

@@ -108,6 +108,32 @@ TEST(PolygonLodFrame, TrianglesDrawnFallToAThirdAtOneTexelWithoutAcneAndHardlyAn
     EXPECT_LE(errors[1].falseLightCount, errors[0].falseLightCount + errors[0].pairCount / 500);
 }
 
+TEST(PolygonLodFrame, RoutingIsToldOfTheTrianglesThatWouldBeDrawn) {
+    const Scene scene = spheresOverFloor();
+    const World world(scene, {});
+    const Dag none;
+    FrameRenderer renderer(Backend::kCpu, world, none);
+    const auto allMaps = makeCostModel("texels:0");
+    uint64_t full = 0;
+    for (const float texels : {0.0f, 1.0f, 4.0f}) {
+        SCOPED_TRACE(texels);
+        FrameOptions options = optionsAt(texels);
+        options.maps.culling = MapCulling::kSphere; // all that is reached, into six faces
+        const FrameResult frame = renderer.render(cameraAbove(), *allMaps, options);
+        uint64_t triangles = 0, batches = 0;
+        for (const MapRecord& map : frame.maps) {
+            triangles += uint64_t(map.quantities.triangles);
+            batches += uint64_t(map.quantities.batches);
+        }
+        EXPECT_EQ(kFaceCount * triangles, frame.counts.maps.triangleDrawCount);
+        EXPECT_EQ(kFaceCount * batches, frame.counts.maps.batchFaceCount);
+        if (texels == 0.0f)
+            full = triangles;
+        else
+            EXPECT_LT(triangles, full);
+    }
+}
+
 TEST(PolygonLodFrame, FollowsMoversAsIfBuiltAnewWithAndWithoutKeptMaps) {
     const Scene scene = spheresOverFloor();
     World world(scene, {});

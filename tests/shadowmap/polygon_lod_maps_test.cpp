@@ -166,6 +166,41 @@ TEST(PolygonLodMaps, KeptMapsOfAMoverThatChangesItsLevelAreThoseDrawnAnew) {
     EXPECT_EQ(kept.counts().triangleDrawCount, 0u);
 }
 
+// What a level may stand above its receiver, drawn as a floor of its own: it does not shadow the
+// receiver at any angle of light, and what stands higher does.
+TEST(PolygonLodMaps, ALevelThatStandsAboveItsReceiverByTheTexelsAllowedDoesNotShadowIt) {
+    const uint32_t n = 256;
+    const float texels = 2.0f;
+    const glm::vec3 light(0.0f, 3.0f, 0.0f);
+    // Straight below the light a texel is 2 height / n wide; farther out it is wider.
+    const float allowed = 2.0f * texels * light.y / float(n);
+    for (const bool isHigh : {false, true}) {
+        test::SmallScene level;
+        level.addQuad({0, isHigh ? 12.0f * allowed : 0.98f * allowed, 0}, {20, 0, 0}, {0, 0, 20});
+        const test::DrawnMap drawn(level, light, 60.0f, n, {test::wholeBox(light, 60.0f)}, {});
+        std::vector<ShadowMapInfo> maps{drawn.maps.view().maps[0]};
+        for (const float lodTexels : {0.0f, texels}) {
+            maps[0].lodTexels = lodTexels;
+            ShadowMapView view = drawn.maps.view();
+            view.maps = viewOf(maps);
+            ShadowMapBias bias;
+            bias.constantTexels = 0.0f;
+            for (const uint32_t taps : {1u, 4u, 9u})
+                for (float degrees = 5.0f; degrees <= 80.0f; degrees += 2.5f)
+                    for (const float turn : {0.1f, 0.7f, 2.9f, 4.0f}) {
+                        bias.taps = taps;
+                        const float r = light.y * std::tan(glm::radians(degrees));
+                        const glm::vec3 p(r * std::cos(turn), 0.0f, r * std::sin(turn));
+                        const bool isForgiven = !isHigh && lodTexels > 0.0f;
+                        const uint8_t v = lookupVisibility(view, 0, p, {0, 1, 0}, bias);
+                        EXPECT_TRUE(isForgiven ? v == 255 : v < 128)
+                            << int(v) << ": " << lodTexels << " texels, high " << isHigh << ", "
+                            << taps << " taps, " << degrees << " degrees";
+                    }
+        }
+    }
+}
+
 TEST(PolygonLodMaps, TexelsWithoutLevelsAndTexelsBelowZeroAreRefused) {
     const Stage stage(64);
     const auto messageFor = [&](float texels, const BatchView& batches) -> std::string {

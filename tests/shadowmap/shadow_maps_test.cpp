@@ -397,11 +397,13 @@ TEST(ShadowMaps, EmptyInputsGiveEmptyMaps) {
     EXPECT_EQ(maps.trianglesPerMap(), (std::vector<uint32_t>{0, 0}));
     EXPECT_EQ(lookupVisibility(maps.view(), 1, {1, 2, 3}, {0, -1, 0}, {}), 255);
     EXPECT_EQ(lookupVisibility(maps.view(), 0, {1, 2, 3}, {0, -1, 0}, {}), 0);
-    std::vector<std::string> names;
+    std::vector<std::string> names, expected;
     for (const auto& stage : stages.stagesMs)
         names.push_back(stage.first);
-    EXPECT_EQ(names, (std::vector<std::string>{"page masks", "page allocation", "culling",
-                                               "rasterization"}));
+    for (const std::string stage : kShadowMapStages)
+        if (stage != "geometry copy") // CUDA only
+            expected.push_back(stage);
+    EXPECT_EQ(names, expected);
 }
 
 TEST(ShadowMaps, SidesOfOneAnd8192TexelsWorkWithEveryPageSide) {

@@ -103,7 +103,7 @@ TEST(ProgramBench, RasterHoldsDepthsAgainstEmbree) {
     EXPECT_EQ(json["page_texels"], 32);
     EXPECT_GT(json["checks"]["texel_count"].get<int>(), 0);
     EXPECT_EQ(json["checks"]["differing_count"], 0);
-    for (const char* stage : {"page masks", "page allocation", "culling", "rasterization"})
+    for (const char* stage : {"page masks", "page clear", "culling tests", "rasterization"})
         EXPECT_TRUE(json["stages"][stage].contains("time_ms_max")) << stage;
     EXPECT_EQ(json["embree"].size(), 4u);
 }
