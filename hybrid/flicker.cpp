@@ -177,6 +177,11 @@ void FlickerMeter::forget() {
     answers_.clear();
 }
 
+void FlickerMeter::skip() {
+    forget();
+    ++frameCount_;
+}
+
 FlickerCounts FlickerMeter::add(const FlickerFrame& frame) {
     const ErrorInputs& inputs = frame.inputs;
     const size_t count = inputs.pairs.count();

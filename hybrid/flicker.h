@@ -65,6 +65,9 @@ public:
 
     /// Forgets the frame given last.
     void forget();
+    /// Passes over a frame that was answered elsewhere: as forget, but the frames that follow draw
+    /// the points that they would draw after it.
+    void skip();
 
 private:
     struct Answer {

@@ -88,7 +88,7 @@ struct Player {
     std::unique_ptr<CostModel> model;
     FlickerMeter flicker;
     FrameOptions options;
-    double updateMs = 0; ///< of following the frame shown now
+    StageTimes update; ///< of following the frame shown now
 };
 
 double msSince(std::chrono::steady_clock::time_point start) {
@@ -120,28 +120,28 @@ public:
     SceneMeasurement measure() {
         const int rounds = experiment_.warmups + experiment_.repeats;
         stepCount_ = steps_.size() * size_t(1 + rounds);
-        if (part("answers") == nullptr)
-            answer();
-        stepsDone_ = 0;
-        progress(steps_.size());
-        if (part("times") == nullptr)
-            time(rounds);
+        answer();
+        for (int round = 0; round < rounds; ++round)
+            time(round);
+        const std::vector<Timing> timings = gatherTimes();
         SceneMeasurement out;
-        const Json &answers = *part("answers"), &times = *part("times");
-        for (size_t i = 0; i < answers.size(); ++i) {
-            Json json = Json::object();
-            for (const auto& [key, value] : answers[i].items()) {
-                json[key] = value;
-                if (key == "label")
-                    json.update(times[i]);
+        for (size_t step = 0; step < steps_.size(); ++step)
+            for (const Json& row : *part(answersOf(step))) {
+                Json json = Json::object();
+                for (const auto& [key, value] : row.items()) {
+                    json[key] = value;
+                    if (key == "label")
+                        json.update(timings[out.sequenceRuns.size()].toJson());
+                }
+                out.sequenceRuns.push_back(std::move(json));
             }
-            out.sequenceRuns.push_back(std::move(json));
-        }
         return out;
     }
 
 private:
     const Json* part(const std::string& name) const { return context_.journal->find(part_ + name); }
+    static std::string answersOf(size_t step) { return "answers/" + std::to_string(step); }
+    static std::string timesOf(int round) { return "times/" + std::to_string(round); }
 
     void progress(size_t steps) {
         stepsDone_ += steps;
@@ -162,11 +162,8 @@ private:
     void show(uint32_t frame) {
         World& world = *scene_.world;
         const std::vector<uint32_t> moved = world.setTime(experiment_.timeOfFrame(frame));
-        for (const std::unique_ptr<Player>& player : players_) {
-            const auto start = std::chrono::steady_clock::now();
-            player->renderer.worldChanged(moved);
-            player->updateMs = msSince(start);
-        }
+        for (const std::unique_ptr<Player>& player : players_)
+            player->update = player->renderer.worldChanged(moved);
         witness_->renderer.worldChanged(moved);
         isTruthStale_ |= !moved.empty();
         view_ = camera_->at(world);
@@ -184,13 +181,25 @@ private:
         return player.renderer.render(view_, *player.model, player.options);
     }
 
-    /// Renders everything once with recording.
+    /// Renders everything once with recording, from the first step on that the journal lacks.
     void answer() {
+        size_t done = 0;
+        while (done < steps_.size() && part(answersOf(done)) != nullptr)
+            ++done;
+        if (done == steps_.size())
+            return progress(done);
         rewind();
-        Json rows = Json::array();
-        for (const SequenceStep& step : steps_) {
+        for (size_t s = 0; s < steps_.size(); ++s) {
             checkInterrupted();
+            const SequenceStep& step = steps_[s];
             show(step.frame);
+            if (s + 1 < done) {
+                for (const std::unique_ptr<Player>& player : players_)
+                    pass(*player);
+                progress(1);
+                continue;
+            }
+            Json rows = Json::array();
             const PairList pairs = render(*witness_, true).pairs;
             const std::vector<uint8_t> visibility =
                 truth().visibility(witness_->renderer.gbuffer(), scene_.world->lights(), pairs);
@@ -208,9 +217,18 @@ private:
                 json.update(row);
                 rows.push_back(std::move(json));
             }
+            if (s >= done) // the one before is rendered again for the points that it draws
+                context_.journal->set(part_ + answersOf(s), std::move(rows));
             progress(1);
         }
-        context_.journal->set(part_ + "answers", std::move(rows));
+    }
+
+    /// Brings a player past a step whose answers are known.
+    void pass(Player& player) {
+        if (player.isTruth)
+            return;
+        render(player, false);
+        player.flicker.skip();
     }
 
     Json answerTruth(const PairList& pairs, const std::vector<uint8_t>& visibility) const {
@@ -254,30 +272,42 @@ private:
         return json;
     }
 
-    /// Renders everything again and again for time alone.
-    void time(int rounds) {
-        const size_t countedFrames = context_.frames.size();
-        std::vector<Timing> timings(countedFrames * players_.size());
-        for (int round = 0; round < rounds; ++round) {
-            rewind();
-            size_t frame = 0;
-            for (size_t s = 0; s < steps_.size(); ++s) {
-                checkInterrupted();
-                show(steps_[s].frame);
-                for (size_t i = 0; i < players_.size(); ++i) {
-                    const size_t index = (i + s + size_t(round)) % players_.size();
-                    const StageTimes stages = timeOne(*players_[index]);
-                    if (steps_[s].isCounted && round >= experiment_.warmups)
-                        timings[frame * players_.size() + index].add(stages);
-                }
-                frame += steps_[s].isCounted;
-                progress(1);
+    /// Renders everything once more for time alone, unless the journal knows this round.
+    void time(int round) {
+        if (part(timesOf(round)) != nullptr)
+            return progress(steps_.size());
+        rewind();
+        Json times = Json::array(); // by counted frame and player: its stages
+        for (size_t s = 0; s < steps_.size(); ++s) {
+            checkInterrupted();
+            show(steps_[s].frame);
+            std::vector<Json> ofStep(players_.size());
+            for (size_t i = 0; i < players_.size(); ++i) {
+                const size_t index = (i + s + size_t(round)) % players_.size();
+                ofStep[index] = timeOne(*players_[index]).stagesMs;
+            }
+            if (steps_[s].isCounted)
+                for (Json& stages : ofStep)
+                    times.push_back(std::move(stages));
+            progress(1);
+        }
+        context_.journal->set(part_ + timesOf(round), std::move(times));
+    }
+
+    /// Returns the times of all rounds that count, by counted frame and player.
+    std::vector<Timing> gatherTimes() const {
+        std::vector<Timing> timings(context_.frames.size() * players_.size());
+        for (int round = experiment_.warmups; round < experiment_.warmups + experiment_.repeats;
+             ++round) {
+            const Json& times = *part(timesOf(round));
+            for (size_t i = 0; i < timings.size(); ++i) {
+                StageTimes stages;
+                for (const Json& stage : times[i])
+                    stages.add(stage[0].get<std::string>(), stage[1].get<double>());
+                timings[i].add(stages);
             }
         }
-        Json times = Json::array();
-        for (const Timing& timing : timings)
-            times.push_back(timing.toJson());
-        context_.journal->set(part_ + "times", std::move(times));
+        return timings;
     }
 
     StageTimes timeOne(Player& player) {
@@ -290,7 +320,7 @@ private:
             stages.add("embree rays", msSince(start));
             return stages;
         }
-        stages.add("scene update", player.updateMs);
+        stages = player.update;
         for (const auto& [name, timeMs] : render(player, false).stages.stagesMs)
             stages.add(name, timeMs);
         return stages;

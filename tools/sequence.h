@@ -10,8 +10,11 @@
 //
 // The whole sequence is rendered once with recording, for counts, errors and flicker, then
 // `warmups` times uncounted, then `repeats` times for time alone, each time from nothing. Times
-// hold what following the moved instances takes ("scene update": positions, batch boxes,
-// hierarchies).
+// hold what following the moved instances takes (FrameRenderer::worldChanged).
+//
+// The journal keeps every frame of the recording and every round of times. Taken up, a recording
+// goes on at the first frame that is missing: what renderers keep of those before is rendered again
+// without recording.
 #pragma once
 
 #include "tools/measure.h"
