@@ -65,6 +65,7 @@ void ErrorCounts::add(const ErrorCounts& other) {
     unexplainedFalseLightCount += other.unexplainedFalseLightCount;
     settledFalseShadowCount += other.settledFalseShadowCount;
     settledFalseLightCount += other.settledFalseLightCount;
+    tapSettledCount += other.tapSettledCount;
     acneCount += other.acneCount;
     contactCount += other.contactCount;
     absVisibilityErrorSum += other.absVisibilityErrorSum;
@@ -105,10 +106,13 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
         const PairVerdict verdict = report.verdicts[c.pair];
         counts.acneCount += verdict == PairVerdict::kAcne;
         counts.contactCount += verdict == PairVerdict::kContact;
-        if (verdict == PairVerdict::kSettled)
+        counts.tapSettledCount += verdict == PairVerdict::kTapSettled;
+        const bool isSettled =
+            verdict == PairVerdict::kSettled || verdict == PairVerdict::kTapSettled;
+        if (isSettled)
             ++(isDark(inputs.visibility[c.pair]) ? counts.settledFalseShadowCount
                                                  : counts.settledFalseLightCount);
-        if (verdict == PairVerdict::kUnexplained || verdict == PairVerdict::kSettled)
+        if (isSettled || verdict == PairVerdict::kUnexplained)
             ++(isDark(inputs.visibility[c.pair]) ? counts.unexplainedFalseShadowCount
                                                  : counts.unexplainedFalseLightCount);
     }
@@ -119,17 +123,26 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
 
     const std::vector<Case> right = sampleRightPairs(pairs, inputs.visibility, truthVisibility,
                                                      options.seed, options.nullSampleCount);
-    std::vector<uint8_t> isFlipped(right.size());
+    std::vector<PairJudge::Flips> flips(right.size());
     cpuParallelRanges(right.size(), 64, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i)
-            isFlipped[i] = judge.flips(right[i].sample, right[i].pair,
-                                       isDark(inputs.visibility[right[i].pair]));
+            flips[i] = judge.flips(right[i].sample, right[i].pair,
+                                   isDark(inputs.visibility[right[i].pair]));
     });
+    uint64_t shiftCount = 0, tapCount = 0, tapOnlyCount = 0;
+    for (const PairJudge::Flips& of : flips) {
+        shiftCount += of.byShifts;
+        report.tapNullSampleCount += of.hasTaps;
+        tapCount += of.byTaps;
+        tapOnlyCount += of.byTaps && !of.byShifts;
+    }
+    const auto share = [](uint64_t count, uint64_t of) {
+        return of > 0 ? double(count) / double(of) : 0.0;
+    };
     report.nullSampleCount = right.size();
-    uint64_t flippedCount = 0;
-    for (const uint8_t flipped : isFlipped)
-        flippedCount += flipped;
-    report.nullRate = right.empty() ? 0.0 : double(flippedCount) / double(right.size());
+    report.nullRate = share(shiftCount, right.size());
+    report.tapNullRate = share(tapCount, report.tapNullSampleCount);
+    report.tapOnlyNullRate = share(tapOnlyCount, report.tapNullSampleCount);
     return report;
 }
 

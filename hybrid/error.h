@@ -25,7 +25,8 @@ struct ErrorCounts {
     uint64_t unexplainedFalseLightCount = 0;
     uint64_t settledFalseShadowCount = 0; ///< of the unexplained: see settled in explain.h
     uint64_t settledFalseLightCount = 0;
-    uint64_t acneCount = 0; ///< false shadow whose blocker is the receiver's own surface
+    uint64_t tapSettledCount = 0; ///< of the settled: by the truth along the taps' own rays
+    uint64_t acneCount = 0;       ///< false shadow whose blocker is the receiver's own surface
     uint64_t contactCount =
         0; ///< false light whose true blockers are nearer to an end than the offset
     double absVisibilityErrorSum = 0; ///< sum |method - truth| in [0, 1] over pairs
@@ -36,15 +37,31 @@ struct ErrorCounts {
     }
 };
 
-/// What became of one pair; all but the first are wrong pairs. Definitions in explain.h.
-enum class PairVerdict : uint8_t { kRight, kExplained, kUnexplained, kAcne, kContact, kSettled };
+/// What became of one pair; all but the first are wrong pairs. Definitions in explain.h. Settled
+/// pairs are unexplained ones of which more is known: by an aimed shift, or by the taps' own rays.
+enum class PairVerdict : uint8_t {
+    kRight,
+    kExplained,
+    kUnexplained,
+    kAcne,
+    kContact,
+    kSettled,
+    kTapSettled
+};
 
 struct ErrorReport {
     ErrorCounts total;
     std::vector<ErrorCounts> perLight;               ///< by world light
     std::array<uint64_t, 256> visibilityHistogram{}; ///< the method's visibility over all pairs
     double nullRate = 0; ///< share of sampled right answers that the same 32 rays would flip
-    uint64_t nullSampleCount = 0;      ///< right answers sampled, with replacement
+    uint64_t nullSampleCount = 0; ///< right answers sampled, with replacement
+    /// What settling by the taps' own rays is worth: the share of the right answers by maps among
+    /// the sampled that it would settle had they been wrong, that is where the truth along the
+    /// taps' rays differs from the answer. The nearer to 0, the less of what it settles is chance.
+    double tapNullRate = 0;
+    /// The same, where none of the 32 rays would have flipped the answer: only then are taps asked.
+    double tapOnlyNullRate = 0;
+    uint64_t tapNullSampleCount = 0;   ///< right answers by maps among the sampled
     std::vector<PairVerdict> verdicts; ///< per pair
 };
 

@@ -166,7 +166,8 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
                          std::min(2.0 * method.bias.constantTexels / map.faceTexels, 0.5);
     if (map.window.isSun())
         q.startOffsetWorld = method.bias.constantTexels * texelWorldAt(map, q.position);
-    if (map.lodTexels > 0.0f) { // the plane is lifted across itself, down to half the light's height
+    if (map.lodTexels >
+        0.0f) { // the plane is lifted across itself, down to half the light's height
         const glm::dvec3 toLight(q.light - q.position);
         const double distance = glm::length(toLight);
         const double height = glm::dot(glm::dvec3(q.normal), toLight);
@@ -296,6 +297,10 @@ bool PairJudge::anyAimedShiftIsDark(const Question& q) const {
     return isDark;
 }
 
+bool PairJudge::hasTaps(const Question& q) const {
+    return q.route == Route::kMap && q.trace.missingTapCount == 0;
+}
+
 bool PairJudge::isDarkByTruthTaps(const Question& q, float constantTexels) const {
     ShadowMapInfo map = inputs_.method.maps.maps[q.map];
     if (constantTexels == 0.0f)
@@ -316,16 +321,21 @@ PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const 
         return PairVerdict::kUnexplained;
     if (isDark && anyAimedShiftIsDark(q))
         return PairVerdict::kSettled;
-    if (q.route != Route::kMap || q.trace.missingTapCount != 0)
+    if (!hasTaps(q))
         return PairVerdict::kUnexplained;
     if (isDarkByTruthTaps(q, 0.0f) == isDark)
-        return PairVerdict::kSettled;
+        return PairVerdict::kTapSettled;
     const bool isOfBias = !isDark && !isDarkByTruthTaps(q, inputs_.method.bias.constantTexels);
     return isOfBias ? PairVerdict::kContact : PairVerdict::kUnexplained;
 }
 
-bool PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {
-    return anyShiftAnswers(ask(sample, pair, isDark), !isDark);
+PairJudge::Flips PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {
+    const Question q = ask(sample, pair, isDark);
+    Flips flips;
+    flips.byShifts = anyShiftAnswers(q, !isDark);
+    flips.hasTaps = hasTaps(q);
+    flips.byTaps = flips.hasTaps && isDarkByTruthTaps(q, 0.0f) != isDark;
+    return flips;
 }
 
 } // namespace shadowdag

@@ -64,15 +64,21 @@ public:
     /// Returns what a wrong pair is. @param isDark the method's answer, the reverse of the truth's
     PairVerdict judge(uint32_t sample, uint64_t pair, bool isDark) const;
 
-    /// Returns whether any of the 32 shifted rays of a right pair differs from its answer. @param
-    /// isDark that answer
-    bool flips(uint32_t sample, uint64_t pair, bool isDark) const;
+    /// What would call a right answer's reverse explained or settled.
+    struct Flips {
+        bool byShifts = false; ///< any of the 32 shifted rays differs from the answer
+        bool hasTaps = false;  ///< a map answered, with all pages at hand
+        bool byTaps = false;   ///< the truth along the taps' own rays differs from the answer
+    };
+    /// Returns what differs from a right pair's answer. @param isDark that answer
+    Flips flips(uint32_t sample, uint64_t pair, bool isDark) const;
 
 private:
     struct Question;
     Question ask(uint32_t sample, uint64_t pair, bool isDark) const;
     bool isAcne(const Question& q) const;
     bool isContact(const Question& q) const;
+    bool hasTaps(const Question& q) const;
     bool anyShiftAnswers(const Question& q, bool dark) const;
     bool anyAimedShiftIsDark(const Question& q) const;
     bool isDarkByTruthTaps(const Question& q, float constantTexels) const;

@@ -168,6 +168,7 @@ void FlickerCounts::add(const FlickerCounts& other) {
     pointCount += other.pointCount;
     truthChangeCount += other.truthChangeCount;
     unansweredCount += other.unansweredCount;
+    missingTapCount += other.missingTapCount;
     for (size_t i = 0; i < byChange.size(); ++i)
         byChange[i].add(other.byChange[i]);
 }
@@ -310,14 +311,16 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
             uint64_t pair = inputs.pairs.count();
             for (size_t s = 0; s < beside.size() && pair == inputs.pairs.count(); ++s)
                 pair = pairOf(inputs.pairs, beside[s], lightIndex);
+            if (pair == inputs.pairs.count()) {
+                ++counts.unansweredCount;
+                continue;
+            }
             VisibilityCounts asked;
             const uint8_t visibility =
-                pair == inputs.pairs.count()
-                    ? kLit
-                    : answerPair(inputs.method, inputs.pairMap[pair], lightIndex, light,
-                                 point.positionWorld, point.normalWorld, point.triangle, asked);
-            if (pair == inputs.pairs.count() || asked.missingTapCount > 0) {
-                ++counts.unansweredCount;
+                answerPair(inputs.method, inputs.pairMap[pair], lightIndex, light,
+                           point.positionWorld, point.normalWorld, point.triangle, asked);
+            if (asked.missingTapCount > 0) {
+                ++counts.missingTapCount;
                 continue;
             }
             list.addPair(lightIndex, visibility, inputs.pairMap[pair]);

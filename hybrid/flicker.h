@@ -37,6 +37,8 @@ struct FlickerCounts {
     uint64_t pointCount = 0;       ///< points that both frames see
     uint64_t truthChangeCount = 0; ///< answers that Embree changes itself: not judged
     uint64_t unansweredCount = 0;  ///< no sample beside the point has the light
+    uint64_t missingTapCount = 0;  ///< answers whose taps want pages that the frame has not: a
+                                   ///< filter wider than what the samples beside it marked
     std::array<Class, kFlickerChangeCount> byChange; ///< index: FlickerChange
 
     const Class& of(FlickerChange change) const { return byChange[size_t(change)]; }

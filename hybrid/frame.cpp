@@ -102,13 +102,14 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     }
 
     // For reports, outside of the frame's time.
-    countFrame(state, result);
+    const std::vector<uint32_t> records = state.lists.record.download();
+    countFrame(state, records, result);
     if (!model.needsGeometryCounts())
         countGeometry(state, options, result.maps);
     result.color = state.color.download();
     shading.lists = state.lists.view(); // pairs are recorded ascending
     if (options.recordPairs)
-        recordPairs(state, shading, result);
+        recordPairs(state, shading, records, result);
     return result;
 }
 

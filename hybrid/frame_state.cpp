@@ -119,13 +119,21 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
 
 namespace {
 
+/// Clusters and their lists of lights on the host.
+struct HostLists {
+    explicit HostLists(const FrameState& state)
+        : sampleStart(state.clusters.sampleStart.download()),
+          samples(state.clusters.samples.download()), lightStart(state.lists.start.download()),
+          lights(state.lists.lights.download()), lightCount(state.scene.world().lights().size()) {}
+
+    std::vector<uint32_t> sampleStart, samples, lightStart, lights;
+    size_t lightCount; ///< of the world
+};
+
 /// Counts the traced pairs by whether their light lights its cluster wholly, not at all, in part.
-void countWholeClusters(const FrameState& state, FrameResult& result) {
-    const std::vector<uint32_t> sampleStart = state.clusters.sampleStart.download(),
-                                samples = state.clusters.samples.download(),
-                                lightStart = state.lists.start.download(),
-                                lights = state.lists.lights.download();
-    std::vector<uint64_t> lit(state.scene.world().lights().size(), 0), dark = lit;
+void countWholeClusters(const HostLists& lists, FrameResult& result) {
+    const auto& [sampleStart, samples, lightStart, lights, lightCount] = lists;
+    std::vector<uint64_t> lit(lightCount, 0), dark = lit;
     FrameCounts& counts = result.counts;
     for (size_t c = 0; c + 1 < sampleStart.size(); ++c) {
         for (uint32_t i = sampleStart[c]; i < sampleStart[c + 1]; ++i)
@@ -144,16 +152,13 @@ void countWholeClusters(const FrameState& state, FrameResult& result) {
 }
 
 /// Counts the pairs of every map; those that are proven lit belong to none.
-void countPairsOfMaps(const FrameState& state, FrameResult& result) {
-    const std::vector<uint32_t> sampleStart = state.clusters.sampleStart.download(),
-                                samples = state.clusters.samples.download(),
-                                start = state.lists.start.download(),
-                                lights = state.lists.lights.download(),
-                                record = state.lists.record.download();
-    std::vector<uint32_t> recordOfLight(state.scene.world().lights().size(), kProvenLit);
+void countPairsOfMaps(const HostLists& lists, const std::vector<uint32_t>& records,
+                      FrameResult& result) {
+    const auto& [sampleStart, samples, lightStart, lights, lightCount] = lists;
+    std::vector<uint32_t> recordOfLight(lightCount, kProvenLit);
     for (size_t c = 0; c + 1 < sampleStart.size(); ++c) {
-        for (uint32_t l = start[c]; l < start[c + 1]; ++l)
-            recordOfLight[lights[l]] = record[l];
+        for (uint32_t l = lightStart[c]; l < lightStart[c + 1]; ++l)
+            recordOfLight[lights[l]] = records[l];
         for (uint32_t i = sampleStart[c]; i < sampleStart[c + 1]; ++i)
             for (uint64_t p = result.pairs.sampleStart[samples[i]];
                  p < result.pairs.sampleStart[samples[i] + 1]; ++p) {
@@ -166,7 +171,8 @@ void countPairsOfMaps(const FrameState& state, FrameResult& result) {
 
 } // namespace
 
-void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& result) {
+void recordPairs(FrameState& state, const ShadeSamples& shading,
+                 const std::vector<uint32_t>& records, FrameResult& result) {
     listPairs(state.backend, shading.gbuffer, shading.clusters, shading.lists, shading.lights,
               state.pairs);
     const std::vector<uint32_t> start = state.pairs.start.download();
@@ -187,16 +193,18 @@ void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& re
     result.pairRoute.reserve(result.pairMap.size());
     for (const int map : result.pairMap)
         result.pairRoute.push_back(map < 0 ? Route::kRays : Route::kMap);
-    countPairsOfMaps(state, result);
-    countWholeClusters(state, result);
+    const HostLists lists(state);
+    countPairsOfMaps(lists, records, result);
+    countWholeClusters(lists, result);
 }
 
-void countFrame(const FrameState& state, FrameResult& result) {
+void countFrame(const FrameState& state, const std::vector<uint32_t>& records,
+                FrameResult& result) {
     FrameCounts& counts = result.counts;
     counts.sampleCount = state.clusters.samples.size();
     counts.clusterCount = state.clusters.cell.size();
     counts.clusterLightCount = state.lists.lights.size();
-    for (const uint32_t record : state.lists.record.download())
+    for (const uint32_t record : records)
         counts.prunedClusterLightCount += record == kProvenLit;
     counts.rayCount = sum(state.rayCount);
     counts.lookupCount = sum(state.lookupCount);

@@ -98,10 +98,12 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options);
 
 /// Lists the exact pairs and answers them again with recording on; fills pairs, visibility,
 /// pairRoute and the records' pair counts.
-void recordPairs(FrameState& state, const ShadeSamples& shading, FrameResult& result);
+/// @param records of every (cluster, light) pair, ClusterLightsView::record on the host
+void recordPairs(FrameState& state, const ShadeSamples& shading,
+                 const std::vector<uint32_t>& records, FrameResult& result);
 
-/// Fills in the counts of a shaded frame.
-void countFrame(const FrameState& state, FrameResult& result);
+/// Fills in the counts of a shaded frame. @param records as recordPairs has them
+void countFrame(const FrameState& state, const std::vector<uint32_t>& records, FrameResult& result);
 
 /// Return the last frame's samples, maps and what its rays' levels follow on the host; valid until
 /// the next frame.

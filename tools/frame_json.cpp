@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/frame_json.h"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace shadowdag {
@@ -40,9 +41,18 @@ Json toJson(const ErrorCounts& c) {
             {"unexplained_false_light_count", c.unexplainedFalseLightCount},
             {"settled_false_shadow_count", c.settledFalseShadowCount},
             {"settled_false_light_count", c.settledFalseLightCount},
+            {"tap_settled_count", c.tapSettledCount},
             {"acne_count", c.acneCount},
             {"contact_count", c.contactCount},
             {"mean_abs_visibility_error", c.meanAbsVisibilityError()}};
+}
+
+Json nullRatesJson(const ErrorReport& report) {
+    return {{"null_rate", report.nullRate},
+            {"null_sample_count", report.nullSampleCount},
+            {"tap_null_rate", report.tapNullRate},
+            {"tap_only_null_rate", report.tapOnlyNullRate},
+            {"tap_null_sample_count", report.tapNullSampleCount}};
 }
 
 Json toJson(const StageTimes& stages) {
@@ -95,6 +105,34 @@ Json toJson(const FrameCounts& c) {
         {"lookup_count", c.lookupCount},
         {"missing_tap_count", c.missingTapCount},
         {"map_bytes", c.maps.mapBytes}};
+}
+
+Json lightsJson(const std::vector<MapRecord>& maps) {
+    Json list = Json::array();
+    for (size_t first = 0, end = 0; first < maps.size(); first = end) {
+        const uint32_t light = maps[first].quantities.light;
+        uint32_t drawnCount = 0, faceTexels = 0;
+        uint64_t pages = 0;
+        float texels = 0;
+        for (end = first; end < maps.size() && maps[end].quantities.light == light; ++end) {
+            const MapQuantities& q = maps[end].quantities;
+            drawnCount += maps[end].route == Route::kMap;
+            texels = std::max(texels, q.texels);
+            faceTexels = std::max(faceTexels, q.faceTexels);
+            pages += q.pages;
+        }
+        const size_t count = end - first;
+        list.push_back({{"light", light},
+                        {"route", drawnCount == 0       ? "rays"
+                                  : drawnCount == count ? "map"
+                                                        : "both"},
+                        {"map_count", count},
+                        {"drawn_map_count", drawnCount},
+                        {"texels", texels},
+                        {"face_texels", faceTexels},
+                        {"pages", pages}});
+    }
+    return list;
 }
 
 Json toJson(const std::vector<MapRecord>& maps) {

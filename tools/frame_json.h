@@ -11,6 +11,9 @@ namespace shadowdag {
 
 /// Returns pair_count .. contact_count and mean_abs_visibility_error.
 Json toJson(const ErrorCounts& counts);
+/// Returns null_rate, tap_null_rate, tap_only_null_rate and the counts of right answers that they
+/// are shares of: what explaining and settling errors is worth (ErrorReport).
+Json nullRatesJson(const ErrorReport& report);
 /// Returns stage names and times.
 Json toJson(const StageTimes& stages);
 /// Returns traced_light_count .. ray_count, page_count, texel_count, map_bytes and what culling
@@ -25,5 +28,10 @@ std::string poolNote(const Json& run);
 
 /// Returns one object a map: quantities, route, pairs.
 Json toJson(const std::vector<MapRecord>& maps);
+/// Returns one object a light that has maps: map_count and drawn_map_count; route "map" or "rays",
+/// "both" where some of its maps are drawn and some traced; texels and face_texels, the most that
+/// any of its maps requests and is allocated; pages, the sum over its maps.
+/// @param maps ascending light
+Json lightsJson(const std::vector<MapRecord>& maps);
 
 } // namespace shadowdag

@@ -201,7 +201,7 @@ private:
         for (const uint8_t visibility : truthVisibility_)
             counts.occludedCount += visibility < kHalfLit ? 1 : 0;
         json.update(toJson(counts));
-        json["null_rate"] = 0.0;
+        json.update(nullRatesJson({}));
         json["rmse"] = 0.0;
         json["flip"] = 0.0;
         FrameCounts none;
@@ -223,7 +223,7 @@ private:
         const ErrorReport report =
             computeError(rendererOf(run), result, *scene_.world, truth_, truthVisibility_, options);
         json.update(toJson(report.total));
-        json["null_rate"] = report.nullRate;
+        json.update(nullRatesJson(report));
         const std::vector<glm::vec3> display = toneMap(result.color, exposure_);
         json["rmse"] = computeRmse(truthDisplay_, display);
         json["flip"] = computeFlip(truthDisplay_, display, experiment_.width, experiment_.height);
@@ -232,22 +232,11 @@ private:
         if (run.method == "dag-exact")
             json["exact_bytes"] = rendererOf(run).exactBytes();
         json["visibility_histogram"] = report.visibilityHistogram;
-        for (size_t m = 0; m < result.maps.size(); ++m) {
-            // One line a light; of several maps the highest octave's, which comes last.
-            const MapRecord& map = result.maps[m];
-            const uint32_t light = map.quantities.light;
-            if (m + 1 < result.maps.size() && result.maps[m + 1].quantities.light == light)
-                continue;
-            Json entry = {{"scene", scene_.name},
-                          {"frame", frame_},
-                          {"label", run.label()},
-                          {"light", light},
-                          {"route", map.route == Route::kRays ? "rays" : "map"},
-                          {"texels", map.quantities.texels},
-                          {"face_texels", map.quantities.faceTexels},
-                          {"pages", map.quantities.pages}};
-            entry.update(toJson(report.perLight[light]));
-            lights.push_back(std::move(entry));
+        for (Json& entry : lightsJson(result.maps)) {
+            Json row = {{"scene", scene_.name}, {"frame", frame_}, {"label", run.label()}};
+            row.update(entry);
+            row.update(toJson(report.perLight[entry["light"].get<size_t>()]));
+            lights.push_back(std::move(row));
         }
         if (withPictures_)
             writePictures(run, result, display, json);

@@ -35,7 +35,7 @@ struct SceneMeasurement {
     Json runs = Json::array();         ///< one object a frame and configuration
     Json sequenceRuns = Json::array(); ///< the same of frames in sequence (tools/sequence.h)
     Json mapCosts = Json::array();     ///< one object a frame and map: quantities, rays_ms, map_ms
-    Json lights = Json::array();       ///< one object a run and light: route and errors
+    Json lights = Json::array();       ///< one object a run and light: its maps and errors
     CostTable costs;                   ///< measured or replayed
     Json truthImages = Json::array();  ///< {"scene", "frame", "file"}
 };

@@ -46,7 +46,8 @@ Json flickerJson(const FlickerCounts& counts) {
                  {"flicker_contact_count", total.contactCount},
                  {"flicker_acne_count", total.acneCount},
                  {"flicker_truth_change_count", counts.truthChangeCount},
-                 {"flicker_unanswered_count", counts.unansweredCount}};
+                 {"flicker_unanswered_count", counts.unansweredCount},
+                 {"flicker_missing_tap_count", counts.missingTapCount}};
     const std::pair<const char*, FlickerChange> kinds[] = {
         {"held", FlickerChange::kHeld},
         {"resolution_switch", FlickerChange::kResolutionSwitch},

@@ -108,15 +108,21 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
                      << " right answers that the 32 rays which explain errors would flip\n";
     if (const std::string note = poolNote(result.counts); !note.empty())
         console.people() << note << "; give more with --pool\n";
-    if (const uint64_t settled =
-            report.total.settledFalseShadowCount + report.total.settledFalseLightCount)
+    const ErrorCounts& total = report.total;
+    if (const uint64_t settled = total.settledFalseShadowCount + total.settledFalseLightCount)
         console.people() << "of the unexplained, " << settled
-                         << " are settled: a shift aimed at the blocker, or the truth along the "
-                            "taps' own rays, agrees with the method\n";
+                         << " are settled: " << settled - total.tapSettledCount
+                         << " by a shift aimed at the blocker, " << total.tapSettledCount
+                         << " by the truth along the taps' own rays, which agrees with the "
+                            "method\n";
+    if (report.tapNullSampleCount > 0)
+        console.people() << "null rate of the taps' rays " << report.tapNullRate << ": share of "
+                         << report.tapNullSampleCount
+                         << " right answers by maps whose reverse they would settle; "
+                         << report.tapOnlyNullRate << " where none of the 32 rays would\n";
     Json json = {{"scene", frames.scene().name}, {"method", options.method.method}};
     json.update(toJson(report.total));
-    json["null_rate"] = report.nullRate;
-    json["null_sample_count"] = report.nullSampleCount;
+    json.update(nullRatesJson(report));
     json["lights"] = std::move(lights);
     json["provenance"] = buildProvenance(backend);
     console.emit(json);

@@ -78,15 +78,15 @@ struct Stage {
     }
 
     FlickerCounts add(const Camera& camera, const FrameResult& frame) {
+        return add(camera, frame, renderer.shadowMaps());
+    }
+
+    FlickerCounts add(const Camera& camera, const FrameResult& frame, const ShadowMapView& maps) {
         const ErrorInputs inputs{
-            renderer.gbuffer(),
-            world.triangles(),
-            viewOf(world.lights()),
-            frame.pairs,
-            frame.visibility,
-            frame.pairRoute,
-            frame.pairMap,
-            {renderer.rayInputs(options.rays), renderer.shadowMaps(), options.bias}};
+            renderer.gbuffer(),     world.triangles(),
+            viewOf(world.lights()), frame.pairs,
+            frame.visibility,       frame.pairRoute,
+            frame.pairMap,          {renderer.rayInputs(options.rays), maps, options.bias}};
         return meter.add({inputs, camera});
     }
 
@@ -116,6 +116,7 @@ TEST(Flicker, AStillCameraHasNoneByAnyMethod) {
             EXPECT_GT(counts.of(FlickerChange::kHeld).answerCount, 3000u) << model;
             EXPECT_EQ(counts.total().flickerCount, 0u) << model;
             EXPECT_EQ(counts.unansweredCount, 0u) << model;
+            EXPECT_EQ(counts.missingTapCount, 0u) << model;
             EXPECT_EQ(counts.truthChangeCount, 0u) << model;
         }
     }
@@ -160,7 +161,7 @@ TEST(Flicker, MapsOfHeldResolutionHoldStillWhileTheCameraMoves) {
     const FlickerCounts counts = stage.show(cameraAt(0.1f), "texels:0");
     EXPECT_GT(counts.of(FlickerChange::kHeld).answerCount, 2000u);
     EXPECT_EQ(counts.of(FlickerChange::kHeld).flickerCount, 0u);
-    EXPECT_LE(counts.unansweredCount, counts.total().answerCount / 100);
+    EXPECT_LE(counts.unansweredCount + counts.missingTapCount, counts.total().answerCount / 100);
 }
 
 TEST(Flicker, AnswersTurnedOverAreCountedOnceAndNotAllExplained) {
@@ -220,6 +221,46 @@ TEST(Flicker, WhatMovesIsFollowedAndEmbreesOwnChangesAreNotJudged) {
     EXPECT_GT(counts.pointCount, 1000u);
     EXPECT_GT(counts.truthChangeCount, 20u);
     EXPECT_LT(counts.total().flickerCount, counts.total().answerCount / 20);
+}
+
+TEST(Flicker, AnswersWithoutASampleAndAnswersWithoutPagesAreCountedApart) {
+    Stage stage;
+    const Camera camera = cameraAt(0);
+    stage.show(camera, "texels:0");
+    const uint64_t answerCount = stage.show(camera, "texels:0").total().answerCount;
+    ASSERT_GT(answerCount, 3000u);
+
+    // The same frame without any page: every answer lacks taps, none lacks its sample.
+    stage.show(camera, "texels:0");
+    FrameResult frame = stage.renderer.render(camera, *makeCostModel("texels:0"), stage.options);
+    ShadowMapView maps = stage.renderer.shadowMaps();
+    const std::vector<uint32_t> noPages(maps.pageTable.count, kNoPage);
+    maps.pageTable = viewOf(noPages);
+    const FlickerCounts pageless = stage.add(camera, frame, maps);
+    // Every frame draws other points, which have about as many answers.
+    EXPECT_NEAR(double(pageless.missingTapCount), double(answerCount), 0.05 * double(answerCount));
+    EXPECT_EQ(pageless.unansweredCount, 0u);
+    EXPECT_EQ(pageless.total().answerCount, 0u);
+
+    // The same frame without the pairs of light 1: those answers lack their sample, no taps.
+    stage.show(camera, "texels:0");
+    FrameResult halved;
+    halved.pairs.sampleStart = {0};
+    for (size_t s = 0; s + 1 < frame.pairs.sampleStart.size(); ++s) {
+        for (uint64_t p = frame.pairs.sampleStart[s]; p < frame.pairs.sampleStart[s + 1]; ++p)
+            if (frame.pairs.light[p] == 0) {
+                halved.pairs.light.push_back(0);
+                halved.visibility.push_back(frame.visibility[p]);
+                halved.pairRoute.push_back(frame.pairRoute[p]);
+                halved.pairMap.push_back(frame.pairMap[p]);
+            }
+        halved.pairs.sampleStart.push_back(halved.pairs.light.size());
+    }
+    const FlickerCounts lightless = stage.add(camera, halved);
+    EXPECT_EQ(lightless.missingTapCount, 0u);
+    EXPECT_GT(lightless.unansweredCount, 1000u);
+    EXPECT_NEAR(double(lightless.unansweredCount + lightless.total().answerCount),
+                double(answerCount), 0.05 * double(answerCount));
 }
 
 TEST(Flicker, FramesWithoutRecordedAnswersAreRefused) {

@@ -217,7 +217,8 @@ TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
     for (const char* key :
          {"pair_count", "occluded_count", "false_shadow_count", "false_light_count",
           "unexplained_false_shadow_count", "unexplained_false_light_count", "acne_count",
-          "contact_count", "null_rate"})
+          "contact_count", "null_rate", "tap_settled_count", "tap_null_rate",
+          "tap_only_null_rate", "tap_null_sample_count"})
         EXPECT_TRUE(result.json().contains(key)) << key;
     uint64_t sum = 0;
     const Json validated = result.json();

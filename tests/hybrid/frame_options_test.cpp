@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole frames of a small room with a blocker: what options and costs change, and what is refused.
+#include "hybrid/frame.h"
+
+#include "tests/hybrid/blocker_stage.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace shadowdag::test {
+namespace {
+
+TEST(Frame, WithoutADagRefusesRaysAndDrawsMaps) {
+    const Scene scene = blockerScene(kManyLights);
+    const World world(scene, {});
+    const Dag none;
+    FrameRenderer renderer(Backend::kCpu, world, none);
+    EXPECT_GT(
+        renderer.render(roomCamera(), *makeCostModel("texels:0"), smallFrame()).counts.lookupCount,
+        0u);
+    try {
+        renderer.render(roomCamera(), *makeCostModel("texels:inf"), smallFrame());
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+        EXPECT_THAT(error.what(), testing::HasSubstr("no voxel DAG"));
+    }
+    EXPECT_THROW(renderer.measureCosts(roomCamera(), smallFrame(), 1), Error);
+}
+
+TEST(Frame, DagOfASceneThatOnlyMovesBlocksNothing) {
+    const Scene scene = blockerScene({{0, kLightHeight, 0}});
+    const World world(scene, {});
+    const Dag nothing = voxelize(world.triangles(), {}, gridAround(world.boundsWorld(), 8));
+    ASSERT_TRUE(nothing.empty());
+    FrameRenderer renderer(Backend::kCpu, world, nothing);
+    FrameOptions options = smallFrame();
+    options.recordPairs = true;
+    const FrameResult result = renderer.render(roomCamera(), *makeCostModel("texels:inf"), options);
+    EXPECT_GT(result.counts.rayCount, 0u);
+    EXPECT_EQ(result.counts.lookupCount, 0u);
+    ASSERT_FALSE(result.visibility.empty());
+    for (const uint8_t visibility : result.visibility)
+        ASSERT_EQ(visibility, 255);
+    EXPECT_NO_THROW(renderer.measureCosts(roomCamera(), smallFrame(), 1));
+}
+
+TEST(Frame, RefusesContradictoryOptions) {
+    Stage stage(blockerScene({{0, 2, 0}}), 5);
+    const auto messageOf = [&](auto change) -> std::string {
+        FrameOptions options = smallFrame();
+        change(options);
+        try {
+            stage.renderer.render(roomCamera(), *makeCostModel("texels:inf"), options);
+        } catch (const Error& error) {
+            return error.what();
+        }
+        return "accepted";
+    };
+    using testing::HasSubstr;
+    EXPECT_EQ(messageOf([](FrameOptions&) {}), "accepted");
+    EXPECT_THAT(messageOf([](FrameOptions& o) { o.undersample = 0.0f; }),
+                HasSubstr("undersampling"));
+    EXPECT_THAT(messageOf([](FrameOptions& o) { o.maxFaceTexels = 8193; }), HasSubstr("8193"));
+    EXPECT_THAT(messageOf([](FrameOptions& o) { o.minFaceTexels = 4096; }), HasSubstr("4096"));
+    EXPECT_THAT(messageOf([](FrameOptions& o) { o.maps.taps = 1; }), HasSubstr("taps"));
+    EXPECT_THAT(messageOf([](FrameOptions& o) { o.rays.offset = NAN; }), HasSubstr("offset"));
+    EXPECT_THAT(messageOf([](FrameOptions& o) { o.rays.level = 6; }), HasSubstr("level of detail"));
+    EXPECT_THAT(messageOf([](FrameOptions& o) { o.width = 0; }), HasSubstr("image size"));
+}
+
+TEST(Frame, UndersamplingDividesTheRequest) {
+    Stage stage(blockerScene(kManyLights), 5);
+    FrameOptions options = smallFrame();
+    const FrameResult full =
+        stage.renderer.render(roomCamera(), *makeCostModel("texels:inf"), options);
+    options.undersample = 2.0f;
+    const FrameResult half =
+        stage.renderer.render(roomCamera(), *makeCostModel("texels:inf"), options);
+    ASSERT_EQ(full.maps.size(), half.maps.size());
+    for (size_t m = 0; m < full.maps.size(); ++m)
+        EXPECT_FLOAT_EQ(half.maps[m].quantities.texels, 0.5f * full.maps[m].quantities.texels);
+}
+
+TEST(Frame, SeveralMapsALightServeEveryPairByItsOctaveWithFewerTexels) {
+    Stage stage(blockerScene(kManyLights), 5);
+    FrameOptions options = smallFrame();
+    options.maps.pageTexels = 16;
+    const FrameResult one =
+        stage.renderer.render(roomCamera(), *makeCostModel("texels:0"), options);
+    options.mapsPerLight = 4;
+    const FrameResult four =
+        stage.renderer.render(roomCamera(), *makeCostModel("texels:0"), options);
+    EXPECT_EQ(one.maps.size(), one.counts.mappedLightCount);
+    EXPECT_GT(four.maps.size(), one.maps.size());
+    EXPECT_LE(four.maps.size(), 4 * one.maps.size());
+    EXPECT_EQ(four.counts.mappedLightCount, one.counts.mappedLightCount);
+    EXPECT_EQ(four.counts.missingTapCount, 0u);
+    EXPECT_LT(four.counts.maps.texelCount, one.counts.maps.texelCount);
+    uint64_t samples = 0, sampleOfOne = 0, pairs = 0;
+    for (const MapRecord& map : one.maps)
+        sampleOfOne += map.quantities.samples;
+    for (size_t m = 0; m < four.maps.size(); ++m) {
+        const MapQuantities& map = four.maps[m].quantities;
+        samples += map.samples;
+        pairs += four.maps[m].pairCount;
+        // No map asks for more than its octave holds.
+        EXPECT_LT(map.texels, float(2u << map.octave));
+        if (m > 0 && four.maps[m - 1].quantities.light == map.light) {
+            EXPECT_GT(map.octave, four.maps[m - 1].quantities.octave);
+        }
+    }
+    EXPECT_EQ(samples, sampleOfOne);
+    EXPECT_EQ(pairs, four.pairs.count());
+    for (size_t p = 0; p < four.pairs.count(); ++p)
+        ASSERT_EQ(four.maps[four.pairMap[p]].quantities.light, four.pairs.light[p]);
+}
+
+TEST(Frame, ReorderedLightListsChangeNoAnswerAndColoursByRoundingAlone) {
+    Stage stage(blockerScene(kManyLights), 5);
+    FrameOptions options = smallFrame();
+    for (const char* model : {"texels:0", "texels:inf"}) {
+        options.reorderLights = false;
+        const FrameResult plain =
+            stage.renderer.render(roomCamera(), *makeCostModel(model), options);
+        options.reorderLights = true;
+        const FrameResult ordered =
+            stage.renderer.render(roomCamera(), *makeCostModel(model), options);
+        const FrameResult again =
+            stage.renderer.render(roomCamera(), *makeCostModel(model), options);
+        EXPECT_EQ(ordered.color, again.color);
+        EXPECT_EQ(ordered.pairs.light, plain.pairs.light);
+        EXPECT_EQ(ordered.visibility, plain.visibility);
+        EXPECT_EQ(ordered.pairMap, plain.pairMap);
+        EXPECT_EQ(ordered.counts.pairCount, plain.counts.pairCount);
+        for (size_t i = 0; i < plain.color.size(); ++i)
+            for (int c = 0; c < 3; ++c)
+                ASSERT_NEAR(ordered.color[i][c], plain.color[i][c], 1e-5f * plain.color[i][c]);
+        options.recordPairs = false;
+        EXPECT_EQ(stage.renderer.render(roomCamera(), *makeCostModel(model), options).color,
+                  ordered.color);
+        options.recordPairs = true;
+    }
+}
+
+TEST(Frame, MeasuredCostsNameEveryMapAndRouteTheOracle) {
+    Stage stage(blockerScene(kManyLights, true));
+    FrameOptions options = smallFrame();
+    options.mapsPerLight = 4;
+    const FrameResult frame =
+        stage.renderer.render(roomCamera(), *makeCostModel("texels:inf"), options);
+    const FrameCosts costs = stage.renderer.measureCosts(roomCamera(), options, 3);
+    ASSERT_EQ(costs.maps.size(), frame.maps.size());
+    for (size_t m = 0; m < costs.maps.size(); ++m) {
+        EXPECT_EQ(costs.maps[m].light, frame.maps[m].quantities.light);
+        EXPECT_EQ(costs.maps[m].octave, frame.maps[m].quantities.octave);
+        EXPECT_GT(costs.maps[m].raysMs, 0.0);
+        EXPECT_GT(costs.maps[m].mapMs, 0.0);
+    }
+    const auto oracle = makeCostModel("oracle");
+    oracle->setCosts(costs);
+    const FrameResult routed = stage.renderer.render(roomCamera(), *oracle, options);
+    for (size_t m = 0; m < costs.maps.size(); ++m)
+        EXPECT_EQ(routed.maps[m].route == Route::kRays, costs.maps[m].raysMs < costs.maps[m].mapMs);
+}
+
+TEST(Frame, WithoutLightsShowsTheUnlitWorld) {
+    Stage stage(blockerScene({}), 5);
+    const FrameResult frame =
+        stage.renderer.render(roomCamera(), *makeCostModel("texels:96"), smallFrame());
+    EXPECT_EQ(frame.counts.pairCount, 0u);
+    EXPECT_TRUE(frame.maps.empty());
+    EXPECT_GT(frame.counts.sampleCount, 1000u);
+    EXPECT_EQ(frame.pairs.sampleStart.size(), size_t(160 * 96 + 1));
+}
+
+} // namespace
+} // namespace shadowdag::test
