@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what the bias of a map's lookup gives and costs, as SVG and PNG, from what filter_bench prints.
+"""Draws what the bias of a map's lookup gives and costs, as SVG, PNG and JSON, from what filter_bench prints.
 
     filter_bench > tests/bench/results/filters.json
     bias_chart.py tests/bench/results/filters.json -o docs
@@ -33,42 +33,66 @@ def load(path):
             row["lit_texels_mean"] + row["angle_degrees"] + row["bias_texels"]
         for row in data["filters"]:
             row["scene"], row["false_light_count"] + row["false_shadow_count"] + row["point_count"] + row["taps"]
+            row["bias_texels"] + 0
+        for key in ("acne", "detached", "filters"):
+            if not data[key]:
+                raise ValueError(f"no {key}")
     except (OSError, ValueError, KeyError, TypeError) as error:
         fail(f"{path}: not what filter_bench prints: {error!r}")
     return data
 
 
-def biasesOf(rows):
-    return sorted({row["bias_texels"] for row in rows})
+def acneLines(rows):
+    """Returns by shape the greatest share of dark points over angles and resolutions, %, bias by bias."""
+    lines = {}
+    for shape in dict.fromkeys(r["shape"] for r in rows):
+        steepest = 85 if shape.startswith("plane") else STEEPEST
+        shares = {}
+        for r in rows:
+            if r["shape"] == shape and r["angle_degrees"] <= steepest:
+                share = 100.0 * r["dark_count"] / r["point_count"]
+                shares[r["bias_texels"]] = max(share, shares.get(r["bias_texels"], 0.0))
+        lines[shape] = sorted(shares.items())
+    return lines
 
 
-def drawAcne(axes, rows):
-    """Draws the greatest share of dark points over angles and resolutions, a line a shape."""
-    for shape, (colour, marker) in zip(dict.fromkeys(r["shape"] for r in rows), STYLES):
-        shares = [max(100.0 * r["dark_count"] / r["point_count"] for r in rows
-                      if r["shape"] == shape and r["bias_texels"] == bias
-                      and r["angle_degrees"] <= (85 if shape.startswith("plane") else STEEPEST))
-                  for bias in biasesOf(rows)]
-        axes.plot(biasesOf(rows), shares, marker=marker, color=colour, markersize=3.5, linewidth=0.9, label=shape)
+def detachedLines(rows):
+    """Returns by light angle the mean width of lit floor behind a wall's foot, texels, bias by bias."""
+    return {f"light at {angle} degrees": line for angle in (5, 45, 65, 75, 85)
+            if (line := sorted((r["bias_texels"], r["lit_texels_mean"]) for r in rows if r["angle_degrees"] == angle))}
+
+
+def sceneLines(rows):
+    """Returns by scene and kind of error the share of wrong points with nine taps, %, bias by bias."""
+    rows = [r for r in rows if r["taps"] == 9]
+    return {f"{scene}, {name}": sorted((r["bias_texels"], 100.0 * r[key] / r["point_count"])
+                                       for r in rows if r["scene"] == scene)
+            for scene in dict.fromkeys(r["scene"] for r in rows)
+            for key, name in (("false_light_count", "false light"), ("false_shadow_count", "false shadow"))}
+
+
+def drawLine(axes, line, **style):
+    axes.plot([bias for bias, _ in line], [value for _, value in line], linewidth=0.9, **style)
+
+
+def drawAcne(axes, lines):
+    for (shape, line), (colour, marker) in zip(lines.items(), STYLES):
+        drawLine(axes, line, marker=marker, color=colour, markersize=3.5, label=shape)
     axes.set_ylabel("lit points that are dark, %,\nat the worst light angle")
 
 
-def drawDetached(axes, rows):
-    for angle, (colour, marker) in zip((5, 45, 65, 75, 85), STYLES):
-        means = [r["lit_texels_mean"] for r in rows if r["angle_degrees"] == angle]
-        axes.plot(biasesOf(rows), means, marker=marker, color=colour, markersize=3.5, linewidth=0.9,
-                  label=f"light at {angle} degrees")
+def drawDetached(axes, lines):
+    for (name, line), (colour, marker) in zip(lines.items(), STYLES):
+        drawLine(axes, line, marker=marker, color=colour, markersize=3.5, label=name)
     axes.set_ylabel("lit floor behind a wall's foot, texels")
     axes.set_ylim(0, 4.6)  # room for the legend
 
 
-def drawScenes(axes, rows):
-    rows = [r for r in rows if r["taps"] == 9]
-    for scene, colour in zip(dict.fromkeys(r["scene"] for r in rows), (BLUE, VERMILION)):
-        for key, line, name in (("false_light_count", "-", "false light"), ("false_shadow_count", "--", "false shadow")):
-            values = [100.0 * r[key] / r["point_count"] for r in rows if r["scene"] == scene]
-            axes.plot(biasesOf(rows), values, line, marker="o", markersize=3, color=colour, linewidth=0.9,
-                      label=f"{scene}, {name}")
+def drawScenes(axes, lines):
+    colours = dict(zip(dict.fromkeys(name.rsplit(", ", 1)[0] for name in lines), (BLUE, VERMILION, BLACK, ORANGE)))
+    for name, line in lines.items():
+        drawLine(axes, line, marker="o", markersize=3, color=colours.get(name.rsplit(", ", 1)[0], GREY),
+                 linestyle="-" if name.endswith("light") else "--", label=name)
     axes.set_ylabel("wrong points, %, 512 texels, 9 taps")
     axes.set_ylim(bottom=0)
 
@@ -80,9 +104,10 @@ def main():
     arguments = parser.parse_args()
     data = load(arguments.results)
     figure, axes = plt.subplots(1, 3, figsize=(2.05 * COLUMN, 0.72 * COLUMN))
-    drawAcne(axes[0], data["acne"])
-    drawDetached(axes[1], data["detached"])
-    drawScenes(axes[2], data["filters"])
+    lines = {"acne_percent": acneLines(data["acne"]), "detached_texels": detachedLines(data["detached"]),
+             "wrong_percent": sceneLines(data["filters"])}
+    for draw, each, of in zip((drawAcne, drawDetached, drawScenes), axes, lines.values()):
+        draw(each, of)
     for each in axes:
         each.axvline(DEFAULT_BIAS, color=GREY, linewidth=0.6, linestyle=":")
         each.set_xlabel("bias, texels (dotted: default)")
@@ -93,6 +118,10 @@ def main():
         path = os.path.join(arguments.output, f"bias.{extension}")
         figure.savefig(path, dpi=200)
         print(path)
+    path = os.path.join(arguments.output, "bias.json")
+    with open(path, "w") as file:
+        json.dump(lines, file)
+    print(path)
 
 
 if __name__ == "__main__":

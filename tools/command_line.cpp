@@ -46,6 +46,22 @@ bool CommandLine::given(const std::string& name) const {
     return state_->app->count(name) > 0;
 }
 
+namespace {
+
+/// Throws Error kUsage for an option whose value is empty, as a script's unset variable makes it:
+/// most would be taken for an option that was not given.
+void refuseEmpty(const CLI::App& app) {
+    for (const CLI::Option* option : app.get_options())
+        if (!option->get_positional())
+            for (const std::string& value : option->results())
+                if (value.empty())
+                    throw Error(ErrorKind::kUsage, option->get_name() +
+                                                       " '': is empty; give a value or drop the "
+                                                       "option");
+}
+
+} // namespace
+
 struct Program::State {
     CLI::App app;
     struct Entry {
@@ -109,8 +125,10 @@ void Program::run(int argc, const char* const* argv) {
                     std::string(error.what()) + "; see shadowdag" + command + " --help");
     }
     for (const State::Entry& entry : state_->entries)
-        if (entry.app->parsed())
+        if (entry.app->parsed()) {
+            refuseEmpty(*entry.app);
             entry.run();
+        }
 }
 
 } // namespace shadowdag

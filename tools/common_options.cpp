@@ -98,7 +98,16 @@ void CommonOptions::declareRays(CommandLine& commandLine, bool isSweep) {
     commandLine.text("--lod", lod, "L" + list,
                      "Level of detail of rays: L for cells of 2^L voxels; footprint[:SCALE] for "
                      "cells as wide as the pixel's ray; coverage[:SHARE[:SCALE]] for those of them "
-                     "of which that share is covered [0]");
+                     "of which that share is covered [" +
+                         lod + "]");
+}
+
+void CommonOptions::declareRoutes(CommandLine& commandLine) {
+    commandLine.heading("Routes");
+    commandLine.text("--route-margin", routeMargin, "M",
+                     "For hybrid, over frames in sequence: a map changes its method only when the "
+                     "other is cheaper by more than the factor 1 + M, 0 to " +
+                         numberText(kMaxRouteMargin) + " [" + routeMargin + "]");
 }
 
 Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSweep) const {
@@ -111,6 +120,14 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
     contradict("--voxels", "--cache", "an asset is read from where it is; drop one of them");
     if (!isSweep)
         contradict("--time", "--frames", "a frame has its time; drop one of them");
+    const auto needs = [&](const char* a, const char* b) {
+        if (commandLine.given(a) && !commandLine.given(b))
+            throw Error(ErrorKind::kUsage,
+                        std::string(a) + " says nothing without " + b + "; add that or drop it");
+    };
+    needs("--fps", "--frames");
+    needs("--seed", "--lights");
+    needs("--allow-stale", "--voxels");
     if (!isSweep && voxels.size() > 1)
         throw Error(ErrorKind::kUsage,
                     "--voxels '" + voxels[1] +
@@ -181,6 +198,7 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
         if (e.taps.back() != 1 && e.taps.back() != 4 && e.taps.back() != 9)
             throw Error(ErrorKind::kUsage, "--taps '" + part + "': must be 1, 4 or 9");
     }
+    e.routeMargin = float(parseNumber("--route-margin", routeMargin, 0, kMaxRouteMargin));
     e.offset = numbers("--offset", offset, 0, 100);
     e.lod.clear();
     for (const std::string& part : list("--lod", lod))

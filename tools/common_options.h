@@ -40,6 +40,7 @@ struct CommonOptions {
     std::string bias = numberText(ShadowMapBias{}.constantTexels),
                 taps = std::to_string(ShadowMapBias{}.taps);
     std::string offset = numberText(RayOptions{}.offset), lod = "0";
+    std::string routeMargin = numberText(FrameOptions{}.routeMargin);
     std::vector<std::string> models;
     std::string costs;
 
@@ -48,6 +49,8 @@ struct CommonOptions {
     void declareVoxels(CommandLine& commandLine, bool isSweep);
     void declareMaps(CommandLine& commandLine, bool isSweep);
     void declareRays(CommandLine& commandLine, bool isSweep);
+    /// For commands that show frames one after the other.
+    void declareRoutes(CommandLine& commandLine);
 
     /// Returns the options as an experiment (scenes, methods, repeats left at their defaults). With
     /// `isSweep` false a list in any of them is Error kUsage. Contradictions are Error kUsage

@@ -13,6 +13,7 @@
 #include "tools/report_directory.h"
 #include "tools/run_table.h"
 #include "tools/sequence.h"
+#include "tools/unheeded.h"
 #include "tools/variants.h"
 
 #include <algorithm>
@@ -48,26 +49,12 @@ constexpr const char* kFixedByExperiment[] = {
     "--no-oracle", "--methods",        "--undersample",    "--page-size",  "--pool",
     "--max-face",  "--bias",           "--taps",           "--offset",     "--lod",
     "--repeats",   "--warmups",        "--title",          "--variants",   "--sequence",
-    "--lead-in",   "--flicker-points", "--maps-per-light"};
+    "--lead-in",   "--flicker-points", "--maps-per-light", "--route-margin"};
 
 /// What names of variants say, or take the place of.
 constexpr const char* kFixedByVariants[] = {"--methods",       "--thresholds",     "--model",
                                             "--no-oracle",     "--dag-resolution", "--undersample",
                                             "--maps-per-light"};
-
-/// Throws Error kUsage for an option that no method asked for heeds.
-void refuseUnheeded(const Experiment& e, const CommandLine& commandLine) {
-    const auto has = [&](const char* method) {
-        return std::find(e.methods.begin(), e.methods.end(), method) != e.methods.end();
-    };
-    if (!e.variants.empty() || has("dag") || has("hybrid"))
-        return;
-    for (const char* option : {"--offset", "--lod"})
-        if (commandLine.given(option))
-            throw Error(ErrorKind::kUsage, std::string(option) +
-                                               " is for rays that stop at voxels, which --methods "
-                                               "leaves out; add dag or hybrid, or drop it");
-}
 
 Experiment experimentOf(const CompareOptions& options, const CommandLine& commandLine) {
     if (options.experiment.empty()) {
@@ -81,7 +68,8 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
                                 std::string(option) +
                                     " and --variants contradict each other: the names say it; "
                                     "drop one of them");
-            e.variants = parseVariants("--variants", parseList("--variants", options.variants));
+            e.variants = parseVariants("--variants", parseList("--variants", options.variants),
+                                       baseOptions(e));
             e.thresholds.clear();
             e.models.clear();
         }
@@ -100,7 +88,6 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
                 throw Error(ErrorKind::kUsage,
                             "--methods '" + method +
                                 "': must be some of embree, dag, dag-exact, maps, hybrid");
-        refuseUnheeded(e, commandLine);
         // No frame of a sequence has its costs measured.
         if (options.common.models.empty() && (options.noOracle || options.isSequence))
             e.models.clear();
@@ -110,6 +97,7 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
             throw Error(
                 ErrorKind::kUsage,
                 "compare needs a SCENE or --experiment F.json; see shadowdag compare --help");
+        refuseUnheeded(e, options.common.voxels.size(), options.experiment, commandLine);
         return e;
     }
     for (const char* option : kFixedByExperiment)
@@ -127,6 +115,7 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
     if (e.scenes.empty())
         throw Error(ErrorKind::kUsage,
                     options.experiment + " names no scenes: give SCENE... on the command line");
+    refuseUnheeded(e, options.common.voxels.size(), options.experiment, commandLine);
     return e;
 }
 
@@ -134,15 +123,6 @@ void writeFile(const std::string& path, const std::string& text) {
     OutputFile file(path);
     file.write(text);
     file.commit();
-}
-
-/// Returns the resolutions that an experiment's runs count through RunParameters::dag.
-std::vector<uint32_t> allResolutions(const Experiment& e) {
-    std::vector<uint32_t> all = e.resolutionLog2;
-    for (const uint32_t log2 : e.dagResolutionLog2)
-        if (std::find(all.begin(), all.end(), log2) == all.end())
-            all.push_back(log2);
-    return all;
 }
 
 /// Returns whether any run of an experiment needs a DAG.
@@ -390,7 +370,7 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
                      "(culling); EB, TB (cluster bounds); SO, SOR (static optimization); Nk<k>; "
                      "PLOD<texels>; FP, LP (pages only for pairs that face, that are not proven "
                      "lit); RP, RS (resolution rule); RL (light order); <n>SM [4SM]; u<d> [u1]; "
-                     "T<taps>; RT (all rays); Hybrid[:MODEL]; RH (routes held)");
+                     "T<taps>; RT (all rays); Hybrid[:MODEL]; RH[<margin>] (routes held)");
     commandLine.flag("--sequence", options->isSequence,
                      "Frames in order, keeping what is kept from frame to frame; else every frame "
                      "stands for itself");
@@ -406,6 +386,7 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     commandLine.text("--warmups", options->warmups, "N",
                      "Runs before them that are not counted [1]");
     commandLine.text("--title", options->title, "TEXT", "Heads the report");
+    options->common.declareRoutes(commandLine);
     options->common.declareView(commandLine, true);
     options->common.declareLights(commandLine);
     options->common.declareVoxels(commandLine, true);

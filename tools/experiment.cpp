@@ -157,11 +157,6 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
         }
     keys.texts("variants", e.variants);
     if (!e.variants.empty()) {
-        try {
-            e.variants = parseVariants("\"variants\"", e.variants);
-        } catch (const Error& error) {
-            throw Error(ErrorKind::kInput, where + ": key " + error.what());
-        }
         for (const char* key : {"thresholds", "models", "dag_resolutions"})
             if (const Json* found = keys.find(key); found != nullptr && !found->empty())
                 keys.refuse(key, *found,
@@ -179,6 +174,10 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
     keys.flag("sequence", e.isSequence);
     keys.number("lead_in", e.leadIn, 0, 1000);
     keys.number("flicker_points", e.flickerPoints, 0, 10'000'000);
+    keys.number("route_margin", e.routeMargin, 0, kMaxRouteMargin);
+    if (e.routeMargin > 0 && !e.isSequence)
+        keys.refuse("route_margin", decimal(e.routeMargin),
+                    "is for frames in \"sequence\": elsewhere no frame knows the one before");
     keys.numbers("undersample", e.undersample, 1, 1024);
     keys.numbers("maps_per_light", e.mapsPerLight, 1, kMaxMapsPerLight);
     if (!e.variants.empty())
@@ -217,6 +216,13 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
     keys.number("warmups", e.warmups, 0, 1000);
     keys.number("error_seed", e.errorSeed, 0, 9e15);
     keys.finish();
+    if (!e.variants.empty()) {
+        try {
+            e.variants = parseVariants("\"variants\"", e.variants, baseOptions(e));
+        } catch (const Error& error) {
+            throw Error(ErrorKind::kInput, where + ": key " + error.what());
+        }
+    }
     return e;
 }
 
@@ -255,6 +261,7 @@ Json toJson(const Experiment& e) {
             {"sequence", e.isSequence},
             {"lead_in", e.leadIn},
             {"flicker_points", e.flickerPoints},
+            {"route_margin", decimal(e.routeMargin)},
             {"undersample", jsonFloats(e.undersample)},
             {"maps_per_light", jsonList(e.mapsPerLight)},
             {"page_size", jsonList(e.pageTexels)},
@@ -289,6 +296,8 @@ Json RunParameters::toJson() const {
         json["bias"] = decimal(frame.bias.constantTexels);
         json["taps"] = frame.bias.taps;
     }
+    if (method == "hybrid")
+        json["route_margin"] = decimal(frame.routeMargin);
     if (model.starts_with("texels:")) {
         const std::string threshold = model.substr(7);
         json["threshold_texels"] = threshold == "inf" ? Json("inf") : Json(std::stod(threshold));
@@ -324,6 +333,8 @@ std::string RunParameters::label() const {
         if (frame.bias.taps != usual.bias.taps)
             text += " taps " + std::to_string(frame.bias.taps);
     }
+    if (method == "hybrid" && frame.routeMargin != usual.routeMargin)
+        text += " margin " + numberText(frame.routeMargin);
     return text;
 }
 
@@ -343,6 +354,31 @@ std::string RunParameters::slug() const {
                                                                               : name;
 }
 
+FrameOptions baseOptions(const Experiment& e) {
+    FrameOptions base;
+    base.width = e.width;
+    base.height = e.height;
+    base.routeMargin = e.routeMargin;
+    base.maps.poolBytes = uint64_t(e.poolMib) << 20;
+    base.maxFaceTexels = e.maxFaceTexels;
+    base.undersample = e.undersample[0];
+    base.mapsPerLight = e.mapsPerLight[0];
+    base.maps.pageTexels = e.pageTexels[0];
+    base.bias.constantTexels = e.bias[0];
+    base.bias.taps = base.maps.taps = e.taps[0];
+    base.rays.offset = e.offset[0];
+    e.lod[0].apply(base.rays);
+    return base;
+}
+
+std::vector<uint32_t> allResolutions(const Experiment& e) {
+    std::vector<uint32_t> all = e.resolutionLog2;
+    for (const uint32_t log2 : e.dagResolutionLog2)
+        if (std::find(all.begin(), all.end(), log2) == all.end())
+            all.push_back(log2);
+    return all;
+}
+
 std::vector<RunParameters>
 configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions, size_t fullCount) {
     const auto has = [&](const char* method) {
@@ -354,19 +390,7 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
         if (has(run.method.c_str()) && seen.insert(run.label()).second)
             runs.push_back(std::move(run));
     };
-    FrameOptions base;
-    base.width = e.width;
-    base.height = e.height;
-    base.maps.poolBytes = uint64_t(e.poolMib) << 20;
-    base.maxFaceTexels = e.maxFaceTexels;
-    base.undersample = e.undersample[0];
-    base.mapsPerLight = e.mapsPerLight[0];
-    base.maps.pageTexels = e.pageTexels[0];
-    base.bias.constantTexels = e.bias[0];
-    base.bias.taps = base.maps.taps = e.taps[0];
-    base.rays.offset = e.offset[0];
-    e.lod[0].apply(base.rays);
-
+    const FrameOptions base = baseOptions(e);
     add({"embree", "", 0, 0, base, ""});
     if (!e.variants.empty()) {
         for (const auto& [key, count] :

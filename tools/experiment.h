@@ -25,6 +25,8 @@
 //   "lead_in"          1             sequence: rendered uncounted before each frame, so many frames back at the fixed
 //                                    clock, so that frames with a step between them have true predecessors
 //   "flicker_points"   20000         sequence: surface points whose answers are followed between frames; 0 for none
+//   "route_margin"     0             sequence: a map changes its method only when the other is cheaper by more than
+//                                    the factor 1 + margin, 0 to 1000
 //   "undersample"      [1]           divisors of the required resolution
 //   "maps_per_light"   [one]         FrameOptions' default; 1 to 16
 //   "page_size"        [one]         ShadowMapOptions' default; texels a side, powers of two from 16 to 256
@@ -69,6 +71,7 @@ struct Experiment {
     bool isSequence = false;
     uint32_t leadIn = 1;
     uint32_t flickerPoints = 20000;
+    float routeMargin = 0;
     std::vector<float> undersample{1};
     std::vector<uint32_t> mapsPerLight{FrameOptions{}.mapsPerLight};
     std::vector<uint32_t> pageTexels{ShadowMapOptions{}.pageTexels};
@@ -86,6 +89,9 @@ struct Experiment {
     /// Returns the scene's time of a frame, seconds.
     float timeOfFrame(uint32_t frame) const { return float(double(frame) / fps); }
 };
+
+/// The greatest margin of routing that is taken: beyond it nothing ever changes its method.
+constexpr double kMaxRouteMargin = 1000;
 
 /// Every method, in the order in which they are charted.
 inline const std::vector<std::string> kMethods{"embree", "dag", "dag-exact", "maps", "hybrid"};
@@ -127,6 +133,9 @@ struct RunParameters {
 /// texts have unlike names.
 std::string fileSlug(const std::string& text);
 
+/// Returns what all configurations of an experiment share: its size, pool and margin, and the first
+/// of every list.
+FrameOptions baseOptions(const Experiment& experiment);
 /// Reads an experiment file. Throws Error kInput naming the file, the key and the value.
 Experiment readExperiment(const std::string& path);
 /// Reads an experiment from JSON; `where` heads messages.
@@ -138,6 +147,8 @@ void addLod(std::vector<LodChoice>& lods, const std::string& option, const std::
 /// back.
 Json toJson(const Experiment& experiment);
 
+/// Returns the resolutions that an experiment's runs count through RunParameters::dag, as log2.
+std::vector<uint32_t> allResolutions(const Experiment& experiment);
 /// Returns the configurations of an experiment in the order in which they are charted: embree, then
 /// for every combination of the lists the thresholds, then the DAG-only resolutions, then the
 /// models; or, where variants are named, embree and these, at the first of every list. No two are

@@ -63,7 +63,9 @@ std::vector<std::string> parseList(const std::string& option, const std::string&
     std::vector<std::string> parts;
     std::set<std::string> seen;
     for (size_t begin = 0; begin <= text.size();) {
-        const size_t end = std::min(text.find(',', begin), text.size());
+        size_t end = begin;
+        for (int depth = 0; end < text.size() && (text[end] != ',' || depth > 0); ++end)
+            depth += text[end] == '(' ? 1 : text[end] == ')' ? -1 : 0;
         const std::string part = text.substr(begin, end - begin);
         if (part.empty())
             refuse(option, text, "a part of the list is empty; separate values by single commas");

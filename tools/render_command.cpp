@@ -7,6 +7,7 @@
 #include "tools/image_io.h"
 #include "tools/provenance.h"
 #include "tools/single_frame.h"
+#include "tools/variants.h"
 
 #include <cstdio>
 #include <filesystem>
@@ -101,6 +102,24 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     if (extension == ".png" && options.truth)
         throw Error(ErrorKind::kUsage,
                     "--truth adds channels that a .png has not; write an .exr, or see validate -o");
+    if (options.truth && options.method.method == "embree")
+        throw Error(ErrorKind::kUsage,
+                    "--truth is for methods that can be wrong, not for 'embree'; drop it");
+    if (commandLine.given("--route-margin")) {
+        if (options.method.method != "hybrid")
+            throw Error(ErrorKind::kUsage, "--route-margin is for hybrid, not for '" +
+                                               options.method.method + "'; drop it");
+        if (!options.method.variant.empty() &&
+            parseVariant("--variant", options.method.variant).routeMargin)
+            throw Error(ErrorKind::kUsage, "--route-margin and --variant '" +
+                                               options.method.variant +
+                                               "' contradict each other: the name says it; drop "
+                                               "one of them");
+        if (experiment.frames.size() < 2)
+            throw Error(ErrorKind::kUsage,
+                        "--route-margin is for frames that follow each other; name several with "
+                        "--frames, or drop it");
+    }
     checkWritable(options.output);
     const Backend backend = options.global.apply(console, true);
 
@@ -180,6 +199,7 @@ std::function<void()> declareRender(CommandLine& commandLine) {
                      "Add channels of the error against Embree: error.*");
     commandLine.flag("--float", options->floatColor, "Colour as 32-bit floats instead of halves");
     options->method.declare(commandLine, "embree|dag|dag-exact|maps|hybrid");
+    options->common.declareRoutes(commandLine);
     options->common.declareView(commandLine, false);
     options->common.declareLights(commandLine);
     options->common.declareVoxels(commandLine, false);

@@ -37,10 +37,21 @@ void MethodOptions::takeVariant(const CommandLine& commandLine) {
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " and --variant contradict each other: the name "
                                                "says it; drop one of them");
-    const RunParameters run = variantRun(parseVariant("--variant", variant), FrameOptions{});
+    const Variant parsed = parseVariant("--variant", variant);
+    if (parsed.taps != 0 && commandLine.given("--taps"))
+        throw Error(ErrorKind::kUsage, "--taps and --variant '" + variant +
+                                           "' contradict each other: the name says it; drop one "
+                                           "of them");
+    const RunParameters run = variantRun(parsed, FrameOptions{});
     method = run.method;
     model = run.method == "hybrid" ? run.model : "";
     variant = run.variant;
+}
+
+std::optional<RunParameters> MethodOptions::named(const FrameOptions& base) const {
+    if (variant.empty())
+        return std::nullopt;
+    return variantRun(parseVariant("--variant", variant), base);
 }
 
 void MethodOptions::check(const CommandLine& commandLine,
@@ -66,8 +77,10 @@ void MethodOptions::check(const CommandLine& commandLine,
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " is for rays that stop at voxels, not for "
                                                "'dag-exact', which confirms every hit; drop it");
+    const std::optional<RunParameters> run = named({});
+    const bool usesVoxels = methodUsesVoxels(method) || (run && run->usesRays());
     for (const char* option : {"--voxels", "--resolution", "--offset", "--lod"})
-        if (!methodUsesVoxels(method) && commandLine.given(option))
+        if (!usesVoxels && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " is for methods that trace voxels, not for '" +
                                                method + "'; drop it");
@@ -104,9 +117,8 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     }
     scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true,
                                console);
-    const std::optional<RunParameters> named =
-        method.variant.empty() ? std::optional<RunParameters>()
-                               : variantRun(parseVariant("--variant", method.variant), {});
+    frameOptions_.routeMargin = experiment.routeMargin;
+    const std::optional<RunParameters> named = method.named({});
     if (methodUsesVoxels(method.method) || (named && named->usesRays())) {
         refuseStaleExact(method.method == "dag-exact", options.allowStale);
         const VoxelSource source{options.voxels, options.cache, options.allowStale};
@@ -125,8 +137,8 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     experiment.lod[0].apply(frameOptions_.rays);
     if (method.method == "dag-exact")
         frameOptions_.rays.kind = RayKind::kExact;
-    if (named)
-        frameOptions_ = variantRun(parseVariant("--variant", method.variant), frameOptions_).frame;
+    if (const std::optional<RunParameters> run = method.named(frameOptions_))
+        frameOptions_ = run->frame;
     errorSeed_ = experiment.errorSeed;
     renderer_ = std::make_unique<FrameRenderer>(backend, *scene_.world, dag_);
     if (wantsTruth)
@@ -141,13 +153,18 @@ const FrameResult& SingleFrames::render(float timeSeconds, uint32_t frame) {
             truth_->update(*scene_.world);
     }
     camera_ = frameCamera_.at(*scene_.world);
+    const bool areRoutesHeld = frameOptions_.routeMargin > 0;
     if (model_->needsCosts()) {
+        if (areRoutesHeld)
+            throw Error(ErrorKind::kUsage,
+                        "a margin of routes needs frames that follow each other, and model '" +
+                            method_.model + "' measures each for itself; drop one of them");
         renderer_->reset();
-        model_->setCosts(costs_.table
-                             ? findCosts(*costs_.table, method_.costs, scene_.name, frame)
-                             : renderer_->measureCosts(camera_, frameOptions_));
+        model_->setCosts(costs_.table ? findCosts(*costs_.table, method_.costs, scene_.name, frame)
+                                      : renderer_->measureCosts(camera_, frameOptions_));
     }
-    renderer_->reset();
+    if (!areRoutesHeld)
+        renderer_->reset();
     result_ = renderer_->render(camera_, *model_, frameOptions_);
     return result_;
 }

@@ -23,6 +23,8 @@ struct MethodOptions {
     /// Sets method and model to what --variant names; nothing without it. Throws Error kUsage for
     /// a name that parseVariant refuses and for options that contradict it.
     void takeVariant(const CommandLine& commandLine);
+    /// Returns the configuration that --variant names over `base`; nothing without it.
+    std::optional<RunParameters> named(const FrameOptions& base) const;
     /// Throws Error kUsage for an unknown method or what contradicts it.
     void check(const CommandLine& commandLine, const std::vector<std::string>& allowed) const;
     /// Returns the cost model that the method means; embree's draws tiny maps, only the pairs are
@@ -41,7 +43,9 @@ public:
                  Backend backend, const Console& console);
 
     /// Renders the scene at a time. Every frame depends on its inputs alone (no hysteresis from
-    /// frames before).
+    /// frames before), unless routes are held (FrameOptions::routeMargin): then frames follow each
+    /// other and resolutions, routes and maps are kept. Throws Error kUsage where routes are held
+    /// and the model needs costs measured.
     /// @param frame names the costs that oracle replays or measures
     const FrameResult& render(float timeSeconds, uint32_t frame);
 

@@ -8,9 +8,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
-#include <functional>
-#include <optional>
+#include <map>
 #include <utility>
 
 namespace shadowdag {
@@ -18,7 +18,7 @@ namespace shadowdag {
 namespace {
 
 constexpr const char* kPaperModel = "texels:96";
-constexpr float kHeldRouteMargin = 0.1f;
+constexpr float kUsualRouteMargin = 0.1f;
 
 constexpr std::array<std::pair<const char*, MapCulling>, 5> kCullings{
     {{"Sphere", MapCulling::kSphere},
@@ -34,12 +34,23 @@ struct Part {
     size_t number;   ///< from 1
 };
 
+/// Returns where the first '-' from `begin` on stands that is not in parentheses, or the end.
+size_t findDash(const std::string& text, size_t begin) {
+    int depth = 0;
+    for (size_t i = begin; i < text.size(); ++i) {
+        depth += text[i] == '(' ? 1 : text[i] == ')' ? -1 : 0;
+        if (text[i] == '-' && depth <= 0)
+            return i;
+    }
+    return text.size();
+}
+
 std::vector<Part> splitName(const std::string& name) {
-    // The one part that has a dash of its own.
+    // The one part that has a dash of its own outside of parentheses.
     const std::string allRays = "all-rays";
     std::vector<Part> parts;
     for (size_t begin = 0; begin <= name.size();) {
-        size_t end = std::min(name.find('-', begin), name.size());
+        size_t end = findDash(name, begin);
         if (name.compare(begin, allRays.size(), allRays) == 0 &&
             (begin + allRays.size() == name.size() || name[begin + allRays.size()] == '-'))
             end = begin + allRays.size();
@@ -65,6 +76,45 @@ std::optional<double> numberIn(const std::string& text, const std::string& prefi
     if (!hasDigits || last != end || error != std::errc())
         return std::nullopt;
     return value;
+}
+
+/// Returns a number as names can say it.
+float spelled(double value) {
+    return std::stof(numberText(value));
+}
+
+/// Returns whether the parenthesis that a text begins with closes at its end.
+bool isWrapped(const std::string& text) {
+    if (text.empty() || text.front() != '(' || text.back() != ')')
+        return false;
+    int depth = 0;
+    for (size_t i = 0; i + 1 < text.size(); ++i) {
+        depth += text[i] == '(' ? 1 : text[i] == ')' ? -1 : 0;
+        if (depth == 0)
+            return false;
+    }
+    return true;
+}
+
+/// Returns the one spelling of a cost model that makeCostModel takes: thresholds as short as they
+/// can be, expressions without blanks and outer parentheses.
+std::string modelSpelling(std::string model) {
+    const std::string texels = "texels:", expression = "expr:";
+    if (model.starts_with(texels) && model != "texels:inf") {
+        double value = 0;
+        std::from_chars(model.data() + texels.size(), model.data() + model.size(), value);
+        char shortest[400]; // fits every finite double, however it is written
+        const auto [end, error] =
+            std::to_chars(shortest, shortest + sizeof shortest, value, std::chars_format::fixed);
+        return texels + std::string(shortest, end);
+    }
+    if (!model.starts_with(expression))
+        return model;
+    std::erase_if(model, [](char c) { return std::isspace(static_cast<unsigned char>(c)); });
+    std::string text = model.substr(expression.size());
+    while (isWrapped(text))
+        text = text.substr(1, text.size() - 2);
+    return expression + text;
 }
 
 /// Reads the parts of one name.
@@ -117,6 +167,14 @@ private:
         return value;
     }
 
+    /// Returns what to do where an expression may have been cut at a '-'.
+    std::string dashHint() const {
+        return name_.find("Hybrid:expr:") == std::string::npos
+                   ? ""
+                   : "; an expression with '-' stands in parentheses, as in "
+                     "Hybrid:expr:(texels-96)";
+    }
+
     void take(const Part& part) {
         const std::string& text = part.text;
         for (const auto& [spelling, culling] : kCullings)
@@ -137,7 +195,7 @@ private:
             variant_.normalClusters = uint32_t(ranged(part, *k, 1, kMaxNormalCellsPerEdge));
         } else if (const auto texels = numberIn(text, "PLOD", "", false)) {
             claim(part, kLod);
-            variant_.lodTexels = float(ranged(part, *texels, 0.01, 1024));
+            variant_.lodTexels = spelled(ranged(part, *texels, 0.01, 1024));
         } else if (text == "FP" || text == "LP") {
             claim(part, kPruning);
             variant_.pruning = text == "FP" ? PairPruning::kFacing : PairPruning::kLit;
@@ -150,13 +208,16 @@ private:
             variant_.reorderLights = true;
         } else if (text == "RH") {
             claim(part, kRoutes);
-            variant_.holdsRoutes = true;
+            variant_.routeMargin = kUsualRouteMargin;
+        } else if (const auto margin = numberIn(text, "RH", "", false)) {
+            claim(part, kRoutes);
+            variant_.routeMargin = spelled(ranged(part, *margin, 0, kMaxRouteMargin));
         } else if (const auto count = numberIn(text, "", "SM", true)) {
             claim(part, kMaps);
             variant_.mapsPerLight = uint32_t(ranged(part, *count, 1, kMaxMapsPerLight));
         } else if (const auto divisor = numberIn(text, "u", "", false)) {
             claim(part, kUndersample);
-            variant_.undersample = float(ranged(part, *divisor, 1, 1024));
+            variant_.undersample = spelled(ranged(part, *divisor, 1, 1024));
         } else if (const auto taps = numberIn(text, "T", "", true)) {
             claim(part, kTaps);
             if (*taps != 1 && *taps != 4 && *taps != 9)
@@ -172,12 +233,18 @@ private:
             try {
                 makeCostModel(variant_.model);
             } catch (const Error& error) {
-                refuse(part, std::string("names no cost model: ") + error.what());
+                refuse(part, std::string("names no cost model: ") + error.what() + dashHint());
             }
+            variant_.model = modelSpelling(variant_.model);
+            if (variant_.model == "texels:0")
+                refuse(part, "draws every map: name its culling and bounds without Hybrid");
+            if (variant_.model == "texels:inf")
+                refuse(part, "traces every light: name RT");
         } else {
-            refuse(part,
-                   "is unknown; the parts are Sphere, CFM, PMC, PMCD, PMCC, EB, TB, SO, SOR, "
-                   "Nk<k>, PLOD<texels>, FP, LP, RP, RS, RL, <n>SM, u<d>, T<taps>, RT, Hybrid, RH");
+            refuse(part, "is unknown; the parts are Sphere, CFM, PMC, PMCD, PMCC, EB, TB, SO, SOR, "
+                         "Nk<k>, PLOD<texels>, FP, LP, RP, RS, RL, <n>SM, u<d>, T<taps>, RT, "
+                         "Hybrid[:MODEL], RH[<margin>]" +
+                             dashHint());
         }
     }
 
@@ -214,6 +281,14 @@ const char* cullingName(MapCulling culling) {
     return "";
 }
 
+/// Returns a model as it stands in a name, where a '-' parts.
+std::string modelPart(const std::string& model) {
+    const std::string expression = "expr:";
+    if (!model.starts_with(expression) || findDash(model, 0) == model.size())
+        return model;
+    return expression + "(" + model.substr(expression.size()) + ")";
+}
+
 } // namespace
 
 Variant parseVariant(const std::string& option, const std::string& name) {
@@ -227,7 +302,7 @@ std::string variantName(const Variant& v) {
     if (v.method == Variant::Method::kRays)
         add("RT");
     if (isHybrid)
-        add(v.model == kPaperModel ? "Hybrid" : "Hybrid:" + v.model);
+        add(v.model == kPaperModel ? "Hybrid" : "Hybrid:" + modelPart(v.model));
     // What Hybrid alone implies need not be said.
     const bool isImplied =
         isHybrid && v.culling == MapCulling::kMaximumDepth && v.bounds == ClusterBounds::kExplicit;
@@ -255,24 +330,41 @@ std::string variantName(const Variant& v) {
         add("u" + numberText(v.undersample));
     if (v.taps != 0)
         add("T" + std::to_string(v.taps));
-    if (v.holdsRoutes)
-        add("RH");
+    if (v.routeMargin)
+        add(*v.routeMargin == kUsualRouteMargin ? "RH" : "RH" + numberText(*v.routeMargin));
     return name;
 }
 
 std::vector<std::string> parseVariants(const std::string& option,
-                                       const std::vector<std::string>& names) {
-    std::vector<std::string> canonical;
-    const auto add = [&](const std::string& name) {
-        if (std::find(canonical.begin(), canonical.end(), name) == canonical.end())
-            canonical.push_back(name);
+                                       const std::vector<std::string>& names,
+                                       const FrameOptions& base) {
+    std::map<std::string, std::string> spellings; // by canonical name
+    const auto nameOf = [&](const std::string& name) {
+        Variant variant = parseVariant(option, name);
+        if (variant.taps == base.bias.taps)
+            variant.taps = 0;
+        if (variant.lodTexels == base.maps.lodTexels)
+            variant.lodTexels = 0;
+        if (variant.routeMargin == base.routeMargin)
+            variant.routeMargin.reset();
+        return variantName(variant);
     };
     for (const std::string& name : names)
-        if (name == "paper")
-            for (const std::string& of : paperVariants())
-                add(of);
-        else
-            add(variantName(parseVariant(option, name)));
+        if (name != "paper")
+            if (const auto [found, isNew] = spellings.try_emplace(nameOf(name), name); !isNew)
+                throw Error(ErrorKind::kUsage, option + " '" + name + "': is the variant '" +
+                                                   found->first + "', which '" + found->second +
+                                                   "' names as well; drop one of them");
+    std::vector<std::string> canonical;
+    for (const std::string& name : names) {
+        if (name != "paper") {
+            canonical.push_back(nameOf(name));
+            continue;
+        }
+        for (const std::string& of : paperVariants())
+            if (!spellings.contains(of))
+                canonical.push_back(of);
+    }
     return canonical;
 }
 
@@ -308,9 +400,10 @@ RunParameters variantRun(const Variant& v, const FrameOptions& base) {
     run.frame.normalClusters = v.normalClusters;
     run.frame.resolutionRule = v.resolutionRule;
     run.frame.reorderLights = v.reorderLights;
-    run.frame.routeMargin = v.holdsRoutes ? kHeldRouteMargin : 0.0f;
+    run.frame.routeMargin = v.routeMargin.value_or(base.routeMargin);
     run.frame.pruning = v.pruning;
-    run.frame.maps.lodTexels = v.lodTexels;
+    if (v.lodTexels > 0)
+        run.frame.maps.lodTexels = v.lodTexels;
     run.frame.maps.culling = v.culling;
     run.frame.maps.useStaticOptimization = v.useStaticOptimization;
     run.frame.maps.retainsPages = v.retainsPages;
@@ -332,8 +425,9 @@ Variant variantOf(const RunParameters& run) {
     }
     if (run.method == "hybrid") {
         v.method = Variant::Method::kHybrid;
-        v.model = run.model;
-        v.holdsRoutes = frame.routeMargin > 0;
+        v.model = modelSpelling(run.model);
+        if (frame.routeMargin > 0)
+            v.routeMargin = frame.routeMargin;
     }
     v.resolutionRule = frame.resolutionRule;
     v.lodTexels = frame.maps.lodTexels;

@@ -19,16 +19,23 @@
 //   RL       light lists reordered for coherent shading
 //   <n>SM    maps a light, 1 to 16 [4]
 //   u<d>     undersampling by d, 1 to 1024 [1]
-//   T<n>     taps of the filter, 1, 4 or 9 [as --taps says]
+//   T<n>     taps of the filter, 1, 4 or 9 [--taps]
 //   RT       every light by rays; also spelled "Ray Tracing" or all-rays
-//   Hybrid   rays for maps under 96 texels; Hybrid:MODEL by another model. Without a culling it is
-//            PMCD, and EB unless it names bounds, as in the paper
-//   RH       with Hybrid: a map changes its method only when the other is cheaper by more than a
-//            tenth (FrameOptions::routeMargin; ours)
+//   Hybrid   rays for maps under 96 texels; Hybrid:MODEL by another model, an expression with '-'
+//            in parentheses, as in Hybrid:expr:(texels-96). Without a culling it is PMCD, and EB
+//            unless it names bounds, as in the paper
+//   RH<m>    with Hybrid, over frames in sequence: a map changes its method only when the other is
+//            cheaper by more than the factor 1 + m, 0 to 1000 (FrameOptions::routeMargin; ours);
+//            RH is RH0.1 [--route-margin]
+//
+// A variant has one name, its parts in this order, without those that say what holds anyhow: 4SM,
+// u1, Hybrid's PMCD-EB, T<n> and RH<m> where --taps and --route-margin say the same. Results and
+// files carry that name, however it was spelled.
 #pragma once
 
 #include "tools/experiment.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -50,8 +57,8 @@ struct Variant {
     bool reorderLights = false;
     uint32_t mapsPerLight = 4;
     float undersample = 1;
-    uint32_t taps = 0; ///< 0: not named
-    bool holdsRoutes = false;
+    uint32_t taps = 0;                ///< 0: not named
+    std::optional<float> routeMargin; ///< of kHybrid; nothing: not named
 
     bool operator==(const Variant&) const = default;
 };
@@ -66,16 +73,19 @@ Variant parseVariant(const std::string& option, const std::string& name);
 std::string variantName(const Variant& variant);
 
 /// Returns the names that a list of variants means, canonical, in order, each once: `paper` stands
-/// for paperVariants(). Throws as parseVariant does.
+/// for those of paperVariants() that the list does not name itself. Throws as parseVariant does,
+/// and Error kUsage for two spellings of one variant.
+/// @param base what names may leave out: taps, margin of routes
 std::vector<std::string> parseVariants(const std::string& option,
-                                       const std::vector<std::string>& names);
+                                       const std::vector<std::string>& names,
+                                       const FrameOptions& base);
 
 /// Returns what the paper's evaluation measured, canonical: cullings, EB, SO, maps a light,
 /// undersampling, Nk3, polygon level of detail, rays, hybrid.
 const std::vector<std::string>& paperVariants();
 
 /// Returns a configuration with the variant's switches set and all others as in `base`.
-/// @param base parameters that names do not say: size, page size, pool, bias, taps, rays
+/// @param base parameters that names do not say: size, page size, pool, bias, taps, rays, margin
 RunParameters variantRun(const Variant& variant, const FrameOptions& base);
 
 /// Returns the variant that a configuration of maps, dag or hybrid is.

@@ -93,10 +93,43 @@ TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
         {"models", {"texels:96", "expr:texels+"}},
         {"max_face_texels", 8193},
         {"max_face_texels", 15},
+        {"route_margin", 0.1}, // not in sequence
+        {"route_margin", -1},
+        {"route_margin", "much"},
         {"error_seed", -1}};
     for (const auto& [key, value] : wrong)
         EXPECT_THAT(inputMessage({{key, value}}), HasSubstr("\"" + key + "\"")) << value;
     EXPECT_THAT(inputMessage(Json::array()), HasSubstr("one JSON object"));
+}
+
+TEST(Experiment, AMarginOfRoutesIsForSequencesAndForWhatDoesNotNameItsOwn) {
+    const Experiment e = experimentFromJson(
+        {{"sequence", true},
+         {"route_margin", 0.2},
+         {"taps", {4}},
+         {"variants", {"Hybrid", "Hybrid-RH0", "Hybrid-RH0.20-PMCC", "PMCD-T4", "PMCD-T9"}}},
+        "x");
+    EXPECT_EQ(toJson(e)["route_margin"], 0.2);
+    EXPECT_THAT(e.variants, ElementsAre("Hybrid", "Hybrid-RH0", "Hybrid-PMCC", "PMCD", "PMCD-T9"));
+    EXPECT_EQ(toJson(experimentFromJson(toJson(e), "x")), toJson(e));
+    const std::vector<RunParameters> runs = configurations(e, {64}, 1);
+    ASSERT_EQ(runs.size(), 6u);
+    EXPECT_EQ(runs[1].frame.routeMargin, 0.2f);
+    EXPECT_EQ(runs[1].toJson()["route_margin"], 0.2);
+    EXPECT_EQ(runs[2].frame.routeMargin, 0.0f);
+    EXPECT_EQ(runs[5].frame.bias.taps, 9u);
+    EXPECT_THAT(
+        inputMessage(
+            {{"sequence", true}, {"route_margin", 0.2}, {"variants", {"Hybrid", "Hybrid-RH0.2"}}}),
+        HasSubstr("key \"variants\" 'Hybrid-RH0.2': is the variant 'Hybrid'"));
+    Experiment swept;
+    swept.isSequence = true;
+    swept.routeMargin = 0.5f;
+    swept.methods = {"hybrid"};
+    swept.thresholds = {32};
+    swept.models.clear();
+    EXPECT_THAT(labels(configurations(swept, {64}, 1)),
+                ElementsAre("hybrid texels:32 64^3 margin 0.5"));
 }
 
 TEST(Experiment, AFileThatIsMissingOrBrokenIsNamed) {

@@ -171,6 +171,9 @@ TEST(ProgramVariants, WrongUsesAreRefusedByName) {
           "--lod is for rays that stop at voxels, which --methods leaves out"},
          {compare({"--methods", "maps", "--offset", "2"}), 1, "--offset is for rays"},
          {compare({"--maps-per-light", "17"}), 1, "--maps-per-light '17'"},
+         {compare({"--variants", "PMCD,PMCD-4SM"}), 1, "'PMCD-4SM': is the variant 'PMCD'"},
+         {compare({"--variants", "PMCD,PMCD-T1", "--taps", "1"}), 1, "is the variant 'PMCD'"},
+         {compare({"--variants", "Hybrid:expr:texels-9"}), 1, "stands in parentheses"},
          {{"compare", "-o", out, "--experiment", directory / "e.json"},
           2,
           "e.json: key \"variants\" 'PMCX': part 1"},
@@ -191,6 +194,101 @@ TEST(ProgramVariants, WrongUsesAreRefusedByName) {
            "--maps-per-light", "4"},
           1,
           "--maps-per-light is for methods that draw maps"}});
+}
+
+TEST(ProgramVariants, OptionsThatNoRunHeedsAreRefused) {
+    const TemporaryDirectory directory;
+    writeText(directory / "maps.json",
+              R"({"scenes": ["builtin:atrium"], "methods": ["maps"], "size": "16x16"})");
+    const std::string file = directory / "maps.json", costs = directory / "costs.json";
+    writeText(costs, "[]");
+    const auto compare = [&](const Arguments& more) {
+        Arguments arguments{"compare", "builtin:atrium", "-o", directory / "out"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return arguments;
+    };
+    expectRefused(
+        directory,
+        {{compare({"--variants", "PMCD", "--offset", "2"}), 1,
+          "--offset is for rays that stop at voxels, which --variants leaves out; add RT or "
+          "Hybrid"},
+         {compare({"--variants", "PMCD,CFM", "--lod", "1"}), 1, "--lod is for rays"},
+         {compare({"--variants", "PMCD", "--resolution", "64"}), 1,
+          "--resolution is for methods that trace voxels, which --variants leaves out"},
+         {compare({"--methods", "embree,maps", "--resolution", "64"}), 1, "which --methods leaves"},
+         {compare({"--variants", "RT", "--pool", "64M"}), 1,
+          "--pool is for methods that draw maps, which --variants leaves out"},
+         {compare({"--methods", "dag", "--bias", "1"}), 1, "--bias is for methods that draw maps"},
+         {compare({"--variants", "PMCD-T1,RT", "--taps", "4"}), 1,
+          "--taps is for maps whose names do not say their taps"},
+         {compare({"--methods", "dag,maps", "--thresholds", "32"}), 1,
+          "--thresholds is for method hybrid"},
+         {compare({"--methods", "dag,maps", "--model", "oracle"}), 1, "--model is for method"},
+         {compare({"--no-oracle", "--model", "texels:3"}), 1, "--no-oracle and --model contradict"},
+         {compare({"--methods", "maps", "--dag-resolution", "64"}), 1, "--dag-resolution is for"},
+         {compare({"--variants", "Hybrid,RT", "--costs", costs}), 1, "--costs is for models cost"},
+         {compare({"--route-margin", "0.2"}), 1, "--route-margin is for --sequence"},
+         {compare({"--variants", "PMCD,RT", "--sequence", "--route-margin", "0.2"}), 1,
+          "--route-margin is for hybrids"},
+         {compare({"--variants", "Hybrid-RH", "--sequence", "--route-margin", "0.2"}), 1,
+          "whose names do not say their margin"},
+         {compare({"--sequence", "--route-margin", "-1"}), 1, "--route-margin '-1'"},
+         {compare({"--sequence", "--route-margin", "nan"}), 1, "--route-margin 'nan'"},
+         {compare({"--seed", "3"}), 1, "--seed says nothing without --lights"},
+         {compare({"--fps", "3"}), 1, "--fps says nothing without --frames"},
+         {compare({"--allow-stale"}), 1, "--allow-stale says nothing without --voxels"},
+         {{"compare", "-o", directory / "out", "--experiment", file, "--voxels",
+           directory / "none.svdag"},
+          1,
+          "--voxels is for methods that trace voxels, which " + file},
+         {{"compare", "-o", directory / "out", "--experiment", file, "--route-margin", "1"},
+          1,
+          "--route-margin and --experiment contradict"},
+         {{"render", "builtin:atrium", "-o", directory / "a.exr", "--route-margin", "0.1"},
+          1,
+          "--route-margin is for frames that follow each other"},
+         {{"render", "builtin:atrium", "-o", directory / "a.exr", "--route-margin", "0.1",
+           "--frames", "0:1", "--method", "maps"},
+          1,
+          "--route-margin is for hybrid, not for 'maps'"},
+         {{"render", "builtin:atrium", "-o", directory / "a.exr", "--route-margin", "0.1",
+           "--frames", "0:1", "--variant", "Hybrid-RH0.3"},
+          1,
+          "the name says it"},
+         {{"render", "builtin:atrium", "-o", directory / "a.exr", "--method", "embree", "--truth"},
+          1,
+          "--truth is for methods that can be wrong"},
+         {{"validate", "builtin:atrium", "--variant", "PMCD-T1", "--taps", "4"},
+          1,
+          "--taps and --variant 'PMCD-T1' contradict"},
+         {{"validate", "builtin:atrium", "--variant", "PMCD", "--offset", "2"},
+          1,
+          "--offset is for methods that trace voxels"}});
+    for (const char* option : {"--variants", "--costs", "--experiment", "--title", "--model"})
+        expectRefused(directory,
+                      {{compare({option, ""}), 1, std::string(option) + " '': is empty"}});
+    EXPECT_FALSE(std::filesystem::exists(directory / "out"));
+}
+
+TEST(ProgramVariants, AMarginOfRoutesIsKeptInSequencesAndByRender) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    const ProgramResult result = runShadowdag(
+        directory, tiny(report, {"--variants", "Hybrid:texels:24,Hybrid:texels:24-RH0.5",
+                                 "--sequence", "--frames", "0:1", "--resolution", "64",
+                                 "--flicker-points", "100", "--no-charts"}));
+    ASSERT_EQ(result.status, 0) << result.err;
+    const Json results = Json::parse(readText(report + "/results.json"));
+    EXPECT_EQ(results["sequence_runs"][1]["parameters"]["route_margin"], 0.0);
+    EXPECT_EQ(results["sequence_runs"][2]["parameters"]["route_margin"], 0.5);
+    EXPECT_EQ(results["sequence_runs"][2]["label"], "Hybrid:texels:24-RH0.5");
+    EXPECT_TRUE(results["sequence_runs"][2].contains("flicker_missing_tap_count"));
+    const ProgramResult frames =
+        runShadowdag(directory, {"render", "builtin:atrium", "-o", directory / "a.exr", "--size",
+                                 "48x27", "--frames", "0:1", "--model", "texels:24", "--resolution",
+                                 "64", "--route-margin", "0.5", "--json"});
+    ASSERT_EQ(frames.status, 0) << frames.err;
+    EXPECT_EQ(frames.json()["frames"].size(), 2u);
 }
 
 TEST(ProgramVariants, ASecondCompareInTheSameDirectoryIsRefused) {

@@ -10,6 +10,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace shadowdag {
 
@@ -79,18 +81,44 @@ protected:
             glm::cross(glm::cross(camera_.forward, glm::vec3(0, 1, 0)), camera_.forward));
     }
 
-    /// Returns a frame of a variant, rendered `frames` times in sequence.
-    FrameResult render(const std::string& name, int frames = 1) {
+    static RunParameters runOf(const std::string& name) {
         FrameOptions base;
         base.width = 192;
         base.height = 108;
         base.maps.pageTexels = 16;
-        const RunParameters run = variantRun(parseVariant("name", name), base);
+        return variantRun(parseVariant("name", name), base);
+    }
+
+    /// Returns a frame of a variant, rendered `frames` times in sequence.
+    FrameResult render(const std::string& name, int frames = 1) {
+        const RunParameters run = runOf(name);
         renderer_.reset();
         FrameResult result;
         for (int frame = 0; frame < frames; ++frame)
             result = renderer_.render(camera_, *makeCostModel(run.model), run.frame);
         return result;
+    }
+
+    /// Returns how many maps change their method between the frames of a variant while the camera
+    /// steps back and forth.
+    size_t countRouteChanges(const std::string& name) {
+        const RunParameters run = runOf(name);
+        const Camera still = camera_;
+        renderer_.reset();
+        size_t changes = 0;
+        std::map<std::pair<uint32_t, uint32_t>, Route> before;
+        for (int frame = 0; frame < 8; ++frame) {
+            camera_.positionWorld = still.positionWorld + glm::vec3(0, 0, frame % 2 ? 0.25f : 0);
+            for (const MapRecord& map :
+                 renderer_.render(camera_, *makeCostModel(run.model), run.frame).maps) {
+                const std::pair key(map.quantities.light, map.quantities.octave);
+                const auto [found, isNew] = before.try_emplace(key, map.route);
+                changes += !isNew && found->second != map.route;
+                found->second = map.route;
+            }
+        }
+        camera_ = still;
+        return changes;
     }
 
     static uint64_t lightingComputations(const FrameResult& frame) {
@@ -215,6 +243,20 @@ TEST_F(VariantCounters, RaysAnswerAllAndTheHybridSomePairs) {
     EXPECT_GT(hybrid.counts.rayCount, 0u);
     EXPECT_GT(hybrid.counts.lookupCount, 0u);
     EXPECT_EQ(hybrid.counts.rayCount + hybrid.counts.lookupCount, rays.counts.pairCount);
+}
+
+TEST_F(VariantCounters, AMarginKeepsMapsWithTheirMethodWhileRequestsWaver) {
+    // A threshold between what a lamp asks for from the camera's two places: without a margin it
+    // changes its method in every frame.
+    const float here = render("PMCD-EB-1SM").maps.front().quantities.texels;
+    camera_.positionWorld.z += 0.25f;
+    const float there = render("PMCD-EB-1SM").maps.front().quantities.texels;
+    camera_.positionWorld.z -= 0.25f;
+    ASSERT_NE(here, there);
+    const std::string name = "Hybrid:texels:" + std::to_string(0.5f * (here + there)) + "-1SM";
+    EXPECT_GE(countRouteChanges(name), 7u);
+    EXPECT_EQ(countRouteChanges(name + "-RH0"), countRouteChanges(name));
+    EXPECT_EQ(countRouteChanges(name + "-RH0.2"), 0u);
 }
 
 TEST_F(VariantCounters, AnotherRuleAsksForOtherResolutions) {

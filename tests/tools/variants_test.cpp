@@ -15,6 +15,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 std::string refusal(const std::string& name) {
     try {
@@ -45,8 +46,10 @@ Variant randomVariant(std::mt19937_64& random) {
     if (v.method == Variant::Method::kRays)
         return v;
     if (v.method == Variant::Method::kHybrid)
-        v.model = std::array{"texels:96", "texels:12", "oracle"}[pick(3)];
-    v.holdsRoutes = v.method == Variant::Method::kHybrid && pick(2);
+        v.model = std::array{"texels:96", "texels:12.25", "oracle", "expr:texels-96",
+                             "expr:(texels-96)*(pages-2)"}[pick(5)];
+    if (v.method == Variant::Method::kHybrid && pick(2))
+        v.routeMargin = std::array{0.0f, 0.1f, 0.25f}[pick(3)];
     v.culling = MapCulling(pick(5));
     v.useStaticOptimization = pick(2);
     v.retainsPages = v.useStaticOptimization && pick(2);
@@ -120,6 +123,7 @@ TEST(Variants, NumbersOutOfRangeAreRefused) {
     EXPECT_THAT(refusal("PMCD-u0.5"), HasSubstr("out of range: use 1 to 1024"));
     EXPECT_THAT(refusal("PMCD-Nk0"), HasSubstr("out of range"));
     EXPECT_THAT(refusal("PMCD-PLOD0"), HasSubstr("out of range"));
+    EXPECT_THAT(refusal("Hybrid-RH1001"), HasSubstr("out of range: use 0 to 1000"));
     EXPECT_THAT(refusal("PMCD-T2"), HasSubstr("is no filter: use T1, T4 or T9"));
     EXPECT_THAT(refusal("Hybrid:magic"),
                 HasSubstr("'Hybrid:magic' at character 1, names no cost model"));
@@ -135,19 +139,71 @@ TEST(Variants, PartsThatContradictEachOtherAreRefused) {
     EXPECT_THAT(refusal("RT-4SM"),
                 HasSubstr("part 2, '4SM' at character 4, contradicts 'RT', which draws no maps"));
     EXPECT_THAT(refusal("PMCD-RH"), HasSubstr("'RH' at character 6, is for Hybrid"));
+    EXPECT_THAT(refusal("RT-RH0.2"), HasSubstr("'RH0.2' at character 4, is for Hybrid"));
     EXPECT_THAT(refusal("EB-SO"), HasSubstr("names no culling"));
 }
 
 TEST(Variants, PaperStandsForAllThatThePaperMeasured) {
-    const std::vector<std::string> names = parseVariants("--variants", {"paper", "PMCC-EB", "RT"});
+    const std::vector<std::string> names =
+        parseVariants("--variants", {"paper", "PMCC-EB", "RT"}, {});
     for (const char* name : {"CFM", "PMC", "PMCD", "PMCD-EB", "PMCD-EB-SO", "PMCD-EB-1SM",
                              "PMCD-EB-u2", "PMCD-EB-u4", "PMCD-EB-Nk3", "RT", "Hybrid"})
         EXPECT_THAT(names, testing::Contains(name));
-    EXPECT_EQ(names.back(), "PMCC-EB");
+    EXPECT_EQ(names[paperVariants().size() - 1], "PMCC-EB");
+    EXPECT_EQ(names.back(), "RT"); // named by itself, it stands where it was named
     EXPECT_EQ(names.size(), paperVariants().size() + 1);
     for (const std::string& name : paperVariants())
         EXPECT_EQ(canonical(name), name);
-    EXPECT_THAT(parseVariants("--variants", {"PMCD-4SM", "PMCD"}), ElementsAre("PMCD"));
+}
+
+TEST(Variants, TwoSpellingsOfOneVariantAreRefusedByBothNames) {
+    const auto message = [](const std::vector<std::string>& names, const FrameOptions& base) {
+        try {
+            parseVariants("--variants", names, base);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_THAT(message({"PMCD-4SM", "RT", "PMCD"}, {}),
+                HasSubstr("--variants 'PMCD': is the variant 'PMCD', which 'PMCD-4SM' names as "
+                          "well; drop one"));
+    EXPECT_THAT(message({"Hybrid", "Hybrid:texels:96.0"}, {}), HasSubstr("which 'Hybrid' names"));
+    EXPECT_THAT(message({"Hybrid-RH", "Hybrid-RH0.10"}, {}),
+                HasSubstr("is the variant 'Hybrid-RH', which 'Hybrid-RH' names"));
+    EXPECT_THAT(message({"Hybrid:expr:texels - 96", "PMC"}, {}), HasSubstr("in parentheses"));
+    EXPECT_THAT(message({"Hybrid:expr:( texels - 96 )", "Hybrid:expr:((texels-96))"}, {}),
+                HasSubstr("is the variant 'Hybrid:expr:(texels-96)'"));
+    // What --taps and --route-margin say need not be said again.
+    FrameOptions base;
+    EXPECT_THAT(message({"PMCD-T9", "PMCD"}, base), HasSubstr("is the variant 'PMCD'"));
+    EXPECT_THAT(message({"Hybrid-RH0", "Hybrid"}, base), HasSubstr("is the variant 'Hybrid'"));
+    base.bias.taps = base.maps.taps = 1;
+    base.routeMargin = 0.25f;
+    EXPECT_EQ(message({"PMCD-T9", "PMCD", "Hybrid-RH0", "Hybrid"}, base), "");
+    EXPECT_THAT(parseVariants("--variants", {"PMCD-T1", "PMCC-T9", "Hybrid-RH0.25"}, base),
+                ElementsAre("PMCD", "PMCC-T9", "Hybrid"));
+}
+
+TEST(Variants, AModelHasOneSpelling) {
+    EXPECT_EQ(canonical("Hybrid:texels:96.0"), "Hybrid");
+    EXPECT_EQ(canonical("Hybrid:texels:032.50"), "Hybrid:texels:32.5");
+    EXPECT_EQ(canonical("Hybrid:texels:1e2-SO"), "Hybrid:texels:100-SO");
+    EXPECT_EQ(canonical("Hybrid:expr:(texels+1)"), "Hybrid:expr:texels+1");
+    EXPECT_EQ(canonical("Hybrid:expr:(texels-1)-EB-PMCC"), "Hybrid:expr:(texels-1)-PMCC-EB");
+    EXPECT_EQ(canonical("Hybrid:expr:(texels-1)*(pages-1)"), "Hybrid:expr:(texels-1)*(pages-1)");
+    EXPECT_EQ(parseVariant("--variants", "Hybrid:expr:(texels-96)-SO").model, "expr:texels-96");
+    EXPECT_THAT(refusal("Hybrid:texels:0.0"), HasSubstr("draws every map: name its culling"));
+    EXPECT_THAT(refusal("Hybrid:texels:inf"), HasSubstr("traces every light: name RT"));
+}
+
+TEST(Variants, ADashThatPartsAnExpressionIsRefusedWithWhatToDo) {
+    const char* remedy = "an expression with '-' stands in parentheses, as in Hybrid:expr:(texels";
+    for (const char* name : {"Hybrid:expr:texels-96", "Hybrid:expr:a-b", "Hybrid:expr:96-texels",
+                             "Hybrid:expr:(texels-96", "Hybrid:expr:2*-texels"})
+        EXPECT_THAT(refusal(name), HasSubstr(remedy)) << name;
+    EXPECT_THAT(refusal("Hybrid-XX"), Not(HasSubstr(remedy)));
 }
 
 TEST(Variants, SwitchesReachTheFrame) {
@@ -176,7 +232,11 @@ TEST(Variants, SwitchesReachTheFrame) {
     EXPECT_EQ(run("PMCD-PLOD2").frame.maps.lodTexels, 2.0f);
     EXPECT_TRUE(run("PMCD-RL").frame.reorderLights);
     EXPECT_EQ(run("Hybrid").frame.routeMargin, 0.0f);
-    EXPECT_GT(run("Hybrid-RH").frame.routeMargin, 0.0f);
+    EXPECT_EQ(run("Hybrid-RH").frame.routeMargin, 0.1f);
+    EXPECT_EQ(run("Hybrid-RH0.2").frame.routeMargin, 0.2f);
+    base.routeMargin = 0.3f;
+    EXPECT_EQ(run("Hybrid").frame.routeMargin, 0.3f);
+    EXPECT_EQ(run("Hybrid-RH0").frame.routeMargin, 0.0f);
     EXPECT_EQ(run("RT").method, "dag");
     EXPECT_EQ(run("RT").model, "texels:inf");
     EXPECT_EQ(run("Hybrid").model, "texels:96");
@@ -192,6 +252,8 @@ TEST(Variants, AConfigurationKnowsItsVariant) {
         Variant v = randomVariant(random);
         if (v.taps == 9)
             v.taps = 0; // what is given anyhow is not named
+        if (v.routeMargin == 0.0f)
+            v.routeMargin.reset();
         EXPECT_EQ(variantName(variantOf(variantRun(v, FrameOptions{}))), variantName(v));
     }
 }
