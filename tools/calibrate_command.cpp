@@ -200,6 +200,7 @@ Experiment experimentOf(CalibrateOptions& options, const CommandLine& commandLin
              {"--page-size", e.pageTexels.size()},
              {"--bias", e.bias.size()},
              {"--taps", e.taps.size()},
+             {"--polygon-lod", e.polygonLod.size()},
              {"--offset", e.offset.size()},
              {"--lod", e.lod.size()}})
         if (count > 1)
@@ -219,7 +220,7 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
                                    "--cache",      "--allow-stale",  "--undersample",
                                    "--page-size",  "--pool",         "--maps-per-light",
                                    "--max-face",   "--bias",         "--taps",
-                                   "--offset",     "--lod"})
+                                   "--offset",     "--lod",          "--polygon-lod"})
             if (commandLine.given(option))
                 throw Error(ErrorKind::kUsage, std::string(option) +
                                                    " and --from contradict each other: the maps "

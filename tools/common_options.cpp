@@ -87,6 +87,10 @@ void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
     commandLine.text("--bias", bias, "B" + list, "Depth bias in texels [" + bias + "]");
     commandLine.text("--taps", taps, "1|4|9" + list,
                      "Taps of the percentage-closer filter [" + taps + "]");
+    commandLine.text("--polygon-lod", polygonLod, "T" + list,
+                     "Draw what is simplified by less than so many texels, 0 for full detail; the "
+                     "bias grows by as much [" +
+                         polygonLod + "]");
 }
 
 void CommonOptions::declareRays(CommandLine& commandLine, bool isSweep) {
@@ -199,6 +203,7 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
             throw Error(ErrorKind::kUsage, "--taps '" + part + "': must be 1, 4 or 9");
     }
     e.routeMargin = float(parseNumber("--route-margin", routeMargin, 0, kMaxRouteMargin));
+    e.polygonLod = numbers("--polygon-lod", polygonLod, 0, 1024);
     e.offset = numbers("--offset", offset, 0, 100);
     e.lod.clear();
     for (const std::string& part : list("--lod", lod))

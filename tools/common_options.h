@@ -38,7 +38,8 @@ struct CommonOptions {
                 pageSize = std::to_string(ShadowMapOptions{}.pageTexels), pool = "256M",
                 maxFace = std::to_string(FrameOptions{}.maxFaceTexels);
     std::string bias = numberText(ShadowMapBias{}.constantTexels),
-                taps = std::to_string(ShadowMapBias{}.taps);
+                taps = std::to_string(ShadowMapBias{}.taps),
+                polygonLod = numberText(ShadowMapOptions{}.lodTexels);
     std::string offset = numberText(RayOptions{}.offset), lod = "0";
     std::string routeMargin = numberText(FrameOptions{}.routeMargin);
     std::vector<std::string> models;

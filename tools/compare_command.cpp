@@ -49,7 +49,8 @@ constexpr const char* kFixedByExperiment[] = {
     "--no-oracle", "--methods",        "--undersample",    "--page-size",  "--pool",
     "--max-face",  "--bias",           "--taps",           "--offset",     "--lod",
     "--repeats",   "--warmups",        "--title",          "--variants",   "--sequence",
-    "--lead-in",   "--flicker-points", "--maps-per-light", "--route-margin"};
+    "--lead-in",   "--flicker-points", "--maps-per-light", "--route-margin",
+    "--polygon-lod"};
 
 /// What names of variants say, or take the place of.
 constexpr const char* kFixedByVariants[] = {"--methods",       "--thresholds",     "--model",

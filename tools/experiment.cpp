@@ -196,6 +196,7 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
     for (const uint32_t taps : e.taps)
         if (taps != 1 && taps != 4 && taps != 9)
             keys.refuse("taps", taps, "must be 1, 4 or 9");
+    keys.numbers("polygon_lod", e.polygonLod, 0, 1024);
     keys.numbers("offset", e.offset, 0, 100);
     if (const Json* found = keys.find("lod")) {
         e.lod.clear();
@@ -269,6 +270,7 @@ Json toJson(const Experiment& e) {
             {"max_face_texels", e.maxFaceTexels},
             {"bias", jsonFloats(e.bias)},
             {"taps", jsonList(e.taps)},
+            {"polygon_lod", jsonFloats(e.polygonLod)},
             {"offset", jsonFloats(e.offset)},
             {"lod", jsonLods(e.lod)},
             {"repeats", e.repeats},
@@ -295,6 +297,7 @@ Json RunParameters::toJson() const {
         json["max_face_texels"] = frame.maxFaceTexels;
         json["bias"] = decimal(frame.bias.constantTexels);
         json["taps"] = frame.bias.taps;
+        json["polygon_lod"] = decimal(frame.maps.lodTexels);
     }
     if (method == "hybrid")
         json["route_margin"] = decimal(frame.routeMargin);
@@ -332,6 +335,8 @@ std::string RunParameters::label() const {
             text += " bias " + numberText(frame.bias.constantTexels);
         if (frame.bias.taps != usual.bias.taps)
             text += " taps " + std::to_string(frame.bias.taps);
+        if (frame.maps.lodTexels != usual.maps.lodTexels)
+            text += " polygon lod " + numberText(frame.maps.lodTexels);
     }
     if (method == "hybrid" && frame.routeMargin != usual.routeMargin)
         text += " margin " + numberText(frame.routeMargin);
@@ -366,6 +371,7 @@ FrameOptions baseOptions(const Experiment& e) {
     base.maps.pageTexels = e.pageTexels[0];
     base.bias.constantTexels = e.bias[0];
     base.bias.taps = base.maps.taps = e.taps[0];
+    base.maps.lodTexels = e.polygonLod[0];
     base.rays.offset = e.offset[0];
     e.lod[0].apply(base.rays);
     return base;
@@ -397,6 +403,7 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
              {std::pair<const char*, size_t>{"page_size", e.pageTexels.size()},
               {"bias", e.bias.size()},
               {"taps", e.taps.size()},
+              {"polygon_lod", e.polygonLod.size()},
               {"offset", e.offset.size()},
               {"lod", e.lod.size()},
               {"resolutions", dagResolutions.size()}})
@@ -433,19 +440,21 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
                 for (const uint32_t page : e.pageTexels)
                     for (const float bias : e.bias)
                         for (const uint32_t taps : e.taps)
-                            for (const float offset : e.offset)
-                                for (const LodChoice& lod : e.lod)
-                                    for (const float threshold : thresholds) {
-                                        FrameOptions frame = base;
-                                        frame.undersample = undersample;
-                                        frame.mapsPerLight = mapsPerLight;
-                                        frame.maps.pageTexels = page;
-                                        frame.bias.constantTexels = bias;
-                                        frame.bias.taps = frame.maps.taps = taps;
-                                        frame.rays.offset = offset;
-                                        lod.apply(frame.rays);
-                                        addThreshold(threshold, dag, frame);
-                                    }
+                            for (const float polygonLod : e.polygonLod)
+                                for (const float offset : e.offset)
+                                    for (const LodChoice& lod : e.lod)
+                                        for (const float threshold : thresholds) {
+                                            FrameOptions frame = base;
+                                            frame.undersample = undersample;
+                                            frame.mapsPerLight = mapsPerLight;
+                                            frame.maps.pageTexels = page;
+                                            frame.bias.constantTexels = bias;
+                                            frame.bias.taps = frame.maps.taps = taps;
+                                            frame.maps.lodTexels = polygonLod;
+                                            frame.rays.offset = offset;
+                                            lod.apply(frame.rays);
+                                            addThreshold(threshold, dag, frame);
+                                        }
     for (size_t dag = fullCount; dag < dagCount; ++dag)
         addThreshold(kInfinity, dag, base);
     for (size_t dag = 0; dag < dagCount; ++dag) {

@@ -33,6 +33,7 @@
 //   "pool_mib"         256           byte budget of the page pool, MiB
 //   "bias"             [one]         ShadowMapBias' default; texels
 //   "taps"             [one]         ShadowMapBias' default; 1, 4 or 9
+//   "polygon_lod"      [0]           ShadowMapOptions::lodTexels: maps draw what is simplified by less than so many texels
 //   "offset"           [1]           of rays, in units of the derived offset
 //   "lod"              [0]           level of detail of rays: numbers, cells of 2^lod voxels, and texts as --lod
 //                                    takes them: "footprint:SCALE", "coverage:SHARE:SCALE"
@@ -79,6 +80,7 @@ struct Experiment {
     uint32_t maxFaceTexels = FrameOptions{}.maxFaceTexels;
     std::vector<float> bias{ShadowMapBias{}.constantTexels};
     std::vector<uint32_t> taps{ShadowMapBias{}.taps};
+    std::vector<float> polygonLod{ShadowMapOptions{}.lodTexels};
     std::vector<float> offset{RayOptions{}.offset};
     std::vector<LodChoice> lod{0};
     int repeats = 5;

@@ -85,7 +85,7 @@ void MethodOptions::check(const CommandLine& commandLine,
                                                " is for methods that trace voxels, not for '" +
                                                method + "'; drop it");
     for (const char* option : {"--page-size", "--pool", "--max-face", "--bias", "--taps",
-                               "--undersample", "--maps-per-light"})
+                               "--undersample", "--maps-per-light", "--polygon-lod"})
         if (!usesMaps && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " is for methods that draw maps, not for '" +
@@ -133,6 +133,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     frameOptions_.maps.poolBytes = uint64_t(experiment.poolMib) << 20;
     frameOptions_.maps.taps = frameOptions_.bias.taps = experiment.taps[0];
     frameOptions_.bias.constantTexels = experiment.bias[0];
+    frameOptions_.maps.lodTexels = experiment.polygonLod[0];
     frameOptions_.rays.offset = experiment.offset[0];
     experiment.lod[0].apply(frameOptions_.rays);
     if (method.method == "dag-exact")

@@ -54,7 +54,8 @@ void refuseUnheeded(const Experiment& e, size_t assetCount, const std::string& e
            [](const Run& run) { return run.usesRays(); });
     refuse({"--dag-resolution"}, "rays alone", "add dag or dag-exact, or ",
            [](const Run& run) { return run.method == "dag" || run.method == "dag-exact"; });
-    refuse({"--page-size", "--pool", "--max-face", "--bias", "--undersample", "--maps-per-light"},
+    refuse({"--page-size", "--pool", "--max-face", "--bias", "--undersample", "--maps-per-light",
+            "--polygon-lod"},
            "methods that draw maps", addMaps, [](const Run& run) { return run.usesMaps(); });
     refuse({"--taps"}, "maps whose names do not say their taps", addMaps, leavesTaps);
     refuse({"--thresholds", "--model", "--no-oracle"}, "method hybrid", addHybrid,
