@@ -43,7 +43,8 @@ void CommandLine::heading(const std::string& title) {
 }
 
 bool CommandLine::given(const std::string& name) const {
-    return state_->app->count(name) > 0;
+    const CLI::Option* option = state_->app->get_option_no_throw(name);
+    return option != nullptr && option->count() > 0;
 }
 
 namespace {

@@ -23,7 +23,8 @@ public:
     void flag(const std::string& names, bool& value, const std::string& help);
     /// Starts a new heading in --help for the options that follow.
     void heading(const std::string& title);
-    /// Returns whether the option was on the command line; valid once parsed.
+    /// Returns whether the option was on the command line, which one that was never declared was
+    /// not; valid once parsed.
     bool given(const std::string& name) const;
 
     CommandLine(const CommandLine&) = delete;

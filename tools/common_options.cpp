@@ -33,14 +33,15 @@ Backend GlobalOptions::apply(const Console& console, bool announce) const {
 
 void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {
     commandLine.heading("View");
-    commandLine.text("--size", size, "WxH", "Picture size in pixels [640x360]");
+    commandLine.text("--size", size, "WxH", "Picture size in pixels [" + size + "]");
     commandLine.text("--camera", camera, "auto|NAME|NUMBERS",
                      "auto places one; NAME is a camera of the scene; NUMBERS are "
                      "px,py,pz,tx,ty,tz[,fovDegrees]: "
                      "position, target, vertical angle [the scene's first, else auto]");
     if (!isSweep)
         commandLine.text("--time", time, "SECONDS", "Time of the scene's animations [0]");
-    commandLine.text("--frames", frames, "A:B", "Frames A to B, both included, or A:B:STEP [0]");
+    commandLine.text("--frames", frames, "A:B", "Frames A to B, both included, or A:B:STEP [" +
+                         (frames.empty() ? "0" : frames) + "]");
     commandLine.text("--fps", fps, "RATE", "Frame f shows the scene at f / RATE seconds [30]");
 }
 
@@ -73,7 +74,7 @@ void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
     const std::string list = isSweep ? ",..." : "";
     commandLine.heading("Maps");
     commandLine.text("--undersample", undersample, "U" + list,
-                     "Divisor of the required resolution [1]");
+                     "Divisor of the required resolution [" + undersample + "]");
     commandLine.text("--maps-per-light", mapsPerLight, "N" + list,
                      "The most maps a light may have, by what its clusters ask for, 1 to " +
                          std::to_string(kMaxMapsPerLight) + " [" + mapsPerLight + "]");

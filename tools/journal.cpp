@@ -124,6 +124,8 @@ void Journal::set(const std::string& part, Json value) {
 }
 
 void Journal::save() const {
+    if (path_.empty())
+        return;
     OutputFile file(path_);
     file.write(content_.dump(-1, ' ', false, Json::error_handler_t::replace));
     file.commit();

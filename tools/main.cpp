@@ -43,6 +43,8 @@ int main(int argc, char** argv) {
         program.command("figures", "Redraw the paper's figures from a sequence that compare measured",
                         declareFigures);
         program.command("calibrate", "Fit the cost model `cost` to this machine", declareCalibrate);
+        program.command("fit", "The least model, in time or bytes, that keeps an error",
+                        declareFit);
         program.command("bench", "Our rates beside Embree's and NanoVDB's", declareBench);
         program.run(argc, argv);
         if (!std::cout.flush())

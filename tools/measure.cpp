@@ -56,7 +56,7 @@ private:
     }
 
     bool isDone() const {
-        if (part("times") == nullptr)
+        if (part(context_.times) == nullptr)
             return false;
         return std::all_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
             return part("answer/" + run.label()) != nullptr;
@@ -117,9 +117,9 @@ private:
     void measureCosts(const std::function<void()>& step, SceneMeasurement& out) {
         const RunParameters* base = firstRun(&RunParameters::usesVoxelRays);
         // Variants are charted without; only a model that routes by costs needs them.
-        const bool isOfUse = std::any_of(runs_.begin(), runs_.end(), [](const RunParameters& run) {
-            return run.variant.empty() ? run.method != "embree"
-                                       : makeCostModel(run.model)->needsCosts();
+        const bool isOfUse = std::any_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
+            return run.method != "embree" && ((run.variant.empty() && context_.measuresMapCosts) ||
+                                              makeCostModel(run.model)->needsCosts());
         });
         const bool isWanted =
             isOfUse && base != nullptr && firstRun(&RunParameters::usesMaps) != nullptr;
@@ -259,7 +259,7 @@ private:
 
     void measureTimes(const std::function<void()>& step) {
         const int rounds = experiment_.warmups + experiment_.repeats;
-        if (part("times") != nullptr) {
+        if (part(context_.times) != nullptr) {
             for (int i = 0; i < rounds * int(runs_.size()); ++i)
                 step();
             return;
@@ -284,13 +284,17 @@ private:
                 step();
             }
         Json times = Json::object();
-        for (size_t i = 0; i < runs_.size(); ++i)
-            times[runs_[i].label()] = timings[i].toJson();
-        context_.journal->set(part_ + "times", std::move(times));
+        for (size_t i = 0; i < runs_.size(); ++i) {
+            times[runs_[i].label()] =
+                experiment_.repeats > 0 ? timings[i].toJson() : Json::object();
+            if (experiment_.repeats > 0 && context_.heedTiming)
+                context_.heedTiming(frame_, runs_[i], timings[i]);
+        }
+        context_.journal->set(part_ + context_.times, std::move(times));
     }
 
     void collect(SceneMeasurement& out) const {
-        const Json& times = *part("times");
+        const Json& times = *part(context_.times);
         for (const RunParameters& run : runs_) {
             const Json& saved = *part("answer/" + run.label());
             Json json = Json::object();
@@ -329,18 +333,22 @@ private:
 
 } // namespace
 
-SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags,
-                              const Experiment& experiment, const std::vector<RunParameters>& runs,
-                              const MeasureContext& context) {
-    SceneMeasurement out;
+SceneMeasurer::SceneMeasurer(LoadedScene& scene, const std::vector<Dag>& dags, Backend backend)
+    : scene_(scene) {
     static const Dag kNoDag;
-    std::vector<std::unique_ptr<FrameRenderer>> renderers;
     for (const Dag& dag : dags)
-        renderers.push_back(std::make_unique<FrameRenderer>(context.backend, *scene.world, dag));
-    if (renderers.empty())
-        renderers.push_back(std::make_unique<FrameRenderer>(context.backend, *scene.world, kNoDag));
-    Truth truth(*scene.world);
+        renderers_.push_back(std::make_unique<FrameRenderer>(backend, *scene.world, dag));
+    if (renderers_.empty())
+        renderers_.push_back(std::make_unique<FrameRenderer>(backend, *scene.world, kNoDag));
+    truth_ = std::make_unique<Truth>(*scene.world);
+}
 
+SceneMeasurer::~SceneMeasurer() = default;
+
+SceneMeasurement SceneMeasurer::measure(const Experiment& experiment,
+                                        const std::vector<RunParameters>& runs,
+                                        const MeasureContext& context) {
+    SceneMeasurement out;
     const size_t stepsAFrame =
         1 + runs.size() * size_t(1 + experiment.warmups + experiment.repeats);
     const double stepCount = double(stepsAFrame * context.frames.size());
@@ -350,25 +358,34 @@ SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags,
         if (context.progress)
             context.progress(double(stepsDone) / stepCount);
     };
+    World& world = *scene_.world;
     const auto show = [&](uint32_t frame) {
         const float time = experiment.timeOfFrame(frame);
-        if (time == scene.world->timeSeconds())
+        if (time == world.timeSeconds())
             return;
-        const std::vector<uint32_t> moved = scene.world->setTime(time);
-        for (const std::unique_ptr<FrameRenderer>& renderer : renderers)
+        const std::vector<uint32_t> moved = world.setTime(time);
+        for (const std::unique_ptr<FrameRenderer>& renderer : renderers_)
             renderer->worldChanged(moved);
         if (!moved.empty())
-            truth.update(*scene.world);
+            truth_->update(world);
     };
     FrameCamera camera(experiment.camera);
     show(experiment.frames.front());
-    camera.at(*scene.world); // places it where a compare of all frames does
+    camera.at(world); // places it where a compare of all frames does
     for (const uint32_t frame : context.frames) {
         show(frame);
-        FrameMeasurement measurement(scene, frame, experiment, runs, renderers, truth, context);
-        measurement.measure(camera.at(*scene.world), frame == experiment.frames.front(), step, out);
+        FrameMeasurement measurement(scene_, frame, experiment, runs, renderers_, *truth_, context);
+        measurement.measure(camera.at(world),
+                            context.writesPictures && frame == experiment.frames.front(), step,
+                            out);
     }
     return out;
+}
+
+SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags,
+                              const Experiment& experiment, const std::vector<RunParameters>& runs,
+                              const MeasureContext& context) {
+    return SceneMeasurer(scene, dags, context.backend).measure(experiment, runs, context);
 }
 
 } // namespace shadowdag
