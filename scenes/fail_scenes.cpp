@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sources of the failures: Dou et al., Adaptive Depth Bias for Shadow Maps, I3D 2014 (bias); Kaempe
-// et al., High Resolution Sparse Voxel DAGs, SIGGRAPH 2013 (voxel rays); Olsson et al., TVCG 2015
-// (the rest).
+// The list of the failure scenes. Sources of the failures: Dou et al., Adaptive Depth Bias for
+// Shadow Maps, I3D 2014 (bias); Kaempe et al., High Resolution Sparse Voxel DAGs, SIGGRAPH 2013
+// (voxel rays); Olsson et al., TVCG 2015 (the rest); found in this program, where a description
+// says ours.
 #include "scenes/fail_scenes.h"
 
-#include "scenes/builtin_stage.h"
-
-#include <algorithm>
-#include <cmath>
+#include "scenes/mesh_shapes.h"
 
 namespace shadowdag {
 
@@ -219,7 +217,8 @@ FailScene farOrigin() {
 FailScene axisAligned() {
     FailScene s{
         "fail-axis-aligned",
-        "rows 17, 19: rays with zero components and at 45 degrees, along faces and edges of cubes",
+        "rows 16, 17, 19: rays with zero components and at 45 degrees, along faces and edges of "
+        "cubes",
         {floorBox(4, 4)},
         {{{0.0, 3.0, 0.0}, 10.0, 7.0}, {{-3.0, 0.5, 0.0}, 10.0, 4.0}, {{3.0, 3.0, 3.0}, 10.0, 7.0}},
         {2.5, 4, 5},
@@ -325,50 +324,106 @@ FailScene sun() {
     return s;
 }
 
-/// Returns whether a segment that crosses a board comes through a hole; nothing when it passes
-/// within `border` of a square's edge.
-std::optional<bool> passesHole(const FailBox& b, double timeSeconds, const dvec3& from,
-                               const dvec3& to, double border) {
-    const dvec3 center = b.center + b.velocity * timeSeconds;
-    const glm::dmat3 worldFromBox(placement(dvec3(0.0), b.yawTurns, b.pitchTurns));
-    const dvec3 o = glm::transpose(worldFromBox) * (from - center);
-    const dvec3 d = glm::transpose(worldFromBox) * (to - from);
-    const dvec3 at = o - d * (o.y / d.y);
-    int square = 0;
-    for (const int axis : {0, 2}) {
-        const double side = 2.0 * b.half[axis] / b.chequerCount;
-        const double position = (at[axis] + b.half[axis]) / side;
-        if (!(std::abs(position - std::round(position)) * side > border))
-            return std::nullopt;
-        square += int(std::floor(position));
-    }
-    return square % 2 != 0;
+FailScene stalePages() {
+    FailScene s{
+        "fail-stale-pages",
+        "row 7: shadow maps kept from frame to frame hold what stood there before a box and a "
+        "light moved",
+        {floorBox(5, 3), box({1.4, 0.0, -1.2}, {1.7, 0.8, -0.9}, 3)},
+        {{{0.0, 4.0, 0.0}, 12.0, 12.0}, {{-3.0, 2.0, 1.5}, 9.0, 6.0, dvec3(0.0), {0.4, 0, 0}}},
+        {0, 3.5, 5},
+        {0, 0.3, 0}};
+    FailBox b = box({-2.5, 0.6, -0.4}, {-1.7, 1.1, 0.4});
+    b.velocity = {1.0, 0.0, 0.0};
+    s.boxes.push_back(b);
+    return s;
 }
 
-/// Returns where the segment from a to b enters and leaves the box, grown by `grow`, lies empty or
-/// not.
-bool segmentMeetsBox(const FailBox& b, double timeSeconds, const dvec3& from, const dvec3& to,
-                     double grow) {
-    const dvec3 center = b.center + b.velocity * timeSeconds;
-    const glm::dmat3 worldFromBox(placement(dvec3(0.0), b.yawTurns, b.pitchTurns));
-    const dvec3 o = glm::transpose(worldFromBox) * (from - center);
-    const dvec3 d = glm::transpose(worldFromBox) * (to - from);
-    double enter = 0.0, leave = 1.0;
-    for (int axis = 0; axis < 3; ++axis) {
-        // A flat side is never shrunk away: the ray crosses it or not.
-        const double half = b.half[axis] > 0.0 ? b.half[axis] + grow : std::max(grow, 0.0);
-        if (half < 0.0)
-            return false;
-        if (d[axis] == 0.0) {
-            if (std::abs(o[axis]) > half)
-                return false;
-            continue;
-        }
-        const double t0 = (-half - o[axis]) / d[axis], t1 = (half - o[axis]) / d[axis];
-        enter = std::max(enter, std::min(t0, t1));
-        leave = std::min(leave, std::max(t0, t1));
+/// Posts of 6 to 24 cm between lights at many distances: some light's request is always near a
+/// step.
+FailScene popping() {
+    FailScene s{"fail-popping",
+                "row 23: as the camera sways, resolutions waver between two steps and shadows pop",
+                {floorBox(6, 6)},
+                {},
+                {0.5, 2.4, 6.5},
+                {0, 0.3, 0}};
+    for (int i = 0; i < 9; ++i) {
+        const double t = i / 9.0, r = 1.0 + 0.45 * i;
+        s.lights.push_back({{r * cosTurns(t), 1.1 + 0.2 * (i % 4), r * sinTurns(t)}, 5.0, 1.6});
     }
-    return enter <= leave;
+    for (int i = 0; i < 14; ++i) {
+        const double t = 0.04 + i * 0.38, r = 0.6 + 0.33 * i, half = 0.03 + 0.015 * (i % 7);
+        const dvec3 foot(r * cosTurns(t), 0.0, r * sinTurns(t));
+        s.boxes.push_back(
+            box(foot - dvec3(half, 0, half), foot + dvec3(half, 0.9, half), 2 + i % 2));
+    }
+    s.eyeSway = {0.12, 0.0, 0.25};
+    return s;
+}
+
+/// Contact shadows of steps and thin plates: what rays' offset and maps' bias lose differs.
+FailScene methodSwitch() {
+    FailScene s = popping();
+    s.name = "fail-method-switch";
+    s.description =
+        "row 24: rays and maps lose unlike contact shadows and outlines, which shows where a "
+        "map that wavers about the threshold changes its method";
+    s.boxes.resize(1);
+    for (int i = 0; i < 14; ++i) {
+        const double t = 0.04 + i * 0.38, r = 0.6 + 0.33 * i;
+        const dvec3 foot(r * cosTurns(t), 0.0, r * sinTurns(t));
+        s.boxes.push_back(box(foot - dvec3(0.25, 0, 0.04),
+                              foot + dvec3(0.25, 0.02 + 0.02 * (i % 5), 0.04), 2 + i % 2));
+    }
+    return s;
+}
+
+FailScene severalMaps() {
+    FailScene s{
+        "fail-several-maps",
+        "ours: of several maps a light, each as fine as its own clusters ask for, the coarse ones "
+        "answer where one map for all would be fine",
+        {floorBox(3, 16)},
+        {{{0.4, 3.2, 2.0}, 24.0, 14.0}},
+        {0.6, 1.5, 8.0},
+        {0, 0.4, -2}};
+    for (int i = 0; i < 26; ++i) {
+        const double x = i % 2 ? 1.2 : -1.2, z = 6.0 - 0.8 * i;
+        s.boxes.push_back(box({x - 0.04, 0.0, z - 0.04}, {x + 0.04, 1.0, z + 0.04}, 2 + i % 2));
+    }
+    return s;
+}
+
+FailScene sunSteps() {
+    FailScene s{
+        "fail-sun-steps",
+        "ours: a low sun's windows are two octaves apart; where one takes over from the next, and "
+        "on ground that it grazes, shadows of posts come out coarser",
+        {floorBox(8, 24)},
+        {{dvec3(0.0), 0.0, 3.0, {0.85, -0.25, -0.2}}},
+        {0.5, 1.8, 10.0},
+        {0, 0.2, 2}};
+    for (int i = 0; i < 18; ++i) {
+        const double x = -2.5 + 1.7 * (i % 3), z = 7.5 - 1.5 * i;
+        s.boxes.push_back(box({x - 0.06, 0.0, z - 0.06}, {x + 0.06, 0.7, z + 0.06}, 2 + i % 2));
+    }
+    s.eyeSway = {0.1, 0.0, 0.3};
+    return s;
+}
+
+FailScene polygonLod() {
+    FailScene s{
+        "fail-polygon-lod",
+        "ours: a level of detail that a map is drawn with shadows the finer surface that is "
+        "seen, or lets its outline shrink",
+        {floorBox(4, 3)},
+        {{{-1.5, 3.0, 1.5}, 12.0, 9.0}},
+        {0, 2.2, 4.6},
+        {0, 0.5, 0}};
+    for (int i = 0; i < 4; ++i)
+        s.balls.push_back({{-1.8 + 1.2 * i, 0.6, 0.3 * (i % 2)}, 0.22 + 0.06 * i});
+    return s;
 }
 
 } // namespace
@@ -378,108 +433,9 @@ std::vector<FailScene> failScenes() {
             missingTap(), cubeSeam(),       lightTouching(), thinWall(),
             wires(),      selfShadow(),     contact(),       silhouette(),
             farOrigin(),  axisAligned(),    mover(),         unequalRanges(),
-            coplanar(),   borderLight(),    alphaMask(),     sun()};
-}
-
-Scene makeFailScene(const FailScene& f) {
-    Stage s(f.name);
-    const uint32_t materials[4] = {0, s.material("floor", {0.66f, 0.60f, 0.50f}),
-                                   s.material("occluder", {0.30f, 0.42f, 0.62f}),
-                                   s.material("second occluder", {0.72f, 0.42f, 0.22f})};
-    // Two by two texels, repeated: a board's material is the solid one's, cut out.
-    const auto chequered = [&](uint32_t material) {
-        Scene& scene = s.scene();
-        if (scene.alphaMasks.empty()) {
-            scene.alphaMasks.push_back(makeAlphaMask(2, 2));
-            setOpaque(scene.alphaMasks[0], 0, 0);
-            setOpaque(scene.alphaMasks[0], 1, 1);
-        }
-        const Material solid = scene.materials[material];
-        const uint32_t cut = s.material(solid.name + ", chequered", solid.baseColor);
-        scene.materials[cut].alphaMask = 0;
-        return cut;
-    };
-    for (const FailBox& b : f.boxes) {
-        const uint32_t material = materials[b.material];
-        MeshBuilder m("flat_box", b.chequerCount ? chequered(material) : material);
-        const bool isMoving = b.velocity != dvec3(0.0);
-        m.setTransform(placement(isMoving ? dvec3(0.0) : b.center, b.yawTurns, b.pitchTurns));
-        const dvec3 h = b.half;
-        const auto add = [&] {
-            const float n = float(b.chequerCount) / 2.0f;
-            if (b.chequerCount)
-                m.quad(m.vertex({-h.x, 0, h.z}, {0, n}), m.vertex({h.x, 0, h.z}, {n, n}),
-                       m.vertex({h.x, 0, -h.z}, {n, 0}), m.vertex({-h.x, 0, -h.z}, {0, 0}));
-            else if (h.y == 0.0)
-                m.quad({-h.x, 0, h.z}, {h.x, 0, h.z}, {h.x, 0, -h.z}, {-h.x, 0, -h.z});
-            else
-                addBox(m, -h, h);
-        };
-        add();
-        if (f.isMessy) {
-            add(); // everything twice
-            const uint32_t p = m.vertex(h), q = m.vertex(-h);
-            m.triangle(p, q, p);
-            m.triangle(q, q, q);
-            const uint32_t a = m.vertex({-h.x, h.y, -h.z}), c = m.vertex({h.x, h.y, -h.z}),
-                           d = m.vertex(h);
-            m.triangle(a, c, d); // and once the other way round
-        }
-        const int node = s.place(s.mesh(m), isMoving ? b.center : dvec3(0.0));
-        if (isMoving)
-            s.animateTranslation(node, {0.0f, 4.0f}, {b.center, b.center + b.velocity * 4.0});
-    }
-    for (size_t i = 0; i < f.lights.size(); ++i) {
-        const FailLight& light = f.lights[i];
-        const std::string name = "light " + std::to_string(i);
-        if (light.sunDirection != dvec3(0.0))
-            s.sunLight(name, light.sunDirection, {1.0f, 0.97f, 0.9f}, light.intensity);
-        else
-            s.pointLight(name, light.position, light.range, {1.0f, 0.94f, 0.84f}, light.intensity);
-    }
-    s.camera(f.eye, f.target, 0.9, 0.05, 500.0);
-    return s.take();
-}
-
-dvec3 lightPointOf(const FailScene& scene, const dvec3& pointWorld, int light, double timeSeconds) {
-    const FailLight& source = scene.lights[size_t(light)];
-    if (source.sunDirection == dvec3(0.0))
-        return source.position;
-    double reach = 0.0; // twice as far as anything is from the point
-    for (const FailBox& b : scene.boxes) {
-        const dvec3 now = b.center + b.velocity * timeSeconds;
-        reach = std::max(reach, 2.0 * (glm::length(now - pointWorld) + glm::length(b.half)));
-    }
-    return pointWorld - glm::normalize(source.sunDirection) * reach;
-}
-
-std::optional<bool> expectedLit(const FailScene& scene, const dvec3& pointWorld, int light,
-                                double timeSeconds) {
-    double extent = 0.0;
-    for (const FailBox& b : scene.boxes)
-        extent = std::max({extent, 2.0 * b.half.x, 2.0 * b.half.y, 2.0 * b.half.z});
-    const dvec3 to = lightPointOf(scene, pointWorld, light, timeSeconds);
-    const dvec3 along = (to - pointWorld) / glm::length(to - pointWorld) * (1e-4 * extent);
-    const dvec3 a = pointWorld + along, b = to - along;
-    bool mayHit = false;
-    for (const FailBox& occluder : scene.boxes) {
-        if (segmentMeetsBox(occluder, timeSeconds, a, a, 0.0))
-            return std::nullopt;
-        if (occluder.chequerCount && segmentMeetsBox(occluder, timeSeconds, a, b, 1e-6 * extent)) {
-            const std::optional<bool> isThrough =
-                passesHole(occluder, timeSeconds, a, b, 2e-6 * extent);
-            if (isThrough && *isThrough)
-                continue;
-            if (!isThrough) {
-                mayHit = true;
-                continue;
-            }
-        }
-        if (segmentMeetsBox(occluder, timeSeconds, a, b, -1e-6 * extent))
-            return false;
-        mayHit |= segmentMeetsBox(occluder, timeSeconds, a, b, 1e-6 * extent);
-    }
-    return mayHit ? std::nullopt : std::optional<bool>(true);
+            coplanar(),   borderLight(),    alphaMask(),     sun(),
+            stalePages(), popping(),        methodSwitch(),  severalMaps(),
+            sunSteps(),   polygonLod()};
 }
 
 } // namespace shadowdag

@@ -90,6 +90,20 @@ const Known kKnown[] = {
     // Boards of squares of 30 to 37 cm, cut out by their texture: outlines of squares.
     {"fail-alpha", 0, {3.2, 0.03}, {0.51, 0.61}, {1.9, 1.7}},
     {"fail-alpha", 2, {3.3, 0.03}, {0.64, 0.74}, {2.35, 1.75}},
+    // Outlines of the box that stands.
+    {"fail-stale-pages", 1, {0.06, 0}, {0.07, 0.05}, {0.07, 0.18}},
+    // Posts of 6 to 24 cm through voxels of 23 mm; many maps of few texels.
+    {"fail-popping", 0, {1.3, 0.01}, {0.16, 0.17, 0, 2}, {1.1, 0.07}},
+    // Plates of 2 to 10 cm: lower ones lie within the rays' lift and the maps' bias (contact). One
+    // pair
+    // behind a plate is unexplained (maps).
+    {"fail-method-switch", 0, {0.11, 0.05, 0, 4}, {0.05, 0.09, 1, 2}, {0.08, 0.08}},
+    // Posts of 8 cm through voxels of 63 mm; one map as fine as the nearest cluster asks.
+    {"fail-several-maps", 0, {2.3, 0}, {0.03, 0.05}, {0.03, 0.13}},
+    // Posts of 12 cm through voxels of 94 mm, and light at 16 degrees.
+    {"fail-sun-steps", 0, {2.05, 0.09}, {0.12, 0.25}, {0.33, 0.66}},
+    // Outlines of balls.
+    {"fail-polygon-lod", 0, {0.65, 0}, {0.06, 0.05}, {0.09, 0.15}},
 };
 
 FrameOptions hybridFrame() {
