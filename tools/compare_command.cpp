@@ -6,6 +6,7 @@
 #include "tools/commands.h"
 #include "tools/common_options.h"
 #include "tools/compare_parts.h"
+#include "tools/failures.h"
 #include "tools/measure.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
@@ -38,17 +39,17 @@ struct CompareOptions {
     std::vector<std::string> scenes;
     std::string output, experiment, methods = "embree,dag,maps,hybrid", repeats = "5",
                                     warmups = "1", costs, title, part, variants, leadIn = "1",
-                                    flickerPoints = "20000";
+                                    flickerPoints = "20000", only;
     bool resume = false, isSequence = false, noCharts = false, noOracle = false, join = false;
 };
 
 /// Options that an experiment file fixes; what it leaves to the command line is not listed.
 constexpr const char* kFixedByExperiment[] = {
-    "--size",      "--camera",         "--frames",         "--fps",        "--lights",
-    "--seed",      "--resolution",     "--dag-resolution", "--thresholds", "--model",
-    "--no-oracle", "--methods",        "--undersample",    "--page-size",  "--pool",
-    "--max-face",  "--bias",           "--taps",           "--offset",     "--lod",
-    "--repeats",   "--warmups",        "--title",          "--variants",   "--sequence",
+    "--size",      "--camera",         "--frames",         "--fps",         "--lights",
+    "--seed",      "--resolution",     "--dag-resolution", "--thresholds",  "--model",
+    "--no-oracle", "--methods",        "--undersample",    "--page-size",   "--pool",
+    "--max-face",  "--bias",           "--taps",           "--offset",      "--lod",
+    "--repeats",   "--warmups",        "--title",          "--variants",    "--sequence",
     "--lead-in",   "--flicker-points", "--maps-per-light", "--route-margin",
     "--polygon-lod"};
 
@@ -331,12 +332,37 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         publishPart(options, found, share, ofParts, start, console);
 }
 
+/// Whether `compare failures` is meant, the matrix of failures; a file of that name is ./failures.
+bool isFailures(const CompareOptions& options) {
+    return std::find(options.scenes.begin(), options.scenes.end(), "failures") !=
+           options.scenes.end();
+}
+
+void runMatrix(const CompareOptions& options, const CommandLine& commandLine) {
+    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--no-charts",
+                               "--voxels", "--costs", "--cache", "--allow-stale"});
+    for (const std::string& option : fixed)
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage,
+                        option + " and compare failures contradict each other: its rows say what is "
+                                 "run; drop one");
+    if (options.scenes.size() > 1)
+        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes.back() +
+                                           "': failures stands alone; drop the other scenes, or "
+                                           "write ./failures for a file of that name");
+    const Console console(options.global.json);
+    runFailures({options.output, options.only, options.global.apply(console, true)}, console);
+}
+
 } // namespace
 
 std::function<void()> declareCompare(CommandLine& commandLine) {
     auto options = std::make_shared<CompareOptions>();
     commandLine.texts("SCENE", options->scenes, "",
-                      "Scenes to compare on; none when the experiment names them");
+                      "Scenes to compare on; none when the experiment names them; or failures: every "
+                      "known failure by every method, its remedy off and on, against stated bounds "
+                      "(exit status 5 when one does not hold)");
     commandLine.text(
         "-o,--output", options->output, "DIR",
         "The report: index.html, results.json, results.csv, lights.csv, costs.json, charts, images",
@@ -344,6 +370,7 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     commandLine.text(
         "--experiment", options->experiment, "F.json",
         "A file that fixes scenes, view, lights, sweeps and repeats; see scenes/experiments");
+    commandLine.text("--only", options->only, "NAME,...", "Of failures: only these");
     commandLine.flag("--resume", options->resume,
                      "Go on with what an interrupted compare in DIR has finished");
     commandLine.text("--part", options->part, "K/N",
@@ -360,9 +387,10 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
         "--thresholds", options->common.thresholds, "T,...",
         "For hybrid: maps that require fewer texels are traced; 0 is maps alone, inf rays alone "
         "[0,8,16,32,64,96,192,inf]");
-    commandLine.texts("--model", options->common.models, "M",
-                      "A further cost model for hybrid: texels:N, expr:EXPRESSION, cost, oracle; may be "
-                      "given several times [oracle]");
+    commandLine.texts(
+        "--model", options->common.models, "M",
+        "A further cost model for hybrid: texels:N, expr:EXPRESSION, cost, oracle; may be "
+        "given several times [oracle]");
     commandLine.flag("--no-oracle", options->noOracle,
                      "Leave out the model oracle where --model is not given");
     commandLine.text("--variants", options->variants, "NAME,...",
@@ -379,9 +407,10 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
                      "Of a sequence: so many frames before each are rendered uncounted [1]");
     commandLine.text("--flicker-points", options->flickerPoints, "N",
                      "Of a sequence: surface points whose answers are followed [20000]");
-    commandLine.text("--costs", options->costs, "F",
-                     "Replay the maps' isolated costs of a costs.json instead of measuring them; or, "
-                     "for --model cost, what calibrate wrote");
+    commandLine.text(
+        "--costs", options->costs, "F",
+        "Replay the maps' isolated costs of a costs.json instead of measuring them; or, "
+        "for --model cost, what calibrate wrote");
     commandLine.text("--repeats", options->repeats, "N",
                      "Timed runs of every configuration, interleaved [5]");
     commandLine.text("--warmups", options->warmups, "N",
@@ -395,6 +424,10 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     options->common.declareMaps(commandLine, true);
     options->global.declare(commandLine);
     return [options, &commandLine] {
+        if (isFailures(*options))
+            return runMatrix(*options, commandLine);
+        if (commandLine.given("--only"))
+            throw Error(ErrorKind::kUsage, "--only is for compare failures; name that or drop it");
         options->join ? runJoin(*options, commandLine) : runCompare(*options, commandLine);
     };
 }

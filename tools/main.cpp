@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "tools/commands.h"
 #include "tools/console.h"
+#include "tools/failures.h"
 #include "tools/provenance.h"
 
 #include <csignal>
@@ -57,6 +58,8 @@ int main(int argc, char** argv) {
         std::raise(interrupted.signal); // so that shells see what ended us
     } catch (const Error& error) {
         return complain(error.what(), int(error.kind()));
+    } catch (const NotHeld& notHeld) {
+        return complain(notHeld.what(), NotHeld::kExitStatus);
     } catch (const std::bad_alloc&) {
         return complain(
             "not enough memory; try a smaller --size, --resolution or --pool, or fewer frames",

@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writes tools/failures_known.cpp: what was measured once of every cell of the matrix of failures.
+
+    shadowdag compare failures -o DIR; tools/failure_known.py DIR/failures.json tools/failures_known.cpp
+
+Bounds follow from it by boundOf (tools/failures.h). Cells that the file does not hold keep their old
+numbers, so that a part (--only) can be written anew. Prints every number that got larger: look at
+each before you commit it.
+"""
+import json
+import re
+import sys
+
+METHODS = {"maps": "kMaps", "dag": "kDag", "dag-exact": "kDagExact", "hybrid": "kHybrid"}
+MEASURES = ["false_shadow_count", "false_light_count", "unexplained_count", "acne_count",
+            "contact_count", "missing_tap_count", "mean_error_millionths", "flicker_count"]
+HEAD = """// SPDX-License-Identifier: Apache-2.0
+// Written by tools/failure_known.py out of a run's failures.json; not to be edited.
+// Columns: failure, method, remedy on; false shadow, false light, unexplained, acne, contact, missing
+// taps, mean error in millionths, flicker.
+#include "tools/failures.h"
+
+namespace shadowdag {
+
+// clang-format off
+const std::vector<KnownCell>& knownCells() {
+    using enum MatrixMethod;
+    static const std::vector<KnownCell> cells = {
+"""
+TAIL = """    };
+    return cells;
+}
+// clang-format on
+
+} // namespace shadowdag
+"""
+
+
+def read_table(text):
+    """Returns {(failure, method's constant, remedy on): counts} of a table as this script writes it."""
+    rows = {}
+    for name, method, is_on, counts in re.findall(
+            r'\{"([\w-]+)", (k\w+), (true|false), \{\{([\d, ]+)\}\}\}', text):
+        rows[name, method, is_on] = [int(count) for count in counts.split(",")]
+    return rows
+
+
+def main(arguments):
+    if len(arguments) != 3:
+        print("usage: failure_known.py failures.json failures_known.cpp", file=sys.stderr)
+        return 1
+    try:
+        with open(arguments[1], encoding="utf-8") as file:
+            cells = json.load(file)["cells"]
+    except (OSError, ValueError, KeyError) as error:
+        print(f"failure_known.py: {arguments[1]}: holds no cells of compare failures: {error!r}",
+              file=sys.stderr)
+        return 2
+    with open(arguments[2], encoding="utf-8") as file:
+        old = read_table(file.read())
+    rows = {}
+    for cell in cells:
+        key = (cell["failure"], METHODS[cell["method"]], "false" if cell["remedy"] == "off" else "true")
+        rows[key] = [cell[measure] for measure in MEASURES]
+        for measure, now, before in zip(MEASURES, rows[key], old.get(key, rows[key])):
+            if now > before:
+                print(f"{cell['failure']} by {cell['method']}, remedy {cell['remedy']}: {measure} rises "
+                      f"from {before} to {now}")
+    failures = {cell["failure"] for cell in cells}
+    rows = {key: value for key, value in old.items() if key[0] not in failures} | rows
+    with open(arguments[2], "w", encoding="utf-8") as file:
+        file.write(HEAD)
+        for (name, method, is_on), counts in rows.items():
+            numbers = ", ".join(str(count) for count in counts)
+            file.write(f'        {{"{name}", {method}, {is_on}, {{{{{numbers}}}}}}},\n')
+        file.write(TAIL)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))
