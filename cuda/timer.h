@@ -25,6 +25,13 @@ struct StageTimes {
             }
         stagesMs.emplace_back(stage, timeMs);
     }
+    /// Returns a stage's time, 0 when there was none.
+    double stageMs(const std::string& stage) const {
+        for (const auto& [name, timeMs] : stagesMs)
+            if (name == stage)
+                return timeMs;
+        return 0;
+    }
     double totalMs() const {
         double sum = 0;
         for (const auto& [name, timeMs] : stagesMs)

@@ -26,6 +26,9 @@ constexpr Quantity kQuantities[] = {
     {"batches", [](const MapQuantities& m) { return double(m.batches); }},
     {"lights", [](const MapQuantities& m) { return double(m.lights); }},
     {"range", [](const MapQuantities& m) { return double(m.range); }},
+    {"pairs", [](const MapQuantities& m) { return double(m.pairs); }},
+    {"movers", [](const MapQuantities& m) { return double(m.movers); }},
+    {"moverCrossings", [](const MapQuantities& m) { return double(m.moverCrossings); }},
 };
 constexpr size_t kQuantityCount = std::size(kQuantities);
 

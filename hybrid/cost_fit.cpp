@@ -2,18 +2,23 @@
 #include "hybrid/cost_fit.h"
 
 #include "cuda/error.h"
+#include "cuda/macros.h"
 #include "hybrid/cost_solve.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
 
 namespace shadowdag {
 
 namespace {
 
-constexpr size_t kMaxTerms = 6; ///< a sum; what fits thousands of maps needs no more
+constexpr size_t kMaxTerms = 3; ///< a sum: all choices of as many are tried
+/// What routing gains at least, of a scene's time, where a scene is worth judging by: less is
+/// noise.
+constexpr double kContestedGain = 0.02;
 static_assert(kMaxTerms <= kMaxUnknowns);
 
 /// Returns one sum of a form, fitted.
@@ -52,8 +57,7 @@ ObservedFrames pointersTo(const std::vector<ObservedFrame>& frames) {
 std::vector<double> regretsOf(const ObservedFrames& frames, const CostModel& model) {
     std::vector<double> regrets;
     for (const ObservedFrame* frame : frames)
-        regrets.push_back(
-            routingRegret(*frame, model.route(frame->maps), model.needsGeometryCounts()));
+        regrets.push_back(routingRegret(*frame, model.route(frame->maps), model.counts()));
     return regrets;
 }
 
@@ -72,105 +76,180 @@ std::unique_ptr<CostModel> thresholdModel(double texels) {
     return makeCostModel(text);
 }
 
+/// Calls visit(held, fitted) for every group that is held out together.
+template <class Visit>
+void forGroups(const ObservedFrames& frames, HeldOut heldOut, const Visit& visit) {
+    std::vector<bool> isDone(frames.size(), false);
+    for (size_t i = 0; i < frames.size(); ++i) {
+        if (isDone[i])
+            continue;
+        std::vector<size_t> held;
+        ObservedFrames fitted;
+        for (size_t k = 0; k < frames.size(); ++k) {
+            // One frame in several views is one frame: what it shows is the same.
+            const bool isHeld =
+                frames[k]->scene == frames[i]->scene &&
+                (heldOut == HeldOut::kScenes || frames[k]->frame == frames[i]->frame);
+            if (isHeld) {
+                held.push_back(k);
+                isDone[k] = true;
+            } else {
+                fitted.push_back(frames[k]);
+            }
+        }
+        visit(held, fitted);
+    }
+}
+
+/// Returns every choice of 1..kMaxTerms terms that may enter a sum, fewer first.
+std::vector<std::vector<CostSummand>> choicesOf(bool CostTerm::*isOf) {
+    std::vector<std::vector<CostSummand>> choices{{}};
+    for (size_t first = 0, size = 1; size <= kMaxTerms; ++size) {
+        const size_t end = choices.size();
+        for (; first < end; ++first)
+            for (const CostTerm& term : costTerms()) {
+                const std::vector<CostSummand> shorter = choices[first];
+                if (!(term.*isOf) || (!shorter.empty() && &term <= shorter.back().term))
+                    continue;
+                choices.push_back(shorter);
+                choices.back().push_back({&term, 0});
+            }
+    }
+    choices.erase(choices.begin());
+    return choices;
+}
+
+/// A choice of terms for one sum, and what it predicts of every map while the map is held out.
+struct HeldOutSum {
+    std::vector<CostSummand> form;
+    std::vector<uint32_t> counts;               ///< by frame: what the fitted sum reads
+    std::vector<std::vector<double>> predicted; ///< by frame, ms a map
+
+    HeldOutSum(const ObservedFrames& frames, HeldOut heldOut, std::vector<CostSummand> terms,
+               double MapCost::*cost)
+        : form(std::move(terms)), counts(frames.size()), predicted(frames.size()) {
+        forGroups(frames, heldOut,
+                  [&](const std::vector<size_t>& held, const ObservedFrames& fitted) {
+                      const std::vector<CostSummand> sum = fitSum(fitted, form, cost);
+                      for (const size_t k : held) {
+                          counts[k] = CostCalibration{sum, {}}.counts();
+                          for (const MapQuantities& map : frames[k]->maps)
+                              predicted[k].push_back(predictMs(sum, map));
+                      }
+                  });
+    }
+};
+
 /// Forms and how they fare.
 class FormSearch {
 public:
-    explicit FormSearch(const ObservedFrames& frames, HeldOut judgedBy)
+    FormSearch(const ObservedFrames& frames, HeldOut judgedBy)
         : frames_(frames), judgedBy_(judgedBy) {}
 
-    std::vector<double> regret(const CostCalibration& form, HeldOut heldOut) const {
+    /// Returns the trials of the search, the last kept one being its result.
+    std::vector<FitTrial> search() const {
+        const auto sumsOf = [&](bool CostTerm::*isOf, double MapCost::*cost) {
+            std::vector<HeldOutSum> sums;
+            for (std::vector<CostSummand>& form : choicesOf(isOf))
+                sums.emplace_back(frames_, judgedBy_, std::move(form), cost);
+            return sums;
+        };
+        const std::vector<HeldOutSum> rays = sumsOf(&CostTerm::isOfRays, &MapCost::raysMs),
+                                      map = sumsOf(&CostTerm::isOfMap, &MapCost::mapMs);
+        const CostSummand constant{findCostTerm("maps"), 0};
+        std::vector<FitTrial> trials{trial({{constant}, {constant}})};
+        trials.back().isKept = true;
+        std::vector<double> kept = regretOf(trials.back().form, judgedBy_);
+        for (size_t size = 2; size <= 2 * kMaxTerms; ++size) {
+            const HeldOutSum *bestRays = nullptr, *bestMap = nullptr;
+            std::vector<double> best;
+            for (const HeldOutSum& r : rays)
+                for (const HeldOutSum& m : map) {
+                    if (r.form.size() + m.form.size() != size)
+                        continue;
+                    std::vector<double> regrets = regretOf(r, m);
+                    if (!best.empty() && !(meanRegret(regrets).mean < meanRegret(best).mean))
+                        continue; // the first of equals: earlier terms are simpler
+                    best = std::move(regrets);
+                    bestRays = &r;
+                    bestMap = &m;
+                }
+            trials.push_back(trial({bestRays->form, bestMap->form}));
+            trials.back().gain = meanRegret(differences(kept, best));
+            trials.back().isKept = trials.back().gain.mean > trials.back().gain.standardError;
+            if (trials.back().isKept)
+                kept = std::move(best);
+        }
+        return trials;
+    }
+
+private:
+    std::vector<double> regretOf(const HeldOutSum& rays, const HeldOutSum& map) const {
+        std::vector<double> regrets;
+        std::vector<Route> routes;
+        for (size_t k = 0; k < frames_.size(); ++k) {
+            routes.clear();
+            for (size_t m = 0; m < frames_[k]->maps.size(); ++m)
+                routes.push_back(costRatio(rays.predicted[k][m], map.predicted[k][m]) > 1
+                                     ? Route::kRays
+                                     : Route::kMap);
+            regrets.push_back(routingRegret(*frames_[k], routes, rays.counts[k] | map.counts[k]));
+        }
+        return regrets;
+    }
+
+    std::vector<double> regretOf(const CostCalibration& form, HeldOut heldOut) const {
         return heldOutRegret(frames_, heldOut, [&](const ObservedFrames& fitted) {
             return makeCostModelOf(fitForm(fitted, form));
         });
     }
 
-    /// Returns the trials of the search, the last kept one being its result.
-    std::vector<FitTrial> search() const {
-        const CostSummand constant{findCostTerm("maps"), 0};
-        CostCalibration kept{{constant}, {constant}};
-        std::vector<FitTrial> trials{trial(kept)};
-        trials.back().isKept = true;
-        std::vector<double> regrets = regret(kept, judgedBy_);
-        while (true) {
-            // One term first; only when none helps by itself, one to either sum at once.
-            bool isAdded = false;
-            for (const bool both : {false, true}) {
-                FitTrial best;
-                std::vector<double> bestRegrets;
-                for (const CostCalibration& form : additions(kept, both)) {
-                    std::vector<double> candidate = regret(form, judgedBy_);
-                    if (!bestRegrets.empty() &&
-                        !(meanRegret(candidate).mean < meanRegret(bestRegrets).mean))
-                        continue;
-                    bestRegrets = std::move(candidate);
-                    best.form = form;
-                }
-                if (bestRegrets.empty())
-                    continue;
-                best = trial(best.form);
-                best.gain = meanRegret(differences(regrets, bestRegrets));
-                best.isKept = best.gain.mean > best.gain.standardError;
-                trials.push_back(best);
-                if (best.isKept) {
-                    kept = best.form;
-                    regrets = std::move(bestRegrets);
-                    isAdded = true;
-                    break;
-                }
-            }
-            if (!isAdded)
-                return trials;
-        }
-    }
-
-private:
     FitTrial trial(const CostCalibration& form) const {
         FitTrial trial;
         trial.form = form;
-        trial.byScene = meanRegret(regret(form, HeldOut::kScenes));
-        trial.byFrame = meanRegret(regret(form, HeldOut::kFrames));
+        if (canHoldOut(frames_, HeldOut::kScenes))
+            trial.byScene = meanRegret(regretOf(form, HeldOut::kScenes));
+        if (canHoldOut(frames_, HeldOut::kFrames))
+            trial.byFrame = meanRegret(regretOf(form, HeldOut::kFrames));
         return trial;
-    }
-
-    static std::vector<std::vector<CostSummand>> longer(const std::vector<CostSummand>& sum) {
-        std::vector<std::vector<CostSummand>> all;
-        if (sum.size() == kMaxTerms)
-            return all;
-        for (const CostTerm& term : costTerms()) {
-            if (std::any_of(sum.begin(), sum.end(),
-                            [&](const CostSummand& s) { return s.term == &term; }))
-                continue;
-            all.push_back(sum);
-            all.back().push_back({&term, 0});
-        }
-        return all;
-    }
-
-    static std::vector<CostCalibration> additions(const CostCalibration& form, bool both) {
-        std::vector<CostCalibration> all;
-        const auto rays = longer(form.rays), map = longer(form.map);
-        if (!both) {
-            for (const auto& sum : rays)
-                all.push_back({sum, form.map});
-            for (const auto& sum : map)
-                all.push_back({form.rays, sum});
-            return all;
-        }
-        for (const auto& r : rays)
-            for (const auto& m : map)
-                all.push_back({r, m});
-        return all;
     }
 
     const ObservedFrames& frames_;
     HeldOut judgedBy_;
 };
 
+/// Returns what can judge a fit. A scene that one method serves best says nothing about where the
+/// border lies: with one other scene alone, holding that one out leaves nothing to learn it from.
+std::optional<HeldOut> judgeOf(const ObservedFrames& frames) {
+    struct Sums {
+        double rays = 0, maps = 0, cheaper = 0;
+    };
+    std::map<std::string, Sums> scenes;
+    for (const ObservedFrame* frame : frames)
+        for (const MapCost& cost : frame->costs) {
+            Sums& sums = scenes[frame->scene];
+            sums.rays += cost.raysMs;
+            sums.maps += cost.mapMs;
+            sums.cheaper += std::min(cost.raysMs, cost.mapMs);
+        }
+    const auto contestedCount = std::count_if(scenes.begin(), scenes.end(), [](const auto& scene) {
+        const Sums& sums = scene.second;
+        return std::min(sums.rays, sums.maps) > (1 + kContestedGain) * sums.cheaper;
+    });
+    if (contestedCount >= 2)
+        return HeldOut::kScenes;
+    if (canHoldOut(frames, HeldOut::kFrames))
+        return HeldOut::kFrames;
+    return std::nullopt;
+}
+
 } // namespace
 
 double routingRegret(const ObservedFrame& frame, const std::vector<Route>& routes,
-                     bool paysForGeometry) {
-    double least = 0, lost = paysForGeometry ? frame.geometryMs : 0;
+                     uint32_t counts) {
+    double least = 0, lost = 0;
+    for (size_t k = 0; k < kCountNameCount; ++k)
+        lost += counts >> k & 1u ? frame.countMs[k] : 0;
     for (size_t m = 0; m < frame.costs.size(); ++m) {
         const MapCost& cost = frame.costs[m];
         const double cheaper = std::min(cost.raysMs, cost.mapMs);
@@ -231,33 +310,23 @@ double bestThreshold(const ObservedFrames& frames) {
     return best;
 }
 
+bool canHoldOut(const ObservedFrames& frames, HeldOut heldOut) {
+    return std::any_of(frames.begin(), frames.end(), [&](const ObservedFrame* frame) {
+        return frame->scene != frames.front()->scene ||
+               (heldOut == HeldOut::kFrames && frame->frame != frames.front()->frame);
+    });
+}
+
 std::vector<double>
 heldOutRegret(const ObservedFrames& frames, HeldOut heldOut,
               const std::function<std::unique_ptr<CostModel>(const ObservedFrames&)>& fit) {
+    SDAG_ASSERT(canHoldOut(frames, heldOut));
     std::vector<double> regrets(frames.size(), 0.0);
-    std::vector<bool> isDone(frames.size(), false);
-    for (size_t i = 0; i < frames.size(); ++i) {
-        if (isDone[i])
-            continue;
-        ObservedFrames fitted;
-        std::vector<size_t> held;
-        for (size_t k = 0; k < frames.size(); ++k) {
-            // One frame in several views is one frame: what it shows is the same.
-            const bool isHeld =
-                frames[k]->scene == frames[i]->scene &&
-                (heldOut == HeldOut::kScenes || frames[k]->frame == frames[i]->frame);
-            if (isHeld)
-                held.push_back(k);
-            else
-                fitted.push_back(frames[k]);
-        }
-        const std::unique_ptr<CostModel> model = fit(fitted.empty() ? frames : fitted);
-        for (const size_t k : held) {
-            regrets[k] = routingRegret(*frames[k], model->route(frames[k]->maps),
-                                       model->needsGeometryCounts());
-            isDone[k] = true;
-        }
-    }
+    forGroups(frames, heldOut, [&](const std::vector<size_t>& held, const ObservedFrames& fitted) {
+        const std::unique_ptr<CostModel> model = fit(fitted);
+        for (const size_t k : held)
+            regrets[k] = routingRegret(*frames[k], model->route(frames[k]->maps), model->counts());
+    });
     return regrets;
 }
 
@@ -267,11 +336,15 @@ CostFit fitCosts(const std::vector<ObservedFrame>& frames) {
         throw Error(ErrorKind::kUsage, "costs cannot be fitted: no frame measured has a map; "
                                        "choose scenes and cameras that see lit surfaces");
     CostFit fit;
-    fit.judgedBy = std::all_of(observed.begin(), observed.end(),
-                               [&](const auto* f) { return f->scene == observed[0]->scene; })
-                       ? HeldOut::kFrames
-                       : HeldOut::kScenes;
-    fit.trials = FormSearch(observed, fit.judgedBy).search();
+    fit.judgedBy = judgeOf(observed);
+    if (fit.judgedBy) {
+        fit.trials = FormSearch(observed, *fit.judgedBy).search();
+    } else {
+        FitTrial only;
+        only.form = {{{findCostTerm("maps"), 0}}, {{findCostTerm("maps"), 0}}};
+        only.isKept = true;
+        fit.trials = {only};
+    }
     for (const FitTrial& trial : fit.trials)
         if (trial.isKept) {
             fit.calibration = fitForm(observed, trial.form);
@@ -281,11 +354,15 @@ CostFit fitCosts(const std::vector<ObservedFrame>& frames) {
     fit.rays = meanRegret(regretsOf(observed, *makeCostModel("texels:inf")));
     fit.maps = meanRegret(regretsOf(observed, *makeCostModel("texels:0")));
     fit.texels96 = meanRegret(regretsOf(observed, *makeCostModel("texels:96")));
-    const auto threshold = [](const ObservedFrames& fitted) {
-        return thresholdModel(bestThreshold(fitted));
+    const auto threshold = [&](HeldOut heldOut) -> std::optional<Regret> {
+        if (!canHoldOut(observed, heldOut))
+            return std::nullopt;
+        return meanRegret(heldOutRegret(observed, heldOut, [](const ObservedFrames& fitted) {
+            return thresholdModel(bestThreshold(fitted));
+        }));
     };
-    fit.thresholdByScene = meanRegret(heldOutRegret(observed, HeldOut::kScenes, threshold));
-    fit.thresholdByFrame = meanRegret(heldOutRegret(observed, HeldOut::kFrames, threshold));
+    fit.thresholdByScene = threshold(HeldOut::kScenes);
+    fit.thresholdByFrame = threshold(HeldOut::kFrames);
     fit.threshold = bestThreshold(observed);
     return fit;
 }

@@ -2,15 +2,20 @@
 // Fits what maps cost to what they were measured to cost: the simplest sums that route well, judged
 // on frames and scenes that were held out.
 //
-// Both sums start as a constant, which is the better single method; terms are added one at a time,
-// or one to either sum at once, while that lowers the held-out regret by more than the standard
-// error of what it lowers it by.
+// The first form is a constant for either method, which is the better single one. Then all choices
+// of terms are tried, by their number: a term that helps in neither sum by itself may help in both.
+// The choice of a size that loses least by its routes on what was held out (regret) replaces the
+// smaller one that was kept where that falls by more than the standard error of what it falls by.
+// What is kept is the best of thousands of choices: its held-out regret is a little better than
+// what new frames will show.
 #pragma once
 
 #include "hybrid/cost_terms.h"
 
+#include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,15 +27,14 @@ struct ObservedFrame {
     std::string view; ///< what tells frames of one number apart: the picture's size, options
     uint32_t frame = 0;
     std::vector<MapQuantities> maps;
-    std::vector<MapCost> costs; ///< one a map, in their order
-    double geometryMs = 0;      ///< what counting pages, triangles and batches took
+    std::vector<MapCost> costs;                    ///< one a map, in their order
+    std::array<double, kCountNameCount> countMs{}; ///< what counting quantities took
 };
 
 /// Returns the time that the routes lose against the cheaper method of every map, over the time
 /// that these take: 0.1 is a tenth slower. 0 for a frame without maps.
-/// @param paysForGeometry whether the frame counts geometry (CostModel::needsGeometryCounts)
-double routingRegret(const ObservedFrame& frame, const std::vector<Route>& routes,
-                     bool paysForGeometry);
+/// @param counts what the frame counts for them, a set of Counts; its time is lost as well
+double routingRegret(const ObservedFrame& frame, const std::vector<Route>& routes, uint32_t counts);
 
 /// Regret over frames: their mean, and its standard error.
 struct Regret {
@@ -54,27 +58,34 @@ enum class HeldOut : uint8_t {
     kFrames, ///< every frame by itself
 };
 
-/// Returns the regret of every frame when a model is fitted to what is not held out with it. A
-/// frame that nothing is left to fit to is routed by a model that saw all.
+/// Returns whether something is left to fit to when any of the frames is held out.
+bool canHoldOut(const ObservedFrames& frames, HeldOut heldOut);
+
+/// Returns the regret of every frame when a model is fitted to what is not held out with it; needs
+/// canHoldOut.
 std::vector<double>
 heldOutRegret(const ObservedFrames& frames, HeldOut heldOut,
               const std::function<std::unique_ptr<CostModel>(const ObservedFrames&)>& fit);
 
 /// A form that was tried: terms and held-out regret.
 struct FitTrial {
-    CostCalibration form;    ///< coefficients 0
-    Regret byScene, byFrame; ///< held out so
-    Regret gain;             ///< of the regret that judges, over the form kept before
+    CostCalibration form;                   ///< coefficients 0
+    std::optional<Regret> byScene, byFrame; ///< held out so; none where nothing can be
+    Regret gain; ///< of the regret that judges, over the form kept before
     bool isKept = false;
 };
 
 struct CostFit {
     CostCalibration calibration;
-    HeldOut judgedBy = HeldOut::kScenes; ///< kFrames when there is one scene only
-    std::vector<FitTrial> trials;        ///< the first form, then of every round the best addition
-    Regret byScene, byFrame;             ///< of what was kept
-    /// Of other models on the same frames: single methods, texels:96, the best single threshold.
-    Regret rays, maps, texels96, thresholdByScene, thresholdByFrame;
+    /// What judged: scenes, where two of them at least gain by routing, otherwise frames; none for
+    /// a single frame, which is given the better single method.
+    std::optional<HeldOut> judgedBy;
+    std::vector<FitTrial> trials;           ///< the first form, then the best of every size
+    std::optional<Regret> byScene, byFrame; ///< of what was kept
+    /// Of other models on the same frames: single methods and texels:96, which are fitted to
+    /// nothing, and the best single threshold.
+    Regret rays, maps, texels96;
+    std::optional<Regret> thresholdByScene, thresholdByFrame;
     double threshold = 0; ///< texels, the best single one of all frames
 };
 

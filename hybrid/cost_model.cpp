@@ -28,13 +28,13 @@ public:
             ratios.push_back(threshold_ > 0 ? costRatio(map.texels, threshold_) : 0);
         return ratios;
     }
-    bool needsGeometryCounts() const override { return false; }
+    uint32_t counts() const override { return kCountsNothing; }
 
 private:
     double threshold_; // texels; infinity traces all
 };
 
-// The cheaper method by isolated costs.
+// The cheaper method by measured costs.
 class OracleModel : public CostModel {
 public:
     std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
@@ -57,7 +57,7 @@ public:
         return ratios;
     }
     bool needsCosts() const override { return true; }
-    bool needsGeometryCounts() const override { return false; }
+    uint32_t counts() const override { return kCountsNothing; }
     void setCosts(const FrameCosts& costs) override {
         costs_ = costs;
         std::sort(costs_.maps.begin(), costs_.maps.end(), [](const MapCost& a, const MapCost& b) {

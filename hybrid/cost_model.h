@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,6 +17,20 @@ enum class Route : uint8_t { kRays = 0, kMap = 1 };
 /// Who served a map in the frame before: nobody (it was not asked for, or the renderer was reset),
 /// rays, or a map.
 enum class PreviousRoute : uint8_t { kNone = 0, kRays = 1, kMap = 2 };
+
+/// The quantities of a map that take time to count, as bits.
+enum Counts : uint32_t {
+    kCountsNothing = 0,
+    kCountsPages = 1,     ///< MapQuantities::pages
+    kCountsTriangles = 2, ///< triangles, batches
+    kCountsPairs = 4,     ///< pairs
+    kCountsMovers = 8,    ///< movers, moverCrossings
+    kCountsAll = 15
+};
+/// Their names, by bit.
+constexpr const char* kCountNames[] = {"pages", "triangles", "pairs", "movers"};
+constexpr size_t kCountNameCount = std::size(kCountNames);
+static_assert(kCountsAll == (1u << kCountNameCount) - 1);
 
 /// What is known about a shadow map before it is served. All counts are integers of this frame.
 struct MapQuantities {
@@ -31,10 +46,14 @@ struct MapQuantities {
     uint32_t batches = 0;    ///< batches in the light's sphere
     uint32_t lights = 0;     ///< lights of the frame with at least one cluster
     float range = 0;         ///< metres
+    uint64_t pairs = 0;      ///< its exact pairs, estimated from one sample in kPairStride
+    uint32_t movers = 0;     ///< moving batches in the light's sphere
+    float moverCrossings =
+        0; ///< of these, how many boxes a line through the sphere crosses on average
     PreviousRoute previous = PreviousRoute::kNone; ///< of the same light and octave
 };
 
-/// Isolated cost of serving one map by either method, measured or predicted.
+/// Cost of serving one map by either method, measured or predicted.
 struct MapCost {
     uint32_t light = 0;
     uint32_t octave = 0; ///< as MapQuantities
@@ -47,6 +66,9 @@ struct MapCost {
 struct FrameCosts {
     uint32_t frame = 0;
     std::vector<MapCost> maps; ///< ascending light, then octave
+    /// By what the maps' costs were multiplied, so that those of all maps by one method add up to
+    /// the frame by that method; 1 where they are isolated.
+    double raysScale = 1, mapsScale = 1;
 };
 
 struct CostCalibration;
@@ -72,10 +94,9 @@ public:
     /// Returns whether route() needs costs measured or replayed for this frame first (see
     /// setCosts).
     virtual bool needsCosts() const { return false; }
-    /// Returns whether route() reads more than MapQuantities::texels, faceTexels, samples,
-    /// clusters, lights and range. Where not, pages, triangles and batches are counted for reports
-    /// only, outside of the frame's time.
-    virtual bool needsGeometryCounts() const { return true; }
+    /// Returns which of the counted quantities route() reads, a set of Counts. The others are
+    /// counted for reports only, outside of the frame's time.
+    virtual uint32_t counts() const { return kCountsAll; }
     /// Gives the costs of the frame that is routed next; ignored by models that need none.
     virtual void setCosts(const FrameCosts&) {}
     /// Returns whether weigh() needs a calibration that was not given yet (setCalibration).
@@ -88,7 +109,7 @@ public:
 /// Returns the model that `text` names: `texels:N` (N texels or `inf`; maps below N are traced:
 /// texels:0 draws every map, texels:inf traces every light), `expr:EXPRESSION` (a muParser
 /// expression over the names of MapQuantities; rays when it is > 0), `cost` (the cheaper by
-/// predicted cost; needs a calibration), `oracle` (the cheaper by isolated cost). Throws Error
+/// predicted cost; needs a calibration), `oracle` (the cheaper by measured cost). Throws Error
 /// kUsage naming the text, the position and the known models.
 std::unique_ptr<CostModel> makeCostModel(const std::string& text);
 

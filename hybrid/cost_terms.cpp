@@ -14,20 +14,32 @@ namespace {
 using Map = MapQuantities;
 
 constexpr CostTerm kTerms[] = {
-    {"maps", "every map", [](const Map&) { return 1.0; }, false},
-    {"samples", "samples of its clusters", [](const Map& m) { return double(m.samples); }, false},
-    {"clusters", "its clusters", [](const Map& m) { return double(m.clusters); }, false},
+    {"maps", "every map", [](const Map&) { return 1.0; }, kCountsNothing, true, true},
+    {"samples", "samples of its clusters", [](const Map& m) { return double(m.samples); },
+     kCountsNothing, true, true},
+    {"clusters", "its clusters", [](const Map& m) { return double(m.clusters); }, kCountsNothing,
+     true, true},
     {"face_texels", "texels of a whole face",
-     [](const Map& m) { return double(m.faceTexels) * double(m.faceTexels); }, false},
+     [](const Map& m) { return double(m.faceTexels) * double(m.faceTexels); }, kCountsNothing,
+     false, true},
     {"face_side", "texels along a face's side", [](const Map& m) { return double(m.faceTexels); },
-     false},
+     kCountsNothing, false, true},
     {"range_samples", "samples x range: lengths of rays, at most",
-     [](const Map& m) { return double(m.samples) * double(m.range); }, false},
-    {"pages", "pages that its receivers touch", [](const Map& m) { return double(m.pages); }, true},
+     [](const Map& m) { return double(m.samples) * double(m.range); }, kCountsNothing, true, false},
+    {"pairs", "its exact pairs, estimated", [](const Map& m) { return double(m.pairs); },
+     kCountsPairs, true, true},
+    {"mover_pairs", "pairs of lights that something moves near",
+     [](const Map& m) { return m.movers > 0 ? double(m.pairs) : 0.0; },
+     kCountsPairs | kCountsMovers, true, false},
+    {"mover_crossings", "pairs x moving boxes that a line through the light's sphere crosses",
+     [](const Map& m) { return double(m.pairs) * double(m.moverCrossings); },
+     kCountsPairs | kCountsMovers, true, false},
+    {"pages", "pages that its receivers touch", [](const Map& m) { return double(m.pages); },
+     kCountsPages, false, true},
     {"triangles", "triangles in the light's sphere",
-     [](const Map& m) { return double(m.triangles); }, true},
+     [](const Map& m) { return double(m.triangles); }, kCountsTriangles, false, true},
     {"batches", "batches in the light's sphere", [](const Map& m) { return double(m.batches); },
-     true},
+     kCountsTriangles, false, true},
 };
 
 void checkSum(const std::vector<CostSummand>& sum, const char* what) {
@@ -51,7 +63,7 @@ public:
         calibration_ = calibration;
     }
     bool needsCalibration() const override { return calibration_.rays.empty(); }
-    bool needsGeometryCounts() const override { return calibration_.needsGeometry(); }
+    uint32_t counts() const override { return calibration_.counts(); }
 
     std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
         if (needsCalibration())
@@ -82,10 +94,13 @@ const CostTerm* findCostTerm(const std::string& name) {
     return found == std::end(kTerms) ? nullptr : &*found;
 }
 
-bool CostCalibration::needsGeometry() const {
-    const auto needs = [](const CostSummand& s) { return s.term->needsGeometry && s.ms > 0; };
-    return std::any_of(rays.begin(), rays.end(), needs) ||
-           std::any_of(map.begin(), map.end(), needs);
+uint32_t CostCalibration::counts() const {
+    uint32_t counts = kCountsNothing;
+    for (const std::vector<CostSummand>* sum : {&rays, &map})
+        for (const CostSummand& summand : *sum)
+            if (summand.ms > 0)
+                counts |= summand.term->counts;
+    return counts;
 }
 
 double predictMs(const std::vector<CostSummand>& sum, const MapQuantities& map) {

@@ -17,7 +17,8 @@ struct CostTerm {
     const char* name;    ///< as calibration files spell it
     const char* meaning; ///< for reports
     double (*of)(const MapQuantities&);
-    bool needsGeometry; ///< reads pages, triangles or batches (CostModel::needsGeometryCounts)
+    uint32_t counts;        ///< the Counts that it reads
+    bool isOfRays, isOfMap; ///< which costs it may explain: a ray knows no page, a map no mover
 };
 
 /// Returns all terms, in the order in which a fit tries them: simpler ones first. "maps" is 1.
@@ -36,8 +37,8 @@ struct CostSummand {
 struct CostCalibration {
     std::vector<CostSummand> rays, map;
 
-    /// Returns whether a summand needs pages, triangles or batches.
-    bool needsGeometry() const;
+    /// Returns the Counts that the summands read.
+    uint32_t counts() const;
 };
 
 /// Returns the sum's value for a map, milliseconds. Summands are added in order.

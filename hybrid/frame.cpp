@@ -78,8 +78,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     {
         const StageTimer timer(backend, stages, "routing");
         result.maps = describeMaps(state, options);
-        if (model.needsGeometryCounts())
-            countGeometry(state, options, result.maps);
+        countQuantities(state, options, model.counts(), result.maps, result.counting);
         const std::vector<Route> routes =
             model.route(quantitiesOf(result.maps), options.routeMargin);
         for (size_t i = 0; i < routes.size(); ++i)
@@ -104,8 +103,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     // For reports, outside of the frame's time.
     const std::vector<uint32_t> records = state.lists.record.download();
     countFrame(state, records, result);
-    if (!model.needsGeometryCounts())
-        countGeometry(state, options, result.maps);
+    countQuantities(state, options, kCountsAll & ~model.counts(), result.maps, result.counting);
     result.color = state.color.download();
     shading.lists = state.lists.view(); // pairs are recorded ascending
     if (options.recordPairs)
@@ -116,8 +114,10 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
 FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& options,
                                        int repeats) {
     checkOptions(options);
-    return measureFrameCosts(*state_, makeViewRays(camera, options.width, options.height), options,
-                             repeats);
+    FrameCosts costs = measureFrameCosts(
+        *state_, makeViewRays(camera, options.width, options.height), options, repeats);
+    scaleToFrame(*this, camera, options, repeats, costs);
+    return costs;
 }
 
 FrameRenderer::FrameRenderer(Backend backend, const World& world, const Dag& dag,

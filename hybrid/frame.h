@@ -88,9 +88,13 @@ struct FrameResult {
                                      ///< for proofs, which voxels give)
     std::vector<int> pairMap;        ///< with recordPairs; per pair, as answerPair takes it
     std::vector<MapRecord> maps;     ///< ascending light, then octave
-    StageTimes stages; ///< of the frame proper: without recording, truth, host copies for reports
+    StageTimes stages;   ///< of the frame proper: without recording, truth, host copies for reports
+    StageTimes counting; ///< of the quantities that models count (kCountNames), read or not
     FrameCounts counts;
 };
+
+/// Returns the time of the stages whose work depends on the routes, milliseconds.
+double servingMs(const StageTimes& stages);
 
 /// Renders frames of one world on one backend. Keeps what persists between frames (allocated
 /// resolutions and routes for hysteresis, buffers).
@@ -116,9 +120,12 @@ public:
     /// set. Deterministic but for stage times.
     FrameResult render(const Camera& camera, const CostModel& model, const FrameOptions& options);
 
-    /// Returns the isolated cost of every map of this frame by both methods: its rays alone; its
-    /// masks, pages, culling, drawing and lookups alone, without static optimization, and forgets
-    /// what that kept. Median of `repeats`.
+    /// Returns the cost of every map of this frame by both methods: its rays alone; its masks,
+    /// pages, culling, drawing and lookups alone; each measured by itself, then scaled so that
+    /// those of all maps by one method add up to what the frame takes by it (FrameCosts::raysScale,
+    /// mapsScale): what a method shares among maps is paid once a frame, and by every map that is
+    /// measured alone. Without static optimization; forgets the frames before. Medians of
+    /// `repeats`.
     FrameCosts measureCosts(const Camera& camera, const FrameOptions& options, int repeats = 3);
 
     /// Returns the host G-buffer of the last frame; valid until the next.

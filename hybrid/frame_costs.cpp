@@ -1,11 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Isolated costs: every map of a frame served alone, by each method.
+// Costs of maps: every map of a frame served alone, by each method, and scaled to whole frames.
 #include "cuda/statistics.h"
 #include "hybrid/frame_state.h"
+
+#include <algorithm>
+#include <string_view>
 
 namespace shadowdag {
 
 namespace {
+
+// The stages whose work depends on the routes.
+constexpr std::string_view kServingStages[] = {"page masks", "page allocation", "culling",
+                                               "rasterization", "shading"};
 
 // The clusters of one map alone, so that shading them costs nothing for the others.
 struct OneMap {
@@ -93,8 +100,8 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                 state.drawnMap.assign(1, kByRays);
                 if (route == Route::kMap) {
                     state.drawnMap[0] = 0;
-                    state.maps.build(request, host.boxes, receivers, drawn.triangles,
-                                     drawn.batches, mapOptions, times);
+                    state.maps.build(request, host.boxes, receivers, drawn.triangles, drawn.batches,
+                                     mapOptions, times);
                 }
                 state.drawnMapOnBackend.set(state.drawnMap);
                 ShadeSamples shading = prepareShading(state, options);
@@ -110,6 +117,44 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
         costs.maps.push_back({map.light, map.octave, median(raysMs), median(mapMs)});
     }
     return costs;
+}
+
+double servingMs(const StageTimes& stages) {
+    double sum = 0;
+    for (const auto& [name, timeMs] : stages.stagesMs)
+        if (std::find(std::begin(kServingStages), std::end(kServingStages), name) !=
+            std::end(kServingStages))
+            sum += timeMs;
+    return sum;
+}
+
+void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
+                  int repeats, FrameCosts& costs) {
+    FrameOptions alone = options;
+    alone.recordPairs = false;
+    alone.routeMargin = 0;
+    alone.maps.useStaticOptimization = false;
+    const std::unique_ptr<CostModel> rays = makeCostModel("texels:inf"),
+                                     maps = makeCostModel("texels:0");
+    std::vector<double> raysMs, mapsMs;
+    for (int repeat = 0; repeat < repeats; ++repeat) { // in turn, so that both see the same noise
+        renderer.reset();
+        raysMs.push_back(servingMs(renderer.render(camera, *rays, alone).stages));
+        renderer.reset();
+        mapsMs.push_back(servingMs(renderer.render(camera, *maps, alone).stages));
+    }
+    renderer.reset();
+    const auto scale = [&](double MapCost::*cost, double frameMs) {
+        double sum = 0;
+        for (const MapCost& map : costs.maps)
+            sum += map.*cost;
+        const double factor = sum > 0 ? frameMs / sum : 1;
+        for (MapCost& map : costs.maps)
+            map.*cost *= factor;
+        return factor;
+    };
+    costs.raysScale = scale(&MapCost::raysMs, median(raysMs));
+    costs.mapsScale = scale(&MapCost::mapMs, median(mapsMs));
 }
 
 } // namespace shadowdag

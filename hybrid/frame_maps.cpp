@@ -4,10 +4,14 @@
 
 #include "cuda/parallel_for.h"
 #include "hybrid/light_bvh.h"
+#include "hybrid/mover_rays.h"
 #include "hybrid/resolution_steps.h"
 #include "shadowmap/cull.h"
 #include "shadowmap/page_mask_pass.h"
 
+#include <glm/gtc/constants.hpp>
+
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -70,6 +74,76 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
     }
 }
 
+// Counts what stands still in the spheres of lights that were not there in the frame before. Suns
+// have none: their windows move with the camera.
+void countStanding(FrameState& state, const std::vector<MapRecord>& maps) {
+    const World& world = state.scene.world();
+    const BatchView batches = state.scene.hostBatches();
+    state.spheres.resize(world.lights().size());
+    std::vector<uint32_t> lights;
+    for (const MapRecord& map : maps)
+        if (lights.empty() || lights.back() != map.quantities.light)
+            lights.push_back(map.quantities.light);
+    parallelFor<CpuTag>(
+        lights.size(),
+        [&](size_t i) {
+            const Light& light = world.lights()[lights[i]];
+            SphereCount& sphere = state.spheres[lights[i]];
+            if (light.kind == Light::kSun || (sphere.rangeWorld == light.rangeWorld &&
+                                              sphere.positionWorld == light.positionWorld))
+                return;
+            sphere = {light.positionWorld, light.rangeWorld};
+            const ShadowMapInfo info{light.positionWorld, light.rangeWorld, 0, 0, 0, {}};
+            traverse(
+                batches.bvh, [&](const Box& box) { return reachesMap(info, box); },
+                [&](uint32_t index) {
+                    const Batch& batch = batches.batches[index];
+                    if (world.instances()[batch.instance].isMoving)
+                        return;
+                    ++sphere.batches;
+                    sphere.triangles += batch.count;
+                });
+        },
+        1);
+}
+
+void estimatePairsOf(FrameState& state, std::vector<MapRecord>& records) {
+    Buffer<uint32_t> pairs(state.backend, "routing pairs", records.size());
+    pairs.fill(0);
+    estimatePairs(state.backend, {state.gbuffer.view(), state.clusters.view(), state.lists.view(),
+                                  state.scene.lights(), pairs.view()});
+    const std::vector<uint32_t> counts = pairs.download();
+    for (size_t r = 0; r < records.size(); ++r)
+        records[r].quantities.pairs = counts[r];
+}
+
+// Counts what moves within the map's reach. By how much it hinders rays: a line through a convex
+// body crosses S_i / S of the boxes in it on average (S_i: a box's surface, S: the body's;
+// Crofton's formula; Santalo, Integral Geometry and Geometric Probability, 1976, III.14), a box
+// that is larger than the body at most 1. A sun's rays are parallel: S_i / 4 over the window's
+// area.
+void countMovers(const MoverView& movers, View<const Box> batchBoxes, const ShadowMapInfo& info,
+                 MapQuantities& map) {
+    map.movers = 0;
+    map.moverCrossings = 0;
+    if (!movers.mayShadow(map.light))
+        return;
+    const double pi = glm::pi<double>(), range = info.rangeWorld;
+    const double across = info.window.isSun()
+                              ? 4.0 / (glm::length(info.window.u) * glm::length(info.window.v))
+                              : pi * range * range;
+    double crossings = 0;
+    traverse(
+        movers.bvh, [&](const Box& box) { return reachesMap(info, box); },
+        [&](uint32_t batch) {
+            const glm::dvec3 e = batchBoxes[batch].extent();
+            const double surface = 2.0 * (e.x * e.y + e.y * e.z + e.z * e.x);
+            ++map.movers;
+            crossings += std::min(surface / (4.0 * across), 1.0);
+        });
+    map.moverCrossings = float(crossings);
+}
+
 } // namespace
 
 MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& record) {
@@ -124,33 +198,61 @@ std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions&
     return records;
 }
 
-void countGeometry(FrameState& state, const FrameOptions& options, std::vector<MapRecord>& maps) {
+void countQuantities(FrameState& state, const FrameOptions& options, uint32_t counts,
+                     std::vector<MapRecord>& maps, StageTimes& times) {
     if (maps.empty())
         return;
-    countPagesOf(state, options, maps);
     const std::vector<Light>& lights = state.scene.world().lights();
-    const BatchView batches = state.scene.mapGeometry(options.maps.lodTexels).batches;
-    parallelFor<CpuTag>(
-        maps.size(),
-        [&](size_t m) {
-            MapQuantities& map = maps[m].quantities;
-            const Light& light = lights[map.light];
-            const ShadowMapInfo info{light.positionWorld, light.rangeWorld, map.faceTexels, 0, 0,
-                                     maps[m].window};
-            map.batches = 0;
-            map.triangles = 0;
+    const BatchView batches = state.scene.hostBatches();
+    const MoverView movers = state.scene.hostMovers();
+    const auto count = [&](Counts what, const auto& body) {
+        if (!(counts & what))
+            return;
+        const StageTimer timer(state.backend, times, kCountNames[std::countr_zero(uint32_t(what))]);
+        body();
+    };
+    const auto countEach = [&](const auto& countOne) {
+        parallelFor<CpuTag>(
+            maps.size(),
+            [&](size_t m) {
+                const MapQuantities& map = maps[m].quantities;
+                const Light& light = lights[map.light];
+                countOne(ShadowMapInfo{light.positionWorld, light.rangeWorld, map.faceTexels, 0, 0,
+                                       maps[m].window},
+                         maps[m].quantities);
+            },
+            1);
+    };
+    count(kCountsPages, [&] { countPagesOf(state, options, maps); });
+    count(kCountsPairs, [&] { estimatePairsOf(state, maps); });
+    count(kCountsTriangles, [&] {
+        // Levels of detail follow what a map's texels are worth: nothing is known from before.
+        const bool hasLevels = options.maps.lodTexels > 0.0f;
+        const BatchView drawn = state.scene.mapGeometry(options.maps.lodTexels).batches;
+        if (!hasLevels)
+            countStanding(state, maps);
+        countEach([&](const ShadowMapInfo& info, MapQuantities& map) {
+            const bool isAll = hasLevels || info.window.isSun();
+            map.batches = isAll ? 0 : state.spheres[map.light].batches;
+            map.triangles = isAll ? 0 : state.spheres[map.light].triangles;
             traverse(
-                batches.bvh, [&](const Box& box) { return reachesMap(info, box); },
-                [&](uint32_t batch) {
-                    const Batch& reached = batches.batches[batch];
-                    if (levelOf(batches.levels, reached.instance) !=
-                        levelFor(batches.levels, info, reached.instance))
+                isAll ? drawn.bvh : movers.bvh,
+                [&](const Box& box) { return reachesMap(info, box); },
+                [&](uint32_t index) {
+                    const Batch& batch = drawn.batches[index];
+                    if (levelOf(drawn.levels, batch.instance) !=
+                        levelFor(drawn.levels, info, batch.instance))
                         return;
                     ++map.batches;
-                    map.triangles += reached.count;
+                    map.triangles += batch.count;
                 });
-        },
-        1);
+        });
+    });
+    count(kCountsMovers, [&] {
+        countEach([&](const ShadowMapInfo& info, MapQuantities& map) {
+            countMovers(movers, batches.boxesWorld, info, map);
+        });
+    });
 }
 
 std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps) {

@@ -15,6 +15,14 @@
 
 namespace shadowdag {
 
+/// The batches in a light's sphere whose instances never move.
+struct SphereCount {
+    glm::vec3 positionWorld{0.0f};
+    float rangeWorld = -1; ///< < 0: not counted yet
+    uint32_t batches = 0;
+    uint64_t triangles = 0;
+};
+
 struct FrameState {
     FrameState(Backend backend, const World& world, const Dag& dag,
                const BatchOptions& batchOptions = {});
@@ -43,6 +51,8 @@ struct FrameState {
     std::vector<uint32_t> heldFaceTexels;
     /// By slot, who served it in the last frame: hysteresis.
     std::vector<PreviousRoute> heldRoutes;
+    /// By light; what frames count once (countQuantities). Changes no result.
+    std::vector<SphereCount> spheres;
 
     // Host copies of the last frame for reports; used on CUDA only.
     struct HostCopies {
@@ -63,17 +73,24 @@ void checkOptions(const FrameOptions& options);
 void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& options,
                  StageTimes& stages);
 
-/// Returns what FrameRenderer::measureCosts returns.
+/// Returns what FrameRenderer::measureCosts returns, before any scaling.
 FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const FrameOptions& options,
                              int repeats);
+
+/// Scales the costs of a frame's maps to whole frames by one method.
+void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
+                  int repeats, FrameCosts& costs);
 
 /// Returns a record of every map that a cluster asks for, in the order of
 /// ClusterLightsView::record, with all quantities but those of countGeometry. Reads the held
 /// resolutions and does not change them.
 std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions& options);
 
-/// Fills in pages, triangles and batches of every record.
-void countGeometry(FrameState& state, const FrameOptions& options, std::vector<MapRecord>& maps);
+/// Fills in the counted quantities of every record.
+/// @param counts which, a set of Counts
+/// @param times the time of each is added, by kCountNames
+void countQuantities(FrameState& state, const FrameOptions& options, uint32_t counts,
+                     std::vector<MapRecord>& maps, StageTimes& times);
 
 /// Returns what a map asks of the shadow maps.
 MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& map);

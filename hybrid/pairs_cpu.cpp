@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Listing pairs on the CPU.
+// Listing and estimating pairs on the CPU.
 #include "hybrid/pairs_pass.h"
 
 #include "cuda/parallel_for.h"
@@ -8,6 +8,10 @@ namespace shadowdag::cpu {
 
 void listPairs(const ListPairs& work) {
     parallelFor<CpuTag>(work.gbuffer.count(), work, 1024);
+}
+
+void estimatePairs(const EstimatePairs& work) {
+    parallelFor<CpuTag>(work.clusters.count(), work, 16);
 }
 
 } // namespace shadowdag::cpu

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Listing pairs on CUDA.
+// Listing and estimating pairs on CUDA.
 #include "hybrid/pairs_pass.h"
 
 #include "cuda/parallel_for.h"
@@ -8,6 +8,10 @@ namespace shadowdag::cuda {
 
 void listPairs(const ListPairs& work) {
     parallelFor<CudaTag>(work.gbuffer.count(), work);
+}
+
+void estimatePairs(const EstimatePairs& work) {
+    parallelFor<CudaTag>(work.clusters.count(), work);
 }
 
 } // namespace shadowdag::cuda

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists the exact pairs of a frame.
+// Lists the exact pairs of a frame, and estimates how many each map serves.
 #pragma once
 
 #include "cuda/buffer.h"
@@ -34,6 +34,39 @@ struct ListPairs {
     }
 };
 
+/// One sample of a cluster in so many is asked when pairs are estimated: coprime to the blocks that
+/// samples stand in, so that they come from all over the cluster. Asking all of them takes a tenth
+/// of what few lights' rays take; what this leaves of that is within the noise of a frame.
+constexpr uint32_t kPairStride = 31;
+
+/// Adds to every map the pairs of a cluster, as far as some of its samples tell: their share times
+/// all samples, rounded. All integers, so that the order of clusters does not matter.
+struct EstimatePairs {
+    GBufferView gbuffer;
+    ClusterView clusters;
+    ClusterLightsView lists;
+    View<const Light> lights;
+    View<uint32_t> pairCount; ///< by record, zero before
+
+    SDAG_HD void operator()(size_t cluster) const {
+        const uint32_t first = clusters.sampleStart[cluster],
+                       end = clusters.sampleStart[cluster + 1];
+        const uint32_t asked = (end - first + kPairStride - 1) / kPairStride;
+        for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
+            if (lists.record[l] == kProvenLit)
+                continue;
+            const Light& light = lights[lists.lights[l]];
+            uint32_t facing = 0;
+            for (uint32_t i = first; i < end; i += kPairStride) {
+                const uint32_t sample = clusters.samples[i];
+                facing += isPair(light, gbuffer.positionWorld[sample], gbuffer.normalWorld[sample]);
+            }
+            const uint64_t share = uint64_t(facing) * (end - first);
+            atomicAddRelaxed(&pairCount[lists.record[l]], uint32_t((share + asked / 2) / asked));
+        }
+    }
+};
+
 /// The pairs on one backend, as PairList holds them on the host.
 struct PairSet {
     explicit PairSet(Backend backend)
@@ -45,9 +78,16 @@ struct PairSet {
 
 namespace cpu {
 void listPairs(const ListPairs& work);
-}
+void estimatePairs(const EstimatePairs& work);
+} // namespace cpu
 namespace cuda {
 void listPairs(const ListPairs& work);
+void estimatePairs(const EstimatePairs& work);
+} // namespace cuda
+
+/// Does EstimatePairs for all clusters. All views live on the backend.
+inline void estimatePairs(Backend backend, const EstimatePairs& work) {
+    SDAG_DISPATCH(backend, estimatePairs, work);
 }
 
 /// Replaces `set` by the pairs of a frame. Deterministic. Throws Error kResource when there are

@@ -47,19 +47,20 @@ struct Measured {
 
 Json rowOf(const CalibrationFrame& frame) {
     const ObservedFrame& o = frame.observed;
+    Json countMs = Json::object();
+    for (size_t k = 0; k < kCountNameCount; ++k)
+        countMs[kCountNames[k]] = o.countMs[k];
     return {{"scene", o.scene},
             {"view", o.view},
             {"frame", o.frame},
             {"map_count", o.maps.size()},
-            {"rays_sum_ms", frame.raysSumMs},
             {"rays_ms", frame.raysMs},
-            {"maps_sum_ms", frame.mapsSumMs},
+            {"rays_scale", frame.raysScale},
             {"maps_ms", frame.mapsMs},
+            {"maps_scale", frame.mapsScale},
             {"oracle_sum_ms", frame.oracleSumMs},
             {"oracle_ms", frame.oracleMs},
-            {"scaled_oracle_sum_ms", frame.scaledSumMs},
-            {"scaled_oracle_ms", frame.scaledMs},
-            {"geometry_ms", o.geometryMs}};
+            {"count_ms", countMs}};
 }
 
 FrameOptions frameOptionsOf(const Experiment& e) {
@@ -79,13 +80,13 @@ FrameOptions frameOptionsOf(const Experiment& e) {
 void printRow(std::ostream& out, const CalibrationFrame& frame) {
     char line[256];
     std::snprintf(line, sizeof line,
-                  "%s frame %u %s: %zu maps; rays %.1f ms (sum of maps alone %.1f), maps %.1f "
-                  "(%.1f), oracle %.1f (%.1f), oracle by scaled costs %.1f (%.1f), counting "
-                  "geometry %.2f",
+                  "%s frame %u %s: %zu maps; rays %.1f ms (%.2f of the sum of maps alone), maps "
+                  "%.1f (%.2f), oracle %.1f (its maps' costs add to %.1f); counting pages %.2f, "
+                  "triangles %.2f, pairs %.2f, movers %.2f",
                   frame.observed.scene.c_str(), frame.observed.frame, frame.observed.view.c_str(),
-                  frame.observed.maps.size(), frame.raysMs, frame.raysSumMs, frame.mapsMs,
-                  frame.mapsSumMs, frame.oracleMs, frame.oracleSumMs, frame.scaledMs,
-                  frame.scaledSumMs, frame.observed.geometryMs);
+                  frame.observed.maps.size(), frame.raysMs, frame.raysScale, frame.mapsMs,
+                  frame.mapsScale, frame.oracleMs, frame.oracleSumMs, frame.observed.countMs[0],
+                  frame.observed.countMs[1], frame.observed.countMs[2], frame.observed.countMs[3]);
     out << line << std::endl;
 }
 
@@ -129,10 +130,12 @@ Measured measure(const CalibrateOptions& options, const Experiment& e,
     return measured;
 }
 
-std::string percent(const Regret& regret) {
+std::string percent(const std::optional<Regret>& regret) {
+    if (!regret)
+        return "     -";
     char text[64];
-    std::snprintf(text, sizeof text, "%6.2f +- %.2f %%", 100 * regret.mean,
-                  100 * regret.standardError);
+    std::snprintf(text, sizeof text, "%6.2f +- %.2f %%", 100 * regret->mean,
+                  100 * regret->standardError);
     return text;
 }
 
@@ -148,7 +151,12 @@ void printFit(std::ostream& out, const CostFit& fit) {
                 "; map: " + formText(trial.form.map))
             << " " << std::setw(20) << percent(trial.byScene) << std::setw(20)
             << percent(trial.byFrame) << percent(trial.gain) << "\n";
-    out << "beside it: rays alone " << percent(fit.rays) << ", maps alone " << percent(fit.maps)
+    out << (!fit.judgedBy ? "one frame of one scene leaves nothing to hold out: it is given the "
+                            "better single method; measure more frames\n"
+            : *fit.judgedBy == HeldOut::kScenes
+                ? "judged by scenes held out\n"
+                : "judged by frames held out: fewer than two scenes gain by routing\n")
+        << "beside it: rays alone " << percent(fit.rays) << ", maps alone " << percent(fit.maps)
         << ", texels:96 " << percent(fit.texels96)
         << ",\n  best single threshold, held out by scene " << percent(fit.thresholdByScene)
         << ", by frame " << percent(fit.thresholdByFrame) << " (texels:" << fit.threshold

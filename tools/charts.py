@@ -462,7 +462,7 @@ def per_map(charts, scene, costs, key, axis_name, file_name, title, experiment):
     log_axis(axes.xaxis, low, high)
     log_axis(axes.yaxis, both.min() / 1.5, both.max() * 1.5)
     axes.set_xlabel(axis_name)
-    axes.set_ylabel("isolated time of a map (ms)")
+    axes.set_ylabel("time of a map (ms)")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, borderaxespad=0.3)
     cheaper = int(np.sum(rays < maps))
     charts.save(figure, f"{file_name}_{slug(scene)}", f"{title}, {scene}",

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <sstream>
 #include <tuple>
 
@@ -27,21 +28,44 @@ Json readJson(const std::string& path) {
     }
 }
 
+/// Returns a member that is a whole number. Throws Error kInput naming it.
+template <class Int> Int wholeNumber(const Json& json, const char* key, const std::string& where) {
+    const Json& value = json.at(key);
+    if (!value.is_number_unsigned() || value.get<uint64_t>() > std::numeric_limits<Int>::max())
+        throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + value.dump() +
+                                           "; it must be a whole number from 0 to " +
+                                           std::to_string(std::numeric_limits<Int>::max()) +
+                                           ": measure anew");
+    return value.get<Int>();
+}
+
+/// Returns a member that is a finite number >= 0. Throws Error kInput naming it.
+double amount(const Json& json, const char* key, const std::string& where) {
+    const Json& value = json.at(key);
+    if (!value.is_number() || !std::isfinite(value.get<double>()) || value.get<double>() < 0)
+        throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + value.dump() +
+                                           "; it must be a number of 0 or more: measure anew");
+    return value.get<double>();
+}
+
 CostTable tableFromJson(const Json& json, const std::string& path) {
     CostTable table;
     try {
         for (const Json& entry : json.at("costs")) {
             FrameCosts costs;
-            costs.frame = entry.at("frame").get<uint32_t>();
+            costs.frame = wholeNumber<uint32_t>(entry, "frame", path);
+            costs.raysScale = entry.contains("rays_scale") ? amount(entry, "rays_scale", path) : 1;
+            costs.mapsScale = entry.contains("maps_scale") ? amount(entry, "maps_scale", path) : 1;
             std::tuple<int64_t, uint32_t> last{-1, 0};
             for (const Json& map : entry.at("maps")) {
-                const MapCost cost{map.at("light").get<uint32_t>(), map.value("octave", 0u),
-                                   map.at("rays_ms").get<double>(), map.at("map_ms").get<double>()};
+                const MapCost cost{
+                    wholeNumber<uint32_t>(map, "light", path),
+                    map.contains("octave") ? wholeNumber<uint32_t>(map, "octave", path) : 0,
+                    amount(map, "rays_ms", path), amount(map, "map_ms", path)};
                 const std::tuple<int64_t, uint32_t> next{cost.light, cost.octave};
-                if (next <= last || !(cost.raysMs >= 0) || !(cost.mapMs >= 0))
-                    throw Error(ErrorKind::kInput,
-                                path + ": light " + std::to_string(cost.light) +
-                                    ": lights must ascend and times be 0 or more; measure anew");
+                if (next <= last)
+                    throw Error(ErrorKind::kInput, path + ": light " + std::to_string(cost.light) +
+                                                       ": lights must ascend; measure anew");
                 last = next;
                 costs.maps.push_back(cost);
             }
@@ -87,6 +111,11 @@ Json toJson(const Regret& regret) {
     return {{"mean", regret.mean}, {"standard_error", regret.standardError}};
 }
 
+/// Returns null where nothing could be held out.
+Json toJson(const std::optional<Regret>& regret) {
+    return regret ? toJson(*regret) : Json();
+}
+
 /// Returns what tells two machines apart, and what they call it.
 std::string otherMachine(const Json& fitted, const Json& here) {
     std::string text;
@@ -110,7 +139,11 @@ Json toJson(const CostTable& costs) {
                             {"octave", map.octave},
                             {"rays_ms", map.raysMs},
                             {"map_ms", map.mapMs}});
-        list.push_back({{"scene", key.first}, {"frame", key.second}, {"maps", std::move(maps)}});
+        list.push_back({{"scene", key.first},
+                        {"frame", key.second},
+                        {"rays_scale", frameCosts.raysScale},
+                        {"maps_scale", frameCosts.mapsScale},
+                        {"maps", std::move(maps)}});
     }
     return {{"costs", std::move(list)}};
 }
@@ -187,13 +220,19 @@ Json toJson(const std::vector<ObservedFrame>& frames) {
                             {"batches", q.batches},
                             {"lights", q.lights},
                             {"range", q.range},
+                            {"pairs", q.pairs},
+                            {"movers", q.movers},
+                            {"mover_crossings", q.moverCrossings},
                             {"rays_ms", frame.costs[m].raysMs},
                             {"map_ms", frame.costs[m].mapMs}});
         }
+        Json countMs = Json::object();
+        for (size_t k = 0; k < kCountNameCount; ++k)
+            countMs[kCountNames[k]] = frame.countMs[k];
         list.push_back({{"scene", frame.scene},
                         {"view", frame.view},
                         {"frame", frame.frame},
-                        {"geometry_ms", frame.geometryMs},
+                        {"count_ms", std::move(countMs)},
                         {"maps", std::move(maps)}});
     }
     return list;
@@ -206,26 +245,27 @@ std::vector<ObservedFrame> observationsFromJson(const Json& json, const std::str
             ObservedFrame frame;
             frame.scene = entry.at("scene").get<std::string>();
             frame.view = entry.at("view").get<std::string>();
-            frame.frame = entry.at("frame").get<uint32_t>();
-            frame.geometryMs = entry.at("geometry_ms").get<double>();
+            frame.frame = wholeNumber<uint32_t>(entry, "frame", where);
+            for (size_t k = 0; k < kCountNameCount; ++k)
+                frame.countMs[k] = amount(entry.at("count_ms"), kCountNames[k], where);
             for (const Json& map : entry.at("maps")) {
                 MapQuantities q;
-                q.light = map.at("light").get<uint32_t>();
-                q.octave = map.at("octave").get<uint32_t>();
-                q.texels = map.at("texels").get<float>();
-                q.faceTexels = map.at("face_texels").get<uint32_t>();
-                q.pages = map.at("pages").get<uint32_t>();
-                q.samples = map.at("samples").get<uint64_t>();
-                q.clusters = map.at("clusters").get<uint32_t>();
-                q.triangles = map.at("triangles").get<uint64_t>();
-                q.batches = map.at("batches").get<uint32_t>();
-                q.lights = map.at("lights").get<uint32_t>();
-                q.range = map.at("range").get<float>();
-                const MapCost cost{q.light, q.octave, map.at("rays_ms").get<double>(),
-                                   map.at("map_ms").get<double>()};
-                if (!(cost.raysMs >= 0) || !(cost.mapMs >= 0))
-                    throw Error(ErrorKind::kInput, where + ": light " + std::to_string(q.light) +
-                                                       ": times must be 0 or more; measure anew");
+                q.light = wholeNumber<uint32_t>(map, "light", where);
+                q.octave = wholeNumber<uint32_t>(map, "octave", where);
+                q.texels = float(amount(map, "texels", where));
+                q.faceTexels = wholeNumber<uint32_t>(map, "face_texels", where);
+                q.pages = wholeNumber<uint32_t>(map, "pages", where);
+                q.samples = wholeNumber<uint64_t>(map, "samples", where);
+                q.clusters = wholeNumber<uint32_t>(map, "clusters", where);
+                q.triangles = wholeNumber<uint64_t>(map, "triangles", where);
+                q.batches = wholeNumber<uint32_t>(map, "batches", where);
+                q.lights = wholeNumber<uint32_t>(map, "lights", where);
+                q.range = float(amount(map, "range", where));
+                q.pairs = wholeNumber<uint64_t>(map, "pairs", where);
+                q.movers = wholeNumber<uint32_t>(map, "movers", where);
+                q.moverCrossings = float(amount(map, "mover_crossings", where));
+                const MapCost cost{q.light, q.octave, amount(map, "rays_ms", where),
+                                   amount(map, "map_ms", where)};
                 frame.maps.push_back(q);
                 frame.costs.push_back(cost);
             }
@@ -252,7 +292,9 @@ Json toJson(const CostFit& fit) {
                    {"best_threshold_by_scene", toJson(fit.thresholdByScene)},
                    {"best_threshold_by_frame", toJson(fit.thresholdByFrame)}};
     return {
-        {"judged_by", fit.judgedBy == HeldOut::kScenes ? "scene" : "frame"},
+        {"judged_by", !fit.judgedBy                       ? Json()
+                      : *fit.judgedBy == HeldOut::kScenes ? Json("scene")
+                                                          : Json("frame")},
         {"by_scene", toJson(fit.byScene)},
         {"by_frame", toJson(fit.byFrame)},
         {"others", std::move(others)},

@@ -150,6 +150,9 @@ Json toJson(const std::vector<MapRecord>& maps) {
                         {"triangles", q.triangles},
                         {"batches", q.batches},
                         {"range", q.range},
+                        {"pairs", q.pairs},
+                        {"movers", q.movers},
+                        {"mover_crossings", q.moverCrossings},
                         {"pair_count", map.pairCount}});
     }
     return list;

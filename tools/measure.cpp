@@ -154,6 +154,8 @@ private:
                 frameCosts_.maps.push_back(
                     {map.at("light").get<uint32_t>(), map.value("octave", 0u),
                      map.at("rays_ms").get<double>(), map.at("map_ms").get<double>()});
+                frameCosts_.raysScale = map.value("rays_scale", 1.0);
+                frameCosts_.mapsScale = map.value("maps_scale", 1.0);
                 out.mapCosts.push_back(map);
             }
             out.costs[{scene_.name, frame_}] = frameCosts_;
@@ -172,6 +174,8 @@ private:
                     entry.erase("route");
                     entry["rays_ms"] = cost.raysMs;
                     entry["map_ms"] = cost.mapMs;
+                    entry["rays_scale"] = frameCosts_.raysScale;
+                    entry["maps_scale"] = frameCosts_.mapsScale;
                     list.push_back(std::move(entry));
                 }
         return list;

@@ -20,7 +20,7 @@ void MethodOptions::declare(CommandLine& commandLine, const std::string& methods
                      "For hybrid: texels:N (maps under N texels are traced), expr:EXPRESSION (rays "
                      "where it is over 0), "
                      "cost (the cheaper by what maps cost on this machine, as --costs knows it), "
-                     "oracle (the cheaper by isolated cost) [texels:96]");
+                     "oracle (the cheaper by measured cost) [texels:96]");
     commandLine.text("--costs", costs, "F",
                      "Costs for --model cost, as calibrate writes them; or for --model oracle, as "
                      "compare writes them, else these are measured");
