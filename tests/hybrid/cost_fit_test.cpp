@@ -9,9 +9,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <string>
 
 namespace shadowdag::test {
 namespace {
@@ -99,7 +101,7 @@ std::vector<ObservedFrame> plantedFrames(uint64_t seed) {
             ObservedFrame frame;
             frame.scene = scene;
             frame.frame = f;
-            frame.geometryMs = 1;
+            frame.countMs.fill(1);
             for (uint32_t light = 0; light < 60; ++light) {
                 const double samples = std::floor(10 + 1000 * unit(random) * unit(random));
                 frame.maps.push_back(mapOf(light, uint64_t(samples),
@@ -119,28 +121,64 @@ TEST(CostFit, FindsPlantedCostsAndNoMoreTerms) {
     EXPECT_STREQ(fit.calibration.rays[1].term->name, "samples");
     EXPECT_NEAR(fit.calibration.rays[1].ms, 2e-3, 1e-9);
     EXPECT_NEAR(fit.calibration.rays[0].ms, 0, 1e-9);
-    EXPECT_FALSE(fit.calibration.needsGeometry());
+    EXPECT_EQ(fit.calibration.counts(), uint32_t(kCountsNothing));
     // Samples decide, whether or not the map's sum knows them: the border may be off without.
-    EXPECT_LT(fit.byScene.mean, 0.01);
-    EXPECT_GT(fit.rays.mean, 10 * fit.byScene.mean);
-    EXPECT_GT(fit.maps.mean, 10 * fit.byScene.mean);
-    EXPECT_GT(fit.thresholdByScene.mean, 10 * fit.byScene.mean);
+    ASSERT_TRUE(fit.byScene && fit.thresholdByScene);
+    EXPECT_LT(fit.byScene->mean, 0.01);
+    EXPECT_GT(fit.rays.mean, 10 * fit.byScene->mean);
+    EXPECT_GT(fit.maps.mean, 10 * fit.byScene->mean);
+    EXPECT_GT(fit.thresholdByScene->mean, 10 * fit.byScene->mean);
     for (const FitTrial& trial : fit.trials)
         EXPECT_EQ(trial.isKept,
                   &trial == &fit.trials[0] || trial.gain.mean > trial.gain.standardError);
 }
 
-TEST(CostFit, PaysForGeometryOnlyWhereThatPays) {
-    // Maps cost as many triangles as they draw, and counting them costs more than it saves.
-    for (const double geometryMs : {0.0, 1e6}) {
+TEST(CostFit, CountsOnlyWhatPays) {
+    // Maps cost as many triangles as they draw; counting these costs nothing, or more than it
+    // saves.
+    for (const double countMs : {0.0, 1e6}) {
         std::vector<ObservedFrame> frames = plantedFrames(6);
         for (ObservedFrame& frame : frames) {
-            frame.geometryMs = geometryMs;
+            frame.countMs.fill(1e6);
+            frame.countMs[1] = countMs; // triangles
             for (size_t m = 0; m < frame.maps.size(); ++m)
                 frame.costs[m].mapMs = 5e-5 * double(frame.maps[m].triangles);
         }
-        EXPECT_EQ(fitCosts(frames).calibration.needsGeometry(), geometryMs == 0) << geometryMs;
+        EXPECT_EQ(fitCosts(frames).calibration.counts(),
+                  uint32_t(countMs == 0 ? kCountsTriangles : kCountsNothing));
     }
+}
+
+// Rays are dear where something moves, and maps where there is much to draw: neither term helps
+// without the other.
+TEST(CostFit, FindsTermsThatHelpTogetherOnly) {
+    std::mt19937_64 random(11);
+    std::vector<ObservedFrame> frames;
+    for (const char* scene : {"a", "b", "c"})
+        for (uint32_t f = 0; f < 4; ++f) {
+            ObservedFrame frame;
+            frame.scene = scene;
+            frame.frame = f;
+            for (uint32_t light = 0; light < 60; ++light) {
+                MapQuantities map = mapOf(light, 1000, 100, uint64_t(1e5 * unit(random)));
+                map.pairs = uint64_t(10 + 1000 * unit(random));
+                map.movers = light % 2;
+                frame.maps.push_back(map);
+                frame.costs.push_back({light, 0, (light % 2 ? 2e-3 : 1e-5) * double(map.pairs),
+                                       2e-5 * double(map.triangles)});
+            }
+            frames.push_back(frame);
+        }
+    const CostFit fit = fitCosts(frames);
+    const auto has = [](const std::vector<CostSummand>& sum, const std::string& term) {
+        return std::any_of(sum.begin(), sum.end(),
+                           [&](const CostSummand& s) { return s.ms > 0 && s.term->name == term; });
+    };
+    EXPECT_TRUE(has(fit.calibration.rays, "mover_pairs"));
+    EXPECT_TRUE(has(fit.calibration.map, "triangles") || has(fit.calibration.map, "batches"));
+    ASSERT_TRUE(fit.byScene);
+    EXPECT_LT(fit.byScene->mean, 0.02);
+    EXPECT_GT(std::min(fit.rays.mean, fit.maps.mean), 0.2);
 }
 
 TEST(CostFit, IsTheSameTwice) {
@@ -148,13 +186,44 @@ TEST(CostFit, IsTheSameTwice) {
     ASSERT_EQ(a.calibration.map.size(), b.calibration.map.size());
     for (size_t i = 0; i < a.calibration.map.size(); ++i)
         EXPECT_EQ(a.calibration.map[i].ms, b.calibration.map[i].ms);
-    EXPECT_EQ(a.byScene.mean, b.byScene.mean);
+    EXPECT_EQ(a.byScene->mean, b.byScene->mean);
 }
 
 TEST(CostFit, OneSceneIsJudgedByFrames) {
     std::vector<ObservedFrame> frames = plantedFrames(8);
     frames.resize(4);
+    const CostFit fit = fitCosts(frames);
+    EXPECT_EQ(fit.judgedBy, HeldOut::kFrames);
+    EXPECT_FALSE(fit.byScene || fit.thresholdByScene || fit.trials[0].byScene);
+    EXPECT_TRUE(fit.byFrame && fit.thresholdByFrame);
+}
+
+TEST(CostFit, ScenesThatGainNothingDoNotJudge) {
+    std::vector<ObservedFrame> frames = plantedFrames(8);
+    for (ObservedFrame& frame : frames)
+        if (frame.scene != "a")
+            for (MapCost& cost : frame.costs)
+                cost.mapMs = 2 * cost.raysMs;
     EXPECT_EQ(fitCosts(frames).judgedBy, HeldOut::kFrames);
+}
+
+TEST(CostFit, OneFrameIsGivenTheBetterMethodAndNothingIsCalledHeldOut) {
+    std::vector<ObservedFrame> frames = plantedFrames(8);
+    frames.resize(1);
+    frames.push_back(frames[0]); // another view of it
+    frames[1].view = "larger";
+    const CostFit fit = fitCosts(frames);
+    EXPECT_FALSE(fit.judgedBy || fit.byFrame || fit.byScene || fit.thresholdByFrame);
+    ASSERT_EQ(fit.trials.size(), 1u);
+    const auto model = makeCostModelOf(fit.calibration);
+    const std::vector<Route> routes = model->route(frames[0].maps);
+    double raysMs = 0, mapsMs = 0;
+    for (const MapCost& cost : frames[0].costs) {
+        raysMs += cost.raysMs;
+        mapsMs += cost.mapMs;
+    }
+    for (const Route route : routes)
+        EXPECT_EQ(route == Route::kRays, raysMs < mapsMs);
 }
 
 TEST(CostFit, WithoutAnyMapIsRefused) {
@@ -166,13 +235,14 @@ TEST(RoutingRegret, IsWhatTheRoutesLoseOverTheCheapest) {
     ObservedFrame frame;
     frame.maps.resize(3);
     frame.costs = {{0, 0, 1, 3}, {1, 0, 5, 2}, {2, 0, 1, 1}};
-    frame.geometryMs = 2;
+    frame.countMs = {2, 4, 8, 16};
     using enum Route;
-    EXPECT_EQ(routingRegret(frame, {kRays, kMap, kMap}, false), 0.0);
-    EXPECT_EQ(routingRegret(frame, {kRays, kRays, kMap}, false), 0.75);
-    EXPECT_EQ(routingRegret(frame, {kMap, kMap, kMap}, false), 0.5);
-    EXPECT_EQ(routingRegret(frame, {kRays, kMap, kRays}, true), 0.5);
-    EXPECT_EQ(routingRegret(ObservedFrame{}, {}, true), 0.0);
+    EXPECT_EQ(routingRegret(frame, {kRays, kMap, kMap}, kCountsNothing), 0.0);
+    EXPECT_EQ(routingRegret(frame, {kRays, kRays, kMap}, kCountsNothing), 0.75);
+    EXPECT_EQ(routingRegret(frame, {kMap, kMap, kMap}, kCountsNothing), 0.5);
+    EXPECT_EQ(routingRegret(frame, {kRays, kMap, kRays}, kCountsPages), 0.5);
+    EXPECT_EQ(routingRegret(frame, {kRays, kMap, kRays}, kCountsTriangles | kCountsMovers), 5.0);
+    EXPECT_EQ(routingRegret(ObservedFrame{}, {}, kCountsAll), 0.0);
 }
 
 TEST(MeanRegret, HasTheStandardErrorOfTheMean) {
@@ -215,9 +285,9 @@ TEST(CalibratedModel, RoutesByThePredictedCosts) {
     const CostCalibration calibration{
         {{findCostTerm("samples"), 1.0}},
         {{findCostTerm("maps"), 50.0}, {findCostTerm("triangles"), 0.5}}};
-    EXPECT_TRUE(calibration.needsGeometry());
+    EXPECT_EQ(calibration.counts(), uint32_t(kCountsTriangles));
     const auto model = makeCostModelOf(calibration);
-    EXPECT_TRUE(model->needsGeometryCounts());
+    EXPECT_EQ(model->counts(), uint32_t(kCountsTriangles));
     EXPECT_FALSE(model->needsCalibration());
     using enum Route;
     EXPECT_EQ(model->route({mapOf(0, 99, 16, 100), mapOf(1, 100, 16, 100), mapOf(2, 101, 16, 100)}),

@@ -74,17 +74,19 @@ TEST(ExpressionModel, TracesWhereTheExpressionIsPositive) {
     EXPECT_EQ(makeCostModel("expr:0.5 * triangles - samples")->route(maps), (Routes{kRays, kMap}));
     EXPECT_EQ(makeCostModel("expr:0")->route(maps), (Routes{kMap, kMap}));
     EXPECT_EQ(makeCostModel("expr:sqrt(-1)")->route(maps), (Routes{kMap, kMap}));
-    EXPECT_TRUE(makeCostModel("expr:1")->needsGeometryCounts());
+    EXPECT_EQ(makeCostModel("expr:1")->counts(), uint32_t(kCountsAll));
 }
 
 TEST(ExpressionModel, KnowsEveryQuantity) {
     MapQuantities map;
     map.texels = 1, map.faceTexels = 2, map.pages = 3, map.samples = 4, map.clusters = 5,
-    map.triangles = 6, map.batches = 7, map.lights = 8, map.range = 9;
+    map.triangles = 6, map.batches = 7, map.lights = 8, map.range = 9, map.pairs = 1,
+    map.movers = 2, map.moverCrossings = 3;
     const std::string sum = "texels + 10*faceTexels + 100*pages + 1000*samples + 1e4*clusters + "
-                            "1e5*triangles + 1e6*batches + 1e7*lights + 1e8*range";
-    EXPECT_EQ(makeCostModel("expr:" + sum + " == 987654321")->route({map}), Routes{kRays});
-    EXPECT_EQ(makeCostModel("expr:" + sum + " == 987654322")->route({map}), Routes{kMap});
+                            "1e5*triangles + 1e6*batches + 1e7*lights + 1e8*range + 1e9*pairs + "
+                            "1e10*movers + 1e11*moverCrossings";
+    EXPECT_EQ(makeCostModel("expr:" + sum + " == 321987654321")->route({map}), Routes{kRays});
+    EXPECT_EQ(makeCostModel("expr:" + sum + " == 321987654322")->route({map}), Routes{kMap});
 }
 
 TEST(ExpressionModel, SaysWhereAnExpressionIsWrong) {

@@ -41,7 +41,7 @@ TEST(CalibrationFile, ComesBackAsWritten) {
     EXPECT_EQ(back.rays[1].term, findCostTerm("samples"));
     EXPECT_EQ(back.rays[1].ms, 1.0 / 3);
     EXPECT_EQ(back.map[0].ms, 2.5);
-    EXPECT_TRUE(back.needsGeometry());
+    EXPECT_EQ(back.counts(), uint32_t(kCountsPages));
 }
 
 TEST(CalibrationFile, DamagedOnesAreNamedWithWhatIsWrong) {
@@ -77,6 +77,39 @@ TEST(CalibrationFile, IsToldFromCostsOfMapsAndFromAnotherMachine) {
                 HasSubstr("--costs C.json"));
 }
 
+TEST(Observations, ComeBackAsWrittenAndDamagedOnesAreNamed) {
+    ObservedFrame frame;
+    frame.scene = "s";
+    frame.view = "v";
+    frame.frame = 7;
+    frame.countMs = {1, 2, 3, 4};
+    MapQuantities map;
+    map.light = 5;
+    map.pairs = 1ull << 40;
+    map.movers = 6;
+    map.moverCrossings = 0.25f;
+    frame.maps = {map};
+    frame.costs = {{5, 0, 1.5, 2.5}};
+    const Json good = toJson(std::vector<ObservedFrame>{frame});
+    const ObservedFrame back = observationsFromJson(good, "o.json").at(0);
+    EXPECT_EQ(back.countMs, frame.countMs);
+    EXPECT_EQ(back.maps.at(0).pairs, map.pairs);
+    EXPECT_EQ(back.maps[0].movers, 6u);
+    EXPECT_EQ(back.maps[0].moverCrossings, 0.25f);
+    EXPECT_EQ(back.costs.at(0).mapMs, 2.5);
+    const auto message = [&](const char* key, const Json& value) {
+        Json bad = good;
+        bad[0]["maps"][0][key] = value;
+        return messageOf([&] { observationsFromJson(bad, "o.json"); }, ErrorKind::kInput);
+    };
+    EXPECT_THAT(message("pages", -1), AllOf(HasSubstr("o.json"), HasSubstr("\"pages\" is -1")));
+    EXPECT_THAT(message("pages", 1e10), HasSubstr("whole number"));
+    EXPECT_THAT(message("pages", 4294967296ull), HasSubstr("4294967295"));
+    EXPECT_THAT(message("rays_ms", "much"), HasSubstr("\"rays_ms\" is \"much\""));
+    EXPECT_THAT(message("map_ms", -0.5), HasSubstr("0 or more"));
+    EXPECT_THAT(message("texels", Json()), HasSubstr("null"));
+}
+
 TEST(ProgramCalibrate, WritesWhatHybridRoutesBy) {
     const TemporaryDirectory directory;
     const std::string file = directory / "c.json", seen = directory / "o.json";
@@ -94,13 +127,16 @@ TEST(ProgramCalibrate, WritesWhatHybridRoutesBy) {
     const ProgramResult result = runShadowdag(directory, arguments);
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(result.json()["frame_count"], 1);
-    EXPECT_THAT(result.err, AllOf(HasSubstr("held-out regret"), HasSubstr("sum of maps alone")));
+    EXPECT_THAT(result.err, AllOf(HasSubstr("held-out regret"), HasSubstr("sum of maps alone"),
+                                  HasSubstr("nothing to hold out")));
     const Json json = Json::parse(readText(file));
     EXPECT_FALSE(json["provenance"]["commit"].get<std::string>().empty());
     EXPECT_FALSE(json["calibration"]["rays"].empty());
     EXPECT_EQ(json["held_out_regret"]["trials"][0]["rays"], "maps");
     EXPECT_EQ(json["frames"].size(), 1u);
     EXPECT_GT(json["frames"][0]["rays_ms"], 0);
+    EXPECT_TRUE(json["held_out_regret"]["judged_by"].is_null());
+    EXPECT_TRUE(json["held_out_regret"]["by_frame"].is_null());
 
     // The same observations give the same file but for who wrote it.
     const ProgramResult again =
