@@ -3,16 +3,9 @@
 #include "cuda/statistics.h"
 #include "hybrid/frame_state.h"
 
-#include <algorithm>
-#include <string_view>
-
 namespace shadowdag {
 
 namespace {
-
-// The stages whose work depends on the routes.
-constexpr std::string_view kServingStages[] = {"page masks", "page allocation", "culling",
-                                               "rasterization", "shading"};
 
 // The clusters of one map alone, so that shading them costs nothing for the others.
 struct OneMap {
@@ -120,11 +113,9 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
 }
 
 double servingMs(const StageTimes& stages) {
-    double sum = 0;
-    for (const auto& [name, timeMs] : stages.stagesMs)
-        if (std::find(std::begin(kServingStages), std::end(kServingStages), name) !=
-            std::end(kServingStages))
-            sum += timeMs;
+    double sum = stages.stageMs("shading");
+    for (const char* stage : kShadowMapStages)
+        sum += stages.stageMs(stage);
     return sum;
 }
 

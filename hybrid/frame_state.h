@@ -82,7 +82,7 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
                   int repeats, FrameCosts& costs);
 
 /// Returns a record of every map that a cluster asks for, in the order of
-/// ClusterLightsView::record, with all quantities but those of countGeometry. Reads the held
+/// ClusterLightsView::record, with all quantities but those of countQuantities. Reads the held
 /// resolutions and does not change them.
 std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions& options);
 
