@@ -40,12 +40,12 @@ struct FitOptions {
         common.size = "320x180";
         common.frames = "0,60,120";
         common.resolution = "256,512,1024,2048,4096";
-        common.lod = "0,coverage";
+        common.lod = "0"; // levels above do not pay: voxel/LAYOUT.md
         common.undersample = "1,2,4";
         common.taps = "1,4,9";
         common.mapsPerLight = "1,4";
-        common.pageSize = "16,64";
-        common.thresholds = "32,128,512";
+        common.pageSize = "16";
+        common.thresholds = "128,512";
     }
 };
 
@@ -127,7 +127,23 @@ size_t findLeast(FitSearch& search, FitMeasurer& measurer, const FitModels& mode
     for (;;) {
         for (std::vector<FitRequest> requests; !(requests = search.next()).empty();)
             measure(requests, models.groups[models.space.models[requests[0].model].group]);
-        const std::vector<size_t> finalists = search.finalists();
+        // A hybrid that draws no map is the model of rays alone, which stands for it: noise must
+        // not decide between the two.
+        std::vector<size_t> finalists;
+        std::vector<FitRequest> stands;
+        for (const size_t model : search.finalists()) {
+            const size_t rays = measurer.raysAlone(model);
+            const size_t finalist = rays == SIZE_MAX ? model : rays;
+            const FitObservation* seen = search.observation(finalist);
+            if (seen == nullptr || !seen->isComplete)
+                stands.push_back({finalist, true});
+            if (std::find(finalists.begin(), finalists.end(), finalist) == finalists.end())
+                finalists.push_back(finalist);
+        }
+        if (!stands.empty()) {
+            measure(stands, "rays alone");
+            continue;
+        }
         if (objective == FitObjective::kTime &&
             std::any_of(finalists.begin(), finalists.end(),
                         [&](size_t model) { return !measurer.finalTime(model); }))

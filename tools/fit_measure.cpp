@@ -120,6 +120,7 @@ void FitMeasurer::run(size_t cell, const std::vector<size_t>& models, int repeat
         found.dagBytes =
             row.at("dag_bytes").get<uint64_t>() + row.value("exact_bytes", uint64_t(0));
         found.mapBytes = row.at("map_bytes");
+        found.mappedLightCount = row.at("mapped_light_count");
         found.poolNote = poolNote(row);
         if (found.pairCount == 0)
             throw Error(ErrorKind::kInput,
@@ -145,7 +146,8 @@ void FitMeasurer::measure(const std::vector<FitRequest>& requests, const std::st
             continue;
         }
         std::vector<std::vector<double>> runsMs;
-        run(cell, models, kScreenRepeats, 1, what, &runsMs);
+        // The answers were the warm-up.
+        run(cell, models, kScreenRepeats, 0, what, &runsMs);
         for (size_t i = 0; i < models.size(); ++i)
             screenTimes_[models[i]] = fitTime(runsMs[i]);
     }
@@ -168,6 +170,19 @@ void FitMeasurer::time(const std::vector<size_t>& models, int repeats, int warmu
     }
     for (size_t i = 0; i < models.size(); ++i)
         finalTimes_[models[i]] = sums[i];
+}
+
+size_t FitMeasurer::raysAlone(size_t model) const {
+    const RunParameters& run = models_->runs[model];
+    if (run.method != "hybrid" ||
+        std::any_of(cells_[model].begin(), cells_[model].end(),
+                    [](const FitCell& cell) { return cell.mappedLightCount > 0; }))
+        return SIZE_MAX;
+    for (size_t other = 0; other < models_->runs.size(); ++other)
+        if (models_->runs[other].method == "dag" && models_->runs[other].dag == run.dag &&
+            LodChoice(models_->runs[other].frame.rays) == LodChoice(run.frame.rays))
+            return other;
+    return SIZE_MAX;
 }
 
 FitObservation FitMeasurer::observation(size_t model) const {

@@ -28,6 +28,7 @@ struct FitCell {
     uint64_t pairCount = 0, falseShadowCount = 0, falseLightCount = 0;
     double meanAbsVisibilityError = 0, flip = 0;
     uint64_t dagBytes = 0, mapBytes = 0;
+    uint64_t mappedLightCount = 0; ///< lights with a drawn map
     std::string poolNote; ///< what a full pool cost (frame_json.h), "" where it was not full
     uint64_t bytes() const { return dagBytes + mapBytes; }
 };
@@ -66,6 +67,9 @@ public:
 
     FitObservation observation(size_t model) const;
     const std::vector<FitCell>& cells(size_t model) const { return cells_[model]; }
+    /// Returns the model of rays alone that a hybrid is when it drew no map in any cell; SIZE_MAX
+    /// for others, and where the space lacks it. For models measured in all cells.
+    size_t raysAlone(size_t model) const;
     /// Returns the time in the first cell, as the search used it; nothing where none was taken.
     std::optional<FitTime> screenTime(size_t model) const { return screenTimes_[model]; }
     /// Returns the mean of the frames' times that the last time() took of the model.
@@ -76,7 +80,7 @@ public:
     /// Returns {"scene", "scene_hash", "triangle_count", "light_count", "frames"} by scene.
     Json scenes() const;
 
-    static constexpr int kScreenRepeats = 3;
+    static constexpr int kScreenRepeats = 2;
 
 private:
     struct FitScene;

@@ -97,9 +97,11 @@ private:
         } else if (verdict.kind == Kind::kHolds) {
             json["status"] = "dominated";
             json["by"] = by(found_.choice);
-            json["reason"] = isTie(model) ? "holds the bound, costs the same within one standard "
-                                            "error, is less simple"
-                                          : "holds the bound, costs more";
+            const bool isRays = found_.measurer.raysAlone(model) != SIZE_MAX;
+            json["reason"] = isRays         ? "drew no map: it is the model of rays alone"
+                             : isTie(model) ? "holds the bound, costs the same within one standard "
+                                              "error, is less simple"
+                                            : "holds the bound, costs more";
         } else if (verdict.kind == Kind::kBreaks) {
             json["status"] = "refuted";
             json["reason"] = "breaks the bound";

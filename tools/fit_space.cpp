@@ -63,7 +63,10 @@ std::vector<FitLaw> lawsOf(const std::string& method, bool routesByTexels, FitOb
     std::vector<FitLaw> laws(kAxisCount);
     // Exact rays confirm hits: coarser voxels propose more, so their time goes either way.
     laws[kResolution] = {isBytes || method != "dag-exact", true};
-    laws[kUndersample] = {true, true};
+    // A router sees what is required after undersampling: sparser texels move maps to rays, which
+    // may err less and take any time; pages they only lose.
+    const bool isRouted = method == "hybrid";
+    laws[kUndersample] = {isBytes || !isRouted, !isRouted};
     // More taps blur: nearer to the truth at some edges, farther at others.
     laws[kTaps] = {true, false};
     // Who draws more maps needs more pages; whether that takes more time is what routers are about.

@@ -80,7 +80,8 @@ def draw(result, base):
         for holds in (False, True):
             some = [p for m, p in mine if (m["error"] <= result["bound"]) == holds]
             axes.plot([p[0] for p in some], [p[1] for p in some], linestyle="", marker=marker, markersize=3.4,
-                      color=color, markerfacecolor=color if holds else "white", markeredgewidth=0.7, zorder=2)
+                      color=color, markerfacecolor=color if holds else "white", markeredgewidth=0.7,
+                      zorder=2.0 if method == "hybrid" else 2.5)  # a hybrid that draws no map hides what it is
         handles.append(Line2D([], [], linestyle="", marker=marker, markersize=3.4, color=color, label=name))
     axes.axhline(height_of(result["bound"]), color="black", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
     handles.append(Line2D([], [], color="black", linewidth=0.8, linestyle=(0, (4, 2)), label=f"bound, {plain(bound)}" + (" %" if percent == 100 else "")))

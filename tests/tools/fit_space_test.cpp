@@ -93,6 +93,20 @@ TEST(FitSpace, TheSimplerHasFewerMechanismsThenCoarserVoxelsThenFewerTaps) {
         EXPECT_TRUE(ranks.insert(model.simplicity).second) << "two models are equally simple";
 }
 
+TEST(FitSpace, SparserTexelsMayHelpWhereARouterSeesThem) {
+    // What is required after undersampling is routed: u4 traces maps that u1 draws.
+    const size_t kUndersample = 2;
+    for (const FitObjective objective : {FitObjective::kTime, FitObjective::kBytes}) {
+        const FitModels models = makeFitModels(sweep(), objective);
+        for (size_t group = 0; group < models.groups.size(); ++group) {
+            const FitLaw law = models.space.laws[group][kUndersample];
+            const bool isHybrid = models.groups[group] == "hybrid";
+            EXPECT_EQ(law.errorFalls, !isHybrid) << models.groups[group];
+            EXPECT_EQ(law.costGrows, !isHybrid || objective == FitObjective::kBytes);
+        }
+    }
+}
+
 TEST(FitSpace, EveryModelsExperimentIsThatModelAlone) {
     const FitModels models = makeFitModels(sweep(), FitObjective::kBytes);
     for (size_t m = 0; m < models.runs.size(); ++m) {
