@@ -17,8 +17,8 @@ Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::
 /// Finished parts by name. Every save replaces the file as a whole.
 class Journal {
 public:
-    /// @param path the file, "" to keep parts in memory alone; @param key what must be equal for parts to be valid: commit,
-    /// experiment, ...
+    /// @param path the file, "" to keep parts in memory alone; @param key what must be equal for
+    /// parts to be valid: commit, experiment, ...
     /// @param resume false: starts empty and saves that; true: takes up the file when it is there.
     /// Throws Error kUsage when it has another key, kInput when it is damaged.
     Journal(std::string path, std::string key, bool resume);
