@@ -15,20 +15,22 @@ namespace {
 struct Quantity {
     const char* name;
     double (*value)(const MapQuantities&);
+    uint32_t counts = kCountsNothing;
 };
 constexpr Quantity kQuantities[] = {
     {"texels", [](const MapQuantities& m) { return double(m.texels); }},
     {"faceTexels", [](const MapQuantities& m) { return double(m.faceTexels); }},
-    {"pages", [](const MapQuantities& m) { return double(m.pages); }},
+    {"pages", [](const MapQuantities& m) { return double(m.pages); }, kCountsPages},
     {"samples", [](const MapQuantities& m) { return double(m.samples); }},
     {"clusters", [](const MapQuantities& m) { return double(m.clusters); }},
-    {"triangles", [](const MapQuantities& m) { return double(m.triangles); }},
-    {"batches", [](const MapQuantities& m) { return double(m.batches); }},
+    {"triangles", [](const MapQuantities& m) { return double(m.triangles); }, kCountsTriangles},
+    {"batches", [](const MapQuantities& m) { return double(m.batches); }, kCountsTriangles},
     {"lights", [](const MapQuantities& m) { return double(m.lights); }},
     {"range", [](const MapQuantities& m) { return double(m.range); }},
-    {"pairs", [](const MapQuantities& m) { return double(m.pairs); }},
-    {"movers", [](const MapQuantities& m) { return double(m.movers); }},
-    {"moverCrossings", [](const MapQuantities& m) { return double(m.moverCrossings); }},
+    {"pairs", [](const MapQuantities& m) { return double(m.pairs); }, kCountsPairs},
+    {"movers", [](const MapQuantities& m) { return double(m.movers); }, kCountsMovers},
+    {"moverCrossings", [](const MapQuantities& m) { return double(m.moverCrossings); },
+     kCountsMovers},
 };
 constexpr size_t kQuantityCount = std::size(kQuantities);
 
@@ -36,7 +38,17 @@ class ExpressionModel : public CostModel {
 public:
     explicit ExpressionModel(const std::string& expression) : expression_(expression) {
         evaluate({MapQuantities{}}, 1.0);
+        double value = 1.0;
+        mu::Parser parser;
+        for (const Quantity& quantity : kQuantities)
+            parser.DefineVar(quantity.name, &value);
+        parser.SetExpr(expression_);
+        const mu::varmap_type used = parser.GetUsedVar();
+        for (const Quantity& quantity : kQuantities)
+            if (used.contains(quantity.name))
+                counts_ |= quantity.counts;
     }
+    uint32_t counts() const override { return counts_; }
 
     std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
         return evaluate(maps, 0.0);
@@ -78,6 +90,7 @@ private:
         return ratios;
     }
 
+    uint32_t counts_ = kCountsNothing;
     std::string expression_;
 };
 

@@ -76,6 +76,12 @@ std::unique_ptr<CostModel> thresholdModel(double texels) {
     return makeCostModel(text);
 }
 
+/// Takes the summands that add nothing out of a sum, as far as another is left.
+void dropNothing(std::vector<CostSummand>& sum) {
+    if (std::any_of(sum.begin(), sum.end(), [](const CostSummand& s) { return s.ms > 0; }))
+        std::erase_if(sum, [](const CostSummand& s) { return !(s.ms > 0); });
+}
+
 /// Calls visit(held, fitted) for every group that is held out together.
 template <class Visit>
 void forGroups(const ObservedFrames& frames, HeldOut heldOut, const Visit& visit) {
@@ -117,6 +123,20 @@ std::vector<std::vector<CostSummand>> choicesOf(bool CostTerm::*isOf) {
     }
     choices.erase(choices.begin());
     return choices;
+}
+
+/// Returns the mean over what is held out together, each group by its own mean: views of one frame,
+/// or frames of one scene, are no independent samples.
+Regret meanOfGroups(const ObservedFrames& frames, HeldOut heldOut,
+                    const std::vector<double>& ofFrames) {
+    std::vector<double> means;
+    forGroups(frames, heldOut, [&](const std::vector<size_t>& held, const ObservedFrames&) {
+        double sum = 0;
+        for (const size_t k : held)
+            sum += ofFrames[k];
+        means.push_back(sum / double(held.size()));
+    });
+    return meanRegret(means);
 }
 
 /// A choice of terms for one sum, and what it predicts of every map while the map is held out.
@@ -168,14 +188,14 @@ public:
                     if (r.form.size() + m.form.size() != size)
                         continue;
                     std::vector<double> regrets = regretOf(r, m);
-                    if (!best.empty() && !(meanRegret(regrets).mean < meanRegret(best).mean))
+                    if (!best.empty() && !(mean(regrets).mean < mean(best).mean))
                         continue; // the first of equals: earlier terms are simpler
                     best = std::move(regrets);
                     bestRays = &r;
                     bestMap = &m;
                 }
             trials.push_back(trial({bestRays->form, bestMap->form}));
-            trials.back().gain = meanRegret(differences(kept, best));
+            trials.back().gain = mean(differences(kept, best));
             trials.back().isKept = trials.back().gain.mean > trials.back().gain.standardError;
             if (trials.back().isKept)
                 kept = std::move(best);
@@ -184,6 +204,10 @@ public:
     }
 
 private:
+    Regret mean(const std::vector<double>& ofFrames) const {
+        return meanOfGroups(frames_, judgedBy_, ofFrames);
+    }
+
     std::vector<double> regretOf(const HeldOutSum& rays, const HeldOutSum& map) const {
         std::vector<double> regrets;
         std::vector<Route> routes;
@@ -208,9 +232,11 @@ private:
         FitTrial trial;
         trial.form = form;
         if (canHoldOut(frames_, HeldOut::kScenes))
-            trial.byScene = meanRegret(regretOf(form, HeldOut::kScenes));
+            trial.byScene =
+                meanOfGroups(frames_, HeldOut::kScenes, regretOf(form, HeldOut::kScenes));
         if (canHoldOut(frames_, HeldOut::kFrames))
-            trial.byFrame = meanRegret(regretOf(form, HeldOut::kFrames));
+            trial.byFrame =
+                meanOfGroups(frames_, HeldOut::kFrames, regretOf(form, HeldOut::kFrames));
         return trial;
     }
 
@@ -348,18 +374,25 @@ CostFit fitCosts(const std::vector<ObservedFrame>& frames) {
     for (const FitTrial& trial : fit.trials)
         if (trial.isKept) {
             fit.calibration = fitForm(observed, trial.form);
+            dropNothing(fit.calibration.rays);
+            dropNothing(fit.calibration.map);
             fit.byScene = trial.byScene;
             fit.byFrame = trial.byFrame;
         }
-    fit.rays = meanRegret(regretsOf(observed, *makeCostModel("texels:inf")));
-    fit.maps = meanRegret(regretsOf(observed, *makeCostModel("texels:0")));
-    fit.texels96 = meanRegret(regretsOf(observed, *makeCostModel("texels:96")));
+    const auto regretBy = [&](const char* model) {
+        return meanOfGroups(observed, fit.judgedBy.value_or(HeldOut::kFrames),
+                            regretsOf(observed, *makeCostModel(model)));
+    };
+    fit.rays = regretBy("texels:inf");
+    fit.maps = regretBy("texels:0");
+    fit.texels96 = regretBy("texels:96");
     const auto threshold = [&](HeldOut heldOut) -> std::optional<Regret> {
         if (!canHoldOut(observed, heldOut))
             return std::nullopt;
-        return meanRegret(heldOutRegret(observed, heldOut, [](const ObservedFrames& fitted) {
-            return thresholdModel(bestThreshold(fitted));
-        }));
+        return meanOfGroups(observed, heldOut,
+                            heldOutRegret(observed, heldOut, [](const ObservedFrames& fitted) {
+                                return thresholdModel(bestThreshold(fitted));
+                            }));
     };
     fit.thresholdByScene = threshold(HeldOut::kScenes);
     fit.thresholdByFrame = threshold(HeldOut::kFrames);

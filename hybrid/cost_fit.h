@@ -36,7 +36,8 @@ struct ObservedFrame {
 /// @param counts what the frame counts for them, a set of Counts; its time is lost as well
 double routingRegret(const ObservedFrame& frame, const std::vector<Route>& routes, uint32_t counts);
 
-/// Regret over frames: their mean, and its standard error.
+/// Regret over frames: their mean, and its standard error. In a fit what is held out together
+/// counts as one: views of one frame, or all frames of a scene.
 struct Regret {
     double mean = 0, standardError = 0;
 };

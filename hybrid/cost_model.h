@@ -69,6 +69,8 @@ struct FrameCosts {
     /// By what the maps' costs were multiplied, so that those of all maps by one method add up to
     /// the frame by that method; 1 where they are isolated.
     double raysScale = 1, mapsScale = 1;
+    double degradeDivisor =
+        1; ///< of the frame with every map drawn: over 1 where the pool was full
 };
 
 struct CostCalibration;

@@ -170,7 +170,9 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         0.0f) { // the plane is lifted across itself, down to half the light's height
         const glm::dvec3 toLight(q.light - q.position);
         const double distance = glm::length(toLight);
-        const double height = glm::dot(glm::dvec3(q.normal), toLight);
+        double height = glm::dot(glm::dvec3(q.normal), toLight);
+        if (map.window.isSun()) // as far as lookups lift it
+            height = std::max(height, distance * kLeastFacingOfLevels);
         q.startOffsetWorld +=
             distance * std::min(map.lodTexels * texelWorldAt(map, q.position) / height, 0.5);
     }

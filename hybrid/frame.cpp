@@ -114,6 +114,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
 FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& options,
                                        int repeats) {
     checkOptions(options);
+    reset();
     FrameCosts costs = measureFrameCosts(
         *state_, makeViewRays(camera, options.width, options.height), options, repeats);
     scaleToFrame(*this, camera, options, repeats, costs);
@@ -135,6 +136,9 @@ StageTimes FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstanc
 void FrameRenderer::reset() {
     state_->heldFaceTexels.clear();
     state_->heldRoutes.clear();
+    for (SphereCount& sphere : state_->spheres)
+        if (sphere.hasMoved)
+            sphere.rangeWorld = -1; // what a light that moves costs is paid every frame
     state_->maps.forget();
 }
 

@@ -132,9 +132,15 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
         renderer.reset();
         raysMs.push_back(servingMs(renderer.render(camera, *rays, alone).stages));
         renderer.reset();
-        mapsMs.push_back(servingMs(renderer.render(camera, *maps, alone).stages));
+        const FrameResult drawn = renderer.render(camera, *maps, alone);
+        mapsMs.push_back(servingMs(drawn.stages));
+        costs.degradeDivisor = drawn.counts.maps.degradeDivisor;
     }
     renderer.reset();
+    scaleCosts(costs, median(raysMs), median(mapsMs));
+}
+
+void scaleCosts(FrameCosts& costs, double raysMs, double mapsMs) {
     const auto scale = [&](double MapCost::*cost, double frameMs) {
         double sum = 0;
         for (const MapCost& map : costs.maps)
@@ -144,8 +150,8 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
             map.*cost *= factor;
         return factor;
     };
-    costs.raysScale = scale(&MapCost::raysMs, median(raysMs));
-    costs.mapsScale = scale(&MapCost::mapMs, median(mapsMs));
+    costs.raysScale = scale(&MapCost::raysMs, raysMs);
+    costs.mapsScale = scale(&MapCost::mapMs, mapsMs);
 }
 
 } // namespace shadowdag

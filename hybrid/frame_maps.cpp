@@ -92,7 +92,8 @@ void countStanding(FrameState& state, const std::vector<MapRecord>& maps) {
             if (light.kind == Light::kSun || (sphere.rangeWorld == light.rangeWorld &&
                                               sphere.positionWorld == light.positionWorld))
                 return;
-            sphere = {light.positionWorld, light.rangeWorld};
+            const bool hasMoved = sphere.hasMoved || sphere.rangeWorld >= 0.0f;
+            sphere = {light.positionWorld, light.rangeWorld, 0, 0, hasMoved};
             const ShadowMapInfo info{light.positionWorld, light.rangeWorld, 0, 0, 0, {}};
             traverse(
                 batches.bvh, [&](const Box& box) { return reachesMap(info, box); },

@@ -21,6 +21,7 @@ struct SphereCount {
     float rangeWorld = -1; ///< < 0: not counted yet
     uint32_t batches = 0;
     uint64_t triangles = 0;
+    bool hasMoved = false; ///< the light stood elsewhere before
 };
 
 struct FrameState {
@@ -76,6 +77,10 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
 /// Returns what FrameRenderer::measureCosts returns, before any scaling.
 FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const FrameOptions& options,
                              int repeats);
+
+/// Multiplies the costs of a frame's maps so that those by one method add up to what the frame
+/// takes by it; leaves costs alone that add up to 0.
+void scaleCosts(FrameCosts& costs, double raysMs, double mapsMs);
 
 /// Scales the costs of a frame's maps to whole frames by one method.
 void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,

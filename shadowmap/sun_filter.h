@@ -61,7 +61,6 @@ SDAG_HD inline SunReceiver makeSunReceiver(const ShadowMapInfo& map, const glm::
     r.slopeY = float(steep * glm::dot(n, window.v));
     constexpr double kLeastFacing = 1.0 / 1024.0;
     r.own = faces ? float(rounding / glm::max(facing, kLeastFacing)) + kDepthRounding : r.across;
-    constexpr float kLeastFacingOfLevels = 1.0f / 16.0f;
     if (faces && map.lodTexels > 0.0f)
         r.own += map.lodTexels * r.texelDepth / glm::max(float(facing), kLeastFacingOfLevels);
     return r;

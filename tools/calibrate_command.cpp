@@ -63,20 +63,6 @@ Json rowOf(const CalibrationFrame& frame) {
             {"count_ms", countMs}};
 }
 
-FrameOptions frameOptionsOf(const Experiment& e) {
-    FrameOptions options;
-    options.undersample = e.undersample[0];
-    options.mapsPerLight = e.mapsPerLight[0];
-    options.maxFaceTexels = e.maxFaceTexels;
-    options.maps.pageTexels = e.pageTexels[0];
-    options.maps.poolBytes = uint64_t(e.poolMib) << 20;
-    options.maps.taps = options.bias.taps = e.taps[0];
-    options.bias.constantTexels = e.bias[0];
-    options.rays.offset = e.offset[0];
-    e.lod[0].apply(options.rays);
-    return options;
-}
-
 void printRow(std::ostream& out, const CalibrationFrame& frame) {
     char line[256];
     std::snprintf(line, sizeof line,
@@ -112,11 +98,17 @@ Measured measure(const CalibrateOptions& options, const Experiment& e,
                 renderer.worldChanged(scene.world->setTime(time));
             const Camera view = camera.at(*scene.world);
             for (const auto& [width, height] : sizes) {
-                FrameOptions frameOptions = frameOptionsOf(e);
+                FrameOptions frameOptions = baseOptions(e);
                 frameOptions.width = width;
                 frameOptions.height = height;
                 CalibrationFrame row =
                     measureCalibrationFrame(renderer, view, frameOptions, repeats);
+                if (row.degradeDivisor > 1)
+                    throw Error(ErrorKind::kUsage,
+                                names[s] + " frame " + std::to_string(frame) +
+                                    ": the maps do not fit a pool of " + options.common.pool +
+                                    " and would be measured coarser than they are asked for; give "
+                                    "--pool more, or a smaller --size");
                 row.observed.scene = names[s];
                 row.observed.view = std::to_string(width) + "x" + std::to_string(height);
                 row.observed.frame = frame;
@@ -265,6 +257,9 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     const Json json = {{"calibration", toJson(fit.calibration)},
                        {"provenance", provenance},
                        {"scenes", scenes},
+                       {"experiment", toJson(e)},
+                       {"sizes", options.sizes},
+                       {"repeat_count", repeats},
                        {"held_out_regret", toJson(fit)},
                        {"frames", measured.rows}};
     writeFile(options.output, json);

@@ -47,6 +47,7 @@ CalibrationFrame measureCalibrationFrame(FrameRenderer& renderer, const Camera& 
     observed.costs = costs.maps;
     result.raysScale = costs.raysScale;
     result.mapsScale = costs.mapsScale;
+    result.degradeDivisor = costs.degradeDivisor;
     for (const MapCost& cost : costs.maps) {
         result.raysMs += cost.raysMs;
         result.mapsMs += cost.mapMs;

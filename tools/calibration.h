@@ -13,6 +13,7 @@ struct CalibrationFrame {
     ObservedFrame observed;               ///< costs: FrameRenderer::measureCosts
     double raysScale = 1, mapsScale = 1;  ///< FrameCosts
     double raysMs = 0, mapsMs = 0;        ///< whole frame by one method
+    double degradeDivisor = 1;            ///< FrameCosts
     double oracleSumMs = 0, oracleMs = 0; ///< of the cheaper method of every map: promised, taken
 };
 

@@ -89,8 +89,8 @@ void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
     commandLine.text("--taps", taps, "1|4|9" + list,
                      "Taps of the percentage-closer filter [" + taps + "]");
     commandLine.text("--polygon-lod", polygonLod, "T" + list,
-                     "Draw what is simplified by less than so many texels, 0 for full detail; the "
-                     "bias grows by as much [" +
+                     "Draw what is simplified by less than so many texels, 0 for full detail; "
+                     "receivers are lifted by as much [" +
                          polygonLod + "]");
 }
 

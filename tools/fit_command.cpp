@@ -94,8 +94,9 @@ Experiment sweepOf(const FitOptions& options, const CommandLine& commandLine) {
             std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end())
             throw Error(ErrorKind::kUsage,
                         "--methods '" + method + "': must be some of dag, dag-exact, maps, hybrid");
-    for (const auto& [option, count] :
-         {std::pair<const char*, size_t>{"--bias", e.bias.size()}, {"--offset", e.offset.size()}})
+    for (const auto& [option, count] : {std::pair<const char*, size_t>{"--bias", e.bias.size()},
+                                        {"--offset", e.offset.size()},
+                                        {"--polygon-lod", e.polygonLod.size()}})
         if (count > 1)
             throw Error(ErrorKind::kUsage,
                         std::string(option) + ": fit does not vary it; give one value");

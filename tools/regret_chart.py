@@ -6,8 +6,8 @@ regret.svg, regret.png and regret.json, and prints the sums.
 
     regret_chart.py report/results.json [more.json ...] -o docs
 
-The single threshold is the one that is fastest on the training frames (every second one, the first included); all
-sums are over the others. Time is that of whole frames.
+The single threshold of a frame is the one that is fastest on all other frames of its scene. Model cost is held out
+where its calibration saw none of the frames: that is for the caller to see to. Time is that of whole frames.
 """
 import argparse
 import json
@@ -37,6 +37,11 @@ def name_of(run):
     return run["model"] if run["method"] == "hybrid" else None
 
 
+def serving_ms(run):
+    """Returns the time of the stages that routing decides about."""
+    return sum(float(ms) for stage, ms in run["stages_ms"].items() if stage not in NOT_SERVING)
+
+
 def load(paths):
     """Returns {scene: {frame: {model: run}}} and the oracle's sums {(scene, frame): ms}, one commit only."""
     scenes, sums, commits = {}, {}, set()
@@ -50,8 +55,12 @@ def load(paths):
                 if name is None:
                     continue
                 frames = scenes.setdefault(run["scene"], {}).setdefault(run["frame"], {})
-                frames.setdefault(name, run)  # the first of several resolutions
+                if name in frames:
+                    fail(f"{path}: {run['scene']} frame {run['frame']} by {name} for the second time; give results "
+                         "of one configuration a model")
+                frames[name] = run
                 float(run["time_ms"]), float(run["time_ms_min"]), float(run["time_ms_max"])
+                serving_ms(run)
             for cost in results.get("map_costs", []):
                 key = (cost["scene"], cost["frame"])
                 sums[key] = sums.get(key, 0) + min(cost["rays_ms"], cost["map_ms"])
@@ -91,24 +100,22 @@ def noise(run):
 def analyse(scene, frames, sums):
     """Returns what regret.json holds of a scene."""
     numbers = sorted(frames)
-    training = numbers[::2]
-    held_out = numbers[1::2] or numbers
-    threshold = best_threshold(frames, training)
-    models = {"rays": "texels:inf", "maps": "texels:0", "texels:96": "texels:96",
-              "best threshold": threshold, "cost": "cost"}
+    threshold = best_threshold(frames, numbers)
     rows = []
     for number in numbers:
+        others = [other for other in numbers if other != number] or numbers
+        models = {"rays": "texels:inf", "maps": "texels:0", "texels:96": "texels:96",
+                  "best threshold": best_threshold(frames, others), "cost": "cost"}
         runs = frames[number]
         oracle = runs["oracle"]["time_ms"]
         single = min(runs["texels:inf"], runs["texels:0"], key=lambda r: r["time_ms"])
         cost = runs["cost"]
         allowed = 1.05 + noise(cost) + noise(single)
         rows.append({
-            "frame": number, "is_held_out": number in held_out, "oracle_ms": oracle,
+            "frame": number, "best_threshold": models["best threshold"], "oracle_ms": oracle,
             "oracle_cost_sum_ms": sums.get((scene, number)),
             # What the sum promises: the stages that routing decides about.
-            "oracle_serving_ms": sum(ms for stage, ms in runs["oracle"]["stages_ms"].items()
-                                     if stage not in NOT_SERVING),
+            "oracle_serving_ms": serving_ms(runs["oracle"]),
             "better_single": "rays" if single is runs["texels:inf"] else "maps",
             "times_ms": {n: runs[m]["time_ms"] for n, m in models.items() if m in runs},
             "regret": {n: runs[m]["time_ms"] / oracle - 1 for n, m in models.items() if m in runs},
@@ -117,25 +124,24 @@ def analyse(scene, frames, sums):
             "cost_traced_map_count": cost.get("traced_map_count", cost["traced_light_count"]),
             "cost_drawn_map_count": cost.get("drawn_map_count", cost["mapped_light_count"]),
             "cost_ray_count": cost["ray_count"], "pair_count": cost["pair_count"]})
-    held = [r for r in rows if r["is_held_out"]]
 
     def total(key):
-        return sum(r["times_ms"][key] for r in held)
+        return sum(r["times_ms"][key] for r in rows)
     # The better single method of the whole animation, and of every frame.
     single_ms = min(total("rays"), total("maps"))
-    frame_ms = sum(min(r["times_ms"]["rays"], r["times_ms"]["maps"]) for r in held)
-    oracle_ms = sum(r["oracle_ms"] for r in held)
+    frame_ms = sum(min(r["times_ms"]["rays"], r["times_ms"]["maps"]) for r in rows)
+    oracle_ms = sum(r["oracle_ms"] for r in rows)
     promised = [r for r in rows if r["oracle_cost_sum_ms"]]
-    noise_ms = sum(noise(frames[r["frame"]]["oracle"]) * r["oracle_ms"] for r in held)
+    noise_ms = sum(noise(frames[r["frame"]]["oracle"]) * r["oracle_ms"] for r in rows)
     gain = single_ms - oracle_ms
     worst = max(rows, key=lambda r: r["times_ms"]["cost"])
     return {
-        "scene": scene, "best_threshold": threshold, "training_frames": training, "frames": rows,
-        "held_out": {
-            "frame_count": len(held), "oracle_ms": oracle_ms, "oracle_noise_ms": noise_ms,
+        "scene": scene, "best_threshold": threshold, "frames": rows,
+        "sums": {
+            "frame_count": len(rows), "oracle_ms": oracle_ms, "oracle_noise_ms": noise_ms,
             "better_single_ms": single_ms, "better_single_of_every_frame_ms": frame_ms,
             "cost_ms": total("cost"), "best_threshold_ms": total("best threshold"),
-            "texels_96_ms": total("texels:96") if all("texels:96" in r["times_ms"] for r in held) else None,
+            "texels_96_ms": total("texels:96") if all("texels:96" in r["times_ms"] for r in rows) else None,
             "oracle_serving_over_cost_sum": sum(r["oracle_serving_ms"] for r in promised)
             / sum(r["oracle_cost_sum_ms"] for r in promised) if promised else None,
             "oracle_gain_ms": gain, "cost_gain_ms": single_ms - total("cost"),
@@ -151,10 +157,10 @@ def analyse(scene, frames, sums):
 
 
 def describe(scene):
-    held, worst = scene["held_out"], scene["worst_frame"]
+    held, worst = scene["sums"], scene["worst_frame"]
     realised = held["realised"]
     ninety_six = held["texels_96_ms"]
-    print(f"{scene['scene']}: held-out {held['frame_count']} frames, ms a frame: "
+    print(f"{scene['scene']}: {held['frame_count']} frames, ms a frame: "
           + ", ".join(f"{n} {held[k] / held['frame_count']:.1f}" for n, k in (
               ("oracle", "oracle_ms"), ("cost", "cost_ms"), (scene["best_threshold"] + " (best)", "best_threshold_ms"),
               ("better single method", "better_single_ms")))

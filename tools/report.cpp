@@ -50,8 +50,8 @@ double unexplainedCount(const Json& run) {
            run["unexplained_false_light_count"].get<double>();
 }
 
-/// Returns how many unexplained false shadows a shift aimed at the blocker finds; 0 in results that
-/// were not asked.
+/// Returns how many unexplained errors a shift aimed at the blocker finds, or the truth along the
+/// filter's own taps; 0 in results that were not asked.
 double settledCount(const Json& run) {
     return run.value("settled_false_shadow_count", 0.0) +
            run.value("settled_false_light_count", 0.0);
@@ -102,8 +102,8 @@ void addPoolFinding(std::string& html, const std::vector<const Json*>& members) 
                 "): their maps are coarser than their parameters ask for.";
 }
 
-/// Says how many wrong pairs stay unexplained in all runs together, and how many of these a shift
-/// aimed at the blocker finds.
+/// Says how many wrong pairs stay unexplained in all runs together, and how many of these are
+/// settled (settledCount).
 void addUnexplainedFinding(std::string& html, const std::vector<const Json*>& members) {
     double unexplained = 0, settled = 0;
     for (const Json* run : members) {
@@ -114,7 +114,9 @@ void addUnexplainedFinding(std::string& html, const std::vector<const Json*>& me
         html += " Over all runs " + grouped(unexplained) +
                 " wrong pairs are unexplained; of the "
                 "unexplained, " +
-                grouped(settled) + " are found by a shift aimed at the blocker.";
+                grouped(settled) +
+                " are settled: a shift aimed at the blocker finds them, or the truth along the "
+                "filter's own taps says what the map says.";
 }
 
 /// One sentence a scene and frame: the pure methods, and the hybrid that is fastest among those no

@@ -32,7 +32,8 @@ void MethodOptions::declare(CommandLine& commandLine, const std::string& methods
 void MethodOptions::takeVariant(const CommandLine& commandLine) {
     if (!commandLine.given("--variant"))
         return;
-    for (const char* option : {"--method", "--model", "--undersample", "--maps-per-light"})
+    for (const char* option :
+         {"--method", "--model", "--undersample", "--maps-per-light", "--polygon-lod"})
         if (commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " and --variant contradict each other: the name "

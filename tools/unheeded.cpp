@@ -69,6 +69,12 @@ void refuseUnheeded(const Experiment& e, size_t assetCount, const std::string& e
         throw Error(ErrorKind::kUsage,
                     "--route-margin is for --sequence, elsewhere no frame knows the one before; "
                     "add that or drop it");
+    for (const Run& run : runs)
+        if (isNamed && !e.isSequence && run.frame.routeMargin > 0)
+            throw Error(ErrorKind::kUsage,
+                        "--variants '" + run.variant +
+                            "': a margin of routes is for --sequence, elsewhere "
+                            "no frame knows the one before; add that or drop RH");
     // Costs are replayed where maps and rays are charted side by side, too.
     const auto needsCosts = [](const Run& run) {
         const std::unique_ptr<CostModel> model =

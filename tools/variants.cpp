@@ -338,13 +338,16 @@ std::string variantName(const Variant& v) {
 std::vector<std::string> parseVariants(const std::string& option,
                                        const std::vector<std::string>& names,
                                        const FrameOptions& base) {
+    if (base.maps.lodTexels > 0.0f)
+        throw Error(ErrorKind::kUsage, option + " and a polygon level of detail of " +
+                                           numberText(base.maps.lodTexels) +
+                                           " texels contradict each other: names say it, as in "
+                                           "PMCD-EB-PLOD1; drop one of them");
     std::map<std::string, std::string> spellings; // by canonical name
     const auto nameOf = [&](const std::string& name) {
         Variant variant = parseVariant(option, name);
         if (variant.taps == base.bias.taps)
             variant.taps = 0;
-        if (variant.lodTexels == base.maps.lodTexels)
-            variant.lodTexels = 0;
         if (variant.routeMargin == base.routeMargin)
             variant.routeMargin.reset();
         return variantName(variant);

@@ -74,7 +74,10 @@ TEST(ExpressionModel, TracesWhereTheExpressionIsPositive) {
     EXPECT_EQ(makeCostModel("expr:0.5 * triangles - samples")->route(maps), (Routes{kRays, kMap}));
     EXPECT_EQ(makeCostModel("expr:0")->route(maps), (Routes{kMap, kMap}));
     EXPECT_EQ(makeCostModel("expr:sqrt(-1)")->route(maps), (Routes{kMap, kMap}));
-    EXPECT_EQ(makeCostModel("expr:1")->counts(), uint32_t(kCountsAll));
+    EXPECT_EQ(makeCostModel("expr:1")->counts(), uint32_t(kCountsNothing));
+    EXPECT_EQ(makeCostModel("expr:texels - 96")->counts(), uint32_t(kCountsNothing));
+    EXPECT_EQ(makeCostModel("expr:batches + moverCrossings > pages")->counts(),
+              kCountsTriangles | kCountsMovers | kCountsPages);
 }
 
 TEST(ExpressionModel, KnowsEveryQuantity) {

@@ -2,6 +2,7 @@
 // What cost models read of maps, in closed form and against the frame's exact pairs; and costs that
 // are scaled to whole frames.
 #include "cuda/statistics.h"
+#include "hybrid/frame_state.h"
 #include "scenes/builtin.h"
 #include "tests/hybrid/fail_stage.h"
 
@@ -74,7 +75,8 @@ TEST(MapQuantities, AreTheSameWhetherAModelOrAReportAsks) {
             all.push_back(map.quantities);
         return all;
     };
-    const std::vector<MapQuantities> asked = quantitiesBy("expr:1"),
+    const std::vector<MapQuantities> asked = quantitiesBy(
+                                         "expr:pages + triangles + pairs + movers > 0"),
                                      told = quantitiesBy("texels:96");
     ASSERT_EQ(asked.size(), told.size());
     for (size_t m = 0; m < asked.size(); ++m) {
@@ -155,12 +157,28 @@ TEST(FrameCosts, OfAllMapsByOneMethodAddUpToTheFrame) {
         raysMs += cost.raysMs;
         mapsMs += cost.mapMs;
     }
-    // Times of a machine that others share: a factor, to tell scaled from isolated or from stages
-    // left out.
+    // Times of a machine that others share: a factor tells only stages that were left out.
     EXPECT_GT(raysMs, frameMs("texels:inf") / 4);
     EXPECT_LT(raysMs, frameMs("texels:inf") * 4);
     EXPECT_GT(mapsMs, frameMs("texels:0") / 4);
     EXPECT_LT(mapsMs, frameMs("texels:0") * 4);
+    EXPECT_EQ(costs.degradeDivisor, 1.0);
+}
+
+TEST(FrameCosts, AreScaledByOneFactorAMethod) {
+    FrameCosts costs{7, {{0, 0, 1.0, 6.0}, {1, 0, 3.0, 2.0}}};
+    scaleCosts(costs, 2.0, 12.0);
+    EXPECT_EQ(costs.raysScale, 0.5);
+    EXPECT_EQ(costs.mapsScale, 1.5);
+    EXPECT_EQ(costs.maps[0].raysMs, 0.5);
+    EXPECT_EQ(costs.maps[1].raysMs, 1.5);
+    EXPECT_EQ(costs.maps[0].mapMs, 9.0);
+    EXPECT_EQ(costs.maps[1].mapMs, 3.0);
+    FrameCosts nothing{7, {{0, 0, 0.0, 1.0}}};
+    scaleCosts(nothing, 5.0, 2.0);
+    EXPECT_EQ(nothing.raysScale, 1.0);
+    EXPECT_EQ(nothing.maps[0].raysMs, 0.0);
+    EXPECT_EQ(nothing.maps[0].mapMs, 2.0);
 }
 
 TEST(ServingMs, SumsTheStagesThatRoutesDecide) {
