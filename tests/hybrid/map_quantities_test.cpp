@@ -96,7 +96,7 @@ TEST(MapQuantities, TrianglesFollowLightsAndMovers) {
     const Scene scene = makeBuiltin("necropolis"); // figures that carry lamps
     World world(scene, {});
     const Dag none;
-    FrameRenderer kept(Backend::kCpu, world, none);
+    FrameRenderer kept(Backend::kCpu, world, none), fresh(Backend::kCpu, world, none);
     FrameOptions options = failFrame();
     options.width = 96;
     options.height = 54;
@@ -107,13 +107,14 @@ TEST(MapQuantities, TrianglesFollowLightsAndMovers) {
     };
     mapsOf(kept);
     const std::vector<Light> before = world.lights();
-    kept.worldChanged(world.setTime(3.0f));
+    const std::vector<uint32_t> moved = world.setTime(3.0f);
+    kept.worldChanged(moved);
+    fresh.worldChanged(moved);
     size_t movedLightCount = 0;
     for (size_t l = 0; l < before.size(); ++l)
         movedLightCount += before[l].positionWorld != world.lights()[l].positionWorld;
     ASSERT_GT(movedLightCount, 10u);
     ASSERT_LT(movedLightCount, before.size());
-    FrameRenderer fresh(Backend::kCpu, world, none);
     const std::vector<MapRecord> told = mapsOf(kept), now = mapsOf(fresh);
     ASSERT_EQ(told.size(), now.size());
     ASSERT_GT(now.size(), 50u);

@@ -149,8 +149,9 @@ TEST(Builtin, NamesAreUniqueAndUnknownOnesListTheKnown) {
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
         EXPECT_NE(std::string(error.what()).find("'atrum'"), std::string::npos);
-        EXPECT_NE(std::string(error.what()).find("atrium, houses, houses-by-day, necropolis, fail-acne"),
-                  std::string::npos);
+        EXPECT_NE(
+            std::string(error.what()).find("atrium, houses, houses-by-day, necropolis, fail-acne"),
+            std::string::npos);
     }
 }
 
@@ -201,7 +202,9 @@ TEST_P(FailSceneTest, ClosedFormAgreesWithEmbree) {
     const FailScene description = failScene(GetParam());
     const Scene scene = makeBuiltin(GetParam());
     World world(scene, {});
-    EXPECT_LE(world.triangles().count(), 2000u);
+    // Small, but for balls fine enough to have levels of detail.
+    const bool hasBalls = !description.balls.empty();
+    EXPECT_LE(world.triangles().count(), hasBalls ? 40000u : 2000u);
     ASSERT_EQ(world.lights().size(), description.lights.size());
     ASSERT_EQ(world.cameras().size(), 1u);
     double extent = 0.0;
@@ -245,7 +248,7 @@ TEST_P(FailSceneTest, ClosedFormAgreesWithEmbree) {
                               << point.z;
         }
     }
-    EXPECT_GT(answered, 5000u);
+    EXPECT_GT(answered, hasBalls ? 3000u : 5000u); // near a ball nothing is answered
     EXPECT_GT(lit, 0u);
     EXPECT_EQ(wrong, 0u) << "of " << answered << ", " << dark << " dark";
 }

@@ -31,7 +31,7 @@ Json withoutTimes(Json results) {
         for (const char* key : {"time_ms", "time_ms_min", "time_ms_max", "stages_ms"})
             run.erase(key);
     for (Json& cost : results["map_costs"])
-        for (const char* key : {"rays_ms", "map_ms"})
+        for (const char* key : {"rays_ms", "map_ms", "rays_scale", "maps_scale"})
             cost.erase(key);
     return results;
 }

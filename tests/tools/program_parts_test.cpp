@@ -29,8 +29,6 @@ Arguments tinyCompare(const std::string& output) {
             "64",
             "--methods",
             "embree,dag",
-            "--thresholds",
-            "inf",
             "--repeats",
             "1",
             "--warmups",

@@ -217,8 +217,8 @@ TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
     for (const char* key :
          {"pair_count", "occluded_count", "false_shadow_count", "false_light_count",
           "unexplained_false_shadow_count", "unexplained_false_light_count", "acne_count",
-          "contact_count", "null_rate", "tap_settled_count", "tap_null_rate",
-          "tap_only_null_rate", "tap_null_sample_count"})
+          "contact_count", "null_rate", "tap_settled_count", "tap_null_rate", "tap_only_null_rate",
+          "tap_null_sample_count"})
         EXPECT_TRUE(result.json().contains(key)) << key;
     uint64_t sum = 0;
     const Json validated = result.json();
@@ -231,10 +231,12 @@ TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
 TEST(Program, RenderWritesNumberedFramesOfEveryMethod) {
     const TemporaryDirectory directory;
     for (const char* method : {"embree", "dag", "dag-exact", "maps", "hybrid"}) {
-        Arguments arguments = {"render",   kScene,   "--method",
-                               method,     "-o",     directory / (std::string(method) + ".exr"),
-                               "--frames", "0:1",    "--truth",
-                               "--json",   "--size", "32x18"};
+        Arguments arguments = {"render",   kScene, "--method",
+                               method,     "-o",   directory / (std::string(method) + ".exr"),
+                               "--frames", "0:1",  "--json",
+                               "--size",   "32x18"};
+        if (std::string(method) != "embree") // which is the truth
+            arguments = arguments + Arguments{"--truth"};
         if (std::string(method).starts_with("dag") || std::string(method) == "hybrid")
             arguments = arguments + Arguments{"--resolution", "64"};
         const ProgramResult result = runShadowdag(directory, arguments);

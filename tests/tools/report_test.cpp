@@ -137,7 +137,7 @@ TEST(Report, FindingsNameThePureMethodsAndTheFastestHybrid) {
     EXPECT_THAT(findings, Not(HasSubstr("slow")));
     EXPECT_THAT(findings, Not(HasSubstr("pool")));
     EXPECT_THAT(findings, HasSubstr("36 wrong pairs are unexplained; of the unexplained, 16 are "
-                                    "found by a shift aimed at the blocker"));
+                                    "settled: a shift aimed at the blocker finds them"));
 }
 
 TEST(Report, AFullPoolIsSaidInFindingsTableAndPictures) {

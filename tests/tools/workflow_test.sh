@@ -76,7 +76,8 @@ def load(path):
     for key in ("thread_count", "parts"):
         results["provenance"].pop(key, None)
     for entry in results["runs"] + results["map_costs"]:
-        for key in ("time_ms", "time_ms_min", "time_ms_max", "stages_ms", "rays_ms", "map_ms"):
+        for key in ("time_ms", "time_ms_min", "time_ms_max", "stages_ms", "rays_ms", "map_ms",
+                    "rays_scale", "maps_scale"):
             entry.pop(key, None)
     return results
 a, b = (load(path) for path in sys.argv[1:])
