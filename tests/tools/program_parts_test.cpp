@@ -33,7 +33,6 @@ Arguments tinyCompare(const std::string& output) {
             "1",
             "--warmups",
             "0",
-            "--no-oracle",
             "--frames",
             "0:1",
             "--no-charts",
