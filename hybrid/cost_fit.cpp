@@ -82,6 +82,12 @@ void dropNothing(std::vector<CostSummand>& sum) {
         std::erase_if(sum, [](const CostSummand& s) { return !(s.ms > 0); });
 }
 
+/// Returns the first form, a constant for either method.
+CostCalibration constantForm() {
+    const CostSummand constant{findCostTerm("maps"), 0};
+    return {{constant}, {constant}};
+}
+
 /// Calls visit(held, fitted) for every group that is held out together.
 template <class Visit>
 void forGroups(const ObservedFrames& frames, HeldOut heldOut, const Visit& visit) {
@@ -112,14 +118,15 @@ std::vector<std::vector<CostSummand>> choicesOf(bool CostTerm::*isOf) {
     std::vector<std::vector<CostSummand>> choices{{}};
     for (size_t first = 0, size = 1; size <= kMaxTerms; ++size) {
         const size_t end = choices.size();
-        for (; first < end; ++first)
+        for (; first < end; ++first) {
+            const std::vector<CostSummand> shorter = choices[first]; // choices grow
             for (const CostTerm& term : costTerms()) {
-                const std::vector<CostSummand> shorter = choices[first];
                 if (!(term.*isOf) || (!shorter.empty() && &term <= shorter.back().term))
                     continue;
                 choices.push_back(shorter);
                 choices.back().push_back({&term, 0});
             }
+        }
     }
     choices.erase(choices.begin());
     return choices;
@@ -176,20 +183,22 @@ public:
         };
         const std::vector<HeldOutSum> rays = sumsOf(&CostTerm::isOfRays, &MapCost::raysMs),
                                       map = sumsOf(&CostTerm::isOfMap, &MapCost::mapMs);
-        const CostSummand constant{findCostTerm("maps"), 0};
-        std::vector<FitTrial> trials{trial({{constant}, {constant}})};
+        std::vector<FitTrial> trials{trial(constantForm())};
         trials.back().isKept = true;
         std::vector<double> kept = regretOf(trials.back().form, judgedBy_);
         for (size_t size = 2; size <= 2 * kMaxTerms; ++size) {
             const HeldOutSum *bestRays = nullptr, *bestMap = nullptr;
             std::vector<double> best;
+            double least = std::numeric_limits<double>::infinity();
             for (const HeldOutSum& r : rays)
                 for (const HeldOutSum& m : map) {
                     if (r.form.size() + m.form.size() != size)
                         continue;
                     std::vector<double> regrets = regretOf(r, m);
-                    if (!best.empty() && !(mean(regrets).mean < mean(best).mean))
+                    const double lost = mean(regrets).mean;
+                    if (!(lost < least))
                         continue; // the first of equals: earlier terms are simpler
+                    least = lost;
                     best = std::move(regrets);
                     bestRays = &r;
                     bestMap = &m;
@@ -367,7 +376,7 @@ CostFit fitCosts(const std::vector<ObservedFrame>& frames) {
         fit.trials = FormSearch(observed, *fit.judgedBy).search();
     } else {
         FitTrial only;
-        only.form = {{{findCostTerm("maps"), 0}}, {{findCostTerm("maps"), 0}}};
+        only.form = constantForm();
         only.isKept = true;
         fit.trials = {only};
     }
