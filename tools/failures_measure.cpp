@@ -3,10 +3,9 @@
 #include "tools/failures.h"
 
 #include "cuda/error.h"
-#include "cuda/parallel_for.h"
 #include "hybrid/flicker.h"
-#include "hybrid/shade.h"
 #include "scenes/fail_scenes.h"
+#include "tools/asked_again.h"
 #include "tools/error_image.h"
 #include "tools/frame_json.h"
 #include "tools/image_io.h"
@@ -66,37 +65,6 @@ private:
     std::map<uint32_t, Dag> dags_;
     std::map<std::pair<uint32_t, int>, std::unique_ptr<FrameRenderer>> renderers_;
 };
-
-/// A frame's answers, by the frame itself or asked again.
-struct Answers {
-    FrameResult frame;
-    GBufferView gbuffer;
-    VisibilityInputs method;
-    std::vector<glm::vec3> noNormals; ///< of gbuffer, where the receiver's plane is left out
-    uint64_t missingTapCount = 0;
-};
-
-/// Asks all pairs of a frame of what answers.method now is.
-void askAgain(const World& world, Answers& answers) {
-    const PairList& pairs = answers.frame.pairs;
-    const size_t sampleCount = pairs.sampleStart.size() - 1;
-    std::vector<uint32_t> missing(sampleCount);
-    parallelFor<CpuTag>(
-        sampleCount,
-        [&](size_t sample) {
-            VisibilityCounts counts;
-            for (uint64_t p = pairs.sampleStart[sample]; p < pairs.sampleStart[sample + 1]; ++p)
-                answers.frame.visibility[p] = answerPair(
-                    answers.method, answers.frame.pairMap[p], pairs.light[p],
-                    world.lights()[pairs.light[p]], answers.gbuffer.positionWorld[sample],
-                    answers.gbuffer.normalWorld[sample], answers.gbuffer.triangle[sample], counts);
-            missing[sample] = counts.missingTapCount;
-        },
-        64);
-    answers.missingTapCount = 0;
-    for (const uint32_t count : missing)
-        answers.missingTapCount += count;
-}
 
 /// One cell: its frames in order.
 class Cell {
@@ -194,12 +162,7 @@ private:
                         setup_.frame.bias};
         }
         a.missingTapCount = a.frame.counts.missingTapCount;
-        if (!setup_.hasMovers)
-            a.method.rays.movers = {};
-        if (!setup_.hasPlane) {
-            a.noNormals.assign(a.gbuffer.count(), glm::vec3(0.0f));
-            a.gbuffer.normalWorld = viewOf(a.noNormals);
-        }
+        leaveOut(setup_, a);
         if (asksOldMaps || !setup_.hasMovers || !setup_.hasPlane)
             askAgain(stage_.world(), a);
         hasMaps_ = true;

@@ -8,6 +8,7 @@
 #include "tools/parse.h"
 
 #include <algorithm>
+#include <initializer_list>
 #include <sstream>
 
 namespace shadowdag {
@@ -27,14 +28,18 @@ uint32_t whole(const std::string& key, const std::string& value, uint32_t min, u
     return uint32_t(parseInteger(key, value, min, max));
 }
 
-ResolutionRule ruleOf(const std::string& key, const std::string& value) {
-    if (value == "sphere")
-        return ResolutionRule::kSphere;
-    if (value == "plane")
-        return ResolutionRule::kPlane;
-    if (value == "samples")
-        return ResolutionRule::kSamples;
-    throw Error(ErrorKind::kUsage, key + " '" + value + "': must be sphere, plane or samples");
+/// Returns which of the names a value is. Throws Error kUsage with all of them.
+size_t oneOf(const std::string& key, const std::string& value,
+             std::initializer_list<const char*> names) {
+    std::string all;
+    size_t index = 0;
+    for (const char* name : names) {
+        if (value == name)
+            return index;
+        all += (all.empty() ? "" : ", ") + std::string(name);
+        ++index;
+    }
+    throw Error(ErrorKind::kUsage, key + " '" + value + "': must be one of " + all);
 }
 
 struct Key {
@@ -58,14 +63,49 @@ const std::vector<Key>& keys() {
          }},
         {{"lod", "--lod: level of detail of rays", {kDag, kHybrid}},
          [](CellSetup& s, Text k, Text v) { parseLod(k, v).apply(s.frame.rays); }},
+        {{"ray_batch", "RayOptions::batch: how many rays are asked together", {kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.rays.batch = RayBatch(oneOf(k, v, {"single", "stream", "shaft"}));
+         }},
         {{"movers", "off: rays are not held against what moves (no option)", {kDag, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.hasMovers = isOn(k, v); }},
+        {{"cluster_bounds", "parts EB, TB of --variants: boxes of clusters", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.clusterBounds = ClusterBounds(oneOf(k, v, {"implicit", "explicit", "tight"}));
+         }},
+        {{"normal_clusters", "part Nk of --variants: directions an edge", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.frame.normalClusters = whole(k, v, 0, 16); }},
+        {{"light_order",
+          "part RL of --variants: light lists by index or along a curve",
+          {kMaps, kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.reorderLights = oneOf(k, v, {"index", "curve"}) == 1;
+         }},
+        {{"page_pruning", "parts FP, LP of --variants: who needs no page", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.pruning = PairPruning(oneOf(k, v, {"none", "facing", "lit"}));
+         }},
+        {{"culling", "MapCulling: what is drawn into which face", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             constexpr MapCulling kKinds[] = {MapCulling::kSphere, MapCulling::kFaceMask,
+                                              MapCulling::kProjectionMap, MapCulling::kMaximumDepth,
+                                              MapCulling::kCellDepth};
+             s.frame.maps.culling = kKinds[oneOf(k, v, {"sphere", "cfm", "pmc", "pmcd", "pmcc"})];
+         }},
+        {{"rasterizer",
+          "ShadowMapOptions::useAtomicRasterizer: the one text, or the CPU's own kernel",
+          {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.maps.useAtomicRasterizer = oneOf(k, v, {"cpu", "atomic"}) == 1;
+         }},
         {{"undersample", "--undersample: divides the resolution asked for", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.undersample = float(parseNumber(k, v, 1.0 / 64, 1024));
          }},
         {{"resolution_rule", "parts RP, RS of --variants: who asks for texels", {kMaps, kHybrid}},
-         [](CellSetup& s, Text k, Text v) { s.frame.resolutionRule = ruleOf(k, v); }},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.resolutionRule = ResolutionRule(oneOf(k, v, {"sphere", "plane", "samples"}));
+         }},
         {{"min_face_texels", "FrameOptions::minFaceTexels: the least map", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.minFaceTexels = whole(k, v, 1, 2048); }},
         {{"maps_per_light", "--maps-per-light", {kMaps, kHybrid}},
@@ -96,6 +136,10 @@ const std::vector<Key>& keys() {
           "part SO of --variants: keeps maps of earlier frames",
           {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.maps.useStaticOptimization = isOn(k, v); }},
+        {{"retained_pages",
+          "part SOR of --variants: kept maps keep pages that nobody needs",
+          {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.frame.maps.retainsPages = isOn(k, v); }},
         {{"receiver_plane",
           "off: taps are compared with the receiver's distance (no option)",
           {kMaps}},
