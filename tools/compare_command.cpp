@@ -14,6 +14,7 @@
 #include "tools/report_directory.h"
 #include "tools/run_table.h"
 #include "tools/sequence.h"
+#include "tools/stability.h"
 #include "tools/unheeded.h"
 #include "tools/variants.h"
 
@@ -355,6 +356,30 @@ void runMatrix(const CompareOptions& options, const CommandLine& commandLine) {
     runFailures({options.output, options.only, options.global.apply(console, true)}, console);
 }
 
+/// As isFailures.
+bool isStability(const CompareOptions& options) {
+    return std::find(options.scenes.begin(), options.scenes.end(), "stability") !=
+           options.scenes.end();
+}
+
+void runStabilityGroups(const CompareOptions& options, const CommandLine& commandLine) {
+    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--voxels",
+                               "--costs", "--cache", "--allow-stale"});
+    for (const std::string& option : fixed)
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage, option + " and compare stability contradict each other: "
+                                                    "its groups say what is run; drop one");
+    if (options.scenes.size() > 1)
+        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes.back() +
+                                           "': stability stands alone; drop the other scenes, or "
+                                           "write ./stability for a file of that name");
+    const Console console(options.global.json);
+    runStability({options.output, options.only, options.noCharts,
+                  options.global.apply(console, true)},
+                 console);
+}
+
 } // namespace
 
 std::function<void()> declareCompare(CommandLine& commandLine) {
@@ -362,7 +387,8 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     commandLine.texts("SCENE", options->scenes, "",
                       "Scenes to compare on; none when the experiment names them; or failures: every "
                       "known failure by every method, its remedy off and on, against stated bounds "
-                      "(exit status 5 when one does not hold)");
+                      "(exit status 5 when one does not hold); or stability: errors in time, under "
+                      "perturbation, numerically and over resolution, against derived bands (5 too)");
     commandLine.text(
         "-o,--output", options->output, "DIR",
         "The report: index.html, results.json, results.csv, lights.csv, costs.json, charts, images",
@@ -370,7 +396,8 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     commandLine.text(
         "--experiment", options->experiment, "F.json",
         "A file that fixes scenes, view, lights, sweeps and repeats; see scenes/experiments");
-    commandLine.text("--only", options->only, "NAME,...", "Of failures: only these");
+    commandLine.text("--only", options->only, "NAME,...",
+                     "Of failures: only these; of stability: only these groups or parts");
     commandLine.flag("--resume", options->resume,
                      "Go on with what an interrupted compare in DIR has finished");
     commandLine.text("--part", options->part, "K/N",
@@ -426,8 +453,10 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     return [options, &commandLine] {
         if (isFailures(*options))
             return runMatrix(*options, commandLine);
+        if (isStability(*options))
+            return runStabilityGroups(*options, commandLine);
         if (commandLine.given("--only"))
-            throw Error(ErrorKind::kUsage, "--only is for compare failures; name that or drop it");
+            throw Error(ErrorKind::kUsage, "--only is for compare failures and compare stability; name one or drop it");
         options->join ? runJoin(*options, commandLine) : runCompare(*options, commandLine);
     };
 }

@@ -17,10 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What a compare leaves in its directory, in the order in which it is put there.
-constexpr const char* kReportParts[] = {"images",       "charts",          "results.json",
-                                        "results.csv",  "lights.csv",      "costs.json",
-                                        "index.html",   "experiment.json", "part.json",
-                                        "sequence.csv", "failures.json",   "failures.csv"};
+constexpr const char* kReportParts[] = {
+    "images",        "charts",       "results.json",    "results.csv",  "lights.csv",
+    "costs.json",    "index.html",   "experiment.json", "part.json",    "sequence.csv",
+    "failures.json", "failures.csv", "stability.json",  "stability.csv"};
 
 /// Returns whether a file is JSON with these keys, as our own files are.
 bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
@@ -36,6 +36,7 @@ void refuseForeignFiles(const std::string& directory) {
     if (holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
         holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
         holdsKeys(directory + "/failures.json", {"provenance", "cells", "remedies"}) ||
+        holdsKeys(directory + "/stability.json", {"provenance", "checks", "rates"}) ||
         holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
         return;
     const auto refuse = [&](const std::string& name) {
