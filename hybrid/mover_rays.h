@@ -28,12 +28,17 @@ struct MoverView {
     }
 };
 
+/// Returns the ray as the boxes of batches are held against it.
+SDAG_HD inline BoxSegment moverSegment(const MoverView& movers, const TruthRay& ray) {
+    const glm::dvec3 from = glm::dvec3(ray.startLocal) + movers.geometry.origin;
+    return BoxSegment(from, from + glm::dvec3(ray.direction));
+}
+
 /// Returns whether a moving triangle blocks the ray.
 SDAG_HD inline bool isBlockedByMovers(const MoverView& movers, const TruthRay& ray) {
     if (!(ray.tFar > 0.0f))
         return false;
-    const glm::dvec3 from = glm::dvec3(ray.startLocal) + movers.geometry.origin;
-    const BoxSegment segment(from, from + glm::dvec3(ray.direction));
+    const BoxSegment segment = moverSegment(movers, ray);
     bool isBlocked = false;
     traverse(
         movers.bvh, [&](const Box& box) { return !isBlocked && segment.touches(box); },

@@ -6,6 +6,7 @@
 
 #include "cuda/parallel_for.h"
 #include "hybrid/cluster_receivers.h"
+#include "hybrid/mover_receivers.h"
 
 #include <mutex>
 #include <vector>
@@ -32,6 +33,7 @@ public:
         const ClusterLightsView& lists = work_.lists;
         VisibilityCounts counts;
         isPrepared_ = false;
+        movers_.reset();
         samples_ = {work_.clusters.samples.data + work_.clusters.sampleStart[cluster],
                     work_.clusters.sampleCount(cluster)};
         for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
@@ -63,21 +65,14 @@ private:
         receivers_.answer(rays.dag, light.positionWorld, viewOf(isAsked_), viewOf(blocked_),
                           shaftCounts_,
                           hasShafts_ ? ShaftReceivers::kProofsAndRays : ShaftReceivers::kRays);
-        const bool hasMovers = rays.movers.mayShadow(lightIndex);
-        for (size_t i = 0; i < samples_.count; ++i) {
-            if (!isAsked_[i])
-                continue;
-            const uint32_t sample = samples_[i];
-            bool isDark = blocked_[i] != 0;
-            if (!isDark && hasMovers) {
-                ++counts.moverTestCount;
-                isDark = isDarkByMovers(
-                    rays.movers, {gbuffer.positionWorld[sample], gbuffer.normalWorld[sample],
-                                  light.positionWorld, gbuffer.triangle[sample], lightIndex});
-            }
-            work_.color[sample] +=
-                work_.shadeAnswered(sample, kByRays, light, isDark ? uint8_t(0) : kLit);
-        }
+        if (rays.movers.mayShadow(lightIndex))
+            counts.moverTestCount +=
+                movers_.answer(rays.movers, gbuffer, samples_, light.positionWorld,
+                               viewOf(isAsked_), viewOf(blocked_));
+        for (size_t i = 0; i < samples_.count; ++i)
+            if (isAsked_[i])
+                work_.color[samples_[i]] += work_.shadeAnswered(samples_[i], kByRays, light,
+                                                                blocked_[i] ? uint8_t(0) : kLit);
     }
 
     /// Makes the cluster's samples ready, once a cluster.
@@ -92,6 +87,7 @@ private:
     const bool hasShafts_;
     ShaftReceivers receivers_;
     ShaftCounts shaftCounts_;
+    MoverReceivers movers_;
     bool isPrepared_ = false;
     View<const uint32_t> samples_; ///< of the cluster
     std::vector<uint8_t> isAsked_, blocked_;

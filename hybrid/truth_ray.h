@@ -46,19 +46,29 @@ struct TruthGeometry {
     SDAG_HD const AlphaMaskView& masks() const { return triangles.masks; }
 };
 
-/// The receiver as the ray set-up needs it; the same for all lights of a sample.
-struct TruthReceiver {
+/// The plane of a receiver: all that a ray from a known start needs.
+struct ReceiverPlane {
     uint32_t triangle;
-    glm::dvec3 sample; ///< local
     double clearance;  ///< c of the head of truth.h
     glm::dvec3 normal; ///< unit, towards the light's side
-    double offset;     ///< normal . x over the plane
+    double offset;     ///< normal . x over the plane, local
+
+    SDAG_HD double height(const glm::dvec3& p) const { return glm::dot(normal, p) - offset; }
+    /// Returns by how much a light is raised along the normal, to c above the plane; >= 0.
+    SDAG_HD double lift(const glm::dvec3& lightLocal) const {
+        const double missing = clearance - height(lightLocal);
+        return missing < 0.0 ? 0.0 : missing;
+    }
+};
+
+/// The receiver as the ray set-up needs it; the same for all lights of a sample.
+struct TruthReceiver : ReceiverPlane {
+    glm::dvec3 sample; ///< local
     bool hasTriangle;  ///< the rest is set
     glm::dvec3 corner[3];
     glm::dvec3 inward[3]; ///< per edge: unit, in the plane, towards the triangle
     double inwardOffset[3];
 
-    SDAG_HD double height(const glm::dvec3& p) const { return glm::dot(normal, p) - offset; }
     SDAG_HD double inside(int edge, const glm::dvec3& p) const {
         return glm::dot(inward[edge], p) - inwardOffset[edge];
     }
@@ -170,10 +180,10 @@ SDAG_HD inline glm::vec3 truthStart(const TruthReceiver& r) {
 }
 
 /// Returns the ray from `start` to a light, raised to c above the receiver's plane.
-SDAG_HD inline TruthRay truthRay(const TruthReceiver& r, const glm::vec3& start,
+SDAG_HD inline TruthRay truthRay(const ReceiverPlane& r, const glm::vec3& start,
                                  glm::dvec3 lightLocal) {
     // A light lower than c over the plane (a grazing pair, or one whose n.l > 0 is rounding).
-    lightLocal += r.normal * detail::larger(r.clearance - r.height(lightLocal), 0.0);
+    lightLocal += r.normal * r.lift(lightLocal);
     TruthRay ray;
     ray.startLocal = start;
     ray.direction = glm::vec3(lightLocal - glm::dvec3(start));
@@ -203,8 +213,8 @@ SDAG_HD double planeCrossing(const Geometry& geometry, const TruthRay& ray, uint
     return glm::dot(normal, v0 - glm::dvec3(ray.startLocal)) / (along == 0.0 ? NAN : along);
 }
 
-/// Returns whether a triangle is opaque where the ray's line passes through it; a crossing beyond an
-/// edge counts as on it.
+/// Returns whether a triangle is opaque where the ray's line passes through it; a crossing beyond
+/// an edge counts as on it.
 template <class Geometry>
 SDAG_HD bool isOpaqueToRay(const Geometry& geometry, const TruthRay& ray, uint32_t triangle) {
     if (!geometry.masks().isCut(triangle))

@@ -29,11 +29,15 @@ public:
 
     /// Returns whether the closed segment touches the closed box; may say so of a box that it
     /// passes within the slack. Never for an empty box.
-    SDAG_HD bool touches(const Box& box) const {
+    SDAG_HD bool touches(const Box& box) const { return touches(box, glm::dvec3(0.0)); }
+
+    /// Returns the same of the box grown by so much to both sides of each axis.
+    /// @param grown >= 0, world units
+    SDAG_HD bool touches(const Box& box, const glm::dvec3& grown) const {
         double enter = 0.0, leave = 1.0;
         for (int a = 0; a < 3; ++a) {
-            const double t0 = (double(box.min[a]) - slack_ - from_[a]) * inverse_[a];
-            const double t1 = (double(box.max[a]) + slack_ - from_[a]) * inverse_[a];
+            const double t0 = (double(box.min[a]) - (slack_ + grown[a]) - from_[a]) * inverse_[a];
+            const double t1 = (double(box.max[a]) + (slack_ + grown[a]) - from_[a]) * inverse_[a];
             const double nearer = t0 < t1 ? t0 : t1, farther = t0 < t1 ? t1 : t0;
             enter = nearer > enter ? nearer : enter;
             leave = farther < leave ? farther : leave;
@@ -44,6 +48,36 @@ public:
 private:
     glm::dvec3 from_, inverse_;
     double slack_;
+};
+
+/// Segments from anywhere in one box to anywhere in another against boxes, in double: whatever one
+/// of them touches, the bundle touches. A segment's point at a time is never farther from the point
+/// of the segment between the boxes' middles at that time, per axis, than the larger of the boxes'
+/// half extents; so that one segment is held against grown boxes. 2^-40 of the largest coordinate
+/// on top is more than rounding and than what BoxSegment grows boxes by.
+class BoxSegmentBundle {
+public:
+    /// @param fromMin, fromMax, toMin, toMax finite corners, min <= max
+    SDAG_HD BoxSegmentBundle(const glm::dvec3& fromMin, const glm::dvec3& fromMax,
+                             const glm::dvec3& toMin, const glm::dvec3& toMax)
+        : middle_(0.5 * (fromMin + fromMax), 0.5 * (toMin + toMax)) {
+        double largest = 0;
+        for (int a = 0; a < 3; ++a) {
+            const double from = 0.5 * (fromMax[a] - fromMin[a]), to = 0.5 * (toMax[a] - toMin[a]);
+            grown_[a] = from < to ? to : from;
+            const double corners[] = {fromMin[a], fromMax[a], toMin[a], toMax[a]};
+            for (const double x : corners)
+                largest = fabs(x) > largest ? fabs(x) : largest;
+        }
+        grown_ += glm::dvec3(largest * 9.094947017729282e-13);
+    }
+
+    /// Returns whether a segment of the bundle may touch the closed box. Never for an empty box.
+    SDAG_HD bool touches(const Box& box) const { return middle_.touches(box, grown_); }
+
+private:
+    BoxSegment middle_;
+    glm::dvec3 grown_;
 };
 
 } // namespace shadowdag

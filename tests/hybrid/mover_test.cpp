@@ -130,6 +130,14 @@ TEST(Movers, OfTheNecropolisLoseNoShadowAtAnyTime) {
         truth.update(world);
         const FrameResult frame =
             renderer.render(world.cameras().at(0), *makeCostModel("texels:inf"), options);
+        // Asked by clusters or one by one: the same bits.
+        FrameOptions oneByOne = options;
+        oneByOne.rays.batch = RayBatch::kSingle;
+        const FrameResult single =
+            renderer.render(world.cameras().at(0), *makeCostModel("texels:inf"), oneByOne);
+        EXPECT_EQ(frame.visibility, single.visibility);
+        EXPECT_EQ(frame.counts.moverTestCount, single.counts.moverTestCount);
+
         const GBufferView gbuffer = renderer.gbuffer();
         const std::vector<uint8_t> right = truth.visibility(gbuffer, world.lights(), frame.pairs);
         const RayInputs voxelsAlone{dag.view(), options.rays};

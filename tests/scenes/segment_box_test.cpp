@@ -56,5 +56,41 @@ TEST(BoxSegment, NeverMissesABoxAroundOneOfItsPoints) {
     }
 }
 
+// Ends drawn from two boxes, a third box anywhere between; also flat ones, and far from the origin,
+// where a box's floats are as coarse as the bundle is thin.
+TEST(BoxSegmentBundle, TouchesWhatAnyOfItsSegmentsTouches) {
+    uint64_t state = 20261122;
+    RecordProperty("seed", "20261122");
+    const auto random = [&] { return double(splitMix64(state += kSplitMixGamma) >> 11) * 0x1p-53; };
+    const auto point = [&] { return glm::dvec3(random(), random(), random()); };
+    int touched = 0, missed = 0;
+    for (int i = 0; i < 200000; ++i) {
+        const glm::dvec3 far(i % 2 ? 1e6 : 0.0, 0.0, i % 4 == 3 ? -1e5 : 0.0);
+        const glm::dvec3 fromMin = far + 4.0 * point(), toMin = far + 4.0 * point();
+        const double size = i % 3 == 0 ? 0.0 : 0.3;
+        const glm::dvec3 fromMax = fromMin + size * point(), toMax = toMin + size * point();
+        const glm::dvec3 low = far + 4.0 * point();
+        const Box box = boxOf(glm::vec3(low), glm::vec3(low + 2.0 * point()));
+        const BoxSegment segment(fromMin + (fromMax - fromMin) * point(),
+                                 toMin + (toMax - toMin) * point());
+        const bool isTouched = BoxSegmentBundle(fromMin, fromMax, toMin, toMax).touches(box);
+        if (segment.touches(box)) {
+            ASSERT_TRUE(isTouched) << i;
+            ++touched;
+        }
+        missed += !isTouched;
+    }
+    EXPECT_GT(touched, 5000);
+    EXPECT_GT(missed, 50000); // or it would be of no use
+}
+
+TEST(BoxSegmentBundle, IsAsWideAsTheWiderOfItsEnds) {
+    const BoxSegmentBundle bundle({0, -1, -1}, {0, 1, 1}, {10, 0, 0}, {10, 0, 0});
+    EXPECT_TRUE(bundle.touches(boxOf({5, 0.9f, 0}, {6, 2, 1})));
+    EXPECT_FALSE(bundle.touches(boxOf({5, 1.1f, 0}, {6, 2, 1})));
+    EXPECT_FALSE(bundle.touches(boxOf({10.1f, 0, 0}, {11, 1, 1})));
+    EXPECT_FALSE(bundle.touches(Box{}));
+}
+
 } // namespace
 } // namespace shadowdag
