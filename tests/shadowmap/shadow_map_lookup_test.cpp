@@ -105,6 +105,27 @@ TEST(ShadowMapLookup, SquareOverAPlaneThrowsItsUmbraWithinTheFiltersReach) {
     }
 }
 
+// A plate of a metre a sixteenth over a floor, a light a metre over both: 1e5 m from the origin,
+// where floats are 8 mm apart, its shadow is as dark and the floor beside it as lit as at the
+// origin.
+TEST(ShadowMapLookup, FarFromTheOriginAPlateNearItsFloorStillShadowsIt) {
+    for (const glm::vec3 o :
+         {glm::vec3(0), {1e3f, 0, -1e3f}, {1e5f, 0, -1e5f}, {1e5f, 1e5f, 1e5f}}) {
+        SmallScene scene;
+        scene.addQuad(o, {6, 0, 0}, {0, 0, 6});
+        scene.addQuad(o + glm::vec3(0, 0.0625f, 0), {0.5f, 0, 0}, {0, 0, 0.5f});
+        const DrawnMap drawn(scene, o + glm::vec3(-2, 1, 0), 20.0f, 1024);
+        for (float x = -0.25f; x <= 0.25f; x += 0.0625f)
+            for (float z = -0.25f; z <= 0.25f; z += 0.0625f) {
+                const auto seen = [&](const glm::vec3& p) {
+                    return lookupVisibility(drawn.maps.view(), 0, p, {0, 1, 0}, {});
+                };
+                EXPECT_EQ(seen(o + glm::vec3(x, 0, z)), 0) << o.x << " " << x << " " << z;
+                EXPECT_EQ(seen(o + glm::vec3(x + 1.5f, 0, z)), 255) << o.x << " " << x << " " << z;
+            }
+    }
+}
+
 TEST(ShadowMapLookup, TraceNamesAPointOfTheBlockerAndItsTexel) {
     SmallScene scene;
     scene.addQuad({0, 0, 0}, {6, 0, 0}, {0, 0, 6});
