@@ -8,6 +8,7 @@ Lines of different commits are refused unless --mixed-commits is given. Colours 
 series apart without them. Width is a paper's column, 3.3 inches; text in SVG is outlines, so no font is needed.
 """
 import argparse
+import contextlib
 import json
 import math
 import os
@@ -38,6 +39,22 @@ plt.rcParams.update({
 })
 
 
+@contextlib.contextmanager
+def written(path):
+    """Gives the name of a file beside `path` to write; puts it in the place of `path`, or removes it after any error.
+    What the system refuses is raised as OSError that names `path`."""
+    part = path + ".part"
+    try:
+        yield part
+        os.replace(part, path)
+    except BaseException as error:
+        with contextlib.suppress(OSError):
+            os.remove(part)
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror or str(error), path) from error
+        raise
+
+
 class Charts:
     """Collects the figures: each is saved as SVG and PNG and listed with its caption."""
 
@@ -48,18 +65,15 @@ class Charts:
 
     def save(self, figure, name, title, caption):
         for kind in ("svg", "png"):
-            path = os.path.join(self.directory, f"{name}.{kind}")
-            metadata = {"Date": None} if kind == "svg" else {}
-            figure.savefig(path + ".part", format=kind, metadata=metadata)
-            os.replace(path + ".part", path)
+            with written(os.path.join(self.directory, f"{name}.{kind}")) as part:
+                figure.savefig(part, format=kind, metadata={"Date": None} if kind == "svg" else {})
         plt.close(figure)
         self.entries.append({"file": name, "title": title, "caption": caption})
 
-    def finish(self):
-        path = os.path.join(self.directory, "charts.json")
-        with open(path + ".part", "w") as file:
-            json.dump({"charts": self.entries}, file, indent=2)
-        os.replace(path + ".part", path)
+    def finish(self, more=None):
+        """more: further keys of charts.json"""
+        with written(os.path.join(self.directory, "charts.json")) as part, open(part, "w") as file:
+            json.dump({"charts": self.entries} | (more or {}), file, indent=2)
 
 
 def fail(message):

@@ -20,8 +20,9 @@ namespace {
 
 // Debian's own: another python on the path may lack matplotlib.
 constexpr const char* kPython = "/usr/bin/python3";
-// What figures.py exits with when the results do not hold what was asked for.
-constexpr int kRefused = 3;
+// What figures.py exits with when the results do not hold what was asked for, and when it cannot
+// write; it has said why in one line.
+constexpr int kRefused = 3, kUnwritten = 4;
 
 } // namespace
 
@@ -96,11 +97,24 @@ void drawCharts(const std::string& script, const std::string& resultsPath,
     if (status != 0) {
         if (said.size() > 1500)
             said = "..." + said.substr(said.size() - 1500);
-        if (status == kRefused)
-            throw Error(ErrorKind::kInput, said.substr(0, said.find_last_not_of('\n') + 1));
+        if (status == kRefused || status == kUnwritten) {
+            said.erase(said.find_last_not_of('\n') + 1);
+            const size_t line = said.find_last_of('\n'); // warnings stand before
+            throw Error(status == kRefused ? ErrorKind::kInput : ErrorKind::kResource,
+                        line == std::string::npos ? said : said.substr(line + 1));
+        }
         throw Error(ErrorKind::kResource, script + ": failed on " + resultsPath + " with status " +
                                               std::to_string(status) + ": " + said);
     }
+}
+
+std::vector<std::string> leftOutLines(const Json& charts) {
+    std::vector<std::string> lines;
+    for (const Json& figure : charts.value("left_out", Json::array()))
+        lines.push_back("figure " + std::to_string(figure["figure"].get<int>()) + " of " +
+                        figure["scene"].get<std::string>() + " is left out: it needs " +
+                        figure["needs"].get<std::string>());
+    return lines;
 }
 
 } // namespace shadowdag

@@ -3,6 +3,8 @@
 // matplotlib.
 #pragma once
 
+#include "tools/json.h"
+
 #include <string>
 #include <vector>
 
@@ -16,11 +18,14 @@ std::string findCharts(const std::string& name = "charts.py",
                        const std::string& remedy = "pass --no-charts");
 
 /// Draws the charts of a results file into a directory, with charts.json, the list of them with
-/// captions. Throws Error kResource with the script's last words when it fails, kInput when it
-/// refused the results.
+/// captions and of what was left out for want of data. Throws Error kResource with the script's
+/// last words when it fails or cannot write, kInput when it refused the results.
 /// @param more further arguments of the script
 void drawCharts(const std::string& script, const std::string& resultsPath,
                 const std::string& directory, const std::vector<std::string>& more = {});
+
+/// Returns one line for each chart that charts.json names as left out, with what it needs.
+std::vector<std::string> leftOutLines(const Json& charts);
 
 /// Runs a program to its end, with nothing to read; returns its exit status, 128 + the signal that
 /// ended it, or 127 when it cannot be started.

@@ -147,6 +147,8 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
         drawCharts(script, partial + "/results.json", partial + "/charts");
         std::ifstream file(partial + "/charts/charts.json");
         charts = Json::parse(file);
+        for (const std::string& line : leftOutLines(charts))
+            console.note(line);
     }
     checkInterrupted();
     writeFile(partial + "/experiment.json", jsonText(found.results["experiment"]));

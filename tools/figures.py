@@ -7,14 +7,17 @@
 Source of the figures: Olsson, Billeter, Sintorn, Kaempe, Assarsson, More Efficient Virtual Shadow Maps for Many Lights,
 TVCG 2015, sec. VII. Each figure is written as .svg and .png, its data as .csv and .json, its caption, with a table of
 what the paper states beside what was measured, as .txt; charts.json lists them. Width is a paper's column, 3.4 inches;
-a variant looks the same in all of them. Over 500 lines: one function a figure, of drawing and what the paper states.
-Exit status 3: the results do not hold what was asked for.
+a variant looks the same in all of them. What the results lack data for is left out, named on standard error and in
+charts.json ("left_out"). Over 500 lines: one function a figure, of drawing and what the paper states.
+Exit status 3: the results are not such, or do not hold what was asked for; 4: a figure cannot be written.
 """
 import argparse
 import csv
 import io
 import json
 import os
+import re
+import signal
 import sys
 
 sys.dont_write_bytecode = True  # an installed program leaves no files beside itself
@@ -24,7 +27,8 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 COLUMN = 3.4  # inches
-REFUSED = 3
+REFUSED, UNWRITTEN = 3, 4
+MOST = 1e18  # no time and no count of a frame is larger
 MOST_IN_CAPTION = 4  # claims; the others stand in .txt and .json
 SPHERE = "sphere × 6 faces"
 # Okabe and Ito's and an olive; no two lines of a panel share a colour, and markers tell them apart without.
@@ -58,48 +62,99 @@ CULLING_STEPS = {
 SPARE = ["#66c2a5", "#a6761d", "#e78ac3"]
 
 
+plt.rcParams["text.parse_math"] = False  # a name with $ is a name
+
+
+class Missing(Exception):
+    """The results lack what a figure is drawn from; the text says what."""
+
+
+def end(status, message):
+    print("figures.py: " + " ".join(message.splitlines()), file=sys.stderr)
+    sys.exit(status)
+
+
 def refuse(message):
-    print(f"figures.py: {message}", file=sys.stderr)
-    sys.exit(REFUSED)
+    end(REFUSED, message)
+
+
+def is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value <= MOST
+
+
+def check_row(row, where):
+    """Refuses a row whose names or times cannot be drawn; counts are checked where they are read."""
+    if not isinstance(row, dict):
+        refuse(f"{where} is no object; measure again with compare --sequence")
+    names = {key: isinstance(row.get(key), str) and row[key] != "" for key in ("scene", "label", "method")}
+    stages = row.get("stages_ms")
+    right = names | {"label": names["label"] and row["label"][-1] != "-",
+                     "frame": is_number(row.get("frame")) and isinstance(row["frame"], int),
+                     "time_ms": is_number(row.get("time_ms")),
+                     "stages_ms": isinstance(stages, dict) and all(map(is_number, stages.values()))}
+    for key, is_right in right.items():
+        if not is_right:
+            refuse(f"{where}: \"{key}\" is {json.dumps(row.get(key))[:80]}, "
+                   "not as compare writes it; measure again with compare --sequence")
 
 
 def load(paths, mixed):
-    """Returns the rows of all sequences and the provenance of the first file."""
-    rows, provenance, experiment, commits = [], None, None, {}
+    """Returns the rows of all sequences by scene, and the provenance and experiment of the first file."""
+    scenes, provenance, experiment, commits = {}, None, None, {}
     for path in paths:
         try:
             with open(path) as file:
                 results = json.load(file)
             commits.setdefault(results["provenance"]["commit"], path)
-            rows += results.get("sequence_runs", [])
+            rows = results.get("sequence_runs", [])
             provenance = provenance or results["provenance"]
             experiment = experiment or results["experiment"]
-        except (OSError, ValueError, KeyError, TypeError) as error:
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             refuse(f"{path}: not a results file of compare: {error!r}")
+        if not isinstance(rows, list):
+            refuse(f"{path}: \"sequence_runs\" is no list; measure again with compare --sequence")
+        for i, row in enumerate(rows):
+            check_row(row, f"{path}: sequence_runs[{i}]")
+            of_scene = scenes.setdefault(row["scene"], {})
+            if (row["label"], row["frame"]) in of_scene:
+                refuse(f"{path}: sequence_runs[{i}]: frame {row['frame']} of {row['label']} in {row['scene']} stands there "
+                       "twice; give each measurement once")
+            of_scene[row["label"], row["frame"]] = row
     if len(commits) > 1 and not mixed:
         refuse("lines of different commits: " + ", ".join(f"{c} in {p}" for c, p in commits.items())
                + "; measure again with one program, or pass --mixed-commits")
-    if not rows:
+    if not scenes:
         refuse(f"{', '.join(paths)}: holds no frames in sequence; run compare --sequence --variants paper")
-    return rows, provenance, experiment
+    return scenes, provenance, experiment
 
 
 class Sequence:
     """The rows of one scene: by variant, over frames."""
 
     def __init__(self, scene, rows):
-        self.scene = scene
-        self.frames = sorted({row["frame"] for row in rows})
-        self.labels = list(dict.fromkeys(row["label"] for row in rows))
-        self.rows = {(row["label"], row["frame"]): row for row in rows}
+        """rows: {(label, frame): row}"""
+        self.scene, self.rows = scene, rows
+        self.frames = sorted({frame for _, frame in rows})
+        self.labels = list(dict.fromkeys(label for label, _ in rows))
+        for label in self.labels:
+            for frame in self.frames:
+                if (label, frame) not in rows:
+                    refuse(f"{scene}: {label} lacks frame {frame}, which other variants have; measure all in one compare")
 
     def has(self, *labels):
         return all(label in self.labels for label in labels)
 
     def values(self, label, key):
         """Returns a quantity over frames. key: of the row, or a function of the row."""
-        pick = key if callable(key) else (lambda row: row.get(key, 0))
-        return np.array([float(pick(self.rows[label, frame])) for frame in self.frames])
+        def pick(row):
+            value = key(row) if callable(key) else row.get(key)
+            if value is None:
+                raise Missing(f"\"{key}\" of {label}")
+            if not is_number(value):
+                refuse(f"{self.scene}: \"{key}\" of {label} at frame {row['frame']} is {json.dumps(value)[:80]}, not a count; "
+                       "measure again with compare --sequence")
+            return float(value)
+        return np.array([pick(self.rows[label, frame]) for frame in self.frames])
 
     def stage(self, label, name):
         """Returns the time of a stage over frames, or of all that a principal stage holds."""
@@ -130,16 +185,23 @@ class Figures:
     def __init__(self, directory, provenance, experiment):
         self.charts = house.Charts(directory)
         self.provenance, self.experiment = provenance, experiment
+        self.slugs = {}  # by scene
+
+    def slug(self, scene):
+        """Returns what a scene is called in file names: different scenes differently."""
+        if scene not in self.slugs:
+            name, taken = house.slug(scene), set(self.slugs.values())
+            others = (f"{name}_{i}" for i in range(2, len(taken) + 3))
+            self.slugs[scene] = name if name not in taken else next(o for o in others if o not in taken)
+        return self.slugs[scene]
 
     def write(self, name, text):
-        path = os.path.join(self.charts.directory, name)
-        with open(path + ".part", "w") as file:
+        with house.written(os.path.join(self.charts.directory, name)) as part, open(part, "w") as file:
             file.write(text)
-        os.replace(path + ".part", path)
 
     def save(self, number, sequence, figure, title, caption, columns, claims):
         """columns: {name: values over frames}; claims: [(what, the paper's, ours, holds or None)]."""
-        stem = f"figure_{number}_{house.slug(sequence.scene)}"
+        stem = f"figure_{number}_{self.slug(sequence.scene)}"
         table = [dict(zip(("claim", "paper", "measured", "holds"), claim)) for claim in claims]
         sentence = " ".join(f"{c['claim']}: the paper {c['paper']}, here {c['measured']}." for c in table[:MOST_IN_CAPTION])
         full = f"{title}, {sequence.scene}"
@@ -167,6 +229,17 @@ def style(label, i):
     return {"color": COLORS[look % len(COLORS)], "linestyle": LINES[look % len(LINES)],
             "marker": MARKERS[look % len(MARKERS)], "markersize": 3.2, "linewidth": 0.9, "markeredgewidth": 0,
             "markevery": None, "clip_on": False, "zorder": 3}
+
+
+def maps_of(part):
+    """Returns n of a part nSM of a variant's name, 0 of others."""
+    return int(part[:-2]) if re.fullmatch("[0-9]{1,3}SM", part) else 0
+
+
+def is_detail(label_parts):
+    """Returns whether a variant differs in maps a light, undersampling, taps or order alone: lines that figures of
+    culling leave out."""
+    return any(maps_of(p) or p[:1] in ("u", "T") and p[1:2].isdigit() or p == "RL" for p in label_parts)
 
 
 def engineering(value, _=None):
@@ -255,8 +328,7 @@ def base_of(sequence):
 
 def figure_10(figures, sequence):
     chosen = [l for l in sequence.labels
-              if l not in ("embree", "Sphere") and not any(p.endswith("SM") or p[:1] in "uT" and p[1:2].isdigit() or p == "RL"
-                                           for p in sequence.parts(l))]
+              if l not in ("embree", "Sphere") and not is_detail(sequence.parts(l))]
     if not chosen:
         return "variants to compare"
     columns = {l: sequence.values(l, "time_ms") for l in chosen}
@@ -463,8 +535,7 @@ def figure_14(figures, sequence):
 
 
 def figure_15(figures, sequence):
-    keep = lambda l: not any(p.endswith("SM") or p[:1] in "uT" and p[1:2].isdigit() or p == "RL" for p in sequence.parts(l))
-    chosen = [l for l in sequence.maps() if keep(l)]
+    chosen = [l for l in sequence.maps() if not is_detail(sequence.parts(l))]
     if not chosen:
         return "variants that draw maps"
     sphere = sequence.values(chosen[0], "triangle_sphere_count")
@@ -504,11 +575,11 @@ def figure_16(figures, sequence):
     last = lambda l: sequence.parts(l)[-1]
     chosen = [l for l in sequence.maps()
               if l == base or (l.startswith(base + "-") and len(sequence.parts(l)) == len(sequence.parts(base)) + 1
-                               and (last(l).endswith("SM") or last(l)[0] == "u" or last(l).startswith("Nk")))]
+                               and (maps_of(last(l)) or last(l)[0] == "u" or last(l).startswith("Nk")))]
     if len(chosen) < 2:
         return f"variants {base} and some of {base}-1SM, {base}-16SM, {base}-u2, {base}-u4"
-    maps_of = lambda l: int(last(l)[:-2]) if last(l).endswith("SM") else 4 if l == base else 100
-    chosen.sort(key=lambda l: (maps_of(l), l))
+    count = lambda l: maps_of(last(l)) or (4 if l == base else 100)
+    chosen.sort(key=lambda l: (count(l), l))
     texels = {(f"{base}-4SM" if l == base else l): sequence.values(l, "texel_count") for l in chosen}
     computations = {l: sequence.values(l, "lighting_computation_count")
                     for l in chosen if l == base or last(l).startswith("Nk")}
@@ -522,7 +593,7 @@ def figure_16(figures, sequence):
     logarithmic(axes, list(texels.values()) + list(computations.values()))
     legend_above(axes, len(texels) + len(computations))
     claims = []
-    peaks = {maps_of(l): np.max(sequence.values(l, "texel_count")) for l in chosen if maps_of(l) <= 16}
+    peaks = {count(l): np.max(sequence.values(l, "texel_count")) for l in chosen if count(l) <= 16}
     if len(peaks) > 1:
         best = min(peaks, key=peaks.get)
         claims.append(("maps a light with the lowest peak of texels", "4 (above, texels rise again)",
@@ -604,17 +675,32 @@ def main():
     parser.add_argument("--figure", type=int, action="append", choices=sorted(FIGURES), help="only this one")
     parser.add_argument("--mixed-commits", action="store_true", help="accept lines of different commits")
     arguments = parser.parse_args()
-    rows, provenance, experiment = load(arguments.results, arguments.mixed_commits)
+    scenes, provenance, experiment = load(arguments.results, arguments.mixed_commits)
     figures = Figures(arguments.output, provenance, experiment)
-    for scene in dict.fromkeys(row["scene"] for row in rows):
-        sequence = Sequence(scene, [row for row in rows if row["scene"] == scene])
+    left_out = []
+    for scene, rows in scenes.items():
+        sequence = Sequence(scene, rows)
         for number in sorted(set(arguments.figure or FIGURES)):
-            missing = FIGURES[number](figures, sequence)
+            try:
+                missing = FIGURES[number](figures, sequence)
+            except Missing as what:
+                plt.close("all")
+                missing = str(what)
             if missing and arguments.figure:
                 refuse(f"figure {number} of {scene} needs {missing}, which the results lack; measure them with "
                        "compare --sequence --variants")
-    figures.charts.finish()
+            if missing:
+                left_out.append({"figure": number, "scene": scene, "needs": missing})
+                print(f"figures.py: figure {number} of {scene} is left out: it needs {missing}", file=sys.stderr)
+    figures.charts.finish({"left_out": left_out})
 
 
 if __name__ == "__main__":
-    main()
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # so that nothing half written stays
+    try:
+        main()
+    except RecursionError:
+        refuse("the results are nested too deep; measure again with compare --sequence")
+    except OSError as error:
+        end(UNWRITTEN, f"{error.filename or 'figures'}: cannot be written: {error.strerror or error}; "
+            "free space there or name another directory")

@@ -27,11 +27,14 @@ struct FiguresOptions {
     std::string results, output, figures;
 };
 
-void runFigures(const FiguresOptions& options) {
+void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     options.global.apply(console, false);
+    if (options.results.empty())
+        throw Error(ErrorKind::kUsage, "RESULTS '': must not be empty; give the results.json of "
+                                       "compare --sequence, or its directory");
     std::vector<std::string> more;
-    if (!options.figures.empty())
+    if (commandLine.given("--figure"))
         for (const std::string& part : parseList("--figure", options.figures)) {
             more.push_back("--figure");
             more.push_back(
@@ -53,13 +56,21 @@ void runFigures(const FiguresOptions& options) {
     drawCharts(script, path, options.output, more);
     std::ifstream file(options.output + "/charts.json");
     const Json charts = Json::parse(file);
+    for (const std::string& line : leftOutLines(charts))
+        console.note(line);
+    if (charts["charts"].empty())
+        throw Error(ErrorKind::kInput, path +
+                                           ": holds nothing that a figure is drawn from; measure "
+                                           "with compare --sequence --variants paper");
     Json list = Json::array();
     for (const Json& chart : charts["charts"]) {
         console.people() << options.output << "/" << chart["file"].get<std::string>()
                          << ".{svg,png,csv,json}: " << chart["title"].get<std::string>() << "\n";
         list.push_back(chart);
     }
-    console.emit({{"directory", options.output}, {"figures", std::move(list)}});
+    console.emit({{"directory", options.output},
+                  {"figures", std::move(list)},
+                  {"left_out", charts["left_out"]}});
 }
 
 } // namespace
@@ -68,15 +79,17 @@ std::function<void()> declareFigures(CommandLine& commandLine) {
     auto options = std::make_shared<FiguresOptions>();
     commandLine.text("RESULTS", options->results, "",
                      "results.json of compare --sequence, or the directory that holds it", true);
-    commandLine.text("-o,--output", options->output, "DIR",
-                     "Where figures go: each as .svg, .png, .csv and .json; charts.json lists them",
-                     true);
+    commandLine.text(
+        "-o,--output", options->output, "DIR",
+        "Where figures go: each as .svg, .png, .csv and .json; charts.json lists them, "
+        "and those left out with what they need",
+        true);
     commandLine.text("--figure", options->figures, "N,...",
                      "Only these, by the paper's numbers: 10 frame times, 11 page commits, 12 "
                      "stages, 13 culling, 14 shading, 15 triangles, 16 texels and lighting "
                      "computations; 17, which the paper lacks, is flicker [all]");
     options->global.declare(commandLine);
-    return [options] { runFigures(*options); };
+    return [options, &commandLine] { runFigures(*options, commandLine); };
 }
 
 } // namespace shadowdag
