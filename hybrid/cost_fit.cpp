@@ -88,27 +88,32 @@ CostCalibration constantForm() {
     return {{constant}, {constant}};
 }
 
-/// Calls visit(held, fitted) for every group that is held out together.
+/// Returns the frames, by index, of every group that is held out together. One frame in several
+/// views is one frame: what it shows is the same.
+std::vector<std::vector<size_t>> groupsOf(const ObservedFrames& frames, HeldOut heldOut) {
+    std::vector<std::vector<size_t>> groups;
+    for (size_t k = 0; k < frames.size(); ++k) {
+        const auto group = std::find_if(groups.begin(), groups.end(), [&](const auto& held) {
+            const ObservedFrame& first = *frames[held.front()];
+            return first.scene == frames[k]->scene &&
+                   (heldOut == HeldOut::kScenes || first.frame == frames[k]->frame);
+        });
+        if (group == groups.end())
+            groups.push_back({k});
+        else
+            group->push_back(k);
+    }
+    return groups;
+}
+
+/// Calls visit(held, fitted) for every group: its frames by index, and the frames of all others.
 template <class Visit>
 void forGroups(const ObservedFrames& frames, HeldOut heldOut, const Visit& visit) {
-    std::vector<bool> isDone(frames.size(), false);
-    for (size_t i = 0; i < frames.size(); ++i) {
-        if (isDone[i])
-            continue;
-        std::vector<size_t> held;
+    for (const std::vector<size_t>& held : groupsOf(frames, heldOut)) {
         ObservedFrames fitted;
-        for (size_t k = 0; k < frames.size(); ++k) {
-            // One frame in several views is one frame: what it shows is the same.
-            const bool isHeld =
-                frames[k]->scene == frames[i]->scene &&
-                (heldOut == HeldOut::kScenes || frames[k]->frame == frames[i]->frame);
-            if (isHeld) {
-                held.push_back(k);
-                isDone[k] = true;
-            } else {
+        for (size_t k = 0; k < frames.size(); ++k)
+            if (!std::binary_search(held.begin(), held.end(), k))
                 fitted.push_back(frames[k]);
-            }
-        }
         visit(held, fitted);
     }
 }
@@ -134,16 +139,21 @@ std::vector<std::vector<CostSummand>> choicesOf(bool CostTerm::*isOf) {
 
 /// Returns the mean over what is held out together, each group by its own mean: views of one frame,
 /// or frames of one scene, are no independent samples.
-Regret meanOfGroups(const ObservedFrames& frames, HeldOut heldOut,
+Regret meanOfGroups(const std::vector<std::vector<size_t>>& groups,
                     const std::vector<double>& ofFrames) {
     std::vector<double> means;
-    forGroups(frames, heldOut, [&](const std::vector<size_t>& held, const ObservedFrames&) {
+    for (const std::vector<size_t>& held : groups) {
         double sum = 0;
         for (const size_t k : held)
             sum += ofFrames[k];
         means.push_back(sum / double(held.size()));
-    });
+    }
     return meanRegret(means);
+}
+
+Regret meanOfGroups(const ObservedFrames& frames, HeldOut heldOut,
+                    const std::vector<double>& ofFrames) {
+    return meanOfGroups(groupsOf(frames, heldOut), ofFrames);
 }
 
 /// A choice of terms for one sum, and what it predicts of every map while the map is held out.
@@ -171,7 +181,7 @@ struct HeldOutSum {
 class FormSearch {
 public:
     FormSearch(const ObservedFrames& frames, HeldOut judgedBy)
-        : frames_(frames), judgedBy_(judgedBy) {}
+        : frames_(frames), judgedBy_(judgedBy), groups_(groupsOf(frames, judgedBy)) {}
 
     /// Returns the trials of the search, the last kept one being its result.
     std::vector<FitTrial> search() const {
@@ -214,7 +224,7 @@ public:
 
 private:
     Regret mean(const std::vector<double>& ofFrames) const {
-        return meanOfGroups(frames_, judgedBy_, ofFrames);
+        return meanOfGroups(groups_, ofFrames);
     }
 
     std::vector<double> regretOf(const HeldOutSum& rays, const HeldOutSum& map) const {
@@ -223,9 +233,8 @@ private:
         for (size_t k = 0; k < frames_.size(); ++k) {
             routes.clear();
             for (size_t m = 0; m < frames_[k]->maps.size(); ++m)
-                routes.push_back(costRatio(rays.predicted[k][m], map.predicted[k][m]) > 1
-                                     ? Route::kRays
-                                     : Route::kMap);
+                routes.push_back(
+                    routeOfRatio(costRatio(rays.predicted[k][m], map.predicted[k][m])));
             regrets.push_back(routingRegret(*frames_[k], routes, rays.counts[k] | map.counts[k]));
         }
         return regrets;
@@ -251,6 +260,7 @@ private:
 
     const ObservedFrames& frames_;
     HeldOut judgedBy_;
+    std::vector<std::vector<size_t>> groups_; ///< as judgedBy_ holds out
 };
 
 /// Returns what can judge a fit. A scene that one method serves best says nothing about where the

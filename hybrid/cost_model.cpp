@@ -122,8 +122,7 @@ std::vector<Route> CostModel::route(const std::vector<MapQuantities>& maps, doub
         const double least = previous == PreviousRoute::kMap    ? 1 + margin
                              : previous == PreviousRoute::kRays ? 1 / (1 + margin)
                                                                 : 1;
-        // Not a number goes to the map, as a tie does: its cost does not grow with the samples.
-        routes.push_back(ratios[i] > least ? Route::kRays : Route::kMap);
+        routes.push_back(routeOfRatio(ratios[i], least));
     }
     return routes;
 }

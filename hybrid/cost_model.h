@@ -79,6 +79,12 @@ struct CostCalibration;
 /// beside a map that does, 1 where both cost nothing.
 double costRatio(double raysMs, double mapMs);
 
+/// Returns who serves a map whose drawing costs `ratio` times its tracing: rays over `least`, else
+/// the map. Not a number goes to the map, as a tie does: its cost does not grow with the samples.
+inline Route routeOfRatio(double ratio, double least = 1) {
+    return ratio > least ? Route::kRays : Route::kMap;
+}
+
 /// Decides per shadow map. Pure: the same quantities give the same routes.
 class CostModel {
 public:

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+// Shadow maps from receivers to stored depths. Over 500 lines because its cases share how maps are
+// set up and compared.
 #include "shadowmap/shadow_maps.h"
 
 #include "tests/shadowmap/small_scene.h"
