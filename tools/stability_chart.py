@@ -121,7 +121,7 @@ def draw_numeric(charts, results):
                   markersize=2.6, label=f"past {feature}")
     axes.axvline(2, color=GREY, linewidth=0.8)
     axes.annotate("none beyond,\nas promised", (2, 60), xytext=(-3, 0), textcoords="offset points", fontsize=6.2, ha="right")
-    axes.set_xlabel("exact distance from the voxel (margins of $2^{-20}$ of the grid)")
+    axes.set_xlabel("distance from the voxel ($2^{-20}$ of the grid)")
     axes.set_ylabel("rays stopped (%)")
     axes.set_xlim(-0.05, 3.05)
     axes.set_ylim(-4, 104)
