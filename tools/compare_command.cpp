@@ -10,6 +10,7 @@
 #include "tools/measure.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
+#include "tools/real_scenes.h"
 #include "tools/report.h"
 #include "tools/report_directory.h"
 #include "tools/run_table.h"
@@ -382,6 +383,28 @@ void runStabilityGroups(const CompareOptions& options, const CommandLine& comman
                  console);
 }
 
+/// Whether `compare real` is meant, scenes that nobody staged; a file of that name is ./real.
+bool isReal(const CompareOptions& options) {
+    return !options.scenes.empty() && options.scenes.front() == "real";
+}
+
+void runRealScenes(const CompareOptions& options, const CommandLine& commandLine) {
+    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--no-charts",
+                               "--voxels", "--costs", "--allow-stale", "--only"});
+    for (const std::string& option : fixed)
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage, option + " and compare real contradict each other: its "
+                                                    "bounds hold for one view and one choice of "
+                                                    "settings; drop one");
+    const Console console(options.global.json);
+    runReal({options.output,
+             {options.scenes.begin() + 1, options.scenes.end()},
+             options.common.cache,
+             options.global.apply(console, true)},
+            console);
+}
+
 } // namespace
 
 std::function<void()> declareCompare(CommandLine& commandLine) {
@@ -390,7 +413,8 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
                       "Scenes to compare on; none when the experiment names them; or failures: every "
                       "known failure by every method, its remedy off and on, against stated bounds "
                       "(exit status 5 when one does not hold); or stability: errors in time, under "
-                      "perturbation, numerically and over resolution, against derived bands (5 too)");
+                      "perturbation, numerically and over resolution, against derived bands (5 too); or real "
+                      "FILE...: lit scenes or directories of them, against theirs (5 too)");
     commandLine.text(
         "-o,--output", options->output, "DIR",
         "The report: index.html, results.json, results.csv, lights.csv, costs.json, charts, images",
@@ -453,6 +477,8 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     options->common.declareMaps(commandLine, true);
     options->global.declare(commandLine);
     return [options, &commandLine] {
+        if (isReal(*options))
+            return runRealScenes(*options, commandLine);
         if (isFailures(*options))
             return runMatrix(*options, commandLine);
         if (isStability(*options))

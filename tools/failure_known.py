@@ -1,32 +1,39 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes tools/failures_known.cpp: what was measured once of every cell of the matrix of failures.
+"""Writes tools/failures_known.cpp: what was measured once of every cell of the matrix of failures,
+or tools/real_known.cpp, the same of real scenes.
 
     shadowdag compare failures -o DIR; tools/failure_known.py DIR/failures.json tools/failures_known.cpp
+    shadowdag compare real FILE... -o DIR; tools/failure_known.py DIR/real.json tools/real_known.cpp
 
 Bounds follow from it by boundOf (tools/failures.h). Cells that the file does not hold keep their old
 numbers, so that a part (--only) can be written anew. Prints every number that got larger: look at
 each before you commit it.
 """
 import json
+import os
 import re
 import sys
 
 METHODS = {"maps": "kMaps", "dag": "kDag", "dag-exact": "kDagExact", "hybrid": "kHybrid"}
 MEASURES = ["false_shadow_count", "false_light_count", "unexplained_count", "acne_count",
             "contact_count", "missing_tap_count", "mean_error_millionths", "flicker_count"]
+TABLES = {  # by the file that is written: header, function, the run's file, what columns begin with
+    "failures_known.cpp": ("failures.h", "knownCells", "failures.json", "failure, method, remedy on"),
+    "real_known.cpp": ("real_scenes.h", "knownRealCells", "real.json", "scene, method, true"),
+}
 HEAD = """// SPDX-License-Identifier: Apache-2.0
-// Written by tools/failure_known.py out of a run's failures.json; not to be edited.
-// Columns: failure, method, remedy on; false shadow, false light, unexplained, acne, contact, missing
+// Written by tools/failure_known.py out of a run's {run}; not to be edited.
+// Columns: {columns}; false shadow, false light, unexplained, acne, contact, missing
 // taps, mean error in millionths, flicker.
-#include "tools/failures.h"
+#include "tools/{header}"
 
-namespace shadowdag {
+namespace shadowdag {{
 
 // clang-format off
-const std::vector<KnownCell>& knownCells() {
+const std::vector<KnownCell>& {function}() {{
     using enum MatrixMethod;
-    static const std::vector<KnownCell> cells = {
+    static const std::vector<KnownCell> cells = {{
 """
 TAIL = """    };
     return cells;
@@ -46,31 +53,43 @@ def read_table(text):
     return rows
 
 
+def name_of(cell):
+    """Returns what a cell is known by: its failure, or its scene."""
+    return cell["failure"] if "failure" in cell else cell["scene"]
+
+
 def main(arguments):
     if len(arguments) != 3:
         print("usage: failure_known.py failures.json failures_known.cpp", file=sys.stderr)
+        return 1
+    table = TABLES.get(os.path.basename(arguments[2]))
+    if table is None:
+        print(f"failure_known.py: {arguments[2]}: must be one of {', '.join(TABLES)}", file=sys.stderr)
         return 1
     try:
         with open(arguments[1], encoding="utf-8") as file:
             cells = json.load(file)["cells"]
     except (OSError, ValueError, KeyError) as error:
-        print(f"failure_known.py: {arguments[1]}: holds no cells of compare failures: {error!r}",
+        print(f"failure_known.py: {arguments[1]}: holds no cells of a compare: {error!r}",
               file=sys.stderr)
         return 2
     with open(arguments[2], encoding="utf-8") as file:
         old = read_table(file.read())
     rows = {}
     for cell in cells:
-        key = (cell["failure"], METHODS[cell["method"]], "false" if cell["remedy"] == "off" else "true")
+        name = name_of(cell)
+        remedy = cell.get("remedy", "none")
+        key = (name, METHODS[cell["method"]], "false" if remedy == "off" else "true")
         rows[key] = [cell[measure] for measure in MEASURES]
         for measure, now, before in zip(MEASURES, rows[key], old.get(key, rows[key])):
             if now > before:
-                print(f"{cell['failure']} by {cell['method']}, remedy {cell['remedy']}: {measure} rises "
+                print(f"{name} by {cell['method']}, remedy {remedy}: {measure} rises "
                       f"from {before} to {now}")
-    failures = {cell["failure"] for cell in cells}
+    failures = {name_of(cell) for cell in cells}
     rows = {key: value for key, value in old.items() if key[0] not in failures} | rows
     with open(arguments[2], "w", encoding="utf-8") as file:
-        file.write(HEAD)
+        header, function, run, columns = table
+        file.write(HEAD.format(header=header, function=function, run=run, columns=columns))
         for (name, method, is_on), counts in rows.items():
             numbers = ", ".join(str(count) for count in counts)
             file.write(f'        {{"{name}", {method}, {is_on}, {{{{{numbers}}}}}}},\n')
