@@ -111,6 +111,13 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     return result;
 }
 
+PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& options) {
+    checkOptions(options);
+    StageTimes stages;
+    gatherFrame(*state_, makeViewRays(camera, options.width, options.height), options, stages);
+    return findPairs(*state_);
+}
+
 FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& options,
                                        int repeats) {
     checkOptions(options);
@@ -125,11 +132,19 @@ FrameRenderer::FrameRenderer(Backend backend, const World& world, const Dag& dag
                              const BatchOptions& batchOptions)
     : state_(std::make_unique<State>(backend, world, dag, batchOptions)) {}
 
+FrameRenderer::FrameRenderer(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
 FrameRenderer::~FrameRenderer() = default;
 
-StageTimes FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances) {
+std::unique_ptr<FrameRenderer> FrameRenderer::shareScene() const {
+    return std::unique_ptr<FrameRenderer>(
+        new FrameRenderer(std::make_unique<State>(state_->backend, state_->sharedScene)));
+}
+
+StageTimes FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances,
+                                       StageTimes* ofLevels) {
     StageTimes stages;
-    state_->scene.update(movedInstances, stages);
+    state_->scene.update(movedInstances, stages, ofLevels != nullptr ? *ofLevels : stages);
     return stages;
 }
 

@@ -107,10 +107,19 @@ public:
                   const BatchOptions& batchOptions = {});
     ~FrameRenderer();
 
+    /// Returns another renderer of the same world and DAG that shares with this one what stands for
+    /// them (batches, levels of detail, the DAG as rays read it, what moves) and keeps its own of
+    /// all that frames leave. One of those that share is told what changed, for all. Not to be
+    /// used by several threads at once.
+    std::unique_ptr<FrameRenderer> shareScene() const;
+
     /// Tells that World::setTime moved instances (refits batches) or lights. Returns what that
     /// took: "batch boxes", "batch hierarchy", and "scene update", which is positions, lights with
     /// their hierarchy, and what moves as rays are held against it.
-    StageTimes worldChanged(const std::vector<uint32_t>& movedInstances);
+    /// @param ofLevels receives what levels of detail took of the first two, for those renderers
+    /// that draw them; null: it is part of what is returned
+    StageTimes worldChanged(const std::vector<uint32_t>& movedInstances,
+                            StageTimes* ofLevels = nullptr);
 
     /// Forgets what earlier frames left (hysteresis, kept shadow maps), so that the next frame
     /// depends on its inputs alone.
@@ -119,6 +128,10 @@ public:
     /// Renders one frame with the routes of `model`. When the model needs costs they must have been
     /// set. Deterministic but for stage times.
     FrameResult render(const Camera& camera, const CostModel& model, const FrameOptions& options);
+
+    /// Returns the pairs that render with recordPairs finds, without answering them; gbuffer() is
+    /// that of this frame then, and what is kept between frames stays as it is.
+    PairList listPairs(const Camera& camera, const FrameOptions& options);
 
     /// Returns the cost of every map of this frame by both methods: its rays alone; its masks,
     /// pages, culling, drawing and lookups alone; each measured by itself, then scaled so that
@@ -151,6 +164,7 @@ public:
 
 private:
     struct State;
+    explicit FrameRenderer(std::unique_ptr<State> state);
     std::unique_ptr<State> state_;
 };
 

@@ -303,7 +303,7 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
         }
     }
     const MapGeometry drawn = state.scene.mapGeometry(options.maps.lodTexels);
-    const std::vector<uint32_t> moved = state.scene.takeMovedBatches(options.maps.lodTexels);
+    const std::vector<uint32_t> moved = state.movedBatches.take(options.maps.lodTexels);
     state.maps.build(requests, boxes, receivers, drawn.triangles, drawn.batches, options.maps,
                      stages, viewOf(moved));
 }

@@ -6,6 +6,7 @@
 #include "voxel/dag_lod.h"
 #include "voxel/wide_dag_trace.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace shadowdag {
@@ -51,15 +52,18 @@ void FrameScene::setMoving() {
     movers_.update(world_, batchSet_.view(), space_);
 }
 
-void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages) {
+void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
+                        StageTimes& ofLevels) {
     const auto add = [](std::vector<uint32_t>& all, const std::vector<uint32_t>& moved) {
         all.insert(all.end(), moved.begin(), moved.end());
     };
     batchSet_.update(world_, movedInstances, &stages);
-    add(movedBatches_, batchSet_.movedBatches());
-    if (polygonLod_) {
-        polygonLod_->update(movedInstances, &stages);
-        add(movedLodBatches_, polygonLod_->batchSet().movedBatches());
+    if (polygonLod_)
+        polygonLod_->update(movedInstances, &ofLevels);
+    for (MovedBatches* listener : listeners_) {
+        add(listener->full_, batchSet_.movedBatches());
+        if (polygonLod_)
+            add(listener->levels_, polygonLod_->batchSet().movedBatches());
     }
     const StageTimer timer(backend_, stages, "scene update");
     setMoving();
@@ -73,11 +77,19 @@ MapGeometry FrameScene::mapGeometry(float lodTexels) {
     return {polygonLod_->triangles(), polygonLod_->batches(lodTexels)};
 }
 
-std::vector<uint32_t> FrameScene::takeMovedBatches(float lodTexels) {
+MovedBatches::MovedBatches(FrameScene& scene) : scene_(scene) {
+    scene_.listeners_.push_back(this);
+}
+
+MovedBatches::~MovedBatches() {
+    std::erase(scene_.listeners_, this);
+}
+
+std::vector<uint32_t> MovedBatches::take(float lodTexels) {
     // Maps of the other kind are drawn anew when they are asked for next.
-    std::vector<uint32_t> moved = std::move(lodTexels > 0.0f ? movedLodBatches_ : movedBatches_);
-    movedBatches_.clear();
-    movedLodBatches_.clear();
+    std::vector<uint32_t> moved = std::move(lodTexels > 0.0f ? levels_ : full_);
+    full_.clear();
+    levels_.clear();
     return moved;
 }
 

@@ -23,15 +23,20 @@ struct MapGeometry {
 };
 
 /// Triangles, batches, lights, their hierarchy, materials and the DAG. World and dag outlive it.
+/// Renderers that share one each have a MovedBatches of it.
 class FrameScene {
 public:
     FrameScene(Backend backend, const World& world, const Dag& dag,
                const BatchOptions& batchOptions = {});
+    FrameScene(const FrameScene&) = delete;
+    FrameScene& operator=(const FrameScene&) = delete;
 
     /// Follows World::setTime: batches of the moved instances, positions, all lights.
     /// @param stages receives the times of "batch boxes", "batch hierarchy" and "scene update", the
     /// rest
-    void update(const std::vector<uint32_t>& movedInstances, StageTimes& stages);
+    /// @param ofLevels receives the times of the first two for levels of detail, where they are
+    void update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
+                StageTimes& ofLevels);
 
     const World& world() const { return world_; }
     /// Returns the batches on the host, with their hierarchy.
@@ -39,9 +44,6 @@ public:
     /// Returns what maps are drawn from, on the host. @param lodTexels as
     /// ShadowMapOptions::lodTexels; above 0: with levels of detail, made when first asked for
     MapGeometry mapGeometry(float lodTexels);
-    /// Returns the batches of mapGeometry(lodTexels) that updates moved since it was last asked, in
-    /// any order, perhaps repeated.
-    std::vector<uint32_t> takeMovedBatches(float lodTexels);
     /// Returns what the last update of the batches at full detail did.
     const BatchUpdateCounts& batchUpdateCounts() const { return batchSet_.updateCounts(); }
 
@@ -77,6 +79,7 @@ public:
     bool hasDag() const { return hostDag_.isBuilt(); }
 
 private:
+    friend class MovedBatches;
     void setMoving();
     TruthGeometry geometry(const TriangleView& triangles) const {
         return {triangles, space_.origin, space_.diagonal};
@@ -90,8 +93,8 @@ private:
     std::vector<uint32_t> wideCoverage_;
     BatchOptions batchOptions_;
     BatchSet batchSet_;
-    std::unique_ptr<PolygonLod> polygonLod_;               // for mapGeometry; null until then
-    std::vector<uint32_t> movedBatches_, movedLodBatches_; // until taken
+    std::unique_ptr<PolygonLod> polygonLod_;     // for mapGeometry; null until then
+    std::vector<class MovedBatches*> listeners_; // all that there are
     TruthSpace space_;
     MoverSet movers_;
     TriangleTree tree_;
@@ -116,6 +119,25 @@ private:
     Resident<uint32_t> dagWords_;
     Resident<uint32_t> coveredWords_;
     Resident<uint32_t> exactWords_;
+};
+
+/// What updates of a scene moved, for one of its renderers, which asks when it draws.
+class MovedBatches {
+public:
+    /// @param scene outlives it
+    explicit MovedBatches(FrameScene& scene);
+    ~MovedBatches();
+    MovedBatches(const MovedBatches&) = delete;
+    MovedBatches& operator=(const MovedBatches&) = delete;
+
+    /// Returns the batches of mapGeometry(lodTexels) that updates moved since it was last asked, in
+    /// any order, perhaps repeated.
+    std::vector<uint32_t> take(float lodTexels);
+
+private:
+    friend class FrameScene;
+    FrameScene& scene_;
+    std::vector<uint32_t> full_, levels_; // until taken
 };
 
 } // namespace shadowdag

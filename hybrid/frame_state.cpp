@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 namespace shadowdag {
 
@@ -33,9 +34,12 @@ View<const T> copyToHost(Backend backend, View<const T> from, std::vector<T>& to
 
 FrameState::FrameState(Backend backend, const World& world, const Dag& dag,
                        const BatchOptions& batchOptions)
-    : backend(backend), scene(backend, world, dag, batchOptions), gbuffer(backend),
-      clusters(backend), lists(backend), orderedLights(backend), demand(backend), maps(backend),
-      color(backend, "colour"), rayCount(backend, "ray counts"),
+    : FrameState(backend, std::make_shared<FrameScene>(backend, world, dag, batchOptions)) {}
+
+FrameState::FrameState(Backend backend, std::shared_ptr<FrameScene> ofScene)
+    : backend(backend), sharedScene(std::move(ofScene)), scene(*sharedScene), movedBatches(scene),
+      gbuffer(backend), clusters(backend), lists(backend), orderedLights(backend), demand(backend),
+      maps(backend), color(backend, "colour"), rayCount(backend, "ray counts"),
       lookupCount(backend, "lookup counts"), provenCount(backend, "proven pair counts"),
       missingTapCount(backend, "missing tap counts"), moverTestCount(backend, "mover test counts"),
       pairs(backend), nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
@@ -171,15 +175,20 @@ void countPairsOfMaps(const HostLists& lists, const std::vector<uint32_t>& recor
 
 } // namespace
 
+PairList findPairs(FrameState& state) {
+    listPairs(state.backend, state.gbuffer.view(), state.clusters.view(), state.lists.view(),
+              state.scene.lights(), state.pairs);
+    PairList pairs;
+    const std::vector<uint32_t> start = state.pairs.start.download();
+    pairs.sampleStart.assign(start.begin(), start.end());
+    pairs.light = state.pairs.light.download();
+    return pairs;
+}
+
 void recordPairs(FrameState& state, const ShadeSamples& shading,
                  const std::vector<uint32_t>& records, FrameResult& result) {
-    listPairs(state.backend, shading.gbuffer, shading.clusters, shading.lists, shading.lights,
-              state.pairs);
-    const std::vector<uint32_t> start = state.pairs.start.download();
-    result.pairs.sampleStart.assign(start.begin(), start.end());
-    result.pairs.light = state.pairs.light.download();
-
-    state.nextPair.upload(start);
+    result.pairs = findPairs(state);
+    state.nextPair.upload(state.pairs.start.download());
     state.pairVisibility.resize(result.pairs.count());
     state.pairMap.resize(result.pairs.count());
     ShadeSamples recording = shading;

@@ -13,6 +13,8 @@
 #include "hybrid/resolution_pass.h"
 #include "hybrid/shade_pass.h"
 
+#include <memory>
+
 namespace shadowdag {
 
 /// The batches in a light's sphere whose instances never move.
@@ -25,11 +27,14 @@ struct SphereCount {
 };
 
 struct FrameState {
+    FrameState(Backend backend, std::shared_ptr<FrameScene> scene);
     FrameState(Backend backend, const World& world, const Dag& dag,
                const BatchOptions& batchOptions = {});
 
     Backend backend;
-    FrameScene scene;
+    std::shared_ptr<FrameScene> sharedScene; ///< with the renderers of the same world and DAG
+    FrameScene& scene;
+    MovedBatches movedBatches;
     RayDetail detail; ///< of the last frame gathered, on the backend
     GBuffer gbuffer;
     ClusterSet clusters;
@@ -117,6 +122,9 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& maps, const Fram
 
 /// Returns the shading of the current frame; counters are cleared, nothing is recorded.
 ShadeSamples prepareShading(FrameState& state, const FrameOptions& options);
+
+/// Returns the exact pairs of what was gathered, and leaves them in state.pairs.
+PairList findPairs(FrameState& state);
 
 /// Lists the exact pairs and answers them again with recording on; fills pairs, visibility,
 /// pairRoute and the records' pair counts.

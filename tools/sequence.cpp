@@ -66,9 +66,11 @@ Json flickerJson(const FlickerCounts& counts) {
 
 /// One configuration with what it keeps.
 struct Player {
-    Player(const RunParameters& run, const Dag& dag, const LoadedScene& scene, const Truth& truth,
+    /// @param scene shares what stands for the scene
+    Player(const RunParameters& run, const FrameRenderer& scene, const Truth& truth,
            const Experiment& experiment, const MeasureContext& context)
-        : run(run), isTruth(run.method == "embree"), renderer(context.backend, *scene.world, dag),
+        : run(run), isTruth(run.method == "embree"),
+          renderer(isTruth ? nullptr : scene.shareScene()),
           model(makeCostModel(isTruth ? "texels:0" : run.model)),
           flicker(truth, experiment.errorSeed, experiment.flickerPoints) {
         if (model->needsCosts())
@@ -79,17 +81,21 @@ struct Player {
         if (context.given != nullptr)
             giveCalibration(*model, *context.given);
         options = run.frame;
-        if (isTruth)
-            options.undersample = 1024; // only the pairs are wanted: the least maps
     }
 
     const RunParameters& run;
     bool isTruth;
-    FrameRenderer renderer;
+    std::unique_ptr<FrameRenderer> renderer; ///< none for the truth
     std::unique_ptr<CostModel> model;
     FlickerMeter flicker;
     FrameOptions options;
     StageTimes update; ///< of following the frame shown now
+};
+
+/// What stands for the scene with one DAG, held by a renderer, and those who share it.
+struct SharedScene {
+    std::unique_ptr<FrameRenderer> renderer;
+    std::vector<Player*> players;
 };
 
 double msSince(std::chrono::steady_clock::time_point start) {
@@ -105,17 +111,23 @@ public:
         : scene_(scene), experiment_(experiment), context_(context), truth_(*scene.world),
           steps_(sequenceSteps(context.frames, experiment.leadIn)),
           part_(scene.geometryHash + "/" + scene.name + "/sequence/") {
+        // Those without rays share the scene with those that trace the first DAG.
+        std::vector<size_t> sceneOf;
         for (const RunParameters& run : runs)
-            players_.push_back(std::make_unique<Player>(
-                run, run.usesRays() && run.dag < dags.size() ? dags[run.dag] : kNoDag, scene,
-                truth_, experiment, context));
-        // Pairs and truth belong to the frame, not to a configuration.
-        RunParameters pairs;
-        pairs.method = "embree";
-        pairs.frame.width = experiment.width;
-        pairs.frame.height = experiment.height;
-        pairs_ = pairs;
-        witness_ = std::make_unique<Player>(pairs_, kNoDag, scene, truth_, experiment, context);
+            sceneOf.push_back(run.usesRays() ? run.dag : 0);
+        scenes_.resize(1 + *std::max_element(sceneOf.begin(), sceneOf.end()));
+        sceneOf.push_back(0);
+        for (const size_t s : sceneOf)
+            if (!scenes_[s].renderer)
+                scenes_[s].renderer = std::make_unique<FrameRenderer>(
+                    context.backend, *scene.world, s < dags.size() ? dags[s] : kNoDag);
+        for (size_t i = 0; i < runs.size(); ++i) {
+            players_.push_back(std::make_unique<Player>(runs[i], *scenes_[sceneOf[i]].renderer,
+                                                        truth_, experiment, context));
+            scenes_[sceneOf[i]].players.push_back(players_.back().get());
+        }
+        pairOptions_.width = experiment.width;
+        pairOptions_.height = experiment.height;
     }
 
     SceneMeasurement measure() {
@@ -153,19 +165,29 @@ private:
     void rewind() {
         camera_ = std::make_unique<FrameCamera>(experiment_.camera);
         show(steps_.front().frame);
-        for (const std::unique_ptr<Player>& player : players_) {
-            player->renderer.reset();
-            player->flicker.forget();
-        }
+        for (const std::unique_ptr<Player>& player : players_)
+            if (!player->isTruth) {
+                player->renderer->reset();
+                player->flicker.forget();
+            }
     }
 
     /// Moves the world and all that follow it to a frame.
     void show(uint32_t frame) {
         World& world = *scene_.world;
         const std::vector<uint32_t> moved = world.setTime(experiment_.timeOfFrame(frame));
-        for (const std::unique_ptr<Player>& player : players_)
-            player->update = player->renderer.worldChanged(moved);
-        witness_->renderer.worldChanged(moved);
+        for (const SharedScene& scene : scenes_) {
+            if (!scene.renderer)
+                continue;
+            StageTimes ofLevels;
+            const StageTimes stages = scene.renderer->worldChanged(moved, &ofLevels);
+            for (Player* player : scene.players) {
+                player->update = stages;
+                if (player->options.maps.lodTexels > 0.0f)
+                    for (const auto& [name, timeMs] : ofLevels.stagesMs)
+                        player->update.add(name, timeMs);
+            }
+        }
         isTruthStale_ |= !moved.empty();
         view_ = camera_->at(world);
     }
@@ -177,9 +199,13 @@ private:
         return truth_;
     }
 
+    /// Pairs and truth belong to the frame, not to a configuration: whose renderer finds them.
+    FrameRenderer& witness() { return *scenes_.front().renderer; }
+    PairList listPairs() { return witness().listPairs(view_, pairOptions_); }
+
     FrameResult render(Player& player, bool recordPairs) {
         player.options.recordPairs = recordPairs;
-        return player.renderer.render(view_, *player.model, player.options);
+        return player.renderer->render(view_, *player.model, player.options);
     }
 
     /// Renders everything once with recording, from the first step on that the journal lacks.
@@ -201,9 +227,9 @@ private:
                 continue;
             }
             Json rows = Json::array();
-            const PairList pairs = render(*witness_, true).pairs;
+            const PairList pairs = listPairs();
             const std::vector<uint8_t> visibility =
-                truth().visibility(witness_->renderer.gbuffer(), scene_.world->lights(), pairs);
+                truth().visibility(witness().gbuffer(), scene_.world->lights(), pairs);
             for (const std::unique_ptr<Player>& player : players_) {
                 Json row = player->isTruth ? answerTruth(pairs, visibility)
                                            : answerMethod(*player, pairs, visibility);
@@ -254,18 +280,18 @@ private:
         for (const MapRecord& map : result.maps)
             computations += map.quantities.samples;
         json["lighting_computation_count"] = computations;
-        json["dag_bytes"] = player.run.usesRays() ? player.renderer.dagBytes() : 0;
+        json["dag_bytes"] = player.run.usesRays() ? player.renderer->dagBytes() : 0;
         if (experiment_.flickerPoints > 0) {
             const World& world = *scene_.world;
-            const ErrorInputs inputs{player.renderer.gbuffer(),
+            const ErrorInputs inputs{player.renderer->gbuffer(),
                                      world.triangles(),
                                      viewOf(world.lights()),
                                      result.pairs,
                                      result.visibility,
                                      result.pairRoute,
                                      result.pairMap,
-                                     {player.renderer.rayInputs(player.options.rays),
-                                      player.renderer.shadowMaps(), player.options.bias}};
+                                     {player.renderer->rayInputs(player.options.rays),
+                                      player.renderer->shadowMaps(), player.options.bias}};
             json.update(flickerJson(player.flicker.add({inputs, view_})));
         } else {
             json.update(flickerJson({}));
@@ -314,10 +340,10 @@ private:
     StageTimes timeOne(Player& player) {
         StageTimes stages;
         if (player.isTruth) {
-            const PairList pairs = render(player, true).pairs;
+            const PairList pairs = listPairs();
             const Truth& embree = truth();
             const auto start = std::chrono::steady_clock::now();
-            embree.visibility(player.renderer.gbuffer(), scene_.world->lights(), pairs);
+            embree.visibility(witness().gbuffer(), scene_.world->lights(), pairs);
             stages.add("embree rays", msSince(start));
             return stages;
         }
@@ -333,9 +359,9 @@ private:
     Truth truth_;
     std::vector<SequenceStep> steps_;
     std::string part_;
-    RunParameters pairs_;
+    FrameOptions pairOptions_;
+    std::vector<SharedScene> scenes_; ///< by DAG; the first is always there
     std::vector<std::unique_ptr<Player>> players_;
-    std::unique_ptr<Player> witness_;
     std::unique_ptr<FrameCamera> camera_;
     Camera view_;
     bool isTruthStale_ = false;
