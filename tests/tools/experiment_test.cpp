@@ -261,6 +261,10 @@ TEST(Experiment, TheCommittedFilesAreValid) {
         EXPECT_TRUE(e.isSequence) << name;
         EXPECT_GE(e.variants.size(), 5u) << name;
     }
+    EXPECT_EQ(readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/held_routes.json")
+                  .variants,
+              (std::vector<std::string>{"Hybrid:texels:32", "Hybrid:texels:32-RH0.2",
+                                        "Hybrid:texels:32-RH1"}));
 }
 
 TEST(Experiment, VariantsTakeThePlaceOfTheSweep) {

@@ -93,6 +93,7 @@ TEST(ProgramVariants, ASequenceGivesItsTableItsFiguresAndNoOtherRuns) {
         runShadowdag(directory, {"figures", report, "-o", directory / "all", "--json"});
     ASSERT_EQ(all.status, 0) << all.err;
     EXPECT_GE(all.json()["figures"].size(), 7u);
+    EXPECT_EQ(all.json()["figures"].size() + all.json()["left_out"].size(), 8u);
     const ProgramResult one =
         runShadowdag(directory, {"figures", report + "/results.json", "-o", directory / "one",
                                  "--figure", "16", "--json"});
@@ -146,6 +147,10 @@ TEST(ProgramVariants, WrongUsesAreRefusedByName) {
               R"({"scenes": ["builtin:atrium"], "variants": ["PMC"], "undersample": [2]})");
     writeText(directory / "r.json",
               R"({"provenance": {"commit": "c"}, "experiment": {}, "sequence_runs": []})");
+    writeText(directory / "s.json",
+              R"({"provenance": {"commit": "c"}, "experiment": {}, "sequence_runs": [{"scene": "s",
+                  "label": "embree", "method": "embree", "frame": 0, "time_ms": 1,
+                  "stages_ms": {}, "flicker_answer_count": 0}]})");
     const auto compare = [&](const Arguments& more) {
         Arguments arguments{"compare", "builtin:atrium", "-o", out};
         arguments.insert(arguments.end(), more.begin(), more.end());
@@ -190,6 +195,11 @@ TEST(ProgramVariants, WrongUsesAreRefusedByName) {
          {{"figures", directory / "none.json", "-o", out}, 2, "none.json: cannot be opened"},
          {{"figures", directory / "r.json", "-o", out}, 2, "holds no frames in sequence"},
          {{"figures", directory / "r.json"}, 1, "--output"},
+         {{"figures", "", "-o", out}, 1, "RESULTS '': must not be empty"},
+         {{"figures", directory / "r.json", "-o", ""}, 1, "'': "},
+         {{"figures", directory / "r.json", "-o", out, "--figure", ""}, 1, "--figure ''"},
+         {{"figures", directory / "s.json", "-o", out}, 2, "holds nothing that a figure is drawn"},
+         {{"figures", directory / "s.json", "-o", "/proc"}, 3, "/proc/charts.json: cannot be"},
          {{"render", "builtin:atrium", "-o", directory / "a.exr", "--method", "dag",
            "--maps-per-light", "4"},
           1,
