@@ -8,6 +8,7 @@
 #include "tools/compare_parts.h"
 #include "tools/failures.h"
 #include "tools/measure.h"
+#include "tools/mechanisms.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
 #include "tools/real_scenes.h"
@@ -336,51 +337,53 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         publishPart(options, found, share, ofParts, start, console);
 }
 
-/// Whether `compare failures` is meant, the matrix of failures; a file of that name is ./failures.
-bool isFailures(const CompareOptions& options) {
-    return std::find(options.scenes.begin(), options.scenes.end(), "failures") !=
-           options.scenes.end();
+/// Whether a compare of this name is meant instead of scenes; a file of that name is ./NAME.
+bool isMeant(const CompareOptions& options, const char* name) {
+    return std::find(options.scenes.begin(), options.scenes.end(), name) != options.scenes.end();
 }
 
-void runMatrix(const CompareOptions& options, const CommandLine& commandLine) {
-    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
-    fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--no-charts",
-                               "--voxels", "--costs", "--cache", "--allow-stale"});
-    for (const std::string& option : fixed)
-        if (commandLine.given(option))
-            throw Error(ErrorKind::kUsage,
-                        option + " and compare failures contradict each other: its rows say what is "
-                                 "run; drop one");
-    if (options.scenes.size() > 1)
-        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes.back() +
-                                           "': failures stands alone; drop the other scenes, or "
-                                           "write ./failures for a file of that name");
-    const Console console(options.global.json);
-    runFailures({options.output, options.only, options.global.apply(console, true)}, console);
-}
-
-/// As isFailures.
-bool isStability(const CompareOptions& options) {
-    return std::find(options.scenes.begin(), options.scenes.end(), "stability") !=
-           options.scenes.end();
-}
-
-void runStabilityGroups(const CompareOptions& options, const CommandLine& commandLine) {
+/// Throws Error kUsage for what such a compare fixes itself.
+/// @param rows what it has, for people @param takesCharts whether --no-charts is heeded
+void refuseBeside(const CompareOptions& options, const CommandLine& commandLine,
+                  const std::string& name, const std::string& rows, bool takesCharts) {
     std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
     fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--voxels",
                                "--costs", "--cache", "--allow-stale"});
+    if (!takesCharts)
+        fixed.push_back("--no-charts");
     for (const std::string& option : fixed)
         if (commandLine.given(option))
-            throw Error(ErrorKind::kUsage, option + " and compare stability contradict each other: "
-                                                    "its groups say what is run; drop one");
+            throw Error(ErrorKind::kUsage, option + " and compare " + name +
+                                               " contradict each other: its " + rows +
+                                               " say what is run; drop one");
     if (options.scenes.size() > 1)
-        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes.back() +
-                                           "': stability stands alone; drop the other scenes, or "
-                                           "write ./stability for a file of that name");
+        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes.back() + "': " + name +
+                                           " stands alone; drop the other scenes, or write ./" +
+                                           name + " for a file of that name");
+}
+
+/// Runs the compare that is no sweep over scenes where one is meant; returns whether one was.
+bool runNamed(const CompareOptions& options, const CommandLine& commandLine) {
+    const auto meant = [&](const char* name, const char* rows, bool takesCharts) {
+        if (!isMeant(options, name))
+            return false;
+        refuseBeside(options, commandLine, name, rows, takesCharts);
+        return true;
+    };
+    const bool isFailures = meant("failures", "rows", false),
+               isStability = !isFailures && meant("stability", "groups", true),
+               isMechanisms = !isFailures && !isStability && meant("mechanisms", "rows", true);
+    if (!isFailures && !isStability && !isMechanisms)
+        return false;
     const Console console(options.global.json);
-    runStability({options.output, options.only, options.noCharts,
-                  options.global.apply(console, true)},
-                 console);
+    const Backend backend = options.global.apply(console, true);
+    if (isFailures)
+        runFailures({options.output, options.only, backend}, console);
+    else if (isStability)
+        runStability({options.output, options.only, options.noCharts, backend}, console);
+    else
+        runMechanisms({options.output, options.only, options.noCharts, backend}, console);
+    return true;
 }
 
 /// Whether `compare real` is meant, scenes that nobody staged; a file of that name is ./real.
@@ -414,7 +417,8 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
                       "known failure by every method, its remedy off and on, against stated bounds "
                       "(exit status 5 when one does not hold); or stability: errors in time, under "
                       "perturbation, numerically and over resolution, against derived bands (5 too); or real "
-                      "FILE...: lit scenes or directories of them, against theirs (5 too)");
+                      "FILE...: lit scenes or directories of them, against theirs (5 too); or "
+                      "mechanisms: what each buys in time, error and bytes, and a verdict");
     commandLine.text(
         "-o,--output", options->output, "DIR",
         "The report: index.html, results.json, results.csv, lights.csv, costs.json, charts, images",
@@ -423,7 +427,8 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
         "--experiment", options->experiment, "F.json",
         "A file that fixes scenes, view, lights, sweeps and repeats; see scenes/experiments");
     commandLine.text("--only", options->only, "NAME,...",
-                     "Of failures: only these; of stability: only these groups or parts");
+                     "Of failures and mechanisms: only these; of stability: only these groups or "
+                     "parts");
     commandLine.flag("--resume", options->resume,
                      "Go on with what an interrupted compare in DIR has finished");
     commandLine.text("--part", options->part, "K/N",
@@ -479,12 +484,11 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     return [options, &commandLine] {
         if (isReal(*options))
             return runRealScenes(*options, commandLine);
-        if (isFailures(*options))
-            return runMatrix(*options, commandLine);
-        if (isStability(*options))
-            return runStabilityGroups(*options, commandLine);
+        if (runNamed(*options, commandLine))
+            return;
         if (commandLine.given("--only"))
-            throw Error(ErrorKind::kUsage, "--only is for compare failures and compare stability; name one or drop it");
+            throw Error(ErrorKind::kUsage, "--only is for compare failures, stability and mechanisms; name "
+                                             "one or drop it");
         options->join ? runJoin(*options, commandLine) : runCompare(*options, commandLine);
     };
 }

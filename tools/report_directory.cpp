@@ -21,7 +21,7 @@ constexpr const char* kReportParts[] = {
     "images",        "charts",       "results.json",    "results.csv",  "lights.csv",
     "costs.json",    "index.html",   "experiment.json", "part.json",    "sequence.csv",
     "failures.json", "failures.csv", "stability.json",  "stability.csv",
-    "real.json",     "real.csv"};
+    "real.json",     "real.csv",     "mechanisms.json", "mechanisms.csv"};
 
 /// Returns whether a file is JSON with these keys, as our own files are.
 bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
@@ -39,6 +39,7 @@ void refuseForeignFiles(const std::string& directory) {
         holdsKeys(directory + "/failures.json", {"provenance", "cells", "remedies"}) ||
         holdsKeys(directory + "/stability.json", {"provenance", "checks", "rates"}) ||
         holdsKeys(directory + "/real.json", {"provenance", "cells", "frame_count"}) ||
+        holdsKeys(directory + "/mechanisms.json", {"provenance", "mechanisms"}) ||
         holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
         return;
     const auto refuse = [&](const std::string& name) {
