@@ -5,6 +5,7 @@
 #include "tools/commands.h"
 #include "tools/common_options.h"
 #include "tools/cost_file.h"
+#include "tools/json_file.h"
 #include "tools/provenance.h"
 #include "tools/scene_setup.h"
 
@@ -12,7 +13,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <initializer_list>
 #include <iomanip>
 #include <iostream>
@@ -43,6 +43,7 @@ constexpr const char *kQuickSizes = "160x90", *kQuickFrames = "0:300:300",
 struct Measured {
     std::vector<ObservedFrame> frames;
     Json rows = Json::array();
+    Json experiment, sizes, repeats; ///< as read; null where the file does not say
 };
 
 Json rowOf(const CalibrationFrame& frame) {
@@ -158,17 +159,17 @@ void printFit(std::ostream& out, const CostFit& fit) {
 }
 
 Measured readObservations(const std::string& path, Json& provenance) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file)
-        throw Error(ErrorKind::kInput, path + ": cannot be opened; give a file that calibrate "
-                                              "--observations wrote");
-    const Json json = Json::parse(file, nullptr, false);
-    if (!json.is_object() || !json.contains("observations"))
-        throw Error(ErrorKind::kInput, path + ": holds no observations; give a file that calibrate "
-                                              "--observations wrote");
+    const std::string remedy = "give a file that calibrate --observations wrote";
+    const Json json = readJsonFile(path, remedy);
+    if (!json.is_object() || !json.contains("observations") || !json["observations"].is_array() ||
+        json["observations"].empty())
+        throw Error(ErrorKind::kInput, path + ": holds no observations; " + remedy);
     Measured measured;
     measured.frames = observationsFromJson(json["observations"], path);
     measured.rows = json.value("frames", Json::array());
+    measured.experiment = json.value("experiment", Json());
+    measured.sizes = json.value("sizes", Json());
+    measured.repeats = json.value("repeat_count", Json());
     provenance = json.value("provenance", Json::object()); // of the machine that measured
     return measured;
 }
@@ -246,6 +247,9 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
                                   : readObservations(options.from, provenance);
     if (!options.observations.empty())
         writeFile(options.observations, {{"provenance", provenance},
+                                         {"experiment", toJson(e)},
+                                         {"sizes", options.sizes},
+                                         {"repeat_count", repeats},
                                          {"frames", measured.rows},
                                          {"observations", toJson(measured.frames)}});
     const CostFit fit = fitCosts(measured.frames);
@@ -257,9 +261,9 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     const Json json = {{"calibration", toJson(fit.calibration)},
                        {"provenance", provenance},
                        {"scenes", scenes},
-                       {"experiment", toJson(e)},
-                       {"sizes", options.sizes},
-                       {"repeat_count", repeats},
+                       {"experiment", options.from.empty() ? toJson(e) : measured.experiment},
+                       {"sizes", options.from.empty() ? Json(options.sizes) : measured.sizes},
+                       {"repeat_count", options.from.empty() ? Json(repeats) : measured.repeats},
                        {"held_out_regret", toJson(fit)},
                        {"frames", measured.rows}};
     writeFile(options.output, json);

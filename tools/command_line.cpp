@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 
 #include <iostream>
+#include <stdexcept>
 
 namespace shadowdag {
 
@@ -42,9 +43,16 @@ void CommandLine::heading(const std::string& title) {
     state_->group = title;
 }
 
+bool CommandLine::declares(const std::string& name) const {
+    return state_->app->get_option_no_throw(name) != nullptr;
+}
+
 bool CommandLine::given(const std::string& name) const {
     const CLI::Option* option = state_->app->get_option_no_throw(name);
-    return option != nullptr && option->count() > 0;
+    if (option == nullptr)
+        throw std::logic_error("shadowdag " + state_->app->get_name() + " asks for its option " +
+                               name + ", which it does not declare");
+    return option->count() > 0;
 }
 
 namespace {
@@ -83,7 +91,9 @@ Program::Program(const std::string& name, const std::string& description,
     state_->app.get_formatter()->column_width(34);
     state_->app.footer(
         "Exit status: 0 done, 1 wrong usage, 2 bad input file, 3 not enough memory or disk, "
-        "4 device missing.\nSCENE is a .glb or .gltf file, or builtin:NAME (shadowdag scene "
+        "4 device missing, 5 compare failures, stability or real: something does not hold (the "
+        "report stands). fit ends with 1 where no model keeps the error.\nSCENE is a .glb or .gltf "
+        "file, or builtin:NAME (shadowdag scene "
         "--list).");
 }
 

@@ -23,8 +23,10 @@ public:
     void flag(const std::string& names, bool& value, const std::string& help);
     /// Starts a new heading in --help for the options that follow.
     void heading(const std::string& title);
-    /// Returns whether the option was on the command line, which one that was never declared was
-    /// not; valid once parsed.
+    /// Returns whether the option was declared, for what several commands share.
+    bool declares(const std::string& name) const;
+    /// Returns whether the option was on the command line; valid once parsed. Throws
+    /// std::logic_error for one that was never declared, whose absence would tell nothing.
     bool given(const std::string& name) const;
 
     CommandLine(const CommandLine&) = delete;

@@ -40,7 +40,8 @@ void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {
                      "position, target, vertical angle [the scene's first, else auto]");
     if (!isSweep)
         commandLine.text("--time", time, "SECONDS", "Time of the scene's animations [0]");
-    commandLine.text("--frames", frames, "A:B", "Frames A to B, both included, or A:B:STEP [" +
+    commandLine.text("--frames", frames, "A:B",
+                     "Frames A to B, both included, or A:B:STEP [" +
                          (frames.empty() ? "0" : frames) + "]");
     commandLine.text("--fps", fps, "RATE", "Frame f shows the scene at f / RATE seconds [30]");
 }
@@ -116,8 +117,12 @@ void CommonOptions::declareRoutes(CommandLine& commandLine) {
 }
 
 Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSweep) const {
+    // Commands declare what they can do: of several of these, none.
+    const auto given = [&](const char* option) {
+        return commandLine.declares(option) && commandLine.given(option);
+    };
     const auto contradict = [&](const char* a, const char* b, const char* remedy) {
-        if (commandLine.given(a) && commandLine.given(b))
+        if (given(a) && given(b))
             throw Error(ErrorKind::kUsage,
                         std::string(a) + " and " + b + " contradict each other: " + remedy);
     };
@@ -126,7 +131,7 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
     if (!isSweep)
         contradict("--time", "--frames", "a frame has its time; drop one of them");
     const auto needs = [&](const char* a, const char* b) {
-        if (commandLine.given(a) && !commandLine.given(b))
+        if (given(a) && !given(b))
             throw Error(ErrorKind::kUsage,
                         std::string(a) + " says nothing without " + b + "; add that or drop it");
     };
@@ -162,7 +167,7 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
 
     Experiment e;
     std::tie(e.width, e.height) = parseSize("--size", size);
-    if (commandLine.given("--camera") && camera.empty())
+    if (given("--camera") && camera.empty())
         throw Error(ErrorKind::kUsage,
                     "--camera '': is empty; give auto, a camera's name or px,py,pz,tx,ty,tz");
     e.camera = camera;

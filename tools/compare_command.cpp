@@ -5,18 +5,16 @@
 #include "tools/charts_run.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
+#include "tools/compare_options.h"
 #include "tools/compare_parts.h"
-#include "tools/failures.h"
+#include "tools/json_file.h"
 #include "tools/measure.h"
-#include "tools/mechanisms.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
-#include "tools/real_scenes.h"
 #include "tools/report.h"
 #include "tools/report_directory.h"
 #include "tools/run_table.h"
 #include "tools/sequence.h"
-#include "tools/stability.h"
 #include "tools/unheeded.h"
 #include "tools/variants.h"
 
@@ -35,26 +33,6 @@ namespace shadowdag {
 namespace {
 
 namespace fs = std::filesystem;
-
-struct CompareOptions {
-    GlobalOptions global;
-    CommonOptions common;
-    std::vector<std::string> scenes;
-    std::string output, experiment, methods = "embree,dag,maps,hybrid", repeats = "5",
-                                    warmups = "1", costs, title, part, variants, leadIn = "1",
-                                    flickerPoints = "20000", only;
-    bool resume = false, isSequence = false, noCharts = false, noOracle = false, join = false;
-};
-
-/// Options that an experiment file fixes; what it leaves to the command line is not listed.
-constexpr const char* kFixedByExperiment[] = {
-    "--size",      "--camera",         "--frames",         "--fps",         "--lights",
-    "--seed",      "--resolution",     "--dag-resolution", "--thresholds",  "--model",
-    "--no-oracle", "--methods",        "--undersample",    "--page-size",   "--pool",
-    "--max-face",  "--bias",           "--taps",           "--offset",      "--lod",
-    "--repeats",   "--warmups",        "--title",          "--variants",    "--sequence",
-    "--lead-in",   "--flicker-points", "--maps-per-light", "--route-margin",
-    "--polygon-lod"};
 
 /// What names of variants say, or take the place of.
 constexpr const char* kFixedByVariants[] = {"--methods",       "--thresholds",     "--model",
@@ -122,6 +100,26 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
                     options.experiment + " names no scenes: give SCENE... on the command line");
     refuseUnheeded(e, options.common.voxels.size(), options.experiment, commandLine);
     return e;
+}
+
+/// Throws Error kUsage where --resume finds a report and nothing unfinished: all would be measured
+/// anew.
+void refuseFinished(const std::string& directory) {
+    if (fs::exists(directory + "/partial/journal.json"))
+        return;
+    for (const char* name : {"results.json", "part.json"})
+        if (fs::exists(directory + "/" + name))
+            throw Error(ErrorKind::kUsage, "--resume: " + directory + "/" + name +
+                                               " is finished and nothing is left to go on with; "
+                                               "to measure anew, run without --resume");
+}
+
+/// Returns the resolutions of an experiment's DAGs.
+std::vector<uint32_t> resolutionsOf(const Experiment& experiment) {
+    std::vector<uint32_t> resolutions;
+    for (const uint32_t log2 : allResolutions(experiment))
+        resolutions.push_back(1u << log2);
+    return resolutions;
 }
 
 void writeFile(const std::string& path, const std::string& text) {
@@ -257,19 +255,24 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     CostSource costs;
     if (!options.costs.empty())
         costs = readCostSource(options.costs, buildProvenance(backend));
-    if (!costs.otherMachine.empty())
-        console.note(options.costs + ": was calibrated elsewhere (" + costs.otherMachine +
-                     "); calibrate here for routes that pay here");
+    // Which resolutions assets have is told once they are read.
+    const std::vector<RunParameters> asked =
+        configurations(experiment, resolutionsOf(experiment), experiment.resolutionLog2.size());
+    refuseUnheeded(costs, asked);
+    for (const std::string& remark : remarksOn(costs, asked))
+        console.note(remark);
     for (const std::string& model : experiment.models)
         giveCalibration(*makeCostModel(model), costs);
     const std::vector<std::string> names = sceneNames(experiment.scenes);
+    if (options.resume)
+        refuseFinished(options.output);
     const DirectoryLock lock =
         prepareDirectory(options.output, options.resume, !options.part.empty());
     const std::string partial = options.output + "/partial";
     const Json experimentJson = toJson(experiment);
 
     Json provenance = buildProvenance(backend);
-    provenance["experiment_hash"] = textHash(experimentJson.dump());
+    provenance["experiment_hash"] = textHash(jsonLine(experimentJson));
     provenance["seed"] = experiment.lightSeed;
     Json key = provenance;
     key["scenes"] = experiment.scenes;
@@ -315,6 +318,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         if (runs.empty())
             throw Error(ErrorKind::kUsage,
                         "nothing to compare: --methods and --thresholds leave no run");
+        refuseDeepLods(runs);
         MeasureContext context;
         context.backend = backend;
         context.directory = partial;
@@ -337,88 +341,18 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         publishPart(options, found, share, ofParts, start, console);
 }
 
-/// Whether a compare of this name is meant instead of scenes; a file of that name is ./NAME.
-bool isMeant(const CompareOptions& options, const char* name) {
-    return std::find(options.scenes.begin(), options.scenes.end(), name) != options.scenes.end();
-}
-
-/// Throws Error kUsage for what such a compare fixes itself.
-/// @param rows what it has, for people @param takesCharts whether --no-charts is heeded
-void refuseBeside(const CompareOptions& options, const CommandLine& commandLine,
-                  const std::string& name, const std::string& rows, bool takesCharts) {
-    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
-    fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--voxels",
-                               "--costs", "--cache", "--allow-stale"});
-    if (!takesCharts)
-        fixed.push_back("--no-charts");
-    for (const std::string& option : fixed)
-        if (commandLine.given(option))
-            throw Error(ErrorKind::kUsage, option + " and compare " + name +
-                                               " contradict each other: its " + rows +
-                                               " say what is run; drop one");
-    if (options.scenes.size() > 1)
-        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes.back() + "': " + name +
-                                           " stands alone; drop the other scenes, or write ./" +
-                                           name + " for a file of that name");
-}
-
-/// Runs the compare that is no sweep over scenes where one is meant; returns whether one was.
-bool runNamed(const CompareOptions& options, const CommandLine& commandLine) {
-    const auto meant = [&](const char* name, const char* rows, bool takesCharts) {
-        if (!isMeant(options, name))
-            return false;
-        refuseBeside(options, commandLine, name, rows, takesCharts);
-        return true;
-    };
-    const bool isFailures = meant("failures", "rows", false),
-               isStability = !isFailures && meant("stability", "groups", true),
-               isMechanisms = !isFailures && !isStability && meant("mechanisms", "rows", true);
-    if (!isFailures && !isStability && !isMechanisms)
-        return false;
-    const Console console(options.global.json);
-    const Backend backend = options.global.apply(console, true);
-    if (isFailures)
-        runFailures({options.output, options.only, backend}, console);
-    else if (isStability)
-        runStability({options.output, options.only, options.noCharts, backend}, console);
-    else
-        runMechanisms({options.output, options.only, options.noCharts, backend}, console);
-    return true;
-}
-
-/// Whether `compare real` is meant, scenes that nobody staged; a file of that name is ./real.
-bool isReal(const CompareOptions& options) {
-    return !options.scenes.empty() && options.scenes.front() == "real";
-}
-
-void runRealScenes(const CompareOptions& options, const CommandLine& commandLine) {
-    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
-    fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--no-charts",
-                               "--voxels", "--costs", "--allow-stale", "--only"});
-    for (const std::string& option : fixed)
-        if (commandLine.given(option))
-            throw Error(ErrorKind::kUsage, option + " and compare real contradict each other: its "
-                                                    "bounds hold for one view and one choice of "
-                                                    "settings; drop one");
-    const Console console(options.global.json);
-    runReal({options.output,
-             {options.scenes.begin() + 1, options.scenes.end()},
-             options.common.cache,
-             options.global.apply(console, true)},
-            console);
-}
-
 } // namespace
 
 std::function<void()> declareCompare(CommandLine& commandLine) {
     auto options = std::make_shared<CompareOptions>();
-    commandLine.texts("SCENE", options->scenes, "",
-                      "Scenes to compare on; none when the experiment names them; or failures: every "
-                      "known failure by every method, its remedy off and on, against stated bounds "
-                      "(exit status 5 when one does not hold); or stability: errors in time, under "
-                      "perturbation, numerically and over resolution, against derived bands (5 too); or real "
-                      "FILE...: lit scenes or directories of them, against theirs (5 too); or "
-                      "mechanisms: what each buys in time, error and bytes, and a verdict");
+    commandLine.texts(
+        "SCENE", options->scenes, "",
+        "Scenes to compare on; none when the experiment names them; or failures: every "
+        "known failure by every method, its remedy off and on, against stated bounds "
+        "(exit status 5 when one does not hold); or stability: errors in time, under "
+        "perturbation, numerically and over resolution, against derived bands (5 too); or real "
+        "FILE...: lit scenes or directories of them, against theirs (5 too); or "
+        "mechanisms: what each buys in time, error and bytes, and a verdict");
     commandLine.text(
         "-o,--output", options->output, "DIR",
         "The report: index.html, results.json, results.csv, lights.csv, costs.json, charts, images",
@@ -482,13 +416,12 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     options->common.declareMaps(commandLine, true);
     options->global.declare(commandLine);
     return [options, &commandLine] {
-        if (isReal(*options))
-            return runRealScenes(*options, commandLine);
-        if (runNamed(*options, commandLine))
+        if (runNamedCompare(*options, commandLine))
             return;
         if (commandLine.given("--only"))
-            throw Error(ErrorKind::kUsage, "--only is for compare failures, stability and mechanisms; name "
-                                             "one or drop it");
+            throw Error(ErrorKind::kUsage,
+                        "--only is for compare failures, stability and mechanisms; name "
+                        "one or drop it");
         options->join ? runJoin(*options, commandLine) : runCompare(*options, commandLine);
     };
 }

@@ -2,37 +2,39 @@
 #include "tools/cost_file.h"
 
 #include "cuda/error.h"
+#include "tools/json_file.h"
+#include "tools/parse.h"
 
+#include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <initializer_list>
 #include <limits>
-#include <sstream>
 #include <tuple>
 
 namespace shadowdag {
 
 namespace {
 
-Json readJson(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file)
-        throw Error(ErrorKind::kInput,
-                    path + ": cannot be opened; give a cost file, as compare writes costs.json and "
-                           "calibrate -o C.json");
-    std::stringstream text;
-    text << file.rdbuf();
-    try {
-        return Json::parse(text.str());
-    } catch (const Json::exception& error) {
-        throw Error(ErrorKind::kInput, path + ": not a cost file: " + error.what());
-    }
+constexpr const char* kRemedy =
+    "give a cost file, as compare writes costs.json and calibrate -o C.json";
+
+/// Returns the complaint about a file whose JSON is something else, or holds less.
+Error notACostFile(const std::string& path, const std::string& what) {
+    return Error(ErrorKind::kInput, path + ": is no cost file: " + what + "; " + kRemedy);
+}
+
+/// Returns what a complaint of the JSON library says without the library's own name and number.
+std::string detailOf(const Json::exception& error) {
+    const std::string text = error.what();
+    const size_t end = text.find("] ");
+    return end == std::string::npos ? text : text.substr(end + 2);
 }
 
 /// Returns a member that is a whole number. Throws Error kInput naming it.
 template <class Int> Int wholeNumber(const Json& json, const char* key, const std::string& where) {
     const Json& value = json.at(key);
     if (!value.is_number_unsigned() || value.get<uint64_t>() > std::numeric_limits<Int>::max())
-        throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + value.dump() +
+        throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
                                            "; it must be a whole number from 0 to " +
                                            std::to_string(std::numeric_limits<Int>::max()) +
                                            ": measure anew");
@@ -43,13 +45,15 @@ template <class Int> Int wholeNumber(const Json& json, const char* key, const st
 double amount(const Json& json, const char* key, const std::string& where) {
     const Json& value = json.at(key);
     if (!value.is_number() || !std::isfinite(value.get<double>()) || value.get<double>() < 0)
-        throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + value.dump() +
+        throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
                                            "; it must be a number of 0 or more: measure anew");
     return value.get<double>();
 }
 
 CostTable tableFromJson(const Json& json, const std::string& path) {
     CostTable table;
+    if (!json.is_object() || !json.contains("costs") || !json["costs"].is_array())
+        throw notACostFile(path, "it has neither \"costs\", a list, nor \"calibration\"");
     try {
         for (const Json& entry : json.at("costs")) {
             FrameCosts costs;
@@ -72,7 +76,7 @@ CostTable tableFromJson(const Json& json, const std::string& path) {
             table[{entry.at("scene").get<std::string>(), costs.frame}] = std::move(costs);
         }
     } catch (const Json::exception& error) {
-        throw Error(ErrorKind::kInput, path + ": not a cost file: " + error.what());
+        throw notACostFile(path, detailOf(error));
     }
     return table;
 }
@@ -149,7 +153,7 @@ Json toJson(const CostTable& costs) {
 }
 
 CostTable readCosts(const std::string& path) {
-    return tableFromJson(readJson(path), path);
+    return tableFromJson(readJsonFile(path, kRemedy), path);
 }
 
 const FrameCosts& findCosts(const CostTable& costs, const std::string& path,
@@ -170,12 +174,13 @@ CostCalibration calibrationFromJson(const Json& json, const std::string& where) 
     try {
         return {sumFromJson(json.at("rays"), where), sumFromJson(json.at("map"), where)};
     } catch (const Json::exception& error) {
-        throw Error(ErrorKind::kInput, where + ": not a calibration: " + error.what());
+        throw Error(ErrorKind::kInput,
+                    where + ": is no calibration: " + detailOf(error) + "; calibrate again");
     }
 }
 
 CostSource readCostSource(const std::string& path, const Json& provenance) {
-    const Json json = readJson(path);
+    const Json json = readJsonFile(path, kRemedy);
     CostSource source;
     source.path = path;
     if (json.is_object() && json.contains("calibration")) {
@@ -183,10 +188,86 @@ CostSource readCostSource(const std::string& path, const Json& provenance) {
         const Json fitted = json.value("provenance", Json::object());
         source.otherMachine =
             otherMachine(fitted.is_object() ? fitted : Json::object(), provenance);
+        if (json.contains("experiment") && json["experiment"].is_object()) {
+            source.fittedWith = json["experiment"];
+            source.fittedWith["sizes"] = json.value("sizes", Json());
+        }
     } else {
         source.table = tableFromJson(json, path);
     }
     return source;
+}
+
+std::string otherSettings(const CostSource& source, const RunParameters& run) {
+    std::string text;
+    const auto compare = [&](const char* name, const Json& fitted, const Json& here) {
+        if (!fitted.is_array() || fitted.empty() ||
+            std::find(fitted.begin(), fitted.end(), here) != fitted.end())
+            return;
+        std::string list;
+        for (const Json& value : fitted)
+            list += (list.empty() ? "" : " or ") +
+                    (value.is_string() ? value.get<std::string>() : jsonLine(value));
+        text += (text.empty() ? "" : ", ") + std::string(name) + " " +
+                (here.is_string() ? here.get<std::string>() : jsonLine(here)) + " instead of " +
+                list;
+    };
+    if (!source.fittedWith.is_object())
+        return text;
+    const Json parameters = run.toJson();
+    const auto find = [](const Json& json, const char* key) {
+        return json.contains(key) ? json[key] : Json();
+    };
+    Json sizes = Json::array();
+    if (const Json fitted = find(source.fittedWith, "sizes"); fitted.is_string())
+        for (const std::string& size : parseList("sizes", fitted.get<std::string>()))
+            sizes.push_back(size);
+    compare("size", sizes,
+            std::to_string(run.frame.width) + "x" + std::to_string(run.frame.height));
+    for (const auto& [name, fittedKey] : std::initializer_list<std::pair<const char*, const char*>>{
+             {"resolution", "resolutions"},
+             {"lod", "lod"},
+             {"undersample", "undersample"},
+             {"maps_per_light", "maps_per_light"},
+             {"page_size", "page_size"},
+             {"taps", "taps"},
+             {"polygon_lod", "polygon_lod"}})
+        if (parameters.contains(name))
+            compare(name, find(source.fittedWith, fittedKey), parameters[name]);
+    return text;
+}
+
+namespace {
+
+bool needsCalibration(const RunParameters& run) {
+    return run.method == "hybrid" && makeCostModel(run.model)->needsCalibration();
+}
+
+} // namespace
+
+void refuseUnheeded(const CostSource& source, const std::vector<RunParameters>& runs) {
+    if (source.calibration && std::none_of(runs.begin(), runs.end(), needsCalibration))
+        throw Error(ErrorKind::kUsage, "--costs " + source.path +
+                                           ": is a calibration, by which no run here routes; add "
+                                           "--model cost, or give a costs.json of compare, or "
+                                           "drop it");
+}
+
+std::vector<std::string> remarksOn(const CostSource& source,
+                                   const std::vector<RunParameters>& runs) {
+    std::vector<std::string> remarks;
+    if (!source.otherMachine.empty())
+        remarks.push_back(source.path + ": was calibrated elsewhere (" + source.otherMachine +
+                          "); calibrate here for routes that pay here");
+    for (const RunParameters& run : runs)
+        if (const std::string other = otherSettings(source, run);
+            needsCalibration(run) && !other.empty()) {
+            const std::string remark = source.path + ": was calibrated with other settings (" +
+                                       other + "); calibrate with these for routes that pay";
+            if (std::find(remarks.begin(), remarks.end(), remark) == remarks.end())
+                remarks.push_back(remark);
+        }
+    return remarks;
 }
 
 void giveCalibration(CostModel& model, const CostSource& source) {
@@ -272,7 +353,9 @@ std::vector<ObservedFrame> observationsFromJson(const Json& json, const std::str
             frames.push_back(std::move(frame));
         }
     } catch (const Json::exception& error) {
-        throw Error(ErrorKind::kInput, where + ": holds no observations: " + error.what());
+        throw Error(ErrorKind::kInput, where + ": is no list of observations: " + detailOf(error) +
+                                           "; measure anew with calibrate "
+                                           "--observations");
     }
     return frames;
 }

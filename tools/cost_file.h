@@ -4,6 +4,7 @@
 
 #include "hybrid/cost_fit.h"
 #include "hybrid/cost_model.h"
+#include "tools/experiment.h"
 #include "tools/json.h"
 
 #include <map>
@@ -39,7 +40,22 @@ struct CostSource {
     /// What the machine that a calibration was fitted on is called and this one is not, for people;
     /// empty where both are alike.
     std::string otherMachine;
+    /// What a calibration was fitted with, as an experiment's lists, and "sizes"; null where the
+    /// file does not say.
+    Json fittedWith;
 };
+
+/// Returns in what a run differs from all that the calibration was fitted with, of what costs
+/// depend on: picture size, voxels, level of detail, texel density, maps a light, page size, taps,
+/// polygon levels; empty where nothing does, or nothing is known. For people.
+std::string otherSettings(const CostSource& source, const RunParameters& run);
+
+/// Throws Error kUsage where a calibration is given and no run routes by one. @param runs all
+void refuseUnheeded(const CostSource& source, const std::vector<RunParameters>& runs);
+
+/// Returns remarks for people: costs of another machine, runs with other settings than were fitted.
+std::vector<std::string> remarksOn(const CostSource& source,
+                                   const std::vector<RunParameters>& runs);
 
 /// Reads a file of either kind, told apart by its keys "costs" and "calibration". Throws Error
 /// kInput as the functions above do.

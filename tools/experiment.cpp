@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "hybrid/resolution.h"
+#include "tools/json_file.h"
 #include "tools/key_reader.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
@@ -12,10 +13,8 @@
 #include <bit>
 #include <cctype>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <set>
-#include <sstream>
 #include <tuple>
 
 namespace shadowdag {
@@ -228,20 +227,8 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
 }
 
 Experiment readExperiment(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file)
-        throw Error(ErrorKind::kInput,
-                    path + ": cannot be opened; give the path of an experiment file, as in "
-                           "scenes/experiments/atrium.json");
-    std::stringstream text;
-    text << file.rdbuf();
-    Json json;
-    try {
-        json = Json::parse(text.str());
-    } catch (const Json::exception& error) {
-        throw Error(ErrorKind::kInput, path + ": not JSON: " + error.what());
-    }
-    return experimentFromJson(json, path);
+    return experimentFromJson(
+        readJsonFile(path, "give an experiment file, as in scenes/experiments/atrium.json"), path);
 }
 
 Json toJson(const Experiment& e) {
@@ -375,6 +362,17 @@ FrameOptions baseOptions(const Experiment& e) {
     base.rays.offset = e.offset[0];
     e.lod[0].apply(base.rays);
     return base;
+}
+
+void refuseDeepLods(const std::vector<RunParameters>& runs) {
+    for (const RunParameters& run : runs)
+        if (run.usesVoxelRays() && run.frame.rays.lod == LodRule::kFixed && run.resolution > 0 &&
+            (run.resolution >> run.frame.rays.level) == 0)
+            throw Error(ErrorKind::kUsage, "--lod '" + std::to_string(run.frame.rays.level) +
+                                               "': " + std::to_string(run.resolution) +
+                                               "^3 voxels have levels 0 to " +
+                                               std::to_string(std::countr_zero(run.resolution)) +
+                                               "; give one of them, or more --resolution");
 }
 
 std::vector<uint32_t> allResolutions(const Experiment& e) {

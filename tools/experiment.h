@@ -149,6 +149,9 @@ void addLod(std::vector<LodChoice>& lods, const std::string& option, const std::
 /// back.
 Json toJson(const Experiment& experiment);
 
+/// Throws Error kUsage for the first run whose level of detail its voxels do not have.
+void refuseDeepLods(const std::vector<RunParameters>& runs);
+
 /// Returns the resolutions that an experiment's runs count through RunParameters::dag, as log2.
 std::vector<uint32_t> allResolutions(const Experiment& experiment);
 /// Returns the configurations of an experiment in the order in which they are charted: embree, then

@@ -127,7 +127,7 @@ const std::vector<Key>& keys() {
              s.frame.bias.taps = s.frame.maps.taps = whole(k, v, 1, 9);
          }},
         {{"polygon_lod",
-          "part PLOD of --variants: texels a triangle may deviate",
+          "--polygon-lod: texels a triangle may deviate",
           {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.maps.lodTexels = float(parseNumber(k, v, 0, 64));
@@ -150,7 +150,7 @@ const std::vector<Key>& keys() {
          [](CellSetup& s, Text k, Text v) { s.keepsFrames = isOn(k, v); }},
         {{"threshold", "--model texels:T of the hybrid", {kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.hybridTexels = float(parseNumber(k, v, 0, 8192)); }},
-        {{"route_margin", "a map changes its method only for that much (part RH)", {kHybrid}},
+        {{"route_margin", "--route-margin: a map changes its method only for that much", {kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.routeMargin = float(parseNumber(k, v, 0, 16));
          }},

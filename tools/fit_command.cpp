@@ -7,6 +7,7 @@
 #include "tools/fit_report.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
+#include "tools/unheeded.h"
 
 #include "cuda/error.h"
 
@@ -106,6 +107,7 @@ Experiment sweepOf(const FitOptions& options, const CommandLine& commandLine) {
     e.models = options.common.models;
     if (!options.costs.empty() && e.models.empty())
         e.models = {"cost"};
+    refuseUnheeded(e, 0, "", commandLine);
     for (const std::string& model : e.models)
         if (makeCostModel(model)->needsCosts())
             throw Error(
@@ -171,6 +173,24 @@ void writeText(const std::string& path, const std::string& text) {
     file.commit();
 }
 
+/// Throws Error kUsage where two of the files that a fit writes are one.
+void refuseOverlap(const FitOptions& options, const std::string& experimentPath,
+                   const std::string& stem) {
+    std::vector<std::pair<std::string, std::string>> files{
+        {"-o '" + options.output + "'", options.output},
+        {options.experimentOutput.empty() ? "the experiment " + experimentPath
+                                          : "--experiment-out '" + experimentPath + "'",
+         experimentPath}};
+    if (!options.noCharts)
+        for (const char* extension : {".svg", ".png"})
+            files.push_back({"the chart " + stem + extension, stem + extension});
+    for (size_t a = 0; a < files.size(); ++a)
+        for (size_t b = a + 1; b < files.size(); ++b)
+            if (fs::weakly_canonical(files[a].second) == fs::weakly_canonical(files[b].second))
+                throw Error(ErrorKind::kUsage, files[a].first + " and " + files[b].first +
+                                                   " are one file; name another, as in -o F.json");
+}
+
 void runFit(const FitOptions& options, const CommandLine& commandLine) {
     const auto start = std::chrono::steady_clock::now();
     const Console console(options.global.json);
@@ -192,6 +212,7 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     const std::string stem = (output.parent_path() / output.stem()).string();
     const std::string experimentPath =
         options.experimentOutput.empty() ? stem + ".experiment.json" : options.experimentOutput;
+    refuseOverlap(options, experimentPath, stem);
     checkWritable(options.output);
     checkWritable(experimentPath);
     const std::string script = options.noCharts ? "" : findCharts("frontier_chart.py");
@@ -205,6 +226,10 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     FitModels models = makeFitModels(sweep, objective);
     if (models.runs.empty())
         throw Error(ErrorKind::kUsage, "--methods and --thresholds leave no model to measure");
+    refuseUnheeded(costs, models.runs);
+    refuseDeepLods(models.runs);
+    for (const std::string& remark : remarksOn(costs, models.runs))
+        console.note(remark);
     FitMeasurer measurer(sweep, metric, objective, backend, options.common.cache, costs, console);
     measurer.setModels(models);
     if (objective == FitObjective::kBytes)
@@ -225,6 +250,8 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
                        " error at most " + numberText(bound);
         result["experiment"] = toJson(replay);
         writeText(experimentPath, jsonText(result["experiment"]));
+    } else if (fs::remove(experimentPath)) { // of an earlier fit: beside this result it would lie
+        console.note(experimentPath + ": removed; it was an earlier fit's, and this one has none");
     }
     writeText(options.output, jsonText(result));
     if (!script.empty())
@@ -279,8 +306,10 @@ std::function<void()> declareFit(CommandLine& commandLine) {
     commandLine.text("--max", options->bound, "E",
                      "The error that may not be exceeded, 0 to 1 [0.02]");
     commandLine.text("--minimise", options->objective, "time|bytes",
-                     "What is to be least: the frame's time, the mean of all frames; or the bytes "
-                     "of voxels and maps, the most of all frames. Of models equal within one "
+                     "What is to be least: the frame's time, the mean of all frames (which models "
+                     "are timed there, the first frame of the first scene tells: put the one that "
+                     "matters first); or the bytes of voxels and maps, the most of all frames. Of "
+                     "models equal within one "
                      "standard error the simpler is taken: see simplicity_order in the result "
                      "[time]");
     commandLine.heading("Models");

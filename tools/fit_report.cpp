@@ -253,6 +253,9 @@ Json fitJson(const FitFindings& found) {
                  {"chosen", Json()},
                  {"neighbours", Json::array()},
                  {"least_error", writer.write(found.search.leastError())}};
+    // Bytes are the most of all frames that a model was measured in; times are screened in one.
+    json["times_screened_in"] =
+        found.objective == FitObjective::kTime ? found.measurer.cellNames()[0] : Json();
     if (found.choice != SIZE_MAX) {
         json["chosen"] = writer.write(found.choice);
         json["neighbours"] = writer.neighbours(found.choice);
@@ -289,6 +292,11 @@ void printFit(std::ostream& out, const Json& result) {
             << " violations beyond the slack in " << law.at("checked_pair_count")
             << " measured pairs" << (law.at("is_given_up") ? ", given up" : "") << "\n";
     }
+    if (const Json& cell = result.at("times_screened_in");
+        !cell.is_null() && result.at("frame_count").get<size_t>() > 1)
+        out << "  what costs more was told by the time of " << cell.at("scene").get<std::string>()
+            << " frame " << cell.at("frame") << " alone; what was left then was timed in all "
+            << "frames\n";
     if (result.at("chosen").is_null()) {
         printModel("least error", result.at("least_error"), "");
         return;

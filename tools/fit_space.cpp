@@ -165,6 +165,7 @@ private:
         FitModel model{group_, at, {}, 0};
         for (const Criterion& criterion : kSimplicity)
             model.simplicity.push_back(criterion.rank(runs[0], at));
+        model.simplicity.push_back(int(group_)); // two cost models at their only value
         out.space.models.push_back(std::move(model));
         out.experiments.push_back(std::move(e));
         out.runs.push_back(std::move(runs[0]));
@@ -216,6 +217,7 @@ std::vector<std::string> simplicityOrder() {
     std::vector<std::string> texts;
     for (const Criterion& criterion : kSimplicity)
         texts.push_back(criterion.text);
+    texts.push_back("the router that was named first");
     return texts;
 }
 

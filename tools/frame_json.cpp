@@ -28,8 +28,18 @@ std::string poolNote(const FrameCounts& counts) {
 }
 
 std::string poolNote(const Json& run) {
-    return poolNote(run.value("degrade_divisor", 1.0), run.value("pages_wanted_count", 0ull),
-                    run.value("page_count", 0ull));
+    std::string note =
+        poolNote(run.value("degrade_divisor", 1.0), run.value("pages_wanted_count", 0ull),
+                 run.value("page_count", 0ull));
+    if (const double divisor = run.value("costs_degrade_divisor", 1.0); divisor > 1) {
+        char text[200];
+        std::snprintf(text, sizeof text,
+                      "pool full where costs were measured: maps alone undivided, all together "
+                      "divided by %.2f, so that routes are of neither",
+                      divisor);
+        note += (note.empty() ? "" : "; ") + std::string(text);
+    }
+    return note;
 }
 
 Json toJson(const ErrorCounts& c) {

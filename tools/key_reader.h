@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cuda/error.h"
-#include "tools/json.h"
+#include "tools/json_file.h"
 #include "tools/parse.h"
 
 #include <algorithm>
@@ -68,7 +68,7 @@ public:
     }
     [[noreturn]] void refuse(const char* key, const Json& value, const std::string& right) const {
         throw Error(ErrorKind::kInput,
-                    where_ + ": key \"" + key + "\" is " + value.dump() + "; it " + right);
+                    where_ + ": key \"" + key + "\" is " + jsonLine(value) + "; it " + right);
     }
     void finish() const {
         for (const auto& [key, value] : json_.items())

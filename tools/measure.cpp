@@ -156,6 +156,7 @@ private:
                      map.at("rays_ms").get<double>(), map.at("map_ms").get<double>()});
                 frameCosts_.raysScale = map.value("rays_scale", 1.0);
                 frameCosts_.mapsScale = map.value("maps_scale", 1.0);
+                frameCosts_.degradeDivisor = map.value("degrade_divisor", 1.0);
                 out.mapCosts.push_back(map);
             }
             out.costs[{scene_.name, frame_}] = frameCosts_;
@@ -176,6 +177,8 @@ private:
                     entry["map_ms"] = cost.mapMs;
                     entry["rays_scale"] = frameCosts_.raysScale;
                     entry["maps_scale"] = frameCosts_.mapsScale;
+                    if (frameCosts_.degradeDivisor > 1)
+                        entry["degrade_divisor"] = frameCosts_.degradeDivisor;
                     list.push_back(std::move(entry));
                 }
         return list;
@@ -232,6 +235,8 @@ private:
         json["rmse"] = computeRmse(truthDisplay_, display);
         json["flip"] = computeFlip(truthDisplay_, display, experiment_.width, experiment_.height);
         json.update(toJson(result.counts));
+        if (frameCosts_.degradeDivisor > 1 && makeCostModel(run.model)->needsCosts())
+            json["costs_degrade_divisor"] = frameCosts_.degradeDivisor;
         json["dag_bytes"] = run.usesRays() ? rendererOf(run).dagBytes() : 0;
         if (run.method == "dag-exact")
             json["exact_bytes"] = rendererOf(run).exactBytes();
@@ -340,11 +345,15 @@ private:
 SceneMeasurer::SceneMeasurer(LoadedScene& scene, const std::vector<Dag>& dags, Backend backend)
     : scene_(scene) {
     static const Dag kNoDag;
-    for (const Dag& dag : dags)
+    for (const Dag& dag : dags) {
+        checkInterrupted();
         renderers_.push_back(std::make_unique<FrameRenderer>(backend, *scene.world, dag));
+    }
     if (renderers_.empty())
         renderers_.push_back(std::make_unique<FrameRenderer>(backend, *scene.world, kNoDag));
+    checkInterrupted();
     truth_ = std::make_unique<Truth>(*scene.world);
+    checkInterrupted();
 }
 
 SceneMeasurer::~SceneMeasurer() = default;

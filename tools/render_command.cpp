@@ -168,8 +168,8 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         }
         entry["pair_count"] = result.pairs.count();
         list.push_back(std::move(entry));
-        console.people() << file << ": " << result.pairs.count() << " pairs, " << result.maps.size()
-                         << " lights";
+        console.people() << file << ": " << result.pairs.count() << " pairs, "
+                         << lightsJson(result.maps).size() << " lights";
         if (!isEmbree)
             console.people() << ", " << result.counts.tracedLightCount << " traced, "
                              << result.counts.mappedLightCount << " by map, " << timeMs << " ms";

@@ -42,6 +42,14 @@ void refuseForeignFiles(const std::string& directory) {
         holdsKeys(directory + "/mechanisms.json", {"provenance", "mechanisms"}) ||
         holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
         return;
+    const std::string journal = directory + "/partial/journal.json";
+    if (std::ifstream file(journal, std::ios::binary);
+        file && Json::parse(file, nullptr, false).is_discarded())
+        throw Error(ErrorKind::kInput, journal +
+                                           ": is damaged or cut short, so that nothing tells "
+                                           "whether what lies beside it is a compare's; "
+                                           "delete " +
+                                           directory + "/partial to measure anew");
     const auto refuse = [&](const std::string& name) {
         throw Error(ErrorKind::kUsage, "-o '" + directory + "': holds " + name +
                                            ", which no compare made and which a report would "

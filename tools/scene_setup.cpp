@@ -85,13 +85,16 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
     loaded.argument = sceneArgument;
     loaded.name = sceneNames({sceneArgument}).front();
     loaded.scene = std::make_unique<Scene>(loadScene(sceneArgument));
+    checkInterrupted();
     for (const std::string& warning : loaded.scene->warnings)
         console.note(loaded.name + ": warning: " + warning);
     WorldOptions options;
     options.placedLightCount = lightCount;
     options.seed = lightSeed;
     loaded.world = std::make_unique<World>(*loaded.scene, options);
+    checkInterrupted();
     loaded.geometryHash = loaded.world->geometryHash();
+    checkInterrupted();
     if (needsLights && lightCount == 0)
         throw Error(ErrorKind::kUsage, "--lights '0': leaves " + sceneArgument +
                                            " without a light; ask for 1 or more, or for -1, the "
@@ -104,8 +107,12 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
 
 Camera chooseCamera(const World& world, const std::string& text) {
     const std::vector<Camera>& cameras = world.cameras();
-    if (text == "auto" || (text.empty() && cameras.empty()))
-        return placeCamera(world);
+    if (text == "auto" || (text.empty() && cameras.empty())) {
+        checkInterrupted();
+        const Camera placed = placeCamera(world);
+        checkInterrupted();
+        return placed;
+    }
     if (text.empty())
         return cameras.front();
 

@@ -107,9 +107,6 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     : frameCamera_(experiment.camera), method_(method), model_(method.makeModel()) {
     if (!method.costs.empty()) {
         costs_ = readCostSource(method.costs, buildProvenance(backend));
-        if (!costs_.otherMachine.empty())
-            console.note(method.costs + ": was calibrated elsewhere (" + costs_.otherMachine +
-                         "); calibrate here for routes that pay here");
         if (model_->needsCosts() && !costs_.table)
             throw Error(ErrorKind::kUsage, "--costs " + method.costs +
                                                ": is a calibration for --model cost; --model "
@@ -141,8 +138,22 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
         frameOptions_.rays.kind = RayKind::kExact;
     if (const std::optional<RunParameters> run = method.named(frameOptions_))
         frameOptions_ = run->frame;
+    if (frameOptions_.routeMargin > 0 && experiment.frames.size() < 2)
+        throw Error(ErrorKind::kUsage, "--variant '" + method.variant +
+                                           "': a margin of routes is for frames that follow each "
+                                           "other; name several with --frames, or drop RH");
+    RunParameters run;
+    run.method = method.method;
+    run.model = method.model.empty() ? "texels:96" : method.model;
+    run.resolution = dag_.isBuilt() ? uint32_t(dag_.grid.resolution()) : 0;
+    run.frame = frameOptions_;
+    refuseDeepLods({run});
+    for (const std::string& remark : remarksOn(costs_, {run}))
+        console.note(remark);
     errorSeed_ = experiment.errorSeed;
+    checkInterrupted();
     renderer_ = std::make_unique<FrameRenderer>(backend, *scene_.world, dag_);
+    checkInterrupted();
     if (wantsTruth)
         truth_ = std::make_unique<Truth>(*scene_.world);
 }

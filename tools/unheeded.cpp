@@ -31,13 +31,18 @@ void refuseUnheeded(const Experiment& e, size_t assetCount, const std::string& e
         assetCount > 0 ? std::vector<uint32_t>(assetCount, 1) : allResolutions(e);
     const std::vector<RunParameters> runs =
         configurations(e, resolutions, assetCount > 0 ? assetCount : e.resolutionLog2.size());
+    if (runs.empty())
+        return; // whoever measures says what leaves none
+    const auto given = [&](const char* option) { // fit has fewer options than compare
+        return commandLine.declares(option) && commandLine.given(option);
+    };
     const std::string by = !experimentFile.empty() ? experimentFile
                            : e.variants.empty()    ? "--methods"
                                                    : "--variants";
     const auto refuse = [&](std::initializer_list<const char*> names, const std::string& what,
                             const std::string& remedy, const auto& heeds) {
         for (const char* option : names)
-            if (commandLine.given(option) && !std::any_of(runs.begin(), runs.end(), heeds))
+            if (given(option) && !std::any_of(runs.begin(), runs.end(), heeds))
                 throw Error(ErrorKind::kUsage, std::string(option) + " is for " + what +
                                                    ", which " + by + " leaves out; " + remedy +
                                                    "drop it");
@@ -62,10 +67,10 @@ void refuseUnheeded(const Experiment& e, size_t assetCount, const std::string& e
            [](const Run& run) { return run.method == "hybrid"; });
     refuse({"--route-margin"}, "hybrids whose names do not say their margin", addHybrid,
            leavesMargin);
-    if (commandLine.given("--no-oracle") && commandLine.given("--model"))
+    if (given("--no-oracle") && given("--model"))
         throw Error(ErrorKind::kUsage, "--no-oracle and --model contradict each other: the oracle "
                                        "is run where no model is given; drop one of them");
-    if (commandLine.given("--route-margin") && !e.isSequence)
+    if (given("--route-margin") && !e.isSequence)
         throw Error(ErrorKind::kUsage,
                     "--route-margin is for --sequence, elsewhere no frame knows the one before; "
                     "add that or drop it");

@@ -240,6 +240,10 @@ private:
                 refuse(part, "draws every map: name its culling and bounds without Hybrid");
             if (variant_.model == "texels:inf")
                 refuse(part, "traces every light: name RT");
+        } else if (text == "PLOD" || text == "Nk" || text == "u" || text == "T" || text == "SM") {
+            refuse(part, std::string("lacks its number, which stands beside it without a dash, as "
+                                     "in ") +
+                             (text == "SM" ? "4" + text : text + (text == "Nk" ? "3" : "1")));
         } else {
             refuse(part, "is unknown; the parts are Sphere, CFM, PMC, PMCD, PMCC, EB, TB, SO, SOR, "
                          "Nk<k>, PLOD<texels>, FP, LP, RP, RS, RL, <n>SM, u<d>, T<taps>, RT, "

@@ -59,8 +59,12 @@ struct DrawnWindow {
     }
     const ShadowMapInfo& info() const { return maps.view().maps[0]; }
     uint8_t look(const glm::vec3& p, const glm::vec3& n, ShadowMapTrace* trace = nullptr,
-                 const ShadowMapBias& bias = {}) const {
-        return lookupVisibility(maps.view(), 0, p, n, bias, trace);
+                 const ShadowMapBias& bias = {}, float lodTexels = 0.0f) const {
+        std::vector<ShadowMapInfo> infos{info()}; // as if drawn with levels of so many texels
+        infos[0].lodTexels = lodTexels;
+        ShadowMapView view = maps.view();
+        view.maps = viewOf(infos);
+        return lookupVisibility(view, 0, p, n, bias, trace);
     }
 };
 
@@ -377,6 +381,31 @@ TEST(SunLookup, TheBiasForgivesHalfATexelAndNoMore) {
             ShadowMapBias none;
             none.constantTexels = 0.0f;
             EXPECT_EQ(drawn.look(p, normal, nullptr, none), 0);
+        }
+    }
+}
+
+// A level that stands above its receiver by the texels allowed is forgiven, higher ones are not; at
+// light of less than a sixteenth of a right facing the lift grows no more, or it would reach past
+// what stands there.
+TEST(SunLookup, ALevelOfDetailIsForgivenByItsTexelsDownToGrazingLight) {
+    const float texel = 64.0f / 1024.0f, lodTexels = 2.0f;
+    for (const float facing : {1.0f, 0.5f, 0.125f, 1.0f / 32}) {
+        const Light sun = sunOver({std::sqrt(1 - facing * facing), -facing, 0.0f}, {0, 0, 0}, 30.0f);
+        const float allowed =
+            lodTexels * texel * std::min(1.0f, facing / kLeastFacingOfLevels); // along the normal
+        for (const float height : {0.9f, 1.1f}) {
+            SmallScene scene;
+            scene.addQuad({0, 0, 0}, {0, 0, 25}, {25, 0, 0});
+            scene.addQuad({0, height * allowed, 0}, {0, 0, 20}, {20, 0, 0});
+            const DrawnWindow drawn(scene, sun, 1024, {boxAround({0, 0, 0}, 3.0f)});
+            ShadowMapBias none;
+            none.constantTexels = 0.0f;
+            none.taps = 1;
+            EXPECT_EQ(drawn.look({0.4f, 0, 0.3f}, {0, 1, 0}, nullptr, none), 0);
+            EXPECT_EQ(drawn.look({0.4f, 0, 0.3f}, {0, 1, 0}, nullptr, none, lodTexels),
+                      height < 1.0f ? 255 : 0)
+                << facing << " " << height;
         }
     }
 }

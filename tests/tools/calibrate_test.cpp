@@ -49,14 +49,47 @@ TEST(CalibrationFile, DamagedOnesAreNamedWithWhatIsWrong) {
         return messageOf([&] { calibrationFromJson(Json::parse(text), "c.json"); },
                          ErrorKind::kInput);
     };
-    EXPECT_THAT(message("{}"), AllOf(HasSubstr("c.json"), HasSubstr("not a calibration")));
+    EXPECT_THAT(message("{}"), AllOf(HasSubstr("c.json"), HasSubstr("is no calibration"), Not(HasSubstr("json.exception"))));
     EXPECT_THAT(message(R"({"rays": [], "map": []})"), HasSubstr("without terms"));
     EXPECT_THAT(message(R"({"rays": [{"term": "moonlight", "ms": 1}], "map": []})"),
                 AllOf(HasSubstr("unknown term 'moonlight'"), HasSubstr("samples")));
     EXPECT_THAT(message(R"({"rays": [{"term": "samples", "ms": -1}], "map": []})"),
                 AllOf(HasSubstr("-1"), HasSubstr("no cost")));
     EXPECT_THAT(message(R"({"rays": [{"term": "samples"}], "map": []})"),
-                HasSubstr("not a calibration"));
+                HasSubstr("is no calibration"));
+}
+
+TEST(CalibrationFile, TellsWhereRunsDifferFromWhatItWasFittedWith) {
+    CostSource source;
+    source.path = "c.json";
+    RunParameters run;
+    run.method = "hybrid";
+    run.model = "cost";
+    run.resolution = 4096;
+    run.frame.width = 640;
+    run.frame.height = 360;
+    EXPECT_EQ(otherSettings(source, run), "") << "a file that does not say";
+    Experiment fitted;
+    fitted.resolutionLog2 = {12};
+    source.fittedWith = toJson(fitted);
+    source.fittedWith["sizes"] = "320x180,640x360";
+    EXPECT_EQ(otherSettings(source, run), "");
+    run.frame.bias.taps = 1;
+    run.frame.width = 1920;
+    run.frame.height = 1080;
+    run.frame.maps.pageTexels = 16;
+    run.resolution = 1024;
+    EXPECT_THAT(otherSettings(source, run),
+                AllOf(HasSubstr("size 1920x1080 instead of 320x180 or 640x360"),
+                      HasSubstr("resolution 1024 instead of 4096"), HasSubstr("page_size 16"),
+                      HasSubstr("taps 1 instead of 9"), Not(HasSubstr("undersample"))));
+    source.calibration = CostCalibration{{{findCostTerm("maps"), 1}}, {{findCostTerm("maps"), 2}}};
+    EXPECT_THAT(remarksOn(source, {run, run}),
+                testing::ElementsAre(HasSubstr("was calibrated with other settings (size 1920")));
+    run.model = "texels:96";
+    EXPECT_THAT(remarksOn(source, {run}), testing::IsEmpty());
+    EXPECT_THAT(messageOf([&] { refuseUnheeded(source, {run}); }, ErrorKind::kUsage),
+                HasSubstr("is a calibration, by which no run here routes"));
 }
 
 TEST(CalibrationFile, IsToldFromCostsOfMapsAndFromAnotherMachine) {
@@ -170,6 +203,9 @@ TEST(ProgramCalibrate, RefusesWhatIsWrongByName) {
     writeText(directory / "broken.json", "{\"calibration\": {\"rays\": 3}}");
     writeText(directory / "good.json", kCalibration);
     writeText(directory / "costs.json", R"({"costs": []})");
+    writeText(directory / "cut.json", R"({"observations": [{"scene": "a", "vi)");
+    writeText(directory / "list.json", "[]");
+    writeText(directory / "empty.json", "{}");
     const char* scene = "builtin:fail-unequal-ranges";
     expectRefused(
         directory,
@@ -179,6 +215,21 @@ TEST(ProgramCalibrate, RefusesWhatIsWrongByName) {
          {{"calibrate", scene, "-o", file, "--repeats", "0"}, 1, "--repeats '0'"},
          {{"calibrate", "-o", file, "--from", directory / "none.json"}, 2, "none.json"},
          {{"calibrate", "-o", file, "--from", directory / "broken.json"}, 2, "no observations"},
+         {{"calibrate", "-o", file, "--from", directory.path()}, 2, "is a directory"},
+         {{"calibrate", "-o", file, "--from", directory / "cut.json"}, 2, "is cut short"},
+         {{"render", scene, "-o", png, "--model", "cost", "--costs", directory.path()},
+          2,
+          "is a directory; give a cost file"},
+         {{"render", scene, "-o", png, "--model", "cost", "--costs", directory / "list.json"},
+          2,
+          "is no cost file"},
+         {{"render", scene, "-o", png, "--model", "cost", "--costs", directory / "empty.json"},
+          2,
+          "neither \"costs\", a list, nor \"calibration\""},
+         {{"compare", scene, "-o", directory / "report", "--model", "oracle", "--costs",
+           directory / "good.json", "--no-charts"},
+          1,
+          "is a calibration, by which no run here routes"},
          {{"calibrate", scene, "-o", file, "--from", directory / "broken.json"},
           1,
           "SCENE and --from contradict"},

@@ -4,6 +4,8 @@
 #include "cuda/error.h"
 #include "tests/tools/temporary_directory.h"
 
+#include "tools/json_file.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -140,8 +142,72 @@ TEST(Experiment, AFileThatIsMissingOrBrokenIsNamed) {
         readExperiment(directory / "bad.json");
         FAIL();
     } catch (const Error& error) {
-        EXPECT_THAT(error.what(), HasSubstr("bad.json: not JSON"));
+        EXPECT_THAT(error.what(), HasSubstr("bad.json: ends at line 1, column 10, before its JSON does"));
     }
+}
+
+TEST(Experiment, AFileThatIsNoFileOrSaysAKeyTwiceIsNamed) {
+    const TemporaryDirectory directory;
+    const auto message = [&](const std::string& path) -> std::string {
+        try {
+            readExperiment(path);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            return error.what();
+        }
+        return "";
+    };
+    const std::string path = directory / "e.json";
+    EXPECT_THAT(message(directory.path()), HasSubstr(": is a directory; give an experiment file"));
+    EXPECT_THAT(message(directory / "none.json"), HasSubstr("cannot be opened"));
+    writeText(path, "{\"repeats\": 1,\n \"repeats\": 2}");
+    EXPECT_THAT(message(path), HasSubstr("key \"repeats\" stands there twice"));
+    writeText(path, "{\"repeats\": 1,\n  maps}");
+    EXPECT_THAT(message(path), HasSubstr("is not JSON at line 2, column"));
+    writeText(path, " \n");
+    EXPECT_THAT(message(path), HasSubstr("is empty"));
+    // The same key in two objects is no key twice.
+    EXPECT_EQ(parseJson("[{\"a\": 1}, {\"a\": {\"a\": 2}}]", "x", "y").size(), 2u);
+}
+
+TEST(Experiment, BytesThatAreNoTextAreRefusedByNameOrReplaced) {
+    EXPECT_THAT(inputMessage({{"size", "\xff"}}), HasSubstr("\"size\""));
+    EXPECT_THAT(inputMessage({{"models", {"\xff"}}}), HasSubstr("\"models\""));
+    EXPECT_EQ(jsonLine("a\xff"), "\"a\uFFFD\"");
+}
+
+TEST(Experiment, ALevelThatVoxelsDoNotHaveIsRefusedWithThoseTheyHave) {
+    Experiment e;
+    e.methods = {"dag", "dag-exact", "maps"};
+    e.lod = {LodChoice(6), LodChoice(7)};
+    EXPECT_NO_THROW(refuseDeepLods(configurations(e, {128}, 1)));
+    try {
+        refuseDeepLods(configurations(e, {64}, 1));
+        FAIL() << "was taken";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("--lod '7': 64^3 voxels have levels 0 to 6"));
+    }
+}
+
+TEST(Experiment, PolygonLevelsOfDetailAreTexelsOfMaps) {
+    const Experiment e =
+        experimentFromJson({{"polygon_lod", {0, 1.5}}, {"methods", {"maps", "dag"}}}, "x");
+    EXPECT_EQ(e.polygonLod, (std::vector<float>{0, 1.5f}));
+    EXPECT_EQ(toJson(e)["polygon_lod"].dump(), "[0.0,1.5]");
+    EXPECT_EQ(baseOptions(e).maps.lodTexels, 0.0f);
+    std::vector<float> drawn;
+    size_t rayCount = 0;
+    for (const RunParameters& run : configurations(e, {64}, 1)) {
+        rayCount += run.method == "dag" ? 1 : 0;
+        if (run.usesMaps()) {
+            drawn.push_back(run.frame.maps.lodTexels);
+            EXPECT_EQ(run.toJson()["polygon_lod"], run.frame.maps.lodTexels);
+        }
+    }
+    EXPECT_THAT(drawn, ElementsAre(0.0f, 1.5f));
+    EXPECT_EQ(rayCount, 1u) << "rays do not read it";
+    EXPECT_THAT(inputMessage({{"polygon_lod", {-1}}}), HasSubstr("\"polygon_lod\""));
+    EXPECT_THAT(inputMessage({{"polygon_lod", 2}}), HasSubstr("must be a list"));
 }
 
 TEST(Experiment, LevelsOfDetailAreNumbersAndTexts) {

@@ -10,7 +10,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <map>
+#include <regex>
 #include <set>
 #include <sstream>
 
@@ -77,6 +80,26 @@ TEST(Failures, TableHoldsEveryListedRowAndEveryScene) {
         EXPECT_TRUE(listed.contains(std::to_string(row))) << "row " << row;
     for (const FailScene& scene : failScenes())
         EXPECT_TRUE(scenes.contains(scene.name)) << scene.name;
+}
+
+// The page names tests as evidence: each stands in the tests' sources under that very name.
+TEST(Failures, TestsThatRowsNameAreThere) {
+    std::set<std::string> found;
+    const std::regex declared(R"(\bTEST(?:_F|_P)?\(\s*(\w+)\s*,\s*(\w+)\s*\))");
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(
+             std::string(SDAG_SOURCE_DIR) + "/tests")) {
+        if (entry.path().extension() != ".cpp")
+            continue;
+        std::ifstream file(entry.path());
+        std::stringstream text;
+        text << file.rdbuf();
+        const std::string source = text.str();
+        for (std::sregex_iterator it(source.begin(), source.end(), declared), end; it != end; ++it)
+            found.insert((*it)[1].str() + "." + (*it)[2].str());
+    }
+    EXPECT_GT(found.size(), 500u);
+    for (const UnitTestedFailure& test : unitTestedFailures())
+        EXPECT_TRUE(found.contains(test.test)) << test.test << " is nowhere in tests/";
 }
 
 TEST(Failures, KnownCellsBelongToRows) {

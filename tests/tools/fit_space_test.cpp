@@ -66,6 +66,19 @@ TEST(FitSpace, VariesWhatAMethodReadsAndNothingElse) {
     EXPECT_EQ(models.experiments.size(), models.runs.size());
 }
 
+// Also where routers are groups of their own, each at its first and only rank.
+TEST(FitSpace, NoTwoModelsAreEquallySimple) {
+    Experiment e = sweep();
+    e.models = {"cost", "expr:texels-96", "expr:pages"};
+    const FitModels models = makeFitModels(e, FitObjective::kBytes);
+    std::set<std::vector<int>> seen;
+    for (size_t m = 0; m < models.runs.size(); ++m) {
+        EXPECT_TRUE(seen.insert(models.space.models[m].simplicity).second)
+            << models.runs[m].label();
+        EXPECT_EQ(models.space.models[m].simplicity.size(), simplicityOrder().size());
+    }
+}
+
 TEST(FitSpace, RanksRunFromCoarseToFine) {
     const FitModels models = makeFitModels(sweep(), FitObjective::kTime);
     const auto at = [&](const std::string& label) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag compare` from end to end at smoke size: keys, charts, death, resumption, threads.
-#include "tests/tools/program_runner.h"
+#include "tests/tools/program_refusals.h"
+#include "tools/frame_json.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -161,6 +162,55 @@ TEST(Compare, AKilledRunLeavesNoHalfResultsAndIsResumed) {
     EXPECT_THAT(resumed.err, HasSubstr("finished parts taken up"));
     EXPECT_NE(readText(report + "/results.json"), old);
     EXPECT_EQ(Json::parse(readText(report + "/results.json"))["runs"].size(), 8u);
+}
+
+TEST(Compare, AFinishedReportIsNotResumedAndADamagedJournalIsNoStrangers) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    std::filesystem::create_directories(report);
+    writeText(report + "/results.json", R"({"provenance": {}, "experiment": {}, "runs": []})");
+    Arguments arguments = tinyCompare(report);
+    arguments.push_back("--resume");
+    const std::string old = readText(report + "/results.json");
+    expectRefused(directory, {{arguments, 1, "results.json is finished and nothing is left"}});
+    EXPECT_EQ(readText(report + "/results.json"), old);
+    EXPECT_EQ(filesBelow(report).size(), 1u);
+
+    std::filesystem::remove(report + "/results.json");
+    std::filesystem::create_directories(report + "/partial");
+    writeText(report + "/partial/journal.json", "{\"key\": \"a\", \"par");
+    expectRefused(directory, {{tinyCompare(report), 2, "journal.json: is damaged or cut short"}});
+}
+
+TEST(Compare, AFullPoolIsSaidOfTheCostsThatRoutedByIt) {
+    EXPECT_EQ(poolNote(Json{{"degrade_divisor", 1.0}}), "");
+    EXPECT_THAT(poolNote(Json{{"degrade_divisor", 1.0}, {"costs_degrade_divisor", 1.4142}}),
+                HasSubstr("pool full where costs were measured: maps alone undivided, all together "
+                          "divided by 1.41"));
+    const TemporaryDirectory directory;
+    const ProgramResult result = runShadowdag(
+        directory, {"compare", "builtin:fail-unequal-ranges", "-o", directory / "r", "--size",
+                    "320x180", "--resolution", "64", "--methods", "hybrid", "--thresholds", "inf",
+                    "--pool", "1M", "--page-size", "16", "--repeats", "1", "--warmups", "0",
+                    "--model", "oracle", "--no-charts", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    const Json runs = Json::parse(readText(directory / "r/results.json"))["runs"];
+    size_t count = 0;
+    for (const Json& run : runs) {
+        EXPECT_EQ(run.contains("costs_degrade_divisor"), run["model"] == "oracle");
+        count += run.contains("costs_degrade_divisor") ? 1 : 0;
+    }
+    EXPECT_EQ(count, 1u);
+}
+
+TEST(Compare, ATitleOfBytesThatAreNoTextIsWrittenAsSuch) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    Arguments arguments = tinyCompare(report);
+    arguments.insert(arguments.end(), {"--title", "a\xff", "--no-oracle"});
+    const ProgramResult result = runShadowdag(directory, arguments);
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(Json::parse(readText(report + "/results.json"))["experiment"]["title"], "a\uFFFD");
 }
 
 TEST(Compare, AnInterruptEndsWithTheSignalAndNothingHalf) {

@@ -52,5 +52,34 @@ TEST(CompareFailures, WhatContradictsItIsRefused) {
     refuse({"builtin:fail-acne", "--only", "acne"}, "--only is for compare failures");
 }
 
+TEST(CompareReal, WritesAReportOfAnyLitSceneAndRefusesWhatContradictsIt) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    const ProgramResult result =
+        runShadowdag(directory, {"compare", "real", "builtin:fail-coplanar", "-o", report, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.json()["cell_count"], 4);
+    const Json json = Json::parse(readText(report + "/real.json"));
+    EXPECT_EQ(json["cells"].size(), 4u);
+    EXPECT_EQ(json["cells"][0]["known"], "no");
+    EXPECT_THAT(readText(report + "/real.csv"), HasSubstr("scene,geometry_hash"));
+    const std::string page = readText(report + "/index.html");
+    for (const Json& cell : json["cells"]) {
+        const std::string picture = cell["image"].get<std::string>();
+        EXPECT_TRUE(std::filesystem::exists(report + "/images/" + picture)) << picture;
+        EXPECT_THAT(page, HasSubstr(picture));
+    }
+    const auto refuse = [&](std::vector<std::string> arguments, int status, const char* message) {
+        arguments.insert(arguments.begin(), {"compare", "-o", directory / "other"});
+        const ProgramResult refused = runShadowdag(directory, arguments);
+        EXPECT_EQ(refused.status, status) << message;
+        EXPECT_THAT(refused.err, HasSubstr(message));
+    };
+    refuse({"real"}, 1, "compare real needs scenes");
+    refuse({"real", "builtin:fail-acne", "--taps", "1"}, 1, "--taps and compare real contradict");
+    refuse({"real", directory / "none.glb"}, 2, "none.glb");
+    refuse({"real", directory.path()}, 1, "no .glb or .gltf file in it has lights");
+}
+
 } // namespace
 } // namespace shadowdag

@@ -194,6 +194,7 @@ TEST(Fit, ByTimeTheChoiceIsTimedOnAllFramesOfAllScenes) {
 TEST(Fit, ABoundThatNoModelHoldsIsSaidWithTheLeastErrorReached) {
     const TemporaryDirectory directory;
     const std::string result = directory / "f.json";
+    writeText(directory / "f.experiment.json", "{}"); // as an earlier fit leaves it
     const ProgramResult fit = runShadowdag(
         directory, tinyFit(result, {"--no-charts", "--max", "0", "--metric", "visibility"}));
     EXPECT_EQ(fit.status, 1);
@@ -204,6 +205,7 @@ TEST(Fit, ABoundThatNoModelHoldsIsSaidWithTheLeastErrorReached) {
     EXPECT_GT(found.at("least_error").at("error"), 0.0);
     EXPECT_THAT(fit.err, HasSubstr(found.at("least_error").at("label").get<std::string>()));
     EXPECT_FALSE(std::filesystem::exists(directory / "f.experiment.json"));
+    EXPECT_THAT(fit.err, HasSubstr("f.experiment.json: removed; it was an earlier fit's"));
 }
 
 TEST(Fit, FoldersAreTheScenesInThem) {
@@ -251,6 +253,17 @@ TEST(Fit, WhatIsWrongIsNamedAndHasItsStatus) {
          {{"fit", directory / "empty", "-o", f}, 2, "holds no .glb or .gltf file"},
          {{"fit", "no.glb", "-o", f}, 2, "no.glb"},
          {{"fit", scene, "-o", directory / "no/f.json"}, 3, "create it first"},
+         {{"fit", scene, "-o", f, "--experiment-out", directory / "./f.json"}, 1, "are one file"},
+         {{"fit", scene, "-o", directory / "f.svg"}, 1, "f.svg are one file"},
+         {{"fit", scene, "-o", f, "--experiment-out", directory / "f.png"}, 1, "f.png are one file"},
+         {{"fit", scene, "-o", f, "--methods", "dag", "--taps", "1"}, 1, "--taps is for maps"},
+         {{"fit", scene, "-o", f, "--resolution", "64", "--lod", "0,7"},
+          1,
+          "--lod '7': 64^3 voxels have levels 0 to 6"},
+         {{"fit", scene, "-o", f, "--methods", "maps", "--lod", "1"}, 1, "--lod is for rays"},
+         {{"fit", scene, "-o", f, "--methods", "dag", "--thresholds", "9"},
+          1,
+          "--thresholds is for method hybrid"},
          {{"fit", scene, scene, "-o", f}, 1, "given twice"}});
 }
 

@@ -111,9 +111,13 @@ TEST(Variants, AnUnknownPartIsRefusedWithItsPosition) {
                 HasSubstr("--variants 'PMCD-EX': part 2, 'EX' at character 6, is unknown"));
     EXPECT_THAT(refusal(""), HasSubstr("part 1, '' at character 1, is unknown"));
     EXPECT_THAT(refusal("PMCD--EB"), HasSubstr("part 2, '' at character 6, is unknown"));
-    for (const char* part : {"pmcd", "4sm", "u", "SM", "Nk", "T", "PLOD", "u-2", "u2x", "1.5SM",
-                             "all-ray", "+1SM", "u1e2"})
+    for (const char* part : {"pmcd", "4sm", "u2x", "1.5SM", "all-ray", "+1SM", "u1e2"})
         EXPECT_THAT(refusal(part), HasSubstr("is unknown")) << part;
+    for (const char* part : {"u", "SM", "Nk", "T", "PLOD", "u-2", "PLOD-1"})
+        EXPECT_THAT(refusal(part),
+                    HasSubstr("lacks its number, which stands beside it without a dash"))
+            << part;
+    EXPECT_THAT(refusal("PMCD-PLOD-1"), HasSubstr("as in PLOD1"));
 }
 
 TEST(Variants, NumbersOutOfRangeAreRefused) {

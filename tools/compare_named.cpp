@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/commands.h"
+#include "tools/compare_options.h"
+#include "tools/failures.h"
+#include "tools/mechanisms.h"
+#include "tools/real_scenes.h"
+#include "tools/stability.h"
+
+#include "cuda/error.h"
+
+#include <algorithm>
+#include <iterator>
+
+namespace shadowdag {
+
+namespace {
+
+/// Whether a compare of this name is meant instead of scenes; a file of that name is ./NAME.
+bool isMeant(const CompareOptions& options, const char* name) {
+    return std::find(options.scenes.begin(), options.scenes.end(), name) != options.scenes.end();
+}
+
+/// Throws Error kUsage for what such a compare fixes itself.
+/// @param rows what it has, for people @param takesCharts whether --no-charts is heeded
+void refuseBeside(const CompareOptions& options, const CommandLine& commandLine,
+                  const std::string& name, const std::string& rows, bool takesCharts) {
+    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--voxels",
+                               "--costs", "--cache", "--allow-stale"});
+    if (!takesCharts)
+        fixed.push_back("--no-charts");
+    for (const std::string& option : fixed)
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage, option + " and compare " + name +
+                                               " contradict each other: its " + rows +
+                                               " say what is run; drop one");
+    if (options.scenes.size() > 1)
+        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes.back() + "': " + name +
+                                           " stands alone; drop the other scenes, or write ./" +
+                                           name + " for a file of that name");
+}
+
+/// Whether `compare real` is meant, scenes that nobody staged; a file of that name is ./real.
+bool isReal(const CompareOptions& options) {
+    return !options.scenes.empty() && options.scenes.front() == "real";
+}
+
+void runRealScenes(const CompareOptions& options, const CommandLine& commandLine) {
+    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--no-charts",
+                               "--voxels", "--costs", "--allow-stale", "--only"});
+    for (const std::string& option : fixed)
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage, option + " and compare real contradict each other: its "
+                                                    "bounds hold for one view and one choice of "
+                                                    "settings; drop one");
+    const Console console(options.global.json);
+    runReal({options.output,
+             {options.scenes.begin() + 1, options.scenes.end()},
+             options.common.cache,
+             options.global.apply(console, true)},
+            console);
+}
+
+} // namespace
+
+bool runNamedCompare(const CompareOptions& options, const CommandLine& commandLine) {
+    if (isReal(options)) {
+        runRealScenes(options, commandLine);
+        return true;
+    }
+    const auto meant = [&](const char* name, const char* rows, bool takesCharts) {
+        if (!isMeant(options, name))
+            return false;
+        refuseBeside(options, commandLine, name, rows, takesCharts);
+        return true;
+    };
+    const bool isFailures = meant("failures", "rows", false),
+               isStability = !isFailures && meant("stability", "groups", true),
+               isMechanisms = !isFailures && !isStability && meant("mechanisms", "rows", true);
+    if (!isFailures && !isStability && !isMechanisms)
+        return false;
+    const Console console(options.global.json);
+    const Backend backend = options.global.apply(console, true);
+    if (isFailures)
+        runFailures({options.output, options.only, backend}, console);
+    else if (isStability)
+        runStability({options.output, options.only, options.noCharts, backend}, console);
+    else
+        runMechanisms({options.output, options.only, options.noCharts, backend}, console);
+    return true;
+}
+
+} // namespace shadowdag
