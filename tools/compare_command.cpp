@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag compare`: every method and parameter asked for, timed and held against Embree, as a
 // report.
-#include "scenes/output_file.h"
 #include "tools/charts_run.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
@@ -13,6 +12,7 @@
 #include "tools/provenance.h"
 #include "tools/report.h"
 #include "tools/report_directory.h"
+#include "tools/report_run.h"
 #include "tools/run_table.h"
 #include "tools/sequence.h"
 #include "tools/unheeded.h"
@@ -122,12 +122,6 @@ std::vector<uint32_t> resolutionsOf(const Experiment& experiment) {
     return resolutions;
 }
 
-void writeFile(const std::string& path, const std::string& text) {
-    OutputFile file(path);
-    file.write(text);
-    file.commit();
-}
-
 /// Returns whether any run of an experiment needs a DAG.
 bool asksVoxels(const Experiment& e) {
     return std::any_of(e.methods.begin(), e.methods.end(), methodUsesVoxels) ||
@@ -142,7 +136,7 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
              std::chrono::steady_clock::time_point start, const Console& console) {
     const std::string partial = options.output + "/partial";
     Json charts;
-    writeFile(partial + "/results.json", jsonText(found.results));
+    writeWholeFile(partial + "/results.json", jsonText(found.results));
     if (!script.empty()) {
         drawCharts(script, partial + "/results.json", partial + "/charts");
         std::ifstream file(partial + "/charts/charts.json");
@@ -151,13 +145,13 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
             console.note(line);
     }
     checkInterrupted();
-    writeFile(partial + "/experiment.json", jsonText(found.results["experiment"]));
-    writeFile(partial + "/results.csv", runsCsv(found.results["runs"]));
+    writeWholeFile(partial + "/experiment.json", jsonText(found.results["experiment"]));
+    writeWholeFile(partial + "/results.csv", runsCsv(found.results["runs"]));
     if (!found.results["sequence_runs"].empty())
-        writeFile(partial + "/sequence.csv", runsCsv(found.results["sequence_runs"]));
-    writeFile(partial + "/lights.csv", flatCsv(found.lights));
-    writeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
-    writeFile(partial + "/index.html", reportHtml(found.results, charts));
+        writeWholeFile(partial + "/sequence.csv", runsCsv(found.results["sequence_runs"]));
+    writeWholeFile(partial + "/lights.csv", flatCsv(found.lights));
+    writeWholeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
+    writeWholeFile(partial + "/index.html", reportHtml(found.results, charts));
     std::ostringstream table;
     printRuns(table, found.results["runs"]);
     printSequences(table, found.results["sequence_runs"]);
@@ -182,8 +176,8 @@ void publishPart(const CompareOptions& options, const CompareFindings& found,
                  const CompareShare& share, const Json& key,
                  std::chrono::steady_clock::time_point start, const Console& console) {
     const std::string partial = options.output + "/partial";
-    writeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
-    writeFile(partial + "/part.json", jsonText(toJson(found, share, key, partial)));
+    writeWholeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
+    writeWholeFile(partial + "/part.json", jsonText(toJson(found, share, key, partial)));
     checkInterrupted();
     swapReport(options.output);
     const std::string path = options.output + "/part.json";

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag fit`: the least model, in time or in bytes, that keeps an error.
-#include "scenes/output_file.h"
 #include "tools/charts_run.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
 #include "tools/fit_report.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
+#include "tools/report_run.h"
 #include "tools/unheeded.h"
 
 #include "cuda/error.h"
@@ -167,12 +167,6 @@ size_t findLeast(FitSearch& search, FitMeasurer& measurer, const FitModels& mode
     }
 }
 
-void writeText(const std::string& path, const std::string& text) {
-    OutputFile file(path);
-    file.write(text);
-    file.commit();
-}
-
 /// Throws Error kUsage where two of the files that a fit writes are one.
 void refuseOverlap(const FitOptions& options, const std::string& experimentPath,
                    const std::string& stem) {
@@ -249,11 +243,11 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
         replay.title = "The least model in " + options.objective + " with " + options.metric +
                        " error at most " + numberText(bound);
         result["experiment"] = toJson(replay);
-        writeText(experimentPath, jsonText(result["experiment"]));
+        writeWholeFile(experimentPath, jsonText(result["experiment"]));
     } else if (fs::remove(experimentPath)) { // of an earlier fit: beside this result it would lie
         console.note(experimentPath + ": removed; it was an earlier fit's, and this one has none");
     }
-    writeText(options.output, jsonText(result));
+    writeWholeFile(options.output, jsonText(result));
     if (!script.empty())
         drawCharts(script, options.output,
                    fs::path(stem).parent_path().empty() ? "."

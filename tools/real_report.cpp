@@ -3,14 +3,11 @@
 #include "tools/html.h"
 #include "tools/real_scenes.h"
 
-#include "scenes/output_file.h"
-#include "tools/journal.h"
 #include "tools/provenance.h"
 #include "tools/report.h"
-#include "tools/report_directory.h"
+#include "tools/report_run.h"
 
 #include <algorithm>
-#include <chrono>
 #include <ostream>
 
 namespace shadowdag {
@@ -18,12 +15,6 @@ namespace shadowdag {
 using namespace html;
 
 namespace {
-
-void writeFile(const std::string& path, const std::string& text) {
-    OutputFile file(path);
-    file.write(text);
-    file.commit();
-}
 
 std::vector<const Json*> cellsOf(const Json& results, const std::string& scene) {
     std::vector<const Json*> cells;
@@ -148,32 +139,24 @@ std::string realHtml(const Json& results, const Json& provenance) {
 }
 
 void runReal(const RealCommand& command, const Console& console) {
-    const auto start = std::chrono::steady_clock::now();
     RealRequest request;
     request.backend = command.backend;
     request.cacheDirectory = command.cacheDirectory;
-    const DirectoryLock lock = prepareDirectory(command.output, false, false);
-    const std::string partial = command.output + "/partial";
-    // Tells a later compare that what lies in `partial` is ours.
-    const Journal journal(partial + "/journal.json", "real", false);
-    request.pictureDirectory = partial + "/images";
+    const ReportRun run(command.output, "real", console);
+    request.pictureDirectory = run.partial() + "/images";
     request.files = realFiles(command.arguments, console);
-    request.progress = console.progress("compare real");
+    request.progress = run.progress();
     const Json measured = measureReal(request, console);
     const Json provenance = buildProvenance(command.backend);
     const std::vector<std::string> broken = realBrokenLines(measured);
     Json results = {{"provenance", provenance}};
     results.update(measured);
     results["broken"] = broken;
-    writeFile(partial + "/real.json", jsonText(results));
-    writeFile(partial + "/real.csv", runsCsv(measured["cells"]));
-    writeFile(partial + "/index.html", realHtml(measured, provenance));
-    checkInterrupted();
-    swapReport(command.output);
+    run.write("real.json", jsonText(results));
+    run.write("real.csv", runsCsv(measured["cells"]));
+    run.write("index.html", realHtml(measured, provenance));
+    const std::string report = run.publish();
 
-    const std::string report = command.output + "/index.html";
-    const double wall =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     for (const std::string& line : broken)
         console.people() << line << "\n";
     console.people() << measured["cells"].size() << " cells, " << broken.size()
@@ -182,7 +165,7 @@ void runReal(const RealCommand& command, const Console& console) {
                   {"results", command.output + "/real.json"},
                   {"cell_count", measured["cells"].size()},
                   {"broken", broken},
-                  {"wall_s", wall}});
+                  {"wall_s", run.wallSeconds()}});
     if (!broken.empty())
         throw NotHeld(std::to_string(broken.size()) + " bounds of " +
                       std::to_string(measured["cells"].size()) + " cells do not hold, the first: " +

@@ -3,6 +3,8 @@
 // rounding: the 26 directions, those a rounding beside them, and texels beyond a face's border.
 #include "shadowmap/shadow_map_lookup.h"
 
+#include "tools/exact_cell.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,24 +25,6 @@ uint32_t exactFace(const Int3& d) {
             major = a;
     return uint32_t(2 * major + (d[major] < 0));
 }
-
-/// A texel's column or row by integers: which holds coordinate c / depth of a face of n, that is
-/// floor((c / depth + 1) n / 2), and which the lookup may take instead because a border is nearer
-/// than it rounds. It rounds both centres, their quotient, the sum and the product, a unit of 2^-24
-/// each: less than n 2^-22 texels.
-struct ExactCell {
-    int64_t cell, other;
-    ExactCell(int64_t c, int64_t depth, int64_t n) {
-        const int64_t numerator = (c + depth) * n, denominator = 2 * depth; // >= 0 on the face
-        cell = numerator / denominator;
-        const int64_t below = numerator - cell * denominator, above = denominator - below;
-        const int64_t rounding = (denominator * n >> 22) + 1;
-        other = below < rounding ? cell - 1 : above < rounding ? cell + 1 : cell;
-        cell = std::min(cell, n - 1);
-        other = std::clamp<int64_t>(other, 0, n - 1);
-    }
-    bool holds(uint32_t texel) const { return texel == cell || texel == other; }
-};
 
 TEST(ExactFaces, The26DirectionsAndThoseARoundingBesideThemHaveOneFace) {
     size_t ties = 0;

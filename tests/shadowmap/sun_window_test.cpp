@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Windows of a sun: where they lie, what boxes cover of them, what is drawn into them, what lookups
-// find there.
+// find there. Over 500 lines because its cases share how a sun's scene is set up.
 #include "shadowmap/sun_window.h"
 
 #include "tests/shadowmap/small_scene.h"
@@ -391,7 +391,8 @@ TEST(SunLookup, TheBiasForgivesHalfATexelAndNoMore) {
 TEST(SunLookup, ALevelOfDetailIsForgivenByItsTexelsDownToGrazingLight) {
     const float texel = 64.0f / 1024.0f, lodTexels = 2.0f;
     for (const float facing : {1.0f, 0.5f, 0.125f, 1.0f / 32}) {
-        const Light sun = sunOver({std::sqrt(1 - facing * facing), -facing, 0.0f}, {0, 0, 0}, 30.0f);
+        const Light sun =
+            sunOver({std::sqrt(1 - facing * facing), -facing, 0.0f}, {0, 0, 0}, 30.0f);
         const float allowed =
             lodTexels * texel * std::min(1.0f, facing / kLeastFacingOfLevels); // along the normal
         for (const float height : {0.9f, 1.1f}) {
