@@ -38,7 +38,7 @@ struct FrameOptions {
     /// Shades with each cluster's lights in the order of a curve through space instead of by index;
     /// answers stay the same, sums of colours round in another order.
     bool reorderLights = false;
-    PairPruning pruning = PairPruning::kNone;
+    PairPruning pruning = PairPruning::kFacing;
     ShadowMapOptions maps;
     ShadowMapBias bias; ///< taps: at most maps.taps, whose pages are marked
     RayOptions rays;

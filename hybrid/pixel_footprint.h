@@ -17,9 +17,8 @@ namespace shadowdag {
 
 /// How the resolution that a (cluster, light) pair wants is found.
 enum class ResolutionRule : uint8_t {
-    kSphere,  ///< the paper's equation 1: pixels over the solid angle of the cluster's sphere
-    kPlane,   ///< a texel for a pixel at the cluster's mean position, on its mean plane
-    kSamples, ///< as many texels as pixels on what the cluster's samples show, one by one
+    kSphere, ///< the paper's equation 1: pixels over the solid angle of the cluster's sphere
+    kPlane,  ///< a texel for a pixel at the cluster's mean position, on its mean plane
 };
 
 /// The least cosine of the angles to the light and to the camera that footprints are counted with.
@@ -74,22 +73,6 @@ SDAG_HD inline ClusterPlane meanPlane(const GBufferView& gbuffer, const ClusterV
     const double length = glm::sqrt(glm::dot(plane.normal, plane.normal));
     plane.normal = length > 0.0 ? plane.normal / length : glm::dvec3(0.0);
     return plane;
-}
-
-/// Returns the mean of what those pixels of a cluster cover of a light that face it; 0 for none.
-/// Cost: the cluster's samples.
-SDAG_HD inline double meanPixelShare(const GBufferView& gbuffer, const ClusterView& clusters,
-                                     size_t cluster, const ViewRays& view, const Light& light) {
-    double sum = 0.0;
-    uint32_t count = 0;
-    for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1]; ++i) {
-        const uint32_t sample = clusters.samples[i];
-        const double share = pixelShare(view, glm::dvec3(gbuffer.positionWorld[sample]),
-                                        glm::dvec3(gbuffer.normalWorld[sample]), light);
-        sum += share;
-        count += share > 0.0;
-    }
-    return count > 0 ? sum / count : 0.0;
 }
 
 } // namespace shadowdag

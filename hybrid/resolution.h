@@ -112,10 +112,8 @@ struct DemandResolution {
                 light.kind == Light::kSun
                     ? requiredSunResolutionSquared(samples, radiusSquared, sunExtentWorld(light))
                     : requiredResolutionSquared(samples, radiusSquared, glm::dot(toLight, toLight));
-            if (rule != ResolutionRule::kSphere) {
-                const double share = rule == ResolutionRule::kPlane
-                                         ? pixelShare(view, plane.position, plane.normal, light)
-                                         : meanPixelShare(gbuffer, clusters, cluster, view, light);
+            if (rule == ResolutionRule::kPlane) {
+                const double share = pixelShare(view, plane.position, plane.normal, light);
                 if (share > 0.0)
                     wanted = float(shareOfTexel(light) / share);
             }

@@ -74,8 +74,8 @@ struct PairSegment {
     Footprint footprint; ///< of all but LodRule::kFixed
 };
 
-/// Returns where a pair's ray through voxels ends: at the light, or, to a sun, where it has left the
-/// grid by more than the end is drawn back.
+/// Returns where a pair's ray through voxels ends: at the light, or, to a sun, where it has left
+/// the grid by more than the end is drawn back.
 SDAG_HD inline glm::vec3 rayEnd(const RayInputs& inputs, const ShadowPair& pair,
                                 uint32_t startLevel) {
     if (!pair.isSun)
@@ -83,13 +83,13 @@ SDAG_HD inline glm::vec3 rayEnd(const RayInputs& inputs, const ShadowPair& pair,
     const VoxelGrid& grid = inputs.dag.grid;
     const double cell = double(1u << startLevel);
     const double beyond = cell * (4.0 + 2.0 * double(inputs.options.offset));
-    return glm::vec3(grid.worldFromVoxel(endWithinGrid(
-        grid, grid.voxelFromWorld(glm::dvec3(pair.positionWorld)),
-        grid.voxelFromWorld(glm::dvec3(pair.lightWorld)), beyond)));
+    return glm::vec3(grid.worldFromVoxel(
+        endWithinGrid(grid, grid.voxelFromWorld(glm::dvec3(pair.positionWorld)),
+                      grid.voxelFromWorld(glm::dvec3(pair.lightWorld)), beyond)));
 }
 
-/// Returns the footprint of a pair's ray, in voxels. A sun's is the pixel's all along: texels of its
-/// windows are no wider.
+/// Returns the footprint of a pair's ray, in voxels. A sun's is the pixel's all along: texels of
+/// its windows are no wider.
 SDAG_HD inline Footprint footprintOf(const RayInputs& inputs, const ShadowPair& pair) {
     const RayDetail& detail = inputs.detail;
     const glm::dvec3 position(pair.positionWorld), toLight = glm::dvec3(pair.lightWorld) - position;
@@ -114,9 +114,9 @@ SDAG_HD inline PairSegment pairSegment(const RayInputs& inputs, const ShadowPair
         p.startLevel =
             level < inputs.dag.grid.resolutionLog2 ? level : inputs.dag.grid.resolutionLog2;
     }
-    p.segment = shadowSegment(inputs.dag.grid, pair.positionWorld, pair.normalWorld,
-                              rayEnd(inputs, pair, p.startLevel), inputs.options.offset,
-                              p.startLevel);
+    p.segment =
+        shadowSegment(inputs.dag.grid, pair.positionWorld, pair.normalWorld,
+                      rayEnd(inputs, pair, p.startLevel), inputs.options.offset, p.startLevel);
     return p;
 }
 

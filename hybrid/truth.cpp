@@ -258,9 +258,9 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
             for (size_t i = 0; i < items.size(); ++i) {
                 const TruthReceiver& receiver = receivers[items[i].receiver];
                 const glm::vec3 sampleWorld(receiver.sample + state_->origin); // exact again
-                rays[i] = truthRay(
-                    receiver, starts[items[i].receiver],
-                    glm::dvec3(pointAtLight(lights[items[i].light], sampleWorld)) - state_->origin);
+                rays[i] = truthRay(receiver, starts[items[i].receiver],
+                                   glm::dvec3(pointAtLight(lights[items[i].light], sampleWorld)) -
+                                       state_->origin);
             }
             traceBlocked(rays.data(), rays.size(), blocked.data());
             for (size_t i = 0; i < items.size(); ++i)

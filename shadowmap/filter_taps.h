@@ -13,7 +13,7 @@ namespace shadowdag {
 struct ShadowMapBias {
     float constantTexels = 0.5f; ///< how many texels before the receiver a blocker is forgiven; 0
                                  ///< leaves what rounding needs
-    uint32_t taps = 9;           ///< 1, 4 or 9: see lookupVisibility
+    uint32_t taps = 4;           ///< 1, 4 or 9: see lookupVisibility
 };
 
 /// A texel of a map.

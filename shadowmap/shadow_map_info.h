@@ -13,8 +13,8 @@ namespace shadowdag {
 
 constexpr uint32_t kNoPage = 0xffffffffu;
 
-/// Across a surface that a sun grazes the lift by a level of detail would have no end: it grows as if
-/// the sine of the sun's height were this at least (3.6 degrees).
+/// Across a surface that a sun grazes the lift by a level of detail would have no end: it grows as
+/// if the sine of the sun's height were this at least (3.6 degrees).
 constexpr float kLeastFacingOfLevels = 1.0f / 16.0f;
 
 /// One map, as lookups and the rasterizer see it.

@@ -34,16 +34,16 @@ struct MapRequest {
 
 /// How maps are built. Results of lookups do not depend on the culling.
 struct ShadowMapOptions {
-    uint32_t pageTexels = 64;          ///< side of a page, a power of two, 16..256
+    uint32_t pageTexels = 32;          ///< side of a page, a power of two, 16..256
     uint64_t poolBytes = 256ull << 20; ///< budget of the page pool
-    uint32_t taps = 9;                 ///< 1, 4 or 9: which page borders the filter needs marked
+    uint32_t taps = 4;                 ///< 1, 4 or 9: which page borders the filter needs marked
     MapCulling culling = MapCulling::kCellDepth;
     /// Keeps maps from frame to frame and does not draw again what stood still and is there (SO).
-    bool useStaticOptimization = false;
+    bool useStaticOptimization = true;
     /// With it: pages and maps that a frame does not need keep their texels while the pool has
     /// room, and give them up least recently needed first; false frees them at once, as the paper
     /// does.
-    bool retainsPages = true;
+    bool retainsPages = false;
     /// Polygon level of detail: of every instance the coarsest level is drawn whose error is below
     /// this many texels of the map (PolygonLevelsView); 0: full detail. Above 0 the batches must
     /// have levels. Lookups then answer for simplified surfaces, unlike with any other option here,

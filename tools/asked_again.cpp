@@ -9,10 +9,7 @@ namespace shadowdag {
 void leaveOut(const CellSetup& setup, Answers& answers) {
     if (!setup.hasMovers)
         answers.method.rays.movers = {};
-    if (!setup.hasPlane) {
-        answers.noNormals.assign(answers.gbuffer.count(), glm::vec3(0.0f));
-        answers.gbuffer.normalWorld = viewOf(answers.noNormals);
-    }
+    answers.hasPlane = setup.hasPlane;
 }
 
 void askAgain(const World& world, Answers& answers) {
@@ -27,7 +24,8 @@ void askAgain(const World& world, Answers& answers) {
                 answers.frame.visibility[p] = answerPair(
                     answers.method, answers.frame.pairMap[p], pairs.light[p],
                     world.lights()[pairs.light[p]], answers.gbuffer.positionWorld[sample],
-                    answers.gbuffer.normalWorld[sample], answers.gbuffer.triangle[sample], counts);
+                    answers.hasPlane ? answers.gbuffer.normalWorld[sample] : glm::vec3(0.0f),
+                    answers.gbuffer.triangle[sample], counts);
             missing[sample] = counts.missingTapCount;
         },
         64);

@@ -14,7 +14,7 @@ struct Answers {
     FrameResult frame;
     GBufferView gbuffer;
     VisibilityInputs method;
-    std::vector<glm::vec3> noNormals; ///< of gbuffer, where the receiver's plane is left out
+    bool hasPlane = true; ///< whether lookups are told the receiver's plane when asked again
     uint64_t missingTapCount = 0;
 };
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag calibrate`: fits the cost model `cost` to this machine.
-#include "scenes/output_file.h"
 #include "tools/calibration.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
 #include "tools/cost_file.h"
 #include "tools/json_file.h"
 #include "tools/provenance.h"
+#include "tools/report_run.h"
 #include "tools/scene_setup.h"
 
 #include <algorithm>
@@ -174,12 +174,6 @@ Measured readObservations(const std::string& path, Json& provenance) {
     return measured;
 }
 
-void writeFile(const std::string& path, const Json& json) {
-    OutputFile file(path);
-    file.write(jsonText(json));
-    file.commit();
-}
-
 Experiment experimentOf(CalibrateOptions& options, const CommandLine& commandLine) {
     if (!commandLine.given("--frames"))
         options.common.frames = options.quick ? kQuickFrames : kFrames;
@@ -246,12 +240,12 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
                                   ? measure(options, e, sizes, repeats, backend, console)
                                   : readObservations(options.from, provenance);
     if (!options.observations.empty())
-        writeFile(options.observations, {{"provenance", provenance},
-                                         {"experiment", toJson(e)},
-                                         {"sizes", options.sizes},
-                                         {"repeat_count", repeats},
-                                         {"frames", measured.rows},
-                                         {"observations", toJson(measured.frames)}});
+        writeWholeFile(options.observations, jsonText({{"provenance", provenance},
+                                                       {"experiment", toJson(e)},
+                                                       {"sizes", options.sizes},
+                                                       {"repeat_count", repeats},
+                                                       {"frames", measured.rows},
+                                                       {"observations", toJson(measured.frames)}}));
     const CostFit fit = fitCosts(measured.frames);
     printFit(console.people(), fit);
     Json scenes = Json::array();
@@ -266,7 +260,7 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
                        {"repeat_count", options.from.empty() ? Json(repeats) : measured.repeats},
                        {"held_out_regret", toJson(fit)},
                        {"frames", measured.rows}};
-    writeFile(options.output, json);
+    writeWholeFile(options.output, jsonText(json));
     console.people() << options.output << ": for --model cost --costs " << options.output << "\n";
     console.emit({{"output", options.output},
                   {"frame_count", measured.frames.size()},

@@ -384,7 +384,7 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
                      "the paper measured. Parts, in any order: Sphere, CFM, PMC, PMCD, PMCC "
                      "(culling); EB, TB (cluster bounds); SO, SOR (static optimization); Nk<k>; "
                      "PLOD<texels>; FP, LP (pages only for pairs that face, that are not proven "
-                     "lit); RP, RS (resolution rule); RL (light order); <n>SM [4SM]; u<d> [u1]; "
+                     "lit); RP (resolution rule); RL (light order); <n>SM [4SM]; u<d> [u1]; "
                      "T<taps>; RT (all rays); Hybrid[:MODEL]; RH[<margin>] (routes held)");
     commandLine.flag("--sequence", options->isSequence,
                      "Frames in order, keeping what is kept from frame to frame; else every frame "

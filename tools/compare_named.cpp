@@ -8,7 +8,6 @@
 
 #include "cuda/error.h"
 
-#include <algorithm>
 #include <iterator>
 
 namespace shadowdag {
@@ -17,7 +16,7 @@ namespace {
 
 /// Whether a compare of this name is meant instead of scenes; a file of that name is ./NAME.
 bool isMeant(const CompareOptions& options, const char* name) {
-    return std::find(options.scenes.begin(), options.scenes.end(), name) != options.scenes.end();
+    return !options.scenes.empty() && options.scenes.front() == name;
 }
 
 /// Throws Error kUsage for what such a compare fixes itself.
@@ -35,14 +34,9 @@ void refuseBeside(const CompareOptions& options, const CommandLine& commandLine,
                                                " contradict each other: its " + rows +
                                                " say what is run; drop one");
     if (options.scenes.size() > 1)
-        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes.back() + "': " + name +
+        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes[1] + "': " + name +
                                            " stands alone; drop the other scenes, or write ./" +
                                            name + " for a file of that name");
-}
-
-/// Whether `compare real` is meant, scenes that nobody staged; a file of that name is ./real.
-bool isReal(const CompareOptions& options) {
-    return !options.scenes.empty() && options.scenes.front() == "real";
 }
 
 void runRealScenes(const CompareOptions& options, const CommandLine& commandLine) {
@@ -65,7 +59,7 @@ void runRealScenes(const CompareOptions& options, const CommandLine& commandLine
 } // namespace
 
 bool runNamedCompare(const CompareOptions& options, const CommandLine& commandLine) {
-    if (isReal(options)) {
+    if (isMeant(options, "real")) {
         runRealScenes(options, commandLine);
         return true;
     }

@@ -10,11 +10,13 @@
 // pairs of the frame once more without them; nothing else of the frame changes.
 #pragma once
 
+#include "hybrid/cost_model.h"
 #include "hybrid/error.h"
 #include "tools/json.h"
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -42,6 +44,9 @@ inline constexpr const char* kCellMeasureNames[kCellMeasureCount] = {
     "false_shadow_count", "false_light_count", "unexplained_count",     "acne_count",
     "contact_count",      "missing_tap_count", "mean_error_millionths", "flicker_count"};
 using CellCounts = std::array<uint64_t, kCellMeasureCount>;
+
+/// Returns what counts add up to, of a cell's pairs; the last two are its missing taps and flicker.
+CellCounts cellCounts(const ErrorCounts& errors, uint64_t missingTapCount, uint64_t flickerCount);
 
 /// A remedy that must be seen: with it off, `measure` of that method's cell is more than `factor`
 /// times what it is with it on, and more than 20.
@@ -97,6 +102,10 @@ struct CellSetup {
 /// unknown key and for a value that is none.
 CellSetup cellSetup(const std::vector<std::string>& settings);
 
+/// Returns the cost model that serves lights by a method, and, of dag-exact, lets the setup's rays
+/// be exact.
+std::unique_ptr<CostModel> modelOf(MatrixMethod method, CellSetup& setup);
+
 /// Returns whether the method reads any key of the settings: if not, its cell with the remedy off
 /// is the one with it on and is not rendered.
 bool readsAny(MatrixMethod method, const std::string& settings);
@@ -121,6 +130,9 @@ struct MatrixRequest {
     std::string pictureDirectory;         ///< "" for none; else files are written there
     std::function<void(double)> progress; ///< told the share that is done; may be empty
 };
+
+/// Returns the rows of these names, in order; all of none. Throws Error kUsage for an unknown one.
+std::vector<const Failure*> failuresNamed(const std::vector<std::string>& names);
 
 /// Measures rows. Returns {"cells": [...], "remedies": [...], "pictures": [...]}: one object a cell
 /// with its counts, "bounds" and "broken" (the names of the measures over their bounds, or

@@ -26,6 +26,7 @@ void runFailures(const FailuresCommand& command, const Console& console) {
     request.backend = command.backend;
     if (!command.names.empty())
         request.names = parseList("--only", command.names);
+    failuresNamed(request.names); // refused before anything is put away
     const ReportRun run(command.output, "failures", console);
     request.pictureDirectory = run.partial() + "/images";
     request.progress = run.progress();

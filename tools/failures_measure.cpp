@@ -70,15 +70,8 @@ private:
 class Cell {
 public:
     Cell(Stage& stage, const Failure& failure, MatrixMethod method, const CellSetup& setup)
-        : stage_(stage), failure_(failure), setup_(setup),
-          model_(makeCostModel(method == MatrixMethod::kMaps ? "texels:0"
-                               : method == MatrixMethod::kHybrid
-                                   ? "texels:" + numberText(setup.hybridTexels)
-                                   : "texels:inf")),
-          flicker_(stage.truth(), 1, kFlickerPointCount) {
-        if (method == MatrixMethod::kDagExact)
-            setup_.frame.rays.kind = RayKind::kExact;
-    }
+        : stage_(stage), failure_(failure), setup_(setup), model_(modelOf(method, setup_)),
+          flicker_(stage.truth(), 1, kFlickerPointCount) {}
 
     /// Renders and judges all frames. @param truths what Embree answers, by frame; filled as needed
     void measure(std::vector<std::vector<uint8_t>>& truths) {
@@ -105,15 +98,7 @@ public:
     }
 
     CellCounts counts() const {
-        const FlickerCounts::Class flicker = flickers_.total();
-        return {errors_.falseShadowCount,
-                errors_.falseLightCount,
-                errors_.unexplainedFalseShadowCount + errors_.unexplainedFalseLightCount,
-                errors_.acneCount,
-                errors_.contactCount,
-                missingTapCount_,
-                uint64_t(errors_.meanAbsVisibilityError() * 1e6 + 0.5),
-                flicker.flickerCount};
+        return cellCounts(errors_, missingTapCount_, flickers_.total().flickerCount);
     }
 
     Json json() const {
@@ -342,9 +327,20 @@ private:
 
 } // namespace
 
-Json measureFailures(const MatrixRequest& request) {
+CellCounts cellCounts(const ErrorCounts& errors, uint64_t missingTapCount, uint64_t flickerCount) {
+    return {errors.falseShadowCount,
+            errors.falseLightCount,
+            errors.unexplainedFalseShadowCount + errors.unexplainedFalseLightCount,
+            errors.acneCount,
+            errors.contactCount,
+            missingTapCount,
+            uint64_t(errors.meanAbsVisibilityError() * 1e6 + 0.5),
+            flickerCount};
+}
+
+std::vector<const Failure*> failuresNamed(const std::vector<std::string>& names) {
     std::vector<const Failure*> rows;
-    for (const std::string& name : request.names) {
+    for (const std::string& name : names) {
         const auto found = std::find_if(failures().begin(), failures().end(),
                                         [&](const Failure& f) { return f.name == name; });
         if (found == failures().end()) {
@@ -358,6 +354,11 @@ Json measureFailures(const MatrixRequest& request) {
     if (rows.empty())
         for (const Failure& f : failures())
             rows.push_back(&f);
+    return rows;
+}
+
+Json measureFailures(const MatrixRequest& request) {
+    const std::vector<const Failure*> rows = failuresNamed(request.names);
     Json matrix = {
         {"cells", Json::array()}, {"remedies", Json::array()}, {"pictures", Json::array()}};
     const std::vector<FailScene> scenes = failScenes();

@@ -102,9 +102,9 @@ const std::vector<Key>& keys() {
          [](CellSetup& s, Text k, Text v) {
              s.frame.undersample = float(parseNumber(k, v, 1.0 / 64, 1024));
          }},
-        {{"resolution_rule", "parts RP, RS of --variants: who asks for texels", {kMaps, kHybrid}},
+        {{"resolution_rule", "part RP of --variants: who asks for texels", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
-             s.frame.resolutionRule = ResolutionRule(oneOf(k, v, {"sphere", "plane", "samples"}));
+             s.frame.resolutionRule = ResolutionRule(oneOf(k, v, {"sphere", "plane"}));
          }},
         {{"min_face_texels", "FrameOptions::minFaceTexels: the least map", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.minFaceTexels = whole(k, v, 1, 2048); }},
@@ -126,9 +126,7 @@ const std::vector<Key>& keys() {
          [](CellSetup& s, Text k, Text v) {
              s.frame.bias.taps = s.frame.maps.taps = whole(k, v, 1, 9);
          }},
-        {{"polygon_lod",
-          "--polygon-lod: texels a triangle may deviate",
-          {kMaps, kHybrid}},
+        {{"polygon_lod", "--polygon-lod: texels a triangle may deviate", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.maps.lodTexels = float(parseNumber(k, v, 0, 64));
          }},
@@ -184,6 +182,15 @@ const std::vector<FailureSetting>& failureSettings() {
         return list;
     }();
     return settings;
+}
+
+std::unique_ptr<CostModel> modelOf(MatrixMethod method, CellSetup& setup) {
+    if (method == MatrixMethod::kDagExact)
+        setup.frame.rays.kind = RayKind::kExact;
+    return makeCostModel(method == MatrixMethod::kMaps ? "texels:0"
+                         : method == MatrixMethod::kHybrid
+                             ? "texels:" + numberText(setup.hybridTexels)
+                             : "texels:inf");
 }
 
 CellSetup cellSetup(const std::vector<std::string>& settings) {

@@ -68,7 +68,7 @@ const std::vector<Failure>& failures() {
          "more than "
          "76 degrees, the low taps are left out.",
          kReeves,
-         "",
+         "taps=9",
          "receiver_plane=off",
          "receiver_plane=on",
          {{kMaps, kMeanError, 5}}},
@@ -92,7 +92,7 @@ const std::vector<Failure>& failures() {
          "Pages within the filter's reach are marked as well, so no tap of any frame misses its "
          "page; "
          "a tap that misses all the same, in a full pool, is counted and dark.",
-         kOlsson, "page_size=16", "", ""},
+         kOlsson, "page_size=16 taps=9", "", ""},
         {"full-pool",
          "6",
          "fail-unequal-ranges",
@@ -132,7 +132,7 @@ const std::vector<Failure>& failures() {
          "at "
          "concave edges the bias of half a texel forgives.",
          kOlsson,
-         "",
+         "taps=9",
          "bias=0",
          "bias=0.5",
          {{kMaps, kMeanError, 1.3}}},
@@ -165,7 +165,8 @@ const std::vector<Failure>& failures() {
         {"wires",
          "11",
          "fail-wires",
-         "Conservative voxels of 16 mm make a grate of wires of 12 mm nearly solid, and nine taps "
+         "Conservative voxels of 16 mm make a grate of wires of 12 mm nearly solid, and a filter's "
+         "taps "
          "average single wires away.",
          "Hits are confirmed by the triangles near the voxel; maps need texels finer than the "
          "wire.",

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <memory>
 
@@ -27,6 +28,17 @@ namespace fs = std::filesystem;
 // models exceeded those of coarser ones by less than a tenth of such bounds as are asked for; times
 // of one frame differ between runs by less than a quarter on a machine in use.
 constexpr double kErrorSlack = 0.1, kBytesSlack = 0.1, kTimeSlack = 0.25;
+
+/// Heads the title of the experiment that a fit writes.
+const std::string kTitle = "The least model in ";
+
+/// Returns whether a file is an experiment that a fit wrote.
+bool isExperimentOfFit(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    const Json json = file ? Json::parse(file, nullptr, false) : Json();
+    return json.is_object() && json.contains("title") && json["title"].is_string() &&
+           json["title"].get<std::string>().starts_with(kTitle);
+}
 
 struct FitOptions {
     GlobalOptions global;
@@ -240,12 +252,15 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     Experiment replay;
     if (choice != SIZE_MAX) {
         replay = models.experiments[choice];
-        replay.title = "The least model in " + options.objective + " with " + options.metric +
-                       " error at most " + numberText(bound);
+        replay.title = kTitle + options.objective + " with " + options.metric + " error at most " +
+                       numberText(bound);
         result["experiment"] = toJson(replay);
         writeWholeFile(experimentPath, jsonText(result["experiment"]));
-    } else if (fs::remove(experimentPath)) { // of an earlier fit: beside this result it would lie
+    } else if (isExperimentOfFit(experimentPath)) { // beside this result it would lie
+        fs::remove(experimentPath);
         console.note(experimentPath + ": removed; it was an earlier fit's, and this one has none");
+    } else if (fs::exists(experimentPath)) {
+        console.note(experimentPath + ": left as it is, which is no fit's; this fit has none");
     }
     writeWholeFile(options.output, jsonText(result));
     if (!script.empty())

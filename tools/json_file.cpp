@@ -50,6 +50,8 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
                                                remedy);
         throw Error(ErrorKind::kInput,
                     where + ": is not JSON at " + placeOf(text, byte) + "; " + remedy);
+    } catch (const Json::out_of_range&) {
+        throw Error(ErrorKind::kInput, where + ": holds a number beyond 1.8e308; " + remedy);
     }
 }
 

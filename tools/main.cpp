@@ -41,7 +41,8 @@ int main(int argc, char** argv) {
         program.command("validate", "Hold shadows against Embree, pair by pair", declareValidate);
         program.command("compare", "Every method and parameter: time against error, as a report",
                         declareCompare);
-        program.command("figures", "Redraw the paper's figures from a sequence that compare measured",
+        program.command("figures",
+                        "Redraw the paper's figures from a sequence that compare measured",
                         declareFigures);
         program.command("calibrate", "Fit the cost model `cost` to this machine", declareCalibrate);
         program.command("fit", "The least model, in time or bytes, that keeps an error",

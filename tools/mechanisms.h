@@ -28,9 +28,10 @@ enum class GainMetric : uint8_t {
     kFalseShadow, ///< pairs
     kFalseLight,  ///< pairs
     kFlicker,     ///< answers that change from frame to frame where Embree's do not
-    kFlip         ///< FLIP of the picture against the truth's
+    kFlip,        ///< FLIP of the picture against the truth's
+    kWrong        ///< pairs, false shadow and false light together
 };
-constexpr int kGainMetricCount = 9;
+constexpr int kGainMetricCount = 10;
 inline constexpr const char* kGainMetricNames[kGainMetricCount] = {"time_ms",
                                                                    "mean_abs_visibility_error",
                                                                    "bytes",
@@ -39,7 +40,8 @@ inline constexpr const char* kGainMetricNames[kGainMetricCount] = {"time_ms",
                                                                    "false_shadow_count",
                                                                    "false_light_count",
                                                                    "flicker_count",
-                                                                   "flip"};
+                                                                   "flip",
+                                                                   "wrong_pair_count"};
 
 /// A row. All texts are for readers of the report but off, on, always and shownBy.
 struct Mechanism {
@@ -55,6 +57,13 @@ struct Mechanism {
     bool isSequence = false;               ///< frames in order, what is kept is kept
     std::string keptFor = "";              ///< what needs it where it buys nothing; "": nothing
     std::string source = "";
+    /// What its price in error is taken by. A filter's is kFlip: its answers at outlines are
+    /// fractional by intent, which any mean of |visibility - Embree's| counts against it.
+    GainMetric errorMetric = GainMetric::kError;
+    /// Returns whether pictures have to be compared.
+    bool asksFlip() const {
+        return metric == GainMetric::kFlip || errorMetric == GainMetric::kFlip;
+    }
 };
 
 /// Returns all rows, in the order of the frame's steps.
@@ -107,9 +116,9 @@ struct Judgement {
 /// exceeds twice its spread and one percent; it *helps* when it gains a fifth at least, and twice
 /// its spread, in a failure that it is a remedy for. A metric is *worse* when its mean loss exceeds
 /// twice its spread and five percent. What pays is on when the error is not worse and neither time
-/// nor bytes are worse by more than it gains (where its own metric is an error, that is its price);
-/// what only helps is on when none of the three is worse. What pays or helps otherwise is an
-/// option. What does neither is deleted, or kept for what needs it.
+/// nor bytes are worse by more than it gains (where its own metric is an error, that is its price;
+/// a filter's error is FLIP); what only helps is on when none of the three is worse. What pays or
+/// helps otherwise is an option. What does neither is deleted, or kept for what needs it.
 Judgement judge(const MechanismEvidence& evidence, bool isKept);
 
 /// What to measure, and on what.
@@ -121,16 +130,21 @@ struct MechanismsRequest {
     uint32_t width = 320, height = 180;
     uint32_t resolutionLog2 = 11; ///< voxels an axis of the built-in scenes
     int sequenceFrames = 4;       ///< counted; one more leads in
-    int repeats = 3; ///< timed runs of either side where time should be gained, else 1; 0: no times
-    bool hasTerms = true;                 ///< terms of the cost model are judged as well
+    int repeats = 3;      ///< timed runs of either side where time should be gained, else 1; 0: no
+                          ///< times, and no row that should gain any
+    bool hasTerms = true; ///< terms of the cost model are judged as well
     std::function<void(double)> progress; ///< told the share that is done; may be empty
 };
+
+/// Throws Error kUsage for a name that is neither a mechanism's nor a cost term's.
+void refuseUnknownMechanisms(const std::vector<std::string>& names);
 
 /// Measures and judges. Returns {"scenes", "size", ..., "mechanisms": [...]}: one object a
 /// mechanism with its settings, "verdict", "reason", "is_default" (null: asked for by name),
 /// "agrees" (the default is as the verdict says), its mean ratios on/off, and "scenes": one object
 /// a scene with what either side counted and its ratios. All but times depends on the request
-/// alone. Throws Error kUsage for an unknown name.
+/// alone. Throws Error kUsage for an unknown name, and for rows that need times where none are
+/// taken.
 Json compareMechanisms(const MechanismsRequest& request);
 
 /// Returns the terms of the cost model as rows, in the form of compareMechanisms' mechanisms: on is

@@ -24,7 +24,7 @@ PANELS = (("own_ratio", "own metric"), ("time_ratio", "time"), ("error_ratio", "
 MARKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (VERMILION, "v"))
 METRICS = {"time_ms": "time", "mean_abs_visibility_error": "error", "bytes": "bytes", "triangle_draw_count": "triangles",
            "texel_count": "texels", "false_shadow_count": "false shadow", "false_light_count": "false light",
-           "flicker_count": "flicker", "flip": "FLIP"}
+           "flicker_count": "flicker", "flip": "FLIP", "wrong_pair_count": "wrong pairs"}
 VERDICTS = {"default on": "on", "default off, an option": "option",
             "default off, kept for the comparison": "kept", "to be deleted": "delete"}
 plt.rcParams["figure.constrained_layout.use"] = False  # names and verdicts beside the panels need room of their own

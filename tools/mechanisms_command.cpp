@@ -15,6 +15,7 @@ void runMechanisms(const MechanismsCommand& command, const Console& console) {
     request.backend = command.backend;
     if (!command.names.empty())
         request.names = parseList("--only", command.names);
+    refuseUnknownMechanisms(request.names); // before anything is put away
     const std::string script = command.noCharts ? "" : findCharts("mechanisms_chart.py");
     const ReportRun run(command.output, "mechanisms", console);
     request.progress = run.progress();

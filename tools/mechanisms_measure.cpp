@@ -22,7 +22,6 @@ namespace {
 /// What one side of a mechanism gave on one scene, over its frames.
 struct Reading {
     ErrorCounts errors;
-    double timeMs = 0;  ///< of the run that was judged
     double flip = 0;    ///< mean
     uint64_t bytes = 0; ///< of the frame with most
     uint64_t triangleCount = 0, texelCount = 0, pageCount = 0, rayCount = 0, lookupCount = 0,
@@ -48,6 +47,8 @@ struct Reading {
             return double(flickerCount);
         case GainMetric::kFlip:
             return flip;
+        case GainMetric::kWrong:
+            return double(errors.falseShadowCount + errors.falseLightCount);
         }
         throw std::logic_error("a time is no count");
     }
@@ -81,11 +82,7 @@ double floorOf(GainMetric metric, const Reading& reading) {
 class Side {
 public:
     Side(MechanismScene& scene, const Mechanism& row, const CellSetup& setup)
-        : scene_(scene), row_(row), setup_(setup),
-          model_(makeCostModel(row.method == MatrixMethod::kMaps ? "texels:0"
-                               : row.method == MatrixMethod::kDag
-                                   ? "texels:inf"
-                                   : "texels:" + numberText(setup.hybridTexels))) {}
+        : scene_(scene), row_(row), setup_(setup), model_(modelOf(row.method, setup_)) {}
 
     /// Renders and judges all counted frames.
     Reading read() {
@@ -163,7 +160,6 @@ private:
         const JudgedAnswers& judged = judgedAs(frame, answers, inputs, truth);
         reading.errors.add(judged.errors);
         reading.flip += judged.flip;
-        reading.timeMs += result.stages.totalMs();
         const FrameCounts& counts = result.counts;
         const bool usesRays = counts.rayCount > 0 || counts.provenPairCount > 0;
         reading.bytes =
@@ -183,7 +179,7 @@ private:
                                   const MechanismTruth& truth) {
         const FrameResult& result = answers.frame;
         JudgedAnswers judged{frame,
-                             row_.metric == GainMetric::kFlip,
+                             row_.asksFlip(),
                              setup_.hasPlane,
                              setup_.hasMovers,
                              uint32_t(setup_.resolutionLog2),
@@ -262,7 +258,7 @@ public:
         const auto gainBy = [&](GainMetric metric) {
             return gainOf(offReading.of(metric), onReading.of(metric), floorOf(metric, offReading));
         };
-        gains.error = gainBy(GainMetric::kError);
+        gains.error = gainBy(row.errorMetric);
         gains.bytes = gainBy(GainMetric::kBytes);
         Json entry = {{"scene", scene_.name()},
                       {"is_failure", scene_.isFailure()},
@@ -272,8 +268,7 @@ public:
                       {"bytes_ratio", ratio(gains.bytes)}};
         gains.hasTime = request_.repeats > 0 && off.hasAll() && on.hasAll();
         if (gains.hasTime)
-            gains.time = measureTimes(row, offReading, onReading, off, on, entry);
-        // A row that should pay in time says nothing where none is taken.
+            gains.time = measureTimes(row, off, on, entry);
         if (row.metric != GainMetric::kTime)
             gains.own = gainBy(row.metric);
         else
@@ -285,7 +280,9 @@ public:
 
 private:
     CellSetup setupOf(const Mechanism& row, const std::string& side) const {
-        CellSetup setup = cellSetup({scene_.settings(), row.always, side});
+        // What a single frame would keep is of no use to it.
+        CellSetup setup = cellSetup(
+            {scene_.settings(), row.isSequence ? "" : "static_optimization=off", row.always, side});
         setup.frame.width = request_.width;
         setup.frame.height = request_.height;
         if (!scene_.isFailure()) {
@@ -299,7 +296,7 @@ private:
     const Reading& read(const Mechanism& row, const std::string& settings, Side& side) {
         const std::string key = kMatrixMethodNames[size_t(row.method)] + (" " + row.always) + " " +
                                 settings + (row.isSequence ? " sequence" : "") +
-                                (row.metric == GainMetric::kFlip      ? " flip"
+                                (row.asksFlip()                       ? " flip"
                                  : row.metric == GainMetric::kFlicker ? " flicker"
                                                                       : "");
         const auto found = readings_.find(key);
@@ -307,12 +304,11 @@ private:
                                         : readings_.emplace(key, side.read()).first->second;
     }
 
-    /// The run that was judged is one; what should pay in time is run again, in turn.
-    Gain measureTimes(const Mechanism& row, const Reading& offReading, const Reading& onReading,
-                      Side& off, Side& on, Json& entry) const {
-        std::vector<double> offMs{offReading.timeMs}, onMs{onReading.timeMs};
+    /// Runs both sides in turn: what should pay in time `repeats` times, else once.
+    Gain measureTimes(const Mechanism& row, Side& off, Side& on, Json& entry) const {
+        std::vector<double> offMs, onMs;
         const int runs = row.metric == GainMetric::kTime ? request_.repeats : 1;
-        for (int run = 1; run < runs; ++run) {
+        for (int run = 0; run < runs; ++run) {
             offMs.push_back(off.time());
             onMs.push_back(on.time());
         }
@@ -335,6 +331,7 @@ Json rowJson(const Mechanism& row) {
             {"what", row.what},
             {"method", kMatrixMethodNames[size_t(row.method)]},
             {"metric", kGainMetricNames[size_t(row.metric)]},
+            {"error_metric", kGainMetricNames[size_t(row.errorMetric)]},
             {"always", row.always},
             {"off_settings", row.off},
             {"on_settings", row.on},
@@ -394,26 +391,36 @@ void addJudgement(const MechanismEvidence& evidence, bool isKept, Json& json) {
                      judgement.verdict != MechanismVerdict::kDelete;
 }
 
-Json compareMechanisms(const MechanismsRequest& request) {
+void refuseUnknownMechanisms(const std::vector<std::string>& names) {
     const std::vector<std::string> terms = costTermNames();
-    const auto isAsked = [&](const std::string& name) {
-        return request.names.empty() ||
-               std::find(request.names.begin(), request.names.end(), name) != request.names.end();
-    };
-    std::vector<RowResult> rows;
     std::string known;
-    for (const Mechanism& row : mechanisms()) {
+    for (const Mechanism& row : mechanisms())
         known += (known.empty() ? "" : ", ") + row.name;
-        if (isAsked(row.name))
-            rows.push_back({&row, rowJson(row), {}});
-    }
-    for (const std::string& name : request.names)
+    for (const std::string& name : names)
         if (std::none_of(mechanisms().begin(), mechanisms().end(),
                          [&](const Mechanism& row) { return row.name == name; }) &&
             std::find(terms.begin(), terms.end(), name) == terms.end())
             throw Error(ErrorKind::kUsage, "mechanism '" + name + "': must be one of " + known +
                                                ", or a term of the cost model, " + terms.front() +
                                                " to " + terms.back());
+}
+
+Json compareMechanisms(const MechanismsRequest& request) {
+    refuseUnknownMechanisms(request.names);
+    const std::vector<std::string> terms = costTermNames();
+    const auto isAsked = [&](const std::string& name) {
+        return request.names.empty() ||
+               std::find(request.names.begin(), request.names.end(), name) != request.names.end();
+    };
+    std::vector<RowResult> rows;
+    for (const Mechanism& row : mechanisms())
+        if (isAsked(row.name)) {
+            if (row.metric == GainMetric::kTime && request.repeats == 0)
+                throw Error(ErrorKind::kUsage, "mechanism '" + row.name +
+                                                   "' should pay in time, and none is taken; ask "
+                                                   "for 1 run or more, or for others");
+            rows.push_back({&row, rowJson(row), {}});
+        }
     const bool hasTerms = request.hasTerms && std::any_of(terms.begin(), terms.end(), isAsked);
 
     std::vector<ObservedFrame> observed;

@@ -113,12 +113,15 @@ std::string mechanismsHtml(const Json& results, const Json& provenance, const st
             ", and over the failures that they are a remedy for.</p>\n"
             "<p>A mechanism <em>pays</em> when its mean gain in its own metric over the built-in "
             "scenes exceeds twice its spread (the standard error over scenes and runs) and one "
-            "percent; it <em>helps</em> when it gains a fifth at least in a failure that it is a "
-            "remedy for. A metric is <em>worse</em> when its mean loss exceeds twice its spread "
+            "percent; it <em>helps</em> when it gains a fifth at least, and twice its spread, in a "
+            "failure that it is a remedy for. A metric is <em>worse</em> when its mean loss "
+            "exceeds twice its spread "
             "and five percent. What pays is on by default when the error is not worse and neither "
             "time nor bytes are worse by more than it gains; what only helps is on when nothing is "
             "worse; what pays or helps otherwise is an option; what does neither is deleted, or "
-            "kept for what needs it. Ratios are with over without: under 1 is a gain. Times of "
+            "kept for what needs it. The error is mean |visibility - Embree's|, of filters, whose "
+            "answers at outlines are fractional by intent, FLIP of the picture. Ratios are with "
+            "over without: under 1 is a gain. Times of "
             "what should pay in time are medians of interleaved pairs of runs, others of one pair; "
             "all other numbers are exact.</p>\n";
     const std::vector<std::string> lines = disagreements(results);

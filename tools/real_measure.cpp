@@ -129,14 +129,7 @@ public:
     }
 
     CellCounts counts() const {
-        return {errors_.falseShadowCount,
-                errors_.falseLightCount,
-                errors_.unexplainedFalseShadowCount + errors_.unexplainedFalseLightCount,
-                errors_.acneCount,
-                errors_.contactCount,
-                missingTapCount_,
-                uint64_t(errors_.meanAbsVisibilityError() * 1e6 + 0.5),
-                flickers_.total().flickerCount};
+        return cellCounts(errors_, missingTapCount_, flickers_.total().flickerCount);
     }
 
     Json json() const {

@@ -8,8 +8,8 @@
 //  - no error is without a name: each is explained, acne, contact or settled (hybrid/explain.h).
 //    The few that are left and understood stand in namedErrors() with a name and a reason.
 // A scene that is not known is measured as well, and held to what any scene is held to: no error
-// without a name, no acne by rays, and no error at all by dag-exact; of known scenes dag-exact may err
-// where it is known to, without slack: one explained pair of 1963164 in lost_empire_torches.
+// without a name, no acne by rays, and no error at all by dag-exact; of known scenes dag-exact may
+// err where it is known to, without slack: one explained pair of 1963164 in lost_empire_torches.
 //
 // The move: kRealFrameCount frames, the camera a pixel's width at the median distance of what it
 // sees farther to the right in each; frames follow each other and keep what is kept.

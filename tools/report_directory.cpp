@@ -18,10 +18,10 @@ namespace fs = std::filesystem;
 
 /// What a compare leaves in its directory, in the order in which it is put there.
 constexpr const char* kReportParts[] = {
-    "images",        "charts",       "results.json",    "results.csv",  "lights.csv",
-    "costs.json",    "index.html",   "experiment.json", "part.json",    "sequence.csv",
-    "failures.json", "failures.csv", "stability.json",  "stability.csv",
-    "real.json",     "real.csv",     "mechanisms.json", "mechanisms.csv"};
+    "images",        "charts",          "results.json",    "results.csv",   "lights.csv",
+    "costs.json",    "index.html",      "experiment.json", "part.json",     "sequence.csv",
+    "failures.json", "failures.csv",    "stability.json",  "stability.csv", "real.json",
+    "real.csv",      "mechanisms.json", "mechanisms.csv"};
 
 /// Returns whether a file is JSON with these keys, as our own files are.
 bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {

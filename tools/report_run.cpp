@@ -3,6 +3,8 @@
 
 #include "scenes/output_file.h"
 
+#include <filesystem>
+
 namespace shadowdag {
 
 void writeWholeFile(const std::string& path, const std::string& text) {
@@ -13,8 +15,15 @@ void writeWholeFile(const std::string& path, const std::string& text) {
 
 ReportRun::ReportRun(const std::string& directory, const std::string& name, const Console& console)
     : directory_(directory), partial_(directory + "/partial"),
-      lock_(prepareDirectory(directory, false, false)),
+      isNew_(!std::filesystem::exists(directory)), lock_(prepareDirectory(directory, false, false)),
       journal_(partial_ + "/journal.json", name, false), bar_(console.progress("compare " + name)) {
+}
+
+ReportRun::~ReportRun() {
+    std::error_code ignored;
+    std::filesystem::remove_all(partial_, ignored); // gone already where it was published
+    if (isNew_)
+        std::filesystem::remove(directory_, ignored); // which only an empty one is
 }
 
 std::function<void(double)> ReportRun::progress() const {

@@ -16,11 +16,14 @@ namespace shadowdag {
 void writeWholeFile(const std::string& path, const std::string& text);
 
 /// What lies under partial() takes the place of the report at publish(), whole; until then the old
-/// report stays.
+/// report stays. Not published, it leaves the directory as it was: nothing in it could be resumed.
 class ReportRun {
 public:
     /// Locks and prepares the directory as prepareDirectory does. @param name as in `compare NAME`
     ReportRun(const std::string& directory, const std::string& name, const Console& console);
+    ~ReportRun();
+    ReportRun(const ReportRun&) = delete;
+    ReportRun& operator=(const ReportRun&) = delete;
 
     /// Returns where the report is written: DIR/partial.
     const std::string& partial() const { return partial_; }
@@ -38,6 +41,7 @@ public:
 private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::string directory_, partial_;
+    bool isNew_; ///< the directory was not there before
     DirectoryLock lock_;
     Journal journal_; ///< tells a later compare that what lies in partial() is ours
     Progress bar_;

@@ -101,7 +101,9 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
                                            "scene's own");
     if (needsLights && loaded.world->lights().empty())
         throw Error(ErrorKind::kInput,
-                    sceneArgument + ": has no light that we support; place some with --lights 32");
+                    sceneArgument +
+                        ": has no light that we support; place some with --lights 32 where "
+                        "the command takes that");
     return loaded;
 }
 

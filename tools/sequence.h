@@ -4,8 +4,8 @@
 //
 // Every configuration has a renderer of its own, for what it keeps; what stands for the scene
 // (batches, levels of detail, voxels as rays read them, what moves) is made once and follows each
-// frame once, and what that took is part of the time of every configuration that needs it, as are
-// the pairs and the truth about them. A frame is shown to one configuration after the other, each
+// frame once, as are the pairs and the truth about them; what following took is part of the time of
+// every configuration that needs it. A frame is shown to one configuration after the other, each
 // frame starting with another one, so that a machine that slows down slows all alike.
 // Before each frame come the `lead_in` frames before it at the fixed clock, rendered but not
 // counted: frames with a step between them then have true predecessors. Frame 0 has none and is led

@@ -32,7 +32,7 @@ void refuseUnheeded(const Experiment& e, size_t assetCount, const std::string& e
     const std::vector<RunParameters> runs =
         configurations(e, resolutions, assetCount > 0 ? assetCount : e.resolutionLog2.size());
     if (runs.empty())
-        return; // whoever measures says what leaves none
+        return;                                  // whoever measures says what leaves none
     const auto given = [&](const char* option) { // fit has fewer options than compare
         return commandLine.declares(option) && commandLine.given(option);
     };

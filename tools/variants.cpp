@@ -199,10 +199,9 @@ private:
         } else if (text == "FP" || text == "LP") {
             claim(part, kPruning);
             variant_.pruning = text == "FP" ? PairPruning::kFacing : PairPruning::kLit;
-        } else if (text == "RP" || text == "RS") {
+        } else if (text == "RP") {
             claim(part, kResolution);
-            variant_.resolutionRule =
-                text == "RP" ? ResolutionRule::kPlane : ResolutionRule::kSamples;
+            variant_.resolutionRule = ResolutionRule::kPlane;
         } else if (text == "RL") {
             claim(part, kOrder);
             variant_.reorderLights = true;
@@ -246,7 +245,7 @@ private:
                              (text == "SM" ? "4" + text : text + (text == "Nk" ? "3" : "1")));
         } else {
             refuse(part, "is unknown; the parts are Sphere, CFM, PMC, PMCD, PMCC, EB, TB, SO, SOR, "
-                         "Nk<k>, PLOD<texels>, FP, LP, RP, RS, RL, <n>SM, u<d>, T<taps>, RT, "
+                         "Nk<k>, PLOD<texels>, FP, LP, RP, RL, <n>SM, u<d>, T<taps>, RT, "
                          "Hybrid[:MODEL], RH[<margin>]" +
                              dashHint());
         }
@@ -324,8 +323,8 @@ std::string variantName(const Variant& v) {
         add("PLOD" + numberText(v.lodTexels));
     if (v.pruning != PairPruning::kNone)
         add(v.pruning == PairPruning::kFacing ? "FP" : "LP");
-    if (v.resolutionRule != ResolutionRule::kSphere)
-        add(v.resolutionRule == ResolutionRule::kPlane ? "RP" : "RS");
+    if (v.resolutionRule == ResolutionRule::kPlane)
+        add("RP");
     if (v.reorderLights)
         add("RL");
     if (v.mapsPerLight != Variant{}.mapsPerLight)

@@ -2,7 +2,8 @@
 // The variants of the method by name, as the paper spells them: `PMCD-EB-SO-4SM-u2`. Source:
 // Olsson, Billeter, Sintorn, Kaempe, Assarsson, More Efficient Virtual Shadow Maps for Many Lights,
 // TVCG 2015, sec. VII. A name says everything that tells variants apart; what it leaves out is at
-// the paper's default, not at ours: implicit cluster bounds, four maps a light.
+// the paper's default, not at ours: implicit cluster bounds, four maps a light, nothing kept, no
+// pair taken out.
 //
 // A name is parts joined by '-', in any order, each at most once:
 //   Sphere | CFM | PMC | PMCD | PMCC  which batches are drawn into which faces (MapCulling); one of
@@ -14,8 +15,8 @@
 //   PLOD<t>  polygon level of detail, t texels a triangle may deviate by
 //   FP | LP  no page for (cluster, light) pairs without an exact pair; or for these and those that
 //            the voxels prove lit (PairPruning; ours)
-//   RP | RS  the required resolution by the receiver's plane, or by its samples (ResolutionRule;
-//            ours; none: the paper's equation 1)
+//   RP       the required resolution by the receiver's plane (ResolutionRule; ours; none: the
+//            paper's equation 1)
 //   RL       light lists reordered for coherent shading
 //   <n>SM    maps a light, 1 to 16 [4]
 //   u<d>     undersampling by d, 1 to 1024 [1]

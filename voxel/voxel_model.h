@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is likely in a DAG, level by level and voxel by voxel: the contexts in which compact_encoding
-// codes it. One text for writing and reading; Coder is RangeEncoder or RangeDecoder.
+// What is likely in a DAG, level by level and voxel by voxel: the contexts in which
+// compact_encoding codes it. One text for writing and reading; Coder is RangeEncoder or
+// RangeDecoder.
 //
 // Voxels are coded in cubes of 16^3, coarse to fine: eight cells in a cell known to be occupied are
 // one symbol. First whether they are those that stood last in the same surroundings (70 % of all

@@ -119,6 +119,7 @@ TEST(PolygonLodFrame, RoutingIsToldOfTheTrianglesThatWouldBeDrawn) {
         SCOPED_TRACE(texels);
         FrameOptions options = optionsAt(texels);
         options.maps.culling = MapCulling::kSphere; // all that is reached, into six faces
+        options.maps.useStaticOptimization = false; // which draws into what needs drawing alone
         const FrameResult frame = renderer.render(cameraAbove(), *allMaps, options);
         uint64_t triangles = 0, batches = 0;
         for (const MapRecord& map : frame.maps) {

@@ -11,6 +11,7 @@ namespace shadowdag {
 namespace {
 
 using test::DrawnMap;
+using test::freshMaps;
 using test::SmallScene;
 
 AlphaMask randomMask(uint32_t width, uint32_t height, std::mt19937& rng) {
@@ -132,7 +133,7 @@ TEST(CutTriangles, BothKernelsDrawTheSame) {
             [](const glm::vec3& p) { return 3.0f * glm::vec2(p.x, p.y + p.z); });
         for (uint32_t t = 0; t < scene.triangles.size(); t += 3)
             scene.masks.triangleCut[t] = kNotCut;
-        ShadowMapOptions atomic;
+        ShadowMapOptions atomic = freshMaps();
         atomic.useAtomicRasterizer = true;
         SmallScene solid = scene;
         solid.masks = {};

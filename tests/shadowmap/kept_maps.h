@@ -15,9 +15,10 @@ namespace shadowdag::test {
 
 /// Returns options by which maps are kept from frame to frame.
 inline ShadowMapOptions keeping(MapCulling culling) {
-    ShadowMapOptions options;
+    ShadowMapOptions options = freshMaps();
     options.culling = culling;
     options.useStaticOptimization = true;
+    options.retainsPages = true;
     options.pageTexels = 16;
     options.poolBytes = 16ull << 20;
     return options;

@@ -10,6 +10,9 @@
 namespace shadowdag {
 namespace {
 
+using test::freshMaps;
+using test::nineTaps;
+
 /// Spheres of 1104 triangles at these places, xyz and radius; the last moves.
 Scene spheres(const std::vector<glm::vec4>& placed) {
     test::SmallScene one;
@@ -62,7 +65,7 @@ struct Stage {
 
 TEST(PolygonLodMaps, TrianglesDrawnFallToThoseOfTheLevelsThatTheTexelsAllow) {
     const Stage stage(256);
-    ShadowMapOptions options;
+    ShadowMapOptions options = freshMaps();
     options.culling = MapCulling::kSphere; // every triangle into six faces
     ShadowMaps maps(Backend::kCpu);
     uint64_t before = ~0ull;
@@ -106,7 +109,7 @@ TEST(PolygonLodMaps, CoverageDiffersOnlyNearSilhouettes) {
         const Stage stage(n);
         ShadowMaps full(Backend::kCpu), coarse(Backend::kCpu);
         stage.build(full, {});
-        ShadowMapOptions options;
+        ShadowMapOptions options = freshMaps();
         options.lodTexels = texels;
         stage.build(coarse, options);
         ASSERT_LT(2 * coarse.counts().triangleDrawCount, full.counts().triangleDrawCount);
@@ -141,7 +144,7 @@ TEST(PolygonLodMaps, CoverageDiffersOnlyNearSilhouettes) {
 
 TEST(PolygonLodMaps, KeptMapsOfAMoverThatChangesItsLevelAreThoseDrawnAnew) {
     Stage stage(300);
-    ShadowMapOptions options;
+    ShadowMapOptions options = freshMaps();
     options.lodTexels = 1.0f;
     ShadowMapOptions keeps = options;
     keeps.useStaticOptimization = true;
@@ -183,7 +186,7 @@ TEST(PolygonLodMaps, ALevelThatStandsAboveItsReceiverByTheTexelsAllowedDoesNotSh
             maps[0].lodTexels = lodTexels;
             ShadowMapView view = drawn.maps.view();
             view.maps = viewOf(maps);
-            ShadowMapBias bias;
+            ShadowMapBias bias = nineTaps();
             bias.constantTexels = 0.0f;
             for (const uint32_t taps : {1u, 4u, 9u})
                 for (float degrees = 5.0f; degrees <= 80.0f; degrees += 2.5f)
@@ -205,7 +208,7 @@ TEST(PolygonLodMaps, TexelsWithoutLevelsAndTexelsBelowZeroAreRefused) {
     const Stage stage(64);
     const auto messageFor = [&](float texels, const BatchView& batches) -> std::string {
         ShadowMaps maps(Backend::kCpu);
-        ShadowMapOptions options;
+        ShadowMapOptions options = freshMaps();
         options.lodTexels = texels;
         StageTimes stages;
         try {

@@ -71,8 +71,7 @@ TEST(RasterizeLanes, SetUpIsTheOneTextsBitForBit) {
         const uint32_t face = uint32_t(trial) % kFaceCount;
         avx2::Lanes3 corners[3];
         for (int corner = 0; corner < 3; ++corner)
-            corners[corner] = avx2::cornersFromLight(scene.view(), triangles, corner,
-                                                     map, face);
+            corners[corner] = avx2::cornersFromLight(scene.view(), triangles, corner, map, face);
         avx2::FaceTriangles four;
         uint32_t crossing = 0;
         const uint32_t set =
@@ -81,8 +80,7 @@ TEST(RasterizeLanes, SetUpIsTheOneTextsBitForBit) {
         for (uint32_t lane = 0; lane < 4; ++lane) {
             glm::dvec3 p[3];
             for (int corner = 0; corner < 3; ++corner)
-                p[corner] = faceFromLight(
-                    face, cornerFromLight(scene.view(), lane, corner, map));
+                p[corner] = faceFromLight(face, cornerFromLight(scene.view(), lane, corner, map));
             FaceTriangle t;
             const bool isSet = setUpTriangle(p[0], p[1], p[2], map, t);
             if (crossing >> lane & 1u) {

@@ -13,6 +13,7 @@ namespace shadowdag {
 namespace {
 
 using test::DrawnMap;
+using test::nineTaps;
 using test::Oracle;
 using test::SmallScene;
 
@@ -68,7 +69,7 @@ TEST(ShadowMapLookup, LitPlanesHaveNoAcneFromFiveToEightyFiveDegrees) {
                     const glm::vec3 p = origin + 0.1f * distance * (unit(rng) * u + unit(rng) * v);
                     ++asked;
                     dark += lookupVisibility(view, 0, p, normal, {}) != 255;
-                    ShadowMapBias none;
+                    ShadowMapBias none = nineTaps();
                     none.constantTexels = 0.0f;
                     darkUnbiased += lookupVisibility(view, 0, p, normal, none) != 255;
                 }
@@ -90,7 +91,7 @@ TEST(ShadowMapLookup, SquareOverAPlaneThrowsItsUmbraWithinTheFiltersReach) {
             for (float z = -2.0f; z <= 2.0f; z += 0.037f) {
                 const float outside = glm::max(std::abs(x), std::abs(z)) - 1.0f;
                 for (const uint32_t taps : {1u, 4u, 9u}) {
-                    ShadowMapBias bias;
+                    ShadowMapBias bias = nineTaps();
                     bias.taps = taps;
                     const uint8_t v =
                         lookupVisibility(drawn.maps.view(), 0, {x, 0, z}, {0, 1, 0}, bias);

@@ -11,6 +11,8 @@ namespace shadowdag {
 namespace {
 
 using test::DrawnMap;
+using test::freshMaps;
+using test::nineTaps;
 using test::Oracle;
 using test::SmallScene;
 
@@ -86,7 +88,7 @@ struct Frame {
         std::mt19937 rng(seed);
         return test::randomScene(rng, count, 3.0f, 0.3f);
     }
-    void build(ShadowMaps& maps, const ShadowMapOptions& options = {}) const {
+    void build(ShadowMaps& maps, const ShadowMapOptions& options = freshMaps()) const {
         StageTimes stages;
         maps.build(requests, boxes, receivers, scene.view(), batches.view(), options, stages);
     }
@@ -113,7 +115,7 @@ TEST(ShadowMaps, SameBitsForOneAndTwoThreadsAndForBothCpuKernels) {
     setThreadCount(2);
     ShadowMaps two(Backend::kCpu);
     frame.build(two);
-    ShadowMapOptions atomic;
+    ShadowMapOptions atomic = freshMaps();
     atomic.useAtomicRasterizer = true;
     ShadowMaps text(Backend::kCpu);
     frame.build(text, atomic);
@@ -161,7 +163,7 @@ TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
             for (const uint32_t pageTexels : {16u, 64u, 256u}) {
                 SCOPED_TRACE("seed " + std::to_string(seed) + " taps " + std::to_string(taps));
                 const Frame frame(seed, 4000);
-                ShadowMapOptions options;
+                ShadowMapOptions options = freshMaps();
                 options.pageTexels = pageTexels;
                 options.taps = taps;
                 ShadowMaps cells(Backend::kCpu), full(Backend::kCpu), projected(Backend::kCpu),
@@ -186,7 +188,7 @@ TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
                 std::mt19937 rng(seed);
                 std::uniform_real_distribution<float> unit(0.0f, 1.0f);
                 size_t missing = 0, different = 0, dark = 0, asked = 0;
-                ShadowMapBias bias;
+                ShadowMapBias bias = nineTaps();
                 bias.taps = taps;
                 for (const MapReceiver& r : frame.receivers)
                     for (int i = 0; i < 60; ++i) {
@@ -272,7 +274,7 @@ TEST(ShadowMaps, CellDepthsDropABatchBehindTheReceiversOfItsOwnCells) {
         ASSERT_EQ(batches.size(), 2u);
         for (const MapCulling culling : {MapCulling::kMaximumDepth, MapCulling::kCellDepth}) {
             const uint64_t expected = culling == MapCulling::kCellDepth ? 1 : 2;
-            ShadowMapOptions options;
+            ShadowMapOptions options = freshMaps();
             options.culling = culling;
             ShadowMaps maps(Backend::kCpu);
             StageTimes stages;
@@ -307,7 +309,7 @@ TEST(ShadowMaps, CpuKernelEqualsTheOneTextOnSliversGridsAndTrianglesAroundTheLig
             }
             const glm::vec3 light = seed == 11 ? glm::vec3(0) : 0.1f * test::randomDirection(rng);
             for (const uint32_t n : {1u, 5u, 64u, 200u, 777u}) {
-                ShadowMapOptions options;
+                ShadowMapOptions options = freshMaps();
                 options.pageTexels = pageTexels;
                 // Whole, and with holes between the pages.
                 std::vector<Box> boxes[2];
@@ -332,7 +334,7 @@ TEST(ShadowMaps, FullPoolDividesEveryResolutionUntilItFitsAndSaysSo) {
     frame.build(roomy);
     EXPECT_EQ(roomy.counts().degradeDivisor, 1.0f);
     EXPECT_EQ(roomy.counts().pagesWantedCount, roomy.counts().pageCount);
-    ShadowMapOptions options;
+    ShadowMapOptions options = freshMaps();
     options.poolBytes = roomy.counts().pageCount / 3 * 64 * 64 * 4;
     frame.build(tight, options);
     const ShadowMapCounts& counts = tight.counts();
@@ -356,7 +358,7 @@ TEST(ShadowMaps, PageThatFitsNowhereIsDarkAndCountedNeverLit) {
     const Frame frame(6, 10);
     ShadowMaps maps(Backend::kCpu);
     StageTimes stages;
-    ShadowMapOptions options;
+    ShadowMapOptions options = freshMaps();
     options.poolBytes = 2 * 64 * 64 * 4;
     const BatchSet none = scene.batches();
     maps.build(frame.requests, frame.boxes, frame.receivers, scene.view(), none.view(), options,
@@ -389,12 +391,12 @@ TEST(ShadowMaps, EmptyInputsGiveEmptyMaps) {
     const SmallScene nothing;
     const BatchSet none = nothing.batches();
     EXPECT_EQ(none.size(), 0u);
-    maps.build({}, {}, {}, nothing.view(), none.view(), {}, stages);
+    maps.build({}, {}, {}, nothing.view(), none.view(), freshMaps(), stages);
     EXPECT_EQ(maps.counts().pageCount, 0u);
     EXPECT_TRUE(maps.pagesPerMap().empty());
     // A map without receivers gets no page; one without geometry is all lit.
     maps.build({{{0, 0, 0}, 5.0f, 0, 100}, {{0, 1, 0}, 5.0f, 0, 100}}, {wholeBoxOf(5)}, {{0, 1}},
-               nothing.view(), none.view(), {}, stages);
+               nothing.view(), none.view(), freshMaps(), stages);
     EXPECT_EQ(maps.pagesPerMap(), (std::vector<uint32_t>{0, 24}));
     EXPECT_EQ(maps.trianglesPerMap(), (std::vector<uint32_t>{0, 0}));
     EXPECT_EQ(lookupVisibility(maps.view(), 1, {1, 2, 3}, {0, -1, 0}, {}), 255);
@@ -414,7 +416,7 @@ TEST(ShadowMaps, SidesOfOneAnd8192TexelsWorkWithEveryPageSide) {
     const Box receiver{{-0.05f, 0, -0.05f}, {0.05f, 0, 0.05f}};
     for (const uint32_t pageTexels : {16u, 256u})
         for (const uint32_t n : {1u, 8192u}) {
-            ShadowMapOptions options;
+            ShadowMapOptions options = freshMaps();
             options.pageTexels = pageTexels;
             const DrawnMap drawn(scene, {0, 4, 0}, 9.0f, n, {receiver}, options);
             ShadowMapTrace trace;
@@ -464,7 +466,7 @@ TEST(ShadowMaps, BadInputIsRefusedByName) {
     StageTimes stages;
     const auto messageOf = [&](auto change) -> std::string {
         Frame bad = frame;
-        ShadowMapOptions options;
+        ShadowMapOptions options = freshMaps();
         change(bad, options);
         try {
             bad.build(maps, options);

@@ -13,6 +13,23 @@
 
 namespace shadowdag::test {
 
+/// Returns the options that the counts of these tests hold for: pages of 64 texels, nine taps,
+/// every map drawn from nothing.
+inline ShadowMapOptions freshMaps() {
+    ShadowMapOptions options;
+    options.pageTexels = 64;
+    options.taps = 9;
+    options.useStaticOptimization = false;
+    return options;
+}
+
+/// Returns the default bias with nine taps.
+inline ShadowMapBias nineTaps() {
+    ShadowMapBias bias;
+    bias.taps = 9;
+    return bias;
+}
+
 /// Triangles with their own storage, one instance.
 struct SmallScene {
     std::vector<glm::vec3> positions;
@@ -115,7 +132,7 @@ struct DrawnMap {
     StageTimes stages;
 
     DrawnMap(const SmallScene& scene, const glm::vec3& light, float range, uint32_t faceTexels,
-             std::vector<Box> receiverBoxes = {}, const ShadowMapOptions& options = {}) {
+             std::vector<Box> receiverBoxes = {}, const ShadowMapOptions& options = freshMaps()) {
         if (receiverBoxes.empty())
             receiverBoxes.push_back(wholeBox(light, range));
         std::vector<MapReceiver> receivers;

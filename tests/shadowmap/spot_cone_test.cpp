@@ -10,6 +10,7 @@
 namespace shadowdag {
 namespace {
 
+using test::freshMaps;
 using test::SmallScene;
 
 /// Returns a unit vector at `angle` from a unit axis, turned around it by `turn`.
@@ -98,7 +99,7 @@ TEST(SpotCone, SpotsNeedPagesWithinTheirConeAloneAndAnswerAlike) {
         scene.addBox(c - 0.15f, c + 0.15f);
     }
     const BatchSet batches = scene.batches();
-    ShadowMapOptions options;
+    ShadowMapOptions options = freshMaps();
     options.pageTexels = 16;
     const uint32_t n = 512;
     // All surfaces of the room, as boxes of 0.25: clusters know nothing of the cone.

@@ -38,7 +38,7 @@ struct DrawnWindow {
     StageTimes stages;
 
     DrawnWindow(const SmallScene& scene, const Light& light, uint32_t texelsPerExtent,
-                const std::vector<Box>& receivers, ShadowMapOptions options = {})
+                const std::vector<Box>& receivers, ShadowMapOptions options = freshMaps())
         : sun(light) {
         const SunFrame frame = makeSunFrame(sun);
         SunRect rect;
@@ -59,7 +59,7 @@ struct DrawnWindow {
     }
     const ShadowMapInfo& info() const { return maps.view().maps[0]; }
     uint8_t look(const glm::vec3& p, const glm::vec3& n, ShadowMapTrace* trace = nullptr,
-                 const ShadowMapBias& bias = {}, float lodTexels = 0.0f) const {
+                 const ShadowMapBias& bias = nineTaps(), float lodTexels = 0.0f) const {
         std::vector<ShadowMapInfo> infos{info()}; // as if drawn with levels of so many texels
         infos[0].lodTexels = lodTexels;
         ShadowMapView view = maps.view();
@@ -237,7 +237,7 @@ TEST(SunRasterizer, BothKernelsStoreTheSameBits) {
     std::mt19937 rng(7);
     SmallScene scene = randomScene(rng, 500, 4.0f, 1.5f);
     const Light sun = sunOver({0.1f, -1.0f, 0.3f}, {0, 0, 0}, 12.0f);
-    ShadowMapOptions atomic;
+    ShadowMapOptions atomic = freshMaps();
     atomic.useAtomicRasterizer = true;
     const std::vector<Box> receivers{boxAround({0.5f, -3.0f, 0}, 3.0f)};
     const DrawnWindow a(scene, sun, 777, receivers), b(scene, sun, 777, receivers, atomic);
@@ -257,7 +257,7 @@ TEST(SunRasterizer, CullingChangesNoDepthThatIsLookedUp) {
     for (const MapCulling culling :
          {MapCulling::kSphere, MapCulling::kFaceMask, MapCulling::kProjectionMap,
           MapCulling::kMaximumDepth, MapCulling::kCellDepth}) {
-        ShadowMapOptions options;
+        ShadowMapOptions options = freshMaps();
         options.culling = culling;
         const DrawnWindow window(scene, sun, 512, receivers, options);
         drawn.push_back(window.maps.counts().triangleDrawCount);
@@ -378,7 +378,7 @@ TEST(SunLookup, TheBiasForgivesHalfATexelAndNoMore) {
             const DrawnWindow drawn(scene, sun, 1024, {boxAround(center, 3.0f)});
             const glm::vec3 p = center + 0.4f * right + 0.3f * above;
             EXPECT_EQ(drawn.look(p, normal), height < 0.5f ? 255 : 0);
-            ShadowMapBias none;
+            ShadowMapBias none = nineTaps();
             none.constantTexels = 0.0f;
             EXPECT_EQ(drawn.look(p, normal, nullptr, none), 0);
         }
@@ -400,7 +400,7 @@ TEST(SunLookup, ALevelOfDetailIsForgivenByItsTexelsDownToGrazingLight) {
             scene.addQuad({0, 0, 0}, {0, 0, 25}, {25, 0, 0});
             scene.addQuad({0, height * allowed, 0}, {0, 0, 20}, {20, 0, 0});
             const DrawnWindow drawn(scene, sun, 1024, {boxAround({0, 0, 0}, 3.0f)});
-            ShadowMapBias none;
+            ShadowMapBias none = nineTaps();
             none.constantTexels = 0.0f;
             none.taps = 1;
             EXPECT_EQ(drawn.look({0.4f, 0, 0.3f}, {0, 1, 0}, nullptr, none), 0);
@@ -444,7 +444,7 @@ TEST(SunMaps, AFullPoolMakesTexelsWiderAndLosesNone) {
     scene.addQuad({0, 0, 0}, {0, 0, 9}, {9, 0, 0});
     scene.addQuad({0, 4, 0}, {0, 0, 3}, {3, 0, 0});
     const Light sun = sunOver({0.0f, -1, 0.0f}, {0, 2, 0}, 16.0f);
-    ShadowMapOptions options;
+    ShadowMapOptions options = freshMaps();
     options.poolBytes = 4 * 64 * 64 * 4; // four pages
     const DrawnWindow drawn(scene, sun, 2048, {boxAround({0, 0, 0}, 6.0f)}, options);
     EXPECT_GT(drawn.maps.counts().degradeDivisor, 1.0f);
@@ -468,7 +468,7 @@ TEST(SunMaps, KeptWindowsAnswerAsFreshOnesWhileReceiversMove) {
     const Light sun = sunOver({0.6f, -0.48f, 0.64f}, {0, 0, 0}, 16.0f);
     const SunFrame frame = makeSunFrame(sun);
     const BatchSet batches = scene.batches();
-    ShadowMapOptions keeping;
+    ShadowMapOptions keeping = freshMaps();
     keeping.useStaticOptimization = true;
     ShadowMaps kept(Backend::kCpu), fresh(Backend::kCpu);
     StageTimes stages;
@@ -483,7 +483,7 @@ TEST(SunMaps, KeptWindowsAnswerAsFreshOnesWhileReceiversMove) {
         request.window = fit.window;
         for (ShadowMaps* maps : {&kept, &fresh})
             maps->build({request}, receivers, {{0, 0}}, scene.view(), batches.view(),
-                        maps == &kept ? keeping : ShadowMapOptions{}, stages);
+                        maps == &kept ? keeping : freshMaps(), stages);
         reused += kept.counts().keptMapCount;
         drawnAgain += kept.counts().triangleDrawCount;
         drawnFresh += fresh.counts().triangleDrawCount;

@@ -49,7 +49,8 @@ TEST(CalibrationFile, DamagedOnesAreNamedWithWhatIsWrong) {
         return messageOf([&] { calibrationFromJson(Json::parse(text), "c.json"); },
                          ErrorKind::kInput);
     };
-    EXPECT_THAT(message("{}"), AllOf(HasSubstr("c.json"), HasSubstr("is no calibration"), Not(HasSubstr("json.exception"))));
+    EXPECT_THAT(message("{}"), AllOf(HasSubstr("c.json"), HasSubstr("is no calibration"),
+                                     Not(HasSubstr("json.exception"))));
     EXPECT_THAT(message(R"({"rays": [], "map": []})"), HasSubstr("without terms"));
     EXPECT_THAT(message(R"({"rays": [{"term": "moonlight", "ms": 1}], "map": []})"),
                 AllOf(HasSubstr("unknown term 'moonlight'"), HasSubstr("samples")));
@@ -77,12 +78,12 @@ TEST(CalibrationFile, TellsWhereRunsDifferFromWhatItWasFittedWith) {
     run.frame.bias.taps = 1;
     run.frame.width = 1920;
     run.frame.height = 1080;
-    run.frame.maps.pageTexels = 16;
+    run.frame.maps.pageTexels = 64;
     run.resolution = 1024;
     EXPECT_THAT(otherSettings(source, run),
                 AllOf(HasSubstr("size 1920x1080 instead of 320x180 or 640x360"),
-                      HasSubstr("resolution 1024 instead of 4096"), HasSubstr("page_size 16"),
-                      HasSubstr("taps 1 instead of 9"), Not(HasSubstr("undersample"))));
+                      HasSubstr("resolution 1024 instead of 4096"), HasSubstr("page_size 64"),
+                      HasSubstr("taps 1 instead of 4"), Not(HasSubstr("undersample"))));
     source.calibration = CostCalibration{{{findCostTerm("maps"), 1}}, {{findCostTerm("maps"), 2}}};
     EXPECT_THAT(remarksOn(source, {run, run}),
                 testing::ElementsAre(HasSubstr("was calibrated with other settings (size 1920")));

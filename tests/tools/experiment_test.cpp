@@ -15,8 +15,10 @@ namespace shadowdag {
 
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Not;
 
 std::string inputMessage(const Json& json) {
     try {
@@ -142,7 +144,8 @@ TEST(Experiment, AFileThatIsMissingOrBrokenIsNamed) {
         readExperiment(directory / "bad.json");
         FAIL();
     } catch (const Error& error) {
-        EXPECT_THAT(error.what(), HasSubstr("bad.json: ends at line 1, column 10, before its JSON does"));
+        EXPECT_THAT(error.what(),
+                    HasSubstr("bad.json: ends at line 1, column 10, before its JSON does"));
     }
 }
 
@@ -166,6 +169,9 @@ TEST(Experiment, AFileThatIsNoFileOrSaysAKeyTwiceIsNamed) {
     EXPECT_THAT(message(path), HasSubstr("is not JSON at line 2, column"));
     writeText(path, " \n");
     EXPECT_THAT(message(path), HasSubstr("is empty"));
+    writeText(path, R"({"fps": 1e999})");
+    EXPECT_THAT(message(path), AllOf(HasSubstr(path), HasSubstr("a number beyond 1.8e308"),
+                                     Not(HasSubstr("json.exception"))));
     // The same key in two objects is no key twice.
     EXPECT_EQ(parseJson("[{\"a\": 1}, {\"a\": {\"a\": 2}}]", "x", "y").size(), 2u);
 }

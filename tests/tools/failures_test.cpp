@@ -86,8 +86,8 @@ TEST(Failures, TableHoldsEveryListedRowAndEveryScene) {
 TEST(Failures, TestsThatRowsNameAreThere) {
     std::set<std::string> found;
     const std::regex declared(R"(\bTEST(?:_F|_P)?\(\s*(\w+)\s*,\s*(\w+)\s*\))");
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(
-             std::string(SDAG_SOURCE_DIR) + "/tests")) {
+    for (const auto& entry :
+         std::filesystem::recursive_directory_iterator(std::string(SDAG_SOURCE_DIR) + "/tests")) {
         if (entry.path().extension() != ".cpp")
             continue;
         std::ifstream file(entry.path());

@@ -27,9 +27,9 @@ Experiment sweep() {
     e.resolutionLog2 = {6, 7, 8};
     e.lod = {LodChoice(0), parseLod("--lod", "coverage")};
     e.undersample = {1, 4, 2};
-    e.taps = {9, 1};
+    e.taps = {4, 1};
     e.mapsPerLight = {1, 4};
-    e.pageTexels = {64};
+    e.pageTexels = {32};
     e.thresholds = {0, 32, 8, std::numeric_limits<float>::infinity()};
     e.models = {};
     return e;

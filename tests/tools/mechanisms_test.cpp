@@ -170,6 +170,41 @@ TEST(Mechanisms, MeasuresBothSidesExactly) {
     EXPECT_EQ(results, one) << "counts depend on the thread count";
 }
 
+// What is left out of a frame when its pairs are asked again is not left out of the truth, which
+// the rows of a scene share.
+TEST(Mechanisms, ARowSaysTheSameBesideOthers) {
+    const Json beside = compareMechanisms(smallRequest({"receiver-plane", "nine-taps"})),
+               alone = compareMechanisms(smallRequest({"nine-taps"}));
+    EXPECT_EQ(rowOf(beside, "nine-taps"), rowOf(alone, "nine-taps"));
+    for (const Json& scene : rowOf(alone, "nine-taps")["scenes"])
+        EXPECT_GT(scene["on"]["flip"].get<double>(), 0.0);
+    EXPECT_EQ(rowOf(alone, "nine-taps")["error_metric"], "flip");
+    const Json& plane = rowOf(beside, "receiver-plane");
+    for (size_t s = 0; s < 2; ++s)
+        EXPECT_EQ(plane["scenes"][s]["off"]["occluded_count"],
+                  rowOf(alone, "nine-taps")["scenes"][s]["off"]["occluded_count"]);
+}
+
+// Times of what should pay in time: every run of either side anew, in turn; others once.
+TEST(Mechanisms, TimesAreOfRunsInTurn) {
+    MechanismsRequest request = smallRequest({"ray-streams", "shafts", "face-masks"});
+    EXPECT_THROW(compareMechanisms(request), Error) << "no times were asked for";
+    request.repeats = 2;
+    const Json results = compareMechanisms(request);
+    for (const char* name : {"ray-streams", "shafts"})
+        for (const Json& scene : rowOf(results, name)["scenes"])
+            for (const char* side : {"off", "on"}) {
+                const Json& ms = scene[side]["time_ms"];
+                ASSERT_THAT(ms, SizeIs(2)) << name;
+                EXPECT_GT(ms[0].get<double>(), 0.0);
+                EXPECT_NE(ms[0], ms[1]) << "one run cannot be two";
+            }
+    // What two rows share is run for each: equal to the nanosecond it would be one run.
+    EXPECT_NE(rowOf(results, "ray-streams")["scenes"][0]["on"]["time_ms"],
+              rowOf(results, "shafts")["scenes"][0]["off"]["time_ms"]);
+    EXPECT_THAT(rowOf(results, "face-masks")["scenes"][0]["on"]["time_ms"], SizeIs(1));
+}
+
 TEST(Mechanisms, UnknownNamesAreToldTheKnownOnes) {
     try {
         compareMechanisms(smallRequest({"face-mask"}));

@@ -188,11 +188,19 @@ TEST(Compare, AFullPoolIsSaidOfTheCostsThatRoutedByIt) {
                 HasSubstr("pool full where costs were measured: maps alone undivided, all together "
                           "divided by 1.41"));
     const TemporaryDirectory directory;
-    const ProgramResult result = runShadowdag(
-        directory, {"compare", "builtin:fail-unequal-ranges", "-o", directory / "r", "--size",
-                    "320x180", "--resolution", "64", "--methods", "hybrid", "--thresholds", "inf",
-                    "--pool", "1M", "--page-size", "16", "--repeats", "1", "--warmups", "0",
-                    "--model", "oracle", "--no-charts", "--json"});
+    const ProgramResult result =
+        runShadowdag(directory, {"compare",      "builtin:fail-unequal-ranges",
+                                 "-o",           directory / "r",
+                                 "--size",       "320x180",
+                                 "--resolution", "64",
+                                 "--methods",    "hybrid",
+                                 "--thresholds", "inf",
+                                 "--pool",       "1M",
+                                 "--page-size",  "16",
+                                 "--repeats",    "1",
+                                 "--warmups",    "0",
+                                 "--model",      "oracle",
+                                 "--no-charts",  "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     const Json runs = Json::parse(readText(directory / "r/results.json"))["runs"];
     size_t count = 0;

@@ -55,8 +55,8 @@ TEST(CompareFailures, WhatContradictsItIsRefused) {
 TEST(CompareReal, WritesAReportOfAnyLitSceneAndRefusesWhatContradictsIt) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
-    const ProgramResult result =
-        runShadowdag(directory, {"compare", "real", "builtin:fail-coplanar", "-o", report, "--json"});
+    const ProgramResult result = runShadowdag(
+        directory, {"compare", "real", "builtin:fail-coplanar", "-o", report, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(result.json()["cell_count"], 4);
     const Json json = Json::parse(readText(report + "/real.json"));

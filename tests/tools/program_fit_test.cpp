@@ -194,7 +194,8 @@ TEST(Fit, ByTimeTheChoiceIsTimedOnAllFramesOfAllScenes) {
 TEST(Fit, ABoundThatNoModelHoldsIsSaidWithTheLeastErrorReached) {
     const TemporaryDirectory directory;
     const std::string result = directory / "f.json";
-    writeText(directory / "f.experiment.json", "{}"); // as an earlier fit leaves it
+    writeText(directory / "f.experiment.json",
+              R"({"title": "The least model in bytes with false error at most 0.5"})"); // a fit's
     const ProgramResult fit = runShadowdag(
         directory, tinyFit(result, {"--no-charts", "--max", "0", "--metric", "visibility"}));
     EXPECT_EQ(fit.status, 1);
@@ -255,7 +256,9 @@ TEST(Fit, WhatIsWrongIsNamedAndHasItsStatus) {
          {{"fit", scene, "-o", directory / "no/f.json"}, 3, "create it first"},
          {{"fit", scene, "-o", f, "--experiment-out", directory / "./f.json"}, 1, "are one file"},
          {{"fit", scene, "-o", directory / "f.svg"}, 1, "f.svg are one file"},
-         {{"fit", scene, "-o", f, "--experiment-out", directory / "f.png"}, 1, "f.png are one file"},
+         {{"fit", scene, "-o", f, "--experiment-out", directory / "f.png"},
+          1,
+          "f.png are one file"},
          {{"fit", scene, "-o", f, "--methods", "dag", "--taps", "1"}, 1, "--taps is for maps"},
          {{"fit", scene, "-o", f, "--resolution", "64", "--lod", "0,7"},
           1,
