@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which texel of a cube's face a coordinate falls into, by integers: what float lookups are held
-// against.
+// Which face of a cube a direction falls onto and which texel of it, by integers: what float
+// lookups are held against.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
+#include <cstdlib>
 
 namespace shadowdag {
 
@@ -25,5 +27,37 @@ struct ExactCell {
     bool isTie() const { return cell != other; }
     bool holds(uint32_t texel) const { return texel == cell || texel == other; }
 };
+
+using Int3 = std::array<int64_t, 3>;
+
+/// Returns the face of an integer direction: of the first of its largest components, the negative
+/// one odd.
+inline uint32_t exactFace(const Int3& direction) {
+    size_t major = 0;
+    for (size_t a = 1; a < 3; ++a)
+        if (std::abs(direction[a]) > std::abs(direction[major]))
+            major = a;
+    return uint32_t(2 * major + (direction[major] < 0));
+}
+
+/// A texel by integers.
+struct ExactTexel {
+    uint32_t face;
+    ExactCell x, y;
+};
+
+/// Returns the texel that holds the direction through column x, row y of a face of n texels; either
+/// may lie beyond the border. That direction, times n, is (2 x + 1 - n, 2 y + 1 - n, n) in the
+/// face's own frame, the last along the face's axis.
+inline ExactTexel exactTexel(uint32_t face, int64_t x, int64_t y, int64_t n) {
+    Int3 d{};
+    const size_t axis = face / 2;
+    d[axis] = face & 1 ? -n : n;
+    d[(axis + 1) % 3] = 2 * x + 1 - n;
+    d[(axis + 2) % 3] = 2 * y + 1 - n;
+    const uint32_t to = exactFace(d);
+    const int64_t depth = std::abs(d[to / 2]);
+    return {to, ExactCell(d[(to / 2 + 1) % 3], depth, n), ExactCell(d[(to / 2 + 2) % 3], depth, n)};
+}
 
 } // namespace shadowdag

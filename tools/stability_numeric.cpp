@@ -17,8 +17,6 @@ namespace shadowdag {
 
 namespace {
 
-using Int3 = std::array<int64_t, 3>;
-
 /// Returns the DAG of a single voxel in a grid of 2^log2 an axis, world space being voxel space.
 Dag singleVoxel(uint32_t log2, const Int3& voxel) {
     DagBuilder builder(log2);
@@ -170,29 +168,6 @@ void measureRays(const StabilityGroup& group, Json& results) {
             addChecks(results["checks"], group.part, row, measure, row[measure].get<double>(), {});
         results["numeric"].push_back(std::move(row));
     }
-}
-
-/// The texel that holds the direction through column x, row y of a face, by integers: the direction
-/// times n is (2 x + 1 - n, 2 y + 1 - n, n).
-struct ExactTexel {
-    uint32_t face;
-    ExactCell x, y;
-};
-
-ExactTexel exactTexel(uint32_t face, int64_t x, int64_t y, int64_t n) {
-    const Int3 q{2 * x + 1 - n, 2 * y + 1 - n, n};
-    Int3 d{};
-    const size_t axis = face / 2;
-    d[axis] = face & 1 ? -q[2] : q[2];
-    d[(axis + 1) % 3] = q[0];
-    d[(axis + 2) % 3] = q[1];
-    size_t major = 0; // the first of equals
-    for (size_t a = 1; a < 3; ++a)
-        if (std::abs(d[a]) > std::abs(d[major]))
-            major = a;
-    const int64_t depth = std::abs(d[major]);
-    return {uint32_t(2 * major + (d[major] < 0)), ExactCell(d[(major + 1) % 3], depth, n),
-            ExactCell(d[(major + 2) % 3], depth, n)};
 }
 
 void measureFaces(const StabilityGroup& group, Json& results) {

@@ -15,17 +15,6 @@
 namespace shadowdag {
 namespace {
 
-using Int3 = std::array<int64_t, 3>;
-
-/// Returns the face of an integer direction: the first of the largest components.
-uint32_t exactFace(const Int3& d) {
-    size_t major = 0;
-    for (size_t a = 1; a < 3; ++a)
-        if (std::abs(d[a]) > std::abs(d[major]))
-            major = a;
-    return uint32_t(2 * major + (d[major] < 0));
-}
-
 TEST(ExactFaces, The26DirectionsAndThoseARoundingBesideThemHaveOneFace) {
     size_t ties = 0;
     for (int d = 0; d < 27; ++d)
@@ -79,23 +68,15 @@ TEST(ExactFaces, TexelsBeyondABorderAreThoseThatIntegersFind) {
                         if (across < -reach || across >= n + reach)
                             continue;
                         const int32_t x = isColumn ? across : along, y = isColumn ? along : across;
-                        // Times n: (2 x + 1 - n, 2 y + 1 - n, n) in the face's frame.
-                        const Int3 q{2 * x + 1 - n, 2 * y + 1 - n, n};
-                        Int3 d{};
-                        d[face / 2] = (face & 1) ? -q[2] : q[2];
-                        d[(face / 2 + 1) % 3] = q[0];
-                        d[(face / 2 + 2) % 3] = q[1];
-                        const uint32_t to = exactFace(d);
-                        const int64_t depth = std::abs(d[to / 2]);
+                        const ExactTexel exact = exactTexel(face, x, y, n);
                         const CubeTexel texel = wrapTexel(face, x, y, uint32_t(n));
-                        ASSERT_EQ(texel.face, to) << n << " face " << face << " " << x << " " << y;
-                        const ExactCell column(d[(to / 2 + 1) % 3], depth, n),
-                            row(d[(to / 2 + 2) % 3], depth, n);
-                        ties += column.cell != column.other || row.cell != row.other;
-                        ++judged;
-                        ASSERT_TRUE(column.holds(texel.x))
+                        ASSERT_EQ(texel.face, exact.face)
                             << n << " face " << face << " " << x << " " << y;
-                        ASSERT_TRUE(row.holds(texel.y))
+                        ties += exact.x.isTie() || exact.y.isTie();
+                        ++judged;
+                        ASSERT_TRUE(exact.x.holds(texel.x))
+                            << n << " face " << face << " " << x << " " << y;
+                        ASSERT_TRUE(exact.y.holds(texel.y))
                             << n << " face " << face << " " << x << " " << y;
                     }
         }
