@@ -3,8 +3,12 @@
 // band that each number must stay in, with the reason for it.
 //
 // A group is one scene in one part. Everything but the numeric part is held against Embree by the
-// metrics of validate (hybrid/error.h, hybrid/flicker.h), in frames of 256 x 144. The numeric part
-// is held against integers without rounding.
+// metrics of validate (hybrid/error.h, hybrid/flicker.h): perturbations, and failure scenes over
+// resolution, in frames of 512 x 288, frames in time and built-in scenes in 256 x 144
+// (StabilityRequest::width). The numeric part is held against integers without rounding.
+//
+// A share of nothing is 0 and would lie in every band that begins there. So who has nothing to
+// judge, or no shadow to judge it by, is refused (requireEvidence), not held.
 #pragma once
 
 #include "tools/failures.h"
@@ -31,8 +35,10 @@ struct StabilityGroup {
     int outlineCount = 0;
     std::string kind =
         {}; ///< of its rows, which bands go by; of a perturbation what follows the case's
-    double resolvedAt = 1e30;  ///< voxels up to this size, scene units, tell its parts apart
-    std::string settings = {}; ///< of all its rows, as those of the matrix of failures
+    double resolvedAt = 1e30; ///< voxels up to this size, scene units, tell its parts apart
+    /// Of all its rows, as those of the matrix of failures; a threshold as kStabilityWidth wants
+    /// it.
+    std::string settings = {};
 };
 
 /// Returns all groups in the order of the report.
@@ -46,6 +52,9 @@ struct BandInputs {
     double voxelRatio = 1, texelRatio = 1;     ///< voxel and texel over the unperturbed ones
     double outlineCount = 1;                   ///< StabilityGroup::outlineCount
     double truthChange = 0;                    ///< answers that Embree changes itself, a share
+    double reachTexels = 1; ///< how far shifts that explain errors of maps go (hybrid/explain.h)
+    double wrongShare = 0;  ///< unperturbed
+    MatrixMethod method = MatrixMethod::kHybrid; ///< of the row; addChecks sets it
 };
 
 /// One band: where a measure of some cases must lie.
@@ -80,6 +89,13 @@ const std::vector<KnownBreak>& knownBreaks();
 void addChecks(Json& checks, StabilityPart part, const Json& row, const std::string& measure,
                double value, const BandInputs& inputs);
 
+/// Throws Error kInput unless a group's row has pairs, some of them dark and some lit by the truth.
+void requireEvidence(const Json& row, uint64_t pairCount, uint64_t occludedCount);
+
+/// Returns part / whole. Throws Error kInput, naming the group's row and what `whole` counts, where
+/// there is none.
+double shareOf(const Json& row, const char* what, uint64_t part, uint64_t whole);
+
 /// Slope of log2 y over log2 x by least squares.
 struct FittedRate {
     double slope = 0, standardError = 0;
@@ -91,20 +107,24 @@ struct FittedRate {
 /// left out. Throws Error kUsage when fewer than three are left.
 FittedRate fitRate(const std::vector<std::pair<double, double>>& points);
 
+constexpr uint32_t kStabilityWidth = 512;
+
 /// What to measure.
 struct StabilityRequest {
     Backend backend = Backend::kCpu;
     std::vector<std::string> names; ///< of groups or parts; empty: all
     /// Pixels a row: of a perturbation and of failure scenes over resolution; built-in scenes and
     /// frames in time have half as many. Rows of pixels are 9/16 as many.
-    uint32_t width = 512;
+    uint32_t width = kStabilityWidth;
+    /// Over resolution, the finest voxels: from 64 to 2 to the power of this an axis, 8 at least.
+    uint32_t finestVoxelsLog2 = 12;
     std::function<void(double)> progress; ///< told the share that is done; may be empty
 };
 
 /// Measures groups. Returns {"time": rows, "perturbation": rows, "numeric": rows, "resolution":
 /// rows, "rates": [...], "checks": [...]}: a check has its value, "low", "high", "holds", "band"
-/// (the id, or "known") and reason. Numbers depend on nothing but the groups. Throws Error kUsage
-/// for an unknown name.
+/// (the id, or "known") and reason. Numbers depend on nothing but the groups and the request's
+/// sizes. Throws Error kUsage for an unknown name and kInput where a group has nothing to judge.
 Json measureStability(const StabilityRequest& request);
 
 /// Returns one line a check that does not hold.
@@ -132,6 +152,11 @@ void measurePerturbation(const StabilityGroup& group, const StabilityRequest& re
                          Json& results);
 void measureNumeric(const StabilityGroup& group, const StabilityRequest& request, Json& results);
 void measureResolution(const StabilityGroup& group, const StabilityRequest& request, Json& results);
+
+/// Returns the settings of a group's rows for a request: with its threshold as much lower as the
+/// request's width, which requests of texels go with, is less than kStabilityWidth.
+std::vector<std::string> stabilitySettings(const StabilityGroup& group,
+                                           const StabilityRequest& request);
 
 /// Returns the scene of a group as a failure scene. Throws Error kUsage where it is none.
 Scene stabilityScene(const StabilityGroup& group);

@@ -33,6 +33,15 @@ def short(group):
     return group.split("-", 1)[1]
 
 
+def verdict(results, part):
+    """Returns a sentence: how many checks of the part hold."""
+    checks = [c for c in results["checks"] if c["part"] == part]
+    broken = sum(not c["holds"] for c in checks)
+    if not checks:
+        return "No check was made."
+    return f"{broken} of {len(checks)} checks do not hold." if broken else f"All {len(checks)} checks hold."
+
+
 def draw_time(charts, results):
     rows = results["time"]
     groups = groups_of(rows)
@@ -61,25 +70,30 @@ def draw_time(charts, results):
     panels[0][0].invert_yaxis()
     panels[0][0].legend(loc="center right", bbox_to_anchor=(1.0, 0.57))  # where rays have no bars
     charts.save(figure, "stability_time", "Flicker in time",
-                "Answers that change from a frame to the next where Embree's do not, a tenth of a second between frames; "
-                "held answers of a still light do not change.")
+                "Answers that change from a frame to the next where Embree's do not, a tenth of a second between frames. "
+                "Held answers of a still light may not change at all. " + verdict(results, "time"))
     charts.entries[-1]["part"] = "time"
 
 
 def draw_perturbation(charts, results):
-    rows = [r for r in results["perturbation"]]
+    rows = results["perturbation"]
     groups = groups_of(rows)
+    drawn = [m for m in METHODS if any(r["wrong_share"] for r in rows if r["method"] == m)]
+    absent = [m for m in METHODS if m not in drawn]
     cases = [r["case"] for r in rows if r["group"] == groups[0] and r["method"] == "maps" and r["kind"] != "unperturbed"]
     bands = {(c["group"], c["case"], c["method"]): c for c in results["checks"]
              if c["part"] == "perturbation" and c["measure"] == "wrong_share"}
-    figure, panels = plt.subplots(1, len(groups), figsize=(2 * COLUMN + 0.3, 0.8 + 0.2 * len(cases)), sharey=True,
+    figure, panels = plt.subplots(1, len(groups), figsize=(2 * COLUMN + 0.3, 0.8 + 0.23 * len(cases)), sharey=True,
                                   squeeze=False)
     for axes, group in zip(panels[0], groups):
         low, high = 0.5, 2.0
-        for name, offset in (("maps", -0.2), ("dag", 0.2)):
+        for index, name in enumerate(drawn):
+            offset = 0.27 * (index - (len(drawn) - 1) / 2)
             colour, marker = METHODS[name]
             for place, case in enumerate(cases):
-                row = next(r for r in rows if (r["group"], r["case"], r["method"]) == (group, case, name))
+                row = next((r for r in rows if (r["group"], r["case"], r["method"]) == (group, case, name)), None)
+                if row is None:
+                    continue
                 base = row["wrong_share_unperturbed"]
                 if not base or not row["wrong_share"]:
                     continue
@@ -87,10 +101,9 @@ def draw_perturbation(charts, results):
                 band = bands.get((group, case, name))
                 if band:
                     axes.plot([max(band["low"] / base, 0.05), min(band["high"] / base, 20)], [place + offset] * 2,
-                              color=colour, alpha=0.35, linewidth=3.2, solid_capstyle="butt")
+                              color=colour, alpha=0.35, linewidth=2.4, solid_capstyle="butt")
                 axes.plot(ratio, place + offset, marker=marker, color=colour, markeredgecolor=BLACK,
-                          markeredgewidth=0.4, markersize=3.4, linestyle="none",
-                          label=name if place == 0 else None)
+                          markeredgewidth=0.4, markersize=2.9, linestyle="none", label=name)
                 low, high = min(low, 0.8 * ratio), max(high, 1.25 * ratio)
         axes.axvline(1, color=GREY, linewidth=0.7, zorder=0)
         log_axis(axes.xaxis, low, high)
@@ -98,10 +111,14 @@ def draw_perturbation(charts, results):
         axes.set_xlabel("wrong pairs / unperturbed")
     panels[0][0].set_yticks(range(len(cases)), cases)
     panels[0][0].invert_yaxis()
-    panels[0][-1].legend(loc="upper right", bbox_to_anchor=(1.0, 1.12), ncol=2)
+    entries = {label: handle for axes in panels[0] for handle, label in zip(*axes.get_legend_handles_labels())}
+    if entries:
+        panels[0][-1].legend(entries.values(), entries.keys(), loc="upper right", bbox_to_anchor=(1.0, 1.12),
+                             ncol=len(entries))
     charts.save(figure, "stability_perturbation", "The error under perturbation",
                 "Wrong pairs over those of the unperturbed scene, each held against Embree for that very scene; bars: "
-                "the band. dag-exact is left out where it has no wrong pair.")
+                "the band. " + (f"{' and '.join(absent)}: no wrong pair anywhere, so nothing is drawn. " if absent else "")
+                + "A case without a wrong pair, moved or unmoved, has no mark. " + verdict(results, "perturbation"))
     charts.entries[-1]["part"] = "perturbation"
 
 
@@ -120,7 +137,7 @@ def draw_numeric(charts, results):
         axes.plot(xs, [100 * totals[x][1] / totals[x][0] for x in xs], color=look[0], marker=look[1], linestyle=look[2],
                   markersize=2.6, label=f"past {feature}")
     axes.axvline(2, color=GREY, linewidth=0.8)
-    axes.annotate("none beyond,\nas promised", (2, 60), xytext=(-3, 0), textcoords="offset points", fontsize=6.2, ha="right")
+    axes.annotate("beyond, none\nmay stop", (2, 60), xytext=(-3, 0), textcoords="offset points", fontsize=6.2, ha="right")
     axes.set_xlabel("distance from the voxel ($2^{-20}$ of the grid)")
     axes.set_ylabel("rays stopped (%)")
     axes.set_xlim(-0.05, 3.05)
@@ -128,8 +145,9 @@ def draw_numeric(charts, results):
     axes.legend(loc="upper right")
     judged = sum(r["judged_count"] for r in rows)
     charts.save(figure, "stability_numeric", "Rays past a voxel, against integers",
-                f"{judged} lines in all 26 directions, grids of 2^6 to 2^17. What touches is never lost, what is farther "
-                "than two margins never stops; every tracer gives the same bits.")
+                f"{judged} lines in all 26 directions, grids of 2^6 to 2^17. What touches may never be lost, what is "
+                "farther than two margins may never stop, every tracer must give the same bits. "
+                + verdict(results, "numeric"))
     charts.entries[-1]["part"] = "numeric"
 
 
@@ -161,7 +179,7 @@ def draw_resolution(charts, results):
     panels[0].set_ylabel("wrong pairs (%)")
     charts.save(figure, "stability_resolution", "The error over resolution",
                 "Share of wrong pairs against voxel depth and texel density, with the fitted rate and its standard "
-                "error. Dotted: rate 1.")
+                "error. Dotted: rate 1. " + verdict(results, "resolution"))
     charts.entries[-1]["part"] = "resolution"
 
 

@@ -5,6 +5,7 @@
 #include "cuda/error.h"
 #include "scenes/builtin.h"
 #include "scenes/fail_scenes.h"
+#include "tools/parse.h"
 
 #include <algorithm>
 
@@ -27,18 +28,20 @@ const std::vector<StabilityGroup>& stabilityGroups() {
         {"time-plates", kTime, "fail-method-switch",
          "Low plates between nine lights; as before, with contact shadows that rays and maps lose "
          "unlike each other.",
-         56, "camera path", 1e30, "threshold=96"},
+         56, "camera path", 1e30, "threshold=120"},
         {"time-lights", kTime, "fail-popping",
-         "The posts again, the camera still, the lights drifting.", 56, "moving lights", 1e30,
-         "threshold=192"},
+         "The posts again, the camera still, the lights drifting, so that requests change with "
+         "what they shine on.",
+         56, "moving lights", 1e30, "threshold=120"},
         {"perturbation-tiles", kPerturbation, "fail-self-shadow",
-         "Tiles leaning at all angles over a floor: outlines along no axis.", 96, ""},
+         "Tiles leaning at all angles over a floor: outlines along no axis.", 96, "", 1e30,
+         "threshold=200 maps_per_light=4"},
         {"perturbation-posts", kPerturbation, "fail-popping",
          "Upright posts on a floor, nine lights: outlines along the axes, at places of their own.",
-         56, ""},
+         56, "", 1e30, "threshold=384"},
         {"perturbation-cubes", kPerturbation, "fail-axis-aligned",
          "Cubes whose faces lie in faces of voxels, lights in planes of texels: ties everywhere.",
-         32, ", aligned"},
+         32, ", aligned", 1e30, "threshold=340"},
         {"numeric-rays", kNumeric, "",
          "Lines in all 26 directions past the corners, edges and faces of a voxel, in eighths of "
          "the "
@@ -65,6 +68,13 @@ const std::vector<StabilityGroup>& stabilityGroups() {
     return groups;
 }
 
+std::vector<std::string> stabilitySettings(const StabilityGroup& group,
+                                           const StabilityRequest& request) {
+    const double threshold = cellSetup({group.settings}).hybridTexels;
+    return {"resolution=512", group.settings,
+            "threshold=" + numberText(threshold * request.width / kStabilityWidth)};
+}
+
 Scene stabilityScene(const StabilityGroup& group) {
     if (group.scene.starts_with("builtin:"))
         return loadScene(group.scene);
@@ -73,7 +83,7 @@ Scene stabilityScene(const StabilityGroup& group) {
             if (group.kind == "moving lights") {
                 scene.eyeSway = glm::dvec3(0.0);
                 for (size_t i = 0; i < scene.lights.size(); ++i)
-                    scene.lights[i].velocity = {i % 2 ? 0.2 : -0.2, 0.0, i % 3 ? 0.15 : -0.15};
+                    scene.lights[i].velocity = {i % 2 ? 0.5 : -0.5, 0.0, i % 3 ? 0.375 : -0.375};
             }
             return makeFailScene(scene);
         }

@@ -88,8 +88,9 @@ void measurePerturbation(const StabilityGroup& group, const StabilityRequest& re
                          Json& results) {
     const Scene scene = stabilityScene(group);
     // Voxels of about 20 mm in scenes of 10 m.
-    const std::vector<std::string> settings = {"resolution=512 threshold=384", group.settings};
-    const uint32_t resolutionLog2 = cellSetup(settings).resolutionLog2;
+    const std::vector<std::string> settings = stabilitySettings(group, request);
+    const uint32_t resolutionLog2 = cellSetup(settings).resolutionLog2,
+                   taps = cellSetup(settings).frame.bias.taps;
     Units units{};
     {
         StabilityStage stage(scene, request.backend);
@@ -101,7 +102,7 @@ void measurePerturbation(const StabilityGroup& group, const StabilityRequest& re
             });
     }
     struct Base {
-        double wrongShare, meanError, unexplained, texels;
+        double wrongShare, meanError, unexplained, unnamed, texels;
     };
     std::vector<Base> bases;
     for (const Perturbation& p : perturbations(units)) {
@@ -115,48 +116,57 @@ void measurePerturbation(const StabilityGroup& group, const StabilityRequest& re
             const StabilityFrame result =
                 StabilityMethod(method, settings, request.width).measure(stage, truth);
             const ErrorCounts& e = result.errors;
-            const double pairs = std::max(1.0, double(e.pairCount));
+            const double pairs = double(e.pairCount);
             double texels = 0;
             for (const MapRecord& map : result.frame.maps)
                 texels = std::max(texels, double(map.quantities.faceTexels));
-            const Base now{
-                double(e.falseShadowCount + e.falseLightCount) / pairs, e.meanAbsVisibilityError(),
-                double(e.unexplainedFalseShadowCount + e.unexplainedFalseLightCount) / pairs,
-                std::max(texels, 1.0)};
+            Json row = {{"group", group.name},
+                        {"case", p.name},
+                        {"kind", p.kind + group.kind},
+                        {"method", kMatrixMethodNames[m]}};
+            requireEvidence(row, e.pairCount, e.occludedCount);
+            const uint64_t unexplained =
+                               e.unexplainedFalseShadowCount + e.unexplainedFalseLightCount,
+                           settled = e.settledFalseShadowCount + e.settledFalseLightCount;
+            const Base now{double(e.falseShadowCount + e.falseLightCount) / pairs,
+                           e.meanAbsVisibilityError(), double(unexplained) / pairs,
+                           double(unexplained - settled) / pairs, std::max(texels, 1.0)};
             if (p.kind == "unperturbed")
                 bases.push_back(now);
             const Base& base = bases[size_t(m)];
-            Json row = {
-                {"group", group.name},
-                {"case", p.name},
-                {"kind", p.kind + group.kind},
-                {"method", kMatrixMethodNames[m]},
-                {"pair_count", e.pairCount},
-                {"false_shadow_count", e.falseShadowCount},
-                {"false_light_count", e.falseLightCount},
-                {"unexplained_count", e.unexplainedFalseShadowCount + e.unexplainedFalseLightCount},
-                {"settled_count", e.settledFalseShadowCount + e.settledFalseLightCount},
-                {"acne_count", e.acneCount},
-                {"contact_count", e.contactCount},
-                {"wrong_share", now.wrongShare},
-                {"mean_error", now.meanError},
-                {"unexplained_share", now.unexplained},
-                {"wrong_share_unperturbed", base.wrongShare},
-                {"mean_error_unperturbed", base.meanError},
-                {"voxel_scene", voxel},
-                {"texel_scene", units.texel * base.texels / now.texels},
-                {"float_spacing_scene", spacing},
-                {"largest_face_texels", texels},
-                {"drawn_map_count", result.frame.counts.drawnMapCount},
-                {"traced_map_count", result.frame.counts.tracedMapCount}};
+            row.update({{"pair_count", e.pairCount},
+                        {"false_shadow_count", e.falseShadowCount},
+                        {"false_light_count", e.falseLightCount},
+                        {"unexplained_count", unexplained},
+                        {"settled_count", settled},
+                        {"acne_count", e.acneCount},
+                        {"contact_count", e.contactCount},
+                        {"wrong_share", now.wrongShare},
+                        {"mean_error", now.meanError},
+                        {"unexplained_share", now.unexplained},
+                        {"unnamed_share", now.unnamed},
+                        {"wrong_share_unperturbed", base.wrongShare},
+                        {"mean_error_unperturbed", base.meanError},
+                        {"voxel_scene", voxel},
+                        {"texel_scene", units.texel * base.texels / now.texels},
+                        {"float_spacing_scene", spacing},
+                        {"largest_face_texels", texels},
+                        {"drawn_map_count", result.frame.counts.drawnMapCount},
+                        {"traced_map_count", result.frame.counts.tracedMapCount},
+                        {"least_served_count", std::min(result.frame.counts.drawnMapCount,
+                                                        result.frame.counts.tracedMapCount)}});
+            BandInputs inputs;
+            inputs.count = pairs;
+            addChecks(results["checks"], group.part, row, "least_served_count",
+                      row["least_served_count"].get<double>(), inputs);
             if (p.kind != "unperturbed") {
-                BandInputs inputs;
-                inputs.count = pairs;
                 inputs.outlineCount = std::max(1, group.outlineCount);
                 inputs.voxelSpacing = spacing / voxel;
                 inputs.texelSpacing = spacing / units.texel;
                 inputs.voxelRatio = voxel / units.voxel;
                 inputs.texelRatio = base.texels / now.texels;
+                inputs.reachTexels = 1.0 + std::sqrt(0.5) * (filterSide(taps) - 1);
+                inputs.wrongShare = base.wrongShare;
                 inputs.base = base.wrongShare;
                 addChecks(results["checks"], group.part, row, "wrong_share", now.wrongShare,
                           inputs);
@@ -165,6 +175,8 @@ void measurePerturbation(const StabilityGroup& group, const StabilityRequest& re
                 inputs.base = base.unexplained;
                 addChecks(results["checks"], group.part, row, "unexplained_share", now.unexplained,
                           inputs);
+                inputs.base = base.unnamed;
+                addChecks(results["checks"], group.part, row, "unnamed_share", now.unnamed, inputs);
             }
             results["perturbation"].push_back(std::move(row));
         }

@@ -57,12 +57,11 @@ void measureResolution(const StabilityGroup& group, const StabilityRequest& requ
     std::vector<uint8_t> truth;
     const auto add = [&](MatrixMethod method, const StabilityFrame& result, double x, Json row) {
         const ErrorCounts& e = result.errors;
-        const double pairs = std::max(1.0, double(e.pairCount));
+        const double pairs = double(e.pairCount);
+        row.update({{"group", group.name}, {"method", kMatrixMethodNames[size_t(method)]}});
+        requireEvidence(row, e.pairCount, e.occludedCount);
         row.update(
-            {{"group", group.name},
-             {"case", row["case"]},
-             {"kind", group.kind},
-             {"method", kMatrixMethodNames[size_t(method)]},
+            {{"kind", group.kind},
              {"x", x},
              {"pair_count", e.pairCount},
              {"false_shadow_share", double(e.falseShadowCount) / pairs},
@@ -97,23 +96,25 @@ void measureResolution(const StabilityGroup& group, const StabilityRequest& requ
         addChecks(results["checks"], group.part, row, measure + "_rate", rate.slope, inputs);
         results["rates"].push_back(std::move(row));
     };
-    for (uint32_t log2 = 6; log2 <= 12; ++log2) {
+    const uint32_t finest = request.finestVoxelsLog2;
+    for (uint32_t log2 = 6; log2 <= finest; ++log2) {
         const uint32_t resolution = 1u << log2;
         const StabilityMethod dag(MatrixMethod::kDag, {"resolution=" + std::to_string(resolution)},
                                   width);
         const StabilityFrame frame = dag.measure(stage, truth);
         add(MatrixMethod::kDag, frame, stage.grid(log2).voxelSizeWorld,
             {{"case", std::to_string(resolution)}, {"resolution", resolution}});
-        if (log2 < 12)
+        if (log2 < finest)
             stage.drop(log2);
     }
     for (const char* undersample : {"4", "2", "1", "0.5", "0.25"}) {
-        StabilityMethod maps(MatrixMethod::kMaps,
-                             {std::string("resolution=4096 pool=2G undersample=") + undersample},
-                             width);
+        StabilityMethod maps(
+            MatrixMethod::kMaps,
+            {"resolution=" + std::to_string(1u << finest) + " pool=2G undersample=" + undersample},
+            width);
         maps.setup().frame.maxFaceTexels = 8192;
         maps.setup().frame.minFaceTexels = 1;
-        stage.renderer(12).reset();
+        stage.renderer(finest).reset();
         const StabilityFrame frame = maps.measure(stage, truth);
         uint32_t largest = 0;
         for (const MapRecord& map : frame.frame.maps)

@@ -32,19 +32,16 @@ const TimeCase kCases[] = {
     {MatrixMethod::kHybrid, "resolutions and routes held", "hysteresis=on route_margin=0.25"},
 };
 
-double share(uint64_t part, uint64_t whole) {
-    return double(part) / double(std::max<uint64_t>(whole, 1));
-}
-
 } // namespace
 
 void measureTime(const StabilityGroup& group, const StabilityRequest& request, Json& results) {
     StabilityStage stage(stabilityScene(group), request.backend);
     std::vector<std::vector<uint8_t>> truths(kFrameCount);
-    double before = 0; // flicker of the method with less held
+    double before = 0; // flicker at switches of the method with less held
     for (const TimeCase& run : kCases) {
-        const StabilityMethod method(run.method, {"resolution=512", group.settings, run.settings},
-                                     request.width / 2);
+        std::vector<std::string> settings = stabilitySettings(group, request);
+        settings.push_back(run.settings);
+        const StabilityMethod method(run.method, settings, request.width / 2);
         FlickerMeter meter(stage.truth(), 1, kPointCount);
         FlickerCounts flicker;
         ErrorCounts errors;
@@ -70,8 +67,6 @@ void measureTime(const StabilityGroup& group, const StabilityRequest& request, J
                     {"settings", run.settings},
                     {"frame_count", kFrameCount},
                     {"pair_count", errors.pairCount},
-                    {"wrong_share",
-                     share(errors.falseShadowCount + errors.falseLightCount, errors.pairCount)},
                     {"answer_count", total.answerCount},
                     {"flicker_count", total.flickerCount},
                     {"truth_change_count", flicker.truthChangeCount},
@@ -79,6 +74,9 @@ void measureTime(const StabilityGroup& group, const StabilityRequest& request, J
                     {"missing_tap_count", flicker.missingTapCount},
                     {"drawn_map_count", drawn},
                     {"traced_map_count", traced}};
+        requireEvidence(row, errors.pairCount, errors.occludedCount);
+        row["wrong_share"] = shareOf(row, "pairs", errors.falseShadowCount + errors.falseLightCount,
+                                     errors.pairCount);
         const char* const names[kFlickerChangeCount] = {"held", "resolution_switch",
                                                         "method_switch"};
         for (int c = 0; c < kFlickerChangeCount; ++c) {
@@ -91,20 +89,28 @@ void measureTime(const StabilityGroup& group, const StabilityRequest& request, J
         }
         BandInputs inputs;
         inputs.count = double(total.answerCount);
-        inputs.truthChange = share(flicker.truthChangeCount, total.answerCount);
+        inputs.truthChange =
+            shareOf(row, "followed answers", flicker.truthChangeCount, total.answerCount);
         inputs.outlineCount = std::max(1, group.outlineCount);
         const FlickerCounts::Class& held = flicker.of(FlickerChange::kHeld);
-        inputs.base = share(total.flickerCount, total.answerCount);
-        row["held_flicker_share"] = share(held.flickerCount, held.answerCount);
-        row["flicker_share"] = inputs.base;
+        row["held_flicker_share"] =
+            shareOf(row, "held answers", held.flickerCount, held.answerCount);
+        row["flicker_share"] =
+            shareOf(row, "followed answers", total.flickerCount, total.answerCount);
+        row["switch_flicker_share"] = shareOf(
+            row, "followed answers", total.flickerCount - held.flickerCount, total.answerCount);
         Json& checks = results["checks"];
         addChecks(checks, group.part, row, "held_flicker_share",
                   row["held_flicker_share"].get<double>(), inputs);
         inputs.base = before;
         if (!isFirst)
-            addChecks(checks, group.part, row, "flicker_share", row["flicker_share"].get<double>(),
-                      inputs);
-        before = row["flicker_share"].get<double>();
+            addChecks(checks, group.part, row, "switch_flicker_share",
+                      row["switch_flicker_share"].get<double>(), inputs);
+        else
+            for (const char* measure :
+                 {"resolution_switch_answer_count", "method_switch_answer_count"})
+                addChecks(checks, group.part, row, measure, row[measure].get<double>(), inputs);
+        before = row["switch_flicker_share"].get<double>();
         results["time"].push_back(std::move(row));
     }
 }
