@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <memory>
 
 namespace shadowdag {
@@ -22,6 +23,22 @@ namespace {
 
 constexpr uint32_t kFlickerPointCount = 6000;
 constexpr size_t kListedPairCount = 8; ///< errors without a name that a cell lists
+
+std::string stemOf(const std::string& file) {
+    return std::filesystem::path(file).stem().string();
+}
+
+/// Scenes go by their stems: of two that are equal one would overwrite the other's pictures.
+void requireUniqueStems(const std::vector<std::string>& files) {
+    std::map<std::string, std::string> firstOf;
+    for (const std::string& file : files) {
+        const auto [first, isNew] = firstOf.emplace(stemOf(file), file);
+        if (!isNew)
+            throw Error(ErrorKind::kUsage, first->second + " and " + file + " are both called '" +
+                                               first->first +
+                                               "' in the report; rename one or compare them apart");
+    }
+}
 
 const RealScene* realSceneOf(const std::string& name) {
     const auto found = std::find_if(realScenes().begin(), realScenes().end(),
@@ -38,8 +55,8 @@ class RealStage {
 public:
     RealStage(const std::string& file, const CellSetup& setup, const RealRequest& request,
               const Console& console)
-        : scene_(loadSceneAndWorld(file, -1, 1, true, console)),
-          name_(std::filesystem::path(file).stem().string()), known_(realSceneOf(name_)),
+        : scene_(loadSceneAndWorld(file, -1, 1, true, console)), name_(stemOf(file)),
+          known_(realSceneOf(name_)),
           isOther_(known_ && known_->geometryHash != scene_.geometryHash) {
         checkInterrupted();
         scene_.world->setTime(0.0f);
@@ -302,10 +319,12 @@ std::vector<std::string> realFiles(const std::vector<std::string>& arguments,
         throw Error(ErrorKind::kUsage,
                     "compare real needs scenes: give .glb or .gltf files, or a directory of them");
     sceneNames(files); // throws where one is there twice
+    requireUniqueStems(files);
     return files;
 }
 
 Json measureReal(const RealRequest& request, const Console& console) {
+    requireUniqueStems(request.files);
     const CellSetup setup = cellSetup({realSettings(), request.settings});
     Json results = {
         {"settings", realSettings() + (request.settings.empty() ? "" : " ") + request.settings},

@@ -70,6 +70,8 @@ void addScene(std::string& html, const Json& results, const std::string& scene) 
             grouped(first["light_count"].get<double>()) + " lights, " +
             grouped(first["pair_count"].get<double>()) + " pairs in all frames, " +
             percent(first, "occluded_count") + " % of them dark.";
+    if (!showsShadowEdge(first))
+        html += " <b>It shows no shadow edge and proves nothing.</b>";
     if (first["known"] != "yes")
         html += " Its counts have no bounds (" + text(first["known"]) +
                 "): it is held to what any scene is held to.";
@@ -128,7 +130,8 @@ std::string realHtml(const Json& results, const Json& provenance) {
         "rays. <em>Acne</em> is what the receiver's own surface shadows, <em>contact</em> what "
         "lies within bias or offset, <em>flicker</em> answers that change from a frame to the next "
         "where Embree's do not. A cell holds while each count is at most what was measured once, a "
-        "twentieth and 3 more, and nothing is without a name.</p>\n";
+        "twentieth and 3 more (of dag-exact what was measured, of acne by rays none), nothing is "
+        "without a name and some pairs are dark and some lit.</p>\n";
     for (const std::string& scene : scenes)
         addScene(html, results, scene);
     html += "<h2>Provenance</h2>\n<div class=\"scroll\"><table><tbody>\n";

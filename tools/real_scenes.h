@@ -4,12 +4,16 @@
 // Embree.
 //
 // A cell is one scene by one method. It holds while
-//  - each count is at most what is known of the cell, a twentieth and 3 more (boundOf), and
+//  - each count is at most what is known of the cell, a twentieth and 3 more (boundOf; 20 of the
+//    mean error); but of dag-exact at most what is known, without slack, and of acne by rays none;
 //  - no error is without a name: each is explained, acne, contact or settled (hybrid/explain.h).
-//    The few that are left and understood stand in namedErrors() with a name and a reason.
+//    The few that are left and understood stand in namedErrors() with a name and a reason;
+//  - some of its pairs are dark by the truth and some lit: else there is no shadow to be wrong at,
+//    and the cell proves nothing.
 // A scene that is not known is measured as well, and held to what any scene is held to: no error
-// without a name, no acne by rays, and no error at all by dag-exact; of known scenes dag-exact may
-// err where it is known to, without slack: one explained pair of 1963164 in lost_empire_torches.
+// without a name, no acne by rays, and no error at all by dag-exact; where it shows no shadow edge
+// the report says so. Of known scenes dag-exact may err where it is known to: one explained pair of
+// 1963164 in lost_empire_torches.
 //
 // The move: kRealFrameCount frames, the camera a pixel's width at the median distance of what it
 // sees farther to the right in each; frames follow each other and keep what is kept.
@@ -64,22 +68,30 @@ struct RealRequest {
 };
 
 /// Returns the files that arguments of `compare real` mean: files as they are, of a directory every
-/// .glb and .gltf in it that has lights, by name. Throws Error kUsage when there is none, kInput
-/// for what is neither and for a scene that cannot be read.
+/// .glb and .gltf in it that has lights, by name. Throws Error kUsage when there is none and where
+/// two are of one name (measureReal), kInput for what is neither and for a scene that cannot be
+/// read.
 std::vector<std::string> realFiles(const std::vector<std::string>& arguments,
                                    const Console& console);
 
 /// Measures scenes. Returns {"cells": [...], "pictures": [...]}: one object a scene and method with
 /// its counts, "unnamed_count", "unnamed" (the first few of these pairs: frame, pixel, light,
 /// places, blocker), "known" ("yes", "no", "another file", "other settings"), "bounds" and "broken"
-/// (names of the measures over their bounds). Counts depend on nothing but files and settings.
-/// Throws Error kInput for a scene that has no lights or cannot be read.
+/// (realBroken, and "unknown" where a known scene has no counts). Counts depend on nothing but
+/// files and settings. Throws Error kInput for a scene that has no lights or cannot be read, and
+/// kUsage where two files are of one name but for directories and extension: scenes and pictures go
+/// by it.
 Json measureReal(const RealRequest& request, const Console& console);
 
 /// Returns the bounds of a cell, by name of its measure. @param known of KnownCell, or null
 Json realBounds(const std::string& scene, MatrixMethod method, const CellCounts* known);
 
-/// Returns the names of a cell's measures that are over its bounds.
+/// Returns whether the truth of a cell's pairs is dark for some and lit for others.
+bool showsShadowEdge(const Json& cell);
+
+/// Returns the names of a cell's measures that are over its bounds, and "occluded_count" where a
+/// known cell shows no shadow edge.
+/// @param cell with the measures, "known", "occluded_count" and "pair_count"
 Json realBroken(const Json& cell, const Json& bounds);
 
 /// Returns one line a bound that a cell breaks.

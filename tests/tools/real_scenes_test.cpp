@@ -22,6 +22,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 TEST(RealScenes, TablesAgree) {
     std::set<std::string> names;
@@ -70,6 +71,25 @@ TEST(RealScenes, BoundsAreWhatIsKnownAndWhatAnySceneIsHeldTo) {
     EXPECT_EQ(realBroken(cell, bounds), Json::array({"false_shadow_count"}));
 }
 
+// A view that is all dark or all lit has no shadow to be wrong at: a known scene must not be such.
+TEST(RealScenes, AKnownSceneMustShowAShadowEdge) {
+    Json cell = {{"scene", "barn"}, {"method", "maps"}, {"known", "yes"}, {"pair_count", 9}};
+    for (const int dark : {0, 1, 8, 9}) {
+        cell["occluded_count"] = dark;
+        const bool shows = dark == 1 || dark == 8;
+        EXPECT_EQ(showsShadowEdge(cell), shows) << dark;
+        cell["broken"] = realBroken(cell, Json::object());
+        EXPECT_EQ(cell["broken"], shows ? Json::array() : Json::array({"occluded_count"})) << dark;
+    }
+    EXPECT_THAT(realBrokenLines({{"cells", Json::array({cell})}}),
+                ElementsAre(HasSubstr("barn by maps: shows no shadow edge, occluded_count is 9 of "
+                                      "9 pairs")));
+    cell["pair_count"] = cell["occluded_count"] = 0;
+    EXPECT_FALSE(showsShadowEdge(cell));
+    cell["known"] = "no";
+    EXPECT_TRUE(realBroken(cell, Json::object()).empty());
+}
+
 TEST(RealScenes, WhatDoesNotHoldIsNamedWithItsNumbersAndItsFirstPair) {
     const Json first = {{"error", "false light"}, {"frame", 1}, {"pixel", {3, 4}}, {"light", 7}};
     const Json cell = {{"scene", "barn"},
@@ -111,6 +131,13 @@ TEST(RealScenes, AnySceneIsMeasuredTheSameOnAnyThreadCount) {
     const Json one = measure({"builtin:fail-contact"}, "resolution=128");
     setThreadCount(0);
     EXPECT_EQ(many, one);
+    // Of a view that is all dark the page says what it is worth.
+    const char* const nothing = "It shows no shadow edge";
+    EXPECT_THAT(realHtml(many, Json::object()), Not(HasSubstr(nothing)));
+    Json dark = many;
+    for (Json& cell : dark["cells"])
+        cell["occluded_count"] = cell["pair_count"];
+    EXPECT_THAT(realHtml(dark, Json::object()), HasSubstr(nothing));
 }
 
 // A light on a face by rays offset by nothing: acne by rays, which no scene may have.
@@ -156,6 +183,16 @@ TEST(RealScenes, FilesAreScenesAndTheLitOnesOfDirectories) {
     EXPECT_THAT(message({directory.path()}), HasSubstr("no .glb or .gltf file in it has lights"));
     EXPECT_THAT(realFiles({"a.glb", "b.glb"}, console), ElementsAre("a.glb", "b.glb"));
     EXPECT_THAT(message({"a.glb", "a.glb"}), HasSubstr("given twice"));
+    // Cells and pictures go by the stem: two of one would be one.
+    EXPECT_THAT(message({"a/x.glb", "y.glb", "b/x.gltf"}),
+                HasSubstr("a/x.glb and b/x.gltf are both called 'x'"));
+    try {
+        measure({"a/x.glb", "b/x.glb"}, "");
+        FAIL() << "were taken";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+        EXPECT_THAT(error.what(), HasSubstr("are both called 'x'"));
+    }
     Scene scene = makeFailScene(failScenes().front());
     writeGlb(scene, directory / "lit.glb");
     writeGlb(scene, directory / "also.glb");
