@@ -90,6 +90,19 @@ TEST(RealScenes, AKnownSceneMustShowAShadowEdge) {
     EXPECT_TRUE(realBroken(cell, Json::object()).empty());
 }
 
+// What was measured of each known scene, as it is committed, proves something.
+TEST(RealScenes, TheCommittedRunShowsAShadowEdgeInEveryCell) {
+    const Json run = Json::parse(readText(SDAG_SOURCE_DIR "/tests/bench/results/real_scenes.json"));
+    std::set<std::string> scenes;
+    for (const Json& cell : run["cells"]) {
+        EXPECT_TRUE(showsShadowEdge(cell)) << cell["scene"] << " by " << cell["method"];
+        scenes.insert(cell["scene"].get<std::string>());
+        EXPECT_EQ(cell["known"], "yes") << cell["scene"];
+    }
+    for (const RealScene& scene : realScenes())
+        EXPECT_TRUE(scenes.contains(scene.name)) << scene.name;
+}
+
 TEST(RealScenes, WhatDoesNotHoldIsNamedWithItsNumbersAndItsFirstPair) {
     const Json first = {{"error", "false light"}, {"frame", 1}, {"pixel", {3, 4}}, {"light", 7}};
     const Json cell = {{"scene", "barn"},

@@ -138,6 +138,38 @@ TEST(Stability, TablesAreConsistent) {
         EXPECT_LE(known.low, known.high);
         EXPECT_FALSE(known.reason.empty());
     }
+    // A misspelt kind, method or measure would check nothing. What groups give stands in the last
+    // run that was committed: each entry of the tables made a check there, and each check there
+    // would be made by the same entry today.
+    const Json run = Json::parse(readText(SDAG_SOURCE_DIR "/tests/bench/results/stability.json"));
+    std::set<std::vector<std::string>> made;
+    std::set<std::string> groups;
+    for (const Json& check : run["checks"]) {
+        const std::string band = check["band"], kind = check["kind"], method = check["method"],
+                          group = check["group"], measure = check["measure"];
+        made.insert(band == "known" ? std::vector<std::string>{band, group, kind, method, measure}
+                                    : std::vector<std::string>{band, "kind", kind});
+        made.insert({band, "method", method});
+        groups.insert(group);
+        const auto part = std::find(kStabilityPartNames, kStabilityPartNames + kStabilityPartCount,
+                                    check["part"].get<std::string>());
+        Json again = Json::array();
+        addChecks(again, StabilityPart(part - kStabilityPartNames), check, measure, 0, {});
+        EXPECT_EQ(again.empty() ? "none" : again[0]["band"], band) << check;
+    }
+    const char* const rerun = " checks nothing that the committed run of compare stability gave; "
+                              "mend it, or run it and commit tests/bench/results/stability.json";
+    for (const StabilityBand& band : stabilityBands()) {
+        for (const std::string& kind : band.kinds)
+            EXPECT_TRUE(made.contains({band.id, "kind", kind})) << band.id << ", " << kind << rerun;
+        for (const MatrixMethod method : band.methods)
+            EXPECT_TRUE(made.contains({band.id, "method", kMatrixMethodNames[size_t(method)]}))
+                << band.id << ", " << kMatrixMethodNames[size_t(method)] << rerun;
+    }
+    for (const KnownBreak& known : knownBreaks())
+        EXPECT_TRUE(made.contains({"known", known.group, known.kind, known.method, known.measure}))
+            << known.group << ", " << known.method << rerun;
+    EXPECT_EQ(groups, names) << "groups that the committed run checked, and those there are";
 }
 
 Json rowOf(const std::string& kind, const std::string& method) {
