@@ -116,15 +116,8 @@ private:
 class RealCell {
 public:
     RealCell(RealStage& stage, MatrixMethod method, const CellSetup& setup)
-        : stage_(stage), setup_(setup),
-          model_(makeCostModel(method == MatrixMethod::kMaps ? "texels:0"
-                               : method == MatrixMethod::kHybrid
-                                   ? "texels:" + numberText(setup.hybridTexels)
-                                   : "texels:inf")),
-          flicker_(stage.truth(), 1, kFlickerPointCount) {
-        if (method == MatrixMethod::kDagExact)
-            setup_.frame.rays.kind = RayKind::kExact;
-    }
+        : stage_(stage), setup_(setup), model_(modelOf(method, setup_)),
+          flicker_(stage.truth(), 1, kFlickerPointCount) {}
 
     /// Renders and judges all frames. @param truths what Embree answers, by frame; filled as needed
     void measure(std::vector<std::vector<uint8_t>>& truths, const std::function<void()>& step) {

@@ -145,9 +145,9 @@ void runReal(const RealCommand& command, const Console& console) {
     RealRequest request;
     request.backend = command.backend;
     request.cacheDirectory = command.cacheDirectory;
+    request.files = realFiles(command.arguments, console); // refused before anything is put away
     const ReportRun run(command.output, "real", console);
     request.pictureDirectory = run.partial() + "/images";
-    request.files = realFiles(command.arguments, console);
     request.progress = run.progress();
     const Json measured = measureReal(request, console);
     const Json provenance = buildProvenance(command.backend);

@@ -44,6 +44,10 @@ struct StabilityGroup {
 /// Returns all groups in the order of the report.
 const std::vector<StabilityGroup>& stabilityGroups();
 
+/// Returns the groups of these names and of parts of these names, in order; all of none. Throws
+/// Error kUsage for a name that adds none.
+std::vector<const StabilityGroup*> stabilityGroupsNamed(const std::vector<std::string>& names);
+
 /// What a band is derived from. Shares are of the pairs, or of the answers followed.
 struct BandInputs {
     double base = 0;  ///< the same measure unperturbed, or where less is held

@@ -19,6 +19,7 @@ void runStability(const StabilityCommand& command, const Console& console) {
     request.backend = command.backend;
     if (!command.names.empty())
         request.names = parseList("--only", command.names);
+    stabilityGroupsNamed(request.names); // refused before anything is put away
     const std::string script =
         command.noCharts ? "" : findCharts("stability_chart.py", "pass --no-charts");
     const ReportRun run(command.output, "stability", console);

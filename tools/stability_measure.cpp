@@ -91,12 +91,12 @@ Scene stabilityScene(const StabilityGroup& group) {
                                        "', which there is not");
 }
 
-Json measureStability(const StabilityRequest& request) {
+std::vector<const StabilityGroup*> stabilityGroupsNamed(const std::vector<std::string>& names) {
     std::vector<const StabilityGroup*> chosen;
     for (const StabilityGroup& group : stabilityGroups())
-        if (request.names.empty())
+        if (names.empty())
             chosen.push_back(&group);
-    for (const std::string& name : request.names) {
+    for (const std::string& name : names) {
         const size_t before = chosen.size();
         for (const StabilityGroup& group : stabilityGroups())
             if ((group.name == name || kStabilityPartNames[size_t(group.part)] == name) &&
@@ -110,6 +110,11 @@ Json measureStability(const StabilityRequest& request) {
                         "--only '" + name + "': must be one of " + all + ", and none named twice");
         }
     }
+    return chosen;
+}
+
+Json measureStability(const StabilityRequest& request) {
+    const std::vector<const StabilityGroup*> chosen = stabilityGroupsNamed(request.names);
     Json results = Json::object();
     for (const char* key : {"time", "perturbation", "numeric", "resolution", "rates", "checks"})
         results[key] = Json::array();

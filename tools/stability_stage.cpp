@@ -103,15 +103,9 @@ void StabilityStage::drop(uint32_t resolutionLog2) {
 
 StabilityMethod::StabilityMethod(MatrixMethod method, const std::vector<std::string>& settings,
                                  uint32_t width)
-    : setup_(cellSetup(settings)),
-      model_(makeCostModel(method == MatrixMethod::kMaps ? "texels:0"
-                           : method == MatrixMethod::kHybrid
-                               ? "texels:" + numberText(setup_.hybridTexels)
-                               : "texels:inf")) {
+    : setup_(cellSetup(settings)), model_(modelOf(method, setup_)) {
     setup_.frame.width = width;
     setup_.frame.height = std::max(width * 9 / 16, 1u);
-    if (method == MatrixMethod::kDagExact)
-        setup_.frame.rays.kind = RayKind::kExact;
 }
 
 StabilityFrame
