@@ -12,7 +12,8 @@ namespace shadowdag {
 /// Which (cluster, light) pairs are taken out.
 enum class PairPruning : uint8_t {
     kNone,
-    kFacing, ///< those without an exact pair (pairs.h). Changes no answer.
+    kFacing, ///< those without an exact pair (pairs.h). Takes no answer away; but what they asked
+             ///< for is asked no more, so that a map may be coarser and answer otherwise
     kLit,    ///< and those whose every voxel ray a shaft proves unblocked, where nothing that moves
              ///< may shadow them: their pairs are answered as voxel rays of level 0 answer them.
              ///< A sun is not asked about

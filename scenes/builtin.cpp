@@ -7,6 +7,7 @@
 #include "scenes/gltf.h"
 
 #include <filesystem>
+#include <stdexcept>
 
 namespace shadowdag {
 
@@ -27,6 +28,20 @@ const Generator kGenerators[] = {
      makeNecropolis},
 };
 
+const std::string kBuiltinPrefix = "builtin:";
+
+/// Throws Error kUsage for an unknown name, listing the known ones.
+void requireBuiltin(const std::string& name) {
+    std::string known;
+    for (const BuiltinInfo& info : builtinScenes()) {
+        if (info.name == name)
+            return;
+        known += (known.empty() ? "" : ", ") + info.name;
+    }
+    throw Error(ErrorKind::kUsage,
+                "no built-in scene is called '" + name + "'; there are: " + known);
+}
+
 } // namespace
 
 std::vector<BuiltinInfo> builtinScenes() {
@@ -39,25 +54,28 @@ std::vector<BuiltinInfo> builtinScenes() {
 }
 
 Scene makeBuiltin(const std::string& name) {
-    std::string known;
-    for (const Generator& generator : kGenerators) {
+    requireBuiltin(name);
+    for (const Generator& generator : kGenerators)
         if (name == generator.name)
             return generator.make();
-        known += std::string(known.empty() ? "" : ", ") + generator.name;
-    }
-    for (const FailScene& scene : failScenes()) {
+    for (const FailScene& scene : failScenes())
         if (name == scene.name)
             return makeFailScene(scene);
-        known += ", " + scene.name;
-    }
-    throw Error(ErrorKind::kUsage,
-                "no built-in scene is called '" + name + "'; there are: " + known);
+    throw std::logic_error("a listed scene has no generator: " + name);
 }
 
 Scene loadScene(const std::string& sceneArgument) {
-    const std::string prefix = "builtin:";
-    if (sceneArgument.compare(0, prefix.size(), prefix) == 0)
-        return makeBuiltin(sceneArgument.substr(prefix.size()));
+    requireScene(sceneArgument);
+    return sceneArgument.starts_with(kBuiltinPrefix)
+               ? makeBuiltin(sceneArgument.substr(kBuiltinPrefix.size()))
+               : readGltf(sceneArgument);
+}
+
+void requireScene(const std::string& sceneArgument) {
+    if (sceneArgument.starts_with(kBuiltinPrefix)) {
+        requireBuiltin(sceneArgument.substr(kBuiltinPrefix.size()));
+        return;
+    }
     if (sceneArgument.empty())
         throw Error(ErrorKind::kUsage,
                     "SCENE is empty; name a .glb or .gltf file, or builtin:NAME");
@@ -67,12 +85,13 @@ Scene loadScene(const std::string& sceneArgument) {
                                            "it was built from, and pass the asset as --voxels " +
                                            sceneArgument);
     std::error_code ignored;
-    if (!std::filesystem::exists(sceneArgument, ignored))
+    if (!std::filesystem::exists(sceneArgument, ignored)) {
         for (const BuiltinInfo& info : builtinScenes())
             if (info.name == sceneArgument)
                 throw Error(ErrorKind::kInput, sceneArgument + ": no such file; did you mean " +
-                                                   prefix + sceneArgument + "?");
-    return readGltf(sceneArgument);
+                                                   kBuiltinPrefix + sceneArgument + "?");
+        throw Error(ErrorKind::kInput, sceneArgument + ": no such file; check the name");
+    }
 }
 
 } // namespace shadowdag

@@ -27,4 +27,8 @@ Scene makeBuiltin(const std::string& name);
 /// Throws as makeBuiltin and readGltf do.
 Scene loadScene(const std::string& sceneArgument);
 
+/// Throws as loadScene does where no scene can be meant: an unknown built-in one, no such file, an
+/// asset. Reads no file.
+void requireScene(const std::string& sceneArgument);
+
 } // namespace shadowdag

@@ -34,7 +34,7 @@ struct MapRequest {
 
 /// How maps are built. Results of lookups do not depend on the culling.
 struct ShadowMapOptions {
-    uint32_t pageTexels = 32;          ///< side of a page, a power of two, 16..256
+    uint32_t pageTexels = 16;          ///< side of a page, a power of two, 16..256
     uint64_t poolBytes = 256ull << 20; ///< budget of the page pool
     uint32_t taps = 4;                 ///< 1, 4 or 9: which page borders the filter needs marked
     MapCulling culling = MapCulling::kCellDepth;

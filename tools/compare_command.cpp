@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag compare`: every method and parameter asked for, timed and held against Embree, as a
 // report.
+#include "scenes/builtin.h"
 #include "tools/charts_run.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
@@ -260,8 +261,9 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     const std::vector<std::string> names = sceneNames(experiment.scenes);
     if (options.resume)
         refuseFinished(options.output);
-    const DirectoryLock lock =
-        prepareDirectory(options.output, options.resume, !options.part.empty());
+    for (const std::string& scene : experiment.scenes)
+        requireScene(scene); // before anything is put away
+    const ReportDirectory directory(options.output, options.resume, !options.part.empty());
     const std::string partial = options.output + "/partial";
     const Json experimentJson = toJson(experiment);
 

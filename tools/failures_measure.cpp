@@ -347,7 +347,7 @@ std::vector<const Failure*> failuresNamed(const std::vector<std::string>& names)
             std::string all;
             for (const Failure& f : failures())
                 all += (all.empty() ? "" : ", ") + f.name;
-            throw Error(ErrorKind::kUsage, "failure '" + name + "': must be one of " + all);
+            throw Error(ErrorKind::kUsage, "--only '" + name + "': must be one of " + all);
         }
         rows.push_back(&*found);
     }

@@ -4,8 +4,8 @@
 #include "tools/charts_run.h"
 #include "tools/commands.h"
 #include "tools/common_options.h"
-#include "tools/directory_lock.h"
 #include "tools/parse.h"
+#include "tools/report_directory.h"
 
 #include "cuda/error.h"
 
@@ -47,6 +47,7 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
         throw Error(ErrorKind::kInput,
                     path + ": cannot be opened; give the results.json of compare --sequence, or "
                            "its directory");
+    const DirectoryGuard guard(options.output);
     std::error_code failed;
     fs::create_directories(options.output, failed);
     if (failed)

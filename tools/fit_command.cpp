@@ -57,7 +57,6 @@ struct FitOptions {
         common.undersample = "1,2,4";
         common.taps = "1,4,9";
         common.mapsPerLight = "1,4";
-        common.pageSize = "16";
         common.thresholds = "128,512";
     }
 };

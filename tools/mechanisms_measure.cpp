@@ -400,7 +400,7 @@ void refuseUnknownMechanisms(const std::vector<std::string>& names) {
         if (std::none_of(mechanisms().begin(), mechanisms().end(),
                          [&](const Mechanism& row) { return row.name == name; }) &&
             std::find(terms.begin(), terms.end(), name) == terms.end())
-            throw Error(ErrorKind::kUsage, "mechanism '" + name + "': must be one of " + known +
+            throw Error(ErrorKind::kUsage, "--only '" + name + "': must be one of " + known +
                                                ", or a term of the cost model, " + terms.front() +
                                                " to " + terms.back());
 }

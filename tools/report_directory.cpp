@@ -103,6 +103,40 @@ void refuseOtherKind(const std::string& directory, bool isPart) {
 
 } // namespace
 
+DirectoryGuard::DirectoryGuard(const std::string& directory) {
+    std::error_code ignored;
+    for (fs::path path = fs::path(directory).lexically_normal(); !path.empty();
+         path = path.parent_path()) {
+        if (!path.has_filename()) { // of "a/", and the root
+            if (path == path.parent_path())
+                break;
+            continue;
+        }
+        if (fs::exists(path, ignored))
+            break;
+        fresh_.push_back(path.string());
+    }
+}
+
+DirectoryGuard::~DirectoryGuard() {
+    std::error_code ignored;
+    for (const std::string& path : fresh_)
+        fs::remove(path, ignored); // which only an empty one is
+}
+
+ReportDirectory::ReportDirectory(const std::string& directory, bool resume, bool isPart)
+    : partial_(directory + "/partial"), guard_(directory),
+      lock_(prepareDirectory(directory, resume, isPart)) {}
+
+ReportDirectory::~ReportDirectory() {
+    std::error_code ignored;
+    std::ifstream file(partial_ + "/journal.json", std::ios::binary);
+    const Json journal = file ? Json::parse(file, nullptr, false) : Json();
+    if (journal.is_object() && journal.contains("parts") && journal["parts"].empty() &&
+        !fs::exists(partial_ + "/old", ignored))
+        fs::remove_all(partial_, ignored);
+}
+
 DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
     std::error_code failed;
     if (fs::exists(directory) && !fs::is_directory(directory))

@@ -3,8 +3,6 @@
 
 #include "scenes/output_file.h"
 
-#include <filesystem>
-
 namespace shadowdag {
 
 void writeWholeFile(const std::string& path, const std::string& text) {
@@ -14,16 +12,8 @@ void writeWholeFile(const std::string& path, const std::string& text) {
 }
 
 ReportRun::ReportRun(const std::string& directory, const std::string& name, const Console& console)
-    : directory_(directory), partial_(directory + "/partial"),
-      isNew_(!std::filesystem::exists(directory)), lock_(prepareDirectory(directory, false, false)),
+    : directory_(directory), partial_(directory + "/partial"), held_(directory, false, false),
       journal_(partial_ + "/journal.json", name, false), bar_(console.progress("compare " + name)) {
-}
-
-ReportRun::~ReportRun() {
-    std::error_code ignored;
-    std::filesystem::remove_all(partial_, ignored); // gone already where it was published
-    if (isNew_)
-        std::filesystem::remove(directory_, ignored); // which only an empty one is
 }
 
 std::function<void(double)> ReportRun::progress() const {

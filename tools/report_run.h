@@ -21,9 +21,6 @@ class ReportRun {
 public:
     /// Locks and prepares the directory as prepareDirectory does. @param name as in `compare NAME`
     ReportRun(const std::string& directory, const std::string& name, const Console& console);
-    ~ReportRun();
-    ReportRun(const ReportRun&) = delete;
-    ReportRun& operator=(const ReportRun&) = delete;
 
     /// Returns where the report is written: DIR/partial.
     const std::string& partial() const { return partial_; }
@@ -41,8 +38,7 @@ public:
 private:
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
     std::string directory_, partial_;
-    bool isNew_; ///< the directory was not there before
-    DirectoryLock lock_;
+    ReportDirectory held_;
     Journal journal_; ///< tells a later compare that what lies in partial() is ours
     Progress bar_;
 };

@@ -29,7 +29,7 @@ Experiment sweep() {
     e.undersample = {1, 4, 2};
     e.taps = {4, 1};
     e.mapsPerLight = {1, 4};
-    e.pageTexels = {32};
+    e.pageTexels = {16};
     e.thresholds = {0, 32, 8, std::numeric_limits<float>::infinity()};
     e.models = {};
     return e;

@@ -283,7 +283,8 @@ TEST(Compare, ASwapThatDiedLeavesTheOldReportToTheNextCompare) {
     std::filesystem::create_directories(report + "/partial/old");
     std::filesystem::rename(report + "/images", report + "/partial/old/images");
     Arguments arguments = tinyCompare(report);
-    arguments[1] = report + "/none.glb"; // fails, but only after the directory was put in order
+    arguments[1] = directory / "bad.glb"; // fails, but only after the directory was put in order
+    writeText(directory / "bad.glb", "no glTF");
     EXPECT_EQ(runShadowdag(directory, arguments).status, 2);
     EXPECT_EQ(filesBelow(report + "/images").size(), count);
 }

@@ -48,7 +48,7 @@ TEST(CompareFailures, WhatContradictsItIsRefused) {
     refuse({"failures", "--size", "64x64"}, "--size and compare failures contradict each other");
     refuse({"failures", "--resume"}, "--resume and compare failures contradict each other");
     refuse({"failures", "builtin:atrium"}, "failures stands alone");
-    refuse({"failures", "--only", "acme"}, "failure 'acme': must be one of acne");
+    refuse({"failures", "--only", "acme"}, "--only 'acme': must be one of acne");
     refuse({"builtin:fail-acne", "--only", "acne"}, "--only is for compare failures");
 }
 

@@ -73,5 +73,38 @@ TEST(CompareReports, ARefusalLeavesNoDirectory) {
     EXPECT_TRUE(std::filesystem::is_empty(report));
 }
 
+// Directories above the one that is named are no exception, nor are figures and plain compares,
+// whatever is wrong; what an interrupted compare has finished survives a refusal.
+TEST(CompareReports, ARefusalHarmsNothingThatWasThere) {
+    const TemporaryDirectory directory;
+    const std::string deep = directory / "a/b/c";
+    const std::string badGlb = directory / "bad.glb";
+    writeText(badGlb, "no glTF");
+    for (const std::vector<std::string>& arguments :
+         std::vector<std::vector<std::string>>{{"compare", "no-such.glb"},
+                                               {"compare", "builtin:hoses"},
+                                               {"compare", badGlb},
+                                               {"compare", "builtin:fail-acne", "--camera", "nope"},
+                                               {"compare", "builtin:fail-acne", "--lights", "0"},
+                                               {"compare", "stability", "--only", "nope"},
+                                               {"compare", "real", badGlb},
+                                               {"figures", badGlb}}) {
+        std::vector<std::string> all = arguments;
+        all.insert(all.end(), {"-o", deep});
+        EXPECT_NE(runShadowdag(directory, all).status, 0) << arguments[1];
+        EXPECT_FALSE(std::filesystem::exists(directory / "a")) << arguments[1];
+    }
+    // A journal with a finished part, as an interrupted compare leaves it.
+    std::filesystem::create_directories(deep + "/partial");
+    const std::string journal = R"({"key":"k","parts":{"p":1}})";
+    writeText(deep + "/partial/journal.json", journal);
+    EXPECT_NE(
+        runShadowdag(directory, {"compare", "builtin:fail-acne", "no-such.glb", "-o", deep}).status,
+        0);
+    EXPECT_NE(runShadowdag(directory, {"compare", "failures", "--only", "nope", "-o", deep}).status,
+              0);
+    EXPECT_EQ(readText(deep + "/partial/journal.json"), journal);
+}
+
 } // namespace
 } // namespace shadowdag
