@@ -97,7 +97,7 @@ struct FrameResult {
 double servingMs(const StageTimes& stages);
 
 /// Renders frames of one world on one backend. Keeps what persists between frames (allocated
-/// resolutions and routes for hysteresis, buffers).
+/// resolutions and routes for hysteresis, shadow maps with static optimization, buffers).
 class FrameRenderer {
 public:
     /// World and dag outlive the renderer. A dag without voxels blocks nothing; one that was never

@@ -71,9 +71,16 @@ PageCache::PageCache(Backend backend)
       drawnDepths_(backend, "shadowmap drawn depths"),
       openBlocks_(backend, "shadowmap open blocks") {}
 
+void PageCache::reset() {
+    forget();
+    heldPages_ = 0;
+}
+
 void PageCache::forget() {
     kept_.clear();
-    isSlotUsed_.assign(isSlotUsed_.size(), 0);
+    isSlotUsed_.clear();
+    drawnCells_.resize(0);
+    drawnDepths_.resize(0);
     batchBoxes_.clear();
     pageStamps_.resize(0); // the pool is made anew
     now_ = 0;

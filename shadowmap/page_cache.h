@@ -18,8 +18,10 @@ class PageCache {
 public:
     explicit PageCache(Backend backend);
 
-    /// Gives up all kept maps.
+    /// Gives up all kept maps; their pages count as freed in the next frame.
     void forget();
+    /// Gives up all that frames before left, counts too: the next frame depends on itself alone.
+    void reset();
 
     /// Starts a frame. With `keeps`, finds the kept maps of the requests, and appends to `maps` and
     /// `wordCount` those that nobody asks for and that may stay; otherwise gives up all.

@@ -385,7 +385,7 @@ ShadowMapView ShadowMaps::view() const {
 }
 
 void ShadowMaps::forget() {
-    state_->cache.forget();
+    state_->cache.reset();
 }
 
 const ShadowMapCounts& ShadowMaps::counts() const {

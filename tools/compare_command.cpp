@@ -46,6 +46,8 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
         e.title = options.title;
         e.scenes = options.scenes;
         if (!options.variants.empty()) {
+            if (!commandLine.given("--taps"))
+                e.taps = {kPaperTaps};
             for (const char* option : kFixedByVariants)
                 if (commandLine.given(option))
                     throw Error(ErrorKind::kUsage,
@@ -215,6 +217,7 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
             throw Error(ErrorKind::kUsage, "-o '" + options.output +
                                                "': is one of the parts, which the report would "
                                                "replace; name another directory");
+    const DirectoryGuard guard(options.output);
     const DirectoryLock lock = prepareDirectory(options.output, false, false);
     const std::string partial = options.output + "/partial";
     try {

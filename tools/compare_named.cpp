@@ -8,6 +8,7 @@
 
 #include "cuda/error.h"
 
+#include <filesystem>
 #include <iterator>
 
 namespace shadowdag {
@@ -72,8 +73,15 @@ bool runNamedCompare(const CompareOptions& options, const CommandLine& commandLi
     const bool isFailures = meant("failures", "rows", false),
                isStability = !isFailures && meant("stability", "groups", true),
                isMechanisms = !isFailures && !isStability && meant("mechanisms", "rows", true);
-    if (!isFailures && !isStability && !isMechanisms)
+    if (!isFailures && !isStability && !isMechanisms) {
+        for (const std::string& scene : options.scenes)
+            for (const char* name : {"failures", "stability", "mechanisms", "real"})
+                if (scene == name && !std::filesystem::exists(scene))
+                    throw Error(ErrorKind::kUsage,
+                                "SCENE '" + scene + "': compare " + name +
+                                    " stands first; there is no file of that name, either");
         return false;
+    }
     const Console console(options.global.json);
     const Backend backend = options.global.apply(console, true);
     if (isFailures)

@@ -191,6 +191,8 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
     keys.number("pool_mib", e.poolMib, 1, 1 << 20);
     keys.number("max_face_texels", e.maxFaceTexels, 16, kMaxFaceTexels);
     keys.numbers("bias", e.bias, 0, 100);
+    if (!e.variants.empty())
+        e.taps = {kPaperTaps};
     keys.numbers("taps", e.taps, 1, 9);
     for (const uint32_t taps : e.taps)
         if (taps != 1 && taps != 4 && taps != 9)

@@ -32,7 +32,7 @@
 //   "page_size"        [one]         ShadowMapOptions' default; texels a side, powers of two from 16 to 256
 //   "pool_mib"         256           byte budget of the page pool, MiB
 //   "bias"             [one]         ShadowMapBias' default; texels
-//   "taps"             [one]         ShadowMapBias' default; 1, 4 or 9
+//   "taps"             [one]         ShadowMapBias' default, with variants the paper's 9; 1, 4 or 9
 //   "polygon_lod"      [0]           ShadowMapOptions::lodTexels: maps draw what is simplified by less than so many texels
 //   "offset"           [1]           of rays, in units of the derived offset
 //   "lod"              [0]           level of detail of rays: numbers, cells of 2^lod voxels, and texts as --lod

@@ -525,10 +525,11 @@ def figure_14(figures, sequence):
     legend_above(axes, len(columns), 2)
     claims = []
     whole = sequence.values(base, "time_ms")
+    taps = {1: "one", 4: "four", 9: "nine"}.get(figures.experiment.get("taps", [0])[0], "several")
     one = f"{base}-T1"
     if one in columns:
         part = 100 * np.sum(columns[base] - columns[one]) / np.sum(whole)
-        claims.append(("nine taps instead of one, share of the frame", "a sizeable proportion", f"{part:.0f} %",
+        claims.append((f"{taps} taps instead of one, share of the frame", "a sizeable proportion", f"{part:.0f} %",
                        bool(part > 10)))
     for label, text, paper in ((f"{base}-Nk3", "Nk3: shading time", "less in parts, more with many maps"),
                                (f"{base}-RL", "reordered light lists: shading time", "some improvement")):
@@ -536,7 +537,7 @@ def figure_14(figures, sequence):
             difference = 100 * (columns[label] / np.maximum(columns[base], 1e-12) - 1)
             claims.append((text, paper, spread(difference, percent),
                            bool(np.mean(difference) < 0) if label.endswith("RL") else None))
-    caption = f"Time of the shading pass alone: lookups with nine taps ({base}) and one (T1), by normal clusters (Nk3), with reordered " \
+    caption = f"Time of the shading pass alone: lookups with {taps} taps ({base}) and one (T1), by normal clusters (Nk3), with reordered " \
               "light lists (RL)."
     figures.save(14, sequence, figure, "Shading", caption, {f"{l} (ms)": v for l, v in columns.items()}, claims)
 

@@ -78,6 +78,13 @@ double floorOf(GainMetric metric, const Reading& reading) {
                                          : 1.0;
 }
 
+/// Returns the settings of both sides of a row. What a single frame would keep is of no use to it.
+std::string alwaysOf(const Mechanism& row) {
+    if (row.isSequence)
+        return row.always;
+    return "static_optimization=off" + (row.always.empty() ? "" : " " + row.always);
+}
+
 /// One side of a mechanism on one scene.
 class Side {
 public:
@@ -280,9 +287,7 @@ public:
 
 private:
     CellSetup setupOf(const Mechanism& row, const std::string& side) const {
-        // What a single frame would keep is of no use to it.
-        CellSetup setup = cellSetup(
-            {scene_.settings(), row.isSequence ? "" : "static_optimization=off", row.always, side});
+        CellSetup setup = cellSetup({scene_.settings(), alwaysOf(row), side});
         setup.frame.width = request_.width;
         setup.frame.height = request_.height;
         if (!scene_.isFailure()) {
@@ -332,7 +337,7 @@ Json rowJson(const Mechanism& row) {
             {"method", kMatrixMethodNames[size_t(row.method)]},
             {"metric", kGainMetricNames[size_t(row.metric)]},
             {"error_metric", kGainMetricNames[size_t(row.errorMetric)]},
-            {"always", row.always},
+            {"always", alwaysOf(row)},
             {"off_settings", row.off},
             {"on_settings", row.on},
             {"is_default", row.isDefault ? Json(row.isDefault(FrameOptions{})) : Json()},

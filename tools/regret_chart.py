@@ -43,7 +43,7 @@ def serving_ms(run):
 
 
 def load(paths):
-    """Returns {scene: {frame: {model: run}}} and the oracle's sums {(scene, frame): ms}, one commit only."""
+    """Returns {scene: {frame: {model: run}}} the oracle's sums {(scene, frame): ms} and the one commit that all are of."""
     scenes, sums, commits = {}, {}, set()
     for path in paths:
         try:
@@ -76,7 +76,7 @@ def load(paths):
                          "and models oracle and cost")
     if not scenes:
         fail("no runs to draw")
-    return scenes, sums
+    return scenes, sums, commits.pop()
 
 
 def thresholds(frames):
@@ -203,7 +203,7 @@ def main():
     parser.add_argument("results", nargs="+")
     parser.add_argument("-o", "--output", required=True)
     arguments = parser.parse_args()
-    loaded, sums = load(arguments.results)
+    loaded, sums, commit = load(arguments.results)
     scenes = [analyse(scene, frames, sums) for scene, frames in sorted(loaded.items())]
     figure, all_axes = plt.subplots(len(scenes), 1, figsize=(COLUMN, 1.7 * len(scenes) + 0.6), squeeze=False)
     for i, scene in enumerate(scenes):
@@ -220,7 +220,7 @@ def main():
         os.replace(path + ".part", path)
     path = os.path.join(arguments.output, "regret.json")
     with open(path + ".part", "w") as file:
-        json.dump({"scenes": scenes}, file, indent=2)
+        json.dump({"commit": commit, "scenes": scenes}, file, indent=2)
         file.write("\n")
     os.replace(path + ".part", path)
 

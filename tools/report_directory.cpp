@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <unistd.h>
 #include <vector>
 
 namespace shadowdag {
@@ -112,21 +113,22 @@ DirectoryGuard::DirectoryGuard(const std::string& directory) {
                 break;
             continue;
         }
-        if (fs::exists(path, ignored))
-            break;
+        if (fs::symlink_status(path, ignored).type() != fs::file_type::not_found)
+            break; // a link that leads nowhere is there, too
         fresh_.push_back(path.string());
     }
 }
 
 DirectoryGuard::~DirectoryGuard() {
-    std::error_code ignored;
     for (const std::string& path : fresh_)
-        fs::remove(path, ignored); // which only an empty one is
+        if (rmdir(path.c_str()) != 0) // not empty, or never made
+            continue;
 }
 
 ReportDirectory::ReportDirectory(const std::string& directory, bool resume, bool isPart)
-    : partial_(directory + "/partial"), guard_(directory),
-      lock_(prepareDirectory(directory, resume, isPart)) {}
+    : partial_(directory + "/partial"), guard_(directory) {
+    lock_.emplace(prepareDirectory(directory, resume, isPart));
+}
 
 ReportDirectory::~ReportDirectory() {
     std::error_code ignored;

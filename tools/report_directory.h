@@ -6,6 +6,7 @@
 
 #include "tools/directory_lock.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,8 @@ public:
 
 private:
     std::string partial_;
+    std::optional<DirectoryLock> lock_; ///< outlives the guard
     DirectoryGuard guard_;
-    DirectoryLock lock_;
 };
 
 /// Puts the finished parts in `partial` into the place of an older report, by renaming alone; the

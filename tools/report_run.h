@@ -16,7 +16,7 @@ namespace shadowdag {
 void writeWholeFile(const std::string& path, const std::string& text);
 
 /// What lies under partial() takes the place of the report at publish(), whole; until then the old
-/// report stays. Not published, it leaves the directory as it was: nothing in it could be resumed.
+/// report stays. Not published, it takes partial() away again: nothing in it could be resumed.
 class ReportRun {
 public:
     /// Locks and prepares the directory as prepareDirectory does. @param name as in `compare NAME`

@@ -43,6 +43,8 @@ void MethodOptions::takeVariant(const CommandLine& commandLine) {
         throw Error(ErrorKind::kUsage, "--taps and --variant '" + variant +
                                            "' contradict each other: the name says it; drop one "
                                            "of them");
+    if (!commandLine.given("--taps"))
+        taps = kPaperTaps;
     const RunParameters run = variantRun(parsed, FrameOptions{});
     method = run.method;
     model = run.method == "hybrid" ? run.model : "";
@@ -129,7 +131,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     frameOptions_.mapsPerLight = experiment.mapsPerLight[0];
     frameOptions_.maps.pageTexels = experiment.pageTexels[0];
     frameOptions_.maps.poolBytes = uint64_t(experiment.poolMib) << 20;
-    frameOptions_.maps.taps = frameOptions_.bias.taps = experiment.taps[0];
+    frameOptions_.maps.taps = frameOptions_.bias.taps = method.taps.value_or(experiment.taps[0]);
     frameOptions_.bias.constantTexels = experiment.bias[0];
     frameOptions_.maps.lodTexels = experiment.polygonLod[0];
     frameOptions_.rays.offset = experiment.offset[0];

@@ -17,11 +17,12 @@ namespace shadowdag {
 /// Declares --method, --model, --costs and --variant.
 struct MethodOptions {
     std::string method, model, costs, variant;
+    std::optional<uint32_t> taps; ///< what --variant means where nothing says it
 
     explicit MethodOptions(std::string defaultMethod) : method(std::move(defaultMethod)) {}
     void declare(CommandLine& commandLine, const std::string& methods);
-    /// Sets method and model to what --variant names; nothing without it. Throws Error kUsage for
-    /// a name that parseVariant refuses and for options that contradict it.
+    /// Sets method, model and taps to what --variant names; nothing without it. Throws Error kUsage
+    /// for a name that parseVariant refuses and for options that contradict it.
     void takeVariant(const CommandLine& commandLine);
     /// Returns the configuration that --variant names over `base`; nothing without it.
     std::optional<RunParameters> named(const FrameOptions& base) const;

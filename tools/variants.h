@@ -20,7 +20,7 @@
 //   RL       light lists reordered for coherent shading
 //   <n>SM    maps a light, 1 to 16 [4]
 //   u<d>     undersampling by d, 1 to 1024 [1]
-//   T<n>     taps of the filter, 1, 4 or 9 [--taps]
+//   T<n>     taps of the filter, 1, 4 or 9 [9, the paper's; or --taps]
 //   RT       every light by rays; also spelled "Ray Tracing" or all-rays
 //   Hybrid   rays for maps under 96 texels; Hybrid:MODEL by another model, an expression with '-'
 //            in parentheses, as in Hybrid:expr:(texels-96). Without a culling it is PMCD, and EB
@@ -41,6 +41,9 @@
 #include <vector>
 
 namespace shadowdag {
+
+/// Taps where neither a name nor --taps says them: the paper's.
+constexpr uint32_t kPaperTaps = 9;
 
 /// A variant: everything that its name says.
 struct Variant {

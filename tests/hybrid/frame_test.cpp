@@ -246,6 +246,25 @@ TEST(Frame, ForgetsHeldResolutionsOnReset) {
     EXPECT_EQ(facesOf(roomCamera()), far);
 }
 
+// What a frame counts follows from the frame, also where maps are kept: memory and freed pages.
+TEST(Frame, AfterAResetCountsNothingOfFramesBefore) {
+    Stage stage(blockerScene(kManyLights));
+    const auto maps = makeCostModel("texels:0"), rays = makeCostModel("texels:inf");
+    FrameOptions options = smallFrame();
+    options.maps.useStaticOptimization = true;
+    const auto countsOf = [&](const CostModel& model) {
+        stage.renderer.reset();
+        return stage.renderer.render(roomCamera(), model, options).counts.maps;
+    };
+    const ShadowMapCounts first = countsOf(*maps), none = countsOf(*rays), again = countsOf(*maps);
+    EXPECT_GT(first.mapBytes, 0u);
+    EXPECT_EQ(none.mapBytes, 0u);
+    EXPECT_EQ(none.pagesFreedCount, 0u);
+    EXPECT_EQ(again.mapBytes, first.mapBytes);
+    EXPECT_EQ(again.pagesFreedCount, first.pagesFreedCount);
+    EXPECT_EQ(again.pagesCommittedCount, first.pagesCommittedCount);
+}
+
 // Gives a node a linear path from its place at 0 s to another at 1 s.
 void animate(Scene& scene, int node, const glm::vec3& to) {
     AnimationChannel channel;

@@ -46,7 +46,7 @@ def row(frame, label):
 
 def main():
     variants = sys.argv[2:] or VARIANTS
-    json.dump({"provenance": {"commit": sys.argv[1]}, "experiment": {"size": "320x180"},
+    json.dump({"provenance": {"commit": sys.argv[1]}, "experiment": {"size": "320x180", "taps": [9]},
                "sequence_runs": [row(frame, label) for frame in FRAMES for label in variants]}, sys.stdout)
 
 

@@ -161,7 +161,8 @@ TEST(Mechanisms, MeasuresBothSidesExactly) {
         EXPECT_EQ(scene["own_ratio"], scene["bytes_ratio"]);
     for (const Json& scene : rowOf(results, "static-optimization")["scenes"])
         EXPECT_LT(scene["own_ratio"].get<double>(), 1.0);
-    EXPECT_THAT(mechanismsCsv(results), HasSubstr("face-masks,maps,,culling=sphere,culling=cfm"));
+    EXPECT_THAT(mechanismsCsv(results),
+                HasSubstr("face-masks,maps,static_optimization=off,culling=sphere,culling=cfm"));
     EXPECT_THAT(mechanismsHtml(results, Json::object(), ""), HasSubstr("id=\"half-resolution\""));
 
     setThreadCount(1);

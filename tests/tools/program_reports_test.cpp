@@ -74,7 +74,8 @@ TEST(CompareReports, ARefusalLeavesNoDirectory) {
 }
 
 // Directories above the one that is named are no exception, nor are figures and plain compares,
-// whatever is wrong; what an interrupted compare has finished survives a refusal.
+// whatever is wrong; what an interrupted compare has finished survives a name that is wrong, and a
+// link that leads nowhere stays.
 TEST(CompareReports, ARefusalHarmsNothingThatWasThere) {
     const TemporaryDirectory directory;
     const std::string deep = directory / "a/b/c";
@@ -104,6 +105,13 @@ TEST(CompareReports, ARefusalHarmsNothingThatWasThere) {
     EXPECT_NE(runShadowdag(directory, {"compare", "failures", "--only", "nope", "-o", deep}).status,
               0);
     EXPECT_EQ(readText(deep + "/partial/journal.json"), journal);
+    const std::string link = directory / "link";
+    std::filesystem::create_directory_symlink(directory / "not-mounted", link);
+    for (const char* scene : {"builtin:fail-acne", "no-such.glb"})
+        EXPECT_NE(runShadowdag(directory, {"compare", scene, "--size", "32x18", "-o", link}).status,
+                  0);
+    EXPECT_NE(runShadowdag(directory, {"figures", badGlb, "-o", link}).status, 0);
+    EXPECT_TRUE(std::filesystem::is_symlink(link));
 }
 
 } // namespace

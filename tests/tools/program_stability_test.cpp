@@ -46,6 +46,7 @@ TEST(CompareStability, WhatContradictsItIsRefused) {
     };
     refuse({"stability", "--size", "64x64"}, "--size and compare stability contradict each other");
     refuse({"stability", "builtin:atrium"}, "stability stands alone");
+    refuse({"builtin:atrium", "stability"}, "compare stability stands first");
     refuse({"stability", "--only", "tiem"}, "--only 'tiem': must be one of time, perturbation");
 }
 

@@ -122,7 +122,7 @@ TEST(ProgramVariants, SingleFramesTakeANameToo) {
         EXPECT_EQ(result.status, 0) << result.err;
         return result.json();
     };
-    const Json byName = validate({"--variant", "PMCD-TB-FP-1SM-u2"}),
+    const Json byName = validate({"--variant", "PMCD-TB-FP-1SM-u2-T4"}),
                byOptions = validate({"--method", "maps", "--undersample", "2"});
     EXPECT_EQ(byName["method"], "maps");
     for (const char* key : {"false_shadow_count", "false_light_count", "acne_count"})

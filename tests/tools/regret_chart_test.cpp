@@ -68,7 +68,9 @@ TEST(RegretChart, SumsAreThoseOfAllFrames) {
     ASSERT_EQ(draw(directory, madeResults(), &text), 0) << text;
     EXPECT_THAT(readText(directory / "charts/regret.svg"), HasSubstr("</svg>"));
     EXPECT_THAT(readText(directory / "charts/regret.png"), testing::StartsWith("\x89PNG"));
-    const Json scene = Json::parse(readText(directory / "charts/regret.json"))["scenes"][0];
+    const Json chart = Json::parse(readText(directory / "charts/regret.json"));
+    EXPECT_EQ(chart["commit"], "c0ffee");
+    const Json scene = chart["scenes"][0];
     EXPECT_EQ(scene["best_threshold"], "texels:300");
     EXPECT_EQ(scene["frames"][0]["best_threshold"], "texels:300");
     const Json held = scene["sums"];
