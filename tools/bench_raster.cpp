@@ -97,10 +97,12 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
     ShadowMapOptions mapOptions;
     mapOptions.pageTexels = options.pageTexels;
     mapOptions.poolBytes = 2ull << 30;
+    mapOptions.useStaticOptimization = false; // every build draws
     const auto build = [&](ShadowMaps& target, bool useText, StageTimes& stages) {
         mapOptions.useAtomicRasterizer = useText;
         target.build(inputs.requests, inputs.boxes, inputs.receivers, world.triangles(),
                      batches.view(), mapOptions, stages);
+        SDAG_ASSERT(target.counts().keptMapCount == 0);
     };
 
     ShadowMaps maps(Backend::kCpu);

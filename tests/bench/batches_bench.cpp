@@ -44,6 +44,7 @@ struct Stage {
 FrameOptions frameOptions() {
     FrameOptions options;
     options.maps.poolBytes = 2ull << 30;
+    options.maps.useStaticOptimization = false; // every frame draws
     options.recordPairs = false;
     return options;
 }

@@ -37,6 +37,7 @@ void buildMaps(benchmark::State& state) {
     ShadowMapOptions mapOptions;
     mapOptions.pageTexels = uint32_t(state.range(1));
     mapOptions.poolBytes = 2ull << 30;
+    mapOptions.useStaticOptimization = false;
     ShadowMaps maps(Backend::kCpu);
     for (auto _ : state) {
         StageTimes stages;
