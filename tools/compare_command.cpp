@@ -217,22 +217,12 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
             throw Error(ErrorKind::kUsage, "-o '" + options.output +
                                                "': is one of the parts, which the report would "
                                                "replace; name another directory");
-    const DirectoryGuard guard(options.output);
-    const DirectoryLock lock = prepareDirectory(options.output, false, false);
-    const std::string partial = options.output + "/partial";
-    try {
-        for (const std::string& directory : options.scenes)
-            if (fs::is_directory(directory + "/images"))
-                fs::copy(directory + "/images", partial + "/images",
-                         fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-        publish(options, found, script, start, console);
-    } catch (...) {
-        // There is nothing to resume; but a swap that could not be undone keeps the older report.
-        std::error_code ignored;
-        if (!fs::exists(partial + "/old", ignored))
-            fs::remove_all(partial, ignored);
-        throw;
-    }
+    const ReportDirectory held(options.output, false, false);
+    for (const std::string& directory : options.scenes)
+        if (fs::is_directory(directory + "/images"))
+            fs::copy(directory + "/images", options.output + "/partial/images",
+                     fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    publish(options, found, script, start, console);
 }
 
 void runCompare(const CompareOptions& options, const CommandLine& commandLine) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Both sides of every mechanism on every scene: answers, counts, times in turn.
+// Both sides of every mechanism on every scene: answers, counts, times in turn. Over 500 lines
+// because what is read, how it is timed and what is judged of it share one reading.
 #include "tools/mechanisms.h"
 
 #include "cuda/error.h"

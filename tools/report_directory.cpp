@@ -121,8 +121,7 @@ DirectoryGuard::DirectoryGuard(const std::string& directory) {
 
 DirectoryGuard::~DirectoryGuard() {
     for (const std::string& path : fresh_)
-        if (rmdir(path.c_str()) != 0) // not empty, or never made
-            continue;
+        static_cast<void>(rmdir(path.c_str())); // stays where it is not empty
 }
 
 ReportDirectory::ReportDirectory(const std::string& directory, bool resume, bool isPart)
@@ -132,10 +131,14 @@ ReportDirectory::ReportDirectory(const std::string& directory, bool resume, bool
 
 ReportDirectory::~ReportDirectory() {
     std::error_code ignored;
+    if (fs::exists(partial_ + "/old", ignored))
+        return; // a swap that could not be undone keeps the older report
     std::ifstream file(partial_ + "/journal.json", std::ios::binary);
-    const Json journal = file ? Json::parse(file, nullptr, false) : Json();
-    if (journal.is_object() && journal.contains("parts") && journal["parts"].empty() &&
-        !fs::exists(partial_ + "/old", ignored))
+    const bool hasJournal = bool(file); // --join has none
+    const Json journal = hasJournal ? Json::parse(file, nullptr, false) : Json();
+    const bool isEmpty =
+        journal.is_object() && journal.contains("parts") && journal["parts"].empty();
+    if (!hasJournal || isEmpty)
         fs::remove_all(partial_, ignored);
 }
 
