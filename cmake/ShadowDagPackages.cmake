@@ -36,3 +36,6 @@ function(sdag_find_openvdb)
   find_package(ZLIB REQUIRED)
   find_package(Blosc REQUIRED)
 endfunction()
+pkg_check_modules(epoxy REQUIRED IMPORTED_TARGET GLOBAL epoxy)         # PkgConfig::epoxy; loads OpenGL and EGL
+pkg_check_modules(imgui REQUIRED IMPORTED_TARGET GLOBAL imgui)         # PkgConfig::imgui, with its GLFW and OpenGL back ends
+find_package(glfw3 3.3 CONFIG REQUIRED)                                # glfw
