@@ -177,6 +177,18 @@ ShadowMapView FrameRenderer::shadowMaps() const {
     return hostShadowMaps(*state_);
 }
 
+ClusterView FrameRenderer::clusters() const {
+    return hostClusters(*state_);
+}
+
+ClusterLightsView FrameRenderer::clusterLights() const {
+    return hostClusterLights(*state_);
+}
+
+View<const uint32_t> FrameRenderer::projectionMaps() const {
+    return hostProjectionMaps(*state_);
+}
+
 RayInputs FrameRenderer::rayInputs(const RayOptions& options) const {
     FrameScene& scene = state_->scene;
     return {options.lod == LodRule::kCoverage ? scene.hostCoveredDag() : scene.hostDag(), options,

@@ -7,6 +7,7 @@
 #include "hybrid/clusters.h"
 #include "hybrid/cost_model.h"
 #include "hybrid/gbuffer.h"
+#include "hybrid/lights.h"
 #include "hybrid/pairs.h"
 #include "hybrid/pixel_footprint.h"
 #include "hybrid/prune.h"
@@ -151,6 +152,13 @@ public:
     /// Returns maps of the last frame for the error analysis (FrameResult::pairMap indexes them);
     /// valid until the next.
     ShadowMapView shadowMaps() const;
+    /// Returns the clusters of the last frame and the lights of each, on the host; valid until the
+    /// next. A record indexes FrameResult::maps of a frame that was rendered.
+    ClusterView clusters() const;
+    ClusterLightsView clusterLights() const;
+    /// Returns the projection maps of the last frame's drawn maps, on the host: bit u of word v of
+    /// face f of map m (page_mask.h) says that a receiver lies in that cell; valid until the next.
+    View<const uint32_t> projectionMaps() const;
     /// Returns what the last frame's rays were asked by and traced through, on the host, for the
     /// error analysis; valid until the next.
     /// @param options as the frame used

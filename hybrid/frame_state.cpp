@@ -246,6 +246,29 @@ GBufferView hostGBuffer(FrameState& state) {
             view.height};
 }
 
+ClusterView hostClusters(FrameState& state) {
+    const ClusterView view = state.clusters.view();
+    FrameState::HostCopies& host = state.host;
+    return {copyToHost(state.backend, view.cell, host.cell),
+            copyToHost(state.backend, view.boxesWorld, host.boxesWorld),
+            copyToHost(state.backend, view.sampleStart, host.sampleStart),
+            copyToHost(state.backend, view.samples, host.samples),
+            copyToHost(state.backend, view.clusterOfSample, host.clusterOfSample),
+            {copyToHost(state.backend, view.normals.cells, host.normalCell), view.normals.k}};
+}
+
+ClusterLightsView hostClusterLights(FrameState& state) {
+    const ClusterLightsView view = state.lists.view();
+    FrameState::HostCopies& host = state.host;
+    return {copyToHost(state.backend, view.start, host.lightStart),
+            copyToHost(state.backend, view.lights, host.lights),
+            copyToHost(state.backend, view.record, host.record)};
+}
+
+View<const uint32_t> hostProjectionMaps(FrameState& state) {
+    return copyToHost(state.backend, state.maps.projectionMaps(), state.host.projection);
+}
+
 RayDetail hostRayDetail(FrameState& state) {
     RayDetail detail = state.detail;
     detail.resolutionSquaredBits =

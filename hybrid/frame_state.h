@@ -68,6 +68,9 @@ struct FrameState {
         std::vector<ShadowMapInfo> maps;
         std::vector<uint32_t> pageTable, depths;
         std::vector<uint32_t> resolutionSquaredBits;
+        std::vector<uint32_t> cell, sampleStart, samples, clusterOfSample, normalCell;
+        std::vector<Box> boxesWorld;
+        std::vector<uint32_t> lightStart, lights, record, projection;
     } host;
 };
 
@@ -135,10 +138,13 @@ void recordPairs(FrameState& state, const ShadeSamples& shading,
 /// Fills in the counts of a shaded frame. @param records as recordPairs has them
 void countFrame(const FrameState& state, const std::vector<uint32_t>& records, FrameResult& result);
 
-/// Return the last frame's samples, maps and what its rays' levels follow on the host; valid until
-/// the next frame.
+/// Return the last frame's samples, clusters, maps and what its rays' levels follow on the host;
+/// valid until the next frame.
 GBufferView hostGBuffer(FrameState& state);
+ClusterView hostClusters(FrameState& state);
+ClusterLightsView hostClusterLights(FrameState& state);
 ShadowMapView hostShadowMaps(FrameState& state);
+View<const uint32_t> hostProjectionMaps(FrameState& state);
 RayDetail hostRayDetail(FrameState& state);
 
 } // namespace shadowdag

@@ -388,6 +388,11 @@ void ShadowMaps::forget() {
     state_->cache.reset();
 }
 
+View<const uint32_t> ShadowMaps::projectionMaps() const {
+    const State& s = *state_;
+    return {s.projection.view().data, s.infos.size() * kProjectionWordsPerMap};
+}
+
 const ShadowMapCounts& ShadowMaps::counts() const {
     return state_->counts;
 }

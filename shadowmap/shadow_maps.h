@@ -140,6 +140,9 @@ public:
 
     /// Returns what lookups need; valid until the next build.
     ShadowMapView view() const;
+    /// Returns the projection maps of the requests' maps, kProjectionWordsPerMap words each, as
+    /// PageMaskView has them; valid until the next build.
+    View<const uint32_t> projectionMaps() const;
     const ShadowMapCounts& counts() const;
     /// Returns pages with memory and triangles drawn of each request: what a cost model may learn
     /// from.

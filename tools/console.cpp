@@ -87,7 +87,10 @@ std::ostream& Console::people() const {
 }
 
 void Console::note(const std::string& text) const {
-    std::cerr << text << std::endl;
+    if (listener_.note)
+        listener_.note(text);
+    else
+        std::cerr << text << std::endl;
 }
 
 void Console::emit(const Json& object) const {
@@ -96,6 +99,8 @@ void Console::emit(const Json& object) const {
 }
 
 Progress Console::progress(const std::string& what) const {
+    if (listener_.progress)
+        return [what, tell = listener_.progress](double fraction) { tell(what, fraction); };
     auto bar = std::make_shared<Bar>(what);
     return [bar](double fraction) {
         checkInterrupted();

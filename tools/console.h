@@ -5,8 +5,10 @@
 #include "cuda/progress.h"
 #include "tools/json.h"
 
+#include <functional>
 #include <iosfwd>
 #include <string>
+#include <utility>
 
 namespace shadowdag {
 
@@ -26,11 +28,19 @@ void checkInterrupted();
 /// and lines for people go to standard error.
 class Console {
 public:
+    /// What hears remarks and progress instead of standard error, as a window does.
+    struct Listener {
+        std::function<void(const std::string& text)> note;
+        /// May throw to end the work.
+        std::function<void(const std::string& what, double fraction)> progress;
+    };
+
     explicit Console(bool json) : json_(json) {}
+    explicit Console(Listener listener) : listener_(std::move(listener)) {}
 
     /// Returns standard output, or standard error under --json.
     std::ostream& people() const;
-    /// Writes a remark to standard error, as one line.
+    /// Writes a remark to standard error, as one line, or to the listener.
     void note(const std::string& text) const;
     /// Writes the object to standard output under --json, else nothing. Call once.
     void emit(const Json& object) const;
@@ -41,7 +51,8 @@ public:
     Progress progress(const std::string& what) const;
 
 private:
-    bool json_;
+    bool json_ = false;
+    Listener listener_;
 };
 
 } // namespace shadowdag

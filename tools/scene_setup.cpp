@@ -107,6 +107,25 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
     return loaded;
 }
 
+Camera cameraFromText(const std::string& text) {
+    std::vector<double> numbers;
+    size_t begin = 0;
+    for (; begin <= text.size();) {
+        const size_t end = std::min(text.find(',', begin), text.size());
+        numbers.push_back(parseNumber("--camera", text.substr(begin, end - begin), -1e9, 1e9));
+        begin = end + 1;
+    }
+    if (numbers.size() != 6 && numbers.size() != 7)
+        throw Error(ErrorKind::kUsage, "--camera '" + text +
+                                           "': must be six numbers px,py,pz,tx,ty,tz or seven "
+                                           "with the vertical angle in degrees, not " +
+                                           std::to_string(numbers.size()));
+    if (numbers.size() == 7 && !(numbers[6] >= 1 && numbers[6] <= 170))
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text + "': the angle must be from 1 to 170 degrees");
+    return cameraFromNumbers(text, numbers);
+}
+
 Camera chooseCamera(const World& world, const std::string& text) {
     const std::vector<Camera>& cameras = world.cameras();
     if (text == "auto" || (text.empty() && cameras.empty())) {
@@ -118,24 +137,8 @@ Camera chooseCamera(const World& world, const std::string& text) {
     if (text.empty())
         return cameras.front();
 
-    if (text.find(',') != std::string::npos) {
-        std::vector<double> numbers;
-        size_t begin = 0;
-        for (; begin <= text.size();) {
-            const size_t end = std::min(text.find(',', begin), text.size());
-            numbers.push_back(parseNumber("--camera", text.substr(begin, end - begin), -1e9, 1e9));
-            begin = end + 1;
-        }
-        if (numbers.size() != 6 && numbers.size() != 7)
-            throw Error(ErrorKind::kUsage, "--camera '" + text +
-                                               "': must be six numbers px,py,pz,tx,ty,tz or seven "
-                                               "with the vertical angle in degrees, not " +
-                                               std::to_string(numbers.size()));
-        if (numbers.size() == 7 && !(numbers[6] >= 1 && numbers[6] <= 170))
-            throw Error(ErrorKind::kUsage,
-                        "--camera '" + text + "': the angle must be from 1 to 170 degrees");
-        return cameraFromNumbers(text, numbers);
-    }
+    if (text.find(',') != std::string::npos)
+        return cameraFromText(text);
 
     const Scene& scene = world.scene();
     const std::vector<uint32_t> nodes = cameraNodes(scene);
