@@ -19,15 +19,19 @@ function(sdag_add_cuda_sources target)
   endif()
 endfunction()
 
-# sdag_add_test(name a_test.cpp ... LIBS sdag_voxel ... [TIMEOUT seconds]) adds a GoogleTest binary, each of its
-# tests a test of ctest. gtest_main is linked. A GTEST_SKIP shows as skipped in ctest's summary.
+# sdag_add_test(name a_test.cpp ... LIBS sdag_voxel ... [TIMEOUT seconds] [PROCESSORS n]) adds a GoogleTest binary,
+# each of its tests a test of ctest. gtest_main is linked. A GTEST_SKIP shows as skipped in ctest's summary. PROCESSORS:
+# how many of ctest's jobs a test takes, for those that measure.
 function(sdag_add_test name)
   if(NOT SDAG_TESTS)
     return()
   endif()
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "LIBS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;PROCESSORS" "LIBS")
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)
+  endif()
+  if(NOT arg_PROCESSORS)
+    set(arg_PROCESSORS 1)
   endif()
   include(GoogleTest)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
@@ -36,7 +40,7 @@ function(sdag_add_test name)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_compile_definitions(${name} PRIVATE SDAG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-                       PROPERTIES TIMEOUT ${arg_TIMEOUT})
+                       PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS})
 endfunction()
 
 # sdag_add_bench(name a_bench.cpp ... LIBS sdag_voxel ...) adds a benchmark binary; not run by ctest.

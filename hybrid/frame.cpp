@@ -185,6 +185,10 @@ ClusterLightsView FrameRenderer::clusterLights() const {
     return hostClusterLights(*state_);
 }
 
+View<const float> FrameRenderer::wantedSquared() const {
+    return hostWantedSquared(*state_);
+}
+
 View<const uint32_t> FrameRenderer::projectionMaps() const {
     return hostProjectionMaps(*state_);
 }

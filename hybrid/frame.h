@@ -156,6 +156,9 @@ public:
     /// next. A record indexes FrameResult::maps of a frame that was rendered.
     ClusterView clusters() const;
     ClusterLightsView clusterLights() const;
+    /// Returns R^2 that every entry of clusterLights() asks for, before undersampling, on the host;
+    /// meaningless where the record is kProvenLit; valid until the next frame.
+    View<const float> wantedSquared() const;
     /// Returns the projection maps of the last frame's drawn maps, on the host: bit u of word v of
     /// face f of map m (page_mask.h) says that a receiver lies in that cell; valid until the next.
     View<const uint32_t> projectionMaps() const;

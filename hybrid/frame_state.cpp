@@ -265,6 +265,11 @@ ClusterLightsView hostClusterLights(FrameState& state) {
             copyToHost(state.backend, view.record, host.record)};
 }
 
+View<const float> hostWantedSquared(FrameState& state) {
+    return copyToHost(state.backend, std::as_const(state.demand.wantedSquared).view(),
+                      state.host.wantedSquared);
+}
+
 View<const uint32_t> hostProjectionMaps(FrameState& state) {
     return copyToHost(state.backend, state.maps.projectionMaps(), state.host.projection);
 }

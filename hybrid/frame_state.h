@@ -71,6 +71,7 @@ struct FrameState {
         std::vector<uint32_t> cell, sampleStart, samples, clusterOfSample, normalCell;
         std::vector<Box> boxesWorld;
         std::vector<uint32_t> lightStart, lights, record, projection;
+        std::vector<float> wantedSquared;
     } host;
 };
 
@@ -143,6 +144,7 @@ void countFrame(const FrameState& state, const std::vector<uint32_t>& records, F
 GBufferView hostGBuffer(FrameState& state);
 ClusterView hostClusters(FrameState& state);
 ClusterLightsView hostClusterLights(FrameState& state);
+View<const float> hostWantedSquared(FrameState& state);
 ShadowMapView hostShadowMaps(FrameState& state);
 View<const uint32_t> hostProjectionMaps(FrameState& state);
 RayDetail hostRayDetail(FrameState& state);

@@ -22,5 +22,6 @@ std::function<void()> declareFigures(CommandLine& commandLine);
 std::function<void()> declareFit(CommandLine& commandLine);
 std::function<void()> declareBench(CommandLine& commandLine);
 std::function<void()> declareCalibrate(CommandLine& commandLine);
+std::function<void()> declareView(CommandLine& commandLine);
 
 } // namespace shadowdag

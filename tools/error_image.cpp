@@ -8,12 +8,6 @@ namespace shadowdag {
 
 namespace {
 
-// Source: Okabe, Ito, Color Universal Design, 2002; display values.
-const glm::vec3 kVermilion(213 / 255.0f, 94 / 255.0f, 0.0f);
-const glm::vec3 kBlue(0.0f, 114 / 255.0f, 178 / 255.0f);
-const glm::vec3 kSkyBlue(86 / 255.0f, 180 / 255.0f, 233 / 255.0f);
-const glm::vec3 kOrange(230 / 255.0f, 159 / 255.0f, 0.0f);
-
 float grey(const glm::vec3& display) {
     return glm::dot(display, glm::vec3(0.2126f, 0.7152f, 0.0722f));
 }

@@ -11,6 +11,12 @@
 
 namespace shadowdag {
 
+// Display values. Source: Okabe, Ito, Color Universal Design, 2002.
+inline constexpr glm::vec3 kVermilion(213 / 255.0f, 94 / 255.0f, 0.0f);
+inline constexpr glm::vec3 kBlue(0.0f, 114 / 255.0f, 178 / 255.0f);
+inline constexpr glm::vec3 kSkyBlue(86 / 255.0f, 180 / 255.0f, 233 / 255.0f);
+inline constexpr glm::vec3 kOrange(230 / 255.0f, 159 / 255.0f, 0.0f);
+
 /// The false pairs of every pixel.
 struct PixelErrors {
     std::vector<float> pairCount;   ///< width * height

@@ -47,6 +47,8 @@ int main(int argc, char** argv) {
         program.command("calibrate", "Fit the cost model `cost` to this machine", declareCalibrate);
         program.command("fit", "The least model, in time or bytes, that keeps an error",
                         declareFit);
+        program.command("view", "A window: fly, compare side by side, see what a frame does",
+                        declareView);
         program.command("bench", "Our rates beside Embree's and NanoVDB's", declareBench);
         program.run(argc, argv);
         if (!std::cout.flush())

@@ -2,7 +2,7 @@
 // `shadowdag render`: frames of one method as pictures with AOVs.
 #include "tools/commands.h"
 #include "tools/common_options.h"
-#include "tools/error_image.h"
+#include "tools/frame_channels.h"
 #include "tools/frame_json.h"
 #include "tools/image_io.h"
 #include "tools/provenance.h"
@@ -58,29 +58,15 @@ void addLightChannels(std::vector<ExrChannel>& channels, const PairList& pairs,
 
 /// Returns the channels of a frame: colour, visibility, share of rays, and errors when the truth is
 /// given.
-std::vector<ExrChannel> frameChannels(const RenderOptions& options, const SingleFrames& frames,
-                                      const FrameResult& result,
-                                      const std::vector<glm::vec3>& color,
-                                      const std::vector<uint8_t>& visibility,
-                                      const std::vector<uint8_t>& truthVisibility) {
-    using Type = ExrChannel::Type;
-    std::vector<ExrChannel> channels;
-    addColorChannels(channels, "", options.floatColor ? Type::kFloat : Type::kHalf, color);
-    channels.push_back({"visibility.mean", Type::kHalf, meanVisibility(result.pairs, visibility)});
-    if (options.method.method != "embree")
-        channels.push_back(
-            {"method.rayShare", Type::kHalf, rayShare(result.pairs, result.pairRoute)});
-    const GBufferView gbuffer = frames.renderer().gbuffer();
-    channels.push_back(
-        {"depth.Z", Type::kFloat, {gbuffer.depthView.begin(), gbuffer.depthView.end()}});
-    if (!truthVisibility.empty() && options.method.method != "embree") {
-        PixelErrors errors = countPixelErrors(result.pairs, visibility, truthVisibility);
-        channels.push_back({"error.pairCount", Type::kFloat, std::move(errors.pairCount)});
-        channels.push_back({"error.falseShadowCount", Type::kFloat, std::move(errors.falseShadow)});
-        channels.push_back({"error.falseLightCount", Type::kFloat, std::move(errors.falseLight)});
-        channels.push_back(
-            {"error.truthVisibility", Type::kHalf, meanVisibility(result.pairs, truthVisibility)});
-    }
+std::vector<ExrChannel> channelsOf(const RenderOptions& options, const SingleFrames& frames,
+                                   const FrameResult& result, const std::vector<glm::vec3>& color,
+                                   const std::vector<uint8_t>& visibility,
+                                   const std::vector<uint8_t>& truthVisibility) {
+    const std::vector<Route> none;
+    std::vector<ExrChannel> channels = frameChannels(
+        {"", color, options.floatColor ? ExrChannel::Type::kFloat : ExrChannel::Type::kHalf,
+         frames.renderer().gbuffer(), result.pairs, visibility,
+         options.method.method == "embree" ? none : result.pairRoute, truthVisibility});
     if (options.perLight)
         addLightChannels(channels, result.pairs, visibility, color.size(),
                          frames.world().lights().size());
@@ -155,7 +141,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
                      toneMap(color, autoExposure(color)));
         else
             writeExr(file, experiment.width, experiment.height,
-                     frameChannels(options, frames, result, color, visibility, truthVisibility),
+                     channelsOf(options, frames, result, color, visibility, truthVisibility),
                      {{"scene", frames.scene().name},
                       {"method", options.method.method},
                       {"commit", programCommit()}});

@@ -140,18 +140,27 @@ Camera chooseCamera(const World& world, const std::string& text) {
     if (text.find(',') != std::string::npos)
         return cameraFromText(text);
 
+    const std::vector<std::string> names = cameraNames(world);
     const Scene& scene = world.scene();
     const std::vector<uint32_t> nodes = cameraNodes(scene);
     std::string known = "auto";
-    for (size_t i = 0; i < nodes.size() && i < cameras.size(); ++i) {
-        const Node& node = scene.nodes[nodes[i]];
-        const std::string& sourceName = scene.cameras[size_t(node.camera)].name;
-        if (node.name == text || sourceName == text)
+    for (size_t i = 0; i < names.size() && i < cameras.size(); ++i) {
+        if (names[i] == text || scene.cameras[size_t(scene.nodes[nodes[i]].camera)].name == text)
             return cameras[i];
-        known += ", " + (node.name.empty() ? sourceName : node.name);
+        known += ", " + names[i];
     }
     throw Error(ErrorKind::kUsage, "--camera '" + text + "': no camera of that name; there are: " +
                                        known + ", or give px,py,pz,tx,ty,tz[,fovDegrees]");
+}
+
+std::vector<std::string> cameraNames(const World& world) {
+    const Scene& scene = world.scene();
+    std::vector<std::string> names;
+    for (const uint32_t index : cameraNodes(scene)) {
+        const Node& node = scene.nodes[index];
+        names.push_back(node.name.empty() ? scene.cameras[size_t(node.camera)].name : node.name);
+    }
+    return names;
 }
 
 Camera FrameCamera::at(const World& world) {

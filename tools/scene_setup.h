@@ -41,6 +41,10 @@ Camera cameraFromText(const std::string& text);
 /// numbers.
 Camera chooseCamera(const World& world, const std::string& text);
 
+/// Returns what the scene's cameras are called, in the order of World::cameras(); "" where one has
+/// no name.
+std::vector<std::string> cameraNames(const World& world);
+
 /// The camera of a run of frames. One that is placed is placed once, at the first frame asked for:
 /// a view that jumps with what moves would be another view every frame.
 class FrameCamera {

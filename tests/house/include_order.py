@@ -32,7 +32,7 @@ THIRD_PARTY = {
     r"openvdb/.*|nanovdb/.*|zstd.*\.h|hwy/.*": {"voxel"},
     r"embree\d/.*|muParser.*\.h": {"hybrid"},
     r"CLI/.*|nlohmann/.*|OpenEXR/.*|Imf.*\.h|Imath/.*|half\.h|GLFW/.*|imgui.*\.h|backends/imgui.*|epoxy/.*": {"tools"},
-    r"gtest/.*|gmock/.*|benchmark/.*|boost/.*": set(),
+    r"gtest/.*|gmock/.*|benchmark/.*|boost/.*|X11/.*": set(),
 }
 # A standard header has neither dot nor slash; these are the C and POSIX headers of the system.
 SYSTEM = re.compile(r"[a-z0-9_]+|(sys|linux|arpa|netinet)/\w+\.h|"

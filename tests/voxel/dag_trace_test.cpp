@@ -324,5 +324,20 @@ TEST(DagTracePass, BitsAreThoseOfOccludedForAnyThreadCount) {
     setThreadCount(0);
 }
 
+TEST(DagVisits, AreTheNodesOnTheWayToTheOnlyVoxel) {
+    // One voxel in the corner of 64^3: nodes of level 6, 5, 4, 3 and the leaf.
+    DenseGrid grid(6);
+    grid.set(0, 0, 0);
+    const Dag dag = dagOf(grid);
+    EXPECT_EQ(countDagVisits(dag.view(), {{-1, 0.5f, 0.5f}, {65, 0.5f, 0.5f}}), 5u);
+    EXPECT_EQ(countDagVisits(dag.view(), {{-1, 0.5f, 0.5f}, {65, 0.5f, 0.5f}}, 4), 2u)
+        << "a cell of 16 voxels answers from its parent's mask";
+    EXPECT_EQ(countDagVisits(dag.view(), {{40, 40, 40}, {60, 60, 60}}), 1u) << "the root alone";
+    EXPECT_EQ(countDagVisits(dag.view(), {{0, 0, 0}, {1, 1, 1}}, 6), 0u) << "the root's own level";
+    EXPECT_EQ(countDagVisits(DagView{}, {{0, 0, 0}, {1, 1, 1}}), 0u);
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(countDagVisits(dag.view(), {{nan, 0, 0}, {1, 1, 1}}), 0u);
+}
+
 } // namespace
 } // namespace shadowdag

@@ -1,0 +1,264 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/view_renderer.h"
+
+#include "hybrid/truth.h"
+#include "tests/tools/temporary_directory.h"
+#include "tools/json_file.h"
+#include "tools/view_overlay.h"
+#include "tools/view_save.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace shadowdag {
+
+namespace {
+
+/// A window's renderer over one scene, with a cache of its own.
+struct Opened {
+    explicit Opened(const std::string& scene = "builtin:fail-silhouette", uint32_t log2 = 7)
+        : renderer(settings()) {
+        info = renderer.open(scene, log2, "", Console(false));
+    }
+    ViewSettings settings() const {
+        ViewSettings settings;
+        settings.cacheDirectory = directory.path();
+        return settings;
+    }
+    ViewRequest request(const std::string& method, uint32_t width = 160, uint32_t height = 90) {
+        ViewRequest request;
+        request.serial = ++serial;
+        request.sides[0] = {method, "texels:96"};
+        request.sides[1] = {"embree", ""};
+        request.options.width = width;
+        request.options.height = height;
+        return request;
+    }
+    std::shared_ptr<ViewPicture> whole(const ViewRequest& request) {
+        std::shared_ptr<ViewPicture> picture = renderer.render(request, 1.0f);
+        while (renderer.refine(1e9)) {
+        }
+        return renderer.picture();
+    }
+
+    TemporaryDirectory directory;
+    ViewRenderer renderer;
+    ViewSceneInfo info;
+    uint64_t serial = 0;
+};
+
+TEST(ViewRenderer, ErrorsAreThoseOfTheErrorAnalysis) {
+    Opened opened;
+    ViewRequest request = opened.request("dag");
+    request.wantsError = true;
+    const std::shared_ptr<ViewPicture> picture = opened.whole(request);
+    ASSERT_TRUE(picture->isFinal);
+    ASSERT_TRUE(picture->sides[0].errors.has_value());
+    const ViewErrors& errors = *picture->sides[0].errors;
+    EXPECT_EQ(errors.doneShare, 1.0);
+
+    // The same frame by the library.
+    const LoadedScene scene =
+        loadSceneAndWorld("builtin:fail-silhouette", -1, 1, true, Console(false));
+    VoxelSource source;
+    source.cacheDirectory = opened.directory.path();
+    const Dag dag = cachedDag(scene, 7, source, Console(false));
+    FrameRenderer renderer(Backend::kCpu, *scene.world, dag);
+    const std::unique_ptr<CostModel> model = makeCostModel("texels:inf");
+    const FrameResult frame =
+        renderer.render(chooseCamera(*scene.world, ""), *model, request.options);
+    const Truth truth(*scene.world);
+    const std::vector<uint8_t> lit =
+        truth.visibility(renderer.gbuffer(), scene.world->lights(), frame.pairs);
+    const ErrorReport report = computeError(renderer, frame, *scene.world, truth, lit, {});
+    EXPECT_EQ(errors.pairCount, report.total.pairCount);
+    EXPECT_EQ(errors.falseShadowCount, report.total.falseShadowCount);
+    EXPECT_EQ(errors.falseLightCount, report.total.falseLightCount);
+    EXPECT_GT(errors.falseShadowCount, 0u);
+}
+
+TEST(ViewRenderer, ASmallerPictureAsksForTheSameMaps) {
+    Opened opened;
+    const ViewRequest request = opened.request("maps", 320, 180);
+    const std::shared_ptr<ViewPicture> whole = opened.renderer.render(request, 1.0f);
+    ViewRequest moving = request;
+    moving.isMoving = true;
+    const std::shared_ptr<ViewPicture> small = opened.renderer.render(moving, 0.25f);
+    EXPECT_EQ(small->width, 80u);
+    EXPECT_EQ(small->height, 45u);
+    EXPECT_FALSE(small->isFinal);
+    ASSERT_EQ(whole->sides[0].maps.size(), small->sides[0].maps.size());
+    for (size_t i = 0; i < whole->sides[0].maps.size(); ++i) {
+        const float ratio =
+            small->sides[0].maps[i].quantities.texels / whole->sides[0].maps[i].quantities.texels;
+        // Clusters are other ones, so not the same number.
+        EXPECT_GT(ratio, 0.6f) << i;
+        EXPECT_LT(ratio, 1.7f) << i;
+    }
+}
+
+TEST(ViewRenderer, TheTruthsSideIsWholeWhileItMoves) {
+    Opened opened;
+    ViewRequest request = opened.request("embree");
+    request.isMoving = true;
+    const std::shared_ptr<ViewPicture> moving = opened.renderer.render(request, 1.0f);
+    EXPECT_FALSE(opened.renderer.canRefine());
+    request.isMoving = false;
+    const std::shared_ptr<ViewPicture> first = opened.renderer.render(request, 1.0f);
+    EXPECT_TRUE(opened.renderer.canRefine());
+    EXPECT_FALSE(first->isFinal);
+    while (opened.renderer.refine(1e9)) {
+    }
+    const std::shared_ptr<ViewPicture> last = opened.renderer.picture();
+    EXPECT_TRUE(last->isFinal);
+    EXPECT_EQ(last->sides[0].rgba, moving->sides[0].rgba);
+    EXPECT_NE(first->sides[0].rgba, last->sides[0].rgba) << "every eighth sample is not all";
+}
+
+TEST(ViewRenderer, EveryOverlayDrawsSomethingElse) {
+    Opened opened;
+    std::vector<std::vector<uint8_t>> seen;
+    for (size_t overlay = 0; overlay < kOverlayNames.size(); ++overlay) {
+        ViewRequest request = opened.request("maps");
+        request.overlay = ViewOverlay(overlay);
+        const std::shared_ptr<ViewPicture> picture = opened.whole(request);
+        ASSERT_EQ(picture->sides[0].rgba.size(), 160u * 90 * 4) << kOverlayNames[overlay];
+        for (const std::vector<uint8_t>& other : seen)
+            EXPECT_NE(picture->sides[0].rgba, other) << kOverlayNames[overlay];
+        seen.push_back(picture->sides[0].rgba);
+        EXPECT_EQ(picture->legend.title.empty(), overlay == 0) << kOverlayNames[overlay];
+    }
+    EXPECT_EQ(seen.size(), 12u);
+}
+
+TEST(ViewRenderer, AnOverlayWithoutItsDataSaysSo) {
+    Opened opened;
+    ViewRequest request = opened.request("dag");
+    request.overlay = ViewOverlay::kPages;
+    EXPECT_EQ(opened.whole(request)->legend.title, "no map of that light is drawn");
+    EXPECT_TRUE(opened.whole(request)->mapRgba.empty());
+}
+
+TEST(ViewRenderer, APixelTellsWhatEveryMethodAnswers) {
+    Opened opened;
+    ViewRequest request = opened.request("maps");
+    request.pixel = glm::vec2(0.5f, 0.8f);
+    const std::shared_ptr<ViewPicture> picture = opened.whole(request);
+    ASSERT_TRUE(picture->pixel.has_value());
+    const PixelReport& pixel = *picture->pixel;
+    EXPECT_EQ(pixel.x, 80u);
+    EXPECT_EQ(pixel.y, 72u);
+    ASSERT_TRUE(pixel.hasSample);
+    ASSERT_FALSE(pixel.pairs.empty());
+    for (const PixelPair& pair : pixel.pairs) {
+        EXPECT_EQ(pair.servedBy, "map");
+        EXPECT_GT(pair.faceTexels, 0u);
+        ASSERT_EQ(pair.answers.size(), 3u);
+        EXPECT_EQ(pair.answers[0].method, "dag");
+        EXPECT_EQ(pair.answers[1].method, "maps");
+        EXPECT_EQ(pair.answers[2].method, "embree");
+        for (const PairAnswer& answer : pair.answers) {
+            EXPECT_GT(answer.nanoseconds, 0.0) << answer.method;
+            EXPECT_EQ(answer.blocker.empty(), answer.visibility == 255) << answer.method;
+        }
+    }
+}
+
+TEST(ViewRenderer, FrozenFramesAreSeenByAnotherCamera) {
+    Opened opened;
+    ViewRequest request = opened.request("dag");
+    const std::shared_ptr<ViewPicture> own = opened.whole(request);
+    request.frozen = "0,3,8,0,0,0";
+    request.camera = request.frozen;
+    const std::shared_ptr<ViewPicture> same = opened.whole(request);
+    request.frozen.clear();
+    const std::shared_ptr<ViewPicture> plain = opened.whole(request);
+    // From the frozen camera's own place the frame is seen as it is, but for the frustum's lines.
+    size_t unlike = 0;
+    for (size_t i = 0; i < plain->sides[0].rgba.size(); i += 4)
+        unlike += !std::equal(plain->sides[0].rgba.begin() + ptrdiff_t(i),
+                              plain->sides[0].rgba.begin() + ptrdiff_t(i) + 3,
+                              same->sides[0].rgba.begin() + ptrdiff_t(i));
+    EXPECT_LT(unlike, 160u * 90 / 20);
+    request.frozen = "0,3,8,0,0,0";
+    request.camera = "6,5,9,0,0,0";
+    const std::shared_ptr<ViewPicture> aside = opened.whole(request);
+    EXPECT_NE(aside->sides[0].rgba, same->sides[0].rgba);
+    EXPECT_THROW(opened.renderer.save(request, opened.directory.path()), Error);
+}
+
+TEST(ViewRenderer, WhatFailsToOpenLeavesTheSceneThatIsOpen) {
+    Opened opened;
+    EXPECT_THROW(opened.renderer.open("no-such.glb", 7, "", Console(false)), Error);
+    EXPECT_THROW(opened.renderer.setVoxels(7, "no-such.svdag", Console(false)), Error);
+    EXPECT_TRUE(opened.renderer.isOpen());
+    EXPECT_FALSE(opened.whole(opened.request("dag"))->sides[0].rgba.empty());
+}
+
+TEST(ViewRenderer, WhatFailsToRenderCanBeAskedOtherwise) {
+    Opened opened;
+    ViewRequest request = opened.request("hybrid");
+    request.sides[0].model = "expr:texels <";
+    EXPECT_THROW(opened.renderer.render(request, 1.0f), Error);
+    EXPECT_FALSE(opened.renderer.canRefine());
+    request.sides[0].model = "expr:texels < 96";
+    EXPECT_FALSE(opened.renderer.render(request, 1.0f)->sides[0].rgba.empty());
+    request.sides[0].model = "cost";
+    EXPECT_THROW(opened.renderer.render(request, 1.0f), Error) << "it has no calibration";
+}
+
+TEST(ViewRenderer, TimeMovesWhatMoves) {
+    Opened opened("builtin:fail-mover");
+    EXPECT_TRUE(opened.info.isAnimated);
+    ViewRequest request = opened.request("dag");
+    const std::vector<uint8_t> first = opened.whole(request)->sides[0].rgba;
+    request.frame = 20;
+    EXPECT_NE(opened.whole(request)->sides[0].rgba, first);
+    request.frame = 0;
+    EXPECT_EQ(opened.whole(request)->sides[0].rgba, first);
+}
+
+TEST(ViewRenderer, SavedViewsSayHowToMakeThemAgain) {
+    Opened opened;
+    ViewRequest request = opened.request("hybrid");
+    request.sides[0].model = "texels:64";
+    request.isSplit = true;
+    request.camera = "0,3,8,0,0,0,50";
+    request.options.bias.taps = request.options.maps.taps = 9;
+    request.options.undersample = 2;
+    const std::string directory = opened.directory.path() + "/views";
+    const SavedView saved = opened.renderer.save(request, directory);
+    EXPECT_EQ(saved.png, directory + "/view-0001.png");
+    const Json json = readJsonFile(saved.experiment, "");
+    const Experiment e = experimentFromJson(json, saved.experiment);
+    EXPECT_EQ(e.scenes, std::vector<std::string>{"builtin:fail-silhouette"});
+    EXPECT_EQ(e.camera, request.camera);
+    EXPECT_EQ(e.width, 160u);
+    EXPECT_EQ(e.methods, (std::vector<std::string>{"embree", "hybrid"}));
+    EXPECT_EQ(e.thresholds, std::vector<float>{64});
+    EXPECT_EQ(e.taps, std::vector<uint32_t>{9});
+    EXPECT_EQ(e.undersample, std::vector<float>{2});
+    EXPECT_EQ(e.resolutionLog2, std::vector<uint32_t>{7});
+    EXPECT_FALSE(readText(saved.png).empty());
+    EXPECT_FALSE(readText(saved.exr).empty());
+    EXPECT_EQ(opened.renderer.save(request, directory).exr, directory + "/view-0002.exr")
+        << "nothing is overwritten";
+}
+
+TEST(ViewOverlay, TheRampRisesInLightness) {
+    float last = -1;
+    for (int i = 0; i <= 32; ++i) {
+        const glm::vec3 c = rampColor(float(i) / 32.0f);
+        const float luminance = 0.2126f * c.r + 0.7152f * c.g + 0.0722f * c.b;
+        EXPECT_GT(luminance, last) << i;
+        last = luminance;
+    }
+    EXPECT_EQ(rampColor(-1), rampColor(0));
+    EXPECT_EQ(rampColor(2), rampColor(1));
+}
+
+} // namespace
+
+} // namespace shadowdag

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/view_session.h"
+
+#include "tests/tools/temporary_directory.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+namespace shadowdag {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Waits until `isIt`, a minute at most; returns whether it came to be.
+template <class F> bool waitUntil(const F& isIt) {
+    for (int i = 0; i < 6000; ++i) {
+        if (isIt())
+            return true;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return false;
+}
+
+ViewSettings settingsIn(const TemporaryDirectory& directory) {
+    ViewSettings settings;
+    settings.cacheDirectory = directory.path();
+    return settings;
+}
+
+ViewRequest smallRequest(uint64_t serial, const std::string& method = "dag") {
+    ViewRequest request;
+    request.serial = serial;
+    request.sides[0] = {method, ""};
+    request.options.width = 96;
+    request.options.height = 54;
+    return request;
+}
+
+TEST(ViewSession, OpensRendersAndComesToRest) {
+    TemporaryDirectory directory;
+    std::atomic<int> wakes{0};
+    ViewSession session(settingsIn(directory), 20, [&] { ++wakes; });
+    EXPECT_TRUE(session.isIdle());
+    session.ask(smallRequest(1)); // without a scene nothing comes
+    session.open("builtin:fail-silhouette", 6, "");
+    std::optional<ViewSceneInfo> scene;
+    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+    EXPECT_EQ(scene->voxelResolution, 64u);
+    EXPECT_FALSE(session.takeScene().has_value()) << "once";
+    ViewRequest request = smallRequest(2);
+    request.wantsError = true;
+    session.ask(request);
+    std::shared_ptr<const ViewPicture> last;
+    ASSERT_TRUE(waitUntil([&] {
+        if (std::shared_ptr<const ViewPicture> picture = session.takePicture())
+            last = picture;
+        return last && last->request.serial == 2 && last->isFinal;
+    }));
+    EXPECT_EQ(last->sides[0].errors->doneShare, 1.0);
+    EXPECT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    EXPECT_GT(wakes.load(), 1);
+}
+
+TEST(ViewSession, TheNewestRequestWins) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("builtin:fail-silhouette", 6, "");
+    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+    constexpr uint64_t kCount = 200;
+    for (uint64_t i = 1; i <= kCount; ++i)
+        session.ask(smallRequest(i));
+    size_t pictures = 0;
+    uint64_t newest = 0;
+    ASSERT_TRUE(waitUntil([&] {
+        if (const auto picture = session.takePicture()) {
+            EXPECT_GE(picture->request.serial, newest);
+            newest = picture->request.serial;
+            ++pictures;
+        }
+        return newest == kCount && session.isIdle();
+    }));
+    EXPECT_LT(pictures, size_t(kCount) / 2) << "requests that were overtaken were rendered";
+}
+
+TEST(ViewSession, TellsWhatWentWrongAndGoesOn) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("no-such.glb", 6, "");
+    ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
+    EXPECT_NE(session.status().error.find("no-such.glb"), std::string::npos);
+    session.open("builtin:fail-silhouette", 6, "");
+    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+    EXPECT_EQ(session.status().error, "");
+    ViewRequest bad = smallRequest(1, "hybrid");
+    bad.sides[0].model = "expr:1 +";
+    session.ask(bad);
+    ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
+    session.ask(smallRequest(2));
+    ASSERT_TRUE(waitUntil([&] {
+        const auto picture = session.takePicture();
+        return picture && picture->request.serial == 2;
+    }));
+    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    EXPECT_EQ(session.status().error, "");
+}
+
+TEST(ViewSession, ClosesWhileItOpens) {
+    TemporaryDirectory directory;
+    const Clock::time_point start = Clock::now();
+    {
+        ViewSession session(settingsIn(directory), 20, {});
+        session.open("builtin:atrium", 12, ""); // many seconds of voxelizing
+        ASSERT_TRUE(
+            waitUntil([&] { return session.status().work.find("voxelize") != std::string::npos; }));
+    }
+    EXPECT_LT(since(start), 20.0);
+    EXPECT_TRUE(std::filesystem::is_empty(directory.path())) << "nothing half written";
+}
+
+TEST(ViewSession, AnotherSceneEndsTheOpeningOfTheFirst) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("builtin:atrium", 12, "");
+    ASSERT_TRUE(
+        waitUntil([&] { return session.status().work.find("voxelize") != std::string::npos; }));
+    session.open("builtin:fail-silhouette", 6, "");
+    std::optional<ViewSceneInfo> scene;
+    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+    EXPECT_EQ(scene->argument, "builtin:fail-silhouette");
+}
+
+TEST(ViewSession, WhatRestsIsShownSmallFirst) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("builtin:fail-silhouette", 6, "");
+    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+    ViewRequest request = smallRequest(1);
+    request.options.width = 640;
+    request.options.height = 360;
+    session.ask(request);
+    std::vector<float> scales;
+    ASSERT_TRUE(waitUntil([&] {
+        if (const auto picture = session.takePicture()) {
+            scales.push_back(picture->scale);
+            return picture->isFinal;
+        }
+        return false;
+    }));
+    EXPECT_EQ(scales.back(), 1.0f);
+    EXPECT_LE(scales.front(), scales.back());
+}
+
+} // namespace
+
+} // namespace shadowdag

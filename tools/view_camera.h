@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The camera that keys and mouse fly, and its text, from which every program makes the same camera.
+#pragma once
+
+#include "scenes/camera.h"
+
+#include <string>
+
+namespace shadowdag {
+
+/// Keys that are held and what the mouse did since the last step.
+struct FlyInput {
+    glm::vec3 along{0.0f}; ///< right, up, forward; each -1, 0 or 1
+    glm::vec2 turn{0.0f};  ///< of the mouse, pixels: right and down are positive
+    bool isFast = false;   ///< four times the speed
+    bool any() const { return along != glm::vec3(0.0f) || turn != glm::vec2(0.0f); }
+};
+
+/// A camera without roll that is moved by steps. Position in double: steps are small.
+class FlyCamera {
+public:
+    FlyCamera() = default;
+    /// Takes over position, direction and field of view; roll is lost.
+    explicit FlyCamera(const Camera& camera);
+
+    /// Moves and turns.
+    /// @param seconds since the last step, @param metresPerSecond at normal speed
+    /// @param radiansPerPixel of the mouse
+    void step(const FlyInput& input, double seconds, double metresPerSecond,
+              double radiansPerPixel);
+
+    /// Returns px,py,pz,tx,ty,tz,fovDegrees: what --camera takes. The target is one metre ahead.
+    /// Equal texts give equal cameras in every program.
+    std::string text() const;
+
+private:
+    glm::dvec3 position_{0.0};
+    double yaw_ = 0;   // about +y, 0 looks along -z, radians
+    double pitch_ = 0; // up is positive, radians
+    double yfov_ = 0.9;
+};
+
+/// Returns a speed, in metres a second, that crosses a scene of this size in about ten seconds.
+double flySpeed(float sceneDiagonalWorld);
+
+} // namespace shadowdag

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag view`: the window.
+#include "tools/commands.h"
+#include "tools/common_options.h"
+#include "tools/cost_file.h"
+#include "tools/provenance.h"
+#include "tools/view_window.h"
+
+#include <algorithm>
+#include <memory>
+
+namespace shadowdag {
+
+namespace {
+
+struct ViewOptions {
+    GlobalOptions global;
+    CommonOptions common;
+    std::string method = "hybrid", model, costs;
+    std::string scene, right, saveDirectory = ".", log, target = "22";
+};
+
+/// Throws Error kUsage for a method or a model that is none. Options of any method are welcome:
+/// each may be chosen in the window.
+void checkSides(const ViewOptions& options) {
+    const auto check = [](const char* option, const std::string& method) {
+        if (std::find(kMethods.begin(), kMethods.end(), method) != kMethods.end())
+            return;
+        std::string names;
+        for (const std::string& name : kMethods)
+            names += (names.empty() ? "" : ", ") + name;
+        throw Error(ErrorKind::kUsage,
+                    std::string(option) + " '" + method + "': must be one of " + names);
+    };
+    check("--method", options.method);
+    if (!options.right.empty())
+        check("--right", options.right);
+    const std::unique_ptr<CostModel> model =
+        makeCostModel(options.model.empty() ? "texels:96" : options.model);
+    if (options.costs.empty())
+        giveCalibration(*model, {}); // what is missing is told before any work
+}
+
+void runView(const ViewOptions& options, const CommandLine& commandLine) {
+    const Console console(options.global.json);
+    const Experiment experiment = options.common.experiment(commandLine, false);
+    checkSides(options);
+    if (experiment.frames.size() > 1)
+        throw Error(ErrorKind::kUsage, "--frames '" + options.common.frames +
+                                           "': the window starts at one frame; name one");
+    ViewWindowOptions view;
+    view.scene = options.scene;
+    view.width = experiment.width;
+    view.height = experiment.height;
+    view.targetMs = parseNumber("--target", options.target, 1, 10000);
+    for (ViewSide& side : view.sides)
+        side = {options.method, options.model.empty() ? "texels:96" : options.model};
+    view.sides[1].method = "embree";
+    if (!options.right.empty()) {
+        view.sides[1].method = options.right;
+        view.isSplit = true;
+    }
+    view.frame = baseOptions(experiment);
+    view.firstFrame = experiment.frames.front();
+    view.resolutionLog2 = experiment.resolutionLog2.front();
+    if (!options.common.voxels.empty())
+        view.assetPath = options.common.voxels.front();
+    view.saveDirectory = options.saveDirectory;
+    view.logPath = options.log;
+    view.settings.experiment = experiment;
+    view.settings.cacheDirectory = options.common.cache;
+    view.settings.allowStale = options.common.allowStale;
+    view.settings.backend = options.global.apply(console, true);
+    if (!options.costs.empty())
+        view.settings.costs = readCostSource(options.costs, buildProvenance(view.settings.backend));
+    runViewWindow(view);
+    console.emit({{"scene", options.scene}});
+}
+
+} // namespace
+
+std::function<void()> declareView(CommandLine& commandLine) {
+    auto options = std::make_shared<ViewOptions>();
+    options->common.size = "1280x720";
+    commandLine.text("SCENE", options->scene, "",
+                     "A .glb or .gltf file, or builtin:NAME; without one, drop a file on the "
+                     "window");
+    commandLine.heading("Method");
+    commandLine.text("--method", options->method, "embree|dag|dag-exact|maps|hybrid",
+                     "What the window starts with [hybrid]");
+    commandLine.text("--model", options->model, "M",
+                     "Of hybrid: texels:N, cost, oracle, expr:EXPRESSION [texels:96]");
+    commandLine.text("--costs", options->costs, "F",
+                     "Costs for the models cost and oracle, as calibrate and compare write them");
+    commandLine.text("--right", options->right, "METHOD",
+                     "Split the picture; what the right side shows [embree, once it is split]");
+    commandLine.heading("Window");
+    commandLine.text("--save-to", options->saveDirectory, "DIR",
+                     "Where F12 writes view-NNNN.png, .exr and .experiment.json [.]");
+    commandLine.text("--target", options->target, "MS",
+                     "What a picture may take while it moves; its resolution follows [22]");
+    commandLine.text("--log", options->log, "F.jsonl",
+                     "Write a line of JSON for every picture, file, error and change of layout");
+    options->common.declareView(commandLine, true);
+    options->common.declareLights(commandLine);
+    options->common.declareVoxels(commandLine, false);
+    options->common.declareRays(commandLine, false);
+    options->common.declareMaps(commandLine, false);
+    options->global.declare(commandLine);
+    return [options, &commandLine] { runView(*options, commandLine); };
+}
+
+} // namespace shadowdag

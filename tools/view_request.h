@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the window asks its renderer for, and what comes back. Values only: they pass between
+// threads.
+#pragma once
+
+#include "hybrid/frame.h"
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace shadowdag {
+
+/// What the picture shows instead of the lit scene.
+enum class ViewOverlay : uint8_t {
+    kNone,
+    kClusters,    ///< every cluster in a colour of its own
+    kMethods,     ///< which method answered: share of pairs by rays
+    kRequested,   ///< face resolution that a sample's cluster asks of a light
+    kAllocated,   ///< face resolution that the light's map has
+    kPages,       ///< pages of the selected light's map
+    kProjections, ///< cells of its projection map, bright where culling keeps them
+    kVoxels,      ///< the voxels at a level, as the camera sees them
+    kSteps,       ///< nodes that a pixel's shadow rays read, on average
+    kErrors,      ///< false shadow and false light
+    kFalseShadow, ///< false shadow alone
+    kFalseLight,  ///< false light alone
+};
+/// Their names in the window, by value.
+constexpr std::array<const char*, 12> kOverlayNames{
+    "lit scene",        "clusters", "method by light", "requested texels",
+    "allocated texels", "pages",    "projection maps", "voxels",
+    "ray steps",        "errors",   "false shadow",    "false light"};
+
+/// Returns whether an overlay needs the truth.
+inline bool needsTruth(ViewOverlay overlay) {
+    return overlay >= ViewOverlay::kErrors;
+}
+
+/// One side of the split picture.
+struct ViewSide {
+    std::string method = "hybrid";   ///< one of kMethods (experiment.h)
+    std::string model = "texels:96"; ///< of hybrid, as makeCostModel takes it
+    bool operator==(const ViewSide&) const = default;
+};
+
+/// One picture asked for.
+struct ViewRequest {
+    uint64_t serial = 0;     ///< ascending
+    double askedSeconds = 0; ///< of the caller's clock, handed back with the picture
+    std::string camera;      ///< as --camera takes it
+    std::string frozen;      ///< the camera that clusters, maps and routes are of while `camera`
+                             ///< looks on; "": that is `camera` itself
+    uint32_t frame = 0;      ///< the scene at frame / fps seconds
+    std::array<ViewSide, 2> sides;
+    bool isSplit = false; ///< both sides, else the first
+    float split = 0.5f;   ///< of the width that the first side has; for saved pictures
+    ViewOverlay overlay = ViewOverlay::kNone;
+    uint32_t voxelLevel = 0; ///< of kVoxels
+    int light = -1;          ///< of kRequested, kAllocated: -1 for the most of any; of kPages,
+                             ///< kProjections: -1 for the light with most samples
+    FrameOptions options;    ///< width and height are the window's picture, before scaling
+    bool isMoving = false;   ///< more follows at once: answer at a scale that keeps up
+    bool wantsError = false; ///< the truth is to be asked while it rests
+    float exposureStops = 0; ///< on top of the exposure found for the first picture of a scene
+    std::optional<glm::vec2> pixel; ///< of the picture, [0, 1): whose pairs are told
+};
+
+/// How one method answers one pair.
+struct PairAnswer {
+    std::string method;     ///< as in kMethods
+    int visibility = -1;    ///< 0 dark .. 255 lit; -1: not at hand
+    double nanoseconds = 0; ///< of asking once more, median of many
+    std::string blocker;    ///< what it says stands in the way; "" when lit
+};
+
+/// One light of a pixel that was asked about.
+struct PixelPair {
+    uint32_t light = 0;
+    float distanceWorld = 0; ///< metres
+    float cosine = 0;        ///< n . l
+    std::string servedBy;    ///< "rays", "map", "proof"
+    float requestedTexels = 0;
+    uint32_t faceTexels = 0;
+    std::vector<PairAnswer> answers;
+};
+
+/// Everything about one pixel.
+struct PixelReport {
+    uint32_t x = 0, y = 0;  ///< of the picture as rendered
+    bool hasSample = false; ///< else background
+    glm::vec3 positionWorld{0.0f}, normalWorld{0.0f};
+    std::string surface; ///< mesh, material
+    uint32_t cluster = 0;
+    std::vector<PixelPair> pairs;
+};
+
+/// Wrong pairs over those that the truth has answered so far.
+struct ViewErrors {
+    uint64_t pairCount = 0, falseShadowCount = 0, falseLightCount = 0;
+    double doneShare = 0; ///< of the picture's samples
+};
+
+/// What one side tells beside its picture.
+struct SideReport {
+    std::vector<uint8_t> rgba; ///< width * height * 4, display values; empty: not shown
+    StageTimes stages;         ///< milliseconds; of the truth "embree"
+    FrameCounts counts;
+    std::vector<MapRecord> maps;
+    std::optional<ViewErrors> errors;
+};
+
+/// What a scale of colours means.
+struct ViewLegend {
+    std::string title;
+    /// Position in [0, 1] from left to right, and what stands there.
+    std::vector<std::pair<float, std::string>> ticks;
+    /// Named colours instead of a scale.
+    std::vector<std::pair<glm::vec3, std::string>> swatches;
+};
+
+/// An answer to a request.
+struct ViewPicture {
+    ViewRequest request;
+    uint32_t width = 0, height = 0; ///< as rendered
+    float scale = 1;                ///< of the picture's sides to what was asked
+    bool isFinal = false;           ///< nothing of this request will come any more
+    double workMs = 0;              ///< from taking the request to this picture
+    Camera camera;
+    std::array<SideReport, 2> sides;
+    std::vector<Light> lights;
+    ViewLegend legend;
+    std::optional<PixelReport> pixel;
+    /// Six faces of the selected light's map, unfolded; empty: no map. RGBA.
+    std::vector<uint8_t> mapRgba;
+    uint32_t mapWidth = 0, mapHeight = 0;
+    std::string mapTitle;
+    std::vector<std::string> notes; ///< what was not as asked: a full pool
+};
+
+/// What is known of the scene that is open.
+struct ViewSceneInfo {
+    std::string argument;
+    uint64_t triangleCount = 0;
+    uint32_t voxelResolution = 0; ///< 0: no voxels
+    uint64_t voxelBytes = 0;
+    std::vector<Light> lights;        ///< at time 0
+    std::vector<std::string> cameras; ///< by name, what --camera takes
+    Camera camera;                    ///< the first view
+    Box bounds;
+    bool isAnimated = false;
+    float durationSeconds = 0; ///< of the longest animation
+};
+
+} // namespace shadowdag

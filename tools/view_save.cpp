@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/view_save.h"
+
+#include "tools/parse.h"
+#include "tools/provenance.h"
+#include "tools/report_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+namespace shadowdag {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Returns the stem of files that are not there yet.
+std::string freeStem(const std::string& directory) {
+    for (int number = 1; number < 10000; ++number) {
+        char name[32];
+        std::snprintf(name, sizeof name, "view-%04d", number);
+        const std::string stem = directory + "/" + name;
+        std::error_code ignored;
+        if (!fs::exists(stem + ".png", ignored) && !fs::exists(stem + ".exr", ignored) &&
+            !fs::exists(stem + ".experiment.json", ignored))
+            return stem;
+    }
+    throw Error(ErrorKind::kResource,
+                directory + ": holds view-0001 to view-9999; save to another directory");
+}
+
+} // namespace
+
+Experiment experimentOf(const ViewRequest& request, const Experiment& base,
+                        const std::string& scene, const Dag& dag) {
+    Experiment e = base;
+    const FrameOptions& options = request.options;
+    e.title = "A view of " + scene;
+    e.scenes = {scene};
+    e.width = options.width;
+    e.height = options.height;
+    e.camera = request.camera;
+    e.frames = {request.frame};
+    e.framesText = std::to_string(request.frame);
+    e.methods = {"embree"};
+    e.thresholds.clear();
+    e.models.clear();
+    for (size_t side = 0; side < (request.isSplit ? 2u : 1u); ++side) {
+        const ViewSide& asked = request.sides[side];
+        if (std::find(e.methods.begin(), e.methods.end(), asked.method) == e.methods.end())
+            e.methods.push_back(asked.method);
+        if (asked.method != "hybrid")
+            continue;
+        if (asked.model.starts_with("texels:")) {
+            const std::vector<float> threshold =
+                parseThresholds("--model", asked.model.substr(asked.model.find(':') + 1));
+            if (std::find(e.thresholds.begin(), e.thresholds.end(), threshold[0]) ==
+                e.thresholds.end())
+                e.thresholds.push_back(threshold[0]);
+            // texels:0 and texels:inf are methods of their own there.
+            const std::string pure = threshold[0] == 0          ? "maps"
+                                     : std::isinf(threshold[0]) ? "dag"
+                                                                : "";
+            if (!pure.empty() &&
+                std::find(e.methods.begin(), e.methods.end(), pure) == e.methods.end())
+                e.methods.push_back(pure);
+        } else if (std::find(e.models.begin(), e.models.end(), asked.model) == e.models.end()) {
+            e.models.push_back(asked.model);
+        }
+    }
+    std::sort(e.thresholds.begin(), e.thresholds.end());
+    if (e.thresholds.empty())
+        e.thresholds = {0};
+    e.variants.clear();
+    e.isSequence = false;
+    e.routeMargin = 0; // the view is rendered by itself, without frames before
+    if (dag.isBuilt())
+        e.resolutionLog2 = {dag.grid.resolutionLog2};
+    e.dagResolutionLog2.clear();
+    e.undersample = {options.undersample};
+    e.mapsPerLight = {options.mapsPerLight};
+    e.pageTexels = {options.maps.pageTexels};
+    e.poolMib = uint32_t(options.maps.poolBytes >> 20);
+    e.maxFaceTexels = options.maxFaceTexels;
+    e.bias = {options.bias.constantTexels};
+    e.taps = {options.bias.taps};
+    e.polygonLod = {options.maps.lodTexels};
+    e.offset = {options.rays.offset};
+    e.lod = {LodChoice(options.rays)};
+    return e;
+}
+
+SavedView writeView(const ViewFiles& files, const std::string& directory) {
+    std::error_code ignored;
+    fs::create_directories(directory, ignored);
+    const ViewPicture& view = files.view;
+    const std::string stem = freeStem(directory);
+    const SavedView saved{stem + ".png", stem + ".exr", stem + ".experiment.json"};
+    checkWritable(saved.png);
+    std::vector<glm::vec3> shown = files.picture[0];
+    if (view.request.isSplit) {
+        const uint32_t from = uint32_t(
+            std::lround(double(view.width) * double(std::clamp(view.request.split, 0.0f, 1.0f))));
+        for (uint32_t y = 0; y < view.height; ++y)
+            for (uint32_t x = from; x < view.width; ++x)
+                shown[size_t(y) * view.width + x] = files.picture[1][size_t(y) * view.width + x];
+    }
+    writePng(saved.png, view.width, view.height, shown);
+    std::vector<std::pair<std::string, std::string>> attributes{
+        {"scene", files.scene},
+        {"method", view.request.sides[0].method},
+        {"commit", programCommit()}};
+    if (view.request.isSplit)
+        attributes.push_back({"right.method", view.request.sides[1].method});
+    writeExr(saved.exr, view.width, view.height, files.channels, attributes);
+    writeWholeFile(saved.experiment, jsonText(toJson(experimentOf(view.request, files.experiment,
+                                                                  files.scene, files.dag))));
+    return saved;
+}
+
+} // namespace shadowdag

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/view_session.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <new>
+#include <utility>
+
+namespace shadowdag {
+
+namespace {
+
+/// Thrown through whatever is being done when the window closes or another scene is wanted.
+struct GivenUp {};
+
+/// How often the truth's picture is drawn anew while it is refined.
+constexpr double kRefinedPictureMs = 60;
+
+/// Lets the window's own thread go first: the worker's threads take all processors otherwise.
+void stepBack() {
+    // Of this thread, and of those that it starts. Not being allowed to changes no result.
+    if (setpriority(PRIO_PROCESS, id_t(gettid()), 10) != 0)
+        return;
+}
+
+} // namespace
+
+ViewSession::ViewSession(ViewSettings settings, double targetMs, std::function<void()> wake)
+    : renderer_(std::move(settings)), scale_(targetMs), wake_(std::move(wake)),
+      thread_([this] { run(); }) {}
+
+ViewSession::~ViewSession() {
+    {
+        const std::lock_guard lock(mutex_);
+        isQuitting_ = true;
+    }
+    asked_.notify_all();
+    thread_.join();
+}
+
+void ViewSession::open(const std::string& scene, uint32_t resolutionLog2,
+                       const std::string& assetPath) {
+    {
+        const std::lock_guard lock(mutex_);
+        // Voxels for a scene that is still to be opened go with it.
+        if (scene.empty() && work_.open && !work_.open->scene.empty()) {
+            work_.open->resolutionLog2 = resolutionLog2;
+            work_.open->assetPath = assetPath;
+        } else {
+            work_.open = OpenWork{scene, resolutionLog2, assetPath};
+        }
+    }
+    asked_.notify_all();
+}
+
+void ViewSession::ask(const ViewRequest& request) {
+    {
+        const std::lock_guard lock(mutex_);
+        work_.ask = request;
+    }
+    asked_.notify_all();
+}
+
+void ViewSession::save(const ViewRequest& request, const std::string& directory) {
+    {
+        const std::lock_guard lock(mutex_);
+        work_.save = SaveWork{request, directory};
+    }
+    asked_.notify_all();
+}
+
+std::shared_ptr<const ViewPicture> ViewSession::takePicture() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(picture_, nullptr);
+}
+
+std::optional<ViewSceneInfo> ViewSession::takeScene() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(scene_, std::nullopt);
+}
+
+std::optional<SavedView> ViewSession::takeSaved() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(saved_, std::nullopt);
+}
+
+ViewStatus ViewSession::status() const {
+    const std::lock_guard lock(mutex_);
+    ViewStatus status = status_;
+    status.isBusy = isWorking_ || canRefine_ || work_.any();
+    return status;
+}
+
+bool ViewSession::isIdle() const {
+    const std::lock_guard lock(mutex_);
+    return !isWorking_ && !canRefine_ && !work_.any();
+}
+
+void ViewSession::report(const std::string& what, double fraction) {
+    {
+        const std::lock_guard lock(mutex_);
+        if (isQuitting_ || (work_.open && !work_.open->scene.empty()))
+            throw GivenUp{};
+        status_.work = what;
+        status_.fraction = fraction;
+    }
+    checkInterrupted();
+    if (wake_)
+        wake_();
+}
+
+Console ViewSession::console() {
+    return Console(Console::Listener{
+        [this](const std::string& text) {
+            const std::lock_guard lock(mutex_);
+            status_.notes.push_back(text);
+        },
+        [this](const std::string& what, double fraction) { report(what, fraction); }});
+}
+
+void ViewSession::publish(std::shared_ptr<const ViewPicture> picture) {
+    {
+        const std::lock_guard lock(mutex_);
+        picture_ = std::move(picture);
+    }
+    if (wake_)
+        wake_();
+}
+
+void ViewSession::doWork(const Work& work) {
+    if (work.open) {
+        {
+            const std::lock_guard lock(mutex_);
+            status_ = {};
+        }
+        report(work.open->scene.empty() ? "voxels" : "open " + work.open->scene, 0);
+        ViewSceneInfo info =
+            work.open->scene.empty()
+                ? renderer_.setVoxels(work.open->resolutionLog2, work.open->assetPath, console())
+                : renderer_.open(work.open->scene, work.open->resolutionLog2, work.open->assetPath,
+                                 console());
+        scale_.reset();
+        const std::lock_guard lock(mutex_);
+        scene_ = std::move(info);
+    }
+    if (work.save && renderer_.isOpen()) {
+        SavedView saved = renderer_.save(work.save->request, work.save->directory);
+        const std::lock_guard lock(mutex_);
+        saved_ = std::move(saved);
+    }
+    if (work.ask && renderer_.isOpen()) {
+        const float scale = scale_.next();
+        const bool isMoving = work.ask->isMoving;
+        if (isMoving || scale < 1.0f) { // what rests is shown small first
+            ViewRequest quick = *work.ask;
+            quick.isMoving = true;
+            std::shared_ptr<ViewPicture> picture = renderer_.render(quick, scale);
+            scale_.note(scale, picture->workMs);
+            picture->request.isMoving = isMoving;
+            picture->isFinal = false;
+            publish(std::move(picture));
+            if (isMoving || hasNewWork())
+                return;
+        }
+        publish(renderer_.render(*work.ask, 1.0f));
+    }
+}
+
+bool ViewSession::hasNewWork() const {
+    const std::lock_guard lock(mutex_);
+    return isQuitting_ || work_.any();
+}
+
+void ViewSession::refine() {
+    // In short steps, so that what is asked for meanwhile does not wait; drawn as often as drawing
+    // takes no more than a third.
+    const auto start = std::chrono::steady_clock::now();
+    const auto spent = [&] {
+        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+            .count();
+    };
+    while (renderer_.refine(0) && spent() < std::max(kRefinedPictureMs, 2.0 * drawnMs_))
+        if (hasNewWork())
+            return;
+    const double asked = spent();
+    publish(renderer_.picture());
+    drawnMs_ = spent() - asked;
+}
+
+void ViewSession::run() {
+    stepBack();
+    while (true) {
+        Work work;
+        bool isRefining = false;
+        {
+            std::unique_lock lock(mutex_);
+            canRefine_ = renderer_.canRefine();
+            isWorking_ = false;
+            asked_.wait(lock, [&] { return isQuitting_ || work_.any() || canRefine_; });
+            if (isQuitting_)
+                return;
+            work = std::exchange(work_, Work{});
+            isRefining = !work.any();
+            isWorking_ = true;
+        }
+        std::string error;
+        try {
+            if (isRefining)
+                refine();
+            else
+                doWork(work);
+        } catch (const GivenUp&) {
+        } catch (const Interrupted&) { // the window sees it as well
+        } catch (const std::bad_alloc&) {
+            error = "not enough memory; try fewer voxels, a smaller window or a smaller pool";
+        } catch (const std::exception& thrown) {
+            error = thrown.what();
+        }
+        {
+            const std::lock_guard lock(mutex_);
+            if (!isRefining || !error.empty())
+                status_.error = error;
+            status_.work.clear();
+        }
+        if (wake_)
+            wake_();
+    }
+}
+
+} // namespace shadowdag

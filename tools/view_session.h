@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// The window's worker: one thread that opens scenes, renders and refines, while the window goes on.
+#pragma once
+
+#include "tools/view_renderer.h"
+#include "tools/view_scale.h"
+
+#include <condition_variable>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace shadowdag {
+
+/// What the worker is about, for the window's status line.
+struct ViewStatus {
+    std::string work;               ///< "voxelize atrium 1024^3"; "" while nothing long is done
+    double fraction = 0;            ///< of it
+    std::string error;              ///< of the last thing asked for; "" when it went well
+    std::vector<std::string> notes; ///< remarks of opening a scene
+    bool isBusy = false;            ///< something is being worked on
+};
+
+/// Thread safe. Pictures, scenes and files come back through the functions that take them.
+class ViewSession {
+public:
+    /// @param wake is called from the worker's thread whenever something has changed; may be empty
+    /// @param targetMs what a moving picture may take
+    ViewSession(ViewSettings settings, double targetMs, std::function<void()> wake);
+    /// Gives up what is being done, at its next report of progress, and waits for that. Work that
+    /// reports none (reading a file, building batches) is finished first.
+    ~ViewSession();
+
+    /// Opens a scene, or gives the open one other voxels where `scene` is empty; the newest counts.
+    void open(const std::string& scene, uint32_t resolutionLog2, const std::string& assetPath);
+    /// Asks for a picture; the newest counts. Without a scene nothing comes.
+    void ask(const ViewRequest& request);
+    /// Asks for a view's files, after everything asked before.
+    void save(const ViewRequest& request, const std::string& directory);
+
+    /// Return what is new since the last call, else null or nothing.
+    std::shared_ptr<const ViewPicture> takePicture();
+    std::optional<ViewSceneInfo> takeScene();
+    std::optional<SavedView> takeSaved();
+    ViewStatus status() const;
+
+    /// Returns whether nothing is asked for that is not done, refining included.
+    bool isIdle() const;
+
+private:
+    struct OpenWork {
+        std::string scene;
+        uint32_t resolutionLog2;
+        std::string assetPath;
+    };
+    struct SaveWork {
+        ViewRequest request;
+        std::string directory;
+    };
+    struct Work {
+        std::optional<OpenWork> open;
+        std::optional<SaveWork> save;
+        std::optional<ViewRequest> ask;
+        bool any() const { return open || save || ask; }
+    };
+
+    void run();
+    void doWork(const Work& work);
+    void refine();
+    bool hasNewWork() const;
+    void publish(std::shared_ptr<const ViewPicture> picture);
+    void report(const std::string& what, double fraction);
+    Console console();
+
+    ViewRenderer renderer_; // of the worker alone
+    RenderScale scale_;     // of the worker alone
+    double drawnMs_ = 0;    // of the worker alone: what a refined picture took to draw
+    std::function<void()> wake_;
+
+    mutable std::mutex mutex_; // of what follows
+    std::condition_variable asked_;
+    bool isQuitting_ = false;
+    Work work_;
+    bool isWorking_ = false, canRefine_ = false;
+    ViewStatus status_;
+    std::shared_ptr<const ViewPicture> picture_;
+    std::optional<ViewSceneInfo> scene_;
+    std::optional<SavedView> saved_;
+
+    std::thread thread_; // last: starts when all else is there
+};
+
+} // namespace shadowdag
