@@ -60,6 +60,9 @@ void drawScene(ViewUi& ui) {
         ui.wantsVoxels = true;
     }
     ui.mark("voxels");
+    if (chooseName("runs on", {"cpu", "cuda"}, ui.backend))
+        ui.wantsBackend = ui.hasChanged = true;
+    ui.mark("backend");
     ImGui::Text("DAG %s", bytesText(double(scene.voxelBytes)).c_str());
 }
 

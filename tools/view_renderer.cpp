@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <utility>
 
 namespace shadowdag {
 
@@ -181,6 +182,20 @@ ViewSceneInfo ViewRenderer::setVoxels(uint32_t resolutionLog2, const std::string
     info.durationSeconds = world.scene().durationSeconds();
     info.isAnimated = info.durationSeconds > 0;
     return info;
+}
+
+void ViewRenderer::setBackend(Backend backend) {
+    shown_.reset();
+    const Backend before = std::exchange(settings_.backend, backend);
+    if (!open_)
+        return;
+    try {
+        open_->makeRenderers(backend);
+    } catch (...) {
+        settings_.backend = before;
+        open_->makeRenderers(before);
+        throw;
+    }
 }
 
 void ViewRenderer::moveTo(uint32_t frame) {
@@ -402,6 +417,7 @@ std::shared_ptr<ViewPicture> ViewRenderer::picture() {
     picture->camera = s.look;
     picture->lights = open_->scene.world->lights();
     picture->pixel = s.pixel;
+    picture->backend = backendName(settings_.backend);
     for (size_t side = 0; side < 2; ++side) {
         if (!s.shows(side))
             continue;

@@ -45,6 +45,9 @@ public:
     /// Gives the open scene other voxels. As open().
     ViewSceneInfo setVoxels(uint32_t resolutionLog2, const std::string& assetPath,
                             const Console& console);
+    /// Renders on another backend from now on; with a scene open, its renderers are made anew.
+    /// Stays with the one before where that throws.
+    void setBackend(Backend backend);
     bool isOpen() const { return open_ != nullptr; }
 
     /// Renders a request at a scale of its size. Every side but the truth's is whole; the truth's

@@ -138,6 +138,7 @@ struct ViewPicture {
     uint32_t mapWidth = 0, mapHeight = 0;
     std::string mapTitle;
     std::vector<std::string> notes; ///< what was not as asked: a full pool
+    std::string backend;            ///< backendName
 };
 
 /// What is known of the scene that is open.

@@ -56,6 +56,14 @@ void ViewSession::open(const std::string& scene, uint32_t resolutionLog2,
     asked_.notify_all();
 }
 
+void ViewSession::setBackend(const std::string& name) {
+    {
+        const std::lock_guard lock(mutex_);
+        work_.backend = name;
+    }
+    asked_.notify_all();
+}
+
 void ViewSession::ask(const ViewRequest& request) {
     {
         const std::lock_guard lock(mutex_);
@@ -130,43 +138,81 @@ void ViewSession::publish(std::shared_ptr<const ViewPicture> picture) {
         wake_();
 }
 
+template <class F> void ViewSession::attempt(const F& step) {
+    std::string error;
+    try {
+        step();
+        return;
+    } catch (const GivenUp&) {
+    } catch (const Interrupted&) { // the window sees it as well
+    } catch (const std::bad_alloc&) {
+        error = "not enough memory; try fewer voxels, a smaller window or a smaller pool";
+    } catch (const std::exception& thrown) {
+        error = thrown.what();
+    }
+    const std::lock_guard lock(mutex_);
+    if (status_.error.empty()) // the first is what the others follow from
+        status_.error = error;
+}
+
+void ViewSession::openScene(const OpenWork& work) {
+    report(work.scene.empty() ? "voxels" : "open " + work.scene, 0);
+    if (work.scene.empty() && !renderer_.isOpen())
+        throw Error(ErrorKind::kUsage, "voxels need their scene; open that first");
+    ViewSceneInfo info =
+        work.scene.empty()
+            ? renderer_.setVoxels(work.resolutionLog2, work.assetPath, console())
+            : renderer_.open(work.scene, work.resolutionLog2, work.assetPath, console());
+    scale_.reset();
+    const std::lock_guard lock(mutex_);
+    scene_ = std::move(info);
+}
+
+void ViewSession::answer(const ViewRequest& request) {
+    const float scale = scale_.next();
+    if (request.isMoving || scale < 1.0f) { // what rests is shown small first
+        ViewRequest quick = request;
+        quick.isMoving = true;
+        std::shared_ptr<ViewPicture> picture = renderer_.render(quick, scale);
+        scale_.note(scale, picture->workMs);
+        picture->request.isMoving = request.isMoving;
+        picture->isFinal = false;
+        publish(std::move(picture));
+        if (request.isMoving)
+            return;
+        const std::lock_guard lock(mutex_);
+        if (isQuitting_ || work_.any()) { // that first; and then this, where it is still the newest
+            if (!work_.ask)
+                work_.ask = request;
+            return;
+        }
+    }
+    publish(renderer_.render(request, 1.0f));
+}
+
 void ViewSession::doWork(const Work& work) {
-    if (work.open) {
-        {
+    {
+        const std::lock_guard lock(mutex_);
+        status_.error.clear();
+        if (work.open)
+            status_.notes.clear();
+    }
+    // What fails does not take the rest with it: the scene before is still open.
+    if (work.backend)
+        attempt([&] {
+            renderer_.setBackend(chooseBackend(*work.backend));
+            scale_.reset();
+        });
+    if (work.open)
+        attempt([&] { openScene(*work.open); });
+    if (work.save && renderer_.isOpen())
+        attempt([&] {
+            SavedView saved = renderer_.save(work.save->request, work.save->directory);
             const std::lock_guard lock(mutex_);
-            status_ = {};
-        }
-        report(work.open->scene.empty() ? "voxels" : "open " + work.open->scene, 0);
-        ViewSceneInfo info =
-            work.open->scene.empty()
-                ? renderer_.setVoxels(work.open->resolutionLog2, work.open->assetPath, console())
-                : renderer_.open(work.open->scene, work.open->resolutionLog2, work.open->assetPath,
-                                 console());
-        scale_.reset();
-        const std::lock_guard lock(mutex_);
-        scene_ = std::move(info);
-    }
-    if (work.save && renderer_.isOpen()) {
-        SavedView saved = renderer_.save(work.save->request, work.save->directory);
-        const std::lock_guard lock(mutex_);
-        saved_ = std::move(saved);
-    }
-    if (work.ask && renderer_.isOpen()) {
-        const float scale = scale_.next();
-        const bool isMoving = work.ask->isMoving;
-        if (isMoving || scale < 1.0f) { // what rests is shown small first
-            ViewRequest quick = *work.ask;
-            quick.isMoving = true;
-            std::shared_ptr<ViewPicture> picture = renderer_.render(quick, scale);
-            scale_.note(scale, picture->workMs);
-            picture->request.isMoving = isMoving;
-            picture->isFinal = false;
-            publish(std::move(picture));
-            if (isMoving || hasNewWork())
-                return;
-        }
-        publish(renderer_.render(*work.ask, 1.0f));
-    }
+            saved_ = std::move(saved);
+        });
+    if (work.ask && renderer_.isOpen())
+        attempt([&] { answer(*work.ask); });
 }
 
 bool ViewSession::hasNewWork() const {
@@ -206,23 +252,12 @@ void ViewSession::run() {
             isRefining = !work.any();
             isWorking_ = true;
         }
-        std::string error;
-        try {
-            if (isRefining)
-                refine();
-            else
-                doWork(work);
-        } catch (const GivenUp&) {
-        } catch (const Interrupted&) { // the window sees it as well
-        } catch (const std::bad_alloc&) {
-            error = "not enough memory; try fewer voxels, a smaller window or a smaller pool";
-        } catch (const std::exception& thrown) {
-            error = thrown.what();
-        }
+        if (isRefining)
+            attempt([&] { refine(); });
+        else
+            doWork(work);
         {
             const std::lock_guard lock(mutex_);
-            if (!isRefining || !error.empty())
-                status_.error = error;
             status_.work.clear();
         }
         if (wake_)

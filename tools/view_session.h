@@ -37,6 +37,8 @@ public:
 
     /// Opens a scene, or gives the open one other voxels where `scene` is empty; the newest counts.
     void open(const std::string& scene, uint32_t resolutionLog2, const std::string& assetPath);
+    /// Renders on another backend from now on, by its name (chooseBackend).
+    void setBackend(const std::string& name);
     /// Asks for a picture; the newest counts. Without a scene nothing comes.
     void ask(const ViewRequest& request);
     /// Asks for a view's files, after everything asked before.
@@ -62,14 +64,19 @@ private:
         std::string directory;
     };
     struct Work {
+        std::optional<std::string> backend;
         std::optional<OpenWork> open;
         std::optional<SaveWork> save;
         std::optional<ViewRequest> ask;
-        bool any() const { return open || save || ask; }
+        bool any() const { return backend || open || save || ask; }
     };
 
     void run();
     void doWork(const Work& work);
+    void openScene(const OpenWork& work);
+    void answer(const ViewRequest& request);
+    /// Runs a step; what it throws becomes the status' error.
+    template <class F> void attempt(const F& step);
     void refine();
     bool hasNewWork() const;
     void publish(std::shared_ptr<const ViewPicture> picture);

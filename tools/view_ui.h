@@ -57,7 +57,9 @@ struct ViewUi {
     bool showsPanel = true, showsLights = false, showsGraphs = true;
     bool wantsSave = false;
     bool wantsVoxels = false; ///< resolutionLog2 was changed
-    std::string message;      ///< files written, what went wrong with a drop
+    std::string backend = "cpu";
+    bool wantsBackend = false; ///< backend was changed
+    std::string message;       ///< files written, what went wrong with a drop
     std::string statusWork, statusError;
     double statusFraction = 0;
     double interfaceFps = 0;

@@ -127,6 +127,7 @@ public:
         ui_.playedFrame = double(options.firstFrame);
         ui_.resolutionLog2 = int(options.resolutionLog2);
         takeModel();
+        ui_.backend = backendName(options.settings.backend);
         if (!options.scene.empty())
             session_.open(options.scene, options.resolutionLog2, options.assetPath);
     }
@@ -421,6 +422,7 @@ void Viewer::takeResults() {
         if (picture->request.serial >= 1 && ui_.hasScene) {
             noteHistory(ui_, *picture);
             ui_.picture = picture;
+            ui_.backend = picture->backend; // what was asked for may not be had
             for (size_t side = 0; side < 2; ++side)
                 if (!picture->sides[side].rgba.empty())
                     textures_[side].set(picture->sides[side].rgba, picture->width, picture->height);
@@ -523,6 +525,10 @@ void Viewer::step(double now, double seconds) {
 }
 
 void Viewer::ask(double now) {
+    if (ui_.wantsBackend) {
+        ui_.wantsBackend = false;
+        session_.setBackend(ui_.backend);
+    }
     if (ui_.wantsVoxels) {
         ui_.wantsVoxels = false;
         session_.open("", uint32_t(ui_.resolutionLog2), "");

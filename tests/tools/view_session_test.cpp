@@ -112,6 +112,47 @@ TEST(ViewSession, TellsWhatWentWrongAndGoesOn) {
     EXPECT_EQ(session.status().error, "");
 }
 
+TEST(ViewSession, WhatFailsDoesNotTakeThePictureWithIt) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("", 6, "no-such.svdag"); // nothing is open yet
+    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    EXPECT_NE(session.status().error.find("scene"), std::string::npos);
+    session.open("builtin:fail-silhouette", 6, "");
+    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+    session.setBackend("abacus");
+    session.ask(smallRequest(7));
+    std::shared_ptr<const ViewPicture> last;
+    ASSERT_TRUE(waitUntil([&] {
+        if (const auto picture = session.takePicture())
+            last = picture;
+        return last && last->request.serial == 7 && last->isFinal;
+    }));
+    EXPECT_EQ(last->backend, "cpu");
+}
+
+TEST(ViewSession, AViewIsSavedAndThePictureStillCompleted) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("builtin:fail-silhouette", 6, "");
+    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+    ViewRequest request = smallRequest(1);
+    request.options.width = 640;
+    request.options.height = 360;
+    session.ask(request);
+    session.save(request, directory.path());
+    std::optional<SavedView> saved;
+    bool isFinal = false;
+    ASSERT_TRUE(waitUntil([&] {
+        if (const auto picture = session.takePicture())
+            isFinal = picture->isFinal;
+        if (auto files = session.takeSaved())
+            saved = files;
+        return saved && isFinal && session.isIdle();
+    }));
+    EXPECT_TRUE(std::filesystem::exists(saved->png));
+}
+
 TEST(ViewSession, ClosesWhileItOpens) {
     TemporaryDirectory directory;
     const Clock::time_point start = Clock::now();
