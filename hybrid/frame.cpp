@@ -169,6 +169,11 @@ ExactView FrameRenderer::exact() const {
     return state_->scene.hostExact();
 }
 
+void FrameRenderer::prepareExact() {
+    if (state_->scene.hasDag())
+        state_->scene.prepareExact();
+}
+
 uint64_t FrameRenderer::exactBytes() const {
     return exact().tree.words.count * sizeof(uint32_t);
 }

@@ -147,8 +147,10 @@ public:
     /// Returns what moves, on the host, as rays are held against it; valid until worldChanged.
     MoverView movers() const;
     /// Returns what exact rays were held against, on the host; without words before the first frame
-    /// of RayKind::kExact.
+    /// of RayKind::kExact or prepareExact().
     ExactView exact() const;
+    /// Lists the triangles near voxels, which exact rays need, once; does nothing without voxels.
+    void prepareExact();
     /// Returns maps of the last frame for the error analysis (FrameResult::pairMap indexes them);
     /// valid until the next.
     ShadowMapView shadowMaps() const;

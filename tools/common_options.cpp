@@ -36,8 +36,8 @@ void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {
     commandLine.text("--size", size, "WxH", "Picture size in pixels [" + size + "]");
     commandLine.text("--camera", camera, "auto|NAME|NUMBERS",
                      "auto places one; NAME is a camera of the scene; NUMBERS are "
-                     "px,py,pz,tx,ty,tz[,fovDegrees]: "
-                     "position, target, vertical angle [the scene's first, else auto]");
+                     "px,py,pz,tx,ty,tz[,fovDegrees[,near,far]]: position, target, vertical angle, "
+                     "planes in metres [the scene's first, else auto]");
     if (!isSweep)
         commandLine.text("--time", time, "SECONDS", "Time of the scene's animations [0]");
     commandLine.text("--frames", frames, "A:B",

@@ -8,7 +8,7 @@
 //   "title"            ""            heads the report
 //   "scenes"           []            what SCENE may be on the command line; empty: given there
 //   "size"             "640x360"     pixels
-//   "camera"           ""            auto | NAME | "px,py,pz,tx,ty,tz[,fovDegrees]"; "" = the scene's first, else auto
+//   "camera"           ""            auto | NAME | "px,py,pz,tx,ty,tz[,fovDegrees[,near,far]]"; "" = the scene's first, else auto
 //   "frames"           "0"           A:B[:STEP], both ends included, or a comma list
 //   "fps"              30            frame f shows the scene at f / fps seconds: a fixed clock
 //   "lights"           -1            >= 0: replaces the scene's lights by that many placed ones

@@ -56,6 +56,10 @@ Camera cameraFromNumbers(const std::string& text, const std::vector<double>& num
     camera.up = glm::cross(right, camera.forward);
     if (numbers.size() > 6)
         camera.yfov = float(numbers[6] * 3.14159265358979323846 / 180.0);
+    if (numbers.size() > 7) {
+        camera.znear = float(numbers[7]);
+        camera.zfar = float(numbers[8]);
+    }
     return camera;
 }
 
@@ -115,14 +119,18 @@ Camera cameraFromText(const std::string& text) {
         numbers.push_back(parseNumber("--camera", text.substr(begin, end - begin), -1e9, 1e9));
         begin = end + 1;
     }
-    if (numbers.size() != 6 && numbers.size() != 7)
-        throw Error(ErrorKind::kUsage, "--camera '" + text +
-                                           "': must be six numbers px,py,pz,tx,ty,tz or seven "
-                                           "with the vertical angle in degrees, not " +
-                                           std::to_string(numbers.size()));
-    if (numbers.size() == 7 && !(numbers[6] >= 1 && numbers[6] <= 170))
+    if (numbers.size() != 6 && numbers.size() != 7 && numbers.size() != 9)
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text +
+                        "': must be six numbers px,py,pz,tx,ty,tz, seven with the vertical angle "
+                        "in degrees, or nine with the near and far plane in metres, not " +
+                        std::to_string(numbers.size()));
+    if (numbers.size() > 6 && !(numbers[6] >= 1 && numbers[6] <= 170))
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text + "': the angle must be from 1 to 170 degrees");
+    if (numbers.size() > 7 && !(numbers[7] > 0 && numbers[7] < numbers[8]))
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text + "': the planes must be 0 < near < far");
     return cameraFromNumbers(text, numbers);
 }
 

@@ -24,7 +24,7 @@ FlyCamera::FlyCamera(const Camera& camera)
     : position_(camera.positionWorld), yaw_(std::atan2(-camera.forward.x, -camera.forward.z)),
       pitch_(std::clamp(std::asin(std::clamp(double(camera.forward.y), -1.0, 1.0)), -kSteepest,
                         kSteepest)),
-      yfov_(camera.yfov) {}
+      yfov_(camera.yfov), znear_(camera.znear), zfar_(camera.zfar) {}
 
 void FlyCamera::step(const FlyInput& input, double seconds, double metresPerSecond,
                      double radiansPerPixel) {
@@ -42,9 +42,9 @@ void FlyCamera::step(const FlyInput& input, double seconds, double metresPerSeco
 std::string FlyCamera::text() const {
     const glm::dvec3 target = position_ + directionOf(yaw_, pitch_);
     char text[256];
-    std::snprintf(text, sizeof text, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", position_.x, position_.y,
-                  position_.z, target.x, target.y, target.z,
-                  std::clamp(glm::degrees(yfov_), 1.0, 170.0));
+    std::snprintf(text, sizeof text, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", position_.x,
+                  position_.y, position_.z, target.x, target.y, target.z,
+                  std::clamp(glm::degrees(yfov_), 1.0, 170.0), double(znear_), double(zfar_));
     return text;
 }
 

@@ -20,7 +20,7 @@ struct FlyInput {
 class FlyCamera {
 public:
     FlyCamera() = default;
-    /// Takes over position, direction and field of view; roll is lost.
+    /// Takes over position, direction, field of view and planes; roll is lost.
     explicit FlyCamera(const Camera& camera);
 
     /// Moves and turns.
@@ -29,7 +29,8 @@ public:
     void step(const FlyInput& input, double seconds, double metresPerSecond,
               double radiansPerPixel);
 
-    /// Returns px,py,pz,tx,ty,tz,fovDegrees: what --camera takes. The target is one metre ahead.
+    /// Returns px,py,pz,tx,ty,tz,fovDegrees,near,far: what --camera takes. The target is one metre
+    /// ahead.
     /// Equal texts give equal cameras in every program.
     std::string text() const;
 
@@ -38,6 +39,7 @@ private:
     double yaw_ = 0;   // about +y, 0 looks along -z, radians
     double pitch_ = 0; // up is positive, radians
     double yfov_ = 0.9;
+    float znear_ = Camera{}.znear, zfar_ = Camera{}.zfar;
 };
 
 /// Returns a speed, in metres a second, that crosses a scene of this size in about ten seconds.

@@ -22,6 +22,10 @@ const std::array<StageGroup, kStageGroupCount> kStageGroups{
      {"shading", kVermilion},
      {"embree", glm::vec3(0.6f)}}};
 
+uint32_t packedColor(const glm::vec3& c, float alpha) {
+    return ImGui::ColorConvertFloat4ToU32({c.r, c.g, c.b, alpha});
+}
+
 size_t stageGroup(const std::string& stage) {
     if (stage == "g-buffer")
         return 0;
@@ -66,10 +70,6 @@ void noteHistory(ViewUi& ui, const ViewPicture& picture) {
 }
 
 namespace {
-
-ImU32 colorOf(const glm::vec3& c, float alpha = 1.0f) {
-    return ImGui::ColorConvertFloat4ToU32({c.r, c.g, c.b, alpha});
-}
 
 /// Returns the least 1, 2 or 5 times a power of ten that is not under `value`.
 double niceAbove(double value) {
@@ -136,7 +136,7 @@ void drawStages(const ViewUi& ui, size_t side, float width, float height) {
             if (groups[g] > 0.0f)
                 list->AddRectFilled({axes.x(shift + i), axes.y(next)},
                                     {axes.x(shift + i) + columnWidth, axes.y(sum)},
-                                    colorOf(kStageGroups[g].color));
+                                    packedColor(kStageGroups[g].color));
             sum = next;
         }
     }
@@ -157,9 +157,9 @@ void drawErrorLines(const ViewUi& ui, float width, float height) {
                 continue;
             const ImVec2 at{axes.x(shift + i), axes.y(100.0 * double(share))};
             if (isRing)
-                list->AddCircle(at, 2.5f, colorOf(color));
+                list->AddCircle(at, 2.5f, packedColor(color));
             else
-                list->AddCircleFilled(at, 2.0f, colorOf(color));
+                list->AddCircleFilled(at, 2.0f, packedColor(color));
         }
     };
     for (size_t side = 0; side < 2; ++side) {
@@ -173,7 +173,7 @@ void drawKey(const glm::vec3& color, const char* name, bool isFirst) {
         ImGui::SameLine(0, 10);
     const ImVec2 at = ImGui::GetCursorScreenPos();
     ImGui::GetWindowDrawList()->AddRectFilled({at.x, at.y + 3}, {at.x + 9, at.y + 12},
-                                              colorOf(color));
+                                              packedColor(color));
     ImGui::Dummy({10, 13});
     ImGui::SameLine(0, 3);
     ImGui::TextUnformatted(name);

@@ -2,7 +2,6 @@
 #include "tools/view_observer.h"
 
 #include "cuda/parallel_for.h"
-#include "hybrid/view_rays.h"
 #include "tools/view_overlay.h"
 
 #include <algorithm>
@@ -12,14 +11,6 @@
 namespace shadowdag {
 
 namespace {
-
-/// Where a world point lies for a camera: pixels, and metres along its forward axis.
-glm::dvec3 pixelOf(const ViewRays& view, const glm::dvec3& pointWorld) {
-    const glm::dvec3 d = pointWorld - view.origin;
-    const double depth = glm::dot(d, view.forward);
-    return {(glm::dot(d, view.right) / depth - view.firstX) / view.pixelSize,
-            (view.firstY - glm::dot(d, view.up) / depth) / view.pixelSize, depth};
-}
 
 /// Draws segments over a picture, cut at the near plane.
 class LinePainter {
@@ -37,7 +28,7 @@ public:
             a += (b - a) * (da / (da - db));
         else if (db < 0.0)
             b += (a - b) * (db / (db - da));
-        const glm::dvec3 p = pixelOf(view_, a), q = pixelOf(view_, b);
+        const glm::dvec3 p = pixelOfPoint(view_, a), q = pixelOfPoint(view_, b);
         const double length = std::max(std::abs(q.x - p.x), std::abs(q.y - p.y));
         // Far ends beyond the picture would take for ever; what is seen of them is few pixels.
         const int steps = int(std::min(length, 8.0 * double(view_.width + view_.height)));
@@ -70,6 +61,13 @@ private:
 
 } // namespace
 
+glm::dvec3 pixelOfPoint(const ViewRays& view, const glm::dvec3& pointWorld) {
+    const glm::dvec3 d = pointWorld - view.origin;
+    const double depth = glm::dot(d, view.forward);
+    return {(glm::dot(d, view.right) / depth - view.firstX) / view.pixelSize,
+            (view.firstY - glm::dot(d, view.up) / depth) / view.pixelSize, depth};
+}
+
 std::vector<glm::vec3> drawObserved(const GBufferView& observed, const Camera& observer,
                                     const GBufferView& frozen, const Camera& frozenCamera,
                                     const std::vector<glm::vec3>& frozenDisplay,
@@ -85,7 +83,7 @@ std::vector<glm::vec3> drawObserved(const GBufferView& observed, const Camera& o
             const double facing = std::abs(glm::dot(glm::normalize(position - view.origin),
                                                     glm::dvec3(observed.normalWorld[s])));
             picture[s] = glm::vec3(float(0.10 + 0.18 * facing));
-            const glm::dvec3 at = pixelOf(seen, position);
+            const glm::dvec3 at = pixelOfPoint(seen, position);
             if (!(at.z > 0.0) || at.x < -0.5 || at.y < -0.5 || at.x >= double(seen.width) - 0.5 ||
                 at.y >= double(seen.height) - 0.5)
                 continue;

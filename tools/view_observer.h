@@ -3,11 +3,16 @@
 #pragma once
 
 #include "hybrid/clusters.h"
+#include "hybrid/view_rays.h"
 #include "scenes/camera.h"
 
 #include <vector>
 
 namespace shadowdag {
+
+/// Returns where a world point lies for a camera: x and y in pixels, 0 at the centre of the first,
+/// and z in metres along its forward axis; x and y mean nothing where z <= 0.
+glm::dvec3 pixelOfPoint(const ViewRays& view, const glm::dvec3& pointWorld);
 
 /// Returns the observer's display picture: samples that the frozen camera saw have its picture's
 /// colour, others are grey by how they face the observer; boxes of clusters and the frozen camera's

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What lies over the picture: the split, names, lights, the legend, a pixel's pairs, messages.
-#include "hybrid/view_rays.h"
 #include "tools/error_image.h"
-#include "tools/parse.h"
+#include "tools/view_observer.h"
 #include "tools/view_overlay.h"
 #include "tools/view_ui.h"
 
@@ -15,10 +14,6 @@
 namespace shadowdag {
 
 namespace {
-
-ImU32 colorOf(const glm::vec3& c, float alpha = 1.0f) {
-    return ImGui::ColorConvertFloat4ToU32({c.r, c.g, c.b, alpha});
-}
 
 /// Text on a dark ground, readable over any picture. Returns its size with the ground.
 ImVec2 label(const ImVec2& at, const std::string& text, ImU32 color = IM_COL32_WHITE) {
@@ -52,25 +47,24 @@ void drawLights(const ViewPicture& p, const ViewUi& ui, const ImVec2& from, cons
     for (size_t i = 0; i < p.lights.size(); ++i) {
         const Light& light = p.lights[i];
         const glm::dvec3 d = glm::dvec3(light.positionWorld) - view.origin;
-        const double depth = glm::dot(d, view.forward);
-        if (light.kind == Light::kSun || depth <= view.znear)
+        const glm::dvec3 pixel = pixelOfPoint(view, glm::dvec3(light.positionWorld));
+        if (light.kind == Light::kSun || pixel.z <= view.znear)
             continue;
-        const double x = (glm::dot(d, view.right) / depth - view.firstX) / view.pixelSize + 0.5;
-        const double y = (view.firstY - glm::dot(d, view.up) / depth) / view.pixelSize + 0.5;
-        const ImVec2 at{float(from.x + x * toScreen), float(from.y + y * toScreen)};
+        const ImVec2 at{float(from.x + (pixel.x + 0.5) * toScreen),
+                        float(from.y + (pixel.y + 0.5) * toScreen)};
         const bool isChosen = int(i) == ui.request.light;
         const glm::vec3 color = by[i] == 1   ? kSkyBlue
                                 : by[i] == 2 ? kOrange
                                 : by[i] == 3 ? glm::vec3(0.9f)
                                              : glm::vec3(0.45f);
-        list->AddCircleFilled(at, isChosen ? 6.0f : 4.0f, colorOf(color));
+        list->AddCircleFilled(at, isChosen ? 6.0f : 4.0f, packedColor(color));
         list->AddCircle(at, isChosen ? 7.0f : 5.0f, IM_COL32(0, 0, 0, 255));
         // The outline of the sphere, where the camera is outside of it.
         const double distance = glm::length(d), range = double(light.rangeWorld);
         if (distance > range) {
             const double radius =
                 range / std::sqrt(distance * distance - range * range) / view.pixelSize * toScreen;
-            list->AddCircle(at, float(radius), colorOf(color, isChosen ? 1.0f : 0.35f), 0,
+            list->AddCircle(at, float(radius), packedColor(color, isChosen ? 1.0f : 0.35f), 0,
                             isChosen ? 2.5f : 1.0f);
         }
     }
@@ -89,7 +83,7 @@ void drawLegend(const ViewLegend& legend, const ImVec2& from, const ImVec2& to) 
     list->AddText({left, top}, IM_COL32_WHITE, legend.title.c_str());
     float x = left;
     for (const auto& [color, name] : legend.swatches) {
-        list->AddRectFilled({x, top + 22}, {x + 12, top + 34}, colorOf(color));
+        list->AddRectFilled({x, top + 22}, {x + 12, top + 34}, packedColor(color));
         list->AddText({x + 17, top + 21}, IM_COL32_WHITE, name.c_str());
         x += 40 + ImGui::CalcTextSize(name.c_str()).x;
     }
@@ -100,7 +94,7 @@ void drawLegend(const ViewLegend& legend, const ImVec2& from, const ImVec2& to) 
     for (int i = 0; i < kSteps; ++i)
         list->AddRectFilled({left + width * float(i) / kSteps, top + 18},
                             {left + width * float(i + 1) / kSteps, top + 32},
-                            colorOf(rampColor((float(i) + 0.5f) / kSteps)));
+                            packedColor(rampColor((float(i) + 0.5f) / kSteps)));
     for (const auto& [at, text] : legend.ticks) {
         const float tick = left + width * at;
         list->AddLine({tick, top + 32}, {tick, top + 37}, IM_COL32_WHITE);
@@ -110,8 +104,8 @@ void drawLegend(const ViewLegend& legend, const ImVec2& from, const ImVec2& to) 
 }
 
 void drawPixel(ViewUi& ui, const PixelReport& pixel, const ImVec2& from, const ImVec2& to) {
-    ImGui::SetNextWindowPos({from.x + 10, from.y + 34}, ImGuiCond_Appearing);
-    ImGui::SetNextWindowSize({std::min(620.0f, to.x - from.x - 20), 320}, ImGuiCond_Appearing);
+    ImGui::SetNextWindowPos({from.x + 10, from.y + 34}, ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowSize({std::min(620.0f, to.x - from.x - 20), 320}, ImGuiCond_FirstUseEver);
     bool isOpen = true;
     ImGui::Begin("pixel", &isOpen);
     ui.layout["pixel window"] = {int(ImGui::GetWindowPos().x), int(ImGui::GetWindowPos().y),
@@ -149,9 +143,11 @@ void drawPixel(ViewUi& ui, const PixelReport& pixel, const ImVec2& from, const I
                     ImGui::TableNextColumn();
                     ImGui::TextUnformatted(answer.method.c_str());
                     ImGui::TableNextColumn();
-                    ImGui::Text("%.0f %%", double(answer.visibility) / 2.55);
+                    if (answer.visibility >= 0)
+                        ImGui::Text("%.0f %%", double(answer.visibility) / 2.55);
                     ImGui::TableNextColumn();
-                    ImGui::Text("%.0f", answer.nanoseconds);
+                    if (answer.visibility >= 0)
+                        ImGui::Text("%.0f", answer.nanoseconds);
                     ImGui::TableNextColumn();
                     ImGui::TextUnformatted(answer.blocker.c_str());
                 }
@@ -185,8 +181,10 @@ void drawOverPicture(ViewUi& ui, const ImVec2& from, const ImVec2& to) {
             const std::string name = nameOf(p, 1);
             label({to.x - ImGui::CalcTextSize(name.c_str()).x - 12, from.y + 8}, name);
         }
-        if (p.pixel && ui.request.pixel)
-            drawPixel(ui, *p.pixel, from, to);
+        if (p.pixel)
+            ui.pixel = std::make_shared<const PixelReport>(*p.pixel);
+        if (ui.pixel && ui.request.pixel)
+            drawPixel(ui, *ui.pixel, from, to);
         if (ui.request.pixel) {
             const ImVec2 at{from.x + width * ui.request.pixel->x,
                             from.y + (to.y - from.y) * ui.request.pixel->y};

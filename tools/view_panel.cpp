@@ -5,8 +5,10 @@
 #include "tools/view_ui.h"
 
 #include <imgui.h>
+#include <imgui_stdlib.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 
@@ -37,7 +39,7 @@ std::string modelText(const ViewUi& ui) {
     case ModelKind::kOracle:
         return "oracle";
     case ModelKind::kExpression:
-        return std::string("expr:") + ui.expression.data();
+        return "expr:" + ui.expression;
     }
     return "texels:96";
 }
@@ -86,17 +88,19 @@ void drawMethods(ViewUi& ui) {
     ui.mark("model");
     ui.modelKind = ModelKind(kind);
     if (ui.modelKind == ModelKind::kTexels) {
-        hasChanged |= ImGui::SliderFloat("threshold", &ui.threshold, 0.0f, 4096.0f, "%.0f texels",
-                                         ImGuiSliderFlags_Logarithmic);
+        if (ImGui::SliderFloat("threshold", &ui.threshold, 0.0f, 4096.0f, "%.0f texels",
+                               ImGuiSliderFlags_Logarithmic)) {
+            ui.threshold = std::round(ui.threshold);
+            hasChanged = true;
+        }
         ui.mark("threshold");
         ui.isDragged |= ImGui::IsItemActive();
     } else if (ui.modelKind == ModelKind::kExpression) {
-        hasChanged |= ImGui::InputText("rays where", ui.expression.data(), ui.expression.size(),
-                                       ImGuiInputTextFlags_EnterReturnsTrue);
+        hasChanged |=
+            ImGui::InputText("rays where", &ui.expression, ImGuiInputTextFlags_EnterReturnsTrue);
         ui.mark("expression");
     }
     if (hasChanged) {
-        ui.threshold = std::round(ui.threshold);
         for (ViewSide& side : r.sides)
             side.model = modelText(ui);
         ui.hasChanged = true;
@@ -104,13 +108,13 @@ void drawMethods(ViewUi& ui) {
 }
 
 void drawTime(ViewUi& ui) {
-    if (!ui.scene.isAnimated)
+    if (!ui.scene.isAnimated())
         return;
     if (ImGui::Button(ui.isPlaying ? "pause" : "play "))
         ui.isPlaying = !ui.isPlaying;
     ui.mark("play");
     ImGui::SameLine();
-    const int last = std::max(1, int(ui.scene.durationSeconds * 30.0f));
+    const int last = int(ui.scene.frameCount) - 1;
     int frame = int(ui.request.frame);
     ImGui::SetNextItemWidth(-60);
     if (ImGui::SliderInt("frame", &frame, 0, last)) {
@@ -132,8 +136,9 @@ void drawOverlayChoice(ViewUi& ui) {
     ui.mark("overlay");
     if (r.overlay == ViewOverlay::kVoxels) {
         int level = int(r.voxelLevel);
-        if (ImGui::SliderInt("level", &level, 0, 12)) {
-            r.voxelLevel = uint32_t(std::clamp(level, 0, 12));
+        const int top = std::max(1, int(std::bit_width(ui.scene.voxelResolution)) - 1);
+        if (ImGui::SliderInt("level", &level, 0, top)) {
+            r.voxelLevel = uint32_t(std::clamp(level, 0, top));
             ui.hasChanged = true;
         }
         ui.isDragged |= ImGui::IsItemActive();
@@ -151,8 +156,7 @@ void drawOverlayChoice(ViewUi& ui) {
     ui.mark("lights");
     bool isFrozen = !r.frozen.empty();
     if (ImGui::Checkbox("freeze the observer (F)", &isFrozen)) {
-        r.frozen = isFrozen ? r.camera : "";
-        ui.hasChanged = true;
+        ui.wantsFreeze = true;
     }
     ui.mark("freeze");
     ui.hasChanged |= ImGui::Checkbox("ask the truth at rest", &r.wantsError);
@@ -214,8 +218,9 @@ void drawNumbers(const ViewUi& ui) {
                 ImGui::Text("of the first %.0f %% of samples", 100.0 * report.errors->doneShare);
         }
     }
-    for (const std::string& note : p.notes)
-        ImGui::TextWrapped("%s", note.c_str());
+    for (const std::vector<std::string>* notes : {&p.notes, &ui.notes})
+        for (const std::string& note : *notes)
+            ImGui::TextWrapped("%s", note.c_str());
 }
 
 } // namespace
@@ -253,6 +258,8 @@ void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture) {
             drawOptions(ui);
         ui.mark("maps");
         const bool showsMap = ImGui::CollapsingHeader("a light's map");
+        ui.hasChanged |= showsMap && !ui.request.wantsMap;
+        ui.request.wantsMap = showsMap;
         ui.mark("map");
         if (showsMap && ui.picture && ui.picture->mapWidth > 0) {
             const float scale = (width - 30) / float(ui.picture->mapWidth);

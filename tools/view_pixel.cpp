@@ -54,8 +54,8 @@ public:
             answers.push_back(byVoxels(pair));
         if (exact_.tree.words.count > 0)
             answers.push_back(byTriangles(pair));
-        if (map >= 0)
-            answers.push_back(byMap(pair, map));
+        answers.push_back(map >= 0 ? byMap(pair, map)
+                                   : PairAnswer{"maps", -1, 0, "no map of it is drawn"});
         answers.push_back(byTruth(pair));
         return answers;
     }
@@ -167,6 +167,7 @@ PixelReport reportPixel(FrameRenderer& renderer, const World& world, const Truth
         if (frame.maps[r].route == Route::kMap)
             drawn[r] = count++;
     const ClusterLightsView lists = renderer.clusterLights();
+    renderer.prepareExact();
     const PairTeller teller(renderer, world, truth, options);
     for (uint32_t l = lists.start[report.cluster]; l < lists.start[report.cluster + 1]; ++l) {
         const uint32_t index = lists.lights[l];

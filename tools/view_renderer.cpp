@@ -75,28 +75,45 @@ FrameOptions optionsOf(const ViewRequest& request, const ViewSide& side, float s
 
 /// The scene that is open, with all that outlives a picture.
 struct ViewRenderer::Open {
+    uint64_t serial = 0;
     LoadedScene scene;
+    std::string cameraText; ///< of the first view
     std::string assetPath;
-    Dag dag;
+    std::unique_ptr<Dag> dag; ///< where renderers find it, whoever owns it
     std::array<std::unique_ptr<FrameRenderer>, 2> renderers; ///< by side; share the scene
     std::unique_ptr<FrameRenderer> observer;                 ///< of frozen views
     std::unique_ptr<Truth> truth;                            ///< null until asked for
+    bool isTruthOld = false;                                 ///< something moved since
     std::map<std::string, std::unique_ptr<CostModel>> models;
     uint32_t frame = 0;
     float exposure = 0; ///< 0: not found yet
     FrameCamera placed{"auto"};
 
-    void makeRenderers(Backend backend) {
-        observer.reset();
-        renderers[1].reset();
-        renderers[0] = std::make_unique<FrameRenderer>(backend, *scene.world, dag);
-        renderers[1] = renderers[0]->shareScene();
-        observer = renderers[0]->shareScene();
+    /// Makes the renderers over a DAG, then takes it over; what was there stays when that throws.
+    void makeRenderers(Backend backend, std::unique_ptr<Dag> ofDag) {
+        const Dag& read = ofDag ? *ofDag : *dag;
+        auto first = std::make_unique<FrameRenderer>(backend, *scene.world, read);
+        auto second = first->shareScene();
+        auto third = first->shareScene();
+        observer = std::move(third);
+        renderers[1] = std::move(second);
+        renderers[0] = std::move(first);
+        if (ofDag)
+            dag = std::move(ofDag);
     }
     Truth& truthNow() {
         if (!truth)
             truth = std::make_unique<Truth>(*scene.world);
+        else if (isTruthOld)
+            truth->update(*scene.world);
+        isTruthOld = false;
         return *truth;
+    }
+    Camera camera(const std::string& text) {
+        // One that is placed stays: it would jump with what moves, and takes a second to place.
+        if (text == "auto" || (text.empty() && scene.world->cameras().empty()))
+            return placed.at(*scene.world);
+        return chooseCamera(*scene.world, text);
     }
 };
 
@@ -139,63 +156,69 @@ struct ViewRenderer::Shown {
 ViewRenderer::ViewRenderer(ViewSettings settings) : settings_(std::move(settings)) {}
 ViewRenderer::~ViewRenderer() = default;
 
-ViewSceneInfo ViewRenderer::open(const std::string& scene, uint32_t resolutionLog2,
-                                 const std::string& assetPath, const Console& console) {
+ViewSceneInfo ViewRenderer::open(const std::string& scene, const std::string& camera,
+                                 uint32_t resolutionLog2, const std::string& assetPath,
+                                 const Console& console) {
     const Experiment& e = settings_.experiment;
     auto opened = std::make_unique<Open>();
     opened->scene = loadSceneAndWorld(scene, e.lightCount, e.lightSeed, true, console);
-    std::swap(open_, opened); // what setVoxels works on; back again where it throws
-    try {
-        ViewSceneInfo info = setVoxels(resolutionLog2, assetPath, console);
-        return info;
-    } catch (...) {
-        std::swap(open_, opened);
-        throw;
-    }
+    opened->cameraText = camera;
+    opened->camera(camera); // a name that is not there is told before the voxels are built
+    giveVoxels(*opened, resolutionLog2, assetPath, console);
+    opened->serial = ++sceneCount_;
+    shown_.reset();
+    open_ = std::move(opened);
+    return infoOf(*open_);
 }
 
 ViewSceneInfo ViewRenderer::setVoxels(uint32_t resolutionLog2, const std::string& assetPath,
                                       const Console& console) {
-    Open& o = *open_;
+    shown_.reset();
+    giveVoxels(*open_, resolutionLog2, assetPath, console);
+    return infoOf(*open_);
+}
+
+void ViewRenderer::giveVoxels(Open& open, uint32_t resolutionLog2, const std::string& assetPath,
+                              const Console& console) {
     VoxelSource source{{}, settings_.cacheDirectory, settings_.allowStale};
     if (!assetPath.empty())
         source.assetPaths.push_back(assetPath);
-    Dag dag = std::move(obtainDags(o.scene, {resolutionLog2}, source, console).front());
-    shown_.reset();
-    o.observer.reset(); // they read the DAG that is replaced
-    o.renderers[1].reset();
-    o.renderers[0].reset();
-    o.dag = std::move(dag);
-    o.assetPath = assetPath;
-    o.makeRenderers(settings_.backend);
+    auto dag = std::make_unique<Dag>(
+        std::move(obtainDags(open.scene, {resolutionLog2}, source, console).front()));
+    open.makeRenderers(settings_.backend, std::move(dag));
+    open.assetPath = assetPath;
+}
 
-    const World& world = *o.scene.world;
+ViewSceneInfo ViewRenderer::infoOf(Open& open) const {
+    const World& world = *open.scene.world;
     ViewSceneInfo info;
-    info.argument = o.scene.argument;
+    info.serial = open.serial;
+    info.argument = open.scene.argument;
     info.triangleCount = world.triangles().count();
-    info.voxelResolution = o.dag.isBuilt() ? o.dag.grid.resolution() : 0;
-    info.voxelBytes = o.dag.words.size() * sizeof(uint32_t);
+    info.voxelResolution = open.dag->isBuilt() ? open.dag->grid.resolution() : 0;
+    info.voxelBytes = open.dag->words.size() * sizeof(uint32_t);
     info.lights = world.lights();
-    info.cameras = cameraNames(world);
-    info.camera = cameraOf(settings_.experiment.camera);
+    // Of several with one name --camera finds the first; numbers and "auto" mean something else.
+    for (const std::string& name : cameraNames(world))
+        if (!name.empty() && name != "auto" && name.find(',') == std::string::npos &&
+            std::find(info.cameras.begin(), info.cameras.end(), name) == info.cameras.end())
+            info.cameras.push_back(name);
+    info.cameraText = open.cameraText;
+    info.camera = open.camera(open.cameraText);
+    info.isPlaced =
+        open.cameraText == "auto" || (open.cameraText.empty() && world.cameras().empty());
     info.bounds = world.boundsWorld();
-    info.durationSeconds = world.scene().durationSeconds();
-    info.isAnimated = info.durationSeconds > 0;
+    info.frameCount =
+        uint32_t(std::floor(double(world.scene().durationSeconds()) * settings_.experiment.fps)) +
+        1;
     return info;
 }
 
 void ViewRenderer::setBackend(Backend backend) {
     shown_.reset();
-    const Backend before = std::exchange(settings_.backend, backend);
-    if (!open_)
-        return;
-    try {
-        open_->makeRenderers(backend);
-    } catch (...) {
-        settings_.backend = before;
-        open_->makeRenderers(before);
-        throw;
-    }
+    if (open_)
+        open_->makeRenderers(backend, nullptr);
+    settings_.backend = backend;
 }
 
 void ViewRenderer::moveTo(uint32_t frame) {
@@ -205,17 +228,8 @@ void ViewRenderer::moveTo(uint32_t frame) {
     const std::vector<uint32_t> moved =
         o.scene.world->setTime(settings_.experiment.timeOfFrame(frame));
     o.renderers[0]->worldChanged(moved); // for all that share the scene
-    if (o.truth && !moved.empty())
-        o.truth->update(*o.scene.world);
+    o.isTruthOld = o.isTruthOld || !moved.empty();
     o.frame = frame;
-}
-
-Camera ViewRenderer::cameraOf(const std::string& text) const {
-    const World& world = *open_->scene.world;
-    // One that is placed stays: it would jump with what moves, and takes a second to place.
-    if (text == "auto" || (text.empty() && world.cameras().empty()))
-        return open_->placed.at(world);
-    return chooseCamera(world, text);
 }
 
 void ViewRenderer::renderSide(size_t side) {
@@ -236,7 +250,10 @@ void ViewRenderer::renderSide(size_t side) {
     }
     FrameRenderer& renderer = *o.renderers[side];
     if (model->needsCosts())
-        model->setCosts(renderer.measureCosts(s.camera, s.options[side], 1));
+        model->setCosts(settings_.costs.table
+                            ? findCosts(*settings_.costs.table, settings_.costs.path, o.scene.name,
+                                        s.request.frame)
+                            : renderer.measureCosts(s.camera, s.options[side], 1));
     s.frames[side] = renderer.render(s.camera, *model, s.options[side]);
 }
 
@@ -249,8 +266,8 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& request, fl
     made->request = request;
     made->scale = scale;
     made->start = start;
-    made->look = cameraOf(request.camera);
-    made->camera = request.frozen.empty() ? made->look : cameraOf(request.frozen);
+    made->look = o.camera(request.camera);
+    made->camera = request.frozen.empty() ? made->look : o.camera(request.frozen);
     for (size_t side = 0; side < 2; ++side)
         made->options[side] = optionsOf(request, request.sides[side], scale);
     shown_ = std::move(made);
@@ -306,6 +323,10 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& request, fl
         shown_.reset();
         throw;
     }
+}
+
+bool ViewRenderer::shows(uint64_t scene) const {
+    return open_ && (scene == 0 || scene == open_->serial);
 }
 
 bool ViewRenderer::canRefine() const {
@@ -393,7 +414,7 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewPicture& picture
                                truth};
     OverlayPicture drawn = isPlain ? OverlayPicture{lit, {}} : drawOverlay(inputs);
     picture.legend = drawn.legend;
-    if (hasFrame && s.map.rgba.empty())
+    if (hasFrame && s.request.wantsMap && !s.request.isMoving && s.map.rgba.empty())
         s.map = drawUnfoldedMap(inputs);
     if (s.request.frozen.empty())
         return std::move(drawn.display);
@@ -456,6 +477,9 @@ SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& direct
     if (!asked.frozen.empty())
         throw Error(ErrorKind::kUsage, "a frozen view is no frame of one camera; leave it (F) and "
                                        "save again");
+    if (settings_.allowStale && !open_->assetPath.empty())
+        throw Error(ErrorKind::kUsage, "a view with --allow-stale could not be made again from the "
+                                       "scene's own voxels; open it without, and save again");
     ViewRequest request = asked;
     request.isMoving = false;
     request.wantsError = true;
@@ -473,7 +497,7 @@ SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& direct
     countErrors(rest);
     const std::shared_ptr<ViewPicture> whole = picture();
 
-    ViewFiles files{*whole, settings_.experiment, o.scene.argument, o.dag, {}, {}};
+    ViewFiles files{*whole, settings_.experiment, o.scene.argument, *o.dag, {}, {}};
     for (size_t side = 0; side < 2; ++side) {
         if (!s.shows(side))
             continue;

@@ -38,22 +38,27 @@ public:
     ~ViewRenderer();
 
     /// Opens SCENE with voxels of a resolution or, where `assetPath` is not empty, of a file. The
-    /// scene before stays open when this throws, as loadSceneAndWorld and obtainDags do.
+    /// scene before stays open, as it is, when this throws, as loadSceneAndWorld, chooseCamera and
+    /// obtainDags do.
+    /// @param camera of the first view, as --camera takes it
     /// @param console hears what takes time; it may throw to give up
-    ViewSceneInfo open(const std::string& scene, uint32_t resolutionLog2,
+    ViewSceneInfo open(const std::string& scene, const std::string& camera, uint32_t resolutionLog2,
                        const std::string& assetPath, const Console& console);
-    /// Gives the open scene other voxels. As open().
+    /// Gives the scene that is open other voxels. As open().
     ViewSceneInfo setVoxels(uint32_t resolutionLog2, const std::string& assetPath,
                             const Console& console);
     /// Renders on another backend from now on; with a scene open, its renderers are made anew.
     /// Stays with the one before where that throws.
     void setBackend(Backend backend);
     bool isOpen() const { return open_ != nullptr; }
+    /// Returns whether requests of a scene, by its number, are of the one that is open; 0 is any.
+    bool shows(uint64_t scene) const;
 
     /// Renders a request at a scale of its size. Every side but the truth's is whole; the truth's
-    /// is whole where the request moves, else what isFinal = false says is refined by refine(). At
-    /// a scale below 1 resolutions of maps are asked for as if at scale 1, so that shadows and
-    /// routes stay what they are. Throws what FrameRenderer::render throws.
+    /// whole where the request moves, else what isFinal = false says is refined by refine(). At a
+    /// scale below 1 resolutions of maps are asked for as if at scale 1, so that maps and what
+    /// routes by their texels stay what they are; other models and footprints see the smaller
+    /// picture. Throws what FrameRenderer::render throws.
     std::shared_ptr<ViewPicture> render(const ViewRequest& request, float scale);
     /// Asks the truth for more samples of the last picture, for about `budgetMs`. Returns whether
     /// there is more to ask.
@@ -65,24 +70,26 @@ public:
 
     /// Renders a request at its full size, by itself (nothing kept from frames before, the truth
     /// asked in full), and writes `directory`/view-NNNN.png, .exr and .experiment.json, NNNN the
-    /// first number that is free: what compare --experiment then renders again, bit by bit. Throws
-    /// Error kUsage for a frozen view, kResource when a file cannot be written; files are whole or
-    /// not there.
+    /// first number that is free: what compare --experiment then renders again, the same pairs with
+    /// the same answers; of a model that needs costs, with the same --costs (without any, oracle
+    /// measures anew). Throws Error kUsage for a frozen view and for voxels of another scene,
+    /// kResource when a file cannot be written; files are whole or not there.
     SavedView save(const ViewRequest& request, const std::string& directory);
-
-    const ViewSettings& settings() const { return settings_; }
 
 private:
     struct Open;
     struct Shown;
     void moveTo(uint32_t frame);
-    Camera cameraOf(const std::string& text) const;
+    void giveVoxels(Open& open, uint32_t resolutionLog2, const std::string& assetPath,
+                    const Console& console);
+    ViewSceneInfo infoOf(Open& open) const;
     void renderSide(size_t side);
     void countErrors(const std::vector<uint32_t>& samples);
     std::vector<glm::vec3> truthColor() const;
     std::vector<glm::vec3> displayOf(size_t side, ViewPicture& picture);
 
     ViewSettings settings_;
+    uint64_t sceneCount_ = 0;
     std::unique_ptr<Open> open_;
     std::unique_ptr<Shown> shown_;
 };

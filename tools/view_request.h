@@ -49,6 +49,7 @@ struct ViewSide {
 /// One picture asked for.
 struct ViewRequest {
     uint64_t serial = 0;     ///< ascending
+    uint64_t scene = 0;      ///< ViewSceneInfo::serial; 0: whichever is open
     double askedSeconds = 0; ///< of the caller's clock, handed back with the picture
     std::string camera;      ///< as --camera takes it
     std::string frozen;      ///< the camera that clusters, maps and routes are of while `camera`
@@ -63,6 +64,7 @@ struct ViewRequest {
                              ///< kProjections: -1 for the light with most samples
     FrameOptions options;    ///< width and height are the window's picture, before scaling
     bool isMoving = false;   ///< more follows at once: answer at a scale that keeps up
+    bool wantsMap = false;   ///< the selected light's map is to be unfolded, while it rests
     bool wantsError = false; ///< the truth is to be asked while it rests
     float exposureStops = 0; ///< on top of the exposure found for the first picture of a scene
     std::optional<glm::vec2> pixel; ///< of the picture, [0, 1): whose pairs are told
@@ -143,16 +145,19 @@ struct ViewPicture {
 
 /// What is known of the scene that is open.
 struct ViewSceneInfo {
+    uint64_t serial = 0; ///< ascending with every scene that is opened, not with its voxels
     std::string argument;
     uint64_t triangleCount = 0;
     uint32_t voxelResolution = 0; ///< 0: no voxels
     uint64_t voxelBytes = 0;
     std::vector<Light> lights;        ///< at time 0
-    std::vector<std::string> cameras; ///< by name, what --camera takes
+    std::vector<std::string> cameras; ///< those that --camera can name
+    std::string cameraText;           ///< of the first view, as --camera takes it
     Camera camera;                    ///< the first view
+    bool isPlaced = false;            ///< it was found, not named: no text but numbers means it
     Box bounds;
-    bool isAnimated = false;
-    float durationSeconds = 0; ///< of the longest animation
+    uint32_t frameCount = 1; ///< up to the end of the longest animation, by the clock's rate
+    bool isAnimated() const { return frameCount > 1; }
 };
 
 } // namespace shadowdag

@@ -38,7 +38,8 @@ Experiment experimentOf(const ViewRequest& request, const Experiment& base,
     Experiment e = base;
     const FrameOptions& options = request.options;
     e.title = "A view of " + scene;
-    e.scenes = {scene};
+    // It is to be found from wherever compare is called.
+    e.scenes = {scene.starts_with("builtin:") ? scene : fs::absolute(scene).string()};
     e.width = options.width;
     e.height = options.height;
     e.camera = request.camera;

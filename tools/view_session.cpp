@@ -41,17 +41,18 @@ ViewSession::~ViewSession() {
     thread_.join();
 }
 
-void ViewSession::open(const std::string& scene, uint32_t resolutionLog2,
+void ViewSession::open(const std::string& scene, const std::string& camera, uint32_t resolutionLog2,
                        const std::string& assetPath) {
     {
         const std::lock_guard lock(mutex_);
-        // Voxels for a scene that is still to be opened go with it.
-        if (scene.empty() && work_.open && !work_.open->scene.empty()) {
-            work_.open->resolutionLog2 = resolutionLog2;
-            work_.open->assetPath = assetPath;
-        } else {
-            work_.open = OpenWork{scene, resolutionLog2, assetPath};
+        // Voxels for a scene that is not open yet go with it; opening starts over.
+        const std::optional<OpenWork>& before = work_.open ? work_.open : opening_;
+        OpenWork next{scene, camera, resolutionLog2, assetPath};
+        if (scene.empty() && before) {
+            next.scene = before->scene;
+            next.camera = before->camera;
         }
+        work_.open = std::move(next);
     }
     asked_.notify_all();
 }
@@ -98,8 +99,14 @@ std::optional<SavedView> ViewSession::takeSaved() {
 ViewStatus ViewSession::status() const {
     const std::lock_guard lock(mutex_);
     ViewStatus status = status_;
-    status.isBusy = isWorking_ || canRefine_ || work_.any();
+    for (const auto& [kind, error] : errors_)
+        status.error += (status.error.empty() ? "" : "\n") + error;
     return status;
+}
+
+void ViewSession::clearErrors() {
+    const std::lock_guard lock(mutex_);
+    errors_.clear();
 }
 
 bool ViewSession::isIdle() const {
@@ -110,7 +117,7 @@ bool ViewSession::isIdle() const {
 void ViewSession::report(const std::string& what, double fraction) {
     {
         const std::lock_guard lock(mutex_);
-        if (isQuitting_ || (work_.open && !work_.open->scene.empty()))
+        if (isQuitting_ || work_.open)
             throw GivenUp{};
         status_.work = what;
         status_.fraction = fraction;
@@ -138,11 +145,10 @@ void ViewSession::publish(std::shared_ptr<const ViewPicture> picture) {
         wake_();
 }
 
-template <class F> void ViewSession::attempt(const F& step) {
+template <class F> void ViewSession::attempt(const char* kind, const F& step) {
     std::string error;
     try {
         step();
-        return;
     } catch (const GivenUp&) {
     } catch (const Interrupted&) { // the window sees it as well
     } catch (const std::bad_alloc&) {
@@ -151,24 +157,28 @@ template <class F> void ViewSession::attempt(const F& step) {
         error = thrown.what();
     }
     const std::lock_guard lock(mutex_);
-    if (status_.error.empty()) // the first is what the others follow from
-        status_.error = error;
+    if (error.empty())
+        errors_.erase(kind);
+    else
+        errors_[kind] = error;
 }
 
 void ViewSession::openScene(const OpenWork& work) {
     report(work.scene.empty() ? "voxels" : "open " + work.scene, 0);
     if (work.scene.empty() && !renderer_.isOpen())
         throw Error(ErrorKind::kUsage, "voxels need their scene; open that first");
-    ViewSceneInfo info =
-        work.scene.empty()
-            ? renderer_.setVoxels(work.resolutionLog2, work.assetPath, console())
-            : renderer_.open(work.scene, work.resolutionLog2, work.assetPath, console());
+    ViewSceneInfo info = work.scene.empty()
+                             ? renderer_.setVoxels(work.resolutionLog2, work.assetPath, console())
+                             : renderer_.open(work.scene, work.camera, work.resolutionLog2,
+                                              work.assetPath, console());
     scale_.reset();
     const std::lock_guard lock(mutex_);
     scene_ = std::move(info);
 }
 
 void ViewSession::answer(const ViewRequest& request) {
+    if (!renderer_.shows(request.scene))
+        return; // of a scene that is no longer open
     const float scale = scale_.next();
     if (request.isMoving || scale < 1.0f) { // what rests is shown small first
         ViewRequest quick = request;
@@ -191,28 +201,27 @@ void ViewSession::answer(const ViewRequest& request) {
 }
 
 void ViewSession::doWork(const Work& work) {
-    {
-        const std::lock_guard lock(mutex_);
-        status_.error.clear();
-        if (work.open)
-            status_.notes.clear();
-    }
     // What fails does not take the rest with it: the scene before is still open.
     if (work.backend)
-        attempt([&] {
+        attempt("backend", [&] {
             renderer_.setBackend(chooseBackend(*work.backend));
             scale_.reset();
         });
-    if (work.open)
-        attempt([&] { openScene(*work.open); });
-    if (work.save && renderer_.isOpen())
-        attempt([&] {
+    if (work.open) {
+        attempt("open", [&] { openScene(*work.open); });
+        const std::lock_guard lock(mutex_);
+        opening_.reset();
+    }
+    if (work.save)
+        attempt("save", [&] {
+            if (!renderer_.shows(work.save->request.scene))
+                throw Error(ErrorKind::kUsage, "nothing to save: no scene is open yet");
             SavedView saved = renderer_.save(work.save->request, work.save->directory);
             const std::lock_guard lock(mutex_);
             saved_ = std::move(saved);
         });
     if (work.ask && renderer_.isOpen())
-        attempt([&] { answer(*work.ask); });
+        attempt("picture", [&] { answer(*work.ask); });
 }
 
 bool ViewSession::hasNewWork() const {
@@ -251,9 +260,13 @@ void ViewSession::run() {
             work = std::exchange(work_, Work{});
             isRefining = !work.any();
             isWorking_ = true;
+            if (work.open) {
+                opening_ = work.open;
+                status_.notes.clear();
+            }
         }
         if (isRefining)
-            attempt([&] { refine(); });
+            attempt("picture", [&] { refine(); });
         else
             doWork(work);
         {

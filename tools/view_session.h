@@ -7,6 +7,7 @@
 
 #include <condition_variable>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -18,11 +19,12 @@ namespace shadowdag {
 
 /// What the worker is about, for the window's status line.
 struct ViewStatus {
-    std::string work;               ///< "voxelize atrium 1024^3"; "" while nothing long is done
-    double fraction = 0;            ///< of it
-    std::string error;              ///< of the last thing asked for; "" when it went well
-    std::vector<std::string> notes; ///< remarks of opening a scene
-    bool isBusy = false;            ///< something is being worked on
+    std::string work;    ///< "voxelize atrium 1024^3"; "" while nothing long is done
+    double fraction = 0; ///< of it
+    /// What went wrong, a line each for opening, saving, the backend and the picture; each stays
+    /// until the same goes well, or clearErrors().
+    std::string error;
+    std::vector<std::string> notes; ///< remarks of opening the scene
 };
 
 /// Thread safe. Pictures, scenes and files come back through the functions that take them.
@@ -36,7 +38,9 @@ public:
     ~ViewSession();
 
     /// Opens a scene, or gives the open one other voxels where `scene` is empty; the newest counts.
-    void open(const std::string& scene, uint32_t resolutionLog2, const std::string& assetPath);
+    /// @param camera of a scene's first view, as --camera takes it
+    void open(const std::string& scene, const std::string& camera, uint32_t resolutionLog2,
+              const std::string& assetPath);
     /// Renders on another backend from now on, by its name (chooseBackend).
     void setBackend(const std::string& name);
     /// Asks for a picture; the newest counts. Without a scene nothing comes.
@@ -49,13 +53,14 @@ public:
     std::optional<ViewSceneInfo> takeScene();
     std::optional<SavedView> takeSaved();
     ViewStatus status() const;
+    void clearErrors();
 
     /// Returns whether nothing is asked for that is not done, refining included.
     bool isIdle() const;
 
 private:
     struct OpenWork {
-        std::string scene;
+        std::string scene, camera;
         uint32_t resolutionLog2;
         std::string assetPath;
     };
@@ -75,8 +80,8 @@ private:
     void doWork(const Work& work);
     void openScene(const OpenWork& work);
     void answer(const ViewRequest& request);
-    /// Runs a step; what it throws becomes the status' error.
-    template <class F> void attempt(const F& step);
+    /// Runs a step; what it throws becomes the error of its kind.
+    template <class F> void attempt(const char* kind, const F& step);
     void refine();
     bool hasNewWork() const;
     void publish(std::shared_ptr<const ViewPicture> picture);
@@ -93,7 +98,9 @@ private:
     bool isQuitting_ = false;
     Work work_;
     bool isWorking_ = false, canRefine_ = false;
-    ViewStatus status_;
+    ViewStatus status_;                         // without errors
+    std::map<std::string, std::string> errors_; // by kind of work
+    std::optional<OpenWork> opening_;           // what is being opened
     std::shared_ptr<const ViewPicture> picture_;
     std::optional<ViewSceneInfo> scene_;
     std::optional<SavedView> saved_;

@@ -7,8 +7,10 @@ namespace shadowdag {
 
 namespace {
 
-/// The coarsest grid's step, and rows a chunk at step 1: a chunk is some 10 ms of Embree's work.
-constexpr uint32_t kCoarsest = 8, kRowsPerChunk = 16;
+/// The coarsest grid's step.
+constexpr uint32_t kCoarsest = 8;
+/// Pairs a chunk, on average over the picture: some 10 ms of Embree's work on two cores.
+constexpr double kPairsPerChunk = 200e3;
 
 } // namespace
 
@@ -16,10 +18,15 @@ TruthRefinement::TruthRefinement(const GBufferView& gbuffer, const std::vector<L
                                  const PairList& pairs)
     : gbuffer_(gbuffer), lights_(&lights), pairs_(&pairs), visibility_(pairs.count(), kLit),
       isAnswered_(gbuffer.count(), 0) {
-    for (uint32_t step = kCoarsest; step > 0; step /= 2)
-        for (uint32_t y = 0; y < gbuffer.height; y += kRowsPerChunk * step)
-            chunks_.push_back(
-                {step, y, std::min(y + kRowsPerChunk * step, gbuffer.height), step < kCoarsest});
+    const double pairsPerRow =
+        double(pairs.count()) / double(std::max(gbuffer.height, 1u)) + 1.0; // of all samples
+    for (uint32_t step = kCoarsest; step > 0; step /= 2) {
+        const double rows = kPairsPerChunk * double(step) / pairsPerRow;
+        const uint32_t most = std::max(gbuffer.height, 1u);
+        const uint32_t height = step * uint32_t(std::clamp(rows, 1.0, double(most)));
+        for (uint32_t y = 0; y < gbuffer.height; y += height)
+            chunks_.push_back({step, y, std::min(y + height, gbuffer.height), step < kCoarsest});
+    }
 }
 
 double TruthRefinement::doneShare() const {

@@ -25,6 +25,9 @@ struct ViewSample {
 
 constexpr size_t kHistoryLength = 180;
 
+/// Returns a colour as Dear ImGui packs it.
+uint32_t packedColor(const glm::vec3& display, float alpha = 1.0f);
+
 /// Stages as graphs show them: what goes together is added up.
 struct StageGroup {
     const char* name;
@@ -52,18 +55,22 @@ struct ViewUi {
     double playedFrame = 0;
     float threshold = 96; ///< of both sides' texels models
     ModelKind modelKind = ModelKind::kTexels;
-    std::array<char, 256> expression{"texels < 96"};
+    std::string expression = "texels < 96";
     int resolutionLog2 = 10;
     bool showsPanel = true, showsLights = false, showsGraphs = true;
     bool wantsSave = false;
+    bool wantsFreeze = false; ///< freeze, or leave it
     bool wantsVoxels = false; ///< resolutionLog2 was changed
     std::string backend = "cpu";
-    bool wantsBackend = false; ///< backend was changed
-    std::string message;       ///< files written, what went wrong with a drop
+    bool wantsBackend = false;                ///< backend was changed
+    std::string message;                      ///< files written, what went wrong with a drop
+    std::vector<std::string> notes;           ///< remarks of opening the scene
+    std::shared_ptr<const PixelReport> pixel; ///< the last that was told of request.pixel
     std::string statusWork, statusError;
     double statusFraction = 0;
     double interfaceFps = 0;
     double latencyMs = 0;    ///< of the last moving picture
+    float fontScale = 1;     ///< of a display with small pixels
     bool hasChanged = false; ///< the request was, since it was last asked
     bool isDragged = false;  ///< by something that is still held
 

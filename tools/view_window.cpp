@@ -27,7 +27,7 @@ namespace shadowdag {
 
 namespace {
 
-constexpr float kPanelWidth = 350;
+constexpr float kPanelWidth = 350; // times the font's scale
 constexpr double kFrameSeconds = 1.0 / 60.0;
 /// After the last event the interface is drawn on for so long: what it answers settles.
 constexpr double kLingerSeconds = 0.4;
@@ -128,8 +128,10 @@ public:
         ui_.resolutionLog2 = int(options.resolutionLog2);
         takeModel();
         ui_.backend = backendName(options.settings.backend);
+        ui_.fontScale = ImGui::GetIO().FontGlobalScale;
         if (!options.scene.empty())
-            session_.open(options.scene, options.resolutionLog2, options.assetPath);
+            session_.open(options.scene, options.settings.experiment.camera, options.resolutionLog2,
+                          options.assetPath);
     }
 
     void run() {
@@ -197,7 +199,8 @@ private:
     void draw();
     void ask(double now);
     void countRate(double now);
-    void startFlying();
+    bool startFlying();
+    void takeFirstCamera();
     void logPicture(double now);
 
     const ViewWindowOptions options_;
@@ -229,7 +232,7 @@ void Viewer::takeModel() {
         ui_.threshold = parseThresholds("--model", model.substr(7))[0];
     } else if (model.starts_with("expr:")) {
         ui_.modelKind = ModelKind::kExpression;
-        std::snprintf(ui_.expression.data(), ui_.expression.size(), "%s", model.c_str() + 5);
+        ui_.expression = model.substr(5);
     } else {
         ui_.modelKind = model == "cost" ? ModelKind::kCost : ModelKind::kOracle;
     }
@@ -238,8 +241,11 @@ void Viewer::takeModel() {
 void Viewer::changeThreshold(double factor) {
     if (ui_.modelKind != ModelKind::kTexels)
         return;
-    const double from = std::isfinite(ui_.threshold) ? std::max(double(ui_.threshold), 1.0) : 4096;
-    ui_.threshold = float(std::clamp(std::round(from * factor), 1.0, 4096.0));
+    const double from = std::isfinite(ui_.threshold) ? double(ui_.threshold) : 4096;
+    // By a texel at least, or small thresholds would stay what they are.
+    const double to =
+        factor > 1 ? std::max(from * factor, from + 1) : std::min(from * factor, from - 1);
+    ui_.threshold = float(std::clamp(std::round(to), 0.0, 4096.0));
     for (ViewSide& side : ui_.request.sides)
         side.model = "texels:" + numberText(double(ui_.threshold));
     ui_.hasChanged = true;
@@ -259,12 +265,13 @@ void Viewer::onKey(int key, int action, int mods) {
     }
     switch (key) {
     case GLFW_KEY_SPACE:
-        ui_.isPlaying = !ui_.isPlaying && ui_.scene.isAnimated;
+        ui_.isPlaying = !ui_.isPlaying && ui_.scene.isAnimated();
         break;
     case GLFW_KEY_COMMA:
     case GLFW_KEY_PERIOD:
-        if (ui_.scene.isAnimated) {
-            r.frame = key == GLFW_KEY_PERIOD ? r.frame + 1 : r.frame - std::min(r.frame, 1u);
+        if (ui_.scene.isAnimated()) {
+            r.frame = key == GLFW_KEY_PERIOD ? std::min(r.frame + 1, ui_.scene.frameCount - 1)
+                                             : r.frame - std::min(r.frame, 1u);
             ui_.playedFrame = double(r.frame);
             ui_.hasChanged = true;
         }
@@ -288,33 +295,25 @@ void Viewer::onKey(int key, int action, int mods) {
         ui_.showsLights = !ui_.showsLights;
         break;
     case GLFW_KEY_F:
-        r.frozen = r.frozen.empty() ? r.camera : "";
-        if (!r.frozen.empty())
-            startFlying();
-        ui_.hasChanged = true;
+        ui_.wantsFreeze = true;
         break;
     case GLFW_KEY_C:
         if (!ui_.scene.cameras.empty()) {
             camera_ = (camera_ + 1) % ui_.scene.cameras.size();
-            if (!ui_.scene.cameras[camera_].empty()) {
-                r.camera = ui_.scene.cameras[camera_];
-                ui_.isFlying = false;
-                ui_.hasChanged = true;
-            }
+            r.camera = ui_.scene.cameras[camera_];
+            ui_.isFlying = false;
+            ui_.hasChanged = true;
         }
         break;
     case GLFW_KEY_HOME:
-        r.camera = options_.settings.experiment.camera;
-        ui_.isFlying = false;
-        if (ui_.scene.cameras.empty() || r.camera == "auto") {
-            ui_.camera = FlyCamera(ui_.scene.camera);
-            startFlying();
-        }
+        takeFirstCamera();
         ui_.hasChanged = true;
         break;
     case GLFW_KEY_ESCAPE:
         r.pixel.reset();
+        ui_.pixel.reset();
         ui_.message.clear();
+        session_.clearErrors();
         ui_.hasChanged = true;
         break;
     case GLFW_KEY_F1:
@@ -358,59 +357,65 @@ void Viewer::takePress() {
 
 void Viewer::onDrop(int count, const char** paths) {
     touch();
+    std::string scene, asset;
+    ui_.message.clear();
     for (int i = 0; i < count; ++i) {
         const std::string path = paths[i];
         std::string extension = std::filesystem::path(path).extension().string();
         std::transform(extension.begin(), extension.end(), extension.begin(),
                        [](unsigned char c) { return char(std::tolower(c)); });
-        ui_.message.clear();
-        if (extension == ".glb" || extension == ".gltf") {
-            session_.open(path, uint32_t(ui_.resolutionLog2), "");
-        } else if (extension == ".svdag" && (ui_.hasScene || !session_.isIdle())) {
-            session_.open("", uint32_t(ui_.resolutionLog2), path);
-        } else if (extension == ".svdag") {
-            ui_.message = path + ": voxels need their scene; drop that first";
-        } else {
+        if (extension == ".glb" || extension == ".gltf")
+            scene = path;
+        else if (extension == ".svdag")
+            asset = path;
+        else
             ui_.message = path + ": neither a scene (.glb, .gltf) nor voxels (.svdag)";
-        }
-        log_.write("drop", {{"path", path}, {"message", ui_.message}});
     }
+    if (!scene.empty() || !asset.empty())
+        session_.open(scene, "", options_.resolutionLog2, asset);
+    log_.write("drop", {{"scene", scene}, {"asset", asset}, {"message", ui_.message}});
 }
 
-void Viewer::startFlying() {
-    if (!ui_.isFlying && ui_.picture && ui_.request.camera == ui_.picture->request.camera)
+/// Returns whether it flies now: not before the camera that it starts from is known.
+bool Viewer::startFlying() {
+    if (!ui_.isFlying) {
+        if (!ui_.picture || ui_.picture->request.camera != ui_.request.camera)
+            return false;
         ui_.camera = FlyCamera(ui_.picture->camera);
-    ui_.isFlying = true;
+        ui_.isFlying = true;
+    }
     ui_.request.camera = ui_.camera.text();
+    return true;
+}
+
+/// Goes to the first view of the scene.
+void Viewer::takeFirstCamera() {
+    ui_.isFlying = ui_.scene.isPlaced; // no text but numbers means a camera that was found
+    ui_.camera = FlyCamera(ui_.scene.camera);
+    ui_.request.camera = ui_.isFlying ? ui_.camera.text() : ui_.scene.cameraText;
 }
 
 void Viewer::takeResults() {
     if (std::optional<ViewSceneInfo> scene = session_.takeScene()) {
-        const bool isOther = !ui_.hasScene || scene->argument != ui_.scene.argument;
+        const bool isOther = !ui_.hasScene || scene->serial != ui_.scene.serial;
+        const bool isFirst = !ui_.hasScene;
         ui_.scene = std::move(*scene);
         ui_.hasScene = true;
         ui_.hasChanged = true;
-        if (ui_.scene.voxelResolution > 0)
-            ui_.resolutionLog2 = int(std::lround(std::log2(double(ui_.scene.voxelResolution))));
+        ui_.request.scene = ui_.scene.serial;
         if (isOther) {
             ui_.history.clear();
             ui_.picture.reset();
+            ui_.pixel.reset();
             ui_.request.frozen.clear();
             ui_.request.pixel.reset();
             ui_.request.light = -1;
-            ui_.request.camera = options_.settings.experiment.camera;
-            ui_.isFlying = false;
             ui_.isPlaying = false;
-            if (ui_.scene.argument != options_.scene) { // what was asked for was of the first
-                ui_.request.camera = "";
+            if (!isFirst) {
                 ui_.request.frame = 0;
                 ui_.playedFrame = 0;
             }
-            ui_.camera = FlyCamera(ui_.scene.camera);
-            // A camera that is placed has no name by which files could ask for it again.
-            if (ui_.request.camera == "auto" ||
-                (ui_.request.camera.empty() && ui_.scene.cameras.empty()))
-                startFlying();
+            takeFirstCamera();
             ui_.speed = flySpeed(glm::length(ui_.scene.bounds.extent()));
         }
         log_.write("scene", {{"scene", ui_.scene.argument},
@@ -419,7 +424,7 @@ void Viewer::takeResults() {
                              {"resolution", ui_.scene.voxelResolution}});
     }
     if (std::shared_ptr<const ViewPicture> picture = session_.takePicture()) {
-        if (picture->request.serial >= 1 && ui_.hasScene) {
+        if (ui_.hasScene && picture->request.scene == ui_.scene.serial) {
             noteHistory(ui_, *picture);
             ui_.picture = picture;
             ui_.backend = picture->backend; // what was asked for may not be had
@@ -443,7 +448,13 @@ void Viewer::takeResults() {
     ui_.statusError = status.error;
     if (ui_.statusError != loggedError_) {
         loggedError_ = ui_.statusError;
+        if (!loggedError_.empty())
+            ui_.message.clear(); // what was hoped for
         log_.write("error", {{"message", loggedError_}});
+    }
+    if (status.notes != ui_.notes) {
+        ui_.notes = status.notes;
+        log_.write("notes", {{"notes", ui_.notes}});
     }
     if (ui_.statusWork != loggedWork_) {
         loggedWork_ = ui_.statusWork;
@@ -472,9 +483,8 @@ void Viewer::fly(double seconds) {
         input.turn = {io.MouseDelta.x, io.MouseDelta.y};
     if (isOver && io.MouseWheel != 0.0f)
         ui_.speed = std::clamp(ui_.speed * std::pow(1.25, double(io.MouseWheel)), 1e-4, 1e6);
-    if (!input.any() || !ui_.hasScene)
+    if (!input.any() || !ui_.hasScene || !startFlying())
         return;
-    startFlying();
     ui_.camera.step(input, seconds, ui_.speed, kRadiansPerPixel);
     ui_.request.camera = ui_.camera.text();
     ui_.hasChanged = ui_.isDragged = true;
@@ -487,7 +497,8 @@ void Viewer::step(double now, double seconds) {
     takeResults();
 
     const ImVec2 size = ImGui::GetIO().DisplaySize;
-    const float panel = ui_.showsPanel ? std::min(kPanelWidth, 0.6f * size.x) : 0.0f;
+    const float panel =
+        ui_.showsPanel ? std::min(kPanelWidth * ui_.fontScale, 0.6f * size.x) : 0.0f;
     const ImVec2 from{panel, 0};
     pictureFrom_ = from;
     pictureTo_ = {std::max(size.x, panel + 16), std::max(size.y, 16.0f)};
@@ -512,10 +523,9 @@ void Viewer::step(double now, double seconds) {
         ui_.request.split =
             std::clamp((io.MousePos.x - pictureFrom_.x) / float(width), 0.02f, 0.98f);
     fly(seconds);
-    if (ui_.isPlaying && ui_.scene.isAnimated) {
-        const double fps = options_.settings.experiment.fps;
-        const double length = std::max(1.0, std::floor(double(ui_.scene.durationSeconds) * fps));
-        ui_.playedFrame = std::fmod(ui_.playedFrame + seconds * fps, length);
+    if (ui_.isPlaying && ui_.scene.isAnimated()) {
+        ui_.playedFrame = std::fmod(ui_.playedFrame + seconds * options_.settings.experiment.fps,
+                                    double(ui_.scene.frameCount));
         if (uint32_t(ui_.playedFrame) != ui_.request.frame) {
             ui_.request.frame = uint32_t(ui_.playedFrame);
             ui_.hasChanged = true;
@@ -531,11 +541,19 @@ void Viewer::ask(double now) {
     }
     if (ui_.wantsVoxels) {
         ui_.wantsVoxels = false;
-        session_.open("", uint32_t(ui_.resolutionLog2), "");
+        session_.open("", "", uint32_t(ui_.resolutionLog2), "");
     }
     if (!ui_.hasScene) {
-        ui_.hasChanged = ui_.isDragged = false;
+        ui_.hasChanged = ui_.isDragged = ui_.wantsSave = ui_.wantsFreeze = false;
         return;
+    }
+    if (std::exchange(ui_.wantsFreeze, false) && ui_.picture) {
+        // As numbers: a camera by name would move with its animation.
+        ui_.request.frozen =
+            ui_.request.frozen.empty() ? FlyCamera(ui_.picture->camera).text() : "";
+        if (!ui_.request.frozen.empty())
+            startFlying();
+        ui_.hasChanged = true;
     }
     if (ui_.hasChanged) {
         changed_ = now;
@@ -571,6 +589,8 @@ void Viewer::logPicture(double now) {
                  {"latency_ms", 1000.0 * (now - p.request.askedSeconds)},
                  {"frame", p.request.frame},
                  {"camera", p.request.camera},
+                 {"frozen", p.request.frozen},
+                 {"backend", p.backend},
                  {"overlay", kOverlayNames[size_t(p.request.overlay)]},
                  {"interface_hz", ui_.interfaceFps}};
     Json sides = Json::array();

@@ -160,9 +160,10 @@ SDAG_HD inline bool occluded(const DagView& dag, const DagSegment& segment, uint
     return detail::meetsCell(dag, r, rootLevel, level, hit == nullptr, hit, none);
 }
 
-/// Returns how many nodes and leaves occluded() reads of `dag.words` for a segment without asking
-/// where it is stopped: its cost, as far as that is memory. 0 for ends that are not finite, for an
-/// empty DAG, and at the root's level or above.
+/// Returns how many nodes and leaves the traversal of `dag.words` reads for a segment, from its far
+/// end: what a ray costs, as far as that is memory. Traversals of the wide form, which read two
+/// levels at a time, and of levels of detail read other numbers. 0 for ends that are not finite,
+/// for an empty DAG, and at the root's level or above.
 SDAG_HD inline uint32_t countDagVisits(const DagView& dag, const DagSegment& segment,
                                        uint32_t level = 0) {
     const uint32_t rootLevel =

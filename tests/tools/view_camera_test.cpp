@@ -29,11 +29,15 @@ void expectNear(const glm::vec3& a, const glm::vec3& b, float tolerance) {
 TEST(ViewCamera, TextMeansTheCameraItWasMadeFrom) {
     for (const glm::vec3 forward : {glm::vec3(0, 0, -1), glm::vec3(1, 0, 0), glm::vec3(0, 0, 1),
                                     glm::vec3(-1, 0.5f, 0.25f), glm::vec3(0.3f, -2, 0.1f)}) {
-        const Camera camera = cameraAt({1, 2, 3}, forward);
+        Camera camera = cameraAt({1, 2, 3}, forward);
+        camera.znear = 0.001f;
+        camera.zfar = 12345;
         const Camera again = cameraFromText(FlyCamera(camera).text());
         expectNear(again.positionWorld, camera.positionWorld, 1e-6f);
         expectNear(again.forward, camera.forward, 2e-6f);
         EXPECT_NEAR(again.yfov, camera.yfov, 1e-6f);
+        EXPECT_EQ(again.znear, camera.znear);
+        EXPECT_EQ(again.zfar, camera.zfar);
     }
 }
 

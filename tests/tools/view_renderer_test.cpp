@@ -20,7 +20,7 @@ namespace {
 struct Opened {
     explicit Opened(const std::string& scene = "builtin:fail-silhouette", uint32_t log2 = 7)
         : renderer(settings()) {
-        info = renderer.open(scene, log2, "", Console(false));
+        info = renderer.open(scene, "", log2, "", Console(false));
     }
     ViewSettings settings() const {
         ViewSettings settings;
@@ -155,10 +155,12 @@ TEST(ViewRenderer, APixelTellsWhatEveryMethodAnswers) {
     for (const PixelPair& pair : pixel.pairs) {
         EXPECT_EQ(pair.servedBy, "map");
         EXPECT_GT(pair.faceTexels, 0u);
-        ASSERT_EQ(pair.answers.size(), 3u);
+        ASSERT_EQ(pair.answers.size(), 4u);
         EXPECT_EQ(pair.answers[0].method, "dag");
-        EXPECT_EQ(pair.answers[1].method, "maps");
-        EXPECT_EQ(pair.answers[2].method, "embree");
+        EXPECT_EQ(pair.answers[1].method, "dag-exact");
+        EXPECT_EQ(pair.answers[2].method, "maps");
+        EXPECT_EQ(pair.answers[3].method, "embree");
+        EXPECT_EQ(pair.answers[1].visibility, pair.answers[3].visibility);
         for (const PairAnswer& answer : pair.answers) {
             EXPECT_GT(answer.nanoseconds, 0.0) << answer.method;
             EXPECT_EQ(answer.blocker.empty(), answer.visibility == 255) << answer.method;
@@ -191,8 +193,10 @@ TEST(ViewRenderer, FrozenFramesAreSeenByAnotherCamera) {
 
 TEST(ViewRenderer, WhatFailsToOpenLeavesTheSceneThatIsOpen) {
     Opened opened;
-    EXPECT_THROW(opened.renderer.open("no-such.glb", 7, "", Console(false)), Error);
+    EXPECT_THROW(opened.renderer.open("no-such.glb", "", 7, "", Console(false)), Error);
     EXPECT_THROW(opened.renderer.setVoxels(7, "no-such.svdag", Console(false)), Error);
+    EXPECT_THROW(
+        opened.renderer.open("builtin:fail-mover", "no such camera", 7, "", Console(false)), Error);
     EXPECT_TRUE(opened.renderer.isOpen());
     EXPECT_FALSE(opened.whole(opened.request("dag"))->sides[0].rgba.empty());
 }
@@ -211,7 +215,7 @@ TEST(ViewRenderer, WhatFailsToRenderCanBeAskedOtherwise) {
 
 TEST(ViewRenderer, TimeMovesWhatMoves) {
     Opened opened("builtin:fail-mover");
-    EXPECT_TRUE(opened.info.isAnimated);
+    EXPECT_TRUE(opened.info.isAnimated());
     ViewRequest request = opened.request("dag");
     const std::vector<uint8_t> first = opened.whole(request)->sides[0].rgba;
     request.frame = 20;

@@ -31,8 +31,13 @@ TEST(ViewScale, SlowScenesKeepTheTarget) {
     }
 }
 
+TEST(ViewScale, WhatNoPixelCostsIsNoReasonToTakePixelsAway) {
+    EXPECT_EQ(settled(20, 60, 5), 1.0f) << "a picture of an eighth would take 60 ms as well";
+    EXPECT_GT(settled(20, 60, 20), 0.5f) << "half as much again may go to pixels";
+}
+
 TEST(ViewScale, NeverFallsBelowTheLeast) {
-    EXPECT_EQ(settled(20, 500, 5000), RenderScale::kLeast);
+    EXPECT_EQ(settled(20, 1, 50000), RenderScale::kLeast);
 }
 
 TEST(ViewScale, DoesNotSwingBetweenTwoSizes) {

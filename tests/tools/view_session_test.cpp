@@ -50,7 +50,7 @@ TEST(ViewSession, OpensRendersAndComesToRest) {
     ViewSession session(settingsIn(directory), 20, [&] { ++wakes; });
     EXPECT_TRUE(session.isIdle());
     session.ask(smallRequest(1)); // without a scene nothing comes
-    session.open("builtin:fail-silhouette", 6, "");
+    session.open("builtin:fail-silhouette", "", 6, "");
     std::optional<ViewSceneInfo> scene;
     ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
     EXPECT_EQ(scene->voxelResolution, 64u);
@@ -72,7 +72,7 @@ TEST(ViewSession, OpensRendersAndComesToRest) {
 TEST(ViewSession, TheNewestRequestWins) {
     TemporaryDirectory directory;
     ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:fail-silhouette", 6, "");
+    session.open("builtin:fail-silhouette", "", 6, "");
     ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
     constexpr uint64_t kCount = 200;
     for (uint64_t i = 1; i <= kCount; ++i)
@@ -93,10 +93,10 @@ TEST(ViewSession, TheNewestRequestWins) {
 TEST(ViewSession, TellsWhatWentWrongAndGoesOn) {
     TemporaryDirectory directory;
     ViewSession session(settingsIn(directory), 20, {});
-    session.open("no-such.glb", 6, "");
+    session.open("no-such.glb", "", 6, "");
     ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
     EXPECT_NE(session.status().error.find("no-such.glb"), std::string::npos);
-    session.open("builtin:fail-silhouette", 6, "");
+    session.open("builtin:fail-silhouette", "", 6, "");
     ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
     EXPECT_EQ(session.status().error, "");
     ViewRequest bad = smallRequest(1, "hybrid");
@@ -110,15 +110,22 @@ TEST(ViewSession, TellsWhatWentWrongAndGoesOn) {
     }));
     ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
     EXPECT_EQ(session.status().error, "");
+    session.open("no-such.glb", "", 6, "");
+    ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
+    session.ask(smallRequest(3));
+    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    EXPECT_NE(session.status().error, "") << "a picture does not take the complaint away";
+    session.clearErrors();
+    EXPECT_EQ(session.status().error, "");
 }
 
 TEST(ViewSession, WhatFailsDoesNotTakeThePictureWithIt) {
     TemporaryDirectory directory;
     ViewSession session(settingsIn(directory), 20, {});
-    session.open("", 6, "no-such.svdag"); // nothing is open yet
+    session.open("", "", 6, "no-such.svdag"); // nothing is open yet
     ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
     EXPECT_NE(session.status().error.find("scene"), std::string::npos);
-    session.open("builtin:fail-silhouette", 6, "");
+    session.open("builtin:fail-silhouette", "", 6, "");
     ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
     session.setBackend("abacus");
     session.ask(smallRequest(7));
@@ -134,7 +141,7 @@ TEST(ViewSession, WhatFailsDoesNotTakeThePictureWithIt) {
 TEST(ViewSession, AViewIsSavedAndThePictureStillCompleted) {
     TemporaryDirectory directory;
     ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:fail-silhouette", 6, "");
+    session.open("builtin:fail-silhouette", "", 6, "");
     ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
     ViewRequest request = smallRequest(1);
     request.options.width = 640;
@@ -153,12 +160,45 @@ TEST(ViewSession, AViewIsSavedAndThePictureStillCompleted) {
     EXPECT_TRUE(std::filesystem::exists(saved->png));
 }
 
+TEST(ViewSession, RequestsOfAnotherSceneAreDropped) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("builtin:fail-silhouette", "", 6, "");
+    std::optional<ViewSceneInfo> scene;
+    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+    ViewRequest request = smallRequest(1);
+    request.scene = scene->serial + 1;
+    session.ask(request);
+    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    EXPECT_EQ(session.takePicture(), nullptr);
+    session.save(request, directory.path() + "/views");
+    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    EXPECT_NE(session.status().error, "");
+    request.scene = scene->serial;
+    session.ask(request);
+    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    EXPECT_NE(session.takePicture(), nullptr);
+}
+
+TEST(ViewSession, OtherVoxelsEndTheBuildingOfTheFirst) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("builtin:atrium", "", 12, "");
+    ASSERT_TRUE(
+        waitUntil([&] { return session.status().work.find("voxelize") != std::string::npos; }));
+    session.open("", "", 6, ""); // of the atrium, which is not open yet
+    std::optional<ViewSceneInfo> scene;
+    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+    EXPECT_EQ(scene->argument, "builtin:atrium");
+    EXPECT_EQ(scene->voxelResolution, 64u);
+}
+
 TEST(ViewSession, ClosesWhileItOpens) {
     TemporaryDirectory directory;
     const Clock::time_point start = Clock::now();
     {
         ViewSession session(settingsIn(directory), 20, {});
-        session.open("builtin:atrium", 12, ""); // many seconds of voxelizing
+        session.open("builtin:atrium", "", 12, ""); // many seconds of voxelizing
         ASSERT_TRUE(
             waitUntil([&] { return session.status().work.find("voxelize") != std::string::npos; }));
     }
@@ -169,10 +209,10 @@ TEST(ViewSession, ClosesWhileItOpens) {
 TEST(ViewSession, AnotherSceneEndsTheOpeningOfTheFirst) {
     TemporaryDirectory directory;
     ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:atrium", 12, "");
+    session.open("builtin:atrium", "", 12, "");
     ASSERT_TRUE(
         waitUntil([&] { return session.status().work.find("voxelize") != std::string::npos; }));
-    session.open("builtin:fail-silhouette", 6, "");
+    session.open("builtin:fail-silhouette", "", 6, "");
     std::optional<ViewSceneInfo> scene;
     ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
     EXPECT_EQ(scene->argument, "builtin:fail-silhouette");
@@ -181,7 +221,7 @@ TEST(ViewSession, AnotherSceneEndsTheOpeningOfTheFirst) {
 TEST(ViewSession, WhatRestsIsShownSmallFirst) {
     TemporaryDirectory directory;
     ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:fail-silhouette", 6, "");
+    session.open("builtin:fail-silhouette", "", 6, "");
     ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
     ViewRequest request = smallRequest(1);
     request.options.width = 640;
