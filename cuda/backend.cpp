@@ -3,12 +3,26 @@
 #include "cuda/backend.h"
 
 #include "cuda/device.h"
+#include "cuda/macros.h"
 #include "cuda/timer.h"
 
 namespace shadowdag {
 
+namespace {
+
+// Of OpenGL; zero-initialized before any registerBackend runs.
+BackendRoom glRoom;
+
+} // namespace
+
 const char* backendName(Backend backend) {
-    return backend == Backend::kCuda ? "cuda" : "cpu";
+    return backend == Backend::kCuda ? "cuda" : backend == Backend::kGl ? "gl" : "cpu";
+}
+
+bool registerBackend(Backend backend, const BackendRoom& room) {
+    SDAG_ASSERT(backend == Backend::kGl);
+    glRoom = room;
+    return backend == Backend::kGl;
 }
 
 bool builtWithCuda() {
@@ -22,9 +36,16 @@ bool builtWithCuda() {
 Backend chooseBackend(const std::string& name) {
     if (name == "cpu")
         return Backend::kCpu;
-    if (name != "auto" && name != "cuda")
-        throw Error(ErrorKind::kUsage, "unknown backend '" + name + "'; use auto, cpu or cuda");
+    if (name != "auto" && name != "cuda" && name != "gl")
+        throw Error(ErrorKind::kUsage, "unknown backend '" + name + "'; use auto, cpu, cuda or gl");
     std::string why;
+    if (name == "gl") {
+        if (glRoom.isPresent && glRoom.isPresent(why))
+            return Backend::kGl;
+        throw Error(ErrorKind::kDevice,
+                    "backend 'gl' was asked for, but " +
+                        (glRoom.isPresent ? why : "this program was built without OpenGL"));
+    }
     if (device::isPresent(why))
         return Backend::kCuda;
     if (name == "auto")
@@ -33,10 +54,14 @@ Backend chooseBackend(const std::string& name) {
 }
 
 std::string deviceName(Backend backend) {
+    if (backend == Backend::kGl && glRoom.deviceName)
+        return glRoom.deviceName();
     return backend == Backend::kCuda ? device::name() : "";
 }
 
 std::string driverVersion(Backend backend) {
+    if (backend == Backend::kGl && glRoom.driverVersion)
+        return glRoom.driverVersion();
     return backend == Backend::kCuda ? device::driverVersion() : "";
 }
 

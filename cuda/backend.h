@@ -8,23 +8,40 @@
 
 namespace shadowdag {
 
-/// Where passes run and buffers live.
-enum class Backend { kCpu, kCuda };
+/// Where passes run and buffers live. kGl is the paper's own hardware path: frames that rasterize
+/// and shade by OpenGL, over passes and buffers of the CPU (passBackend).
+enum class Backend { kCpu, kCuda, kGl };
 
-/// Returns "cpu" or "cuda".
+/// Returns "cpu", "cuda" or "gl".
 const char* backendName(Backend backend);
 
-/// Returns the backend that `name` ("auto", "cpu" or "cuda") selects on this machine. "auto" is
-/// CUDA where the program was built with it and a device answers, else the CPU. Throws Error kUsage
-/// for another name, kDevice for "cuda" without a device or a CUDA build, with the driver's own
-/// message.
+/// Returns where the passes of a frame on `backend` run and its buffers live: itself, or the CPU
+/// for OpenGL.
+constexpr Backend passBackend(Backend backend) {
+    return backend == Backend::kGl ? Backend::kCpu : backend;
+}
+
+/// Returns the backend that `name` ("auto", "cpu", "cuda" or "gl") selects on this machine. "auto"
+/// is CUDA where the program was built with it and a device answers, else the CPU, never OpenGL.
+/// Throws Error kUsage for another name, kDevice for "cuda" without a device or a CUDA build and
+/// for "gl" without OpenGL 4.5, with the driver's own message.
 Backend chooseBackend(const std::string& name);
+
+/// What a backend that lives in a room of its own answers.
+struct BackendRoom {
+    bool (*isPresent)(std::string& why) = nullptr;
+    std::string (*deviceName)() = nullptr;
+    std::string (*driverVersion)() = nullptr;
+};
+
+/// Makes a room to the right known to the functions here, before main; returns true.
+bool registerBackend(Backend backend, const BackendRoom& room);
 
 /// Returns whether this program contains the CUDA passes (not whether a device is present).
 bool builtWithCuda();
 
-/// Returns the name of the device that a backend uses and the CUDA version of its driver, as in
-/// "13.0"; empty for the CPU. Throws Error kDevice.
+/// Returns the name of the device that a backend uses and the version of its driver: that of CUDA,
+/// as in "13.0", or OpenGL's own words; empty for the CPU. Throws Error kDevice.
 std::string deviceName(Backend backend);
 std::string driverVersion(Backend backend);
 

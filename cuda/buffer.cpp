@@ -86,12 +86,7 @@ void* allocateElements(Backend backend, const std::string& name, size_t count,
             "buffer '" + name + "' needs " + std::to_string(count) + " x " +
                 std::to_string(elementBytes) + " bytes on " + backendName(backend) +
                 ", which are not there; lower the resolution or the budget that asks for it");
-    Ledger& all = ledger();
-    const std::lock_guard lock(all.mutex);
-    LedgerEntry& entry =
-        all.entries.try_emplace({name, backend}, LedgerEntry{name, backend, 0, 0}).first->second;
-    entry.bytes += bytes;
-    entry.peakBytes = std::max(entry.peakBytes, entry.bytes);
+    noteBytes(backend, name, int64_t(bytes));
     return data;
 }
 
@@ -100,11 +95,17 @@ void freeBytes(Backend backend, const std::string& name, void* data, size_t byte
         device::release(data);
     else
         releaseHost(data, bytes);
+    noteBytes(backend, name, -int64_t(bytes));
+}
+
+void noteBytes(Backend backend, const std::string& name, int64_t bytes) {
     Ledger& all = ledger();
     const std::lock_guard lock(all.mutex);
-    const auto found = all.entries.find({name, backend});
-    SDAG_ASSERT(found != all.entries.end() && found->second.bytes >= bytes);
-    found->second.bytes -= bytes;
+    LedgerEntry& entry =
+        all.entries.try_emplace({name, backend}, LedgerEntry{name, backend, 0, 0}).first->second;
+    SDAG_ASSERT(bytes >= 0 || entry.bytes >= size_t(-bytes));
+    entry.bytes += size_t(bytes);
+    entry.peakBytes = std::max(entry.peakBytes, entry.bytes);
 }
 
 void copyBytes(Backend to, void* dst, Backend from, const void* src, size_t bytes) {

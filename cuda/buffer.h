@@ -5,6 +5,7 @@
 #include "cuda/backend.h"
 #include "cuda/view.h"
 
+#include <cstdint>
 #include <cstring>
 #include <string>
 #include <type_traits>
@@ -27,6 +28,8 @@ std::vector<LedgerEntry> bufferLedger();
 namespace detail {
 void* allocateElements(Backend backend, const std::string& name, size_t count, size_t elementBytes);
 void freeBytes(Backend backend, const std::string& name, void* data, size_t bytes);
+/// Adds bytes that live elsewhere to the ledger, or, negative, takes them out.
+void noteBytes(Backend backend, const std::string& name, int64_t bytes);
 void copyBytes(Backend to, void* dst, Backend from, const void* src, size_t bytes);
 void fillBytes(Backend backend, void* dst, int byteValue, size_t bytes);
 } // namespace detail

@@ -11,15 +11,16 @@ import tempfile
 
 from sources import code_files, expect, read, report
 
-# cuda <- scenes <- { voxel, shadowmap } <- hybrid <- tools <- tests
+# cuda <- gl <- scenes <- { voxel, shadowmap } <- hybrid <- tools <- tests
 MAY_INCLUDE = {
     "cuda": {"cuda"},
-    "scenes": {"cuda", "scenes"},
-    "voxel": {"cuda", "scenes", "voxel"},
-    "shadowmap": {"cuda", "scenes", "shadowmap"},
-    "hybrid": {"cuda", "scenes", "voxel", "shadowmap", "hybrid"},
-    "tools": {"cuda", "scenes", "voxel", "shadowmap", "hybrid", "tools"},
-    "tests": {"cuda", "scenes", "voxel", "shadowmap", "hybrid", "tools", "tests"},
+    "gl": {"cuda", "gl"},
+    "scenes": {"cuda", "gl", "scenes"},
+    "voxel": {"cuda", "gl", "scenes", "voxel"},
+    "shadowmap": {"cuda", "gl", "scenes", "shadowmap"},
+    "hybrid": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid"},
+    "tools": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid", "tools"},
+    "tests": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid", "tools", "tests"},
 }
 
 # Header pattern -> folders that may include it. Tests may include all; GLM is the vocabulary everywhere.
@@ -31,7 +32,8 @@ THIRD_PARTY = {
     r"stb/?.*|stb_.*\.h": {"scenes", "tools"},
     r"openvdb/.*|nanovdb/.*|zstd.*\.h|hwy/.*": {"voxel"},
     r"embree\d/.*|muParser.*\.h": {"hybrid"},
-    r"CLI/.*|nlohmann/.*|OpenEXR/.*|Imf.*\.h|Imath/.*|half\.h|GLFW/.*|imgui.*\.h|backends/imgui.*|epoxy/.*": {"tools"},
+    r"CLI/.*|nlohmann/.*|OpenEXR/.*|Imf.*\.h|Imath/.*|half\.h|GLFW/.*|imgui.*\.h|backends/imgui.*": {"tools"},
+    r"epoxy/.*": {"gl", "tools"},
     r"gtest/.*|gmock/.*|benchmark/.*|boost/.*|X11/.*": set(),
 }
 # A standard header has neither dot nor slash; these are the C and POSIX headers of the system.

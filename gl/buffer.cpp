@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gl/buffer.h"
+
+#include "cuda/buffer.h"
+
+#include <epoxy/gl.h>
+
+namespace shadowdag {
+
+namespace {
+
+uint64_t storageLimit() {
+    GLint64 limit = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
+    return uint64_t(limit);
+}
+
+} // namespace
+
+GlBuffer::~GlBuffer() {
+    if (!object_)
+        return;
+    glDeleteBuffers(1, &object_);
+    detail::noteBytes(Backend::kGl, name_, -int64_t(capacity_));
+}
+
+void GlBuffer::allocate(uint64_t capacity, bool keeps) {
+    const auto refuse = [&](const std::string& why) {
+        throw Error(ErrorKind::kResource,
+                    "OpenGL buffer '" + name_ + "' needs " + std::to_string(capacity) + " bytes, " +
+                        why +
+                        "; lower the resolution or the budget that asks for it, or use another "
+                        "backend");
+    };
+    if (const uint64_t limit = storageLimit(); capacity > limit)
+        refuse("but shaders reach " + std::to_string(limit) + " of one buffer here");
+    GLuint object = 0;
+    glCreateBuffers(1, &object);
+    glNamedBufferStorage(object, GLsizeiptr(capacity), nullptr, GL_DYNAMIC_STORAGE_BIT);
+    if (glGetError() == GL_OUT_OF_MEMORY) {
+        glDeleteBuffers(1, &object);
+        refuse("which are not there");
+    }
+    if (keeps && object_ && bytes_)
+        glCopyNamedBufferSubData(object_, object, 0, 0, GLsizeiptr(bytes_));
+    if (object_) {
+        glDeleteBuffers(1, &object_);
+        detail::noteBytes(Backend::kGl, name_, -int64_t(capacity_));
+    }
+    object_ = object;
+    capacity_ = capacity;
+    detail::noteBytes(Backend::kGl, name_, int64_t(capacity_));
+}
+
+void GlBuffer::resize(uint64_t bytes, bool keeps) {
+    if (bytes > capacity_ || !object_) {
+        const uint64_t grown = capacity_ + capacity_ / 2;
+        const uint64_t most = storageLimit();
+        uint64_t capacity = bytes > grown ? bytes : (grown < most ? grown : bytes);
+        capacity = (capacity + 3) / 4 * 4;
+        allocate(capacity < 4 ? 4 : capacity, keeps);
+    }
+    bytes_ = bytes;
+}
+
+void GlBuffer::fill(uint32_t word) {
+    if (bytes_)
+        glClearNamedBufferSubData(object_, GL_R32UI, 0, GLsizeiptr((bytes_ + 3) / 4 * 4),
+                                  GL_RED_INTEGER, GL_UNSIGNED_INT, &word);
+}
+
+void GlBuffer::write(uint64_t offset, const void* data, uint64_t bytes) {
+    SDAG_ASSERT(offset + bytes <= bytes_);
+    if (bytes)
+        glNamedBufferSubData(object_, GLintptr(offset), GLsizeiptr(bytes), data);
+}
+
+void GlBuffer::read(void* data, uint64_t bytes) const {
+    SDAG_ASSERT(bytes <= bytes_);
+    if (bytes == 0)
+        return;
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glGetNamedBufferSubData(object_, 0, GLsizeiptr(bytes), data);
+}
+
+void GlBuffer::bindStorage(uint32_t binding) {
+    if (!object_)
+        resize(0);
+    glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, object_);
+}
+
+} // namespace shadowdag

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+// EGL: displays, contexts, what is current. Displays stay open until the process ends: others in it
+// may have the same one.
+#include "gl/context.h"
+
+#include "cuda/backend.h"
+#include "gl/numerics.h"
+
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
+
+#include <mutex>
+#include <vector>
+
+namespace shadowdag {
+
+namespace {
+
+std::string eglMessage() {
+    switch (eglGetError()) {
+    case EGL_SUCCESS:
+        return "no error given";
+    case EGL_NOT_INITIALIZED:
+        return "EGL_NOT_INITIALIZED";
+    case EGL_BAD_ACCESS:
+        return "EGL_BAD_ACCESS (a context of GLX, or one that another thread uses)";
+    case EGL_BAD_ALLOC:
+        return "EGL_BAD_ALLOC";
+    case EGL_BAD_ATTRIBUTE:
+        return "EGL_BAD_ATTRIBUTE";
+    case EGL_BAD_CONFIG:
+        return "EGL_BAD_CONFIG";
+    case EGL_BAD_MATCH:
+        return "EGL_BAD_MATCH (no OpenGL 4.5 core)";
+    case EGL_CONTEXT_LOST:
+        return "EGL_CONTEXT_LOST";
+    default:
+        return "an EGL error";
+    }
+}
+
+bool hasClientExtension(const char* name) {
+    return epoxy_has_egl_extension(EGL_NO_DISPLAY, name);
+}
+
+EGLContext createContext(EGLDisplay display) {
+    if (!eglBindAPI(EGL_OPENGL_API))
+        return EGL_NO_CONTEXT;
+    EGLConfig config = EGL_NO_CONFIG_KHR;
+    if (!epoxy_has_egl_extension(display, "EGL_KHR_no_config_context")) {
+        const EGLint wanted[] = {EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_SURFACE_TYPE,
+                                 EGL_PBUFFER_BIT, EGL_NONE};
+        EGLint count = 0;
+        if (!eglChooseConfig(display, wanted, &config, 1, &count) || count < 1)
+            return EGL_NO_CONTEXT;
+    }
+    std::vector<EGLint> attributes{
+        EGL_CONTEXT_MAJOR_VERSION,       4,
+        EGL_CONTEXT_MINOR_VERSION,       5,
+        EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
+#if defined(SDAG_ASSERTIONS) || !defined(NDEBUG)
+    attributes.insert(attributes.end(), {EGL_CONTEXT_OPENGL_DEBUG, EGL_TRUE});
+#endif
+    attributes.push_back(EGL_NONE);
+    return eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+}
+
+struct Opened {
+    EGLDisplay display = EGL_NO_DISPLAY;
+    EGLContext context = EGL_NO_CONTEXT;
+};
+
+// Tries a display; what went wrong is appended to `why`.
+bool open(EGLDisplay display, const std::string& name, Opened& opened, std::string& why) {
+    if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) {
+        why += "; " + name + ": " + eglMessage();
+        return false;
+    }
+    const EGLContext context = createContext(display);
+    if (context == EGL_NO_CONTEXT) {
+        why += "; " + name + ": " + eglMessage();
+        return false;
+    }
+    opened = {display, context};
+    return true;
+}
+
+Opened openAny() {
+    Opened opened;
+    std::string why;
+    EGLDeviceEXT devices[16];
+    EGLint deviceCount = 0;
+    const bool hasDevices = hasClientExtension("EGL_EXT_platform_device") &&
+                            (hasClientExtension("EGL_EXT_device_enumeration") ||
+                             hasClientExtension("EGL_EXT_device_base")) &&
+                            eglQueryDevicesEXT(16, devices, &deviceCount);
+    const auto openDevices = [&](bool isSoftware) {
+        for (EGLint i = 0; hasDevices && i < deviceCount; ++i) {
+            const char* extensions = eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS);
+            const bool isSoft =
+                extensions &&
+                std::string(extensions).find("EGL_MESA_device_software") != std::string::npos;
+            if (isSoft == isSoftware &&
+                open(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr),
+                     "device " + std::to_string(i), opened, why))
+                return true;
+        }
+        return false;
+    };
+    if (openDevices(false))
+        return opened;
+    if (hasClientExtension("EGL_MESA_platform_surfaceless") &&
+        open(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA,
+                                      reinterpret_cast<void*>(EGL_DEFAULT_DISPLAY), nullptr),
+             "surfaceless", opened, why))
+        return opened;
+    if (openDevices(true))
+        return opened;
+    throw Error(ErrorKind::kDevice,
+                "no OpenGL 4.5 without a display could be had from EGL" +
+                    (why.empty() ? std::string("; it has no platform for that") : why) +
+                    "; install a driver with EGL (Mesa's llvmpipe needs no device), or use "
+                    "--backend cpu");
+}
+
+// EGL keeps one list of displays a process; opening is not done from two threads at once.
+std::mutex& openMutex() {
+    static std::mutex* mutex = new std::mutex;
+    return *mutex;
+}
+
+std::string text(GLenum name) {
+    const GLubyte* value = glGetString(name);
+    return value ? reinterpret_cast<const char*>(value) : "";
+}
+
+#if defined(SDAG_ASSERTIONS) || !defined(NDEBUG)
+thread_local std::string lastMessage;
+
+void onMessage(GLenum, GLenum type, GLuint, GLenum, GLsizei length, const GLchar* message,
+               const void*) {
+    if (type == GL_DEBUG_TYPE_ERROR)
+        lastMessage.assign(message, size_t(length));
+}
+#endif
+
+} // namespace
+
+struct GlContext::State {
+    EGLDisplay display;
+    EGLContext context;
+};
+
+GlContext::GlContext() {
+    const std::lock_guard lock(openMutex());
+    const Opened opened = openAny();
+    state_ = std::make_unique<State>(State{opened.display, opened.context});
+    try {
+        look();
+    } catch (...) {
+        eglDestroyContext(state_->display, state_->context);
+        throw;
+    }
+}
+
+GlContext::~GlContext() {
+    eglDestroyContext(state_->display, state_->context);
+}
+
+void GlContext::look() {
+    const Current current(*this);
+#if defined(SDAG_ASSERTIONS) || !defined(NDEBUG)
+    glEnable(GL_DEBUG_OUTPUT);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(onMessage, nullptr);
+#endif
+    info_.vendor = text(GL_VENDOR);
+    info_.renderer = text(GL_RENDERER);
+    info_.version = text(GL_VERSION);
+    GLint64 storage = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &storage);
+    info_.maxStorageBytes = uint64_t(storage);
+    GLint viewport[2] = {0, 0};
+    glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport);
+    GLint frame = 0;
+    glGetIntegerv(GL_MAX_FRAMEBUFFER_WIDTH, &frame);
+    info_.maxViewport = viewport[0] < frame ? viewport[0] : frame;
+    glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &info_.maxArrayLayers);
+    info_.hasSparseTextures = epoxy_has_gl_extension("GL_ARB_sparse_texture");
+    info_.hasLayerFromVertex = epoxy_has_gl_extension("GL_ARB_shader_viewport_layer_array") ||
+                               epoxy_has_gl_extension("GL_AMD_vertex_shader_layer");
+    const GlNumerics numerics = probeGlNumerics();
+    info_.hasFusedMultiplyAdd = numerics.hasFusedMultiplyAdd;
+    info_.hasExactDivision = numerics.hasExactDivision;
+}
+
+void GlContext::finish(const char* what) const {
+    glFinish();
+    checkGl(what);
+}
+
+void checkGl(const char* what) {
+    const GLenum error = glGetError();
+    std::string message;
+#if defined(SDAG_ASSERTIONS) || !defined(NDEBUG)
+    std::swap(message, lastMessage);
+#endif
+    if (error == GL_NO_ERROR && message.empty())
+        return;
+    if (message.empty())
+        message = error == GL_OUT_OF_MEMORY ? "out of memory" : "error " + std::to_string(error);
+    throw Error(error == GL_OUT_OF_MEMORY ? ErrorKind::kResource : ErrorKind::kDevice,
+                std::string("OpenGL failed in ") + what + ": " + message +
+                    "; use --backend cpu to go on");
+}
+
+/// What was current before.
+struct GlContext::Current::Before {
+    EGLDisplay display;
+    EGLContext context;
+    EGLSurface draw, read;
+    EGLenum api;
+    EGLDisplay ours;
+    bool wasOurs;
+};
+
+GlContext::Current::Current(const GlContext& context)
+    : before_(std::make_unique<Before>(
+          Before{eglGetCurrentDisplay(), eglGetCurrentContext(), eglGetCurrentSurface(EGL_DRAW),
+                 eglGetCurrentSurface(EGL_READ), eglQueryAPI(), context.state_->display, false})) {
+    before_->wasOurs = before_->context == context.state_->context;
+    if (before_->wasOurs)
+        return;
+    eglBindAPI(EGL_OPENGL_API);
+    if (!eglMakeCurrent(context.state_->display, EGL_NO_SURFACE, EGL_NO_SURFACE,
+                        context.state_->context))
+        throw Error(ErrorKind::kDevice,
+                    "OpenGL's context could not be made current on this thread: " + eglMessage());
+}
+
+GlContext::Current::~Current() {
+    if (before_->wasOurs)
+        return;
+    if (before_->context == EGL_NO_CONTEXT)
+        eglMakeCurrent(before_->ours, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    else
+        eglMakeCurrent(before_->display, before_->draw, before_->read, before_->context);
+    eglBindAPI(before_->api);
+}
+
+namespace {
+
+// What GlContext() gives does not change while the process runs; asked once.
+const GlInfo& deviceInfo() {
+    static const GlInfo info = GlContext().info();
+    return info;
+}
+
+bool isPresent(std::string& why) {
+    try {
+        deviceInfo();
+        return true;
+    } catch (const Error& error) {
+        why = error.what();
+        return false;
+    }
+}
+
+// The linker keeps this file in every program that renders, as all of them name GlContext.
+const bool isRegistered = registerBackend(Backend::kGl, {isPresent, glDeviceName, glDriverVersion});
+
+} // namespace
+
+std::string glDeviceName() {
+    return deviceInfo().renderer;
+}
+
+std::string glDriverVersion() {
+    return deviceInfo().version;
+}
+
+} // namespace shadowdag

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// GLSL texts: files of the rooms whose methods they hold, put into the program when it is built
+// (cmake/ShadowDagGlsl.cmake), so that nothing is looked for when it runs.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace shadowdag {
+
+/// One file. @param path from the root of the sources, as #include names it
+struct GlslText {
+    const char* path;
+    const char* text;
+};
+using GlslTexts = std::vector<GlslText>;
+
+/// A text with its includes in place.
+struct GlslUnit {
+    std::string text;
+    /// By the number that #line gives them, which is the one in a compiler's messages.
+    std::vector<std::string> paths;
+};
+
+/// Returns the text of `path` with every line `#include "other/path"` replaced by that file, each
+/// file once, where it is first named. Throws Error kUsage for a file that `texts` does not hold.
+GlslUnit expandGlsl(const GlslTexts& texts, const std::string& path);
+
+/// Returns a compiler's log with the numbers that start its lines, "2:17" or "2(17)", spelled as
+/// paths.
+std::string nameGlslFiles(const std::string& log, const std::vector<std::string>& paths);
+
+} // namespace shadowdag

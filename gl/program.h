@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs from GLSL texts. Every call needs the context current that the program was made with.
+#pragma once
+
+#include "gl/glsl.h"
+
+#include <glm/glm.hpp>
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace shadowdag {
+
+enum class GlStage { kVertex, kFragment, kCompute };
+
+/// Names and values that a text is compiled with, as #define.
+using GlDefines = std::vector<std::pair<std::string, std::string>>;
+
+/// Owns a linked program.
+class GlProgram {
+public:
+    /// Compiles and links. Throws Error kDevice with the compiler's log, its lines by their files.
+    /// @param name what errors call it @param stages one file each @param texts all that the files
+    /// include
+    GlProgram(const std::string& name, const std::vector<std::pair<GlStage, std::string>>& stages,
+              const GlslTexts& texts, const GlDefines& defines = {});
+    ~GlProgram();
+    GlProgram(const GlProgram&) = delete;
+    GlProgram& operator=(const GlProgram&) = delete;
+
+    /// Set a uniform; one that the compiler found unused is passed over.
+    void set(const char* uniform, uint32_t value) const;
+    void set(const char* uniform, float value) const;
+    void set(const char* uniform, double value) const;
+    void set(const char* uniform, const glm::dvec3& value) const;
+    /// Binds a sampler to a texture unit.
+    void setSampler(const char* uniform, int unit) const;
+
+    /// Runs so many groups of a compute program, then makes what they wrote readable. More than
+    /// fit along one axis go on along the next: a shader asks groupIndex() (gl/groups.glsl).
+    void dispatch(uint64_t groupCount) const;
+
+    uint32_t name() const { return object_; }
+
+private:
+    int location(const char* uniform) const;
+
+    uint32_t object_ = 0;
+};
+
+/// The texts of this room: gl/groups.glsl.
+GlslTexts glGlsl();
+
+/// Returns `a` and what follows.
+GlslTexts operator+(GlslTexts a, const GlslTexts& b);
+
+} // namespace shadowdag
