@@ -36,7 +36,11 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
     const FrameScene& scene = state.scene;
     {
         const StageTimer timer(backend, stages, "g-buffer");
-        drawGBuffer(backend, scene.triangles(), scene.batches(), view, state.gbuffer);
+        if (state.gl)
+            state.gl->scene().gbuffer().draw(scene.triangles(), scene.batches(), view,
+                                             state.gbuffer);
+        else
+            drawGBuffer(backend, scene.triangles(), scene.batches(), view, state.gbuffer);
     }
     {
         const StageTimer timer(backend, stages, "clusters");
@@ -66,7 +70,8 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
                                   const FrameOptions& options) {
     State& state = *state_;
     const Backend backend = state.backend;
-    checkOptions(options);
+    checkOptions(state, options);
+    const auto current = state.makeCurrent();
     FrameResult result;
     StageTimes& stages = result.stages;
 
@@ -96,8 +101,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
         if (options.reorderLights)
             shading.lists = orderLights(backend, shading.lists, state.scene.lightBvh(),
                                         shading.lights.count, state.orderedLights);
-        shadeUnlit(backend, shading);
-        shadeLights(backend, shading);
+        shade(state, shading);
     }
 
     // For reports, outside of the frame's time.
@@ -112,7 +116,8 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
 }
 
 PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& options) {
-    checkOptions(options);
+    checkOptions(*state_, options);
+    const auto current = state_->makeCurrent();
     StageTimes stages;
     gatherFrame(*state_, makeViewRays(camera, options.width, options.height), options, stages);
     return findPairs(*state_);
@@ -120,7 +125,8 @@ PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& opti
 
 FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& options,
                                        int repeats) {
-    checkOptions(options);
+    checkOptions(*state_, options);
+    const auto current = state_->makeCurrent();
     reset();
     FrameCosts costs = measureFrameCosts(
         *state_, makeViewRays(camera, options.width, options.height), options, repeats);
@@ -138,7 +144,7 @@ FrameRenderer::~FrameRenderer() = default;
 
 std::unique_ptr<FrameRenderer> FrameRenderer::shareScene() const {
     return std::unique_ptr<FrameRenderer>(
-        new FrameRenderer(std::make_unique<State>(state_->backend, state_->sharedScene)));
+        new FrameRenderer(std::make_unique<State>(state_->sharedScene)));
 }
 
 StageTimes FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances,

@@ -100,10 +100,9 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                 ShadeSamples shading = prepareShading(state, options);
                 shading.clusters = one.clusters.view();
                 shading.lists = one.lists.view();
-                shadeUnlit(state.backend, shading);
                 {
                     const StageTimer timer(state.backend, times, "shading");
-                    shadeLights(state.backend, shading);
+                    shade(state, shading);
                 }
                 (route == Route::kRays ? raysMs : mapMs).push_back(times.totalMs());
             }

@@ -2,6 +2,7 @@
 // Brings the world to the backend and keeps it current.
 #include "hybrid/frame_scene.h"
 
+#include "hybrid/frame_gl.h"
 #include "hybrid/light_bvh.h"
 #include "voxel/dag_lod.h"
 #include "voxel/wide_dag_trace.h"
@@ -11,8 +12,12 @@
 
 namespace shadowdag {
 
-FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag,
+FrameScene::FrameScene(Backend asked, const World& world, const Dag& dag,
                        const BatchOptions& batchOptions)
+    : FrameScene(passBackend(asked), world, dag, batchOptions, asked == Backend::kGl) {}
+
+FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag,
+                       const BatchOptions& batchOptions, bool isGl)
     : backend_(backend), world_(world), hostDag_(dag), batchOptions_(batchOptions),
       batchSet_(world, batchOptions), movers_(backend), positions_(backend, "world positions"),
       triangles_(backend, "world triangles"), triangleCut_(backend, "triangle cuts"),
@@ -36,10 +41,15 @@ FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag,
     batches_.set(batchSet_.view().batches);
     batchTriangles_.set(batchSet_.view().triangles);
     dagWords_.set(hostDag_.words);
-    if (backend == Backend::kCpu)
+    if (isGl)
+        gl_ = std::make_unique<GlScene>(world_.triangles(), batchSet_.view().triangles,
+                                        hostDag_.view());
+    else if (backend == Backend::kCpu)
         wideDag_ = buildWideDag(hostDag_);
     setMoving();
 }
+
+FrameScene::~FrameScene() = default;
 
 void FrameScene::setMoving() {
     positions_.set(world_.triangles().positions);
@@ -50,6 +60,8 @@ void FrameScene::setMoving() {
     lightItems_.set(hostLightBvh_.view().items);
     space_ = truthSpaceOf(world_.triangles().positions);
     movers_.update(world_, batchSet_.view(), space_);
+    if (gl_)
+        gl_->setPositions(world_.triangles().positions);
 }
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,

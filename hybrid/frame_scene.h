@@ -22,12 +22,15 @@ struct MapGeometry {
     BatchView batches;
 };
 
+class GlScene;
+
 /// Triangles, batches, lights, their hierarchy, materials and the DAG. World and dag outlive it.
 /// Renderers that share one each have a MovedBatches of it.
 class FrameScene {
 public:
     FrameScene(Backend backend, const World& world, const Dag& dag,
                const BatchOptions& batchOptions = {});
+    ~FrameScene();
     FrameScene(const FrameScene&) = delete;
     FrameScene& operator=(const FrameScene&) = delete;
 
@@ -38,6 +41,8 @@ public:
     void update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
                 StageTimes& ofLevels);
 
+    /// Returns where passes run and buffers live.
+    Backend backend() const { return backend_; }
     const World& world() const { return world_; }
     /// Returns the batches on the host, with their hierarchy.
     BatchView hostBatches() const { return batchSet_.view(); }
@@ -75,11 +80,15 @@ public:
     ExactView hostExact() const { return {geometry(world_.triangles()), tree_.view()}; }
     /// Lists the triangles near voxels, once: what stands still stays.
     void prepareExact();
+    /// Returns what renderers of Backend::kGl share; null on other backends.
+    GlScene* gl() const { return gl_.get(); }
     /// Returns whether rays can be traced; a DAG without voxels blocks none.
     bool hasDag() const { return hostDag_.isBuilt(); }
 
 private:
     friend class MovedBatches;
+    FrameScene(Backend backend, const World& world, const Dag& dag,
+               const BatchOptions& batchOptions, bool isGl);
     void setMoving();
     TruthGeometry geometry(const TriangleView& triangles) const {
         return {triangles, space_.origin, space_.diagonal};
@@ -119,6 +128,7 @@ private:
     Resident<uint32_t> dagWords_;
     Resident<uint32_t> coveredWords_;
     Resident<uint32_t> exactWords_;
+    std::unique_ptr<GlScene> gl_;
 };
 
 /// What updates of a scene moved, for one of its renderers, which asks when it draws.

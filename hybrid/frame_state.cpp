@@ -34,18 +34,22 @@ View<const T> copyToHost(Backend backend, View<const T> from, std::vector<T>& to
 
 FrameState::FrameState(Backend backend, const World& world, const Dag& dag,
                        const BatchOptions& batchOptions)
-    : FrameState(backend, std::make_shared<FrameScene>(backend, world, dag, batchOptions)) {}
+    : FrameState(std::make_shared<FrameScene>(backend, world, dag, batchOptions)) {}
 
-FrameState::FrameState(Backend backend, std::shared_ptr<FrameScene> ofScene)
-    : backend(backend), sharedScene(std::move(ofScene)), scene(*sharedScene), movedBatches(scene),
+FrameState::FrameState(std::shared_ptr<FrameScene> ofScene)
+    : backend(ofScene->backend()), sharedScene(std::move(ofScene)), scene(*sharedScene),
+      gl(scene.gl() ? std::make_unique<GlFrame>(*scene.gl()) : nullptr), movedBatches(scene),
       gbuffer(backend), clusters(backend), lists(backend), orderedLights(backend), demand(backend),
-      maps(backend), color(backend, "colour"), rayCount(backend, "ray counts"),
-      lookupCount(backend, "lookup counts"), provenCount(backend, "proven pair counts"),
-      missingTapCount(backend, "missing tap counts"), moverTestCount(backend, "mover test counts"),
-      pairs(backend), nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
+      maps(backend, gl ? &gl->maps() : nullptr), color(backend, "colour"),
+      rayCount(backend, "ray counts"), lookupCount(backend, "lookup counts"),
+      provenCount(backend, "proven pair counts"), missingTapCount(backend, "missing tap counts"),
+      moverTestCount(backend, "mover test counts"), pairs(backend),
+      nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
       pairMap(backend, "pair maps"), drawnMapOnBackend(backend, "drawn maps") {}
 
-void checkOptions(const FrameOptions& options) {
+void checkOptions(const FrameState& state, const FrameOptions& options) {
+    if (state.gl)
+        checkGlOptions(options);
     check(std::isfinite(options.undersample) && options.undersample > 0.0f,
           "undersampling divisor " + std::to_string(options.undersample) +
               "; use a number above 0, 1 for none");
@@ -175,6 +179,16 @@ void countPairsOfMaps(const HostLists& lists, const std::vector<uint32_t>& recor
 
 } // namespace
 
+void shade(FrameState& state, const ShadeSamples& shading) {
+    if (state.gl) {
+        state.gl->scene().shading().shade(shading, state.gl->maps(),
+                                          std::as_const(state.pairs.light).view());
+        return;
+    }
+    shadeUnlit(state.backend, shading);
+    shadeLights(state.backend, shading);
+}
+
 PairList findPairs(FrameState& state) {
     listPairs(state.backend, state.gbuffer.view(), state.clusters.view(), state.lists.view(),
               state.scene.lights(), state.pairs);
@@ -194,8 +208,7 @@ void recordPairs(FrameState& state, const ShadeSamples& shading,
     ShadeSamples recording = shading;
     recording.recorder = {state.nextPair.view(), state.pairVisibility.view(), state.pairMap.view()};
     recording.shaftCounts = nullptr;
-    shadeUnlit(state.backend, recording);
-    shadeLights(state.backend, recording);
+    shade(state, recording);
     result.visibility = state.pairVisibility.download();
     result.pairMap = state.pairMap.download();
     result.pairRoute.clear();
@@ -284,6 +297,11 @@ RayDetail hostRayDetail(FrameState& state) {
 ShadowMapView hostShadowMaps(FrameState& state) {
     const ShadowMapView view = state.maps.view();
     FrameState::HostCopies& host = state.host;
+    if (state.gl) {
+        const auto current = state.makeCurrent();
+        host.depths = state.gl->maps().downloadDepths();
+        return {view.maps, view.pageTable, viewOf(std::as_const(host.depths)), view.pageTexelsLog2};
+    }
     return {copyToHost(state.backend, view.maps, host.maps),
             copyToHost(state.backend, view.pageTable, host.pageTable),
             copyToHost(state.backend, view.depths, host.depths), view.pageTexelsLog2};

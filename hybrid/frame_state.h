@@ -5,6 +5,7 @@
 
 #include "hybrid/cluster_pass.h"
 #include "hybrid/frame.h"
+#include "hybrid/frame_gl.h"
 #include "hybrid/frame_scene.h"
 #include "hybrid/gbuffer_pass.h"
 #include "hybrid/light_assign_pass.h"
@@ -27,13 +28,14 @@ struct SphereCount {
 };
 
 struct FrameState {
-    FrameState(Backend backend, std::shared_ptr<FrameScene> scene);
+    explicit FrameState(std::shared_ptr<FrameScene> scene);
     FrameState(Backend backend, const World& world, const Dag& dag,
                const BatchOptions& batchOptions = {});
 
-    Backend backend;
+    Backend backend; ///< of passes and buffers: passBackend of the renderer's
     std::shared_ptr<FrameScene> sharedScene; ///< with the renderers of the same world and DAG
     FrameScene& scene;
+    std::unique_ptr<GlFrame> gl; ///< of Backend::kGl; null otherwise
     MovedBatches movedBatches;
     RayDetail detail; ///< of the last frame gathered, on the backend
     GBuffer gbuffer;
@@ -60,7 +62,7 @@ struct FrameState {
     /// By light; what frames count once (countQuantities). Changes no result.
     std::vector<SphereCount> spheres;
 
-    // Host copies of the last frame for reports; used on CUDA only.
+    // Host copies of the last frame for reports; used on CUDA only, depths on OpenGL as well.
     struct HostCopies {
         std::vector<glm::vec3> positionWorld, normalWorld;
         std::vector<float> depthView;
@@ -73,10 +75,16 @@ struct FrameState {
         std::vector<uint32_t> lightStart, lights, record, projection;
         std::vector<float> wantedSquared;
     } host;
+
+    /// Makes OpenGL ready on this thread until what is returned goes; nothing on other backends.
+    std::unique_ptr<GlContext::Current> makeCurrent() const {
+        return gl ? gl->makeCurrent() : nullptr;
+    }
 };
 
-/// Throws Error kUsage naming the option that is out of range or contradicts another.
-void checkOptions(const FrameOptions& options);
+/// Throws Error kUsage naming the option that is out of range, contradicts another, or that the
+/// backend does not follow.
+void checkOptions(const FrameState& state, const FrameOptions& options);
 
 /// Draws the G-buffer, gathers clusters, assigns lights and gathers what the lights ask of their
 /// maps; adds the stages' times.
@@ -126,6 +134,10 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& maps, const Fram
 
 /// Returns the shading of the current frame; counters are cleared, nothing is recorded.
 ShadeSamples prepareShading(FrameState& state, const FrameOptions& options);
+
+/// Shades every sample by all its lights, in one pass (two on the CPU and CUDA: what is sent
+/// without lights comes first).
+void shade(FrameState& state, const ShadeSamples& shading);
 
 /// Returns the exact pairs of what was gathered, and leaves them in state.pairs.
 PairList findPairs(FrameState& state);

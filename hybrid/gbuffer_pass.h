@@ -22,6 +22,16 @@ struct GBuffer {
     Buffer<uint32_t> triangle;
     uint32_t width = 0, height = 0;
 
+    void resize(uint32_t newWidth, uint32_t newHeight) {
+        width = newWidth;
+        height = newHeight;
+        const size_t count = size_t(width) * height;
+        visibility.resize(count);
+        positionWorld.resize(count);
+        normalWorld.resize(count);
+        depthView.resize(count);
+        triangle.resize(count);
+    }
     GBufferView view() const {
         return {positionWorld.view(),
                 normalWorld.view(),
@@ -46,14 +56,7 @@ void resolveSamples(const ResolveSamples& work);
 /// backend; its hierarchy is not used.
 inline void drawGBuffer(Backend backend, const TriangleView& triangles, const BatchView& batches,
                         const ViewRays& view, GBuffer& gbuffer) {
-    const size_t count = size_t(view.width) * view.height;
-    gbuffer.width = view.width;
-    gbuffer.height = view.height;
-    gbuffer.visibility.resize(count);
-    gbuffer.positionWorld.resize(count);
-    gbuffer.normalWorld.resize(count);
-    gbuffer.depthView.resize(count);
-    gbuffer.triangle.resize(count);
+    gbuffer.resize(view.width, view.height);
     gbuffer.visibility.fill(0xff); // kNothingSeen
     const RasterizeBatches draw{
         triangles, batches.batches,           batches.boxesWorld,      batches.triangles,

@@ -3,6 +3,7 @@
 
 #include "cuda/scan_sort.h"
 #include "shadowmap/kept_pages_pass.h"
+#include "shadowmap/map_drawer.h"
 
 #include <algorithm>
 #include <numeric>
@@ -53,8 +54,8 @@ bool isSameLight(ShadowMapInfo a, const ShadowMapInfo& b) {
 
 } // namespace
 
-PageCache::PageCache(Backend backend)
-    : backend_(backend), startBefore_(backend, "shadowmap page table moves"),
+PageCache::PageCache(Backend backend, MapDrawer* drawer)
+    : backend_(backend), drawer_(drawer), startBefore_(backend, "shadowmap page table moves"),
       slots_(backend, "shadowmap map slots"), freshSlots_(backend, "shadowmap new map slots"),
       pageTable_(backend, "shadowmap page table"),
       tableBefore_(backend, "shadowmap page table before"),
@@ -256,7 +257,8 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
             capacityPages_,
             glm::max(held + fresh, poolPages + (held + fresh > poolPages ? poolPages / 2 : 0)));
         if (roomy > poolPages) {
-            growKeeping(pool_, roomy * pageTexels());
+            if (!drawer_)
+                growKeeping(pool_, roomy * pageTexels());
             growKeeping(pageStamps_, roomy);
             growKeeping(pageEntries_, roomy);
             Buffer<uint32_t> keys(backend_, pageKeys_.name(), roomy);
@@ -284,18 +286,24 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
     } else {
         pageTable_.fill(0xff);
         pageStamps_.resize(0);
-        pool_.resize(pages * pageTexels());
+        if (!drawer_)
+            pool_.resize(pages * pageTexels());
     }
+    if (drawer_)
+        drawer_->makeRoom(keeps_ ? pageStamps_.size() : pages, pageTexelsLog2_, keeps_);
     freshEntries_.resize(fresh);
     assign.freshEntries = freshEntries_.view();
     assign.poolPages = uint32_t(fresh);
     assignPages(backend_, assign);
     timer.reset();
     timer.emplace(backend_, stages, "page clear");
-    clearPages(backend_,
-               {std::as_const(freshEntries_).view(), std::as_const(pageTable_).view(), pool_.view(),
-                pageTexelsLog2_},
-               fresh);
+    if (drawer_)
+        drawer_->clear(std::as_const(freshEntries_).view(), std::as_const(pageTable_).view());
+    else
+        clearPages(backend_,
+                   {std::as_const(freshEntries_).view(), std::as_const(pageTable_).view(),
+                    pool_.view(), pageTexelsLog2_},
+                   fresh);
     if (keeps_)
         resetCells(backend_, {maps, std::as_const(freshEntries_).view(), drawn(), pageTexelsLog2_},
                    fresh);

@@ -13,10 +13,13 @@
 
 namespace shadowdag {
 
+class MapDrawer;
+
 /// Not for other folders.
 class PageCache {
 public:
-    explicit PageCache(Backend backend);
+    /// @param drawer who holds the pool; null: this
+    explicit PageCache(Backend backend, MapDrawer* drawer = nullptr);
 
     /// Gives up all kept maps; their pages count as freed in the next frame.
     void forget();
@@ -55,6 +58,7 @@ public:
     View<const uint32_t> openTable() const {
         return keeps_ ? openTable_.view() : pageTable_.view();
     }
+    /// Return the pool; empty where a drawer holds it.
     View<uint32_t> pool() { return pool_.view(); }
     View<const uint32_t> pool() const { return pool_.view(); }
 
@@ -72,6 +76,7 @@ private:
     DrawnView drawn() { return {drawnCells_.view(), drawnDepths_.view(), slots_.view()}; }
 
     Backend backend_;
+    MapDrawer* drawer_;
     bool keeps_ = false, retains_ = false;
     uint32_t pageTexelsLog2_ = 6;
     uint64_t capacityPages_ = 0;

@@ -5,6 +5,7 @@
 
 #include "cuda/scan_sort.h"
 #include "shadowmap/cull_pass.h"
+#include "shadowmap/map_drawer.h"
 #include "shadowmap/page_cache.h"
 #include "shadowmap/page_mask_pass.h"
 #include "shadowmap/rasterize_pass.h"
@@ -91,9 +92,10 @@ MapLayout layOutMaps(const std::vector<MapRequest>& requests, uint32_t pageTexel
 }
 
 struct ShadowMaps::State {
-    explicit State(Backend b) : backend(b), cache(b) {}
+    State(Backend b, MapDrawer* d) : backend(b), drawer(d), cache(b, d) {}
 
     Backend backend;
+    MapDrawer* drawer;
     ShadowMapOptions options;
     ShadowMapCounts counts;
     size_t batchCount = 0;
@@ -283,7 +285,10 @@ struct ForgetUnlessDone {
 
 } // namespace
 
-ShadowMaps::ShadowMaps(Backend backend) : state_(std::make_unique<State>(backend)) {}
+ShadowMaps::ShadowMaps(Backend backend, MapDrawer* drawer)
+    : state_(std::make_unique<State>(backend, drawer)) {
+    SDAG_ASSERT(!drawer || backend == Backend::kCpu);
+}
 ShadowMaps::~ShadowMaps() = default;
 
 void ShadowMaps::build(const std::vector<MapRequest>& requests,
@@ -369,7 +374,9 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
                                 onBackend.triangles,
                                 std::as_const(s.draws).view(),
                                 onBackend.maxTriangleCount};
-        if (s.backend == Backend::kCpu && !options.useAtomicRasterizer)
+        if (s.drawer)
+            s.drawer->draw(raster, std::as_const(s.cache).pageTable());
+        else if (s.backend == Backend::kCpu && !options.useAtomicRasterizer)
             rasterizeByFace(raster, drawStart);
         else
             rasterizeTriangles(s.backend, {raster});

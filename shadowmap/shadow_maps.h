@@ -101,10 +101,14 @@ struct ShadowMapCounts {
         1.0f; ///< > 1: the pool was full and every resolution was divided by this
 };
 
+class MapDrawer;
+
 /// Builds and holds the shadow maps of one frame on one backend.
 class ShadowMaps {
 public:
-    explicit ShadowMaps(Backend backend);
+    /// @param drawer draws and holds the pool in place of the passes of `backend`, which must be
+    /// the CPU's; view() is then without depths. Outlives it; null: none
+    explicit ShadowMaps(Backend backend, MapDrawer* drawer = nullptr);
     ~ShadowMaps();
 
     /// Marks pages, allocates them, culls batches and draws depth. All integers are deterministic;

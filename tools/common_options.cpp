@@ -17,9 +17,10 @@ void GlobalOptions::declare(CommandLine& commandLine) {
         "Write exactly one JSON object to standard output, all else to standard error");
     commandLine.text("--threads", threads, "N",
                      "Processor threads, 0 for all; never changes a result [0]");
-    commandLine.text(
-        "--backend", backend, "auto|cpu|cuda",
-        "Where passes run; auto says what it chose, cuda without a device is an error [auto]");
+    commandLine.text("--backend", backend, "auto|cpu|cuda|gl",
+                     "Where frames are made; auto says what it chose, cuda without a device and gl "
+                     "without OpenGL 4.5 "
+                     "are errors [auto]");
 }
 
 Backend GlobalOptions::apply(const Console& console, bool announce) const {

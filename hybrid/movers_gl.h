@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// What moves, as one array of words for hybrid/mover_rays.glsl.
+#pragma once
+
+#include "hybrid/mover_rays.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace shadowdag {
+
+/// Returns the words; empty where nothing moves.
+///
+///     0        levels of the hierarchy
+///     1 .. 4   where boxes, items, lights and words of masks start
+///     5 ..     levelStart of the hierarchy
+///     boxes    6 floats each: least, greatest corner
+///     items    first word of its triangles, number of triangles
+///     lights   1 a light that what moves may shadow, else 0
+///     triangles  world triangle, word of its cut or kNotCut
+///     cuts     MaskInfo, then the texture coordinates of the corners
+///     masks    AlphaMaskView::words, where a moving triangle is cut
+///
+/// @param movers on the host
+std::vector<uint32_t> packMovers(const MoverView& movers);
+
+} // namespace shadowdag

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// What shading reads goes to the device as few, packed arrays (drivers bind 16 to a stage), in the
+// order in which clusters list their samples; what it writes comes back where the CPU would have
+// written it.
+#include "hybrid/shade_gl.h"
+
+#include "cuda/parallel_for.h"
+#include "hybrid/gbuffer_gl.h"
+#include "hybrid/movers_gl.h"
+#include "voxel/dag_gl.h"
+
+namespace shadowdag {
+
+namespace {
+
+/// As shade.comp takes it apart.
+struct GlSample {
+    glm::vec3 positionWorld;
+    uint32_t triangle;
+    glm::vec3 normalWorld;
+    uint32_t material;
+    uint32_t pixel, cluster, firstPair, endPair;
+};
+static_assert(sizeof(GlSample) == 48);
+static_assert(sizeof(Light) == 60 && sizeof(SurfaceColor) == 24);
+
+constexpr uint32_t kGroupSize = 64; // local_size_x of shade.comp
+constexpr uint32_t kCountsPerCluster = 5;
+constexpr uint32_t kDagBinding = 12;
+
+GlDefines shadeDefines(const GlInfo& info) {
+    GlDefines defines = numericDefines(info);
+    for (const auto& define : lookupDefines())
+        defines.push_back(define);
+    defines.emplace_back("SDAG_DAG_BINDING", std::to_string(kDagBinding));
+    return defines;
+}
+
+} // namespace
+
+GlShading::GlShading(const GlContext& context, GlGeometry& geometry)
+    : context_(context),
+      program_("shading", {{GlStage::kCompute, "hybrid/shade.comp"}},
+               glGlsl() + scenesGlsl() + voxelGlsl() + shadowmapGlsl() + hybridGlsl(),
+               shadeDefines(context.info())),
+      geometry_(geometry) {}
+
+void GlShading::setDag(const DagView& dag) {
+    dag_.upload(dag.words);
+    dagRootAddress_ = dag.rootAddress;
+    grid_ = dag.grid;
+}
+
+void GlShading::upload(const ShadeSamples& work, View<const uint32_t> pairLights) {
+    const bool isRecording = !work.recorder.nextPair.empty();
+    std::vector<GlSample> samples(work.clusters.samples.count);
+    parallelFor<CpuTag>(
+        samples.size(),
+        [&](size_t i) {
+            const uint32_t pixel = work.clusters.samples[i];
+            const uint32_t triangle = work.gbuffer.triangle[pixel];
+            GlSample& s = samples[i];
+            s = {work.gbuffer.positionWorld[pixel],
+                 triangle,
+                 work.gbuffer.normalWorld[pixel],
+                 work.triangleMaterial[triangle],
+                 pixel,
+                 work.clusters.clusterOfSample[pixel],
+                 0,
+                 0};
+            if (isRecording) {
+                s.firstPair = work.recorder.nextPair[pixel];
+                s.endPair = work.recorder.nextPair[pixel + 1];
+            }
+        },
+        4096);
+    samples_.upload(samples);
+    lights_.upload(work.lights);
+    surfaces_.upload(work.materials);
+    clusterStarts_.upload(work.lists.start);
+    std::vector<glm::ivec2> entries(work.lists.lights.count);
+    for (size_t l = 0; l < entries.size(); ++l)
+        entries[l] = {int(work.lists.lights[l]), work.mapOf(uint32_t(l))};
+    clusterLights_.upload(entries);
+    colors_.resize(work.color.count * sizeof(glm::vec3));
+    colors_.fill(0);
+    counts_.resize(work.clusters.count() * kCountsPerCluster * sizeof(uint32_t));
+    counts_.fill(0);
+    pairs_.upload(isRecording ? pairLights : View<const uint32_t>{});
+    movers_.upload(packMovers(work.visibility.rays.movers));
+}
+
+void GlShading::download(const ShadeSamples& work) {
+    colors_.read(work.color.data, work.color.count * sizeof(glm::vec3));
+    const std::vector<uint32_t> counts = counts_.download<uint32_t>();
+    const View<uint32_t> sums[kCountsPerCluster] = {work.rayCount, work.lookupCount,
+                                                    work.provenCount, work.missingTapCount,
+                                                    work.moverTestCount};
+    for (size_t cluster = 0; cluster < work.clusters.count(); ++cluster)
+        for (uint32_t i = 0; i < kCountsPerCluster; ++i)
+            sums[i][cluster] += counts[cluster * kCountsPerCluster + i];
+    if (work.recorder.nextPair.empty())
+        return;
+    const std::vector<uint32_t> answers = pairs_.download<uint32_t>();
+    parallelFor<CpuTag>(
+        answers.size(),
+        [&](size_t pair) {
+            work.recorder.visibility[pair] = uint8_t(answers[pair]);
+            work.recorder.map[pair] = int(answers[pair] >> 8) - 2;
+        },
+        65536);
+}
+
+void GlShading::shade(const ShadeSamples& work, GlMapDrawer& maps,
+                      View<const uint32_t> pairLights) {
+    upload(work, pairLights);
+    samples_.bindStorage(0);
+    lights_.bindStorage(2);
+    surfaces_.bindStorage(3);
+    clusterStarts_.bindStorage(4);
+    clusterLights_.bindStorage(7);
+    colors_.bindStorage(8);
+    counts_.bindStorage(9);
+    pairs_.bindStorage(10);
+    dag_.bindStorage(kDagBinding);
+    geometry_.bindCorners(13, 14);
+    movers_.bindStorage(15);
+    const MoverView& movers = work.visibility.rays.movers;
+    program_.set("hasMovers", uint32_t(movers_.bytes() != 0));
+    program_.set("truthOrigin", movers.geometry.origin);
+    program_.set("truthDiagonal", movers.geometry.diagonal);
+    maps.bindLookup(program_, work.visibility.bias);
+    program_.set("dagRootAddress", dagRootAddress_);
+    program_.set("dagResolutionLog2", grid_.resolutionLog2);
+    program_.set("gridOrigin", grid_.originWorld);
+    program_.set("voxelSize", grid_.voxelSizeWorld);
+    program_.set("rayOffset", work.visibility.rays.options.offset);
+    program_.set("sampleCount", uint32_t(work.clusters.samples.count));
+    program_.set("isRecording", uint32_t(!work.recorder.nextPair.empty()));
+    program_.dispatch((work.clusters.samples.count + kGroupSize - 1) / kGroupSize);
+    context_.finish("shading");
+    download(work);
+}
+
+} // namespace shadowdag

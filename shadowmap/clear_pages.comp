@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+// Empties pages of the pool: a group a page.
+layout(local_size_x = 64) in;
+#include "gl/groups.glsl"
+
+layout(std430, binding = 0) readonly buffer Pages { uint pages[]; };
+layout(std430, binding = 6) writeonly buffer Depths { uint depths[]; };
+uniform uint pageTexelsLog2, pageCount;
+
+void main() {
+    uint group = groupIndex();
+    if (group >= pageCount)
+        return;
+    uint texels = 1u << (2u * pageTexelsLog2);
+    for (uint i = gl_LocalInvocationID.x; i < texels; i += gl_WorkGroupSize.x)
+        depths[pages[group] * texels + i] = 0u;
+}

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// A texel of a face: the 1/z of the triangle's plane at its centre, as rasterize.h computes it, so
+// that depths have the processor's bits. Where there is no memory, nothing is drawn.
+#include "scenes/geometry.glsl"
+#include "shadowmap/cube_face.glsl"
+
+flat in uint mapIndex, face, triangle;
+flat in dvec3 plane;
+flat in vec3 range;
+
+#ifdef SDAG_SPARSE_PAGES
+layout(location = 0) out float depth; // the greatest stays: blending by maximum
+#else
+layout(std430, binding = 5) readonly buffer PageTable { uint pageTable[]; };
+layout(std430, binding = 6) buffer Depths { uint depths[]; };
+uniform uint pageTexelsLog2;
+#endif
+
+// Whether a cut triangle is opaque at the texel: a corner's weight is the volume of the texel's ray
+// and the edge across from it. A sun's corners were scaled by their depths, which comes out here.
+bool isOpaqueOnFace(ShadowMapInfo map, dvec3 ray) {
+    dvec3 p[3];
+    dvec3 weight = dvec3(1.0LF);
+    for (uint i = 0u; i < 3u; ++i) {
+        vec3 world = vertexWorld(triangle, i);
+        dvec3 q = dvec3(world) - dvec3(lightPosition(map));
+        if (map.isSun != 0u) {
+            q = windowFromWorld(map, dvec3(world));
+            double z = 1.0LF / q.z;
+            q = dvec3(q.x * z, q.y * z, z);
+            weight[i] = z;
+        }
+        p[i] = faceFromLight(face, q);
+    }
+    return isOpaque(triangle, dotInOrder(crossInOrder(p[1], p[2]), ray) * weight.x,
+                    dotInOrder(crossInOrder(p[2], p[0]), ray) * weight.y,
+                    dotInOrder(crossInOrder(p[0], p[1]), ray) * weight.z);
+}
+
+void main() {
+    ShadowMapInfo map = maps[mapIndex];
+    int n = int(map.faceTexels);
+    ivec2 texel = ivec2(gl_FragCoord.xy);
+    if (texel.x >= n || texel.y >= n)
+        discard;
+#ifndef SDAG_SPARSE_PAGES
+    uvec2 at = uvec2(texel);
+    uint page = pageTable[pageTableIndex(map, face, at.x >> pageTexelsLog2, at.y >> pageTexelsLog2)];
+    if (page == kNoPage)
+        discard;
+#endif
+    double X = double(2 * texel.x + 1 - n), Y = double(2 * texel.y + 1 - n);
+    precise double row = plane.y * Y + plane.z;
+    precise double exact = plane.x * X + row;
+    float w = min(max(float(exact), range.x), range.y);
+    if (w > range.z)
+        discard;
+    if (isCut(triangle) && !isOpaqueOnFace(map, dvec3(X / double(n), Y / double(n), 1.0LF)))
+        discard;
+#ifdef SDAG_SPARSE_PAGES
+    depth = w;
+#else
+    uint inPage = (1u << pageTexelsLog2) - 1u;
+    uint index = (page << (2u * pageTexelsLog2)) + ((at.y & inPage) << pageTexelsLog2) + (at.x & inPage);
+    uint bits = floatBitsToUint(w);
+    if (depths[index] < bits) // most fragments lie behind; what is read may be late, never too great
+        atomicMax(depths[index], bits);
+#endif
+}

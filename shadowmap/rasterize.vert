@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// A corner of a triangle on a face of a map: rasterize.h's set-up, as far as the hardware does not do
+// it. The viewport holds the largest face; a smaller one takes its lower left corner.
+#include "scenes/geometry.glsl"
+#include "shadowmap/cube_face.glsl"
+
+layout(location = 0) in uint item;
+layout(std430, binding = 0) readonly buffer Targets { uvec2 targets[]; }; // map, face
+uniform float viewportTexels;
+
+flat out uint mapIndex, face, triangle;
+flat out dvec3 plane; // 1/z = x X + y Y + z at the texel's X = 2 x + 1 - N, Y = 2 y + 1 - N
+flat out vec3 range;  // least and greatest 1/z of the triangle, what is nearer than the near plane
+out float gl_ClipDistance[2];
+
+dvec3 lightFromWorld(ShadowMapInfo map, vec3 world) {
+    if (map.isSun == 0u) {
+        precise dvec3 d = dvec3(world) - dvec3(lightPosition(map));
+        return d;
+    }
+    dvec3 q = windowFromWorld(map, dvec3(world));
+    precise double z = 1.0LF / q.z;
+    precise dvec3 p = dvec3(q.x * z, q.y * z, z);
+    return p;
+}
+
+double size(dvec3 p) { return max(abs(p.x), max(abs(p.y), abs(p.z))); }
+
+void main() {
+    mapIndex = targets[item].x;
+    face = targets[item].y;
+    triangle = batchTriangles[uint(gl_VertexID) / 3u];
+    ShadowMapInfo map = maps[mapIndex];
+    double texels = double(map.faceTexels), zNear = nearDepth(map);
+    dvec3 a = faceFromLight(face, lightFromWorld(map, vertexWorld(triangle, 0u)));
+    dvec3 b = faceFromLight(face, lightFromWorld(map, vertexWorld(triangle, 1u)));
+    dvec3 c = faceFromLight(face, lightFromWorld(map, vertexWorld(triangle, 2u)));
+
+    precise dvec3 ab = b - a, ac = c - a;
+    dvec3 normal = crossInOrder(ab, ac);
+    double k = dotInOrder(normal, a);
+    double zMin = min(a.z, min(b.z, c.z)), zMax = max(a.z, max(b.z, c.z));
+    precise double scale = 1.0LF / (k * texels);
+    precise dvec3 w = dvec3(normal.x * scale, normal.y * scale, normal.z / k);
+    plane = w;
+    precise float wMin = float(1.0LF / zMax), wNear = float(1.0LF / zNear);
+    precise float wMax = zMin > zNear ? float(1.0LF / zMin) : 3.0e38;
+    range = vec3(wMin, wMax, wNear);
+
+    // A plane that holds the light, to double rounding, has no area from there.
+    const double kUnit = 1.0LF / 9007199254740992.0LF;
+    bool hasArea = abs(k) > 32.0LF * kUnit * size(ab) * size(ac) * size(a) && zMax > 0.0LF;
+    uint corner = uint(gl_VertexID) % 3u;
+    dvec3 p = corner == 0u ? a : corner == 1u ? b : c;
+    double share = texels / double(viewportTexels);
+    gl_Position = hasArea ? vec4(p.x * share + p.z * (share - 1.0LF), p.y * share + p.z * (share - 1.0LF),
+                                 zNear, p.z)
+                          : vec4(0.0, 0.0, -1.0, 0.0);
+    gl_ClipDistance[0] = float(p.z - p.x);
+    gl_ClipDistance[1] = float(p.z - p.y);
+#ifdef SDAG_SPARSE_PAGES
+    gl_Layer = int(map.layers.y + (map.layers.z >> (4u * face) & 15u));
+#endif
+}
