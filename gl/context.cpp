@@ -5,6 +5,7 @@
 
 #include "cuda/backend.h"
 #include "gl/numerics.h"
+#include "gl/sparse_texture.h"
 
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
@@ -187,8 +188,11 @@ void GlContext::look() {
     info_.maxViewport = viewport[0] < frame ? viewport[0] : frame;
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &info_.maxArrayLayers);
     info_.hasSparseTextures = epoxy_has_gl_extension("GL_ARB_sparse_texture");
-    info_.hasLayerFromVertex = epoxy_has_gl_extension("GL_ARB_shader_viewport_layer_array") ||
-                               epoxy_has_gl_extension("GL_AMD_vertex_shader_layer");
+    info_.sparsePageTexels = GlSparseArray::pageTexels();
+    for (const char* name : {"GL_ARB_shader_viewport_layer_array", "GL_AMD_vertex_shader_layer"})
+        if (info_.layerExtension.empty() && epoxy_has_gl_extension(name))
+            info_.layerExtension = name;
+    info_.drawsSparseLayers = GlSparseArray::canBeDrawnInto(info_.layerExtension);
     const GlNumerics numerics = probeGlNumerics();
     info_.hasFusedMultiplyAdd = numerics.hasFusedMultiplyAdd;
     info_.hasExactDivision = numerics.hasExactDivision;
@@ -270,6 +274,10 @@ bool isPresent(std::string& why) {
 const bool isRegistered = registerBackend(Backend::kGl, {isPresent, glDeviceName, glDriverVersion});
 
 } // namespace
+
+const GlInfo& glDeviceInfo() {
+    return deviceInfo();
+}
 
 std::string glDeviceName() {
     return deviceInfo().renderer;

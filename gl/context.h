@@ -14,8 +14,10 @@ struct GlInfo {
     uint64_t maxStorageBytes = 0; ///< of a buffer that shaders read or write
     int maxViewport = 0;          ///< pixels a side
     int maxArrayLayers = 0;
-    bool hasSparseTextures = false;  ///< ARB_sparse_texture and its commits of single layers
-    bool hasLayerFromVertex = false; ///< a vertex shader may choose the layer
+    bool hasSparseTextures = false; ///< ARB_sparse_texture
+    uint32_t sparsePageTexels = 0;  ///< side of their pages (GlSparseArray), 0: not square
+    bool drawsSparseLayers = false; ///< GlSparseArray::canBeDrawnInto
+    std::string layerExtension;     ///< by which a vertex shader chooses the layer, or empty
     /// What arithmetic does, asked of the device itself: GLSL promises neither. Without them the
     /// texts compute in double and round.
     bool hasFusedMultiplyAdd = false; ///< fma() rounds once
@@ -65,6 +67,9 @@ private:
 /// waiting.
 /// @param what the work that is blamed
 void checkGl(const char* what);
+
+/// Returns what the OpenGL is that GlContext() gives; asked once a process. Throws Error kDevice.
+const GlInfo& glDeviceInfo();
 
 /// Returns the name and the version of the OpenGL that GlContext() gives. Throws Error kDevice.
 std::string glDeviceName();

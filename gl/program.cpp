@@ -2,6 +2,7 @@
 #include "gl/program.h"
 
 #include "cuda/error.h"
+#include "gl/context.h"
 
 #include <epoxy/gl.h>
 
@@ -22,6 +23,14 @@ std::string shaderLog(GLuint shader) {
     if (length > 0)
         glGetShaderInfoLog(shader, length, nullptr, log.data());
     return log.c_str();
+}
+
+// What debug output said of a refusal is in its log already.
+void forgetGlErrors() {
+    try {
+        checkGl("a refusal");
+    } catch (const Error&) {
+    }
 }
 
 std::string programLog(GLuint program) {
@@ -57,6 +66,7 @@ GlProgram::GlProgram(const std::string& name,
         glDeleteShader(shader); // goes with the program
         if (!isDone) {
             glDeleteProgram(object_);
+            forgetGlErrors();
             throw Error(ErrorKind::kDevice, "OpenGL refused " + path + " of program '" + name +
                                                 "':\n" + log +
                                                 "use --backend cpu, and report this driver");
@@ -68,6 +78,7 @@ GlProgram::GlProgram(const std::string& name,
     if (!isLinked) {
         const std::string log = programLog(object_);
         glDeleteProgram(object_);
+        forgetGlErrors();
         throw Error(ErrorKind::kDevice, "OpenGL could not link program '" + name + "':\n" + log +
                                             "use --backend cpu, and report this driver");
     }

@@ -67,10 +67,11 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
 }
 
 FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
-                                  const FrameOptions& options) {
+                                  const FrameOptions& asked) {
     State& state = *state_;
     const Backend backend = state.backend;
-    checkOptions(state, options);
+    checkOptions(state, asked);
+    const FrameOptions options = state.followed(asked);
     const auto current = state.makeCurrent();
     FrameResult result;
     StageTimes& stages = result.stages;
@@ -123,9 +124,10 @@ PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& opti
     return findPairs(*state_);
 }
 
-FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& options,
+FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& asked,
                                        int repeats) {
-    checkOptions(*state_, options);
+    checkOptions(*state_, asked);
+    const FrameOptions options = state_->followed(asked);
     const auto current = state_->makeCurrent();
     reset();
     FrameCosts costs = measureFrameCosts(

@@ -16,13 +16,15 @@ namespace shadowdag {
 /// is. Makes its context current by itself.
 class GlScene {
 public:
-    /// Throws Error kDevice where there is no OpenGL 4.5. The views are those of the host.
+    /// Pages are where setGlPages says. Throws Error kDevice where there is no OpenGL 4.5. The
+    /// views are those of the host.
     GlScene(const TriangleView& triangles, View<const uint32_t> batchTriangles, const DagView& dag);
     ~GlScene();
 
     void setPositions(View<const glm::vec3> positionsWorld);
 
     const GlContext& context() const { return context_; }
+    GlPages pages() const { return pages_; }
     GlGeometry& geometry() { return *geometry_; }
     GlGBuffer& gbuffer() { return *gbuffer_; }
     GlShading& shading() { return *shading_; }
@@ -31,6 +33,7 @@ private:
     void release();
 
     GlContext context_;
+    GlPages pages_;
     std::unique_ptr<GlGeometry> geometry_;
     std::unique_ptr<GlGBuffer> gbuffer_;
     std::unique_ptr<GlShading> shading_;
@@ -44,6 +47,9 @@ public:
 
     /// Makes OpenGL ready on this thread until what is returned goes.
     std::unique_ptr<GlContext::Current> makeCurrent() const;
+
+    /// Returns the options that frames follow: with sparse textures a page has the device's side.
+    FrameOptions followed(const FrameOptions& options) const;
 
     GlScene& scene() { return scene_; }
     GlMapDrawer& maps() { return *maps_; }

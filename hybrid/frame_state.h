@@ -80,6 +80,10 @@ struct FrameState {
     std::unique_ptr<GlContext::Current> makeCurrent() const {
         return gl ? gl->makeCurrent() : nullptr;
     }
+    /// Returns the options that frames of this backend follow (GlFrame::followed).
+    FrameOptions followed(const FrameOptions& options) const {
+        return gl ? gl->followed(options) : options;
+    }
 };
 
 /// Throws Error kUsage naming the option that is out of range, contradicts another, or that the

@@ -28,9 +28,9 @@ constexpr uint32_t kGroupSize = 64; // local_size_x of shade.comp
 constexpr uint32_t kCountsPerCluster = 5;
 constexpr uint32_t kDagBinding = 12;
 
-GlDefines shadeDefines(const GlInfo& info) {
+GlDefines shadeDefines(GlPages pages, const GlInfo& info) {
     GlDefines defines = numericDefines(info);
-    for (const auto& define : lookupDefines())
+    for (const auto& define : lookupDefines(pages, info.drawsSparseLayers))
         defines.push_back(define);
     defines.emplace_back("SDAG_DAG_BINDING", std::to_string(kDagBinding));
     return defines;
@@ -38,11 +38,11 @@ GlDefines shadeDefines(const GlInfo& info) {
 
 } // namespace
 
-GlShading::GlShading(const GlContext& context, GlGeometry& geometry)
+GlShading::GlShading(GlPages pages, const GlContext& context, GlGeometry& geometry)
     : context_(context),
       program_("shading", {{GlStage::kCompute, "hybrid/shade.comp"}},
                glGlsl() + scenesGlsl() + voxelGlsl() + shadowmapGlsl() + hybridGlsl(),
-               shadeDefines(context.info())),
+               shadeDefines(pages, context.info())),
       geometry_(geometry) {}
 
 void GlShading::setDag(const DagView& dag) {

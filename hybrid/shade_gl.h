@@ -10,8 +10,9 @@ namespace shadowdag {
 /// Shades with what a ShadeSamples of the CPU says. The context is current in every call.
 class GlShading {
 public:
-    /// @param geometry the world's; outlives it
-    GlShading(const GlContext& context, GlGeometry& geometry);
+    /// @param pages kSparse or kAtlas: what the maps are read from @param geometry the world's;
+    /// outlives it
+    GlShading(GlPages pages, const GlContext& context, GlGeometry& geometry);
 
     /// Copies the DAG; an empty one blocks nothing.
     void setDag(const DagView& dag);

@@ -6,14 +6,19 @@
 struct ShadowMapInfo {
     float lightX, lightY, lightZ, rangeWorld;
     uint faceTexels, facePages, pageTableStart, isSun;
-    uvec4 layers; // sparse: array, first layer, layer of face f - first: 4 bits each; 0
-    uvec4 spare;
+    uint layer0, layer1, layer2, layer3, layer4, layer5; // of sparse textures: array << 16 | layer
+    uint spare0, spare1;
     dvec4 u, v, w; // a sun's window: dot(xyz, point) - w
 };
 layout(std430, binding = SDAG_MAPS_BINDING) readonly buffer Maps { ShadowMapInfo maps[]; };
 
 const uint kNoPage = 0xffffffffu;
 const uint kSunFace = 4u;
+
+uint faceLayer(ShadowMapInfo map, uint face) {
+    return face < 3u ? (face == 0u ? map.layer0 : face == 1u ? map.layer1 : map.layer2)
+                     : (face == 3u ? map.layer3 : face == 4u ? map.layer4 : map.layer5);
+}
 
 vec3 lightPosition(ShadowMapInfo map) { return vec3(map.lightX, map.lightY, map.lightZ); }
 

@@ -7,7 +7,9 @@ uniform uint pageTexelsLog2;
 uniform float biasTexels;
 uniform uint filterTaps;
 
-#ifndef SDAG_SPARSE_PAGES
+#ifdef SDAG_SPARSE_PAGES
+#include "shadowmap/sparse_depth.glsl"
+#else
 layout(std430, binding = SDAG_DEPTHS_BINDING) readonly buffer Depths { uint depths[]; };
 #endif
 

@@ -295,6 +295,9 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
     assign.freshEntries = freshEntries_.view();
     assign.poolPages = uint32_t(fresh);
     assignPages(backend_, assign);
+    PageCommits commits;
+    const bool isCommitted = drawer_ && drawer_->commit(maps, std::as_const(freshEntries_).view(),
+                                                        std::as_const(pageTable_).view(), commits);
     timer.reset();
     timer.emplace(backend_, stages, "page clear");
     if (drawer_)
@@ -316,6 +319,10 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
     counts.pagesClearedCount = fresh;
     counts.pagesRetainedCount = retained;
     counts.pagesFreedCount = heldPages_ + counts.pagesCommittedCount - (pages + retained);
+    if (isCommitted) {
+        counts.pagesCommittedCount = commits.committedCount;
+        counts.pagesFreedCount = commits.freedCount;
+    }
     counts.keptMapCount = keptRequestCount_;
     heldPages_ = pages + retained;
     counts.mapBytes = heldPages_ * pageTexels() * sizeof(uint32_t) + pageTable_.bytes() +

@@ -8,8 +8,10 @@ flat in uint mapIndex, face, triangle;
 flat in dvec3 plane;
 flat in vec3 range;
 
-#ifdef SDAG_SPARSE_PAGES
+#if defined(SDAG_LAYERED)
 layout(location = 0) out float depth; // the greatest stays: blending by maximum
+#elif defined(SDAG_SPARSE_PAGES)
+layout(r32ui, binding = 0) coherent uniform uimage2DArray sparseLayers;
 #else
 layout(std430, binding = 5) readonly buffer PageTable { uint pageTable[]; };
 layout(std430, binding = 6) buffer Depths { uint depths[]; };
@@ -57,8 +59,10 @@ void main() {
         discard;
     if (isCut(triangle) && !isOpaqueOnFace(map, dvec3(X / double(n), Y / double(n), 1.0LF)))
         discard;
-#ifdef SDAG_SPARSE_PAGES
+#if defined(SDAG_LAYERED)
     depth = w;
+#elif defined(SDAG_SPARSE_PAGES)
+    imageAtomicMax(sparseLayers, ivec3(texel, faceLayer(map, face) & 0xffffu), floatBitsToUint(w));
 #else
     uint inPage = (1u << pageTexelsLog2) - 1u;
     uint index = (page << (2u * pageTexelsLog2)) + ((at.y & inPage) << pageTexelsLog2) + (at.x & inPage);

@@ -58,7 +58,7 @@ void main() {
                           : vec4(0.0, 0.0, -1.0, 0.0);
     gl_ClipDistance[0] = float(p.z - p.x);
     gl_ClipDistance[1] = float(p.z - p.y);
-#ifdef SDAG_SPARSE_PAGES
-    gl_Layer = int(map.layers.y + (map.layers.z >> (4u * face) & 15u));
+#ifdef SDAG_LAYERED
+    gl_Layer = int(faceLayer(map, face) & 0xffffu);
 #endif
 }

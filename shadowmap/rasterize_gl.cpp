@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shadowmap/rasterize_gl.h"
 
+#include "shadowmap/sparse_gl.h"
+
 #include <cstddef>
 
 namespace shadowdag {
 
-static_assert(offsetof(GlMap, layers) == 32 && offsetof(GlMap, u) == 64 &&
+static_assert(offsetof(GlMap, faceLayer) == 32 && offsetof(GlMap, u) == 64 &&
               offsetof(GlMap, w) == 128);
 
 GlMap glMap(const ShadowMapInfo& map) {
@@ -35,38 +37,87 @@ GlDefines numericDefines(const GlInfo& info) {
     return defines;
 }
 
-GlDefines lookupDefines() {
-    return {{"SDAG_MAPS_BINDING", std::to_string(GlMapDrawer::kMapsBinding)},
-            {"SDAG_PAGE_TABLE_BINDING", std::to_string(GlMapDrawer::kPageTableBinding)},
-            {"SDAG_DEPTHS_BINDING", std::to_string(GlMapDrawer::kDepthsBinding)}};
+GlDefines lookupDefines(GlPages pages, bool isLayered) {
+    GlDefines defines{{"SDAG_MAPS_BINDING", std::to_string(GlMapDrawer::kMapsBinding)},
+                      {"SDAG_PAGE_TABLE_BINDING", std::to_string(GlMapDrawer::kPageTableBinding)},
+                      {"SDAG_DEPTHS_BINDING", std::to_string(GlMapDrawer::kDepthsBinding)}};
+    if (pages == GlPages::kSparse)
+        defines.emplace_back("SDAG_SPARSE_PAGES", "1");
+    if (pages == GlPages::kSparse && isLayered)
+        defines.emplace_back("SDAG_LAYERED", "1");
+    return defines;
 }
 
 namespace {
 
-GlDefines rasterizeDefines(const GlInfo& info) {
+GlDefines rasterizeDefines(GlPages pages, bool isLayered, const GlInfo& info) {
     GlDefines defines = numericDefines(info);
-    for (const auto& define : lookupDefines())
+    for (const auto& define : lookupDefines(pages, isLayered))
         defines.push_back(define);
+    if (isLayered)
+        defines.emplace_back("extension", info.layerExtension);
     return defines;
 }
 
 } // namespace
 
-GlMapDrawer::GlMapDrawer(const GlContext& context, GlGeometry& geometry)
+std::unique_ptr<GlMapDrawer> GlMapDrawer::make(GlPages pages, const GlContext& context,
+                                               GlGeometry& geometry) {
+    if (pages == GlPages::kSparse)
+        return std::make_unique<GlSparseDrawer>(context, geometry);
+    return std::make_unique<GlAtlasDrawer>(context, geometry);
+}
+
+GlMapDrawer::GlMapDrawer(GlPages pages, bool isLayered, const GlContext& context,
+                         GlGeometry& geometry)
     : context_(context), geometry_(geometry),
       rasterize_("shadow map rasterization",
                  {{GlStage::kVertex, "shadowmap/rasterize.vert"},
                   {GlStage::kFragment, "shadowmap/rasterize.frag"}},
-                 glGlsl() + scenesGlsl() + shadowmapGlsl(), rasterizeDefines(context.info())),
+                 glGlsl() + scenesGlsl() + shadowmapGlsl(),
+                 rasterizeDefines(pages, isLayered, context.info())) {}
+
+void GlMapDrawer::setMaps(const std::vector<GlMap>& maps, View<const uint32_t> pageTable) {
+    for (const GlMap& map : maps)
+        if (int64_t(map.faceTexels) > context_.info().maxViewport)
+            throw Error(ErrorKind::kUsage, "a face of " + std::to_string(map.faceTexels) +
+                                               " texels, but this OpenGL draws " +
+                                               std::to_string(context_.info().maxViewport) +
+                                               " a side; lower the largest face resolution");
+    maps_.upload(maps);
+    pageTable_.upload(pageTable);
+    commands_.set(listed_);
+    targets_.upload(listedTargets_);
+}
+
+void GlMapDrawer::prepare(uint32_t viewportTexels) {
+    targets_.bindStorage(0);
+    maps_.bindStorage(kMapsBinding);
+    geometry_.bind(rasterize_);
+    rasterize_.set("viewportTexels", float(viewportTexels));
+    rasterize_.set("pageTexelsLog2", pageTexelsLog2_);
+}
+
+void GlMapDrawer::bindLookup(const GlProgram& program, const ShadowMapBias& bias) {
+    maps_.bindStorage(kMapsBinding);
+    pageTable_.bindStorage(kPageTableBinding);
+    bindDepths(program);
+    program.set("pageTexelsLog2", pageTexelsLog2_);
+    program.set("biasTexels", bias.constantTexels);
+    program.set("filterTaps", bias.taps);
+}
+
+GlAtlasDrawer::GlAtlasDrawer(const GlContext& context, GlGeometry& geometry)
+    : GlMapDrawer(GlPages::kAtlas, false, context, geometry),
       clearPages_("page clear", {{GlStage::kCompute, "shadowmap/clear_pages.comp"}},
                   glGlsl() + shadowmapGlsl()) {}
 
-void GlMapDrawer::makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) {
+void GlAtlasDrawer::makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) {
     pageTexelsLog2_ = pageTexelsLog2;
     depths_.resize((pageCount << (2 * pageTexelsLog2)) * sizeof(uint32_t), keeps);
 }
 
-void GlMapDrawer::clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) {
+void GlAtlasDrawer::clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) {
     std::vector<uint32_t> pages;
     pages.reserve(freshEntries.count);
     for (const uint32_t entry : freshEntries)
@@ -81,55 +132,26 @@ void GlMapDrawer::clear(View<const uint32_t> freshEntries, View<const uint32_t> 
     context_.finish("clearing pages");
 }
 
-void GlMapDrawer::draw(const RasterView& view, View<const uint32_t> pageTable) {
+void GlAtlasDrawer::draw(const RasterView& view, View<const uint32_t> pageTable) {
     std::vector<GlMap> maps;
     uint32_t widest = 1;
     for (const ShadowMapInfo& map : view.maps) {
         maps.push_back(glMap(map));
         widest = glm::max(widest, map.faceTexels);
     }
-    if (int64_t(widest) > context_.info().maxViewport)
-        throw Error(ErrorKind::kUsage, "a face of " + std::to_string(widest) +
-                                           " texels, but this OpenGL draws " +
-                                           std::to_string(context_.info().maxViewport) +
-                                           " a side; lower the largest face resolution");
-    maps_.upload(maps);
-    pageTable_.upload(pageTable);
-    openTable_.upload(view.pageTable);
-    std::vector<GlCommand> commands;
-    std::vector<glm::uvec2> targets;
-    for (const BatchDraw& draw : view.draws) {
-        const Batch& batch = view.batches[draw.batch];
-        for (uint32_t face = 0; face < kFaceCount; ++face) {
-            if (!(draw.faces >> face & 1u))
-                continue;
-            commands.push_back({3 * batch.count, 1, 3 * batch.first, uint32_t(targets.size())});
-            targets.emplace_back(draw.map, face);
-        }
-    }
-    if (commands.empty())
+    listed_.clear();
+    listedTargets_.clear();
+    list(view, [](uint32_t, uint32_t) { return true; });
+    setMaps(maps, pageTable);
+    if (listed_.empty())
         return;
-    commands_.set(commands);
-    targets_.upload(targets);
+    openTable_.upload(view.pageTable);
+    prepare(widest);
     target_.bind(int(widest), int(widest));
-    targets_.bindStorage(0);
-    maps_.bindStorage(kMapsBinding);
     openTable_.bindStorage(kPageTableBinding);
     depths_.bindStorage(kDepthsBinding);
-    geometry_.bind(rasterize_);
-    rasterize_.set("viewportTexels", float(widest));
-    rasterize_.set("pageTexelsLog2", pageTexelsLog2_);
     commands_.draw(rasterize_, 0, commands_.count());
     context_.finish("shadow map rasterization");
-}
-
-void GlMapDrawer::bindLookup(const GlProgram& program, const ShadowMapBias& bias) {
-    maps_.bindStorage(kMapsBinding);
-    pageTable_.bindStorage(kPageTableBinding);
-    depths_.bindStorage(kDepthsBinding);
-    program.set("pageTexelsLog2", pageTexelsLog2_);
-    program.set("biasTexels", bias.constantTexels);
-    program.set("filterTaps", bias.taps);
 }
 
 } // namespace shadowdag

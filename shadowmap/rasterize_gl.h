@@ -11,6 +11,7 @@
 #include "gl/context.h"
 #include "gl/draw.h"
 #include "scenes/geometry_gl.h"
+#include "shadowmap/gl_pages.h"
 #include "shadowmap/map_drawer.h"
 
 #include <memory>
@@ -25,7 +26,8 @@ struct alignas(32) GlMap {
     glm::vec3 lightPositionWorld;
     float rangeWorld;
     uint32_t faceTexels, facePages, pageTableStart, isSun;
-    uint32_t layers[4] = {}, spare[4] = {};
+    uint32_t faceLayer[kFaceCount] = {}; ///< sparse textures: array << 16 | layer, or kNoPage
+    uint32_t spare[2] = {};
     glm::dvec3 u;
     double u0;
     glm::dvec3 v;
@@ -38,38 +40,80 @@ static_assert(sizeof(GlMap) == 160);
 /// Returns a map for shaders.
 GlMap glMap(const ShadowMapInfo& map);
 
-/// Draws and keeps the pool. The context is current in every call, the destructor too.
+/// What OpenGL's drawers share: the program, the commands, maps and page table for lookups. The
+/// context is current in every call, the destructor too.
 class GlMapDrawer : public MapDrawer {
 public:
-    /// @param geometry what is drawn; outlives it
-    explicit GlMapDrawer(const GlContext& context, GlGeometry& geometry);
+    /// Returns the drawer that a device gets. @param geometry what is drawn; outlives it
+    static std::unique_ptr<GlMapDrawer> make(GlPages pages, const GlContext& context,
+                                             GlGeometry& geometry);
 
-    void makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) override;
-    void clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) override;
-    void draw(const RasterView& view, View<const uint32_t> pageTable) override;
-
-    /// Binds maps, page table and pool for lookups (shadowmap/lookup.glsl with the bindings of
-    /// lookupDefines) and sets its uniforms.
+    /// Binds maps, page table and depths for lookups (shadowmap/lookup.glsl with lookupDefines)
+    /// and sets its uniforms.
     void bindLookup(const GlProgram& program, const ShadowMapBias& bias);
-    /// Returns the pool's depths, as ShadowMapView has them.
-    std::vector<uint32_t> downloadDepths() const { return depths_.download<uint32_t>(); }
+    /// Returns the depths of all pages, as ShadowMapView has them.
+    virtual std::vector<uint32_t> downloadDepths() = 0;
 
     /// Bindings of bindLookup.
     static constexpr uint32_t kMapsBinding = 1, kPageTableBinding = 5, kDepthsBinding = 6;
 
-private:
+protected:
+    /// @param isLayered layers are the target, chosen by the vertex shader
+    GlMapDrawer(GlPages pages, bool isLayered, const GlContext& context, GlGeometry& geometry);
+    virtual void bindDepths(const GlProgram& program) = 0;
+    /// Copies maps, page table, commands and their targets.
+    void setMaps(const std::vector<GlMap>& maps, View<const uint32_t> pageTable);
+    /// Lists commands and their targets, those of `isIn(map, face)`, after the ones before.
+    template <class IsIn> void list(const RasterView& view, const IsIn& isIn) {
+        for (const BatchDraw& draw : view.draws) {
+            const Batch& batch = view.batches[draw.batch];
+            for (uint32_t face = 0; face < kFaceCount; ++face) {
+                if (!(draw.faces >> face & 1u) || !isIn(draw.map, face))
+                    continue;
+                listed_.push_back(
+                    {3 * batch.count, 1, 3 * batch.first, uint32_t(listedTargets_.size())});
+                listedTargets_.emplace_back(draw.map, face);
+            }
+        }
+    }
+    /// Binds all but depths and sets uniforms for commands into a viewport.
+    void prepare(uint32_t viewportTexels);
+
     const GlContext& context_;
     GlGeometry& geometry_;
-    GlProgram rasterize_, clearPages_;
+    GlProgram rasterize_;
     GlCommands commands_{"gl shadow map"};
-    GlNoTarget target_;
-    GlBuffer maps_{"gl shadow maps"}, pageTable_{"gl page table"}, openTable_{"gl open page table"},
-        depths_{"gl page pool"}, targets_{"gl draw targets"}, pages_{"gl fresh pages"};
+    GlBuffer maps_{"gl shadow maps"}, pageTable_{"gl page table"}, targets_{"gl draw targets"};
+    std::vector<GlCommand> listed_;
+    std::vector<glm::uvec2> listedTargets_;
     uint32_t pageTexelsLog2_ = 0;
 };
 
+/// Keeps the pool as the processor does: an atlas by page table.
+class GlAtlasDrawer final : public GlMapDrawer {
+public:
+    GlAtlasDrawer(const GlContext& context, GlGeometry& geometry);
+
+    void makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) override;
+    bool commit(View<const ShadowMapInfo>, View<const uint32_t>, View<const uint32_t>,
+                PageCommits&) override {
+        return false;
+    }
+    void clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) override;
+    void draw(const RasterView& view, View<const uint32_t> pageTable) override;
+    std::vector<uint32_t> downloadDepths() override { return depths_.download<uint32_t>(); }
+
+private:
+    void bindDepths(const GlProgram&) override { depths_.bindStorage(kDepthsBinding); }
+
+    GlProgram clearPages_;
+    GlNoTarget target_;
+    GlBuffer openTable_{"gl open page table"}, depths_{"gl page pool"}, pages_{"gl fresh pages"};
+};
+
 /// Returns the definitions that lookup.glsl is compiled with to read what GlMapDrawer binds.
-GlDefines lookupDefines();
+/// @param pages kSparse or kAtlas @param isLayered kSparse alone: texels are drawn, as floats
+GlDefines lookupDefines(GlPages pages, bool isLayered);
 
 /// Returns the definitions of gl/numerics.glsl for a device.
 GlDefines numericDefines(const GlInfo& info);

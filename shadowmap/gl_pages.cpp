@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "shadowmap/gl_pages.h"
+
+#include "cuda/error.h"
+
+#include <atomic>
+
+namespace shadowdag {
+
+namespace {
+
+std::atomic<GlPages> askedPages{GlPages::kAuto};
+
+// What is missing for sparse textures; empty: nothing.
+std::string missingFor(const GlInfo& info) {
+    if (!info.hasSparseTextures)
+        return "no ARB_sparse_texture";
+    if (info.sparsePageTexels < 16 || info.sparsePageTexels > 256)
+        return "pages of sparse textures are not squares of 16 to 256 texels";
+    return "";
+}
+
+} // namespace
+
+void setGlPages(GlPages pages) {
+    askedPages = pages;
+}
+
+GlPages askedGlPages() {
+    return askedPages;
+}
+
+GlPages chooseGlPages(GlPages asked, const GlInfo& info) {
+    const std::string missing = missingFor(info);
+    if (asked == GlPages::kSparse && !missing.empty())
+        throw Error(ErrorKind::kDevice, "sparse pages were asked for, but " + info.renderer +
+                                            " has " + missing + "; use an atlas");
+    return asked == GlPages::kAtlas || !missing.empty() ? GlPages::kAtlas : GlPages::kSparse;
+}
+
+std::string describeGlPages(GlPages asked, const GlInfo& info) {
+    const std::string side = std::to_string(info.sparsePageTexels);
+    if (chooseGlPages(asked, info) == GlPages::kSparse)
+        return info.renderer + ", pages of " + side + " x " + side +
+               " texels committed by ARB_sparse_texture" +
+               (info.drawsSparseLayers ? ", layers drawn into"
+                                       : ", written by atomics (it draws layers of them wrongly)");
+    const std::string missing = missingFor(info);
+    return info.renderer + ", pages in an atlas (" + (missing.empty() ? "as asked" : missing) + ")";
+}
+
+} // namespace shadowdag

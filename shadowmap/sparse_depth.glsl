@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Texels of maps in sparse textures (sparse_gl.h). A shader may not choose a sampler by a number that
+// differs between invocations, hence the list.
+#include "shadowmap/cube_face.glsl"
+
+#ifdef SDAG_LAYERED
+uniform sampler2DArray sparseMaps[16]; // kMaxSparseArrays
+#define SDAG_TEXEL(i) texelFetch(sparseMaps[i], at, 0).r
+#else
+uniform usampler2DArray sparseMaps[16]; // the bits of floats
+#define SDAG_TEXEL(i) uintBitsToFloat(texelFetch(sparseMaps[i], at, 0).r)
+#endif
+
+float sparseTexel(uint array, ivec3 at) {
+    switch (array) {
+    case 0u: return SDAG_TEXEL(0);
+    case 1u: return SDAG_TEXEL(1);
+    case 2u: return SDAG_TEXEL(2);
+    case 3u: return SDAG_TEXEL(3);
+    case 4u: return SDAG_TEXEL(4);
+    case 5u: return SDAG_TEXEL(5);
+    case 6u: return SDAG_TEXEL(6);
+    case 7u: return SDAG_TEXEL(7);
+    case 8u: return SDAG_TEXEL(8);
+    case 9u: return SDAG_TEXEL(9);
+    case 10u: return SDAG_TEXEL(10);
+    case 11u: return SDAG_TEXEL(11);
+    case 12u: return SDAG_TEXEL(12);
+    case 13u: return SDAG_TEXEL(13);
+    case 14u: return SDAG_TEXEL(14);
+    default: return SDAG_TEXEL(15);
+    }
+}
+
+float sparseDepth(ShadowMapInfo map, uint face, uint x, uint y) {
+    uint place = faceLayer(map, face);
+    return sparseTexel(place >> 16, ivec3(x, y, place & 0xffffu));
+}
