@@ -31,9 +31,10 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     if (!isVoxel && options.name != "raster")
         throw Error(ErrorKind::kUsage,
                     "bench '" + options.name + "': no such benchmark; there are voxel, raster");
-    if (options.global.backend == "cuda")
-        throw Error(ErrorKind::kUsage,
-                    "bench '" + options.name + "' runs on the processor: drop --backend cuda");
+    if (options.global.backend == "cuda" || options.global.backend == "gl")
+        throw Error(ErrorKind::kUsage, "bench '" + options.name +
+                                           "' runs on the processor: drop --backend " +
+                                           options.global.backend);
     for (const char* option : {"--resolution", "--nanovdb-limit", "--frame-size"})
         if (!isVoxel && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) + " is for bench voxel; drop it");

@@ -220,7 +220,7 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
                 throw Error(ErrorKind::kUsage, std::string(option) +
                                                    " and --from contradict each other: the maps "
                                                    "are measured; drop one of them");
-    const Experiment e = experimentOf(options, commandLine);
+    Experiment e = experimentOf(options, commandLine);
     std::vector<std::pair<uint32_t, uint32_t>> sizes;
     for (const std::string& size : parseList("--size", options.sizes))
         sizes.push_back(parseSize("--size", size));
@@ -235,6 +235,7 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     if (!options.observations.empty())
         checkWritable(options.observations);
     const Backend backend = options.global.apply(console, options.from.empty());
+    followGlPages(e, backend, commandLine);
     Json provenance = buildProvenance(backend);
     const Measured measured = options.from.empty()
                                   ? measure(options, e, sizes, repeats, backend, console)

@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "hybrid/resolution.h"
+#include "shadowmap/gl_pages.h"
 #include "tools/parse.h"
 
 #include <algorithm>
@@ -21,15 +22,40 @@ void GlobalOptions::declare(CommandLine& commandLine) {
                      "Where frames are made; auto says what it chose, cuda without a device and gl "
                      "without OpenGL 4.5 "
                      "are errors [auto]");
+    commandLine.text("--gl-pages", glPages, "auto|sparse|atlas",
+                     "Where --backend gl keeps pages of maps: sparse textures, whose pages the "
+                     "driver commits, or one atlas; auto takes sparse where it is [auto]");
 }
 
 Backend GlobalOptions::apply(const Console& console, bool announce) const {
+    if (glPages != "auto" && glPages != "sparse" && glPages != "atlas")
+        throw Error(ErrorKind::kUsage, "--gl-pages '" + glPages + "': use auto, sparse or atlas");
+    if (glPages != "auto" && backend != "gl")
+        throw Error(ErrorKind::kUsage, "--gl-pages is for --backend gl; drop it");
     const Backend chosen = chooseBackend(backend);
+    if (chosen == Backend::kGl) {
+        setGlPages(glPages == "sparse"  ? GlPages::kSparse
+                   : glPages == "atlas" ? GlPages::kAtlas
+                                        : GlPages::kAuto);
+        console.note("backend gl: " + describeGlPages(askedGlPages(), glDeviceInfo()));
+    }
     setThreadCount(int(parseInteger("--threads", threads, 0, 4096)));
     if (announce && backend == "auto")
         console.note(std::string("backend auto: ") + backendName(chosen) + ", " +
                      std::to_string(threadCount()) + (threadCount() == 1 ? " thread" : " threads"));
     return chosen;
+}
+
+void followGlPages(Experiment& experiment, Backend backend, const CommandLine& commandLine) {
+    if (backend != Backend::kGl || chooseGlPages(askedGlPages(), glDeviceInfo()) == GlPages::kAtlas)
+        return;
+    const std::vector<uint32_t> own{glDeviceInfo().sparsePageTexels};
+    if (commandLine.declares("--page-size") && commandLine.given("--page-size") &&
+        experiment.pageTexels != own)
+        throw Error(ErrorKind::kUsage, "--page-size: sparse textures have pages of " +
+                                           std::to_string(own[0]) +
+                                           " texels a side here; drop it, or use --gl-pages atlas");
+    experiment.pageTexels = own;
 }
 
 void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {

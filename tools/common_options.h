@@ -12,17 +12,22 @@
 
 namespace shadowdag {
 
-/// --json, --threads, --backend: on every subcommand.
+/// --json, --threads, --backend, --gl-pages: on every subcommand.
 struct GlobalOptions {
     bool json = false;
     std::string threads = "0";
     std::string backend = "auto";
+    std::string glPages = "auto";
 
     void declare(CommandLine& commandLine);
-    /// Sets the thread count, chooses the backend, says on standard error what auto chose when
-    /// `announce`.
+    /// Sets the thread count and where OpenGL keeps pages, chooses the backend, says on standard
+    /// error what auto chose when `announce`, and of gl what it runs on.
     Backend apply(const Console& console, bool announce) const;
 };
+
+/// Gives an experiment the page size that frames of a backend have: in sparse textures the
+/// device's. Throws Error kUsage for another one that was asked for.
+void followGlPages(Experiment& experiment, Backend backend, const CommandLine& commandLine);
 
 /// The texts of the shared options. A list is what `compare` takes; the others want one value of
 /// each.

@@ -231,8 +231,9 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     CompareShare share;
     if (commandLine.given("--part"))
         std::tie(share.part, share.partCount) = parseShare("--part", options.part, kMaxPartCount);
-    const Experiment experiment = experimentOf(options, commandLine);
+    Experiment experiment = experimentOf(options, commandLine);
     const Backend backend = options.global.apply(console, true);
+    followGlPages(experiment, backend, commandLine);
     if (experiment.isSequence && !options.part.empty())
         throw Error(ErrorKind::kUsage, "--part '" + options.part +
                                            "': frames of a sequence follow each other and cannot "

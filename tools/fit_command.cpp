@@ -212,7 +212,7 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " is for times, which --minimise bytes does not "
                                                "take; drop one of them");
-    const Experiment sweep = sweepOf(options, commandLine);
+    Experiment sweep = sweepOf(options, commandLine);
     const fs::path output = options.output;
     const std::string stem = (output.parent_path() / output.stem()).string();
     const std::string experimentPath =
@@ -222,6 +222,7 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     checkWritable(experimentPath);
     const std::string script = options.noCharts ? "" : findCharts("frontier_chart.py");
     const Backend backend = options.global.apply(console, true);
+    followGlPages(sweep, backend, commandLine);
     CostSource costs;
     if (!options.costs.empty())
         costs = readCostSource(options.costs, buildProvenance(backend));

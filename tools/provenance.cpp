@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/provenance.h"
 
+#include "shadowmap/gl_pages.h"
 #include "tools/provenance_values.h"
 
 #include <sys/utsname.h>
@@ -40,17 +41,21 @@ std::string voxelSourceHash() {
 
 Json buildProvenance(Backend backend) {
     const auto orNull = [](const std::string& text) { return text.empty() ? Json() : Json(text); };
-    return {{"commit", programCommit()},
-            {"version", programVersion()},
-            {"preset", SDAG_PRESET},
-            {"build_type", SDAG_BUILD_TYPE},
-            {"compiler", SDAG_COMPILER},
-            {"flags", SDAG_FLAGS},
-            {"backend", backendName(backend)},
-            {"cpu", processorName()},
-            {"device", orNull(deviceName(backend))},
-            {"driver", orNull(driverVersion(backend))},
-            {"thread_count", threadCount()}};
+    Json provenance{{"commit", programCommit()},
+                    {"version", programVersion()},
+                    {"preset", SDAG_PRESET},
+                    {"build_type", SDAG_BUILD_TYPE},
+                    {"compiler", SDAG_COMPILER},
+                    {"flags", SDAG_FLAGS},
+                    {"backend", backendName(backend)},
+                    {"cpu", processorName()},
+                    {"device", orNull(deviceName(backend))},
+                    {"driver", orNull(driverVersion(backend))},
+                    {"thread_count", threadCount()}};
+    if (backend == Backend::kGl)
+        provenance["gl_pages"] =
+            chooseGlPages(askedGlPages(), glDeviceInfo()) == GlPages::kSparse ? "sparse" : "atlas";
+    return provenance;
 }
 
 std::string textHash(const std::string& text) {

@@ -75,7 +75,7 @@ std::vector<ExrChannel> channelsOf(const RenderOptions& options, const SingleFra
 
 void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
-    const Experiment experiment = options.common.experiment(commandLine, false);
+    Experiment experiment = options.common.experiment(commandLine, false);
     options.method.check(commandLine, kMethods);
     const std::string extension = std::filesystem::path(options.output).extension().string();
     if (extension != ".exr" && extension != ".png")
@@ -108,6 +108,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     }
     checkWritable(options.output);
     const Backend backend = options.global.apply(console, true);
+    followGlPages(experiment, backend, commandLine);
 
     const bool isEmbree = options.method.method == "embree";
     SingleFrames frames(options.scene, options.common, experiment, options.method,

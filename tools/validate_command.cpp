@@ -67,7 +67,7 @@ void writeMaps(const std::string& directory, const SingleFrames& frames, const F
 
 void runValidate(const ValidateOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
-    const Experiment experiment = options.common.experiment(commandLine, false);
+    Experiment experiment = options.common.experiment(commandLine, false);
     options.method.check(commandLine, {"dag", "dag-exact", "maps", "hybrid"});
     if (experiment.frames.size() > 1)
         throw Error(ErrorKind::kUsage, "--frames '" + experiment.framesText +
@@ -81,6 +81,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
         checkWritable(options.output + "/error.png");
     }
     const Backend backend = options.global.apply(console, true);
+    followGlPages(experiment, backend, commandLine);
     SingleFrames frames(options.scene, options.common, experiment, options.method, true, backend,
                         console);
     const FrameResult& result =

@@ -169,6 +169,9 @@ TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
          "none.json"},
         {{"bench", "nothing"}, 1, "there are voxel, raster"},
         {{"bench", "voxel", "--backend", "cuda"}, 1, "drop --backend cuda"},
+        {{"bench", "voxel", "--backend", "gl"}, 1, "drop --backend gl"},
+        {{"info", kScene, "--gl-pages", "atlas"}, 1, "--gl-pages is for --backend gl"},
+        {{"info", kScene, "--backend", "gl", "--gl-pages", "pool"}, 1, "use auto, sparse or atlas"},
     };
     expectRefused(directory, cases);
     EXPECT_FALSE(std::filesystem::exists(exr));
