@@ -5,13 +5,17 @@ layout(local_size_x = 64) in;
 
 layout(std430, binding = 0) readonly buffer Pages { uint pages[]; };
 layout(std430, binding = 6) writeonly buffer Depths { uint depths[]; };
+layout(std430, binding = 11) writeonly buffer MoreDepths { uint moreDepths[]; };
 uniform uint pageTexelsLog2, pageCount;
 
 void main() {
     uint group = groupIndex();
     if (group >= pageCount)
         return;
-    uint texels = 1u << (2u * pageTexelsLog2);
+    uint texels = 1u << (2u * pageTexelsLog2), first = pages[group] * texels;
     for (uint i = gl_LocalInvocationID.x; i < texels; i += gl_WorkGroupSize.x)
-        depths[pages[group] * texels + i] = 0u;
+        if (first < SDAG_CHUNK_TEXELS) // a page lies in one of the two
+            depths[first + i] = 0u;
+        else
+            moreDepths[first + i - SDAG_CHUNK_TEXELS] = 0u;
 }

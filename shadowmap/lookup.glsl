@@ -11,6 +11,7 @@ uniform uint filterTaps;
 #include "shadowmap/sparse_depth.glsl"
 #else
 layout(std430, binding = SDAG_DEPTHS_BINDING) readonly buffer Depths { uint depths[]; };
+layout(std430, binding = SDAG_MORE_DEPTHS_BINDING) readonly buffer MoreDepths { uint moreDepths[]; };
 #endif
 
 const uint kTapLit = 0u, kTapDark = 1u, kTapMissing = 2u;
@@ -34,8 +35,10 @@ uint tapAnswer(ShadowMapInfo map, CubeTexel texel, float limit) {
     float w = sparseDepth(map, texel.face, texel.x, texel.y);
 #else
     uint inPage = (1u << pageTexelsLog2) - 1u;
-    float w = uintBitsToFloat(depths[(page << (2u * pageTexelsLog2)) +
-                                     ((texel.y & inPage) << pageTexelsLog2) + (texel.x & inPage)]);
+    uint index = (page << (2u * pageTexelsLog2)) + ((texel.y & inPage) << pageTexelsLog2) +
+                 (texel.x & inPage);
+    float w = uintBitsToFloat(index < SDAG_CHUNK_TEXELS ? depths[index]
+                                                        : moreDepths[index - SDAG_CHUNK_TEXELS]);
 #endif
     return w > limit ? kTapDark : kTapLit;
 }

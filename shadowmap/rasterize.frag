@@ -15,6 +15,7 @@ layout(r32ui, binding = 0) coherent uniform uimage2DArray sparseLayers;
 #else
 layout(std430, binding = 5) readonly buffer PageTable { uint pageTable[]; };
 layout(std430, binding = 6) buffer Depths { uint depths[]; };
+layout(std430, binding = 11) buffer MoreDepths { uint moreDepths[]; };
 uniform uint pageTexelsLog2;
 #endif
 
@@ -67,7 +68,12 @@ void main() {
     uint inPage = (1u << pageTexelsLog2) - 1u;
     uint index = (page << (2u * pageTexelsLog2)) + ((at.y & inPage) << pageTexelsLog2) + (at.x & inPage);
     uint bits = floatBitsToUint(w);
-    if (depths[index] < bits) // most fragments lie behind; what is read may be late, never too great
-        atomicMax(depths[index], bits);
+    // Most fragments lie behind; what is read may be late, never too great.
+    if (index < SDAG_CHUNK_TEXELS) {
+        if (depths[index] < bits)
+            atomicMax(depths[index], bits);
+    } else if (moreDepths[index - SDAG_CHUNK_TEXELS] < bits) {
+        atomicMax(moreDepths[index - SDAG_CHUNK_TEXELS], bits);
+    }
 #endif
 }

@@ -37,10 +37,17 @@ GlDefines numericDefines(const GlInfo& info) {
     return defines;
 }
 
-GlDefines lookupDefines(GlPages pages, bool isLayered) {
+uint64_t atlasChunkTexels(const GlInfo& info) {
+    constexpr uint64_t kLargestPage = 256 * 256, kMost = uint64_t(1) << 31;
+    return glm::min(info.maxStorageBytes / sizeof(uint32_t), kMost) / kLargestPage * kLargestPage;
+}
+
+GlDefines lookupDefines(GlPages pages, bool isLayered, const GlInfo& info) {
     GlDefines defines{{"SDAG_MAPS_BINDING", std::to_string(GlMapDrawer::kMapsBinding)},
                       {"SDAG_PAGE_TABLE_BINDING", std::to_string(GlMapDrawer::kPageTableBinding)},
-                      {"SDAG_DEPTHS_BINDING", std::to_string(GlMapDrawer::kDepthsBinding)}};
+                      {"SDAG_DEPTHS_BINDING", std::to_string(GlMapDrawer::kDepthsBinding)},
+                      {"SDAG_MORE_DEPTHS_BINDING", std::to_string(GlMapDrawer::kMoreDepthsBinding)},
+                      {"SDAG_CHUNK_TEXELS", std::to_string(atlasChunkTexels(info)) + "u"}};
     if (pages == GlPages::kSparse)
         defines.emplace_back("SDAG_SPARSE_PAGES", "1");
     if (pages == GlPages::kSparse && isLayered)
@@ -52,7 +59,7 @@ namespace {
 
 GlDefines rasterizeDefines(GlPages pages, bool isLayered, const GlInfo& info) {
     GlDefines defines = numericDefines(info);
-    for (const auto& define : lookupDefines(pages, isLayered))
+    for (const auto& define : lookupDefines(pages, isLayered, info))
         defines.push_back(define);
     if (isLayered)
         defines.emplace_back("extension", info.layerExtension);
@@ -110,11 +117,27 @@ void GlMapDrawer::bindLookup(const GlProgram& program, const ShadowMapBias& bias
 GlAtlasDrawer::GlAtlasDrawer(const GlContext& context, GlGeometry& geometry)
     : GlMapDrawer(GlPages::kAtlas, false, context, geometry),
       clearPages_("page clear", {{GlStage::kCompute, "shadowmap/clear_pages.comp"}},
-                  glGlsl() + shadowmapGlsl()) {}
+                  glGlsl() + shadowmapGlsl(),
+                  lookupDefines(GlPages::kAtlas, false, context.info())) {}
+
+void GlAtlasDrawer::bindDepths(const GlProgram&) {
+    depths_.bindStorage(kDepthsBinding);
+    moreDepths_.bindStorage(kMoreDepthsBinding);
+}
+
+std::vector<uint32_t> GlAtlasDrawer::downloadDepths() {
+    std::vector<uint32_t> depths = depths_.download<uint32_t>();
+    const std::vector<uint32_t> more = moreDepths_.download<uint32_t>();
+    depths.insert(depths.end(), more.begin(), more.end());
+    return depths;
+}
 
 void GlAtlasDrawer::makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) {
     pageTexelsLog2_ = pageTexelsLog2;
-    depths_.resize((pageCount << (2 * pageTexelsLog2)) * sizeof(uint32_t), keeps);
+    const uint64_t texels = pageCount << (2 * pageTexelsLog2);
+    const uint64_t first = glm::min(texels, atlasChunkTexels(context_.info()));
+    depths_.resize(first * sizeof(uint32_t), keeps);
+    moreDepths_.resize((texels - first) * sizeof(uint32_t), keeps);
 }
 
 void GlAtlasDrawer::clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) {
@@ -125,7 +148,7 @@ void GlAtlasDrawer::clear(View<const uint32_t> freshEntries, View<const uint32_t
             pages.push_back(pageTable[entry]);
     pages_.upload(pages);
     pages_.bindStorage(0);
-    depths_.bindStorage(kDepthsBinding);
+    bindDepths(clearPages_);
     clearPages_.set("pageTexelsLog2", pageTexelsLog2_);
     clearPages_.set("pageCount", uint32_t(pages.size()));
     clearPages_.dispatch(pages.size());
@@ -149,7 +172,7 @@ void GlAtlasDrawer::draw(const RasterView& view, View<const uint32_t> pageTable)
     prepare(widest);
     target_.bind(int(widest), int(widest));
     openTable_.bindStorage(kPageTableBinding);
-    depths_.bindStorage(kDepthsBinding);
+    bindDepths(rasterize_);
     commands_.draw(rasterize_, 0, commands_.count());
     context_.finish("shadow map rasterization");
 }

@@ -55,7 +55,8 @@ public:
     virtual std::vector<uint32_t> downloadDepths() = 0;
 
     /// Bindings of bindLookup.
-    static constexpr uint32_t kMapsBinding = 1, kPageTableBinding = 5, kDepthsBinding = 6;
+    static constexpr uint32_t kMapsBinding = 1, kPageTableBinding = 5, kDepthsBinding = 6,
+                              kMoreDepthsBinding = 11;
 
 protected:
     /// @param isLayered layers are the target, chosen by the vertex shader
@@ -89,7 +90,8 @@ protected:
     uint32_t pageTexelsLog2_ = 0;
 };
 
-/// Keeps the pool as the processor does: an atlas by page table.
+/// Keeps the pool as the processor does: an atlas by page table. It lies in two buffers, because
+/// shaders reach no more of one than GlInfo::maxStorageBytes (128 MiB on Mesa's llvmpipe).
 class GlAtlasDrawer final : public GlMapDrawer {
 public:
     GlAtlasDrawer(const GlContext& context, GlGeometry& geometry);
@@ -101,19 +103,23 @@ public:
     }
     void clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) override;
     void draw(const RasterView& view, View<const uint32_t> pageTable) override;
-    std::vector<uint32_t> downloadDepths() override { return depths_.download<uint32_t>(); }
+    std::vector<uint32_t> downloadDepths() override;
 
 private:
-    void bindDepths(const GlProgram&) override { depths_.bindStorage(kDepthsBinding); }
+    void bindDepths(const GlProgram&) override;
 
     GlProgram clearPages_;
     GlNoTarget target_;
-    GlBuffer openTable_{"gl open page table"}, depths_{"gl page pool"}, pages_{"gl fresh pages"};
+    GlBuffer openTable_{"gl open page table"}, depths_{"gl page pool"},
+        moreDepths_{"gl page pool, second part"}, pages_{"gl fresh pages"};
 };
 
 /// Returns the definitions that lookup.glsl is compiled with to read what GlMapDrawer binds.
 /// @param pages kSparse or kAtlas @param isLayered kSparse alone: texels are drawn, as floats
-GlDefines lookupDefines(GlPages pages, bool isLayered);
+GlDefines lookupDefines(GlPages pages, bool isLayered, const GlInfo& info);
+
+/// Returns how many texels the first of GlAtlasDrawer's buffers holds: whole pages of any size.
+uint64_t atlasChunkTexels(const GlInfo& info);
 
 /// Returns the definitions of gl/numerics.glsl for a device.
 GlDefines numericDefines(const GlInfo& info);

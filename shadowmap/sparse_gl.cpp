@@ -45,9 +45,11 @@ GlSparseDrawer::GlSparseDrawer(const GlContext& context, GlGeometry& geometry,
     : GlMapDrawer(GlPages::kSparse, isLayered(context, memory), context, geometry), memory_(memory),
       isLayered_(isLayered(context, memory)),
       gather_("page gathering", {{GlStage::kCompute, "shadowmap/gather_pages.comp"}},
-              glGlsl() + shadowmapGlsl(), lookupDefines(GlPages::kSparse, isLayered_)),
+              glGlsl() + shadowmapGlsl(),
+              lookupDefines(GlPages::kSparse, isLayered_, context.info())),
       clearPages_("page clear", {{GlStage::kCompute, "shadowmap/clear_sparse.comp"}},
-                  glGlsl() + shadowmapGlsl(), lookupDefines(GlPages::kSparse, isLayered_)) {}
+                  glGlsl() + shadowmapGlsl(),
+                  lookupDefines(GlPages::kSparse, isLayered_, context.info())) {}
 
 uint32_t GlSparseDrawer::Array::pagesPerSide() const {
     return side / pageTexels;

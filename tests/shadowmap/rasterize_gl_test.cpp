@@ -146,6 +146,21 @@ TEST_P(RasterizeGl, LooseTrianglesCoverTheSameTexelsButAtOutlines) {
     EXPECT_LE(p.unlikePercent(), 0.005) << p;  // and 0.0035
 }
 
+// More texels than shaders reach of one buffer: the atlas goes on in another.
+TEST_P(RasterizeGl, PoolsLargerThanABufferAreDrawn) {
+    const uint64_t limit = context->info().maxStorageBytes / sizeof(uint32_t);
+    if (GetParam() != Where::kAtlas || limit > 1u << 26)
+        GTEST_SKIP() << "an atlas of " << limit << " texels fits a buffer";
+    SmallScene scene;
+    scene.addBox(glm::vec3(-3), glm::vec3(3));
+    options.poolBytes = 2 * context->info().maxStorageBytes;
+    const uint32_t texels = 2048; // 6 faces of 2^22: two maps are over 2^25
+    const DepthParity p =
+        compare(scene, {{{0.5f, 0, 0}, 9.0f, 0, texels}, {{0, 1, 0}, 9.0f, 1, texels}});
+    EXPECT_GT(p.texelCount, limit);
+    EXPECT_EQ(p.coverageCount + p.unlikeCount, 0u) << p;
+}
+
 TEST_P(RasterizeGl, MemoryIsCommittedForThePagesThatAreNeeded) {
     SmallScene scene;
     scene.addBox(glm::vec3(-3), glm::vec3(3));

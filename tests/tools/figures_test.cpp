@@ -117,6 +117,25 @@ TEST(Figures, StepsOfCullingAreSharesOfTheirSumAndStagesAreDrawnInGroups) {
     EXPECT_NEAR(stages["series"]["RT: culling (ms)"][0].get<double>(), 0.8, 1e-9);
 }
 
+// Commits of sparse textures are the driver's: figure 11 then shows their own time and says so.
+TEST(Figures, CommitsByTheDriverAreShownAsSuch) {
+    const TemporaryDirectory directory;
+    Json results = madeUp(directory, {"PMCD-EB", "PMCD-EB-SO"});
+    const auto draw = [&](const char* output) {
+        writeText(directory / "r.json", results.dump());
+        drawCharts(SDAG_FIGURES, directory / "r.json", directory / output, {"--figure", "11"});
+        return Json::parse(readText(directory / output + "/figure_11_builtin_made_up.json"));
+    };
+    const Json ours = draw("ours");
+    EXPECT_EQ(ours["series"]["PMCD-EB-SO page allocation (ms)"][0], 0.8); // commit and clear
+    results["provenance"]["gl_pages"] = "sparse";
+    const Json drivers = draw("drivers");
+    EXPECT_EQ(drivers["series"]["PMCD-EB-SO page commit (ms)"][0], 0.5);
+    EXPECT_THAT(drivers["claims"][0]["measured"].get<std::string>(),
+                HasSubstr("the driver's commits"));
+    EXPECT_THAT(drivers["caption"].get<std::string>(), HasSubstr("by the driver"));
+}
+
 TEST(Figures, WhatIsNotMeasuredIsLeftOutByNameUnlessAskedFor) {
     const TemporaryDirectory directory;
     Json results = madeUp(directory, {"CFM", "PMCD-EB"});
