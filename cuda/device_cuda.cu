@@ -34,8 +34,8 @@ bool usesPool() {
 bool isPresent(std::string& why) {
     int count = 0; // cudaGetDeviceCount leaves it unwritten when the driver is missing
     const cudaError_t status = cudaGetDeviceCount(&count);
-    if (status != cudaSuccess) {
-        (void)cudaGetLastError(); // the next call shall not report this one's failure
+    (void)cudaGetLastError(); // the next call shall not report this one's failure
+    if (status != cudaSuccess && status != cudaErrorNoDevice) {
         why = std::string("no CUDA device answers: ") + cudaGetErrorString(status) +
               "; install NVIDIA's driver, or use --backend cpu";
         return false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The built program as scripts meet it: help, exit statuses, messages, one JSON object on standard
 // output.
+#include "cuda/backend.h"
 #include "tests/tools/program_refusals.h"
 
 #include <OpenEXR/ImfChannelList.h>
@@ -178,13 +179,29 @@ TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
     EXPECT_FALSE(std::filesystem::exists(dag));
 }
 
-TEST(Program, AskingForAMissingDeviceIsStatusFour) {
+// One binary for machines with and without a device: here none is visible, whatever there is.
+TEST(Program, WithoutADeviceRefusesCudaWithTheReasonAndServesTheCpu) {
     const TemporaryDirectory directory;
-    const ProgramResult result = runShadowdag(directory, {"info", kScene, "--backend", "cuda"});
-    if (result.status == 0)
-        GTEST_SKIP() << "there is a CUDA device here";
-    EXPECT_EQ(result.status, 4);
-    EXPECT_THAT(result.err, HasSubstr("shadowdag: error: "));
+    const std::string exr = directory / "a.exr";
+    const Arguments render = Arguments{"render", kScene, "-o", exr, "--method", "dag"} + kSmall;
+    const Arguments blind = {"/usr/bin/env", "CUDA_VISIBLE_DEVICES="};
+    for (const Arguments& command : {Arguments{"info", kScene}, render}) {
+        const ProgramResult result =
+            runShadowdag(directory, command + Arguments{"--backend", "cuda"}, blind);
+        EXPECT_EQ(result.status, 4);
+        EXPECT_THAT(result.err, HasSubstr("shadowdag: error: backend 'cuda' was asked for, but "));
+        EXPECT_THAT(result.err, HasSubstr(builtWithCuda() ? "CUDA driver" : "built without CUDA"));
+        EXPECT_THAT(result.err, HasSubstr("--backend cpu"));
+        EXPECT_FALSE(std::filesystem::exists(exr));
+    }
+    ProgramResult result = runShadowdag(directory, render + Arguments{"--backend", "cpu"}, blind);
+    EXPECT_EQ(result.status, 0) << result.err;
+    const std::vector<float> byCpu = readChannel(exr, "R");
+    std::filesystem::remove(exr);
+    result = runShadowdag(directory, render, blind);
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("backend auto: cpu"));
+    EXPECT_EQ(readChannel(exr, "R"), byCpu);
 }
 
 TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
