@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// Parity of the frame: every pass, and whole frames by every method, over every built-in scene. By
+// the CPU's one text (which the device runs) everywhere, on a device where there is one.
+#include "tests/hybrid/parity_stage.h"
+
+namespace shadowdag::test {
+namespace {
+
+class PassParity : public ParityStage {};
+
+/// Adds everything that gathering wrote.
+void addGathered(Snapshot& snapshot, const FrameState& state) {
+    // Positions, normals and depths are floats that clusters, pairs and pages are decided by.
+    snapshot.add("g-buffer triangle", state.gbuffer.triangle);
+    snapshot.add("g-buffer depth", state.gbuffer.depthView);
+    snapshot.add("g-buffer position", state.gbuffer.positionWorld);
+    snapshot.add("g-buffer normal", state.gbuffer.normalWorld);
+    snapshot.add("cluster cell", state.clusters.cell);
+    snapshot.add("cluster sample start", state.clusters.sampleStart);
+    snapshot.add("cluster samples", state.clusters.samples);
+    snapshot.add("cluster of sample", state.clusters.clusterOfSample);
+    snapshot.add("cluster normals", state.clusters.normalCell);
+    snapshot.add("cluster boxes", state.clusters.boxesWorld);
+    snapshot.add("cluster light start", state.lists.start);
+    snapshot.add("cluster lights", state.lists.lights);
+    snapshot.add("cluster light records", state.lists.record);
+    snapshot.add("demand of lights", state.demand.resolutionSquaredBits);
+    // Of pairs that are taken out nobody asks, and nothing is written.
+    std::vector<float> wanted = state.demand.wantedSquared.download();
+    const std::vector<uint32_t> records = state.lists.record.download();
+    for (size_t i = 0; i < wanted.size(); ++i)
+        wanted[i] = records[i] == kProvenLit ? 0.0f : wanted[i];
+    snapshot.add("demand of pairs", wanted);
+    snapshot.add("demand of maps", state.demand.mapSquaredBits);
+    snapshot.add("demand samples", state.demand.mapSampleCount);
+    snapshot.add("demand clusters", state.demand.mapClusterCount);
+}
+
+/// Adds everything that shading wrote, and the pairs.
+void addShaded(Snapshot& snapshot, FrameState& state, const FrameOptions& options) {
+    ShadeSamples shading = prepareShading(state, options);
+    shadeUnlit(state.backend, shading);
+    shadeLights(state.backend, shading);
+    snapshot.addNear("colour", state.color.download(), kColorTolerance);
+    snapshot.add("ray counts", state.rayCount);
+    snapshot.add("lookup counts", state.lookupCount);
+    snapshot.add("proven counts", state.provenCount);
+    snapshot.add("missing tap counts", state.missingTapCount);
+    snapshot.add("mover test counts", state.moverTestCount);
+    FrameResult result;
+    result.maps = describeMaps(state, options);
+    recordPairs(state, shading, state.lists.record.download(), result);
+    snapshot.add("pair start", result.pairs.sampleStart);
+    snapshot.add("pair lights", result.pairs.light);
+    snapshot.add("pair visibility", result.visibility);
+    snapshot.add("pair maps", result.pairMap);
+    shading.lists = orderLights(state.backend, state.lists.view(), state.scene.lightBvh(),
+                                shading.lights.count, state.orderedLights);
+    snapshot.add("ordered cluster lights", state.orderedLights.lights);
+    snapshot.add("ordered cluster light records", state.orderedLights.record);
+}
+
+/// Runs all passes over two frames between which the scene moves; every other map is traced.
+Snapshot passesOf(Backend backend, World& world, const Dag& dag, const Camera& camera,
+                  const FrameOptions& options) {
+    FrameState state(backend, world, dag);
+    Snapshot snapshot;
+    StageTimes stages;
+    for (const float time : {0.0f, 0.5f}) {
+        snapshot.under("time " + std::to_string(time) + ": ");
+        if (time > 0)
+            state.scene.update(world.setTime(time), stages, stages);
+        gatherFrame(state, makeViewRays(camera, options.width, options.height), options, stages);
+        addGathered(snapshot, state);
+        std::vector<MapRecord> records = describeMaps(state, options);
+        countQuantities(state, options, kCountsAll, records, stages);
+        for (size_t r = 0; r < records.size(); ++r)
+            records[r].route = r % 2 ? Route::kRays : Route::kMap;
+        addRecords(snapshot, records);
+        buildMaps(state, records, options, stages);
+        addMaps(snapshot, hostShadowMaps(state));
+        addCounts(snapshot, state.maps.counts());
+        snapshot.add("pages per map", state.maps.pagesPerMap());
+        snapshot.add("triangles per map", state.maps.trianglesPerMap());
+        addShaded(snapshot, state, options);
+    }
+    return snapshot;
+}
+
+TEST_P(PassParity, OfEveryPassOverTwoFramesIsBitForBit) {
+    EXPECT_EQ(differenceOf([&](Backend backend, bool isOneText) {
+                  return passesOf(backend, *world, dag, camera(), options(isOneText));
+              }),
+              "");
+}
+
+// What the defaults leave out: clusters by normals and explicit bounds, several maps a light,
+// everything asked for by pixels on its plane, small pages that are kept, and a full pool.
+TEST_P(PassParity, WithTheOtherOptionsIsBitForBit) {
+    EXPECT_EQ(differenceOf([&](Backend backend, bool isOneText) {
+                  FrameOptions o = options(isOneText);
+                  o.clusterBounds = ClusterBounds::kExplicit;
+                  o.normalClusters = 3;
+                  o.mapsPerLight = 4;
+                  o.resolutionRule = ResolutionRule::kPlane;
+                  o.maps.pageTexels = 32;
+                  o.maps.retainsPages = true;
+                  o.maps.poolBytes = 1ull << 20;
+                  o.maps.taps = o.bias.taps = 9;
+                  return passesOf(backend, *world, dag, camera(), o);
+              }),
+              "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, PassParity, testing::ValuesIn(parityCases()), caseName);
+
+class FrameParity : public ParityStage {};
+
+/// Adds a whole frame as callers see it.
+void addFrame(Snapshot& snapshot, const FrameResult& frame) {
+    snapshot.add("pair start", frame.pairs.sampleStart);
+    snapshot.add("pair lights", frame.pairs.light);
+    addRecords(snapshot, frame.maps);
+    std::vector<uint32_t> routes;
+    for (const Route route : frame.pairRoute)
+        routes.push_back(uint32_t(route));
+    snapshot.add("pair routes", routes);
+    snapshot.add("pair maps", frame.pairMap);
+    snapshot.add("visibility", frame.visibility);
+    snapshot.addNear("colour", frame.color, kColorTolerance);
+    const FrameCounts& counts = frame.counts;
+    snapshot.add("counts",
+                 std::vector<uint64_t>{
+                     counts.sampleCount, counts.clusterCount, counts.clusterLightCount,
+                     counts.prunedClusterLightCount, counts.pairCount, counts.rayCount,
+                     counts.moverTestCount, counts.wholeLitPairCount, counts.wholeDarkPairCount,
+                     counts.mixedPairCount, counts.lookupCount, counts.provenPairCount,
+                     counts.tracedLightCount, counts.mappedLightCount, counts.tracedMapCount,
+                     counts.drawnMapCount, counts.missingTapCount});
+    addCounts(snapshot, frame.counts.maps);
+}
+
+struct Method {
+    const char *name, *model;
+    RayKind kind = RayKind::kVoxels;
+    LodRule lod = LodRule::kFixed;
+    float polygonLod = 0.0f;
+};
+const Method kMethods[] = {
+    {"dag", "texels:inf"},
+    {"dag by footprint", "texels:inf", RayKind::kVoxels, LodRule::kFootprint},
+    {"dag by coverage", "texels:inf", RayKind::kVoxels, LodRule::kCoverage},
+    {"dag-exact", "texels:inf", RayKind::kExact},
+    {"maps", "texels:0"},
+    {"maps of simplified polygons", "texels:0", RayKind::kVoxels, LodRule::kFixed, 2.0f},
+    {"hybrid", "texels:32"},
+    {"hybrid by all quantities",
+     "expr:pairs + 3 * pages + triangles / 64 + 8 * movers < 900 + samples / 4"}};
+
+TEST_P(FrameParity, OfEveryMethodHasTheSameAnswers) {
+    const auto framesOf = [&](Backend backend, bool isOneText) {
+        FrameRenderer renderer(backend, *world, dag);
+        Snapshot snapshot;
+        for (const float time : {0.0f, 0.5f}) {
+            if (time > 0)
+                renderer.worldChanged(world->setTime(time));
+            for (const Method& method : kMethods) {
+                FrameOptions o = options(isOneText);
+                o.width = 96;
+                o.height = 54;
+                o.rays.kind = method.kind;
+                o.rays.lod = method.lod;
+                o.maps.lodTexels = method.polygonLod;
+                snapshot.under(std::string(method.name) + " at " + std::to_string(time) + ": ");
+                addFrame(snapshot, renderer.render(camera(), *makeCostModel(method.model), o));
+            }
+        }
+        return snapshot;
+    };
+    EXPECT_EQ(differenceOf(framesOf), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, FrameParity, testing::ValuesIn(parityCases()), caseName);
+
+} // namespace
+} // namespace shadowdag::test
