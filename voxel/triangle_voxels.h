@@ -152,31 +152,40 @@ SDAG_HD inline bool touchesCube(const TriangleSetup& s, const glm::ivec3& corner
 constexpr int kBrickLog2 = 6;
 constexpr int kBrickSize = 1 << kBrickLog2;
 
+/// Which voxels of a cube are asked for: first to last along the setup's axes u, v, d, relative to
+/// its corner.
+struct ColumnWindow {
+    int first[3], last[3];
+};
+
 /// Calls emit(u, v, first, last) for every column of the cube of side `size` <= kBrickSize at
-/// `corner` in which the triangle touches voxels: numbers are relative to the corner, along the
-/// setup's axes u, v, d; voxels first..last of the column are touched, none else.
-template <class Emit>
-SDAG_HD inline void forEachColumn(const TriangleSetup& s, const glm::ivec3& corner, int size,
-                                  const Emit& emit) {
+/// `corner` in which the triangle touches voxels of the window: numbers are relative to the corner,
+/// along the setup's axes u, v, d; voxels first..last of the column are touched, none else. A
+/// window leaves out voxels and changes none: whatever windows a cube is cut into, together they
+/// give the same.
+/// @param window within the cube, at most kMostV voxels along v
+template <int kMostV, class Emit>
+SDAG_HD inline void forEachColumnIn(const TriangleSetup& s, const glm::ivec3& corner, int size,
+                                    const ColumnWindow& window, const Emit& emit) {
     int first[3], last[3];
     double base[3];
     for (int a = 0; a < 3; ++a) {
         base[a] = corner[s.axis[a]];
         if (s.least[a] > base[a] + size || s.most[a] < base[a])
             return;
-        first[a] = int(greater(floor(s.least[a]) - base[a], 0.0));
-        last[a] = int(lesser(floor(s.most[a]) - base[a], double(size - 1)));
+        first[a] = int(greater(floor(s.least[a]) - base[a], double(window.first[a])));
+        last[a] = int(lesser(floor(s.most[a]) - base[a], double(window.last[a])));
         if (first[a] > last[a])
             return;
     }
-    // Intervals are kept as whole voxel numbers relative to the corner, clamped to the cube.
+    // Intervals are kept as whole voxel numbers relative to the corner, clamped to the window.
     const double dFirst = first[2], dLast = last[2];
-    double vLo[kBrickSize], vHi[kBrickSize];
+    double vLo[kMostV], vHi[kMostV];
     for (int v = first[1]; v <= last[1]; ++v) {
         double least, most;
         slabInterval(s, 1, 2, base[1] + v, base[1] + v + 1, least, most);
-        vLo[v] = greater(floor(least) - base[2], dFirst);
-        vHi[v] = lesser(floor(most) - base[2], dLast);
+        vLo[v - first[1]] = greater(floor(least) - base[2], dFirst);
+        vHi[v - first[1]] = lesser(floor(most) - base[2], dLast);
     }
     const double reach = 0.5 * (fabs(s.slopeU) + fabs(s.slopeV)) + s.slackPlane;
     for (int u = first[0]; u <= last[0]; ++u) {
@@ -192,18 +201,27 @@ SDAG_HD inline void forEachColumn(const TriangleSetup& s, const glm::ivec3& corn
         const int vFirst = int(vLeast), vLast = int(vMost);
         const double row = s.p[2][0] + s.slopeU * (base[0] + u + 0.5 - s.p[0][0]) +
                            s.slopeV * (base[1] + 0.5 - s.p[1][0]);
-        int lo[kBrickSize], hi[kBrickSize];
+        int lo[kMostV], hi[kMostV];
         for (int v = vFirst; v <= vLast; ++v) {
             const double middle = row + s.slopeV * v;
-            const double from = greater(greater(floor(middle - reach) - base[2], uLo), vLo[v]);
-            const double to = lesser(lesser(floor(middle + reach) - base[2], uHi), vHi[v]);
-            lo[v] = int(lesser(from, double(kBrickSize))); // far outside is as good as just outside
-            hi[v] = int(greater(to, -1.0));
+            const int i = v - first[1];
+            const double from = greater(greater(floor(middle - reach) - base[2], uLo), vLo[i]);
+            const double to = lesser(lesser(floor(middle + reach) - base[2], uHi), vHi[i]);
+            lo[i] = int(lesser(from, double(kBrickSize))); // far outside is as good as just outside
+            hi[i] = int(greater(to, -1.0));
         }
         for (int v = vFirst; v <= vLast; ++v)
-            if (lo[v] <= hi[v])
-                emit(u, v, lo[v], hi[v]);
+            if (lo[v - first[1]] <= hi[v - first[1]])
+                emit(u, v, lo[v - first[1]], hi[v - first[1]]);
     }
+}
+
+/// The same for the whole cube.
+template <class Emit>
+SDAG_HD inline void forEachColumn(const TriangleSetup& s, const glm::ivec3& corner, int size,
+                                  const Emit& emit) {
+    const int last = size - 1;
+    forEachColumnIn<kBrickSize>(s, corner, size, {{0, 0, 0}, {last, last, last}}, emit);
 }
 
 } // namespace shadowdag

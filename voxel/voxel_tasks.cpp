@@ -141,7 +141,8 @@ struct VoxelTasks::Building {
 
 VoxelTasks::VoxelTasks(const TriangleView& triangles, View<const uint32_t> which,
                        const VoxelGrid& grid, const Progress& progress)
-    : triangles_(triangles), grid_(grid), taskLevel_(taskLevelOf(grid)) {
+    : triangles_(triangles), masks_(triangles.masks.masks, triangles.masks.words), grid_(grid),
+      taskLevel_(taskLevelOf(grid)) {
     std::vector<uint32_t> inside;
     const double limit = double(grid_.resolution());
     for (const uint32_t t : which) {
@@ -157,8 +158,6 @@ VoxelTasks::VoxelTasks(const TriangleView& triangles, View<const uint32_t> which
         if (meets)
             inside.push_back(t);
     }
-    for (const MaskInfo& mask : triangles.masks.masks)
-        masks_.emplace_back(mask, triangles.masks.words);
     listTasks(rootLevelOf(grid), glm::ivec3(0), 0, std::move(inside), progress);
 }
 
@@ -282,7 +281,7 @@ uint32_t VoxelTasks::buildBrick(Building& b, uint32_t level, const glm::ivec3& c
             continue;
         }
         const CutTriangle& cut = triangles_.masks.cuts[triangles_.masks.triangleCut[t]];
-        b.brick.add(s, setupCut(s, cut.uv, masks_[cut.mask]), corner, size);
+        b.brick.add(s, setupCut(s, cut.uv, masks_.view()[cut.mask]), corner, size);
     }
     if (b.counts)
         countLeaves(b.brick.leaves.data(), count, *b.counts);

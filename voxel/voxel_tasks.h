@@ -91,7 +91,7 @@ private:
                         const std::vector<uint32_t>& list) const;
 
     TriangleView triangles_;
-    std::vector<MaskPyramid> masks_; // of triangles_.masks
+    MaskPyramids masks_; // of triangles_.masks
     VoxelGrid grid_;
     uint32_t taskLevel_;
     std::vector<Task> tasks_;

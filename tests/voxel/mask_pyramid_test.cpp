@@ -44,7 +44,8 @@ TEST(MaskPyramid, CoverIsThatOfEveryTexelTouched) {
             blobs(width, height, wrapOf(uint32_t(random())), wrapOf(uint32_t(random())), random);
         AlphaMaskSet set;
         set.add(mask);
-        const MaskPyramid pyramid(set.masks[0], viewOf(set.words));
+        const MaskPyramids pyramids(viewOf(set.masks), viewOf(set.words));
+        const MaskPyramidView pyramid = pyramids.view()[0];
         EXPECT_EQ(pyramid.size(), glm::dvec2(width, height));
         std::uniform_real_distribution<double> place(-90.0, 90.0),
             extent(0.0, trial % 2 ? 6.0 : 60.0);
@@ -75,7 +76,8 @@ TEST(MaskPyramid, CoverIsThatOfEveryTexelTouched) {
 TEST(MaskPyramid, NothingFiniteIsTakenForSomething) {
     AlphaMaskSet set;
     set.add(makeAlphaMask(3, 3));
-    const MaskPyramid pyramid(set.masks[0], viewOf(set.words));
+    const MaskPyramids pyramids(viewOf(set.masks), viewOf(set.words));
+    const MaskPyramidView pyramid = pyramids.view()[0];
     const double infinity = std::numeric_limits<double>::infinity(), nan = std::nan("");
     EXPECT_EQ(pyramid.cover({nan, 0}, {1, 1}), MaskCover::kSome);
     EXPECT_EQ(pyramid.cover({0, 0}, {1, nan}), MaskCover::kSome);
