@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+// Leaves to a DAG as passes: level by level the nodes that differ, then the canonical order of
+// dag.h. Nodes are compared word by word after sorting, never by a hash, so that they are the same
+// for any run on any processor.
+#pragma once
+
+#include "cuda/atomics.h"
+#include "cuda/runs.h"
+#include "voxel/bits.h"
+#include "voxel/dag.h"
+
+namespace shadowdag {
+
+/// The words that a node of an inner level has here: the numbers of its eight children among the
+/// unique nodes of the level below, kNoNode where there is none.
+constexpr uint32_t kChildCount = 8;
+constexpr uint32_t kNodeKeyCount = kChildCount / 2; ///< 64-bit keys a node is sorted by
+
+/// order[i] = i.
+struct CountUp {
+    View<uint32_t> order;
+
+    SDAG_HD void operator()(size_t i) const { order[i] = uint32_t(i); }
+};
+
+/// Copies what runs of sorted words begin with.
+struct ListRunValues {
+    View<const uint64_t> words; ///< sorted
+    View<const uint32_t> runStart;
+    View<uint64_t> values; ///< a run each
+
+    SDAG_HD void operator()(size_t run) const { values[run] = words[runStart[run]]; }
+};
+
+/// Writes of every cell which unique node it holds: the run that sorting put it into.
+struct NumberByRun {
+    View<const uint32_t> order; ///< sorted place to cell
+    View<const uint32_t> next;  ///< Runs::next
+    View<uint32_t> nodeOfCell;
+
+    SDAG_HD void operator()(size_t i) const { nodeOfCell[order[i]] = runOf(next, i); }
+};
+
+/// Makes the cells of a level from those of the level below, whose Morton keys ascend: a run of
+/// keys that share all but the low 3 bits is a cell. children: kChildCount a cell.
+struct GatherChildren {
+    View<const uint64_t> keysBelow;
+    View<const uint32_t> nodesBelow;
+    View<const uint32_t> runStart;
+    View<uint64_t> keys;
+    View<uint32_t> children;
+
+    SDAG_HD void operator()(size_t cell) const {
+        uint32_t* const of = children.data + cell * kChildCount;
+        for (uint32_t c = 0; c < kChildCount; ++c)
+            of[c] = kNoNode;
+        for (uint32_t i = runStart[cell]; i < runStart[cell + 1]; ++i)
+            of[keysBelow[i] & 7u] = nodesBelow[i];
+        keys[cell] = keysBelow[runStart[cell]] >> 3;
+    }
+};
+
+/// Writes key k (0..kNodeKeyCount - 1) of the nodes in their present order. Sorting by keys 0, 1,
+/// ... in turn, stably, sorts the nodes.
+struct PackNodeKeys {
+    View<const uint32_t> children;
+    View<const uint32_t> order;
+    uint32_t key;
+    View<uint64_t> keys;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t* const of = children.data + size_t(order[i]) * kChildCount + 2 * key;
+        keys[i] = of[0] | uint64_t(of[1]) << 32;
+    }
+};
+
+/// Marks the nodes that differ from the one before in sorted order. marks: count + 1.
+struct MarkDistinctNodes {
+    View<const uint32_t> children;
+    View<const uint32_t> order;
+    View<uint32_t> marks;
+
+    SDAG_HD void operator()(size_t i) const {
+        bool differs = i == 0;
+        for (uint32_t c = 0; c < kChildCount && !differs; ++c)
+            differs = children[size_t(order[i]) * kChildCount + c] !=
+                      children[size_t(order[i - 1]) * kChildCount + c];
+        marks[i] = differs;
+    }
+};
+
+/// Copies the children of every run's first node.
+struct ListDistinctNodes {
+    View<const uint32_t> children;
+    View<const uint32_t> order;
+    View<const uint32_t> runStart;
+    View<uint32_t> distinct; ///< kChildCount a run
+
+    SDAG_HD void operator()(size_t run) const {
+        const size_t from = size_t(order[runStart[run]]) * kChildCount;
+        for (uint32_t c = 0; c < kChildCount; ++c)
+            distinct[run * kChildCount + c] = children[from + c];
+    }
+};
+
+/// Counts the children of the nodes of a level in canonical order. first: count + 1.
+struct CountEdges {
+    View<const uint32_t> children;
+    View<const uint32_t> order;
+    View<uint32_t> first;
+
+    SDAG_HD void operator()(size_t i) const {
+        uint32_t count = 0;
+        for (uint32_t c = 0; c < kChildCount; ++c)
+            count += children[size_t(order[i]) * kChildCount + c] != kNoNode;
+        first[i] = count;
+    }
+};
+
+/// Finds for every node of the level below the first edge that leads to it (~0 before).
+struct VisitEdges {
+    View<const uint32_t> children;
+    View<const uint32_t> order;
+    View<const uint32_t> first; ///< the exclusive scan of CountEdges
+    View<uint32_t> firstEdge;
+
+    SDAG_HD void operator()(size_t i) const {
+        uint32_t edge = first[i];
+        for (uint32_t c = 0; c < kChildCount; ++c) {
+            const uint32_t child = children[size_t(order[i]) * kChildCount + c];
+            if (child != kNoNode)
+                atomicMinRelaxed(&firstEdge[child], edge++);
+        }
+    }
+};
+
+/// rank[order[i]] = i.
+struct RankNodes {
+    View<const uint32_t> order;
+    View<uint32_t> rank;
+
+    SDAG_HD void operator()(size_t i) const { rank[order[i]] = uint32_t(i); }
+};
+
+/// Where the words of a level stand: node i of an inner level takes 1 word and one an edge, a leaf
+/// two.
+struct LevelWords {
+    uint32_t base;              ///< address of the level's first node
+    View<const uint32_t> first; ///< edges before each node; empty: leaves
+
+    SDAG_HD uint32_t address(uint32_t i) const {
+        return base + (first.empty() ? 2 * i : i + first[i]);
+    }
+};
+
+/// Writes the words of the inner nodes of a level, in canonical order.
+struct WriteInnerNodes {
+    View<const uint32_t> children;
+    View<const uint32_t> order;
+    LevelWords here, below;
+    View<const uint32_t> rankBelow;
+    View<uint32_t> words;
+
+    SDAG_HD void operator()(size_t i) const {
+        uint32_t mask = 0, at = here.address(uint32_t(i));
+        const uint32_t head = at++;
+        for (uint32_t c = 0; c < kChildCount; ++c) {
+            const uint32_t child = children[size_t(order[i]) * kChildCount + c];
+            if (child == kNoNode)
+                continue;
+            mask |= 1u << c;
+            words[at++] = below.address(rankBelow[child]);
+        }
+        words[head] = mask;
+    }
+};
+
+/// Writes the words of the leaves, in canonical order.
+struct WriteLeaves {
+    View<const uint64_t> voxels;
+    View<const uint32_t> order;
+    LevelWords here;
+    View<uint32_t> words;
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint64_t bits = voxels[order[i]];
+        const uint32_t at = here.address(uint32_t(i));
+        words[at] = uint32_t(bits);
+        words[at + 1] = uint32_t(bits >> 32);
+    }
+};
+
+namespace cpu {
+void countUp(const CountUp& work);
+void listRunValues(const ListRunValues& work);
+void numberByRun(const NumberByRun& work);
+void gatherChildren(const GatherChildren& work);
+void packNodeKeys(const PackNodeKeys& work);
+void markDistinctNodes(const MarkDistinctNodes& work);
+void listDistinctNodes(const ListDistinctNodes& work);
+void countEdges(const CountEdges& work);
+void visitEdges(const VisitEdges& work);
+void rankNodes(const RankNodes& work);
+void writeInnerNodes(const WriteInnerNodes& work);
+void writeLeaves(const WriteLeaves& work);
+} // namespace cpu
+namespace cuda {
+void countUp(const CountUp& work);
+void listRunValues(const ListRunValues& work);
+void numberByRun(const NumberByRun& work);
+void gatherChildren(const GatherChildren& work);
+void packNodeKeys(const PackNodeKeys& work);
+void markDistinctNodes(const MarkDistinctNodes& work);
+void listDistinctNodes(const ListDistinctNodes& work);
+void countEdges(const CountEdges& work);
+void visitEdges(const VisitEdges& work);
+void rankNodes(const RankNodes& work);
+void writeInnerNodes(const WriteInnerNodes& work);
+void writeLeaves(const WriteLeaves& work);
+} // namespace cuda
+
+} // namespace shadowdag
