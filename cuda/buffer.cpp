@@ -14,6 +14,7 @@
 
 #if defined(__linux__)
 #include <sys/mman.h>
+#include <unistd.h>
 #endif
 
 namespace shadowdag {
@@ -68,6 +69,16 @@ std::vector<LedgerEntry> bufferLedger() {
     for (const auto& [key, entry] : all.entries)
         result.push_back(entry);
     return result;
+}
+
+uint64_t freeBytes(Backend backend) {
+    if (backend == Backend::kCuda)
+        return device::freeBytes();
+#if defined(__linux__)
+    return uint64_t(sysconf(_SC_AVPHYS_PAGES)) * uint64_t(sysconf(_SC_PAGESIZE));
+#else
+    return uint64_t(1) << 62;
+#endif
 }
 
 namespace detail {

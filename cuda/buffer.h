@@ -25,6 +25,10 @@ struct LedgerEntry {
 /// Returns the ledger, sorted by name then backend. Thread safe.
 std::vector<LedgerEntry> bufferLedger();
 
+/// Returns how many bytes new buffers may take on a backend at present, as far as the system knows:
+/// what other programs hold or take is theirs. Throws Error kDevice.
+uint64_t freeBytes(Backend backend);
+
 namespace detail {
 void* allocateElements(Backend backend, const std::string& name, size_t count, size_t elementBytes);
 void freeBytes(Backend backend, const std::string& name, void* data, size_t bytes);

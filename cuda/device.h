@@ -20,6 +20,9 @@ std::string driverVersion();
 /// any other failure.
 void* allocate(size_t bytes);
 
+/// Returns how many bytes allocate may still give, as far as the driver knows.
+size_t freeBytes();
+
 /// Gives back what allocate returned, after the work queued before. Never throws.
 void release(void* data) noexcept;
 

@@ -23,6 +23,9 @@ std::string driverVersion() {
 void* allocate(size_t) {
     throwBuiltWithoutCuda();
 }
+size_t freeBytes() {
+    throwBuiltWithoutCuda();
+}
 void release(void*) noexcept {}
 void copy(void*, const void*, size_t) {
     throwBuiltWithoutCuda();

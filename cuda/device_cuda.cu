@@ -73,6 +73,22 @@ void* allocate(size_t bytes) {
     return data;
 }
 
+size_t freeBytes() {
+    size_t unusedBytes = 0, totalBytes = 0;
+    CUDA_CHECK(cudaMemGetInfo(&unusedBytes, &totalBytes));
+    if (!usesPool())
+        return unusedBytes;
+    // What the pool keeps is not free for the driver, but for us.
+    int device = 0;
+    CUDA_CHECK(cudaGetDevice(&device));
+    cudaMemPool_t pool = nullptr;
+    CUDA_CHECK(cudaDeviceGetDefaultMemPool(&pool, device));
+    uint64_t reservedBytes = 0, usedBytes = 0;
+    CUDA_CHECK(cudaMemPoolGetAttribute(pool, cudaMemPoolAttrReservedMemCurrent, &reservedBytes));
+    CUDA_CHECK(cudaMemPoolGetAttribute(pool, cudaMemPoolAttrUsedMemCurrent, &usedBytes));
+    return unusedBytes + size_t(reservedBytes - usedBytes);
+}
+
 void release(void* data) noexcept {
     // Failures here are those of earlier kernels; the next checked call reports them.
     if (usesPool())

@@ -41,10 +41,10 @@ void checkExtension(const VoxelizeOptions& options) {
 CountedDag buildDag(const TriangleView& triangles, View<const uint32_t> which,
                     const VoxelGrid& grid, const AssetProvenance& provenance,
                     const ScratchFolder* folder, const BuildLimits& limits,
-                    const Progress& progress) {
+                    const Progress& progress, Backend backend) {
     if (folder)
         return voxelizeLimited(triangles, which, grid, provenance, *folder, limits, progress);
-    CountedDag result{voxelize(triangles, which, grid, progress), {}};
+    CountedDag result{voxelize(triangles, which, grid, progress, backend), {}};
     result.stats = computeDagStats(result.dag);
     return result;
 }
@@ -71,7 +71,7 @@ Json partJson(const PartHeader& header, uint64_t fileBytes) {
 
 void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     const Console console(options.global.json);
-    options.global.apply(console, false);
+    const Backend backend = options.global.apply(console, false);
     const uint32_t log2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
     options.isPart = commandLine.given("--part");
     const auto [part, partCount] =
@@ -85,6 +85,12 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     if (options.isPart && commandLine.given("--packing"))
         throw Error(ErrorKind::kUsage,
                     "--packing is for an asset, and --part writes none; give it to merge");
+    for (const char* option : {"--part", "--memory-limit", "--resume"})
+        if (options.global.backend == "cuda" && commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) +
+                                               " and --backend cuda contradict each other: the "
+                                               "device builds whole assets, cell by cell where "
+                                               "its memory is short; drop one of them");
     if (commandLine.given("--memory-limit"))
         limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
     // Taken first: what an earlier build left there is not overwritten unasked.
@@ -116,7 +122,7 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
                          << header.counts.voxelCount << " voxels\n";
     } else {
         CountedDag built =
-            buildDag(triangles, which, grid, provenance, folder.get(), limits, progress);
+            buildDag(triangles, which, grid, provenance, folder.get(), limits, progress, backend);
         meter.stop();
         checkInterrupted();
         const Asset asset{std::move(built.dag), provenance};

@@ -2,9 +2,11 @@
 // Every finished task is merged into the whole at once, in memory.
 #include "voxel/voxelize.h"
 
+#include "cuda/buffer.h"
 #include "cuda/error.h"
 #include "cuda/parallel_for.h"
 #include "voxel/voxel_tasks.h"
+#include "voxel/voxelize_passes.h"
 
 #include <algorithm>
 #include <mutex>
@@ -45,7 +47,10 @@ std::vector<Subtree> buildTasks(VoxelTasks& tasks, size_t first, size_t last, Da
 } // namespace
 
 Dag voxelize(const TriangleView& triangles, View<const uint32_t> which, const VoxelGrid& grid,
-             const Progress& progress) {
+             const Progress& progress, Backend backend) {
+    if (backend == Backend::kCuda)
+        return voxelizeByPasses(backend, triangles, which, grid, freeBytes(backend) / 4 * 3,
+                                progress);
     try {
         VoxelTasks tasks(triangles, which, grid, progress);
         DagBuilder merged(rootLevelOf(grid));

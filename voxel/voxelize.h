@@ -2,6 +2,7 @@
 // Triangles to a sparse voxel DAG, conservatively; as a whole or in parts that are joined later.
 #pragma once
 
+#include "cuda/backend.h"
 #include "cuda/progress.h"
 #include "scenes/world.h"
 #include "voxel/part_file.h"
@@ -19,9 +20,11 @@ namespace shadowdag {
 /// @param triangles world space
 /// @param which indices into triangles (World::staticTriangles() for an asset)
 /// @param progress may be empty
+/// @param backend who builds it, the same words: the CPU by tasks of its own, CUDA by passes
+/// (voxelize_passes.h) in three quarters of the memory that is free on the device
 /// Throws Error kResource when the DAG outgrows 2^32 words or memory is short.
 Dag voxelize(const TriangleView& triangles, View<const uint32_t> which, const VoxelGrid& grid,
-             const Progress& progress = {});
+             const Progress& progress = {}, Backend backend = Backend::kCpu);
 
 /// Builds one part of several, voxelize()'s work divided, and writes it to `path`, as a whole or
 /// not at all. The file depends on scene, grid and part alone. Returns its header; Error kResource

@@ -97,6 +97,13 @@ TEST_P(BufferOn, MoreThanThereIsIsAResourceErrorThatNamesTheBuffer) {
     EXPECT_EQ(buffer.size(), 3u);
 }
 
+TEST_P(BufferOn, WhatIsFreeIsSomeOfIt) {
+    const uint64_t bytes = freeBytes(GetParam());
+    EXPECT_GT(bytes, 1u << 20);
+    EXPECT_LT(bytes, uint64_t(1) << 50);
+    EXPECT_NO_THROW(Buffer<uint8_t>(GetParam(), "test/free", size_t(bytes / 64)));
+}
+
 INSTANTIATE_TEST_SUITE_P(Both, BufferOn, kBothBackends, backendSuffix);
 
 TEST(Buffer, HostMemoryIsAlignedToACacheLine) {
