@@ -6,6 +6,7 @@
 #include "cuda/parallel_for.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <map>
 #include <mutex>
@@ -69,6 +70,23 @@ std::vector<LedgerEntry> bufferLedger() {
     for (const auto& [key, entry] : all.entries)
         result.push_back(entry);
     return result;
+}
+
+namespace {
+
+std::atomic<uint64_t> uploadCount{0}, readbackCount{0};
+
+} // namespace
+
+HostCopyCounts hostCopyCounts() {
+    return {uploadCount.load(), readbackCount.load()};
+}
+
+void detail::countUpload(size_t bytes) {
+    uploadCount += bytes > 0;
+}
+void detail::countReadback(size_t bytes) {
+    readbackCount += bytes > 0;
 }
 
 uint64_t freeBytes(Backend backend) {

@@ -29,7 +29,19 @@ std::vector<LedgerEntry> bufferLedger();
 /// what other programs hold or take is theirs. Throws Error kDevice.
 uint64_t freeBytes(Backend backend);
 
+/// How often the host has copied to and from backends since the program began: Buffer's upload,
+/// download and at, resident copies of host arrays, and the totals that scans return. Each is a
+/// round trip on CUDA; on the CPU, where it is none, it is counted all the same, so that a test can
+/// hold a frame to its number. Copies of nothing do not count.
+struct HostCopyCounts {
+    uint64_t uploadCount = 0;
+    uint64_t readbackCount = 0;
+};
+HostCopyCounts hostCopyCounts();
+
 namespace detail {
+void countUpload(size_t bytes);
+void countReadback(size_t bytes);
 void* allocateElements(Backend backend, const std::string& name, size_t count, size_t elementBytes);
 void freeBytes(Backend backend, const std::string& name, void* data, size_t bytes);
 /// Adds bytes that live elsewhere to the ledger, or, negative, takes them out.
@@ -81,11 +93,13 @@ public:
     /// Resizes to the host vector and copies it here.
     void upload(const std::vector<T>& host) {
         resize(host.size());
+        detail::countUpload(count_ * sizeof(T));
         detail::copyBytes(backend_, data_, Backend::kCpu, host.data(), count_ * sizeof(T));
     }
     /// Returns a host copy, after all queued work.
     std::vector<T> download() const {
         std::vector<T> host(count_);
+        detail::countReadback(count_ * sizeof(T));
         detail::copyBytes(Backend::kCpu, host.data(), backend_, data_, count_ * sizeof(T));
         return host;
     }
@@ -93,6 +107,7 @@ public:
     T at(size_t i) const {
         SDAG_ASSERT(i < count_);
         T value;
+        detail::countReadback(sizeof(T));
         detail::copyBytes(Backend::kCpu, &value, backend_, data_ + i, sizeof(T));
         return value;
     }

@@ -12,6 +12,9 @@ namespace shadowdag {
 /// overflow.
 uint64_t exclusiveScan(Backend backend, View<const uint32_t> in, View<uint32_t> out);
 
+/// Does the same and returns nothing, so that nobody waits for it on CUDA.
+void prefixSums(Backend backend, View<const uint32_t> in, View<uint32_t> out);
+
 /// Sorts the keys ascending in place and moves `values` along (both of the same count). Stable:
 /// equal keys keep their order. An empty `values` sorts keys alone.
 void sortPairs(Backend backend, View<uint64_t> keys, View<uint32_t> values);

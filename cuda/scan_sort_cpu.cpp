@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prefix sums in two sweeps over fixed blocks, and a least-significant-digit radix sort whose
 // blocks scatter to disjoint places. Both are stable and independent of the number of threads.
+#include "cuda/buffer.h"
 #include "cuda/parallel_for.h"
 #include "cuda/scan_sort.h"
 #include "cuda/scan_sort_cuda.h"
@@ -121,6 +122,10 @@ uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out) {
     return total;
 }
 
+void prefixSums(View<const uint32_t> in, View<uint32_t> out) {
+    exclusiveScan(in, out);
+}
+
 void sortPairs(View<uint64_t> keys, View<uint32_t> values) {
     radixSort(keys, values);
 }
@@ -130,7 +135,11 @@ void sortPairs(View<uint32_t> keys, View<uint32_t> values) {
 
 } // namespace cpu
 
+void prefixSums(Backend backend, View<const uint32_t> in, View<uint32_t> out) {
+    SDAG_DISPATCH(backend, prefixSums, in, out);
+}
 uint64_t exclusiveScan(Backend backend, View<const uint32_t> in, View<uint32_t> out) {
+    detail::countReadback(in.count);
     return SDAG_DISPATCH(backend, exclusiveScan, in, out);
 }
 void sortPairs(Backend backend, View<uint64_t> keys, View<uint32_t> values) {

@@ -48,6 +48,15 @@ template <class Key> void radixSort(View<Key> keys, View<uint32_t> values) {
 
 } // namespace
 
+void prefixSums(View<const uint32_t> in, View<uint32_t> out) {
+    SDAG_ASSERT(in.count == out.count);
+    if (in.count == 0)
+        return;
+    runCub([&](void* scratch, size_t& bytes) {
+        return cub::DeviceScan::ExclusiveSum(scratch, bytes, in.data, out.data, in.count);
+    });
+}
+
 uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out) {
     SDAG_ASSERT(in.count == out.count);
     if (in.count == 0)
@@ -57,10 +66,10 @@ uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out) {
     runCub([&](void* scratch, size_t& bytes) {
         return cub::DeviceReduce::Sum(scratch, bytes, in.data, total.view().data, in.count);
     });
-    runCub([&](void* scratch, size_t& bytes) {
-        return cub::DeviceScan::ExclusiveSum(scratch, bytes, in.data, out.data, in.count);
-    });
-    return total.at(0);
+    prefixSums(in, out);
+    uint64_t sum = 0;
+    detail::copyBytes(Backend::kCpu, &sum, Backend::kCuda, total.view().data, sizeof sum);
+    return sum;
 }
 
 void sortPairs(View<uint64_t> keys, View<uint32_t> values) {

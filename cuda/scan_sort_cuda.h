@@ -6,6 +6,7 @@
 
 namespace shadowdag::cuda {
 
+void prefixSums(View<const uint32_t> in, View<uint32_t> out);
 uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out);
 void sortPairs(View<uint64_t> keys, View<uint32_t> values);
 void sortPairs(View<uint32_t> keys, View<uint32_t> values);

@@ -75,6 +75,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     const auto current = state.makeCurrent();
     FrameResult result;
     StageTimes& stages = result.stages;
+    const HostCopyCounts before = hostCopyCounts();
 
     // G-buffer -> clusters -> (cluster, light) pairs -> required resolution of every map.
     const ViewRays view = makeViewRays(camera, options.width, options.height);
@@ -106,6 +107,9 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     }
 
     // For reports, outside of the frame's time.
+    const HostCopyCounts after = hostCopyCounts();
+    result.counts.hostCopies = {after.uploadCount - before.uploadCount,
+                                after.readbackCount - before.readbackCount};
     const std::vector<uint32_t> records = state.lists.record.download();
     countFrame(state, records, result);
     countQuantities(state, options, kCountsAll & ~model.counts(), result.maps, result.counting);

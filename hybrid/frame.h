@@ -79,6 +79,7 @@ struct FrameCounts {
     uint32_t drawnMapCount = 0;
     uint64_t missingTapCount = 0; ///< PCF taps on pages without memory; 0 unless something is wrong
     ShadowMapCounts maps;
+    HostCopyCounts hostCopies; ///< of the frame proper, before its reports: round trips on CUDA
 };
 
 struct FrameResult {

@@ -19,8 +19,7 @@ struct OneMap {
 struct HostLists {
     HostLists(const FrameState& state, size_t recordCount)
         : sampleStart(state.clusters.sampleStart.download()),
-          samples(state.clusters.samples.download()), boxes(state.clusters.boxesWorld.download()),
-          clustersOfRecord(recordCount) {
+          samples(state.clusters.samples.download()), clustersOfRecord(recordCount) {
         const std::vector<uint32_t> start = state.lists.start.download();
         const std::vector<uint32_t> records = state.lists.record.download();
         for (uint32_t c = 0; c + 1 < start.size(); ++c)
@@ -30,7 +29,6 @@ struct HostLists {
     }
 
     std::vector<uint32_t> sampleStart, samples;
-    std::vector<Box> boxes;
     std::vector<std::vector<uint32_t>> clustersOfRecord;
 };
 
@@ -75,16 +73,19 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     OneMap one(state.backend);
     ShadowMapOptions mapOptions = options.maps;
     mapOptions.useStaticOptimization = false; // what a map costs, not what is left of it to do
-    const MapGeometry drawn = state.scene.mapGeometry(options.maps.lodTexels);
+    const BatchView hostBatches = state.scene.mapGeometry(options.maps.lodTexels).batches;
+    const MapGeometry drawn = state.scene.mapGeometryOnBackend(options.maps.lodTexels);
+    Buffer<MapReceiver> receivers(state.backend, "isolated map receivers");
     FrameCosts costs;
 
     for (uint32_t r = 0; r < records.size(); ++r) {
         const MapQuantities& map = records[r].quantities;
         isolate(host, r, map.light, state.gbuffer.view().count(), one);
         const std::vector<MapRequest> request{requestOf(world.lights(), records[r])};
-        std::vector<MapReceiver> receivers;
+        std::vector<MapReceiver> hostReceivers;
         for (const uint32_t cluster : host.clustersOfRecord[r])
-            receivers.push_back({cluster, 0});
+            hostReceivers.push_back({cluster, 0});
+        receivers.upload(hostReceivers);
 
         std::vector<double> raysMs, mapMs;
         for (int repeat = 0; repeat < repeats; ++repeat)
@@ -93,8 +94,11 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                 state.drawnMap.assign(1, kByRays);
                 if (route == Route::kMap) {
                     state.drawnMap[0] = 0;
-                    state.maps.build(request, host.boxes, receivers, drawn.triangles, drawn.batches,
-                                     mapOptions, times);
+                    state.maps.build(request,
+                                     {std::as_const(state.clusters.boxesWorld).view(),
+                                      std::as_const(receivers).view(), drawn.triangles,
+                                      drawn.batches},
+                                     hostBatches, mapOptions, times);
                 }
                 state.drawnMapOnBackend.set(state.drawnMap);
                 ShadeSamples shading = prepareShading(state, options);

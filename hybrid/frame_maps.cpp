@@ -19,59 +19,36 @@ namespace shadowdag {
 
 namespace {
 
-// Returns a receiver for every (cluster, light) pair whose record has an entry >= 0 in
-// `mapOfRecord`, on the host.
-std::vector<MapReceiver> listReceivers(const ClusterLights& lists,
-                                       const std::vector<int>& mapOfRecord) {
-    const std::vector<uint32_t> start = lists.start.download();
-    const std::vector<uint32_t> records = lists.record.download();
-    std::vector<MapReceiver> receivers;
-    for (uint32_t cluster = 0; cluster + 1 < start.size(); ++cluster)
-        for (uint32_t i = start[cluster]; i < start[cluster + 1]; ++i)
-            if (records[i] != kProvenLit && mapOfRecord[records[i]] >= 0)
-                receivers.push_back({cluster, uint32_t(mapOfRecord[records[i]])});
-    return receivers;
-}
-
 // Counts the pages that the clusters of every record touch at its allocated resolution, by the
 // shadow maps' own marks; what a full pool does to them is left out.
 void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<MapRecord>& records) {
     const std::vector<Light>& lights = state.scene.world().lights();
     const uint32_t pageTexelsLog2 = uint32_t(std::countr_zero(options.maps.pageTexels));
     std::vector<MapRequest> requests;
-    std::vector<int> mapOfRecord(records.size());
-    for (size_t r = 0; r < records.size(); ++r) {
-        mapOfRecord[r] = int(r);
-        requests.push_back(requestOf(lights, records[r]));
-    }
+    for (const MapRecord& record : records)
+        requests.push_back(requestOf(lights, record));
     const MapLayout layout = layOutMaps(requests, options.maps.pageTexels);
-    const std::vector<MapReceiver> hostReceivers = listReceivers(state.lists, mapOfRecord);
+    listReceivers(state.backend, state.lists.view(), {}, state.receivers);
 
     Buffer<ShadowMapInfo> maps(state.backend, "routing maps");
-    Buffer<MapReceiver> receivers(state.backend, "routing receivers");
+    Buffer<uint32_t> counts(state.backend, "routing page counts", records.size());
     Buffer<uint32_t> pages(state.backend, "routing pages", layout.maskWordCount);
     Buffer<uint32_t> projection(state.backend, "routing projection",
                                 records.size() * kProjectionWordsPerMap);
     Buffer<uint32_t> faces(state.backend, "routing faces", records.size());
     Buffer<uint32_t> depths(state.backend, "routing depths", records.size() * kFaceCount);
     maps.upload(layout.maps);
-    receivers.upload(hostReceivers);
     for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths})
         words->fill(0);
     markReceivers(
         state.backend,
-        {maps.view(), state.clusters.boxesWorld.view(), receivers.view(),
+        {maps.view(), state.clusters.boxesWorld.view(), state.receivers.list.view(),
          PageMaskView{pages.view(), projection.view(), faces.view(), depths.view(), {}, {}},
          pageTexelsLog2, options.maps.taps});
-    const std::vector<uint32_t> words = pages.download();
-    for (size_t m = 0; m < records.size(); ++m) {
-        const size_t endWord = m + 1 < records.size() ? layout.maps[m + 1].pageTableStart / 32
-                                                      : size_t(layout.maskWordCount);
-        uint32_t count = 0;
-        for (size_t w = layout.maps[m].pageTableStart / 32; w < endWord; ++w)
-            count += uint32_t(std::popcount(words[w]));
-        records[m].quantities.pages = count;
-    }
+    countPagesOfMaps(state.backend, {maps.view(), pages.view(), counts.view()});
+    const std::vector<uint32_t> found = counts.download();
+    for (size_t m = 0; m < records.size(); ++m)
+        records[m].quantities.pages = found[m];
 }
 
 // Counts what stands still in the spheres of lights that were not there in the frame before. Suns
@@ -280,8 +257,6 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
     const World& world = state.scene.world();
     const std::vector<Light>& lights = world.lights();
     std::vector<MapRequest> requests;
-    std::vector<MapReceiver> receivers;
-    std::vector<Box> boxes;
     {
         const StageTimer timer(state.backend, stages, "routing");
         state.drawnMap.assign(records.size(), kByRays);
@@ -297,15 +272,20 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
             }
         }
         state.drawnMapOnBackend.set(state.drawnMap);
-        if (!requests.empty()) {
-            boxes = state.clusters.boxesWorld.download();
-            receivers = listReceivers(state.lists, state.drawnMap);
-        }
+        if (requests.empty())
+            state.receivers.list.resize(0);
+        else
+            listReceivers(state.backend, state.lists.view(), {state.drawnMapOnBackend.view()},
+                          state.receivers);
     }
-    const MapGeometry drawn = state.scene.mapGeometry(options.maps.lodTexels);
+    const MapGeometry onBackend = state.scene.mapGeometryOnBackend(options.maps.lodTexels);
     const std::vector<uint32_t> moved = state.movedBatches.take(options.maps.lodTexels);
-    state.maps.build(requests, boxes, receivers, drawn.triangles, drawn.batches, options.maps,
-                     stages, viewOf(moved));
+    state.maps.build(requests,
+                     {std::as_const(state.clusters.boxesWorld).view(),
+                      std::as_const(state.receivers.list).view(), onBackend.triangles,
+                      onBackend.batches},
+                     state.scene.mapGeometry(options.maps.lodTexels).batches, options.maps, stages,
+                     viewOf(moved));
 }
 
 } // namespace shadowdag

@@ -19,27 +19,17 @@ FrameScene::FrameScene(Backend asked, const World& world, const Dag& dag,
 FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag,
                        const BatchOptions& batchOptions, bool isGl)
     : backend_(backend), world_(world), hostDag_(dag), batchOptions_(batchOptions),
-      batchSet_(world, batchOptions), movers_(backend), positions_(backend, "world positions"),
-      triangles_(backend, "world triangles"), triangleCut_(backend, "triangle cuts"),
-      cuts_(backend, "cut triangles"), masks_(backend, "alpha masks"),
-      maskWords_(backend, "alpha mask words"), batches_(backend, "batches"),
-      batchBoxes_(backend, "batch boxes"), batchTriangles_(backend, "batch triangles"),
-      lights_(backend, "lights"), lightBoxes_(backend, "light boxes"),
-      lightItems_(backend, "light items"), materials_(backend, "materials"),
-      triangleMaterial_(backend, "triangle materials"), dagWords_(backend, "dag words"),
-      coveredWords_(backend, "dag words with coverage"),
+      batchSet_(world, batchOptions), movers_(backend), geometry_(backend, "world"),
+      levelGeometry_(backend, "polygon level"), lights_(backend, "lights"),
+      lightBoxes_(backend, "light boxes"), lightItems_(backend, "light items"),
+      materials_(backend, "materials"), triangleMaterial_(backend, "triangle materials"),
+      dagWords_(backend, "dag words"), coveredWords_(backend, "dag words with coverage"),
       exactWords_(backend, "triangles near voxels") {
     for (const Material& material : world.scene().materials)
         hostMaterials_.push_back({material.baseColor, material.emission});
     materials_.set(hostMaterials_);
     triangleMaterial_.set(world.triangleMaterial());
-    triangles_.set(world.triangles().triangles);
-    triangleCut_.set(world.triangles().masks.triangleCut);
-    cuts_.set(world.triangles().masks.cuts);
-    masks_.set(world.triangles().masks.masks);
-    maskWords_.set(world.triangles().masks.words);
-    batches_.set(batchSet_.view().batches);
-    batchTriangles_.set(batchSet_.view().triangles);
+    geometry_.set({world.triangles(), batchSet_.view()});
     dagWords_.set(hostDag_.words);
     if (isGl)
         gl_ = std::make_unique<GlScene>(world_.triangles(), batchSet_.view().triangles,
@@ -52,8 +42,6 @@ FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag,
 FrameScene::~FrameScene() = default;
 
 void FrameScene::setMoving() {
-    positions_.set(world_.triangles().positions);
-    batchBoxes_.set(batchSet_.view().boxesWorld);
     lights_.set(world_.lights());
     hostLightBvh_ = buildLightBvh(world_.lights());
     lightBoxes_.set(hostLightBvh_.view().boxes);
@@ -78,15 +66,58 @@ void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes&
             add(listener->levels_, polygonLod_->batchSet().movedBatches());
     }
     const StageTimer timer(backend_, stages, "scene update");
+    geometry_.setMoved({world_.triangles(), batchSet_.view()});
+    if (polygonLod_)
+        levelGeometry_.setMoved({polygonLod_->triangles(), polygonLod_->batches(0.0f)});
     setMoving();
 }
 
 MapGeometry FrameScene::mapGeometry(float lodTexels) {
     if (!(lodTexels > 0.0f))
         return {world_.triangles(), hostBatches()};
-    if (!polygonLod_)
+    if (!polygonLod_) {
         polygonLod_ = std::make_unique<PolygonLod>(world_, batchOptions_);
+        levelGeometry_.set({polygonLod_->triangles(), polygonLod_->batches(0.0f)});
+    }
     return {polygonLod_->triangles(), polygonLod_->batches(lodTexels)};
+}
+
+MapGeometry FrameScene::mapGeometryOnBackend(float lodTexels) {
+    const BatchView host = mapGeometry(lodTexels).batches;
+    const ResidentGeometry& resident = lodTexels > 0.0f ? levelGeometry_ : geometry_;
+    return {resident.triangles(), resident.batches(host)};
+}
+
+void ResidentGeometry::set(const MapGeometry& host) {
+    triangles_.set(host.triangles.triangles);
+    triangleCut_.set(host.triangles.masks.triangleCut);
+    cuts_.set(host.triangles.masks.cuts);
+    masks_.set(host.triangles.masks.masks);
+    maskWords_.set(host.triangles.masks.words);
+    batches_.set(host.batches.batches);
+    batchTriangles_.set(host.batches.triangles);
+    setMoved(host);
+}
+
+void ResidentGeometry::setMoved(const MapGeometry& host) {
+    positions_.set(host.triangles.positions);
+    boxes_.set(host.batches.boxesWorld);
+    bvhBoxes_.set(host.batches.bvh.boxes);
+    bvhItems_.set(host.batches.bvh.items);
+    partBoxes_.set(host.batches.levels.partBoxes);
+    levelErrors_.set(host.batches.levels.errorsWorld);
+}
+
+BatchView ResidentGeometry::batches(const BatchView& host) const {
+    BatchView view = host;
+    view.batches = batches_.view();
+    view.boxesWorld = boxes_.view();
+    view.triangles = batchTriangles_.view();
+    view.bvh.boxes = bvhBoxes_.view();
+    view.bvh.items = bvhItems_.view();
+    view.levels.partBoxes = partBoxes_.view();
+    view.levels.errorsWorld = levelErrors_.view();
+    return view;
 }
 
 MovedBatches::MovedBatches(FrameScene& scene) : scene_(scene) {
@@ -103,15 +134,6 @@ std::vector<uint32_t> MovedBatches::take(float lodTexels) {
     full_.clear();
     levels_.clear();
     return moved;
-}
-
-BatchView FrameScene::batches() const {
-    return {batches_.view(),
-            batchBoxes_.view(),
-            batchTriangles_.view(),
-            {},
-            batchSet_.view().maxTriangleCount,
-            {}};
 }
 
 WideBvhView FrameScene::lightBvh() const {
@@ -151,7 +173,7 @@ void FrameScene::prepareExact() {
 }
 
 MoverView FrameScene::movers() const {
-    return movers_.view(geometry(triangles()), batches_.view(), batchTriangles_.view());
+    return movers_.view(geometry(triangles()), batches().batches, batches().triangles);
 }
 
 MoverView FrameScene::hostMovers() const {

@@ -24,6 +24,48 @@ struct MapGeometry {
 
 class GlScene;
 
+/// Triangles and batches of the host where passes read them.
+class ResidentGeometry {
+public:
+    explicit ResidentGeometry(Backend backend, const std::string& name)
+        : positions_(backend, name + " positions"), triangles_(backend, name + " triangles"),
+          triangleCut_(backend, name + " triangle cuts"), cuts_(backend, name + " cut triangles"),
+          masks_(backend, name + " alpha masks"), maskWords_(backend, name + " alpha mask words"),
+          batches_(backend, name + " batches"), boxes_(backend, name + " batch boxes"),
+          batchTriangles_(backend, name + " batch triangles"),
+          bvhBoxes_(backend, name + " hierarchy boxes"),
+          bvhItems_(backend, name + " hierarchy items"), partBoxes_(backend, name + " part boxes"),
+          levelErrors_(backend, name + " level errors") {}
+
+    /// Makes all of it available.
+    void set(const MapGeometry& host);
+    /// The same where only places changed.
+    void setMoved(const MapGeometry& host);
+
+    TriangleView triangles() const {
+        return {positions_.view(),
+                triangles_.view(),
+                {triangleCut_.view(), cuts_.view(), masks_.view(), maskWords_.view()}};
+    }
+    /// Returns what `host` shows, of which set() was given last.
+    BatchView batches(const BatchView& host) const;
+
+private:
+    Resident<glm::vec3> positions_;
+    Resident<glm::uvec3> triangles_;
+    Resident<uint32_t> triangleCut_;
+    Resident<CutTriangle> cuts_;
+    Resident<MaskInfo> masks_;
+    Resident<uint32_t> maskWords_;
+    Resident<Batch> batches_;
+    Resident<Box> boxes_;
+    Resident<uint32_t> batchTriangles_;
+    Resident<Box> bvhBoxes_;
+    Resident<uint32_t> bvhItems_;
+    Resident<Box> partBoxes_;
+    Resident<float> levelErrors_;
+};
+
 /// Triangles, batches, lights, their hierarchy, materials and the DAG. World and dag outlive it.
 /// Renderers that share one each have a MovedBatches of it.
 class FrameScene {
@@ -49,17 +91,14 @@ public:
     /// Returns what maps are drawn from, on the host. @param lodTexels as
     /// ShadowMapOptions::lodTexels; above 0: with levels of detail, made when first asked for
     MapGeometry mapGeometry(float lodTexels);
+    /// Returns the same on the backend; valid until the next update.
+    MapGeometry mapGeometryOnBackend(float lodTexels);
     /// Returns what the last update of the batches at full detail did.
     const BatchUpdateCounts& batchUpdateCounts() const { return batchSet_.updateCounts(); }
 
     // On the backend:
-    TriangleView triangles() const {
-        return {positions_.view(),
-                triangles_.view(),
-                {triangleCut_.view(), cuts_.view(), masks_.view(), maskWords_.view()}};
-    }
-    /// Returns the batches without their hierarchy.
-    BatchView batches() const;
+    TriangleView triangles() const { return geometry_.triangles(); }
+    BatchView batches() const { return geometry_.batches(batchSet_.view()); }
     View<const Light> lights() const { return lights_.view(); }
     WideBvhView lightBvh() const;
     View<const SurfaceColor> materials() const { return materials_.view(); }
@@ -111,15 +150,7 @@ private:
     WideBvh hostLightBvh_;
     std::vector<SurfaceColor> hostMaterials_;
 
-    Resident<glm::vec3> positions_;
-    Resident<glm::uvec3> triangles_;
-    Resident<uint32_t> triangleCut_;
-    Resident<CutTriangle> cuts_;
-    Resident<MaskInfo> masks_;
-    Resident<uint32_t> maskWords_;
-    Resident<Batch> batches_;
-    Resident<Box> batchBoxes_;
-    Resident<uint32_t> batchTriangles_;
+    ResidentGeometry geometry_, levelGeometry_; // the second for polygonLod_
     Resident<Light> lights_;
     Resident<Box> lightBoxes_;
     Resident<uint32_t> lightItems_;

@@ -9,6 +9,7 @@
 #include "hybrid/frame_scene.h"
 #include "hybrid/gbuffer_pass.h"
 #include "hybrid/light_assign_pass.h"
+#include "hybrid/map_receivers_pass.h"
 #include "hybrid/pairs_pass.h"
 #include "hybrid/prune_pass.h"
 #include "hybrid/resolution_pass.h"
@@ -43,6 +44,7 @@ struct FrameState {
     ClusterLights lists;
     OrderedLights orderedLights; ///< of FrameOptions::reorderLights
     LightDemand demand;
+    MapReceivers receivers; ///< of the maps that are drawn, or, while they are counted, of all
     ShadowMaps maps;
     Buffer<glm::vec3> color;
     Buffer<uint32_t> rayCount, lookupCount, provenCount, missingTapCount,

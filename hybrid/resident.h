@@ -14,6 +14,7 @@ public:
     /// Makes the array available; call again when its contents or place changed.
     void set(View<const T> host) {
         view_ = host;
+        detail::countUpload(host.count * sizeof(T));
         if (copy_.backend() == Backend::kCpu)
             return;
         copy_.resize(host.count);

@@ -69,7 +69,7 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
     demand.recordOfSlot.resize(slotCount);
     SDAG_DISPATCH(backend, markOccupiedSlots,
                   {demand.mapClusterCount.view(), demand.recordOfSlot.view()});
-    exclusiveScan(backend, demand.recordOfSlot.view(), demand.recordOfSlot.view());
+    prefixSums(backend, demand.recordOfSlot.view(), demand.recordOfSlot.view());
     SDAG_DISPATCH(backend, numberPairs, {demand.recordOfSlot.view(), lists.record.view()});
 }
 

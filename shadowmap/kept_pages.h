@@ -184,4 +184,11 @@ struct ClearPages {
     }
 };
 
+/// order[i] = i: what sorting pages by their keys moves along.
+struct NumberPages {
+    View<uint32_t> order;
+
+    SDAG_HD void operator()(size_t i) const { order[i] = uint32_t(i); }
+};
+
 } // namespace shadowdag

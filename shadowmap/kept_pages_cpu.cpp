@@ -14,6 +14,9 @@ void markUnder(const MarkUnder& items) {
 void sortOutPages(const SortOutPages& items) {
     parallelFor<CpuTag>(items.pageTable.count / 32, items);
 }
+void numberPages(const NumberPages& items) {
+    parallelFor<CpuTag>(items.order.count, items);
+}
 void assignPages(const AssignPages& items) {
     parallelFor<CpuTag>(items.needed.count, items);
 }

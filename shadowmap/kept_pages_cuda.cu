@@ -14,6 +14,9 @@ void markUnder(const MarkUnder& items) {
 void sortOutPages(const SortOutPages& items) {
     parallelFor<CudaTag>(items.pageTable.count / 32, items);
 }
+void numberPages(const NumberPages& items) {
+    parallelFor<CudaTag>(items.order.count, items);
+}
 void assignPages(const AssignPages& items) {
     parallelFor<CudaTag>(items.needed.count, items);
 }

@@ -13,6 +13,7 @@ namespace cpu {
 void carryPages(const CarryPages& items);
 void markUnder(const MarkUnder& items);
 void sortOutPages(const SortOutPages& items);
+void numberPages(const NumberPages& items);
 void assignPages(const AssignPages& items);
 void clearPages(const ClearPages& items, size_t pageCount);
 void emptySlots(const EmptySlots& items);
@@ -27,6 +28,7 @@ namespace cuda {
 void carryPages(const CarryPages& items);
 void markUnder(const MarkUnder& items);
 void sortOutPages(const SortOutPages& items);
+void numberPages(const NumberPages& items);
 void assignPages(const AssignPages& items);
 void clearPages(const ClearPages& items, size_t pageCount);
 void emptySlots(const EmptySlots& items);
@@ -48,6 +50,10 @@ inline void markUnder(Backend backend, const MarkUnder& items) {
 /// Decides what every carried page is good for.
 inline void sortOutPages(Backend backend, const SortOutPages& items) {
     SDAG_DISPATCH(backend, sortOutPages, items);
+}
+/// Writes the numbers of all pages.
+inline void numberPages(Backend backend, const NumberPages& items) {
+    SDAG_DISPATCH(backend, numberPages, items);
 }
 /// Gives needed pages memory.
 inline void assignPages(Backend backend, const AssignPages& items) {

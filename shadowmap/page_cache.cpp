@@ -12,6 +12,15 @@
 namespace shadowdag {
 namespace {
 
+/// Uploads what is not there yet. @param before what was uploaded last
+template <class T>
+void uploadChanged(Buffer<T>& buffer, std::vector<T>& before, std::vector<T> now) {
+    if (now == before && buffer.size() == now.size())
+        return;
+    buffer.upload(now);
+    before = std::move(now);
+}
+
 /// Makes a buffer hold `count` elements at least and keeps what it holds.
 template <class T> void growKeeping(Buffer<T>& buffer, size_t count) {
     if (count <= buffer.size())
@@ -166,8 +175,8 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
         std::vector<uint32_t> slots;
         for (const KeptMap& map : next)
             slots.push_back(map.slot);
-        slots_.upload(slots);
-        startBefore_.upload(startBefore);
+        uploadChanged(slots_, slotsHost_, std::move(slots));
+        uploadChanged(startBefore_, startBeforeHost_, std::move(startBefore));
         kept_ = std::move(next);
     }
     std::swap(pageTable_, tableBefore_);
@@ -206,7 +215,7 @@ void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> mo
             now.push_back(hostBatches.boxesWorld[batch]);
             batchBoxes_[batch] = now.back();
         }
-    movedBits_.upload(bits);
+    uploadChanged(movedBits_, movedBitsHost_, std::move(bits));
     movedBefore_.upload(before);
     movedNow_.upload(now);
 }
@@ -268,9 +277,8 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
             pageKeys_ = std::move(keys);
         }
         if (fresh && held) {
-            std::vector<uint32_t> order(pageKeys_.size());
-            std::iota(order.begin(), order.end(), 0u);
-            order_.upload(order);
+            order_.resize(pageKeys_.size());
+            numberPages(backend_, {order_.view()});
             sortPairs(backend_, pageKeys_.view(), order_.view());
             assign.order = std::as_const(order_).view();
             assign.pageKeys = std::as_const(pageKeys_).view();
@@ -280,7 +288,9 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
         assign.pageStamps = pageStamps_.view();
         const uint64_t free = pageStamps_.size() - held;
         retained = found[kPagesRetained] - (fresh > free ? fresh - free : 0);
-        const std::vector<uint32_t> keptPages = keptPerMap_.download();
+        // Only maps that nobody asks for are asked whether they still have pages.
+        const std::vector<uint32_t> keptPages =
+            requestCount_ < kept_.size() ? keptPerMap_.download() : std::vector<uint32_t>{};
         for (size_t i = 0; i < kept_.size(); ++i)
             kept_[i].pageCount = i < requestCount_ ? 1 : keptPages[i];
     } else {

@@ -87,7 +87,8 @@ private:
     std::vector<KeptMap> kept_; // in the order of the last frame's maps
     std::vector<uint8_t> isSlotUsed_;
     std::vector<uint32_t> freshSlotsHost_;
-    std::vector<Box> batchBoxes_; // of the last frame
+    std::vector<uint32_t> slotsHost_, startBeforeHost_, movedBitsHost_; // as uploaded last
+    std::vector<Box> batchBoxes_;                                       // of the last frame
 
     // mapCount * start in tableBefore_ or kNoPage; slot.
     Buffer<uint32_t> startBefore_, slots_;

@@ -155,4 +155,22 @@ struct CountPages {
     }
 };
 
+/// Counts the marked pages of every map: all bits of its words, which are no other map's.
+struct CountPagesOfMaps {
+    View<const ShadowMapInfo> maps;
+    View<const uint32_t> pages; ///< PageMaskView::pages
+    View<uint32_t> counts;      ///< a map each
+
+    SDAG_HD void operator()(size_t m) const {
+        const ShadowMapInfo& map = maps[m];
+        const uint32_t first = map.pageTableStart / 32;
+        const uint32_t words = (kFaceCount * map.facePages * map.facePages + 31) / 32;
+        uint32_t count = 0;
+        for (uint32_t w = first; w < first + words; ++w)
+            for (uint32_t bits = pages[w]; bits; bits &= bits - 1)
+                ++count;
+        counts[m] = count;
+    }
+};
+
 } // namespace shadowdag

@@ -11,5 +11,8 @@ void markReceivers(const MarkReceiver& items) {
 void countPages(const CountPages& items) {
     parallelFor<CpuTag>(items.pages.count, items, 4096);
 }
+void countPagesOfMaps(const CountPagesOfMaps& items) {
+    parallelFor<CpuTag>(items.maps.count, items, 4);
+}
 
 } // namespace shadowdag::cpu

@@ -11,5 +11,8 @@ void markReceivers(const MarkReceiver& items) {
 void countPages(const CountPages& items) {
     parallelFor<CudaTag>(items.pages.count, items, 4096);
 }
+void countPagesOfMaps(const CountPagesOfMaps& items) {
+    parallelFor<CudaTag>(items.maps.count, items);
+}
 
 } // namespace shadowdag::cuda

@@ -22,6 +22,7 @@ template <class T> View<const T> place(Buffer<T>& buffer, View<const T> host) {
     if (buffer.backend() == Backend::kCpu)
         return host;
     buffer.resize(host.count);
+    detail::countUpload(host.count * sizeof(T));
     detail::copyBytes(buffer.backend(), buffer.view().data, Backend::kCpu, host.data,
                       host.count * sizeof(T));
     return std::as_const(buffer).view();
@@ -43,8 +44,7 @@ uint32_t log2Exact(uint32_t value) {
     throw Error(ErrorKind::kUsage, "shadow maps: " + what + "; " + remedy);
 }
 
-void check(const std::vector<MapRequest>& requests, const std::vector<Box>& boxes,
-           const std::vector<MapReceiver>& receivers, const ShadowMapOptions& options) {
+void check(const std::vector<MapRequest>& requests, const ShadowMapOptions& options) {
     const uint32_t side = options.pageTexels;
     if (side < 16 || side > 256 || (side & (side - 1)))
         refuse("page side " + std::to_string(side), "choose 16, 32, 64, 128 or 256 texels");
@@ -63,6 +63,10 @@ void check(const std::vector<MapRequest>& requests, const std::vector<Box>& boxe
             if (!std::isfinite(r.lightPositionWorld[axis]))
                 refuse(name + " has a light position that is not finite", "place the light");
     }
+}
+
+void check(const std::vector<MapRequest>& requests, const std::vector<Box>& boxes,
+           const std::vector<MapReceiver>& receivers) {
     for (size_t i = 0; i < receivers.size(); ++i)
         if (receivers[i].map >= requests.size() || receivers[i].box >= boxes.size())
             refuse("receiver " + std::to_string(i) + " refers to map " +
@@ -100,7 +104,10 @@ struct ShadowMaps::State {
     ShadowMapCounts counts;
     size_t batchCount = 0;
     std::vector<uint32_t> pagesPerMap, trianglesPerMap;
-    std::vector<ShadowMapInfo> infos; // of the requests
+    std::vector<ShadowMapInfo> infos;    // of the requests
+    std::vector<ShadowMapInfo> mapsHost; // as uploaded last
+    uint32_t cullParts = 0;              // items of a map
+    bool isCounted = true;               // the last build's culling, and pages a map
 
     // Copies of host inputs, used by CUDA only. count * type: receivers, boxes, vertices,
     // triangles, batches.
@@ -147,9 +154,16 @@ struct ShadowMaps::State {
                 depthLimits.view(), cells.view(),      blocks.view()};
     }
 
+    void uploadMaps(const std::vector<ShadowMapInfo>& all) {
+        if (all == mapsHost && maps.size() == all.size())
+            return;
+        maps.upload(all);
+        mapsHost = all;
+    }
+
     /// Marks the pages of all receivers at the resolutions of `infos`; returns how many there are.
     uint64_t mark(View<const Box> boxes, View<const MapReceiver> pairs, uint64_t words) {
-        maps.upload(infos);
+        uploadMaps(infos);
         zero(pageBits, words);
         zero(projection, infos.size() * kProjectionWordsPerMap);
         zero(faces, infos.size());
@@ -180,17 +194,22 @@ struct ShadowMaps::State {
         {
             const StageTimer timer(backend, stages, "page commit");
             cache.begin(requests, all, words, options,
-                        options.useStaticOptimization && wanted <= capacity);
-            if (all.size() > infos.size())
-                maps.upload(all);
+                        options.useStaticOptimization && !requests.empty() && wanted <= capacity);
+            uploadMaps(all);
             if (cache.keeps())
                 cache.noteMotion(hostBatches, movedBatches);
         }
         cache.allocate(std::as_const(maps).view(), std::as_const(pageBits).view(),
                        std::as_const(firstPage).view(), wanted, counts, stages);
+    }
 
-        const StageTimer timer(backend, stages, "page commit");
+    /// Fetches what the last build counted on the backend.
+    void count() {
+        if (isCounted)
+            return;
+        isCounted = true;
         const std::vector<uint32_t> first = firstPage.download();
+        const uint64_t wanted = counts.pageCount + counts.pagesRefusedCount;
         pagesPerMap.clear();
         for (size_t i = 0; i < infos.size(); ++i) {
             const auto at = [&](size_t map) -> uint64_t {
@@ -200,6 +219,23 @@ struct ShadowMaps::State {
             };
             pagesPerMap.push_back(uint32_t(glm::min(at(i + 1), counts.pageCount) -
                                            glm::min(at(i), counts.pageCount)));
+        }
+        const std::vector<CullCounts> found = cullCounts.download();
+        const size_t parts = cullParts;
+        trianglesPerMap.clear();
+        for (size_t map = 0; map < infos.size(); ++map) {
+            const uint64_t faceCount = infos[map].window.isSun() ? 1 : kFaceCount;
+            uint32_t triangleFaces = 0;
+            for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
+                counts.batchFaceCount += found[i].batchFaces;
+                counts.batchFaceKeptCount += found[i].keptBatchFaces;
+                counts.triangleKeptCount += found[i].keptTriangleFaces;
+                counts.batchFaceSphereCount += faceCount * found[i].sphereBatches;
+                counts.triangleSphereCount += faceCount * found[i].sphereTriangles;
+                triangleFaces += found[i].triangleFaces;
+            }
+            counts.triangleDrawCount += triangleFaces;
+            trianglesPerMap.push_back(triangleFaces);
         }
     }
 
@@ -214,8 +250,8 @@ struct ShadowMaps::State {
         return count;
     }
 
-    /// Returns the first draw of every map, and their number last.
-    std::vector<uint32_t> cull(const BatchView& onBackend, StageTimes& stages) {
+    /// Lists the draws.
+    void cull(const BatchView& onBackend, StageTimes& stages) {
         CullView cull{requestMaps(), masks(), onBackend, options.culling, {}};
         std::optional<StageTimer> timer;
         timer.emplace(backend, stages, "culling masks");
@@ -228,7 +264,8 @@ struct ShadowMaps::State {
             cull.cells = {std::as_const(cells).view(), std::as_const(blocks).view()};
         }
         timer.reset();
-        const size_t parts = cull.parts();
+        cullParts = cull.parts();
+        const size_t parts = cullParts;
         const size_t items = infos.size() * parts;
         cullCounts.resize(items);
         timer.emplace(backend, stages, "culling query");
@@ -246,27 +283,17 @@ struct ShadowMaps::State {
         draws.resize(drawCount);
         listDraws(backend, {firstOfItem, std::as_const(reached).view(),
                             std::as_const(firstDraw).view(), draws.view()});
+    }
 
-        const std::vector<CullCounts> found = cullCounts.download();
-        const std::vector<uint32_t> first = firstDraw.download();
-        std::vector<uint32_t> drawStart;
-        for (size_t map = 0; map < infos.size(); ++map) {
-            drawStart.push_back(parts ? first[map * parts] : 0);
-            const uint64_t faceCount = infos[map].window.isSun() ? 1 : kFaceCount;
-            uint32_t triangleFaces = 0;
-            for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
-                counts.batchFaceCount += found[i].batchFaces;
-                counts.batchFaceKeptCount += found[i].keptBatchFaces;
-                counts.triangleKeptCount += found[i].keptTriangleFaces;
-                counts.batchFaceSphereCount += faceCount * found[i].sphereBatches;
-                counts.triangleSphereCount += faceCount * found[i].sphereTriangles;
-                triangleFaces += found[i].triangleFaces;
-            }
-            counts.triangleDrawCount += triangleFaces;
-            trianglesPerMap.push_back(triangleFaces);
-        }
-        drawStart.push_back(uint32_t(drawCount));
-        return drawStart;
+    /// Returns the first draw of every map, and their number last. On the CPU.
+    std::vector<uint32_t> drawStarts() const {
+        SDAG_ASSERT(backend == Backend::kCpu);
+        const View<const uint32_t> first = firstDraw.view();
+        std::vector<uint32_t> start;
+        for (size_t map = 0; map < infos.size(); ++map)
+            start.push_back(cullParts ? first[map * cullParts] : 0);
+        start.push_back(uint32_t(draws.size()));
+        return start;
     }
 };
 
@@ -296,7 +323,37 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
                        const std::vector<MapReceiver>& receivers, const TriangleView& geometry,
                        const BatchView& batches, const ShadowMapOptions& options,
                        StageTimes& stages, View<const uint32_t> movedBatches) {
-    check(requests, receiverBoxes, receivers, options);
+    check(requests, options);
+    check(requests, receiverBoxes, receivers);
+    State& s = *state_;
+    MapInputs inputs{{}, {}, geometry, batches};
+    {
+        const StageTimer timer(s.backend, stages, "page masks");
+        inputs.receiverBoxes = place(s.receiverBoxes, viewOf(receiverBoxes));
+        inputs.receivers = place(s.receivers, viewOf(receivers));
+    }
+    if (s.backend != Backend::kCpu) {
+        const StageTimer timer(s.backend, stages, "geometry copy");
+        const AlphaMaskView& masks = geometry.masks;
+        inputs.geometry = {place(s.positions, geometry.positions),
+                           place(s.triangles, geometry.triangles),
+                           {place(s.triangleCut, masks.triangleCut), place(s.cuts, masks.cuts),
+                            place(s.alphaMasks, masks.masks), place(s.maskWords, masks.words)}};
+        inputs.batches.batches = place(s.batches, batches.batches);
+        inputs.batches.boxesWorld = place(s.batchBoxes, batches.boxesWorld);
+        inputs.batches.triangles = place(s.batchTriangles, batches.triangles);
+        inputs.batches.bvh.boxes = place(s.bvhBoxes, batches.bvh.boxes);
+        inputs.batches.bvh.items = place(s.bvhItems, batches.bvh.items);
+        inputs.batches.levels.partBoxes = place(s.partBoxes, batches.levels.partBoxes);
+        inputs.batches.levels.errorsWorld = place(s.levelErrors, batches.levels.errorsWorld);
+    }
+    build(requests, inputs, batches, options, stages, movedBatches);
+}
+
+void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs& inputs,
+                       const BatchView& batches, const ShadowMapOptions& options,
+                       StageTimes& stages, View<const uint32_t> movedBatches) {
+    check(requests, options);
     if (!std::isfinite(options.lodTexels) || options.lodTexels < 0.0f)
         refuse("level of detail by " + std::to_string(options.lodTexels) + " texels",
                "give a number of texels >= 0, 0 for full detail");
@@ -317,13 +374,13 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     s.batchCount = batches.batches.count;
     s.options = options;
     s.counts = {};
+    s.isCounted = true; // where an exception ends the build, nothing was counted
+    s.pagesPerMap.clear();
     s.trianglesPerMap.clear();
 
     uint64_t wanted = 0;
     {
         StageTimer timer(s.backend, stages, "page masks");
-        const View<const Box> boxes = place(s.receiverBoxes, viewOf(receiverBoxes));
-        const View<const MapReceiver> pairs = place(s.receivers, viewOf(receivers));
         const uint64_t capacity = options.poolBytes / (s.pageTexelCount() * sizeof(uint32_t));
         // The divisor is squared-exact: every second step is a power of two.
         double divisor = 1.0;
@@ -333,7 +390,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
             s.infos = std::move(layout.maps);
             for (ShadowMapInfo& map : s.infos)
                 map.lodTexels = options.lodTexels;
-            wanted = s.mark(boxes, pairs, layout.maskWordCount);
+            wanted = s.mark(inputs.receiverBoxes, inputs.receivers, layout.maskWordCount);
             if (step == 0)
                 s.counts.pagesWantedCount = wanted;
             if (wanted <= capacity || divisor >= double(kMaxFaceTexels))
@@ -342,34 +399,16 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         s.counts.degradeDivisor = float(divisor);
     }
     s.allocate(requests, wanted, batches, movedBatches, stages);
-    TriangleView triangles;
-    BatchView onBackend;
-    {
-        std::optional<StageTimer> timer;
-        if (s.backend != Backend::kCpu)
-            timer.emplace(s.backend, stages, "geometry copy");
-        triangles = {place(s.positions, geometry.positions),
-                     place(s.triangles, geometry.triangles),
-                     {place(s.triangleCut, geometry.masks.triangleCut),
-                      place(s.cuts, geometry.masks.cuts), place(s.alphaMasks, geometry.masks.masks),
-                      place(s.maskWords, geometry.masks.words)}};
-        onBackend = batches;
-        onBackend.batches = place(s.batches, batches.batches);
-        onBackend.boxesWorld = place(s.batchBoxes, batches.boxesWorld);
-        onBackend.triangles = place(s.batchTriangles, batches.triangles);
-        onBackend.bvh.boxes = place(s.bvhBoxes, batches.bvh.boxes);
-        onBackend.bvh.items = place(s.bvhItems, batches.bvh.items);
-        onBackend.levels = {place(s.partBoxes, batches.levels.partBoxes),
-                            place(s.levelErrors, batches.levels.errorsWorld), options.lodTexels};
-    }
-    const std::vector<uint32_t> drawStart = s.cull(onBackend, stages);
+    BatchView onBackend = inputs.batches;
+    onBackend.levels.allowedTexels = options.lodTexels;
+    s.cull(onBackend, stages);
     {
         StageTimer timer(s.backend, stages, "rasterization");
         const RasterView raster{s.requestMaps(),
                                 s.cache.openTable(),
                                 s.cache.pool(),
                                 s.pageTexelsLog2(),
-                                triangles,
+                                inputs.geometry,
                                 onBackend.batches,
                                 onBackend.triangles,
                                 std::as_const(s.draws).view(),
@@ -377,13 +416,14 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         if (s.drawer)
             s.drawer->draw(raster, std::as_const(s.cache).pageTable());
         else if (s.backend == Backend::kCpu && !options.useAtomicRasterizer)
-            rasterizeByFace(raster, drawStart);
+            rasterizeByFace(raster, s.drawStarts());
         else
             rasterizeTriangles(s.backend, {raster});
         if (s.cache.keeps())
             s.cache.noteDrawn(std::as_const(s.cells).view());
     }
     guard.isDone = true;
+    s.isCounted = false;
 }
 
 ShadowMapView ShadowMaps::view() const {
@@ -401,12 +441,15 @@ View<const uint32_t> ShadowMaps::projectionMaps() const {
 }
 
 const ShadowMapCounts& ShadowMaps::counts() const {
+    state_->count();
     return state_->counts;
 }
 const std::vector<uint32_t>& ShadowMaps::pagesPerMap() const {
+    state_->count();
     return state_->pagesPerMap;
 }
 const std::vector<uint32_t>& ShadowMaps::trianglesPerMap() const {
+    state_->count();
     return state_->trianglesPerMap;
 }
 

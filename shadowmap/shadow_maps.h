@@ -58,10 +58,10 @@ struct ShadowMapOptions {
 /// The stages of ShadowMaps::build, in their order. "page masks": cluster boxes projected on faces,
 /// for pages, projection maps and depths. "page commit": which map and page of the last frame is
 /// which, and memory for what is new. "page clear": of that memory. "geometry copy": to the device,
-/// CUDA only. "culling masks": depths of blocks of cells; with static optimization also what is
-/// drawn already. "culling query": which batches each map
-/// reaches, by the hierarchy. "culling tests": those against face masks, projection maps and
-/// depths, and the list of draws. "rasterization": drawing it.
+/// CUDA only, and not of inputs that are there. "culling masks": depths of blocks of cells; with
+/// static optimization also what is drawn already. "culling query": which batches each map reaches,
+/// by the hierarchy. "culling tests": those against face masks, projection maps and depths, and the
+/// list of draws. "rasterization": drawing it.
 inline constexpr const char* kShadowMapStages[] = {
     "page masks",    "page commit",   "page clear",    "geometry copy",
     "culling masks", "culling query", "culling tests", "rasterization"};
@@ -103,6 +103,14 @@ struct ShadowMapCounts {
 
 class MapDrawer;
 
+/// What maps are built from, on the backend: as ShadowMaps::build takes it on the host.
+struct MapInputs {
+    View<const Box> receiverBoxes;
+    View<const MapReceiver> receivers; ///< indices within receiverBoxes and the requests
+    TriangleView geometry;
+    BatchView batches; ///< with their hierarchy
+};
+
 /// Builds and holds the shadow maps of one frame on one backend.
 class ShadowMaps {
 public:
@@ -138,6 +146,12 @@ public:
                const BatchView& batches, const ShadowMapOptions& options, StageTimes& stages,
                View<const uint32_t> movedBatches = {});
 
+    /// The same of inputs that are on the backend already: nothing is copied there that did not
+    /// change. @param hostBatches the same batches on the host, by which motion is noted
+    void build(const std::vector<MapRequest>& requests, const MapInputs& inputs,
+               const BatchView& hostBatches, const ShadowMapOptions& options, StageTimes& stages,
+               View<const uint32_t> movedBatches = {});
+
     /// Gives up what static optimization keeps, so that the next build depends on its inputs alone.
     /// Needed before another geometry is passed.
     void forget();
@@ -147,6 +161,9 @@ public:
     /// Returns the projection maps of the requests' maps, kProjectionWordsPerMap words each, as
     /// PageMaskView has them; valid until the next build.
     View<const uint32_t> projectionMaps() const;
+    /// Returns what the last build counted. What culling counted is fetched from the backend when
+    /// one of these three is first called: a round trip on CUDA, which frames leave to their
+    /// reports.
     const ShadowMapCounts& counts() const;
     /// Returns pages with memory and triangles drawn of each request: what a cost model may learn
     /// from.

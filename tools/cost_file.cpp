@@ -194,6 +194,8 @@ CostSource readCostSource(const std::string& path, const Json& provenance) {
         }
     } else {
         source.table = tableFromJson(json, path);
+        if (json.contains("provenance") && json["provenance"].is_object())
+            source.otherMachine = otherMachine(json["provenance"], provenance);
     }
     return source;
 }
@@ -257,8 +259,11 @@ std::vector<std::string> remarksOn(const CostSource& source,
                                    const std::vector<RunParameters>& runs) {
     std::vector<std::string> remarks;
     if (!source.otherMachine.empty())
-        remarks.push_back(source.path + ": was calibrated elsewhere (" + source.otherMachine +
-                          "); calibrate here for routes that pay here");
+        remarks.push_back(source.path + ": was " +
+                          (source.calibration ? "calibrated" : "measured") + " elsewhere (" +
+                          source.otherMachine + "); " +
+                          (source.calibration ? "calibrate" : "measure") +
+                          " here for routes that pay here");
     for (const RunParameters& run : runs)
         if (const std::string other = otherSettings(source, run);
             needsCalibration(run) && !other.empty()) {

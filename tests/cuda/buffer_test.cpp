@@ -104,6 +104,22 @@ TEST_P(BufferOn, WhatIsFreeIsSomeOfIt) {
     EXPECT_NO_THROW(Buffer<uint8_t>(GetParam(), "test/free", size_t(bytes / 64)));
 }
 
+TEST_P(BufferOn, CopiesToAndFromTheHostAreCounted) {
+    Buffer<uint32_t> buffer(GetParam(), "test/counted"), none(GetParam(), "test/none");
+    const HostCopyCounts before = hostCopyCounts();
+    buffer.upload({1, 2, 3});
+    none.upload({});
+    EXPECT_EQ(hostCopyCounts().uploadCount, before.uploadCount + 1);
+    EXPECT_EQ(hostCopyCounts().readbackCount, before.readbackCount);
+    buffer.download();
+    EXPECT_EQ(buffer.at(2), 3u);
+    none.download();
+    buffer.fill(0);
+    buffer.resize(2);
+    EXPECT_EQ(hostCopyCounts().uploadCount, before.uploadCount + 1);
+    EXPECT_EQ(hostCopyCounts().readbackCount, before.readbackCount + 2);
+}
+
 INSTANTIATE_TEST_SUITE_P(Both, BufferOn, kBothBackends, backendSuffix);
 
 TEST(Buffer, HostMemoryIsAlignedToACacheLine) {
