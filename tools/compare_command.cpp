@@ -153,7 +153,8 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
     if (!found.results["sequence_runs"].empty())
         writeWholeFile(partial + "/sequence.csv", runsCsv(found.results["sequence_runs"]));
     writeWholeFile(partial + "/lights.csv", flatCsv(found.lights));
-    writeWholeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
+    writeWholeFile(partial + "/costs.json",
+                   jsonText(toJson(found.costs, found.results["provenance"])));
     writeWholeFile(partial + "/index.html", reportHtml(found.results, charts));
     std::ostringstream table;
     printRuns(table, found.results["runs"]);
@@ -179,7 +180,8 @@ void publishPart(const CompareOptions& options, const CompareFindings& found,
                  const CompareShare& share, const Json& key,
                  std::chrono::steady_clock::time_point start, const Console& console) {
     const std::string partial = options.output + "/partial";
-    writeWholeFile(partial + "/costs.json", jsonText(toJson(found.costs)));
+    writeWholeFile(partial + "/costs.json",
+                   jsonText(toJson(found.costs, found.results["provenance"])));
     writeWholeFile(partial + "/part.json", jsonText(toJson(found, share, key, partial)));
     checkInterrupted();
     swapReport(options.output);

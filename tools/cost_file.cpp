@@ -120,10 +120,13 @@ Json toJson(const std::optional<Regret>& regret) {
     return regret ? toJson(*regret) : Json();
 }
 
+/// What times depend on, of provenance.
+constexpr const char* kMachineKeys[] = {"cpu", "device", "backend", "thread_count"};
+
 /// Returns what tells two machines apart, and what they call it.
 std::string otherMachine(const Json& fitted, const Json& here) {
     std::string text;
-    for (const char* key : {"cpu", "device", "backend", "thread_count"}) {
+    for (const char* key : kMachineKeys) {
         const Json there = fitted.value(key, Json()), now = here.value(key, Json());
         if (there != now)
             text += (text.empty() ? "" : ", ") + std::string(key) + " " + there.dump() +
@@ -150,6 +153,13 @@ Json toJson(const CostTable& costs) {
                         {"maps", std::move(maps)}});
     }
     return {{"costs", std::move(list)}};
+}
+
+Json toJson(const CostTable& costs, const Json& provenance) {
+    Json json = toJson(costs);
+    for (const char* key : kMachineKeys)
+        json["provenance"][key] = provenance.value(key, Json());
+    return json;
 }
 
 CostTable readCosts(const std::string& path) {
@@ -259,11 +269,10 @@ std::vector<std::string> remarksOn(const CostSource& source,
                                    const std::vector<RunParameters>& runs) {
     std::vector<std::string> remarks;
     if (!source.otherMachine.empty())
-        remarks.push_back(source.path + ": was " +
-                          (source.calibration ? "calibrated" : "measured") + " elsewhere (" +
-                          source.otherMachine + "); " +
-                          (source.calibration ? "calibrate" : "measure") +
-                          " here for routes that pay here");
+        remarks.push_back(
+            source.path + ": was " + (source.calibration ? "calibrated" : "measured") +
+            " elsewhere (" + source.otherMachine + "); " +
+            (source.calibration ? "calibrate" : "measure") + " here for routes that pay here");
     for (const RunParameters& run : runs)
         if (const std::string other = otherSettings(source, run);
             needsCalibration(run) && !other.empty()) {

@@ -20,6 +20,9 @@ using CostTable = std::map<std::pair<std::string, uint32_t>, FrameCosts>;
 
 /// Returns {"costs": [{"scene", "frame", "maps": [{"light", "octave", "rays_ms", "map_ms"}]}]}.
 Json toJson(const CostTable& costs);
+/// Returns the same with "provenance": the processor, device, backend and number of threads that
+/// they were measured on, as provenance has them.
+Json toJson(const CostTable& costs, const Json& provenance);
 /// Reads such a file. Throws Error kInput naming the file and what is wrong in it.
 CostTable readCosts(const std::string& path);
 /// Returns the costs of a frame. Throws Error kInput naming the file when it does not have them.
@@ -37,8 +40,8 @@ struct CostSource {
     std::string path;
     std::optional<CostTable> table;
     std::optional<CostCalibration> calibration;
-    /// What the machine that a calibration was fitted on is called and this one is not, for people;
-    /// empty where both are alike.
+    /// What the machine that it was measured or fitted on is called and this one is not, for
+    /// people; empty where both are alike, or the file does not say.
     std::string otherMachine;
     /// What a calibration was fitted with, as an experiment's lists, and "sizes"; null where the
     /// file does not say.

@@ -71,6 +71,12 @@ Json partJson(const PartHeader& header, uint64_t fileBytes) {
 
 void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     const Console console(options.global.json);
+    for (const char* option : {"--part", "--memory-limit", "--resume"})
+        if (options.global.backend == "cuda" && commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) +
+                                               " and --backend cuda contradict each other: the "
+                                               "device builds whole assets, cell by cell where "
+                                               "its memory is short; drop one of them");
     const Backend backend = options.global.apply(console, false);
     const uint32_t log2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
     options.isPart = commandLine.given("--part");
@@ -85,12 +91,6 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     if (options.isPart && commandLine.given("--packing"))
         throw Error(ErrorKind::kUsage,
                     "--packing is for an asset, and --part writes none; give it to merge");
-    for (const char* option : {"--part", "--memory-limit", "--resume"})
-        if (options.global.backend == "cuda" && commandLine.given(option))
-            throw Error(ErrorKind::kUsage, std::string(option) +
-                                               " and --backend cuda contradict each other: the "
-                                               "device builds whole assets, cell by cell where "
-                                               "its memory is short; drop one of them");
     if (commandLine.given("--memory-limit"))
         limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
     // Taken first: what an earlier build left there is not overwritten unasked.

@@ -103,12 +103,53 @@ TEST(CalibrationFile, IsToldFromCostsOfMapsAndFromAnotherMachine) {
     EXPECT_TRUE(calibration.calibration && !calibration.table);
     EXPECT_THAT(calibration.otherMachine,
                 AllOf(HasSubstr("cpu"), HasSubstr("another"), Not(HasSubstr("thread_count"))));
-    EXPECT_TRUE(readCostSource(directory / "costs.json", here).table);
+    const CostSource unsaid = readCostSource(directory / "costs.json", here);
+    EXPECT_TRUE(unsaid.table);
+    EXPECT_EQ(unsaid.otherMachine, "") << "the file does not say";
     const auto model = makeCostModel("cost");
     giveCalibration(*model, calibration);
     EXPECT_FALSE(model->needsCalibration());
     EXPECT_THAT(messageOf([&] { giveCalibration(*makeCostModel("cost"), {}); }, ErrorKind::kUsage),
                 HasSubstr("--costs C.json"));
+}
+
+// Times of one device say nothing about another, be it the processor beside it.
+TEST(CostFile, KnowsTheDeviceThatItWasMeasuredOn) {
+    const TemporaryDirectory directory;
+    const Json cpu = {{"cpu", "this"}, {"backend", "cpu"}, {"thread_count", 2}, {"device", Json()}};
+    Json cuda = cpu, other = cpu;
+    cuda["backend"] = "cuda";
+    cuda["device"] = "NVIDIA H200";
+    other = cuda;
+    other["device"] = "NVIDIA A100";
+    CostTable table;
+    table[{"a", 0}] = {0, {{0, 0, 1, 2}}};
+    writeText(directory / "costs.json", jsonText(toJson(table, cuda)));
+    const CostSource here = readCostSource(directory / "costs.json", cuda);
+    ASSERT_TRUE(here.table);
+    EXPECT_EQ(findCosts(*here.table, "", "a", 0).maps.size(), 1u);
+    EXPECT_EQ(here.otherMachine, "");
+    EXPECT_THAT(remarksOn(here, {}), testing::IsEmpty());
+    const CostSource onCpu = readCostSource(directory / "costs.json", cpu);
+    EXPECT_EQ(onCpu.otherMachine,
+              "device \"NVIDIA H200\" instead of null, backend \"cuda\" instead of \"cpu\"");
+    EXPECT_THAT(remarksOn(onCpu, {}),
+                testing::ElementsAre(AllOf(HasSubstr("was measured elsewhere (device"),
+                                           HasSubstr("measure here for routes"))));
+    EXPECT_EQ(readCostSource(directory / "costs.json", other).otherMachine,
+              "device \"NVIDIA H200\" instead of \"NVIDIA A100\"");
+}
+
+TEST(CalibrationFile, KnowsTheDeviceThatItWasFittedOn) {
+    const TemporaryDirectory directory;
+    writeText(directory / "c.json", kCalibration);
+    const Json cuda = {
+        {"cpu", "another"}, {"backend", "cuda"}, {"thread_count", 2}, {"device", "NVIDIA H200"}};
+    const CostSource source = readCostSource(directory / "c.json", cuda);
+    EXPECT_EQ(source.otherMachine,
+              "device null instead of \"NVIDIA H200\", backend \"cpu\" instead of \"cuda\"");
+    EXPECT_THAT(remarksOn(source, {}),
+                testing::ElementsAre(HasSubstr("was calibrated elsewhere (device null")));
 }
 
 TEST(Observations, ComeBackAsWrittenAndDamagedOnesAreNamed) {
