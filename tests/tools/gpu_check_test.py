@@ -1,0 +1,143 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Tests tools/gpu_check by running it: as a whole at smoke size on the CPU, without a device, with parts that fail,
+hang or run nothing, and carried as a bundle.
+
+    gpu_check_test.py SCRIPT BUILD_DIR
+"""
+import importlib.machinery
+import importlib.util
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SCRIPT, BUILD = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve()
+
+
+def run(*arguments, **variables):
+    return subprocess.run([sys.executable, SCRIPT, *map(str, arguments)], capture_output=True, text=True,
+                          env=dict(os.environ, PYTHONDONTWRITEBYTECODE="1", **variables))
+
+
+class GpuCheck(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = pathlib.Path(temporary.name)
+        self.out = self.folder / "out"
+
+    def results(self):
+        return json.loads((self.out / "gpu_check.json").read_text())
+
+    def stub(self, cuda_test):
+        """Returns a build folder with the real program and a shell script for cuda_test."""
+        build = self.folder / "build"
+        for folder in ("tools", "tests/cuda"):
+            (build / folder).mkdir(parents=True)
+        (build / "tools/shadowdag").symlink_to(BUILD / "tools/shadowdag")
+        (build / "tests/cuda/cuda_test").write_text("#!/bin/sh\n" + cuda_test)
+        (build / "tests/cuda/cuda_test").chmod(0o755)
+        return build
+
+    def test_smoke_does_all_steps_and_ends_with_a_table(self):
+        done = run("--backend", "cpu", "--smoke", "--build", BUILD, "-o", self.out)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        results = self.results()
+        self.assertEqual(results["failed_steps"], [])
+        steps = [step["step"] for step in results["steps"]]
+        for name in ("parity cuda_test", "parity voxel_test", "parity shadowmap_test", "parity test_parity",
+                     "parity test_frame", "voxelize atrium", "frames atrium dag", "frames atrium maps",
+                     "frames atrium hybrid", "compare atrium"):
+            self.assertIn(name, steps)
+        self.assertEqual([row["method"] for row in results["frames"]], ["dag", "maps", "hybrid"])
+        for row in results["frames"]:
+            self.assertGreater(row["time_ms"], 0)
+            self.assertIn("shading", row["stages_ms"])
+            self.assertGreater(row["pair_count"], 0)
+            self.assertGreater(row["host_copy_count"], 0)
+        self.assertEqual(results["voxelize"][0]["resolution"], 64)
+        lines = done.stdout.strip().splitlines()
+        self.assertTrue(lines[-1].startswith("host copies"), lines[-1])
+        table = lines[[i for i, line in enumerate(lines) if line.startswith("median ms at 64x36")][0]:]
+        self.assertIn("rasterization", " ".join(table))
+        self.assertTrue(all(len(line.split()) >= 4 for line in table))
+
+    def test_without_a_device_says_what_is_missing_and_exits_with_4(self):
+        done = run("--build", BUILD, "-o", self.out, CUDA_VISIBLE_DEVICES="")
+        self.assertEqual(done.returncode, 4, done.stdout)
+        self.assertIn("gpu_check: no device: shadowdag: error: backend 'cuda' was asked for", done.stderr)
+        self.assertEqual(self.results()["failed_steps"], ["device"])
+
+    def test_names_the_step_that_failed(self):
+        report = {"testsuites": [{"name": "Scan", "testsuite": [
+            {"name": "Sums/cpu", "result": "COMPLETED", "failures": [{"failure": "3 is not 4"}]},
+            {"name": "Sorts/cpu", "result": "COMPLETED"}]}]}
+        build = self.stub("for a in \"$@\"; do case $a in --gtest_output=json:*) "
+                          f"echo '{json.dumps(report)}' >\"${{a#*json:}}\";; esac; done; echo 3 is not 4; exit 1\n")
+        done = run("--backend", "cpu", "--smoke", "--build", build, "--tests", "cuda_test", "-o", self.out)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("FAILED: parity cuda_test", done.stdout)
+        self.assertEqual(self.results()["failed_steps"], ["parity cuda_test"])
+        self.assertIn("1 of 2 failed, status 1: Scan.Sums/cpu", self.results()["steps"][-1]["note"])
+
+    def test_a_binary_that_dies_or_is_absent_is_a_failed_step(self):
+        build = self.stub("echo cannot open libfoo.so.1 >&2; exit 127\n")
+        done = run("--backend", "cpu", "--build", build, "--tests", "cuda_test,voxel_test", "-o", self.out)
+        self.assertEqual(done.returncode, 1)
+        notes = {step["step"]: step["note"] for step in self.results()["steps"]}
+        self.assertIn("ended with 127: cannot open libfoo.so.1", notes["parity cuda_test"])
+        self.assertIn("is not there", notes["parity voxel_test"])
+
+    def test_a_step_that_hangs_ends_with_the_time(self):
+        build = self.stub("exec sleep 100\n")
+        done = run("--backend", "cpu", "--build", build, "--tests", "cuda_test", "--minutes", "0.1", "-o", self.out)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("cuda_test took more than", self.results()["steps"][-1]["note"])
+
+    def test_tests_that_only_skip_are_no_parity(self):
+        report = {"testsuites": [{"name": "Scan", "testsuite": [{"name": "Sums/cuda", "result": "SKIPPED"}]}]}
+        build = self.stub("for a in \"$@\"; do case $a in --gtest_output=json:*) "
+                          f"echo '{json.dumps(report)}' >\"${{a#*json:}}\";; esac; done\n")
+        done = run("--backend", "cpu", "--build", build, "--tests", "cuda_test", "-o", self.out)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no test ran: 1 were skipped", self.results()["steps"][-1]["note"])
+
+    def test_pack_carries_what_runs_elsewhere(self):
+        bundle = self.folder / "bundle"
+        done = run("pack", "--build", BUILD, "--tests", "cuda_test", "--preset", "0", "-o", bundle)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(sorted(path.name for path in bundle.iterdir()), ["gpu_check", "gpu_check.tar.xz"])
+        self.assertLess((bundle / "gpu_check.tar.xz").stat().st_size, 64 << 20)
+        done = subprocess.run([sys.executable, bundle / "gpu_check", "--bundle", bundle, "--backend", "cpu", "--smoke",
+                               "--tests", "cuda_test", "-o", self.out], capture_output=True, text=True, cwd="/")
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        names = [path.name for path in (self.out / "bundle/lib").iterdir()]
+        self.assertTrue(any(name.startswith("libstdc++") for name in names), names)
+        self.assertFalse(any(name.startswith(("libc.", "libm.", "libcuda.", "ld-linux")) for name in names), names)
+
+    def test_pack_refuses_more_than_may_be_carried(self):
+        loader = importlib.machinery.SourceFileLoader("gpu_check", str(SCRIPT))
+        module = importlib.util.module_from_spec(importlib.util.spec_from_loader("gpu_check", loader))
+        loader.exec_module(module)
+        module.LIMIT_BYTES = 1000
+        options = type("Options", (), {"build": BUILD, "output": self.folder / "bundle", "tests": "cuda_test",
+                                       "preset": 0})
+        with self.assertRaisesRegex(module.StepFailed, "more than 0.0 MiB; pack fewer"):
+            module.pack(options)
+        self.assertEqual(list((self.folder / "bundle").iterdir()), [])
+
+    def test_contradictions_are_wrong_usage(self):
+        self.assertEqual(run("--build", BUILD, "--bundle", "x").returncode, 2)
+        self.assertEqual(run("pack", "-o", self.folder).returncode, 2)
+        done = run("--tests", "cuda_test,nothing")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("there is no nothing", done.stderr)
+
+
+if __name__ == "__main__":
+    sys.dont_write_bytecode = True
+    unittest.main(argv=sys.argv[:1], verbosity=2)
