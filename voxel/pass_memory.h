@@ -2,9 +2,12 @@
 // Lists of a build by passes, taken from a budget and given back to it. Not for other folders.
 #pragma once
 
-#include "cuda/buffer.h"
+#include "cuda/runs.h"
+#include "cuda/scan_sort.h"
+#include "voxel/unique_nodes_pass.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 namespace shadowdag {
@@ -69,6 +72,61 @@ public:
 private:
     Reservation taken_;
     Buffer<T> buffer_;
+};
+
+using Words = PassList<uint32_t>;
+using LongWords = PassList<uint64_t>;
+
+/// What one entry of a list may be numbered by.
+constexpr uint64_t kMaxPassList = 0xfffffffeull;
+
+/// Makes lists on a backend, and does with them what every step of a build does. All throw
+/// OverBudget.
+struct PassMemory {
+    PassMemory(Backend ofBackend, uint64_t budgetBytes) : backend(ofBackend), budget(budgetBytes) {}
+
+    Backend backend;
+    PassBudget budget;
+
+    Words words(const char* name, size_t count) { return {budget, backend, name, count}; }
+    LongWords longWords(const char* name, size_t count) { return {budget, backend, name, count}; }
+    /// Returns count + 1 words, of which the last is 0: counts, and after a scan their places.
+    Words places(const char* name, size_t count) {
+        Words list = words(name, count + 1);
+        detail::fillBytes(backend, list.view().data + count, 0, sizeof(uint32_t));
+        return list;
+    }
+    /// Turns counts into places and returns their sum.
+    size_t scan(Words& list) {
+        const uint64_t total = exclusiveScan(backend, std::as_const(list).view(), list.view());
+        if (total > kMaxPassList)
+            throw OverBudget{total * sizeof(uint64_t)};
+        return size_t(total);
+    }
+    /// Sorts keys, `order` along; the other copies that sorting takes are counted.
+    void sort(LongWords& keys, Words& order) {
+        const Reservation scratch(budget, keys.size() * (sizeof(uint64_t) + sizeof(uint32_t)));
+        sortPairs(backend, keys.view(), order.view());
+    }
+    /// Returns 0, 1, ...
+    Words counting(const char* name, size_t count) {
+        Words order = words(name, count);
+        SDAG_DISPATCH(backend, countUp, {order.view()});
+        return order;
+    }
+    /// Runs, and what of the budget they take at most.
+    struct HeldRuns {
+        Reservation taken;
+        Runs runs;
+        HeldRuns(PassMemory& memory, size_t itemCount)
+            : taken(memory.budget, 2 * (itemCount + 1) * sizeof(uint32_t)),
+              runs(memory.backend, "voxelize") {}
+    };
+    HeldRuns runsOf(const LongWords& keys, uint32_t shift) {
+        HeldRuns held(*this, keys.size());
+        listRuns(backend, keys.view(), shift, held.runs);
+        return held;
+    }
 };
 
 } // namespace shadowdag
