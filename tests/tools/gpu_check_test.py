@@ -92,6 +92,28 @@ class GpuCheck(unittest.TestCase):
         self.assertIn("ended with 127: cannot open libfoo.so.1", notes["parity cuda_test"])
         self.assertIn("is not there", notes["parity voxel_test"])
 
+    def test_sanitizers_run_where_they_are_found_and_what_they_find_is_a_failed_step(self):
+        report = {"testsuites": [{"name": "Scan", "testsuite": [{"name": "Sums/cuda", "result": "COMPLETED"}]}]}
+        build = self.stub("for a in \"$@\"; do case $a in --gtest_output=json:*) "
+                          f"echo '{json.dumps(report)}' >\"${{a#*json:}}\";; esac; done\n")
+        program = build / "tools/shadowdag"  # a device answers, as far as this one says
+        program.unlink()
+        program.write_text("#!/bin/sh\necho '{}'\n")
+        sanitizer = self.folder / "bin/compute-sanitizer"
+        sanitizer.parent.mkdir()
+        sanitizer.write_text("#!/bin/sh\ntool=$2\nshift 4\n\"$@\"\n"
+                             "[ $tool != racecheck ] || { echo ERROR: a race; exit 99; }\n")
+        for file in (program, sanitizer):
+            file.chmod(0o755)
+        done = run("--build", build, "--tests", "cuda_test", "-o", self.out,
+                   PATH=f"{sanitizer.parent}:{os.environ['PATH']}")
+        self.assertEqual(done.returncode, 1)
+        self.assertEqual(self.results()["failed_steps"], ["racecheck cuda_test"])
+        steps = {step["step"]: step for step in self.results()["steps"]}
+        self.assertTrue(steps["memcheck cuda_test"]["ok"] and steps["initcheck cuda_test"]["ok"])
+        self.assertIn("status 99", steps["racecheck cuda_test"]["note"])
+        self.assertIn("ERROR: a race", steps["racecheck cuda_test"]["note"])
+
     def test_a_step_that_hangs_ends_with_the_time(self):
         build = self.stub("exec sleep 100\n")
         done = run("--backend", "cpu", "--build", build, "--tests", "cuda_test", "--minutes", "0.1", "-o", self.out)
@@ -116,8 +138,9 @@ class GpuCheck(unittest.TestCase):
                                "--tests", "cuda_test", "-o", self.out], capture_output=True, text=True, cwd="/")
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         names = [path.name for path in (self.out / "bundle/lib").iterdir()]
-        self.assertTrue(any(name.startswith("libstdc++") for name in names), names)
-        self.assertFalse(any(name.startswith(("libc.", "libm.", "libcuda.", "ld-linux")) for name in names), names)
+        self.assertTrue(any(name.startswith("libtbb") for name in names), names)
+        self.assertFalse(any(name.startswith(("libc.", "libm.", "libcuda.", "ld-linux", "libstdc++"))
+                             for name in names), names)
 
     def test_pack_refuses_more_than_may_be_carried(self):
         loader = importlib.machinery.SourceFileLoader("gpu_check", str(SCRIPT))
