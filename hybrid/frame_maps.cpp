@@ -139,14 +139,15 @@ MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& record) 
 
 std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions& options) {
     const std::vector<Light>& lights = state.scene.world().lights();
-    const std::vector<uint32_t> bits = state.demand.mapSquaredBits.download();
-    const std::vector<uint32_t> samples = state.demand.mapSampleCount.download();
-    const std::vector<uint32_t> clusters = state.demand.mapClusterCount.download();
+    const std::vector<uint32_t> ofMaps = state.demand.ofMaps.download();
+    const size_t slotCount = state.demand.slotCount();
+    const uint32_t *const bits = ofMaps.data(), *const samples = bits + slotCount,
+                          *const clusters = samples + slotCount;
     const std::vector<uint32_t> steps = makeResolutionSteps(options.maxFaceTexels),
                                 sunSteps = makeSunResolutionSteps();
     std::vector<MapRecord> records;
     uint32_t lightCount = 0;
-    for (uint32_t slot = 0; slot < bits.size(); ++slot) {
+    for (uint32_t slot = 0; slot < slotCount; ++slot) {
         if (clusters[slot] == 0)
             continue;
         const uint32_t light = slot / kMaxMapsPerLight;
@@ -242,8 +243,8 @@ std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps) {
 }
 
 void holdMaps(FrameState& state, const std::vector<MapRecord>& maps) {
-    state.heldFaceTexels.assign(state.demand.mapSquaredBits.size(), 0);
-    state.heldRoutes.assign(state.demand.mapSquaredBits.size(), PreviousRoute::kNone);
+    state.heldFaceTexels.assign(state.demand.slotCount(), 0);
+    state.heldRoutes.assign(state.demand.slotCount(), PreviousRoute::kNone);
     for (const MapRecord& map : maps) {
         const size_t slot = map.quantities.light * kMaxMapsPerLight + map.quantities.octave;
         state.heldFaceTexels[slot] = map.heldTexels;

@@ -12,20 +12,22 @@ namespace shadowdag {
 struct LightDemand {
     explicit LightDemand(Backend backend)
         : resolutionSquaredBits(backend, "demand resolution"),
-          wantedSquared(backend, "demand of pairs"), mapSquaredBits(backend, "demand of maps"),
-          mapSampleCount(backend, "demand samples"), mapClusterCount(backend, "demand clusters"),
+          wantedSquared(backend, "demand of pairs"), ofMaps(backend, "demand of maps"),
           recordOfSlot(backend, "demand maps") {}
 
     Buffer<uint32_t> resolutionSquaredBits;
     Buffer<float> wantedSquared;
-    Buffer<uint32_t> mapSquaredBits;
-    Buffer<uint32_t> mapSampleCount;
-    Buffer<uint32_t> mapClusterCount;
+    Buffer<uint32_t> ofMaps; ///< the three arrays by slot, one after the other: fetched in one go
     Buffer<uint32_t> recordOfSlot;
 
     LightDemandView view() {
-        return {resolutionSquaredBits.view(), wantedSquared.view(), mapSquaredBits.view(),
-                mapSampleCount.view(), mapClusterCount.view()};
+        return {resolutionSquaredBits.view(), wantedSquared.view(), ofMap(0), ofMap(1), ofMap(2)};
+    }
+    size_t slotCount() const { return ofMaps.size() / 3; }
+
+private:
+    View<uint32_t> ofMap(size_t array) {
+        return {ofMaps.view().data + array * slotCount(), slotCount()};
     }
 };
 
@@ -55,11 +57,8 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
     const size_t slotCount = lights.count * kMaxMapsPerLight;
     demand.resolutionSquaredBits.resize(lights.count);
     demand.resolutionSquaredBits.fill(0);
-    for (Buffer<uint32_t>* buffer :
-         {&demand.mapSquaredBits, &demand.mapSampleCount, &demand.mapClusterCount}) {
-        buffer->resize(slotCount);
-        buffer->fill(0);
-    }
+    demand.ofMaps.resize(3 * slotCount);
+    demand.ofMaps.fill(0);
     demand.wantedSquared.resize(lists.lights.size());
     SDAG_DISPATCH(backend, demandResolution,
                   {clusters, lists.view(), lights, view, demand.view(), rule, gbuffer});
@@ -68,7 +67,7 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
                    1.0f / (undersample * undersample), mapsPerLight, lights});
     demand.recordOfSlot.resize(slotCount);
     SDAG_DISPATCH(backend, markOccupiedSlots,
-                  {demand.mapClusterCount.view(), demand.recordOfSlot.view()});
+                  {demand.view().mapClusterCount, demand.recordOfSlot.view()});
     prefixSums(backend, demand.recordOfSlot.view(), demand.recordOfSlot.view());
     SDAG_DISPATCH(backend, numberPairs, {demand.recordOfSlot.view(), lists.record.view()});
 }

@@ -27,8 +27,8 @@ protected:
 };
 
 // Gathering: up, the slices of the grid. Back, how many clusters, samples, and (cluster, light)
-// pairs there are, and what every map is asked for, of which the host makes routes: three arrays.
-constexpr uint64_t kGatherUploads = 1, kGatherReadbacks = 3, kDemandReadbacks = 3;
+// pairs there are, and what every map is asked for, of which the host makes routes.
+constexpr uint64_t kGatherUploads = 1, kGatherReadbacks = 3, kDemandReadbacks = 1;
 // Routing: up, which map serves a record.
 constexpr uint64_t kRouteUploads = 1;
 // Maps: back, how many receivers, pages, missing pages, batches that maps reach, and draws there

@@ -31,9 +31,7 @@ void addGathered(Snapshot& snapshot, const FrameState& state) {
     for (size_t i = 0; i < wanted.size(); ++i)
         wanted[i] = records[i] == kProvenLit ? 0.0f : wanted[i];
     snapshot.add("demand of pairs", wanted);
-    snapshot.add("demand of maps", state.demand.mapSquaredBits);
-    snapshot.add("demand samples", state.demand.mapSampleCount);
-    snapshot.add("demand clusters", state.demand.mapClusterCount);
+    snapshot.add("demand of maps", state.demand.ofMaps);
 }
 
 /// Adds everything that shading wrote, and the pairs.

@@ -81,14 +81,14 @@ TEST(DemandResolution, IsTheMaximumOverALightsClusters) {
               std::max(requiredResolutionSquared(100, clusterRadiusSquared(boxes[0], view), 0.0),
                        requiredResolutionSquared(10, clusterRadiusSquared(boxes[1], view), 60.75)));
     EXPECT_EQ(resolution(2), 0.0f);
-    const auto ofLights = [](const Buffer<uint32_t>& slots) {
+    const auto ofLights = [](View<const uint32_t> slots) {
         std::vector<uint32_t> first;
         for (size_t light = 0; light < 3; ++light)
-            first.push_back(slots.at(light * kMaxMapsPerLight));
+            first.push_back(slots[light * kMaxMapsPerLight]);
         return first;
     };
-    EXPECT_EQ(ofLights(demand.mapSampleCount), (std::vector<uint32_t>{100, 110, 0}));
-    EXPECT_EQ(ofLights(demand.mapClusterCount), (std::vector<uint32_t>{1, 2, 0}));
+    EXPECT_EQ(ofLights(demand.view().mapSampleCount), (std::vector<uint32_t>{100, 110, 0}));
+    EXPECT_EQ(ofLights(demand.view().mapClusterCount), (std::vector<uint32_t>{1, 2, 0}));
     EXPECT_EQ(lists.record.download(), (std::vector<uint32_t>{0, 1, 1}));
 }
 
@@ -203,7 +203,7 @@ TEST(DemandMaps, TellsPairsApartByOctaveAndJoinsTheLowOnes) {
         gatherDemand(Backend::kCpu, clusters, lists, viewOf(lights),
                      makeViewRays(Camera(), 640, 360), 2.0f, mapsPerLight, demand);
         size_t mapCount = 0;
-        for (const uint32_t clusterCount : demand.mapClusterCount.download())
+        for (const uint32_t clusterCount : demand.view().mapClusterCount)
             mapCount += clusterCount > 0;
         mapCounts.push_back(mapCount);
         uint32_t lowest = kMaxMapsPerLight;
