@@ -37,8 +37,17 @@ TEST(Backend, UnknownNameIsAUsageErrorThatListsTheChoices) {
         const Error error = errorOf(name);
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
         EXPECT_THAT(error.what(), HasSubstr("'" + std::string(name) + "'"));
-        EXPECT_THAT(error.what(), HasSubstr("auto, cpu or cuda"));
+        EXPECT_THAT(error.what(), HasSubstr("auto, cpu, cuda or gl"));
     }
+}
+
+// OpenGL's room says what there is (tests/gl); a program without that room says so.
+TEST(Backend, OpenGlWithoutItsRoomIsADeviceError) {
+    const Error error = errorOf("gl");
+    EXPECT_EQ(error.kind(), ErrorKind::kDevice);
+    EXPECT_THAT(error.what(), HasSubstr("built without OpenGL"));
+    EXPECT_STREQ(backendName(Backend::kGl), "gl");
+    EXPECT_EQ(deviceName(Backend::kGl), "");
 }
 
 TEST(Backend, CudaAskedAndAbsentIsADeviceErrorWithReasonAndRemedy) {
