@@ -83,6 +83,8 @@ PageCache::PageCache(Backend backend, MapDrawer* drawer)
 
 void PageCache::reset() {
     forget();
+    for (std::vector<uint32_t>* before : {&slotsHost_, &startBeforeHost_, &movedBitsHost_})
+        before->clear(); // what is uploaded next follows from what is asked next
     heldPages_ = 0;
 }
 

@@ -433,6 +433,7 @@ ShadowMapView ShadowMaps::view() const {
 
 void ShadowMaps::forget() {
     state_->cache.reset();
+    state_->mapsHost.clear();
 }
 
 View<const uint32_t> ShadowMaps::projectionMaps() const {

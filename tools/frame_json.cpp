@@ -114,9 +114,7 @@ Json toJson(const FrameCounts& c) {
         {"mixed_pair_count", c.mixedPairCount},
         {"lookup_count", c.lookupCount},
         {"missing_tap_count", c.missingTapCount},
-        {"map_bytes", c.maps.mapBytes},
-        {"host_copy_count", c.hostCopies.uploadCount + c.hostCopies.readbackCount},
-        {"host_readback_count", c.hostCopies.readbackCount}};
+        {"map_bytes", c.maps.mapBytes}};
 }
 
 Json lightsJson(const std::vector<MapRecord>& maps) {

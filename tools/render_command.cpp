@@ -152,6 +152,10 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             entry["time_ms"] = timeMs;
             entry["stages_ms"] = toJson(result.stages);
             entry.update(toJson(result.counts));
+            // Like times they depend on what moved before, so reports do not hold them.
+            const HostCopyCounts& copies = result.counts.hostCopies;
+            entry["host_copy_count"] = copies.uploadCount + copies.readbackCount;
+            entry["host_readback_count"] = copies.readbackCount;
         }
         entry["pair_count"] = result.pairs.count();
         list.push_back(std::move(entry));
