@@ -16,7 +16,7 @@ namespace {
 struct ViewOptions {
     GlobalOptions global;
     CommonOptions common;
-    std::string method = "hybrid", model, costs;
+    std::string method = "dag", model, costs;
     std::string scene, right, saveDirectory = ".", log, target = "22";
 };
 
@@ -87,7 +87,7 @@ std::function<void()> declareView(CommandLine& commandLine) {
                      "window");
     commandLine.heading("Method");
     commandLine.text("--method", options->method, "embree|dag|dag-exact|maps|hybrid",
-                     "What the window starts with [hybrid]");
+                     "What the window starts with [dag]");
     commandLine.text("--model", options->model, "M",
                      "Of hybrid: texels:N, cost, oracle, expr:EXPRESSION [texels:96]");
     commandLine.text("--costs", options->costs, "F",

@@ -87,10 +87,10 @@ struct Axes {
     ImVec2 from, to;
     double top;
 
-    Axes(float width, float height, double top, const char* title, const char* unit) : top(top) {
+    Axes(float width, float height, double top, const char* title) : top(top) {
         ImGui::TextUnformatted(title);
         const ImVec2 at = ImGui::GetCursorScreenPos();
-        constexpr float kLabels = 44;
+        constexpr float kLabels = 48;
         from = {at.x + kLabels, at.y + 4};
         to = {at.x + width, at.y + height - 4};
         ImGui::Dummy({width, height});
@@ -99,8 +99,7 @@ struct Axes {
         for (int i = 0; i <= 2; ++i) {
             const float y = to.y + (from.y - to.y) * float(i) / 2.0f;
             char label[32];
-            std::snprintf(label, sizeof label, "%s%s", numberText(top * double(i) / 2.0).c_str(),
-                          i == 2 ? unit : "");
+            std::snprintf(label, sizeof label, "%s", numberText(top * double(i) / 2.0).c_str());
             list->AddLine({from.x, y}, {to.x, y}, IM_COL32(80, 80, 90, 255));
             const float labelWidth = ImGui::CalcTextSize(label).x;
             list->AddText({from.x - labelWidth - 4, y - 7}, IM_COL32(190, 190, 190, 255), label);
@@ -123,8 +122,7 @@ void drawStages(const ViewUi& ui, size_t side, float width, float height) {
         most = std::max(most, sum);
     }
     const Axes axes(width, height, niceAbove(most),
-                    side == 0 ? "stages of the left side, ms" : "stages of the right side, ms",
-                    " ms");
+                    side == 0 ? "stages of the left side, ms" : "stages of the right side, ms");
     ImDrawList* const list = ImGui::GetWindowDrawList();
     const float columnWidth = (axes.to.x - axes.from.x) / float(kHistoryLength);
     const size_t shift = kHistoryLength - ui.history.size();
@@ -147,7 +145,7 @@ void drawErrorLines(const ViewUi& ui, float width, float height) {
     for (const ViewSample& sample : ui.history)
         for (size_t side = 0; side < 2; ++side)
             most = std::max({most, sample.falseShadow[side], sample.falseLight[side]});
-    const Axes axes(width, height, niceAbove(100.0 * double(most)), "wrong pairs, % of all", " %");
+    const Axes axes(width, height, niceAbove(100.0 * double(most)), "wrong pairs, % of all");
     ImDrawList* const list = ImGui::GetWindowDrawList();
     const size_t shift = kHistoryLength - ui.history.size();
     const auto points = [&](const auto& shareOf, const glm::vec3& color, bool isRing) {

@@ -139,7 +139,8 @@ void drawPixel(ViewUi& ui, const PixelReport& pixel, const ImVec2& from, const I
                     if (i == 0)
                         ImGui::Text("%s", pair.servedBy.c_str());
                     else if (i == 1 && pair.faceTexels > 0)
-                        ImGui::Text("%.0f > %u tx", double(pair.requestedTexels), pair.faceTexels);
+                        ImGui::Text("asks %.0f, has %u", double(pair.requestedTexels),
+                                    pair.faceTexels);
                     ImGui::TableNextColumn();
                     ImGui::TextUnformatted(answer.method.c_str());
                     ImGui::TableNextColumn();

@@ -285,7 +285,8 @@ OverlayPicture drawSteps(const OverlayInputs& in) {
         const float t = (std::log2(std::max(mean, 1.0f)) - float(kFirst)) / float(kLast - kFirst);
         return shaded(rampColor(t), in.display[s]);
     });
-    picture.legend.title = "nodes and leaves that a pixel's shadow rays read, mean";
+    picture.legend.title =
+        "nodes and leaves that rays to a pixel's lights read or would read, mean";
     picture.legend.ticks = powerTicks(kFirst, kLast);
     return picture;
 }

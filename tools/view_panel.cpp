@@ -51,8 +51,8 @@ void drawScene(ViewUi& ui) {
     }
     const ViewSceneInfo& scene = ui.scene;
     ImGui::TextWrapped("%s", scene.argument.c_str());
-    ImGui::Text("%llu triangles, %zu lights", static_cast<unsigned long long>(scene.triangleCount),
-                scene.lights.size());
+    ImGui::Text("%llu triangles, %zu %s", static_cast<unsigned long long>(scene.triangleCount),
+                scene.lights.size(), scene.lights.size() == 1 ? "light" : "lights");
     std::vector<std::string> names;
     for (int log2 = 6; log2 <= 12; ++log2)
         names.push_back(std::to_string(1 << log2));
@@ -62,7 +62,7 @@ void drawScene(ViewUi& ui) {
         ui.wantsVoxels = true;
     }
     ui.mark("voxels");
-    if (chooseName("runs on", {"cpu", "cuda"}, ui.backend))
+    if (chooseName("runs on", {"cpu", "gl", "cuda"}, ui.backend))
         ui.wantsBackend = ui.hasChanged = true;
     ui.mark("backend");
     ImGui::Text("DAG %s", bytesText(double(scene.voxelBytes)).c_str());
@@ -89,7 +89,7 @@ void drawMethods(ViewUi& ui) {
     ui.modelKind = ModelKind(kind);
     if (ui.modelKind == ModelKind::kTexels) {
         if (ImGui::SliderFloat("threshold", &ui.threshold, 0.0f, 4096.0f, "%.0f texels",
-                               ImGuiSliderFlags_Logarithmic)) {
+                               ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp)) {
             ui.threshold = std::round(ui.threshold);
             hasChanged = true;
         }
@@ -194,7 +194,11 @@ void drawNumbers(const ViewUi& ui) {
     const ViewPicture& p = *ui.picture;
     ImGui::Text("%u x %u, scale %.3g%s", p.width, p.height, double(p.scale),
                 p.isFinal ? "" : ", more to come");
-    ImGui::Text("interface %.0f Hz, input to picture %.0f ms", ui.interfaceFps, ui.latencyMs);
+    ImGui::Text("interface %.0f Hz", ui.interfaceFps);
+    if (ui.latencyMs > 0) {
+        ImGui::SameLine(0, 0);
+        ImGui::Text(", last move to picture %.0f ms", ui.latencyMs);
+    }
     for (size_t side = 0; side < 2; ++side) {
         const SideReport& report = p.sides[side];
         if (report.rgba.empty())

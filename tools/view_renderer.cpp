@@ -109,6 +109,20 @@ struct ViewRenderer::Open {
         isTruthOld = false;
         return *truth;
     }
+    /// Returns the model of a side. Throws Error kUsage for one that is none, or that needs costs
+    /// which there are not.
+    CostModel& model(const ViewSide& side, const CostSource& costs) {
+        const std::string text = side.method == "maps"     ? "texels:0"
+                                 : side.method == "hybrid" ? side.model
+                                                           : "texels:inf";
+        std::unique_ptr<CostModel>& kept = models[text];
+        if (!kept) {
+            std::unique_ptr<CostModel> made = makeCostModel(text);
+            giveCalibration(*made, costs);
+            kept = std::move(made);
+        }
+        return *kept;
+    }
     Camera camera(const std::string& text) {
         // One that is placed stays: it would jump with what moves, and takes a second to place.
         if (text == "auto" || (text.empty() && scene.world->cameras().empty()))
@@ -239,29 +253,30 @@ void ViewRenderer::renderSide(size_t side) {
     if (isTruth(asked))
         return;
     refuseStaleExact(asked.method == "dag-exact", settings_.allowStale);
-    const std::string text = asked.method == "maps"     ? "texels:0"
-                             : asked.method == "hybrid" ? asked.model
-                                                        : "texels:inf";
-    std::unique_ptr<CostModel>& model = o.models[text];
-    if (!model) {
-        std::unique_ptr<CostModel> made = makeCostModel(text);
-        giveCalibration(*made, settings_.costs);
-        model = std::move(made);
-    }
+    CostModel& model = o.model(asked, settings_.costs);
     FrameRenderer& renderer = *o.renderers[side];
-    if (model->needsCosts())
-        model->setCosts(settings_.costs.table
-                            ? findCosts(*settings_.costs.table, settings_.costs.path, o.scene.name,
-                                        s.request.frame)
-                            : renderer.measureCosts(s.camera, s.options[side], 1));
-    s.frames[side] = renderer.render(s.camera, *model, s.options[side]);
+    if (model.needsCosts())
+        model.setCosts(settings_.costs.table
+                           ? findCosts(*settings_.costs.table, settings_.costs.path, o.scene.name,
+                                       s.request.frame)
+                           : renderer.measureCosts(s.camera, s.options[side], 1));
+    s.frames[side] = renderer.render(s.camera, model, s.options[side]);
 }
 
 std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& request, float scale) {
     const Clock::time_point start = Clock::now();
-    shown_.reset(); // whatever throws leaves nothing to refine
-    moveTo(request.frame);
     Open& o = *open_;
+    // A model that is none leaves the picture before as it is, to be refined on.
+    for (size_t side = 0; side < (request.isSplit ? 2u : 1u); ++side)
+        if (!isTruth(request.sides[side]))
+            o.model(request.sides[side], settings_.costs);
+    shown_.reset(); // whatever throws from here on leaves nothing to refine
+    moveTo(request.frame);
+    // What rests stands for itself, as the frames of compare do: nothing is held from pictures that
+    // moved, at other sizes.
+    if (!request.isMoving)
+        for (const auto& renderer : o.renderers)
+            renderer->reset();
     auto made = std::make_unique<Shown>();
     made->request = request;
     made->scale = scale;
@@ -450,7 +465,7 @@ std::shared_ptr<ViewPicture> ViewRenderer::picture() {
             drawn.legend = std::move(made.legend);
         }
         report.rgba = drawn.rgba;
-        if (!drawn.legend.title.empty())
+        if (picture->legend.title.empty()) // the left side's first
             picture->legend = drawn.legend;
         if (isTruth(s.request.sides[side])) {
             report.stages.add("embree", s.truthMs[side]);
@@ -485,9 +500,7 @@ SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& direct
     request.wantsError = true;
     request.pixel.reset();
     Open& o = *open_;
-    for (const auto& renderer : o.renderers)
-        renderer->reset();
-    const std::shared_ptr<ViewPicture> first = render(request, 1.0f);
+    render(request, 1.0f);
     Shown& s = *shown_;
     std::vector<uint32_t> rest;
     for (uint32_t i = 0; i < s.gbuffer.count(); ++i)

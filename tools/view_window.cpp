@@ -151,6 +151,9 @@ public:
         glfwHideWindow(window_.handle); // gone for the user, whatever the worker still finishes
         glfwPollEvents();
         log_.write("closed", Json::object());
+        // A scene that was named and never opened is told as every command tells it.
+        if (!ui_.hasScene && !options_.scene.empty() && !ui_.statusError.empty())
+            throw Error(ErrorKind::kInput, ui_.statusError);
     }
 
 private:
@@ -497,8 +500,8 @@ void Viewer::step(double now, double seconds) {
     takeResults();
 
     const ImVec2 size = ImGui::GetIO().DisplaySize;
-    const float panel =
-        ui_.showsPanel ? std::min(kPanelWidth * ui_.fontScale, 0.6f * size.x) : 0.0f;
+    const float wide = kPanelWidth * ui_.fontScale;
+    const float panel = ui_.showsPanel && size.x > 1.4f * wide ? wide : 0.0f;
     const ImVec2 from{panel, 0};
     pictureFrom_ = from;
     pictureTo_ = {std::max(size.x, panel + 16), std::max(size.y, 16.0f)};
@@ -511,7 +514,7 @@ void Viewer::step(double now, double seconds) {
         ui_.hasChanged = true;
     }
     showPicture();
-    if (ui_.showsPanel)
+    if (panel > 0)
         drawPanel(ui_, panel, size.y, mapTexture_.name());
     drawOverPicture(ui_, pictureFrom_, pictureTo_);
 

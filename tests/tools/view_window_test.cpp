@@ -18,7 +18,8 @@ namespace {
 using ::testing::HasSubstr;
 
 /// A scene that renders in milliseconds, with lights that are served by maps.
-const std::vector<std::string> kSmall{"builtin:fail-silhouette", "--resolution", "128"};
+const std::vector<std::string> kSmall{"builtin:fail-silhouette", "--resolution", "128", "--method",
+                                      "hybrid"};
 
 bool hasMethod(const Json& line, size_t side, const std::string& method) {
     return line["sides"].size() > side && line["sides"][side]["method"] == method;
@@ -272,11 +273,14 @@ TEST(ViewWindow, PlaysPausesAndSteps) {
         view.waitForPicture([&](const Json& l) { return l["frame"] == frame; }, from).is_null());
 }
 
-TEST(ViewWindow, SavedViewsAreRenderedAgainByCompare) {
+/// The methods that a saved view is rendered again by, as their keys.
+class SavedView : public testing::TestWithParam<const char*> {};
+
+TEST_P(SavedView, IsRenderedAgainByCompare) {
     ViewProgram view(kSmall);
     SDAG_NEEDS_WINDOW(view);
     ASSERT_FALSE(view.waitForPicture().is_null()) << view.errors();
-    view.display.tap("2");
+    view.display.tap(GetParam());
     view.display.press("w");
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     view.display.release("w");
@@ -299,13 +303,39 @@ TEST(ViewWindow, SavedViewsAreRenderedAgainByCompare) {
     const Json results = Json::parse(readText(report + "/results.json"));
     bool isFound = false;
     for (const Json& run : results["runs"])
-        if (run["method"] == "dag") {
+        if (run["method"] == after["sides"][0]["method"]) {
             isFound = true;
             EXPECT_EQ(run["pair_count"], after["sides"][0]["pair_count"]);
             EXPECT_EQ(run["false_shadow_count"], after["sides"][0]["false_shadow_count"]);
             EXPECT_EQ(run["false_light_count"], after["sides"][0]["false_light_count"]);
         }
     EXPECT_TRUE(isFound);
+}
+INSTANTIATE_TEST_SUITE_P(ByKey, SavedView, testing::Values("2", "4", "5"));
+
+TEST(ViewWindow, ASceneThatIsNotThereIsToldAndIsTheExitStatus) {
+    ViewProgram view({"no-such.glb"});
+    SDAG_NEEDS_WINDOW(view);
+    ASSERT_FALSE(view.waitForEvent("error").is_null());
+    view.display.close();
+    EXPECT_EQ(view.waitForEnd(), 2);
+    EXPECT_THAT(view.errors(), HasSubstr("no-such.glb"));
+}
+
+TEST(ViewWindow, RunsOnOpenGL) {
+    // The window's own context is another one, on another thread.
+    ViewProgram view({"builtin:fail-silhouette", "--resolution", "128", "--method", "hybrid",
+                      "--backend", "gl"});
+    SDAG_NEEDS_WINDOW(view);
+    const Json picture = view.waitForPicture();
+    ASSERT_FALSE(picture.is_null()) << view.errors();
+    EXPECT_EQ(picture["backend"], "gl");
+    const Screenshot shot = view.shoot("gl");
+    ViewProgram other(kSmall);
+    SDAG_NEEDS_WINDOW(other);
+    ASSERT_FALSE(other.waitForPicture().is_null()) << other.errors();
+    EXPECT_LT(meanDifference(shot, other.shoot("cpu"), 600, 40, 680, 600), 0.002)
+        << "the picture is another than the processor's";
 }
 
 TEST(ViewWindow, OpensWhatIsDroppedOnIt) {
@@ -406,7 +436,7 @@ TEST(ViewCommand, WithoutADisplayItIsAnErrorOfTheDevice) {
 TEST(ViewCommand, RefusesWhatItCannotShow) {
     TemporaryDirectory directory;
     EXPECT_EQ(runShadowdag(directory, {"view", "--right", "best"}).status, 1);
-    EXPECT_EQ(runShadowdag(directory, {"view", "--method", "maps", "--model", "cost"}).status, 1);
+    EXPECT_EQ(runShadowdag(directory, {"view", "--method", "hybrid", "--model", "cost"}).status, 1);
     EXPECT_EQ(runShadowdag(directory, {"view", "--target", "0"}).status, 1);
     EXPECT_EQ(runShadowdag(directory, {"view", "--frames", "0:5"}).status, 1);
 }
