@@ -53,8 +53,9 @@ TEST(ViewWindow, ShowsTheSceneAndIsDrawnAtItsRate) {
         if (lines[i]["event"] == "rate")
             most = std::max(most, lines[i]["interface_hz"].get<double>());
     RecordProperty("interface_hz", std::to_string(most));
-    // 60 Hz where nobody else computes; a test machine that is shared gets half at least.
-    EXPECT_GT(most, 30.0);
+    // 60 Hz where nobody else computes. A window that waits for its worker falls to a few, on any
+    // machine; that is what is told apart here.
+    EXPECT_GT(most, 20.0);
     EXPECT_LT(most, 66.0) << "drawn more often than asked for";
 }
 
@@ -121,8 +122,8 @@ TEST(ViewWindow, MovingPicturesKeepUpInASceneThatIsSlow) {
                 "%.1f Hz\n",
                 latency.size(), median(latency), median(scale), rate.empty() ? 0.0 : median(rate));
     EXPECT_LT(median(scale), 1.0);
-    // Two pictures of the interface are 33 ms; a shared test machine is given six.
-    EXPECT_LT(median(latency), 100.0);
+    // 25 ms where nobody else computes; at full size it would be half a second, on any machine.
+    EXPECT_LT(median(latency), 250.0);
 }
 
 TEST(ViewWindow, MethodsAndTheThresholdActAtOnce) {
