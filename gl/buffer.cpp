@@ -2,6 +2,7 @@
 #include "gl/buffer.h"
 
 #include "cuda/buffer.h"
+#include "gl/context.h"
 
 #include <epoxy/gl.h>
 
@@ -34,12 +35,15 @@ void GlBuffer::allocate(uint64_t capacity, bool keeps) {
     };
     if (const uint64_t limit = storageLimit(); capacity > limit)
         refuse("but shaders reach " + std::to_string(limit) + " of one buffer here");
+    checkGl("work before a buffer grew"); // or it would be taken for this one's
     GLuint object = 0;
     glCreateBuffers(1, &object);
     glNamedBufferStorage(object, GLsizeiptr(capacity), nullptr, GL_DYNAMIC_STORAGE_BIT);
-    if (glGetError() == GL_OUT_OF_MEMORY) {
+    if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
         glDeleteBuffers(1, &object);
-        refuse("which are not there");
+        refuse(error == GL_OUT_OF_MEMORY
+                   ? "which are not there"
+                   : "which OpenGL refused with error " + std::to_string(error));
     }
     if (keeps && object_ && bytes_)
         glCopyNamedBufferSubData(object_, object, 0, 0, GLsizeiptr(bytes_));

@@ -99,6 +99,7 @@ void GlIndexTarget::release() {
     glDeleteTextures(1, &color_);
     glDeleteTextures(1, &depth_);
     color_ = depth_ = 0;
+    width_ = height_ = 0; // what was asked for last is not there any more
 }
 
 void GlIndexTarget::bind(int width, int height, uint32_t clear) {

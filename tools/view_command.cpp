@@ -43,7 +43,7 @@ void checkSides(const ViewOptions& options) {
 
 void runView(const ViewOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
-    const Experiment experiment = options.common.experiment(commandLine, false);
+    Experiment experiment = options.common.experiment(commandLine, false);
     checkSides(options);
     if (experiment.frames.size() > 1)
         throw Error(ErrorKind::kUsage, "--frames '" + options.common.frames +
@@ -60,6 +60,8 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
         view.sides[1].method = options.right;
         view.isSplit = true;
     }
+    view.settings.backend = options.global.apply(console, true);
+    followGlPages(experiment, view.settings.backend, commandLine);
     view.frame = baseOptions(experiment);
     view.firstFrame = experiment.frames.front();
     view.resolutionLog2 = experiment.resolutionLog2.front();
@@ -70,9 +72,14 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     view.settings.experiment = experiment;
     view.settings.cacheDirectory = options.common.cache;
     view.settings.allowStale = options.common.allowStale;
-    view.settings.backend = options.global.apply(console, true);
-    if (!options.costs.empty())
+    if (!options.costs.empty()) {
         view.settings.costs = readCostSource(options.costs, buildProvenance(view.settings.backend));
+        giveCalibration(*makeCostModel(options.model.empty() ? "texels:96" : options.model),
+                        view.settings.costs);
+        if (!view.settings.costs.otherMachine.empty())
+            console.note("warning: --costs " + options.costs + " are of " +
+                         view.settings.costs.otherMachine);
+    }
     runViewWindow(view);
     console.emit({{"scene", options.scene}});
 }

@@ -2,8 +2,10 @@
 #include "tools/view_renderer.h"
 
 #include "cuda/parallel_for.h"
+#include "gl/context.h"
 #include "hybrid/error.h"
 #include "hybrid/view_rays.h"
+#include "shadowmap/gl_pages.h"
 #include "tools/frame_json.h"
 #include "tools/view_observer.h"
 #include "tools/view_overlay.h"
@@ -263,8 +265,13 @@ void ViewRenderer::renderSide(size_t side) {
     s.frames[side] = renderer.render(s.camera, model, s.options[side]);
 }
 
-std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& request, float scale) {
+std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, float scale) {
     const Clock::time_point start = Clock::now();
+    ViewRequest request = asked;
+    // Sparse textures have the device's pages: what is drawn is what is told and saved.
+    if (settings_.backend == Backend::kGl &&
+        chooseGlPages(askedGlPages(), glDeviceInfo()) == GlPages::kSparse)
+        request.options.maps.pageTexels = glDeviceInfo().sparsePageTexels;
     Open& o = *open_;
     // A model that is none leaves the picture before as it is, to be refined on.
     for (size_t side = 0; side < (request.isSplit ? 2u : 1u); ++side)
@@ -338,6 +345,11 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& request, fl
         shown_.reset();
         throw;
     }
+}
+
+void ViewRenderer::close() {
+    shown_.reset();
+    open_.reset();
 }
 
 bool ViewRenderer::shows(uint64_t scene) const {

@@ -50,6 +50,9 @@ public:
     /// Renders on another backend from now on; with a scene open, its renderers are made anew.
     /// Stays with the one before where that throws.
     void setBackend(Backend backend);
+    /// Gives up the scene and what renders it. Renderers on OpenGL end on a thread that may make
+    /// their context current: that which used them, not one that has a window's.
+    void close();
     bool isOpen() const { return open_ != nullptr; }
     /// Returns whether requests of a scene, by its number, are of the one that is open; 0 is any.
     bool shows(uint64_t scene) const;

@@ -256,7 +256,7 @@ void ViewSession::run() {
             isWorking_ = false;
             asked_.wait(lock, [&] { return isQuitting_ || work_.any() || canRefine_; });
             if (isQuitting_)
-                return;
+                break;
             work = std::exchange(work_, Work{});
             isRefining = !work.any();
             isWorking_ = true;
@@ -276,6 +276,7 @@ void ViewSession::run() {
         if (wake_)
             wake_();
     }
+    renderer_.close(); // here, where its contexts are: OpenGL's are of a thread
 }
 
 } // namespace shadowdag

@@ -337,6 +337,8 @@ TEST(ViewWindow, RunsOnOpenGL) {
     ASSERT_FALSE(other.waitForPicture().is_null()) << other.errors();
     EXPECT_LT(meanDifference(shot, other.shoot("cpu"), 600, 40, 680, 600), 0.002)
         << "the picture is another than the processor's";
+    view.display.close();
+    EXPECT_EQ(view.waitForEnd(), 0) << view.errors();
 }
 
 TEST(ViewWindow, OpensWhatIsDroppedOnIt) {
