@@ -21,6 +21,25 @@ SDAG_HD inline uint32_t atomicAddRelaxed(uint32_t* target, uint32_t value) {
 #endif
 }
 
+/// Adds `value` and returns what was there before.
+SDAG_HD inline uint64_t atomicAddRelaxed(uint64_t* target, uint64_t value) {
+#if defined(__CUDA_ARCH__)
+    return atomicAdd(reinterpret_cast<unsigned long long*>(target),
+                     static_cast<unsigned long long>(value));
+#else
+    return std::atomic_ref<uint64_t>(*target).fetch_add(value, std::memory_order_relaxed);
+#endif
+}
+
+/// Returns what is there, as other threads' atomics left it.
+SDAG_HD inline uint64_t loadRelaxed(uint64_t* target) {
+#if defined(__CUDA_ARCH__)
+    return *static_cast<const volatile uint64_t*>(target);
+#else
+    return std::atomic_ref<uint64_t>(*target).load(std::memory_order_relaxed);
+#endif
+}
+
 /// Sets the bits of `value` and returns what was there before.
 SDAG_HD inline uint32_t atomicOrRelaxed(uint32_t* target, uint32_t value) {
 #if defined(__CUDA_ARCH__)

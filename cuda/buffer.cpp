@@ -142,8 +142,12 @@ void copyBytes(Backend to, void* dst, Backend from, const void* src, size_t byte
         return;
     if (to == Backend::kCpu && from == Backend::kCpu)
         std::memcpy(dst, src, bytes);
+    else if (from == Backend::kCpu)
+        device::upload(dst, src, bytes);
+    else if (to == Backend::kCpu)
+        device::download(dst, src, bytes);
     else
-        device::copy(dst, src, bytes);
+        device::copyWithin(dst, src, bytes);
 }
 
 void fillBytes(Backend backend, void* dst, int byteValue, size_t bytes) {

@@ -26,8 +26,32 @@ size_t freeBytes();
 /// Gives back what allocate returned, after the work queued before. Never throws.
 void release(void* data) noexcept;
 
-/// Copies between any two of host and device memory; returns when the bytes are there.
-void copy(void* dst, const void* src, size_t bytes);
+/// Queues a copy from host to device memory; the host's may be reused at once.
+void upload(void* dst, const void* src, size_t bytes);
+
+/// Queues a copy within device memory.
+void copyWithin(void* dst, const void* src, size_t bytes);
+
+/// Copies from device to host memory; returns when the bytes are there, after the work queued
+/// before.
+void download(void* dst, const void* src, size_t bytes);
+
+/// Returns `bytes` > 0 of host memory that downloadLater may write, or null when there is not
+/// enough; releasePinned gives it back, and never throws.
+void* allocatePinned(size_t bytes);
+void releasePinned(void* data) noexcept;
+
+/// Queues a copy from device to pinned host memory; the bytes are there when a mark that is
+/// recorded after it has passed.
+void downloadLater(void* dst, const void* src, size_t bytes);
+
+/// A place in the queue, which knows when the device passed it. recordMark puts one behind the work
+/// queued before; waitForMark returns when it has passed; msBetween waits for `end` and returns the
+/// milliseconds that passed from `begin` to it; releaseMark never throws.
+void* recordMark();
+void waitForMark(void* mark);
+double msBetween(void* begin, void* end);
+void releaseMark(void* mark) noexcept;
 
 /// Queues setting every byte to `byteValue`.
 void fill(void* dst, int byteValue, size_t bytes);

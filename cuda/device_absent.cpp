@@ -27,9 +27,32 @@ size_t freeBytes() {
     throwBuiltWithoutCuda();
 }
 void release(void*) noexcept {}
-void copy(void*, const void*, size_t) {
+void upload(void*, const void*, size_t) {
     throwBuiltWithoutCuda();
 }
+void copyWithin(void*, const void*, size_t) {
+    throwBuiltWithoutCuda();
+}
+void download(void*, const void*, size_t) {
+    throwBuiltWithoutCuda();
+}
+void* allocatePinned(size_t) {
+    throwBuiltWithoutCuda();
+}
+void releasePinned(void*) noexcept {}
+void downloadLater(void*, const void*, size_t) {
+    throwBuiltWithoutCuda();
+}
+void* recordMark() {
+    throwBuiltWithoutCuda();
+}
+void waitForMark(void*) {
+    throwBuiltWithoutCuda();
+}
+double msBetween(void*, void*) {
+    throwBuiltWithoutCuda();
+}
+void releaseMark(void*) noexcept {}
 void fill(void*, int, size_t) {
     throwBuiltWithoutCuda();
 }

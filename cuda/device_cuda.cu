@@ -97,10 +97,63 @@ void release(void* data) noexcept {
         (void)cudaFree(data);
 }
 
-void copy(void* dst, const void* src, size_t bytes) {
-    CUDA_CHECK(cudaMemcpy(dst, src, bytes, cudaMemcpyDefault));
+void upload(void* dst, const void* src, size_t bytes) {
+    // From memory that is not pinned: staged before the call returns.
+    CUDA_CHECK(cudaMemcpyAsync(dst, src, bytes, cudaMemcpyHostToDevice, cudaStream_t(0)));
+}
+
+void copyWithin(void* dst, const void* src, size_t bytes) {
+    CUDA_CHECK(cudaMemcpyAsync(dst, src, bytes, cudaMemcpyDeviceToDevice, cudaStream_t(0)));
+}
+
+void download(void* dst, const void* src, size_t bytes) {
+    CUDA_CHECK(cudaMemcpyAsync(dst, src, bytes, cudaMemcpyDeviceToHost, cudaStream_t(0)));
+    CUDA_CHECK(cudaStreamSynchronize(cudaStream_t(0)));
+}
+
+void* allocatePinned(size_t bytes) {
+    void* data = nullptr;
+    const cudaError_t status = cudaHostAlloc(&data, bytes, cudaHostAllocDefault);
+    if (status == cudaErrorMemoryAllocation) {
+        (void)cudaGetLastError();
+        return nullptr;
+    }
+    CUDA_CHECK(status);
+    return data;
+}
+
+void releasePinned(void* data) noexcept {
+    (void)cudaFreeHost(data);
+}
+
+void downloadLater(void* dst, const void* src, size_t bytes) {
+    CUDA_CHECK(cudaMemcpyAsync(dst, src, bytes, cudaMemcpyDeviceToHost, cudaStream_t(0)));
+}
+
+void* recordMark() {
+    cudaEvent_t event = nullptr;
+    CUDA_CHECK(cudaEventCreate(&event));
+    const cudaError_t status = cudaEventRecord(event, cudaStream_t(0));
+    if (status != cudaSuccess)
+        releaseMark(event);
+    CUDA_CHECK(status);
+    return event;
+}
+
+void waitForMark(void* mark) {
+    CUDA_CHECK(cudaEventSynchronize(static_cast<cudaEvent_t>(mark)));
+}
+
+double msBetween(void* begin, void* end) {
+    waitForMark(end);
+    float ms = 0;
     CUDA_CHECK(
-        cudaStreamSynchronize(cudaStream_t(0))); // device to device is not waited for otherwise
+        cudaEventElapsedTime(&ms, static_cast<cudaEvent_t>(begin), static_cast<cudaEvent_t>(end)));
+    return ms;
+}
+
+void releaseMark(void* mark) noexcept {
+    (void)cudaEventDestroy(static_cast<cudaEvent_t>(mark));
 }
 
 void fill(void* dst, int byteValue, size_t bytes) {

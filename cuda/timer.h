@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wall-clock stage times of a frame, after all work queued on the backend.
+// Stage times of a frame: wall-clock on the CPU; on CUDA, when the device passed a stage's begin
+// and end, so that nobody waits between stages.
 #pragma once
 
 #include "cuda/backend.h"
 
 #include <chrono>
 #include <exception>
+#include <functional>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,9 +16,17 @@
 namespace shadowdag {
 
 /// Stage names and their times in milliseconds, in the order in which they first ended. A stage
-/// that ends twice adds up.
+/// that ends twice adds up. Times of stages that the device has yet to pass count as 0 until
+/// settle().
 struct StageTimes {
+    /// A stage whose time is not known yet.
+    struct Pending {
+        std::string stage;
+        std::function<double()> waitMs; ///< waits, and returns its milliseconds
+    };
+
     std::vector<std::pair<std::string, double>> stagesMs;
+    std::vector<Pending> pending;
 
     void add(const std::string& stage, double timeMs) {
         for (auto& [name, sum] : stagesMs)
@@ -24,6 +35,19 @@ struct StageTimes {
                 return;
             }
         stagesMs.emplace_back(stage, timeMs);
+    }
+    /// Adds a time that settle() asks for.
+    void addLater(const std::string& stage, std::function<double()> waitMs) {
+        add(stage, 0);
+        pending.push_back({stage, std::move(waitMs)});
+    }
+    /// Waits until every stage has passed and adds its time. Throws Error kDevice when work queued
+    /// before failed; what is left then has no time.
+    void settle() {
+        std::vector<Pending> waited;
+        waited.swap(pending);
+        for (const Pending& one : waited)
+            add(one.stage, one.waitMs());
     }
     /// Returns a stage's time, 0 when there was none.
     double stageMs(const std::string& stage) const {
@@ -43,37 +67,53 @@ struct StageTimes {
 /// Returns when all work queued on the backend is done; free on the CPU.
 void synchronize(Backend backend);
 
-/// Adds the time from construction to destruction to `times` under `stage`, synchronizing at both.
-/// The destructor throws what synchronizing throws: work queued within the stage failed. While
-/// another exception passes, it neither synchronizes nor adds a time.
+/// A place in the device's queue.
+class QueueMark {
+public:
+    /// Puts it behind the work queued before. Throws Error kDevice.
+    QueueMark();
+    ~QueueMark();
+    QueueMark(const QueueMark&) = delete;
+    QueueMark& operator=(const QueueMark&) = delete;
+
+    /// Returns when the device has passed it. Throws Error kDevice when work before it failed.
+    void wait() const;
+    /// Waits for it and returns the milliseconds since `begin`.
+    double msSince(const QueueMark& begin) const;
+
+private:
+    void* mark_;
+};
+
+/// Adds the time from construction to destruction to `times` under `stage`: at once on the CPU, on
+/// CUDA when `times` settles. While an exception passes it adds none.
 class StageTimer {
 public:
-    /// @param wait what is called to synchronize; tests make it fail
-    StageTimer(Backend backend, StageTimes& times, std::string stage,
-               void (*wait)(Backend) = synchronize)
-        : backend_(backend), times_(times), stage_(std::move(stage)), wait_(wait),
-          exceptionCount_(std::uncaught_exceptions()) {
-        wait_(backend_);
-        start_ = std::chrono::steady_clock::now();
-    }
+    StageTimer(Backend backend, StageTimes& times, std::string stage)
+        : times_(times), stage_(std::move(stage)), exceptionCount_(std::uncaught_exceptions()),
+          begin_(backend == Backend::kCuda ? std::make_shared<QueueMark>() : nullptr),
+          start_(std::chrono::steady_clock::now()) {}
     // A destructor that is implicitly noexcept would turn a failed kernel into std::terminate.
     ~StageTimer() noexcept(false) {
         if (std::uncaught_exceptions() > exceptionCount_)
             return;
-        wait_(backend_);
-        times_.add(stage_, std::chrono::duration<double, std::milli>(
-                               std::chrono::steady_clock::now() - start_)
-                               .count());
+        if (begin_)
+            times_.addLater(stage_, [begin = begin_, end = std::make_shared<QueueMark>()] {
+                return end->msSince(*begin);
+            });
+        else
+            times_.add(stage_, std::chrono::duration<double, std::milli>(
+                                   std::chrono::steady_clock::now() - start_)
+                                   .count());
     }
     StageTimer(const StageTimer&) = delete;
     StageTimer& operator=(const StageTimer&) = delete;
 
 private:
-    Backend backend_;
     StageTimes& times_;
     std::string stage_;
-    void (*wait_)(Backend);
     int exceptionCount_; // in flight at construction
+    std::shared_ptr<QueueMark> begin_;
     std::chrono::steady_clock::time_point start_;
 };
 

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// A copy to the host that is asked for early and awaited late: what is queued in between runs
+// meanwhile, and the device does not stand still while the host learns what it needs.
+#pragma once
+
+#include "cuda/timer.h"
+#include "cuda/view.h"
+
+#include <cstdint>
+#include <memory>
+
+namespace shadowdag {
+
+/// Not copyable; one request at a time.
+class Readback {
+public:
+    /// @param wordCount the most that is asked for at once
+    /// Throws Error kResource when there is no memory for them.
+    Readback(Backend backend, size_t wordCount);
+    ~Readback();
+    Readback(const Readback&) = delete;
+    Readback& operator=(const Readback&) = delete;
+
+    /// Asks for words as the work queued before leaves them.
+    void request(View<const uint32_t> words);
+    /// Returns them, once they are there: valid until the next request. Does not wait for work that
+    /// was queued after it. Throws Error kDevice when work before it failed.
+    View<const uint32_t> wait();
+
+private:
+    Backend backend_;
+    View<uint32_t> host_; // wordCount, pinned on CUDA
+    size_t asked_ = 0;
+    std::unique_ptr<QueueMark> mark_;
+};
+
+} // namespace shadowdag
