@@ -130,22 +130,31 @@ struct BoundByCell {
     View<Box> boxesWorld;
 
     SDAG_HD void operator()(size_t cluster) const {
-        boxesWorld[cluster] = implicitBounds(grid, view, cell[cluster]);
+        boxesWorld[cluster] =
+            cell[cluster] == kNoCluster ? Box{} : implicitBounds(grid, view, cell[cluster]);
     }
 };
 
-/// Bounds of every cluster: the smallest box of its samples. A minimum does not depend on order.
+/// Bounds of every cluster: the smallest box of its samples. A minimum does not depend on order,
+/// once its zeros have one sign.
 struct BoundBySamples {
     GBufferView gbuffer;
     ClusterView clusters; ///< boxesWorld not read
     View<Box> boxesWorld;
 
-    SDAG_HD void operator()(size_t cluster) const {
+    /// Returns the box of every so manieth sample.
+    SDAG_HD Box part(size_t cluster, uint32_t first, uint32_t stride) const {
         Box box;
-        for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1]; ++i)
+        const uint32_t end = clusters.sampleStart[cluster + 1];
+        for (uint32_t i = clusters.sampleStart[cluster] + first; i < end; i += stride)
             box.add(gbuffer.positionWorld[clusters.samples[i]]);
-        boxesWorld[cluster] = box;
+        return box;
     }
+    SDAG_HD void store(size_t cluster, const Box& box) const {
+        boxesWorld[cluster].min = box.min + 0.0f;
+        boxesWorld[cluster].max = box.max + 0.0f;
+    }
+    SDAG_HD void operator()(size_t cluster) const { store(cluster, part(cluster, 0, 1)); }
 };
 
 /// Joins the word of entry i of clusters.samples to that of its cluster (0 before).
@@ -155,6 +164,8 @@ struct JoinTenths {
     View<uint32_t> words; ///< clusterCount
 
     SDAG_HD void operator()(size_t i) const {
+        if (!clusters.isEntry(i))
+            return;
         const uint32_t sample = clusters.samples[i];
         const uint32_t cluster = clusters.clusterOfSample[sample];
         atomicOrRelaxed(&words[cluster],

@@ -6,6 +6,7 @@
 #include "hybrid/cluster_bounds.h"
 #include "hybrid/normal_clusters.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace shadowdag {
@@ -14,6 +15,7 @@ namespace shadowdag {
 struct ClusterSet {
     explicit ClusterSet(Backend backend)
         : cellSamples(backend, "cluster cell samples"), clusterOfCell(backend, "cluster of cell"),
+          cellOfSample(backend, "cluster cell of sample"),
           clusterOfSample(backend, "cluster of sample"), cell(backend, "cluster cell"),
           filledCount(backend, "cluster fill"), sampleStart(backend, "cluster sample start"),
           samples(backend, "cluster samples"), boxesWorld(backend, "cluster boxes"),
@@ -22,6 +24,7 @@ struct ClusterSet {
 
     Buffer<uint32_t> cellSamples;
     Buffer<uint32_t> clusterOfCell;
+    Buffer<uint32_t> cellOfSample; ///< on CUDA; the CPU keeps it in clusterOfSample meanwhile
     Buffer<uint32_t> clusterOfSample;
     Buffer<uint32_t> cell;
     Buffer<uint32_t> filledCount;
@@ -124,36 +127,49 @@ inline void boundClusters(Backend backend, const GBufferView& gbuffer, const Clu
 /// normals in samples times the normal cells of their cluster.
 /// @param normalCellsPerEdge the k of Nk clustering, at most kMaxNormalCellsPerEdge; 0: by position
 /// alone
-inline void buildClusters(Backend backend, const GBufferView& gbuffer, const ViewRays& view,
-                          ClusterBounds bounds, ClusterSet& set, uint32_t normalCellsPerEdge = 0) {
+/// @param guess clusters to make room for without asking how many there are (ClusterView then has
+/// empty ones; clusters beyond are left out); 0: asks. Normals need to know, and ask
+/// @returns how many there are, as a word of the backend's: valid until the set changes
+inline View<const uint32_t> buildClusters(Backend backend, const GBufferView& gbuffer,
+                                          const ViewRays& view, ClusterBounds bounds,
+                                          ClusterSet& set, uint32_t normalCellsPerEdge = 0,
+                                          size_t guess = 0) {
     set.sliceStart.upload(makeSliceTable(view));
     const ClusterGridView grid = clusterGrid(view, set.sliceStart.view());
 
-    set.cellSamples.resize(grid.cellCount());
+    // One element more than there are cells: the scan then ends with the total.
+    set.cellSamples.resize(grid.cellCount() + 1);
     set.cellSamples.fill(0);
     set.clusterOfSample.resize(gbuffer.count());
+    Buffer<uint32_t>& cellOfSample =
+        backend == Backend::kCuda ? set.cellOfSample : set.clusterOfSample;
+    cellOfSample.resize(gbuffer.count());
     SDAG_DISPATCH(backend, countCellSamples,
-                  {gbuffer, grid, set.clusterOfSample.view(), set.cellSamples.view()});
+                  {gbuffer, grid, cellOfSample.view(), set.cellSamples.view()});
 
-    set.clusterOfCell.resize(grid.cellCount());
+    set.clusterOfCell.resize(grid.cellCount() + 1);
     SDAG_DISPATCH(backend, markOccupiedCells, {set.cellSamples.view(), set.clusterOfCell.view()});
-    const size_t count = exclusiveScan(backend, set.clusterOfCell.view(), set.clusterOfCell.view());
+    prefixSums(backend, set.clusterOfCell.view(), set.clusterOfCell.view());
+    const bool isGuessed = guess > 0 && normalCellsPerEdge == 0;
+    const size_t count = isGuessed ? std::min({guess, size_t(grid.cellCount()), gbuffer.count()})
+                                   : set.clusterOfCell.at(grid.cellCount());
 
-    // One element more than there are clusters: the scan then ends with the total.
     set.cell.resize(count);
+    if (isGuessed)
+        set.cell.fill(0xff); // kNoCluster
+    // One element more here, too.
     set.sampleStart.resize(count + 1);
     set.sampleStart.fill(0);
     SDAG_DISPATCH(backend, compactCells,
                   {set.cellSamples.view(), set.clusterOfCell.view(), set.cell.view(),
                    set.sampleStart.view()});
-    const size_t sampleCount =
-        exclusiveScan(backend, set.sampleStart.view(), set.sampleStart.view());
+    prefixSums(backend, set.sampleStart.view(), set.sampleStart.view());
 
-    set.samples.resize(sampleCount);
+    set.samples.resize(isGuessed ? gbuffer.count() : set.sampleStart.at(count));
     set.filledCount.resize(count);
     set.filledCount.fill(0);
     SDAG_DISPATCH(backend, fillTiles,
-                  {grid, set.clusterOfSample.view(), set.clusterOfCell.view(),
+                  {grid, cellOfSample.view(), set.clusterOfSample.view(), set.clusterOfCell.view(),
                    set.sampleStart.view(), set.filledCount.view(), set.samples.view()});
 
     set.normalCell.resize(0);
@@ -161,6 +177,18 @@ inline void buildClusters(Backend backend, const GBufferView& gbuffer, const Vie
     if (normalCellsPerEdge > 0)
         partByNormals(backend, gbuffer, normalCellsPerEdge, set);
     boundClusters(backend, gbuffer, grid, view, bounds, set);
+    return {std::as_const(set.clusterOfCell).view().data + grid.cellCount(), 1};
+}
+
+/// Takes the empty clusters out of a set that was built by a guess.
+/// @param count,sampleCount what there is
+inline void trimClusters(size_t count, size_t sampleCount, ClusterSet& set) {
+    set.cell.resize(count);
+    set.filledCount.resize(count);
+    set.sampleStart.resize(count + 1);
+    set.samples.resize(sampleCount);
+    set.boxesWorld.resize(count);
+    set.tenths.resize(std::min(count, set.tenths.size()));
 }
 
 } // namespace shadowdag

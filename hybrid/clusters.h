@@ -4,7 +4,7 @@
 // tile, so one item a tile puts them in order.
 #pragma once
 
-#include "cuda/atomics.h"
+#include "cuda/split_work.h"
 #include "hybrid/cluster_grid.h"
 #include "hybrid/gbuffer.h"
 #include "hybrid/normal_cells.h"
@@ -42,6 +42,10 @@ enum class ClusterBounds : uint8_t {
 /// sampleCount sample indices, within a cluster in the order of pixelOfTile; clusterOfSample: width
 /// * height, kNoCluster for background; normals.cells: clusterCount, or empty where clusters are by
 /// position alone.
+///
+/// While passes run whose lengths are guessed (list_length.h), there may be more clusters than
+/// there are cells: their cell is kNoCluster, their box empty, they have no samples; and `samples`
+/// may be longer than sampleStart's last.
 struct ClusterView {
     View<const uint32_t> cell;
     View<const Box> boxesWorld;
@@ -54,10 +58,12 @@ struct ClusterView {
     SDAG_HD uint32_t sampleCount(size_t cluster) const {
         return sampleStart[cluster + 1] - sampleStart[cluster];
     }
+    /// Returns whether entry i of `samples` is one.
+    SDAG_HD bool isEntry(size_t i) const { return i < sampleStart[cell.count]; }
 };
 
-/// Finds every sample's cell and counts the samples of each cell (cellSamples: cellCount, zero
-/// before).
+/// Finds every sample's cell and counts the samples of each cell (cellSamples: cellCount + 1, zero
+/// before; the last stays 0).
 struct CountCellSamples {
     GBufferView gbuffer;
     ClusterGridView grid;
@@ -84,7 +90,7 @@ struct MarkOccupiedCells {
     SDAG_HD void operator()(size_t cell) const { clusterOfCell[cell] = cellSamples[cell] != 0; }
 };
 
-/// Writes the compact list of occupied cells and their sample counts.
+/// Writes the compact list of occupied cells and their sample counts, as far as it has room.
 struct CompactCells {
     View<const uint32_t> cellSamples;
     View<const uint32_t> clusterOfCell;
@@ -92,38 +98,88 @@ struct CompactCells {
     View<uint32_t> sampleCount;
 
     SDAG_HD void operator()(size_t c) const {
-        if (cellSamples[c] == 0)
+        if (cellSamples[c] == 0 || clusterOfCell[c] >= cell.count)
             return;
         cell[clusterOfCell[c]] = uint32_t(c);
         sampleCount[clusterOfCell[c]] = cellSamples[c];
     }
 };
 
-/// Writes the samples of one tile into their clusters' lists, in the order of pixelOfTile.
+/// Writes the samples of a tile into their clusters' lists, in the order of pixelOfTile: one after
+/// the other (operator()), or block after block of kGroupLanes pixels, a pixel a lane. A lane finds
+/// its place by how many lanes before it are of its cell; the last of a cell counts them all, once
+/// the others have read what was there.
 struct FillTile {
     ClusterGridView grid;
-    View<uint32_t> clusterOfSample; ///< the cell of each sample before, its cluster after
+    View<const uint32_t> cellOfSample;
+    View<uint32_t> clusterOfSample; ///< of operator() it may be cellOfSample
     View<const uint32_t> clusterOfCell;
     View<const uint32_t> sampleStart;
     View<uint32_t> filledCount; ///< clusterCount, zero before
     View<uint32_t> samples;
 
-    SDAG_HD void operator()(size_t tile) const {
-        const uint32_t x0 = uint32_t(tile % grid.tileCountX) * kTileSize;
-        const uint32_t y0 = uint32_t(tile / grid.tileCountX) * kTileSize;
-        for (uint32_t i = 0; i < kTileSize * kTileSize; ++i) {
-            const glm::uvec2 pixel = pixelOfTile(i);
-            const uint32_t x = x0 + pixel.x, y = y0 + pixel.y;
-            if (x >= grid.width || y >= grid.height)
-                continue;
-            const uint32_t sample = y * grid.width + x;
-            const uint32_t cell = clusterOfSample[sample];
-            if (cell == kNoCluster)
-                continue;
-            const uint32_t cluster = clusterOfCell[cell];
-            samples[sampleStart[cluster] + filledCount[cluster]++] = sample;
-            clusterOfSample[sample] = cluster;
+    static constexpr uint32_t kBlockCount = kTileSize * kTileSize / kGroupLanes;
+
+    /// What a lane leaves to be counted.
+    struct Placed {
+        uint32_t cluster = kNoCluster; ///< kNoCluster: nothing
+        uint32_t filledCount = 0;
+    };
+
+    /// Places the pixel of a lane. All lanes of the block do so before the first advances.
+    SDAG_HD Placed place(size_t tile, uint32_t block, uint32_t lane) const {
+        const uint32_t sample = sampleOf(tile, block, lane);
+        if (sample == kNoSample)
+            return {};
+        const uint32_t cell = cellOfSample[sample];
+        const uint32_t cluster = clusterOf(cell);
+        clusterOfSample[sample] = cluster;
+        if (cluster == kNoCluster)
+            return {};
+        uint32_t before = 0, after = 0;
+        for (uint32_t other = 0; other < kGroupLanes; ++other) {
+            const uint32_t otherSample = sampleOf(tile, block, other);
+            const bool isSame =
+                other != lane && otherSample != kNoSample && cellOfSample[otherSample] == cell;
+            before += isSame && other < lane;
+            after += isSame && other > lane;
         }
+        const uint32_t filled = filledCount[cluster] + before;
+        samples[sampleStart[cluster] + filled] = sample;
+        return {after == 0 ? cluster : kNoCluster, filled + 1};
+    }
+    SDAG_HD void advance(const Placed& placed) const {
+        if (placed.cluster != kNoCluster)
+            filledCount[placed.cluster] = placed.filledCount;
+    }
+
+    /// Does a whole tile.
+    SDAG_HD void operator()(size_t tile) const {
+        for (uint32_t block = 0; block < kBlockCount; ++block)
+            for (uint32_t lane = 0; lane < kGroupLanes; ++lane) {
+                const uint32_t sample = sampleOf(tile, block, lane);
+                if (sample == kNoSample)
+                    continue;
+                const uint32_t cluster = clusterOf(cellOfSample[sample]);
+                clusterOfSample[sample] = cluster;
+                if (cluster != kNoCluster)
+                    samples[sampleStart[cluster] + filledCount[cluster]++] = sample;
+            }
+    }
+
+private:
+    static constexpr uint32_t kNoSample = 0xffffffffu;
+
+    /// Returns the cluster of a cell, none where there is no room for it: all is done again then.
+    SDAG_HD uint32_t clusterOf(uint32_t cell) const {
+        const uint32_t cluster = cell == kNoCluster ? kNoCluster : clusterOfCell[cell];
+        return cluster < filledCount.count ? cluster : kNoCluster;
+    }
+    SDAG_HD uint32_t sampleOf(size_t tile, uint32_t block, uint32_t lane) const {
+        const glm::uvec2 pixel = pixelOfTile(block * kGroupLanes + lane);
+        const uint32_t x = uint32_t(tile % grid.tileCountX) * kTileSize + pixel.x;
+        const uint32_t y = uint32_t(tile / grid.tileCountX) * kTileSize + pixel.y;
+        return x < grid.width && y < grid.height ? y * grid.width + x : kNoSample;
     }
 };
 

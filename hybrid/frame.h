@@ -79,7 +79,8 @@ struct FrameCounts {
     uint32_t drawnMapCount = 0;
     uint64_t missingTapCount = 0; ///< PCF taps on pages without memory; 0 unless something is wrong
     ShadowMapCounts maps;
-    HostCopyCounts hostCopies; ///< of the frame proper, before its reports: round trips on CUDA
+    uint64_t listRerunCount = 0; ///< lists guessed too short, and made again (guessLengths)
+    HostCopyCounts hostCopies;   ///< of the frame proper, before its reports: round trips on CUDA
 };
 
 struct FrameResult {
@@ -122,6 +123,11 @@ public:
     /// that draw them; null: it is part of what is returned
     StageTimes worldChanged(const std::vector<uint32_t>& movedInstances,
                             StageTimes* ofLevels = nullptr);
+
+    /// Says whether frames guess the lengths of their lists by those of the frame before, so that
+    /// the host need not wait for them (cuda/list_length.h); at first on CUDA alone. No result
+    /// depends on it but FrameCounts::listRerunCount. @param spare as LengthGuess::forget
+    void guessLengths(bool isOn, size_t spare = LengthGuess::kSpare);
 
     /// Forgets what earlier frames left (hysteresis, kept shadow maps), so that the next frame
     /// depends on its inputs alone.

@@ -108,6 +108,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
                     const StageTimer timer(state.backend, times, "shading");
                     shade(state, shading);
                 }
+                times.settle();
                 (route == Route::kRays ? raysMs : mapMs).push_back(times.totalMs());
             }
         costs.maps.push_back({map.light, map.octave, median(raysMs), median(mapMs)});

@@ -28,7 +28,7 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
     for (const MapRecord& record : records)
         requests.push_back(requestOf(lights, record));
     const MapLayout layout = layOutMaps(requests, options.maps.pageTexels);
-    listReceivers(state.backend, state.lists.view(), {}, state.receivers);
+    listReceivers(state.backend, state.lists.view(), {}, state.receivers, state.isGuessing);
 
     Buffer<ShadowMapInfo> maps(state.backend, "routing maps");
     Buffer<uint32_t> counts(state.backend, "routing page counts", records.size());
@@ -139,9 +139,8 @@ MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& record) 
 
 std::vector<MapRecord> describeMaps(const FrameState& state, const FrameOptions& options) {
     const std::vector<Light>& lights = state.scene.world().lights();
-    const std::vector<uint32_t> ofMaps = state.demand.ofMaps.download();
     const size_t slotCount = state.demand.slotCount();
-    const uint32_t *const bits = ofMaps.data(), *const samples = bits + slotCount,
+    const uint32_t *const bits = state.ofMaps.data(), *const samples = bits + slotCount,
                           *const clusters = samples + slotCount;
     const std::vector<uint32_t> steps = makeResolutionSteps(options.maxFaceTexels),
                                 sunSteps = makeSunResolutionSteps();
@@ -277,7 +276,7 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
             state.receivers.list.resize(0);
         else
             listReceivers(state.backend, state.lists.view(), {state.drawnMapOnBackend.view()},
-                          state.receivers);
+                          state.receivers, state.isGuessing);
     }
     const MapGeometry onBackend = state.scene.mapGeometryOnBackend(options.maps.lodTexels);
     const std::vector<uint32_t> moved = state.movedBatches.take(options.maps.lodTexels);

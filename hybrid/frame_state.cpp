@@ -45,7 +45,16 @@ FrameState::FrameState(std::shared_ptr<FrameScene> ofScene)
       provenCount(backend, "proven pair counts"), missingTapCount(backend, "missing tap counts"),
       moverTestCount(backend, "mover test counts"), pairs(backend),
       nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
-      pairMap(backend, "pair maps"), drawnMapOnBackend(backend, "drawn maps") {}
+      pairMap(backend, "pair maps"), drawnMapOnBackend(backend, "drawn maps") {
+    guessLengths(backend == Backend::kCuda);
+}
+
+void FrameState::guessLengths(bool isOn, size_t spare) {
+    isGuessing = isOn;
+    clusterGuess.forget(spare);
+    clusterLightGuess.forget(spare);
+    maps.guessLengths(isOn, spare);
+}
 
 void checkOptions(const FrameState& state, const FrameOptions& options) {
     if (state.gl)

@@ -46,6 +46,11 @@ struct FrameState {
     LightDemand demand;
     MapReceivers receivers; ///< of the maps that are drawn, or, while they are counted, of all
     ShadowMaps maps;
+    std::vector<uint32_t> ofMaps; ///< LightDemand::ofMaps of the last frame gathered, on the host
+    /// How long gathering's lists become, where it is guessed.
+    bool isGuessing = false;
+    LengthGuess clusterGuess, clusterLightGuess;
+    uint64_t listRerunCount = 0; ///< of the last frame gathered: 1 if they were guessed too short
     Buffer<glm::vec3> color;
     Buffer<uint32_t> rayCount, lookupCount, provenCount, missingTapCount,
         moverTestCount; ///< by cluster
@@ -78,6 +83,8 @@ struct FrameState {
         std::vector<float> wantedSquared;
     } host;
 
+    /// Does what FrameRenderer::guessLengths does.
+    void guessLengths(bool isOn, size_t spare = LengthGuess::kSpare);
     /// Makes OpenGL ready on this thread until what is returned goes; nothing on other backends.
     std::unique_ptr<GlContext::Current> makeCurrent() const {
         return gl ? gl->makeCurrent() : nullptr;
@@ -93,7 +100,7 @@ struct FrameState {
 void checkOptions(const FrameState& state, const FrameOptions& options);
 
 /// Draws the G-buffer, gathers clusters, assigns lights and gathers what the lights ask of their
-/// maps; adds the stages' times.
+/// maps, and fetches that; adds the stages' times. Lists have no room to spare afterwards.
 void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& options,
                  StageTimes& stages);
 

@@ -1,22 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// The G-buffer passes on CUDA: a thread a triangle, then a thread a pixel.
+// The G-buffer passes on CUDA: a thread a triangle, a warp a tile of large ones, then a
+// thread a pixel.
 #include "hybrid/gbuffer_pass.h"
 
 #include "cuda/parallel_for.h"
 
 namespace shadowdag::cuda {
 
-namespace {
+void rasterizeSlots(const RasterizeSlots& work) {
+    parallelFor<CudaTag>(work.batches.batches.count * work.slotsPerBatch, work);
+}
 
-struct DrawSlot {
-    RasterizeBatches work;
-    SDAG_HD void operator()(size_t slot) const { work.drawSlot(slot); }
-};
-
-} // namespace
-
-void rasterizeBatches(const RasterizeBatches& work) {
-    parallelFor<CudaTag>(work.batches.count * work.slotsPerBatch, DrawSlot{work});
+void rasterizeLarge(const SplitWorkView& large, const RasterizeLarge& work) {
+    parallelForParts<CudaTag>(large, work);
 }
 
 void resolveSamples(const ResolveSamples& work) {

@@ -10,7 +10,7 @@
 // same number with opposite sign, bit for bit, so there are no cracks.
 #pragma once
 
-#include "cuda/atomics.h"
+#include "cuda/split_work.h"
 #include "hybrid/gbuffer.h"
 #include "hybrid/view_rays.h"
 #include "scenes/batches.h"
@@ -105,53 +105,75 @@ SDAG_HD inline bool mayBeSeen(const Box& box, const ViewRays& view) {
            farthest(y * view.forward - view.up) >= 0.0;
 }
 
-/// Draws one triangle into the visibility buffer, without what its alpha mask cuts out.
-SDAG_HD inline void rasterizeTriangle(const TriangleView& triangles, uint32_t index,
-                                      const ViewRays& view, View<uint64_t> visibility) {
+/// A triangle set up for the view. edge k (3: the plane) at pixel (x, y) = start + y * perY + x *
+/// perX; of edges it is the side on which the pixel's ray passes.
+struct SeenTriangle {
+    double start[4], perX[4], perY[4];
+    double plane;
+    uint32_t triangle;
+    PixelRect rect; ///< pixels that may see it
+};
+
+/// Returns whether a triangle may be seen, and its set-up.
+SDAG_HD inline bool setUpSeen(const TriangleView& triangles, uint32_t index, const ViewRays& view,
+                              SeenTriangle& seen) {
     const ViewTriangle t = loadViewTriangle(triangles, index, view.origin);
     if (t.isDegenerate)
-        return;
-    const PixelRect rect = boundPixels(t, view);
-    if (rect.minX > rect.maxX || rect.minY > rect.maxY)
-        return;
-    // edge[i](x, y) = start + y * perY + x * perX, the side of edge i on which the pixel's ray
-    // passes.
-    double start[4], perX[4], perY[4];
+        return false;
+    seen.rect = boundPixels(t, view);
+    if (seen.rect.minX > seen.rect.maxX || seen.rect.minY > seen.rect.maxY)
+        return false;
     for (int i = 0; i < 4; ++i) {
         const glm::dvec3 n =
             i == 3 ? t.normal : glm::cross(t.corner[i], t.corner[i == 2 ? 0 : i + 1]);
-        start[i] = glm::dot(n, view.first);
-        perX[i] = glm::dot(n, view.stepX);
-        perY[i] = glm::dot(n, view.stepY);
+        seen.start[i] = glm::dot(n, view.first);
+        seen.perX[i] = glm::dot(n, view.stepX);
+        seen.perY[i] = glm::dot(n, view.stepY);
     }
-    const double plane = glm::dot(t.normal, t.corner[0]);
-    const bool isCut = triangles.masks.isCut(index);
+    seen.plane = glm::dot(t.normal, t.corner[0]);
+    seen.triangle = index;
+    return true;
+}
+
+/// Draws the pixels of `rect` that a triangle covers into the visibility buffer, without what its
+/// alpha mask cuts out.
+SDAG_HD inline void coverPixels(const TriangleView& triangles, const SeenTriangle& seen,
+                                const PixelRect& rect, const ViewRays& view,
+                                View<uint64_t> visibility) {
+    const bool isCut = triangles.masks.isCut(seen.triangle);
     for (int y = rect.minY; y <= rect.maxY; ++y) {
         double row[4];
         for (int i = 0; i < 4; ++i)
-            row[i] = start[i] + double(y) * perY[i];
+            row[i] = seen.start[i] + double(y) * seen.perY[i];
         for (int x = rect.minX; x <= rect.maxX; ++x) {
-            const double e0 = row[0] + double(x) * perX[0];
-            const double e1 = row[1] + double(x) * perX[1];
-            const double e2 = row[2] + double(x) * perX[2];
+            const double e0 = row[0] + double(x) * seen.perX[0];
+            const double e1 = row[1] + double(x) * seen.perX[1];
+            const double e2 = row[2] + double(x) * seen.perX[2];
             const bool isInside =
                 (e0 >= 0.0 && e1 >= 0.0 && e2 >= 0.0) || (e0 <= 0.0 && e1 <= 0.0 && e2 <= 0.0);
             if (!isInside)
                 continue;
-            const double depth = plane / (row[3] + double(x) * perX[3]);
+            const double depth = seen.plane / (row[3] + double(x) * seen.perX[3]);
             if (!(depth >= view.znear && depth <= view.zfar)) // NaN: seen edge on
                 continue;
             // A corner's weight is the function of the edge across from it.
-            if (isCut && !triangles.masks.isOpaque(index, e1, e2, e0))
+            if (isCut && !triangles.masks.isOpaque(seen.triangle, e1, e2, e0))
                 continue;
             const uint64_t bits = std::bit_cast<uint32_t>(float(depth));
-            atomicMinRelaxed(&visibility[size_t(y) * view.width + x], bits << 32 | index);
+            atomicMinRelaxed(&visibility[size_t(y) * view.width + x], bits << 32 | seen.triangle);
         }
     }
 }
 
-/// Draws the batches that may be seen. Item i of the GPU is one triangle slot, that of the CPU a
-/// batch.
+/// Draws one triangle into the visibility buffer.
+SDAG_HD inline void rasterizeTriangle(const TriangleView& triangles, uint32_t index,
+                                      const ViewRays& view, View<uint64_t> visibility) {
+    SeenTriangle seen;
+    if (setUpSeen(triangles, index, view, seen))
+        coverPixels(triangles, seen, seen.rect, view, visibility);
+}
+
+/// Draws the batches that may be seen, a batch an item: on the CPU.
 struct RasterizeBatches {
     TriangleView triangles;
     View<const Batch> batches;
@@ -159,19 +181,65 @@ struct RasterizeBatches {
     View<const uint32_t> batchTriangles;
     ViewRays view;
     View<uint64_t> visibility;
-    uint32_t slotsPerBatch; ///< no batch holds more triangles
 
-    SDAG_HD void drawBatch(size_t b) const {
+    SDAG_HD void operator()(size_t b) const {
         if (!mayBeSeen(batchBoxes[b], view))
             return;
         for (uint32_t i = 0; i < batches[b].count; ++i)
             rasterizeTriangle(triangles, batchTriangles[batches[b].first + i], view, visibility);
     }
-    SDAG_HD void drawSlot(size_t slot) const {
-        const size_t b = slot / slotsPerBatch;
-        const uint32_t i = uint32_t(slot % slotsPerBatch);
-        if (i < batches[b].count && mayBeSeen(batchBoxes[b], view))
-            rasterizeTriangle(triangles, batchTriangles[batches[b].first + i], view, visibility);
+};
+
+/// Triangles whose rectangle has more pixels than this are split, into tiles of so many pixels a
+/// side, a column a lane.
+constexpr int kSmallTrianglePixels = 256;
+constexpr int kPartPixels = int(kGroupLanes);
+
+/// Draws triangle i % slotsPerBatch of batch i / slotsPerBatch, or, where it is large, puts it on
+/// the list: on a GPU.
+struct RasterizeSlots {
+    RasterizeBatches batches;
+    uint32_t slotsPerBatch; ///< no batch holds more triangles
+    SplitWorkView large;    ///< a: the triangle
+
+    SDAG_HD void operator()(size_t i) const {
+        const size_t b = i / slotsPerBatch;
+        const uint32_t slot = uint32_t(i % slotsPerBatch);
+        const Batch batch = batches.batches[b];
+        if (slot >= batch.count || !mayBeSeen(batches.batchBoxes[b], batches.view))
+            return;
+        SeenTriangle seen;
+        if (!setUpSeen(batches.triangles, batches.batchTriangles[batch.first + slot], batches.view,
+                       seen))
+            return;
+        const PixelRect& rect = seen.rect;
+        const int width = rect.maxX - rect.minX + 1, height = rect.maxY - rect.minY + 1;
+        if (int64_t(width) * height > kSmallTrianglePixels &&
+            large.add(seen.triangle, 0, partsOf(width) * partsOf(height)))
+            return;
+        coverPixels(batches.triangles, seen, rect, batches.view, batches.visibility);
+    }
+
+    SDAG_HD static uint32_t partsOf(int pixels) {
+        return uint32_t(pixels + kPartPixels - 1) / uint32_t(kPartPixels);
+    }
+};
+
+/// Draws a column of a tile of a triangle that RasterizeSlots put on the list.
+struct RasterizeLarge {
+    RasterizeBatches batches;
+
+    SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
+        SeenTriangle seen;
+        if (!setUpSeen(batches.triangles, item.a, batches.view, seen))
+            return; // never: it was set up before
+        const uint32_t across = RasterizeSlots::partsOf(seen.rect.maxX - seen.rect.minX + 1);
+        const int x = seen.rect.minX + int(part % across) * kPartPixels + int(lane);
+        const int y = seen.rect.minY + int(part / across) * kPartPixels;
+        if (x <= seen.rect.maxX)
+            coverPixels(batches.triangles, seen,
+                        {x, y, x, glm::min(y + kPartPixels - 1, seen.rect.maxY)}, batches.view,
+                        batches.visibility);
     }
 };
 

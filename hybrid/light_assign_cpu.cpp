@@ -12,6 +12,9 @@ void countClusterLights(const CountClusterLights& work) {
 void fillClusterLights(const FillClusterLights& work) {
     parallelFor<CpuTag>(work.boxesWorld.count, work, 64);
 }
+void clampStarts(const ClampStarts& work) {
+    parallelFor<CpuTag>(work.start.count, work, 4096);
+}
 void rankLights(const RankLights& work) {
     parallelFor<CpuTag>(work.items.count, work, 4096);
 }

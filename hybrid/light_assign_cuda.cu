@@ -12,6 +12,9 @@ void countClusterLights(const CountClusterLights& work) {
 void fillClusterLights(const FillClusterLights& work) {
     parallelFor<CudaTag>(work.boxesWorld.count, work);
 }
+void clampStarts(const ClampStarts& work) {
+    parallelFor<CudaTag>(work.start.count, work);
+}
 void rankLights(const RankLights& work) {
     parallelFor<CudaTag>(work.items.count, work);
 }

@@ -94,13 +94,15 @@ struct CountClusterLights {
 
     SDAG_HD void operator()(size_t cluster) const {
         uint32_t found = 0;
-        forLightsOfCluster(lightBvh, lights, boxesWorld, normals, cluster,
-                           [&](uint32_t) { ++found; });
+        if (!boxesWorld[cluster].empty())
+            forLightsOfCluster(lightBvh, lights, boxesWorld, normals, cluster,
+                               [&](uint32_t) { ++found; });
         count[cluster] = found;
     }
 };
 
-/// Writes the lights of a cluster, ascending.
+/// Writes the lights of a cluster, ascending. Of one whose list does not fit, zeros as far as there
+/// is room, which are lights to whoever reads them before all is done again.
 struct FillClusterLights {
     View<const Box> boxesWorld;
     WideBvhView lightBvh;
@@ -110,12 +112,33 @@ struct FillClusterLights {
     View<uint32_t> clusterLights;
 
     SDAG_HD void operator()(size_t cluster) const {
+        if (start[cluster + 1] > clusterLights.count) {
+            for (size_t i = start[cluster]; i < clusterLights.count; ++i)
+                clusterLights[i] = 0;
+            return;
+        }
+        if (start[cluster] == start[cluster + 1])
+            return;
         uint32_t* const list = clusterLights.data + start[cluster];
         uint32_t count = 0;
         forLightsOfCluster(lightBvh, lights, boxesWorld, normals, cluster,
                            [&](uint32_t light) { list[count++] = light; });
         sortByKey(
             count, [&](uint32_t light) { return light; }, list, static_cast<uint32_t*>(nullptr));
+    }
+};
+
+/// Keeps the starts of lists within the room there is; notes the length that they ask for.
+struct ClampStarts {
+    View<uint32_t> start;
+    uint32_t limit;
+    View<uint32_t> length; ///< 1
+
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t at = start[i];
+        if (i + 1 == start.count)
+            length[0] = at;
+        start[i] = at < limit ? at : limit;
     }
 };
 

@@ -31,7 +31,8 @@ struct CountMapReceivers {
     }
 };
 
-/// Writes them, by cluster, in the order of its lights.
+/// Writes them, by cluster, in the order of its lights. A list may have room to spare: entries
+/// beyond the last are of no map (kNoMap, as the list was before).
 struct ListMapReceivers {
     ClusterLightsView lists;
     MapOfRecord maps;

@@ -28,12 +28,20 @@ void listMapReceivers(const ListMapReceivers& work);
 
 /// Replaces the list by the receivers of these lists of lights, by cluster. Deterministic. All
 /// views live on the backend.
+/// @param isPadded makes room for every (cluster, light) pair instead of asking how many there are
 inline void listReceivers(Backend backend, const ClusterLightsView& lists, const MapOfRecord& maps,
-                          MapReceivers& receivers) {
+                          MapReceivers& receivers, bool isPadded = false) {
     receivers.first.resize(lists.start.count);
     receivers.first.fill(0);
     SDAG_DISPATCH(backend, countMapReceivers, {lists, maps, receivers.first.view()});
-    receivers.list.resize(exclusiveScan(backend, receivers.first.view(), receivers.first.view()));
+    if (isPadded) {
+        prefixSums(backend, receivers.first.view(), receivers.first.view());
+        receivers.list.resize(lists.lights.count);
+        receivers.list.fill(0xff); // kNoMap
+    } else {
+        receivers.list.resize(
+            exclusiveScan(backend, receivers.first.view(), receivers.first.view()));
+    }
     SDAG_DISPATCH(backend, listMapReceivers,
                   {lists, maps, receivers.first.view(), receivers.list.view()});
 }

@@ -40,8 +40,27 @@ struct PruneFacing {
 
     SDAG_HD void operator()(size_t cluster) const {
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i)
-            record[i] =
-                hasPair(gbuffer, clusters, cluster, lights[lists.lights[i]]) ? 0 : kProvenLit;
+            pruneEntry(cluster, i);
+    }
+    SDAG_HD void pruneEntry(size_t cluster, size_t i) const {
+        record[i] = hasPair(gbuffer, clusters, cluster, lights[lists.lights[i]]) ? 0 : kProvenLit;
+    }
+};
+
+/// The same by entry i of the lists: many more items, none of them long. Entries to spare stay.
+struct PruneEntry {
+    PruneFacing work;
+
+    SDAG_HD void operator()(size_t i) const {
+        const View<const uint32_t> start = work.lists.start;
+        size_t first = 0, end = start.count - 1; // the last cluster that starts at i or before
+        if (i >= start[end])
+            return;
+        while (end - first > 1) {
+            const size_t middle = first + (end - first) / 2;
+            (start[middle] <= i ? first : end) = middle;
+        }
+        work.pruneEntry(first, i);
     }
 };
 

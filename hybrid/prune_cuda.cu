@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pruning on CUDA.
+// Pruning on CUDA: a thread a (cluster, light) pair, for a cluster may have a thousand samples and
+// as many lights.
 #include "hybrid/prune_pass.h"
 
 #include "cuda/parallel_for.h"
@@ -7,7 +8,7 @@
 namespace shadowdag::cuda {
 
 void pruneFacing(const PruneFacing& work) {
-    parallelFor<CudaTag>(work.clusters.count(), work);
+    parallelFor<CudaTag>(work.lists.lights.count, PruneEntry{work});
 }
 
 } // namespace shadowdag::cuda

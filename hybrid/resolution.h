@@ -95,6 +95,8 @@ struct DemandResolution {
     GBufferView gbuffer = {}; ///< not read by kSphere
 
     SDAG_HD void operator()(size_t cluster) const {
+        if (lists.start[cluster] == lists.start[cluster + 1])
+            return;
         const Box box = clusters.boxesWorld[cluster];
         const glm::dvec3 center = 0.5 * (glm::dvec3(box.max) + glm::dvec3(box.min));
         const double radiusSquared = clusterRadiusSquared(box, view);
@@ -174,6 +176,26 @@ struct MarkOccupiedSlots {
     View<uint32_t> recordOfSlot;
 
     SDAG_HD void operator()(size_t slot) const { recordOfSlot[slot] = mapClusterCount[slot] != 0; }
+};
+
+/// The lengths of what gathering lists, in the order in which they are noted.
+enum GatheredLength : uint32_t {
+    kClusterLength,
+    kSampleLength,       ///< of the clusters that found room
+    kClusterLightLength, ///< (cluster, light) pairs of these
+    kGatheredLengths
+};
+
+/// Copies the lengths, wherever they were found, to where they are fetched together.
+struct NoteLengths {
+    View<const uint32_t> clusterCount, sampleCount, clusterLightCount; ///< 1 each
+    View<uint32_t> lengths;                                            ///< kGatheredLengths
+
+    SDAG_HD void operator()(size_t) const {
+        lengths[kClusterLength] = clusterCount[0];
+        lengths[kSampleLength] = sampleCount[0];
+        lengths[kClusterLightLength] = clusterLightCount[0];
+    }
 };
 
 /// Replaces the slot of every pair by the number of its map.

@@ -18,5 +18,8 @@ void markOccupiedSlots(const MarkOccupiedSlots& work) {
 void numberPairs(const NumberPairs& work) {
     parallelFor<CpuTag>(work.record.count, work, 4096);
 }
+void noteLengths(const NoteLengths& work) {
+    parallelFor<CpuTag>(1, work);
+}
 
 } // namespace shadowdag::cpu

@@ -18,5 +18,8 @@ void markOccupiedSlots(const MarkOccupiedSlots& work) {
 void numberPairs(const NumberPairs& work) {
     parallelFor<CudaTag>(work.record.count, work);
 }
+void noteLengths(const NoteLengths& work) {
+    parallelFor<CudaTag>(1, work);
+}
 
 } // namespace shadowdag::cuda

@@ -17,13 +17,18 @@ struct LightDemand {
 
     Buffer<uint32_t> resolutionSquaredBits;
     Buffer<float> wantedSquared;
-    Buffer<uint32_t> ofMaps; ///< the three arrays by slot, one after the other: fetched in one go
+    /// The three arrays by slot, one after the other, and kGatheredLengths: fetched in one go.
+    Buffer<uint32_t> ofMaps;
     Buffer<uint32_t> recordOfSlot;
 
     LightDemandView view() {
         return {resolutionSquaredBits.view(), wantedSquared.view(), ofMap(0), ofMap(1), ofMap(2)};
     }
-    size_t slotCount() const { return ofMaps.size() / 3; }
+    size_t slotCount() const {
+        return ofMaps.size() < kGatheredLengths ? 0 : (ofMaps.size() - kGatheredLengths) / 3;
+    }
+    /// Where gathering notes its lengths.
+    View<uint32_t> lengths() { return {ofMaps.view().data + 3 * slotCount(), kGatheredLengths}; }
 
 private:
     View<uint32_t> ofMap(size_t array) {
@@ -32,17 +37,24 @@ private:
 };
 
 namespace cpu {
+void noteLengths(const NoteLengths& work);
 void demandResolution(const DemandResolution& work);
 void demandMaps(const DemandMaps& work);
 void markOccupiedSlots(const MarkOccupiedSlots& work);
 void numberPairs(const NumberPairs& work);
 } // namespace cpu
 namespace cuda {
+void noteLengths(const NoteLengths& work);
 void demandResolution(const DemandResolution& work);
 void demandMaps(const DemandMaps& work);
 void markOccupiedSlots(const MarkOccupiedSlots& work);
 void numberPairs(const NumberPairs& work);
 } // namespace cuda
+
+/// Copies the lengths of gathering's lists to where they are fetched.
+inline void noteLengths(Backend backend, const NoteLengths& work) {
+    SDAG_DISPATCH(backend, noteLengths, work);
+}
 
 /// Replaces the demands by those of these clusters and writes lists.record, which assignLights made
 /// and pruning may have filled in. Maps are numbered by
@@ -57,7 +69,7 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
     const size_t slotCount = lights.count * kMaxMapsPerLight;
     demand.resolutionSquaredBits.resize(lights.count);
     demand.resolutionSquaredBits.fill(0);
-    demand.ofMaps.resize(3 * slotCount);
+    demand.ofMaps.resize(3 * slotCount + kGatheredLengths);
     demand.ofMaps.fill(0);
     demand.wantedSquared.resize(lists.lights.size());
     SDAG_DISPATCH(backend, demandResolution,

@@ -4,6 +4,7 @@
 // against the map's masks, once. Source: Olsson et al. 2015, sec. IV-G and V-A, V-B.
 #pragma once
 
+#include "cuda/atomics.h"
 #include "scenes/batches.h"
 #include "shadowmap/drawn_cells.h"
 #include "shadowmap/page_mask.h"
@@ -149,7 +150,7 @@ private:
 /// Counts the batches that the map of item i reaches and would draw.
 struct CountReached {
     CullView cull;
-    View<uint32_t> reachedCounts;
+    View<uint32_t> reachedCounts; ///< by item
     View<CullCounts> counts;
 
     SDAG_HD void operator()(size_t i) const {
@@ -167,19 +168,21 @@ struct CountReached {
     }
 };
 
-/// Where the entries of item i stand in a list: from first[i] to the next item's.
+/// Where the entries of item i stand in a list: from first[i] to the next item's. Nowhere, where
+/// the list is too short for them: all is done again then.
 struct ItemRange {
     size_t begin, end;
 };
-SDAG_HD inline ItemRange rangeOf(View<const uint32_t> first, size_t i, size_t count) {
-    return {first[i], i + 1 < first.count ? size_t(first[i + 1]) : count};
+SDAG_HD inline ItemRange rangeOf(View<const uint32_t> first, size_t i, size_t listCount) {
+    const size_t begin = first[i], end = first[i + 1];
+    return end <= listCount ? ItemRange{begin, end} : ItemRange{0, 0};
 }
 
 /// Writes the batches that CountReached counted from reached[firstReached[i]] on.
 struct ListReached {
     CullView cull;
-    View<const uint32_t> firstReached; ///< exclusive scan of CountReached
-    View<BatchDraw> reached;
+    View<const uint32_t> firstReached; ///< exclusive scan of CountReached, the total last
+    View<BatchDraw> reached;           ///< may have room to spare
 
     SDAG_HD void operator()(size_t i) const {
         const ItemRange range = rangeOf(firstReached, i, reached.count);
@@ -193,51 +196,89 @@ struct ListReached {
     }
 };
 
-/// Holds what item i reached against its map's masks: writes the faces of each, how many of them
-/// are drawn at all, and the counts.
+/// Holds what was reached against its map's masks: writes the faces of each, which of them are
+/// drawn at all, and the counts.
 struct CountDraws {
     CullView cull;
     View<const uint32_t> firstReached;
     View<BatchDraw> reached;
-    View<uint32_t> drawCounts;
+    View<uint32_t> isDrawn;  ///< by entry of reached, and one more
     View<CullCounts> counts; ///< written by CountReached; the rest is filled in
 
+    /// Does all that item i reached.
     SDAG_HD void operator()(size_t i) const {
         const ItemRange range = rangeOf(firstReached, i, reached.count);
         CullCounts& found = counts[i];
-        uint32_t drawCount = 0;
-        for (size_t at = range.begin; at < range.end; ++at) {
-            const BatchDraw draw = reached[at];
-            const uint32_t triangleCount = cull.batches.batches[draw.batch].count;
-            const BatchFaces faces = cull.facesToDraw(draw.map, draw.batch);
-            for (uint32_t rest = faces.drawn; rest; rest &= rest - 1) {
-                ++found.batchFaces;
-                found.triangleFaces += triangleCount;
-            }
-            for (uint32_t rest = faces.needed & ~faces.drawn; rest; rest &= rest - 1) {
-                ++found.keptBatchFaces;
-                found.keptTriangleFaces += triangleCount;
-            }
-            reached[at].faces = faces.drawn;
-            drawCount += faces.drawn != 0;
+        for (size_t at = range.begin; at < range.end; ++at)
+            test(at, found);
+    }
+    /// Does one entry, whose item's counts others add to as well; none where the list has room to
+    /// spare.
+    SDAG_HD void testEntry(size_t at) const {
+        size_t first = 0, end = firstReached.count - 1; // the last item that starts at or before
+        if (at >= firstReached[end])
+            return;
+        while (end - first > 1) {
+            const size_t middle = first + (end - first) / 2;
+            (firstReached[middle] <= at ? first : end) = middle;
         }
-        drawCounts[i] = drawCount;
+        if (firstReached[first + 1] > reached.count) // was not listed
+            return;
+        CullCounts found{};
+        test(at, found);
+        CullCounts& sum = counts[first];
+        const auto add = [](uint32_t& to, uint32_t count) {
+            if (count > 0)
+                atomicAddRelaxed(&to, count);
+        };
+        add(sum.batchFaces, found.batchFaces);
+        add(sum.triangleFaces, found.triangleFaces);
+        add(sum.keptBatchFaces, found.keptBatchFaces);
+        add(sum.keptTriangleFaces, found.keptTriangleFaces);
+    }
+
+private:
+    SDAG_HD void test(size_t at, CullCounts& found) const {
+        const BatchDraw draw = reached[at];
+        const uint32_t triangleCount = cull.batches.batches[draw.batch].count;
+        const BatchFaces faces = cull.facesToDraw(draw.map, draw.batch);
+        for (uint32_t rest = faces.drawn; rest; rest &= rest - 1) {
+            ++found.batchFaces;
+            found.triangleFaces += triangleCount;
+        }
+        for (uint32_t rest = faces.needed & ~faces.drawn; rest; rest &= rest - 1) {
+            ++found.keptBatchFaces;
+            found.keptTriangleFaces += triangleCount;
+        }
+        reached[at].faces = faces.drawn;
+        isDrawn[at] = faces.drawn != 0;
     }
 };
 
-/// Writes the draws of item i from draws[firstDraw[i]] on.
+/// Writes entry i of what was reached to the draws, if it is one and there is room. Those that the
+/// list has room to spare for are of no face, as they were before.
 struct ListDraws {
-    View<const uint32_t> firstReached;
-    View<const BatchDraw> reached;  ///< with the faces that CountDraws found
-    View<const uint32_t> firstDraw; ///< exclusive scan of CountDraws
+    View<const BatchDraw> reached; ///< with the faces that CountDraws found
+    View<const uint32_t> drawOf;   ///< by entry: exclusive scan of CountDraws, the total last
     View<BatchDraw> draws;
 
     SDAG_HD void operator()(size_t i) const {
-        const ItemRange range = rangeOf(firstReached, i, reached.count);
-        size_t next = firstDraw[i];
-        for (size_t at = range.begin; at < range.end; ++at)
-            if (reached[at].faces)
-                draws[next++] = reached[at];
+        if (drawOf[i] != drawOf[i + 1] && drawOf[i] < draws.count)
+            draws[drawOf[i]] = reached[i];
+    }
+};
+
+/// The lengths of culling's lists, in the order in which they are noted.
+enum CullLength : uint32_t { kReachedLength, kDrawLength, kCullLengths };
+
+/// Copies the lengths to where they are fetched together.
+struct NoteCullLengths {
+    View<const uint32_t> firstReached, drawOf; ///< the total last
+    View<uint32_t> lengths;                    ///< kCullLengths
+
+    SDAG_HD void operator()(size_t) const {
+        lengths[kReachedLength] = firstReached[firstReached.count - 1];
+        lengths[kDrawLength] = drawOf[drawOf.count - 1];
     }
 };
 

@@ -12,13 +12,16 @@ void countReached(const CountReached& items) {
     parallelFor<CpuTag>(items.reachedCounts.count, items, 4);
 }
 void listReached(const ListReached& items) {
-    parallelFor<CpuTag>(items.firstReached.count, items, 4);
+    parallelFor<CpuTag>(items.firstReached.count - 1, items, 4);
 }
 void countDraws(const CountDraws& items) {
-    parallelFor<CpuTag>(items.drawCounts.count, items, 4);
+    parallelFor<CpuTag>(items.counts.count, items, 4);
 }
 void listDraws(const ListDraws& items) {
-    parallelFor<CpuTag>(items.firstDraw.count, items, 4);
+    parallelFor<CpuTag>(items.reached.count, items, 4096);
+}
+void noteCullLengths(const NoteCullLengths& items) {
+    parallelFor<CpuTag>(1, items);
 }
 
 } // namespace shadowdag::cpu

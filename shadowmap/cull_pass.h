@@ -14,6 +14,7 @@ void countReached(const CountReached& items);
 void listReached(const ListReached& items);
 void countDraws(const CountDraws& items);
 void listDraws(const ListDraws& items);
+void noteCullLengths(const NoteCullLengths& items);
 } // namespace cpu
 
 namespace cuda {
@@ -22,6 +23,7 @@ void countReached(const CountReached& items);
 void listReached(const ListReached& items);
 void countDraws(const CountDraws& items);
 void listDraws(const ListDraws& items);
+void noteCullLengths(const NoteCullLengths& items);
 } // namespace cuda
 
 /// Gathers the cells of every block. All views live on the backend.
@@ -43,6 +45,10 @@ inline void countDraws(Backend backend, const CountDraws& items) {
 /// Writes the draws that countDraws counted.
 inline void listDraws(Backend backend, const ListDraws& items) {
     SDAG_DISPATCH(backend, listDraws, items);
+}
+/// Copies the lengths of what was reached and of the draws.
+inline void noteCullLengths(Backend backend, const NoteCullLengths& items) {
+    SDAG_DISPATCH(backend, noteCullLengths, items);
 }
 
 } // namespace shadowdag

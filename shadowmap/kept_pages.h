@@ -79,6 +79,7 @@ enum KeptPageCount : uint32_t {
     kPagesHeld,     ///< needed, and their texels stay
     kPagesStale,    ///< needed, but something moved there: given up and asked for again
     kPagesRetained, ///< not needed, but kept
+    kPagesMissing,  ///< needed, and without memory
     kKeptPageCounts
 };
 
@@ -121,6 +122,7 @@ struct SortOutPages {
         }
         if (i < needed.count)
             missing[i] = missingCount;
+        found[kPagesMissing] = missingCount;
         if (kept)
             atomicAddRelaxed(&pagesPerMap[mapOfWord(maps, i)], kept);
         for (uint32_t k = 0; k < kKeptPageCounts; ++k)

@@ -259,7 +259,8 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
         SDAG_ASSERT(wanted <= capacityPages_);
         sortOut(maps, needed);
         const std::vector<uint32_t> found = keptCounts_.download();
-        fresh = exclusiveScan(backend_, std::as_const(missing_).view(), missing_.view());
+        prefixSums(backend_, std::as_const(missing_).view(), missing_.view());
+        fresh = found[kPagesMissing];
         stale = found[kPagesStale];
         const uint64_t held = found[kPagesHeld] + uint64_t(found[kPagesRetained]);
         // Room for all, as far as the budget goes; in larger steps, for what is there is copied.

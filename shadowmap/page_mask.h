@@ -28,8 +28,9 @@ enum class MapCulling : uint8_t {
 /// A receiver box (cluster bounds) that will be looked up in a map.
 struct MapReceiver {
     uint32_t box; ///< index into the frame's receiver boxes
-    uint32_t map; ///< index into the requests
+    uint32_t map; ///< index into the requests, or kNoMap: an entry to spare
 };
+constexpr uint32_t kNoMap = 0xffffffffu;
 
 /// What receivers need of the maps. All words start at 0.
 /// pages: one bit a page-table entry, in its order (so a map starts at word pageTableStart / 32);
@@ -95,6 +96,8 @@ struct MarkReceiver {
 
     SDAG_HD void operator()(size_t i) const {
         const MapReceiver receiver = receivers[i];
+        if (receiver.map == kNoMap)
+            return;
         const ShadowMapInfo& map = maps[receiver.map];
         const Box& world = boxesWorld[receiver.box];
         if (world.empty())

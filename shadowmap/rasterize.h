@@ -10,7 +10,7 @@
 // asked at the same point (scenes/alpha_mask.h): holes smaller than a texel are hit or missed.
 #pragma once
 
-#include "cuda/atomics.h"
+#include "cuda/split_work.h"
 #include "scenes/batches.h"
 #include "shadowmap/cull.h"
 #include "shadowmap/shadow_map_lookup.h"
@@ -325,15 +325,42 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
         coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1, store);
 }
 
-/// Draws triangle i % slotsPerDraw of draw i / slotsPerDraw.
+/// Keeps the greater depth; others may write the same texel.
+struct StoreGreaterAtomically {
+    View<uint32_t> depths;
+    SDAG_HD void operator()(size_t texel, uint32_t bits) const {
+        atomicMaxRelaxed(&depths[texel], bits);
+    }
+};
+
+/// Triangles whose rectangle of a face has more texels than this are split, into the pages that it
+/// touches, whose texels are shared among the lanes.
+constexpr int64_t kSmallTriangleTexels = 256;
+
+/// Pages [x0, x1] x [y0, y1] of a face that a triangle's rectangle touches.
+struct PageRect {
+    int32_t x0, y0, x1, y1;
+
+    SDAG_HD uint32_t across() const { return uint32_t(x1 - x0 + 1); }
+    SDAG_HD uint32_t count() const { return across() * uint32_t(y1 - y0 + 1); }
+};
+SDAG_HD inline PageRect pagesOf(const FaceTriangle& t, uint32_t pageTexelsLog2) {
+    return {t.x0 >> pageTexelsLog2, t.y0 >> pageTexelsLog2, t.x1 >> pageTexelsLog2,
+            t.y1 >> pageTexelsLog2};
+}
+
+/// Draws triangle i % slotsPerDraw of draw i / slotsPerDraw, but for faces in which it is large:
+/// those are put on the list.
 struct RasterizeTriangle {
     RasterView view;
+    SplitWorkView large; ///< a: the draw; b: the triangle within its batch, times 8, and the face
 
     SDAG_HD void operator()(size_t i) const {
-        const BatchDraw draw = view.draws[i / view.slotsPerDraw];
+        const size_t drawIndex = i / view.slotsPerDraw;
+        const BatchDraw draw = view.draws[drawIndex];
         const Batch batch = view.batches[draw.batch];
         const uint32_t inBatch = uint32_t(i % view.slotsPerDraw);
-        if (inBatch >= batch.count)
+        if (inBatch >= batch.count || draw.faces == 0)
             return;
         const ShadowMapInfo map = view.maps[draw.map];
         const uint32_t triangle = view.batchTriangles[batch.first + inBatch];
@@ -346,10 +373,59 @@ struct RasterizeTriangle {
                 !setUpTriangle(faceFromLight(face, corners[0]), faceFromLight(face, corners[1]),
                                faceFromLight(face, corners[2]), map, t))
                 continue;
-            const View<uint32_t> depths = view.depths;
-            coverTexels(view, map, face, t, triangle, [depths](size_t texel, uint32_t bits) {
-                atomicMaxRelaxed(&depths[texel], bits);
-            });
+            const bool isLarge =
+                int64_t(t.x1 - t.x0 + 1) * (t.y1 - t.y0 + 1) > kSmallTriangleTexels;
+            if (isLarge && large.add(uint32_t(drawIndex), inBatch << 3 | face,
+                                     pagesOf(t, view.pageTexelsLog2).count()))
+                continue;
+            coverTexels(view, map, face, t, triangle, StoreGreaterAtomically{view.depths});
+        }
+    }
+};
+
+/// Draws a lane's share of one page of a triangle that RasterizeTriangle put on the list: every
+/// kGroupLanes-th row, or, of pages with fewer rows, a part of one.
+struct RasterizeLargeTriangle {
+    RasterView view;
+
+    SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
+        const BatchDraw draw = view.draws[item.a];
+        const uint32_t face = item.b & 7u;
+        const ShadowMapInfo map = view.maps[draw.map];
+        const uint32_t triangle =
+            view.batchTriangles[view.batches[draw.batch].first + (item.b >> 3)];
+        glm::dvec3 corners[3];
+        for (int corner = 0; corner < 3; ++corner)
+            corners[corner] =
+                faceFromLight(face, cornerFromLight(view.geometry, triangle, corner, map));
+        FaceTriangle t;
+        if (!setUpTriangle(corners[0], corners[1], corners[2], map, t))
+            return; // never: it was set up before
+        const PageRect pages = pagesOf(t, view.pageTexelsLog2);
+        const int32_t side = 1 << view.pageTexelsLog2;
+        const int32_t pageX = pages.x0 + int32_t(part % pages.across()),
+                      pageY = pages.y0 + int32_t(part / pages.across());
+        if (view.pageTable[pageTableIndex(map, face, uint32_t(pageX), uint32_t(pageY))] == kNoPage)
+            return;
+        const int32_t rowCount = glm::min(side, int32_t(kGroupLanes));
+        const int32_t lanesPerRow = int32_t(kGroupLanes) / rowCount;
+        const int32_t columnCount = side / lanesPerRow;
+        const int32_t column = pageX * side + int32_t(lane) / rowCount * columnCount;
+        const int32_t last = glm::min(t.y1, pageY * side + side - 1);
+        t.x0 = glm::max(t.x0, column);
+        t.x1 = glm::min(t.x1, column + columnCount - 1);
+        if (t.x0 > t.x1)
+            return;
+        const StoreGreaterAtomically store{view.depths};
+        const bool isCut = view.geometry.masks.isCut(triangle);
+        for (int32_t y = pageY * side + int32_t(lane) % rowCount; y <= last; y += rowCount) {
+            if (y < t.y0)
+                continue;
+            if (isCut)
+                coverTexels(view, map, face, t, maskedTriangle(view, map, t, triangle), y, y,
+                            store);
+            else
+                coverTexels(view, map, face, t, SolidTriangle{}, y, y, store);
         }
     }
 };

@@ -10,4 +10,8 @@ void rasterizeTriangles(const RasterizeTriangle& items) {
                          4 * items.view.slotsPerDraw);
 }
 
+void rasterizeLargeTriangles(const SplitWorkView& large, const RasterizeLargeTriangle& items) {
+    parallelForParts<CudaTag>(large, items);
+}
+
 } // namespace shadowdag::cuda

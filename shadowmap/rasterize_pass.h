@@ -11,15 +11,20 @@ namespace shadowdag {
 
 namespace cpu {
 void rasterizeTriangles(const RasterizeTriangle& items);
+void rasterizeLargeTriangles(const SplitWorkView& large, const RasterizeLargeTriangle& items);
 } // namespace cpu
 
 namespace cuda {
 void rasterizeTriangles(const RasterizeTriangle& items);
+void rasterizeLargeTriangles(const SplitWorkView& large, const RasterizeLargeTriangle& items);
 } // namespace cuda
 
-/// Draws every draw's batch, an item a triangle. All views live on the backend.
-inline void rasterizeTriangles(Backend backend, const RasterizeTriangle& items) {
-    SDAG_DISPATCH(backend, rasterizeTriangles, items);
+/// Draws every draw's batch: an item a triangle, then the large ones page by page. All views live
+/// on the backend, and so does `large`, which is overwritten.
+inline void rasterizeTriangles(Backend backend, const RasterView& view, SplitWork& large) {
+    const SplitWorkView list = large.begin();
+    SDAG_DISPATCH(backend, rasterizeTriangles, {view, list});
+    SDAG_DISPATCH(backend, rasterizeLargeTriangles, list, {view});
 }
 
 /// Draws the same on the CPU, bit for bit, without atomics: an item a face of a map, which one

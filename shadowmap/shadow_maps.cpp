@@ -3,6 +3,8 @@
 // between them.
 #include "shadowmap/shadow_maps.h"
 
+#include "cuda/list_length.h"
+#include "cuda/readback.h"
 #include "cuda/scan_sort.h"
 #include "shadowmap/cull_pass.h"
 #include "shadowmap/map_drawer.h"
@@ -11,7 +13,7 @@
 #include "shadowmap/rasterize_pass.h"
 
 #include <cmath>
-#include <optional>
+#include <memory>
 
 namespace shadowdag {
 namespace {
@@ -143,9 +145,19 @@ struct ShadowMaps::State {
     // Written by culling: what maps reach, and of it what rasterization draws.
     Buffer<uint32_t> firstReached{backend, "shadowmap first reached of item"};
     Buffer<BatchDraw> reached{backend, "shadowmap reached batches"};
-    Buffer<uint32_t> firstDraw{backend, "shadowmap first draw of item"};
+    Buffer<uint32_t> drawOf{backend, "shadowmap draw of reached batch"};
     Buffer<CullCounts> cullCounts{backend, "shadowmap cull counts"};
     Buffer<BatchDraw> draws{backend, "shadowmap draws"};
+
+    // How long the two lists of culling become, where it is guessed.
+    bool isGuessing = false;
+    LengthGuess reachedGuess, drawGuess;
+    Buffer<uint32_t> cullLengths{backend, "shadowmap list lengths"};
+    std::unique_ptr<Readback> lengthsReadback;
+
+    // What rasterization found too large for one thread; one that finds no room is drawn by its
+    // own.
+    SplitWork largeTriangles{backend, "shadowmap large triangles", size_t(1) << 18};
 
     uint32_t pageTexelsLog2() const { return log2Exact(options.pageTexels); }
     uint64_t pageTexelCount() const { return uint64_t(options.pageTexels) * options.pageTexels; }
@@ -208,6 +220,7 @@ struct ShadowMaps::State {
         if (isCounted)
             return;
         isCounted = true;
+        largeTriangles.grow();
         const std::vector<uint32_t> first = firstPage.download();
         const uint64_t wanted = counts.pageCount + counts.pagesRefusedCount;
         pagesPerMap.clear();
@@ -239,22 +252,29 @@ struct ShadowMaps::State {
         }
     }
 
-    /// Returns how many entries the counts of all items ask for; they become places in the list.
-    uint64_t listLength(Buffer<uint32_t>& firstOfItem) {
+    /// Makes places in a list of the counts of all items, which stand before a 0, and makes room
+    /// for the list: as much as `guess`, or, when it is 0, as it needs.
+    void placeList(Buffer<uint32_t>& firstOfItem, Buffer<BatchDraw>& list, size_t guess) {
+        if (guess > 0) {
+            prefixSums(backend, std::as_const(firstOfItem).view(), firstOfItem.view());
+            list.resize(guess);
+            return;
+        }
         const uint64_t count =
-            exclusiveScan(backend, std::as_const(firstOfItem).view(), firstOfItem.view());
+            firstOfItem.size() > 1
+                ? exclusiveScan(backend, std::as_const(firstOfItem).view(), firstOfItem.view())
+                : 0;
         if (count > 0xffffffffull)
             throw Error(ErrorKind::kResource, "shadow maps: " + std::to_string(count) +
                                                   " (batch, map) pairs exceed 32-bit indices; use "
                                                   "fewer maps");
-        return count;
+        list.resize(count);
     }
 
-    /// Lists the draws.
-    void cull(const BatchView& onBackend, StageTimes& stages) {
+    /// Returns what culling asks, and prepares its masks.
+    CullView prepareCulling(const BatchView& onBackend, StageTimes& stages) {
         CullView cull{requestMaps(), masks(), onBackend, options.culling, {}};
-        std::optional<StageTimer> timer;
-        timer.emplace(backend, stages, "culling masks");
+        const StageTimer timer(backend, stages, "culling masks");
         if (cells.size()) {
             if (cache.keeps())
                 cull.kept =
@@ -263,36 +283,73 @@ struct ShadowMaps::State {
                 gatherBlocks(backend, {cells.view(), blocks.view()});
             cull.cells = {std::as_const(cells).view(), std::as_const(blocks).view()};
         }
-        timer.reset();
-        cullParts = cull.parts();
-        const size_t parts = cullParts;
-        const size_t items = infos.size() * parts;
-        cullCounts.resize(items);
-        timer.emplace(backend, stages, "culling query");
-        firstReached.resize(items);
-        countReached(backend, {cull, firstReached.view(), cullCounts.view()});
-        reached.resize(listLength(firstReached));
-        listReached(backend, {cull, std::as_const(firstReached).view(), reached.view()});
-        timer.reset();
-        timer.emplace(backend, stages, "culling tests");
-        const View<const uint32_t> firstOfItem = std::as_const(firstReached).view();
-        firstDraw.resize(items);
-        countDraws(backend,
-                   {cull, firstOfItem, reached.view(), firstDraw.view(), cullCounts.view()});
-        const uint64_t drawCount = listLength(firstDraw);
-        draws.resize(drawCount);
-        listDraws(backend, {firstOfItem, std::as_const(reached).view(),
-                            std::as_const(firstDraw).view(), draws.view()});
+        return cull;
     }
 
-    /// Returns the first draw of every map, and their number last. On the CPU.
+    /// Lists the draws.
+    /// @param isGuessed makes lists as long as is guessed; cullLengths then tells how long they
+    /// should be
+    void listDrawsOf(const CullView& cull, bool isGuessed, StageTimes& stages) {
+        cullParts = cull.parts();
+        const size_t items = infos.size() * cullParts;
+        cullCounts.resize(items);
+        {
+            const StageTimer timer(backend, stages, "culling query");
+            zero(firstReached, items + 1);
+            countReached(backend, {cull, {firstReached.view().data, items}, cullCounts.view()});
+            placeList(firstReached, reached, isGuessed ? reachedGuess.get() : 0);
+            listReached(backend, {cull, std::as_const(firstReached).view(), reached.view()});
+        }
+        const StageTimer timer(backend, stages, "culling tests");
+        const View<const uint32_t> firstOfItem = std::as_const(firstReached).view();
+        zero(drawOf, reached.size() + 1);
+        countDraws(backend, {cull, firstOfItem, reached.view(), drawOf.view(), cullCounts.view()});
+        placeList(drawOf, draws, isGuessed ? drawGuess.get() : 0);
+        if (isGuessed)
+            draws.fill(0); // of no face
+        listDraws(backend,
+                  {std::as_const(reached).view(), std::as_const(drawOf).view(), draws.view()});
+        if (isGuessed) {
+            noteCullLengths(backend,
+                            {firstOfItem, std::as_const(drawOf).view(), cullLengths.view()});
+            lengthsReadback->request(std::as_const(cullLengths).view());
+        } else {
+            reachedGuess.note(reached.size());
+            drawGuess.note(draws.size());
+        }
+    }
+
+    /// Returns whether lengths may be guessed: they are known to fit 32 bits, and those of the last
+    /// build are known.
+    bool mayGuess() const {
+        return isGuessing && reachedGuess.get() > 0 && !infos.empty() &&
+               uint64_t(infos.size()) * batchCount <= 0xffffffffull;
+    }
+
+    /// Waits for the lengths that were guessed. Returns whether the lists had room for all; they
+    /// have none to spare then.
+    bool trimDraws() {
+        const View<const uint32_t> lengths = lengthsReadback->wait();
+        const size_t reachedCount = lengths[kReachedLength], drawCount = lengths[kDrawLength];
+        if (reachedCount > reached.size() || drawCount > draws.size())
+            return false;
+        reached.resize(reachedCount);
+        draws.resize(drawCount);
+        reachedGuess.note(reachedCount);
+        drawGuess.note(drawCount);
+        return true;
+    }
+
+    /// Returns the first draw of every map, and their number last, as far as the lists go. On the
+    /// CPU.
     std::vector<uint32_t> drawStarts() const {
         SDAG_ASSERT(backend == Backend::kCpu);
-        const View<const uint32_t> first = firstDraw.view();
         std::vector<uint32_t> start;
-        for (size_t map = 0; map < infos.size(); ++map)
-            start.push_back(cullParts ? first[map * cullParts] : 0);
-        start.push_back(uint32_t(draws.size()));
+        for (size_t map = 0; map <= infos.size(); ++map) {
+            const size_t entry =
+                glm::min(size_t(firstReached.view()[map * cullParts]), reached.size());
+            start.push_back(uint32_t(glm::min(size_t(drawOf.view()[entry]), draws.size())));
+        }
         return start;
     }
 };
@@ -315,8 +372,20 @@ struct ForgetUnlessDone {
 ShadowMaps::ShadowMaps(Backend backend, MapDrawer* drawer)
     : state_(std::make_unique<State>(backend, drawer)) {
     SDAG_ASSERT(!drawer || backend == Backend::kCpu);
+    guessLengths(backend == Backend::kCuda);
 }
 ShadowMaps::~ShadowMaps() = default;
+
+void ShadowMaps::guessLengths(bool isOn, size_t spare) {
+    State& s = *state_;
+    s.isGuessing = isOn;
+    s.reachedGuess.forget(spare);
+    s.drawGuess.forget(spare);
+    if (isOn && !s.lengthsReadback) {
+        s.cullLengths.resize(kCullLengths);
+        s.lengthsReadback = std::make_unique<Readback>(s.backend, kCullLengths);
+    }
+}
 
 void ShadowMaps::build(const std::vector<MapRequest>& requests,
                        const std::vector<Box>& receiverBoxes,
@@ -348,6 +417,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
         inputs.batches.levels.errorsWorld = place(s.levelErrors, batches.levels.errorsWorld);
     }
     build(requests, inputs, batches, options, stages, movedBatches);
+    stages.settle();
 }
 
 void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs& inputs,
@@ -401,9 +471,11 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
     s.allocate(requests, wanted, batches, movedBatches, stages);
     BatchView onBackend = inputs.batches;
     onBackend.levels.allowedTexels = options.lodTexels;
-    s.cull(onBackend, stages);
-    {
-        StageTimer timer(s.backend, stages, "rasterization");
+    const CullView cull = s.prepareCulling(onBackend, stages);
+    const bool isGuessed = s.mayGuess();
+    s.listDrawsOf(cull, isGuessed, stages);
+    const auto draw = [&] {
+        const StageTimer timer(s.backend, stages, "rasterization");
         const RasterView raster{s.requestMaps(),
                                 s.cache.openTable(),
                                 s.cache.pool(),
@@ -418,9 +490,18 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
         else if (s.backend == Backend::kCpu && !options.useAtomicRasterizer)
             rasterizeByFace(raster, s.drawStarts());
         else
-            rasterizeTriangles(s.backend, {raster});
-        if (s.cache.keeps())
-            s.cache.noteDrawn(std::as_const(s.cells).view());
+            rasterizeTriangles(s.backend, raster, s.largeTriangles);
+    };
+    draw();
+    // Drawing is queued before the lengths are waited for, so that the device has work meanwhile.
+    if (isGuessed && !s.trimDraws()) {
+        ++s.counts.listRerunCount;
+        s.listDrawsOf(cull, false, stages);
+        draw(); // what is drawn twice stays what it is
+    }
+    if (s.cache.keeps()) {
+        const StageTimer timer(s.backend, stages, "rasterization");
+        s.cache.noteDrawn(std::as_const(s.cells).view());
     }
     guard.isDone = true;
     s.isCounted = false;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "cuda/buffer.h"
+#include "cuda/list_length.h"
 #include "cuda/timer.h"
 #include "scenes/batches.h"
 #include "shadowmap/page_mask.h"
@@ -97,6 +98,7 @@ struct ShadowMapCounts {
     uint64_t batchFaceKeptCount = 0;  ///< (batch, face) pairs not drawn as they are there already
     uint64_t triangleKeptCount = 0;   ///< triangles of those pairs
     uint64_t mapBytes = 0;            ///< pool pages in use + tables
+    uint64_t listRerunCount = 0;      ///< lists guessed too short, and made again (guessLengths)
     float degradeDivisor =
         1.0f; ///< > 1: the pool was full and every resolution was divided by this
 };
@@ -148,9 +150,15 @@ public:
 
     /// The same of inputs that are on the backend already: nothing is copied there that did not
     /// change. @param hostBatches the same batches on the host, by which motion is noted
+    /// @param stages on CUDA as yet unsettled (StageTimes)
     void build(const std::vector<MapRequest>& requests, const MapInputs& inputs,
                const BatchView& hostBatches, const ShadowMapOptions& options, StageTimes& stages,
                View<const uint32_t> movedBatches = {});
+
+    /// Says whether builds guess the lengths of their lists by those of the build before, so that
+    /// the host need not wait for them (list_length.h); at first on CUDA alone. What is built is
+    /// the same. @param spare as LengthGuess::forget
+    void guessLengths(bool isOn, size_t spare = LengthGuess::kSpare);
 
     /// Gives up what static optimization keeps, so that the next build depends on its inputs alone.
     /// Needed before another geometry is passed.

@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace shadowdag::test {
 namespace {
@@ -28,6 +30,65 @@ struct Clustered {
 uint32_t placeInTile(uint32_t x, uint32_t y) {
     const uint32_t block = y % 32 / 4 * 4 + x % 32 / 8;
     return block * 32 + y % 4 * 8 + x % 8;
+}
+
+// As a warp fills a tile: all lanes of a block place before the first advances.
+TEST(Clusters, FilledByBlocksOfLanesAreThoseFilledOneByOne) {
+    for (uint64_t seed = 1; seed <= 3; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        const Clustered c(seed, 131, 77, ClusterBounds::kTight);
+        const ClusterView clusters = c.clusters.view();
+        const GBufferView gbuffer = c.gbuffer.view();
+        const ClusterGridView grid = clusterGrid(c.view, c.clusters.sliceStart.view());
+        std::vector<uint32_t> cellOfSample(gbuffer.count(), kNoCluster),
+            clusterOfSample(gbuffer.count(), 7), filledCount(clusters.count(), 0),
+            samples(clusters.samples.count, 7);
+        for (size_t i = 0; i < gbuffer.count(); ++i)
+            if (clusters.clusterOfSample[i] != kNoCluster)
+                cellOfSample[i] = clusters.cell[clusters.clusterOfSample[i]];
+        const FillTile fill{grid,
+                            viewOf(std::as_const(cellOfSample)),
+                            viewOf(clusterOfSample),
+                            c.clusters.clusterOfCell.view(),
+                            clusters.sampleStart,
+                            viewOf(filledCount),
+                            viewOf(samples)};
+        for (uint32_t tile = 0; tile < grid.tileCount(); ++tile)
+            for (uint32_t block = 0; block < FillTile::kBlockCount; ++block) {
+                std::vector<FillTile::Placed> placed;
+                for (uint32_t lane = kGroupLanes; lane-- > 0;)
+                    placed.push_back(fill.place(tile, block, lane));
+                for (const FillTile::Placed& one : placed)
+                    fill.advance(one);
+            }
+        EXPECT_EQ(samples, c.clusters.samples.download());
+        EXPECT_EQ(clusterOfSample, c.clusters.clusterOfSample.download());
+        for (size_t k = 0; k < clusters.count(); ++k)
+            EXPECT_EQ(filledCount[k], clusters.sampleCount(k));
+    }
+}
+
+TEST(Clusters, BoxesOfPartsMakeTheBoxOfAllSignsOfZeroToo) {
+    const Clustered c(4, 131, 77, ClusterBounds::kTight);
+    const ClusterView clusters = c.clusters.view();
+    std::vector<glm::vec3> positions = c.gbuffer.positionWorld.download();
+    for (size_t i = 0; i < positions.size(); ++i)
+        positions[i].y = i % 3 ? 0.0f : -0.0f;
+    GBufferView gbuffer = c.gbuffer.view();
+    gbuffer.positionWorld = viewOf(std::as_const(positions));
+    std::vector<Box> boxes(clusters.count());
+    const BoundBySamples bound{gbuffer, clusters, viewOf(boxes)};
+    for (size_t k = 0; k < clusters.count(); ++k) {
+        bound(k);
+        const Box whole = boxes[k];
+        Box joined;
+        for (uint32_t lane = kGroupLanes; lane-- > 0;)
+            joined.add(bound.part(k, lane, kGroupLanes));
+        bound.store(k, joined);
+        EXPECT_EQ(boxes[k], whole);
+        EXPECT_FALSE(std::signbit(whole.min.y) || std::signbit(whole.max.y));
+        EXPECT_FALSE(std::signbit(boxes[k].min.y) || std::signbit(boxes[k].max.y));
+    }
 }
 
 TEST(Clusters, HoldEverySampleExactlyOnceInItsCell) {

@@ -54,6 +54,23 @@ Cast castRay(const TriangleSoup& soup, const ViewRays& view, uint32_t x, uint32_
     return cast;
 }
 
+// As a GPU draws: small triangles by their own threads, large ones tile by tile, whoever finds room
+// on the list.
+TEST(GBuffer, DrawnBySlotIsDrawnByBatchBitForBit) {
+    for (uint64_t seed = 1; seed <= 4; ++seed)
+        for (const glm::uvec2 size : {glm::uvec2(333, 187), glm::uvec2(64, 32), glm::uvec2(7, 3)})
+            for (const size_t room : {size_t(0), size_t(1), GBuffer::kLargeTriangles}) {
+                SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << size.x << " x "
+                                                << size.y << ", room for " << room);
+                const TriangleSoup soup = randomSoup(seed, 400);
+                const ViewRays view = makeViewRays(frontCamera(), size.x, size.y);
+                GBuffer bySlot = drawSoup(soup, view, GBufferDraw::kBySlot, room);
+                EXPECT_EQ(bySlot.visibility.download(), drawSoup(soup, view).visibility.download());
+                // One is too little, and the smallest picture needs none.
+                EXPECT_EQ(bySlot.large.grow() > 0, size.x > 7 && room < 2) << room;
+            }
+}
+
 TEST(GBuffer, SeesWhatBruteForceRaysSee) {
     for (uint64_t seed = 1; seed <= 4; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pruning of (cluster, light) pairs: no answer changes but where voxels prove light, and pages,
 // texels and lookups fall.
+#include "hybrid/frame_state.h"
+
 #include "tests/hybrid/fail_stage.h"
 
 #include <gtest/gtest.h>
@@ -35,6 +37,32 @@ TEST(PairPruning, ByFacingChangesNoRayAndSavesClusterLightPairs) {
     }
     EXPECT_EQ(clusters, all.counts.clusterLightCount - facing.counts.prunedClusterLightCount);
     EXPECT_EQ(pairs, facing.pairs.count());
+}
+
+// As a device prunes: entry by entry, in any order, and nothing where lists have room to spare.
+TEST(PairPruning, ByEntryIsThatByCluster) {
+    FailStage stage(hallWithScreen(), 9, 1.0f);
+    FrameState state(Backend::kCpu, stage.world, stage.dag);
+    FrameOptions options = failFrame();
+    options.pruning = PairPruning::kFacing;
+    StageTimes stages;
+    gatherFrame(state, makeViewRays(stage.world.cameras().at(0), options.width, options.height),
+                options, stages);
+    const std::vector<uint32_t> byCluster = state.lists.record.download();
+    std::vector<uint32_t> byEntry(byCluster.size() + 9, 7);
+    const PruneFacing work{state.gbuffer.view(), state.clusters.view(), state.lists.view(),
+                           state.scene.lights(), viewOf(byEntry)};
+    for (size_t i = byEntry.size(); i-- > 0;)
+        PruneEntry{work}(i);
+    size_t prunedCount = 0;
+    for (size_t i = 0; i < byCluster.size(); ++i) {
+        EXPECT_EQ(byEntry[i], byCluster[i] == kProvenLit ? kProvenLit : 0u);
+        prunedCount += byCluster[i] == kProvenLit;
+    }
+    EXPECT_GT(prunedCount, byCluster.size() / 50);
+    EXPECT_LT(prunedCount, byCluster.size());
+    for (size_t i = byCluster.size(); i < byEntry.size(); ++i)
+        EXPECT_EQ(byEntry[i], 7u);
 }
 
 TEST(PairPruning, ProvenPairsAreThoseThatVoxelRaysFindLitAndNeedNoPage) {

@@ -38,10 +38,14 @@ inline TriangleSoup randomSoup(uint64_t seed, int count) {
 }
 
 /// Draws a soup into a G-buffer on the CPU.
-inline GBuffer drawSoup(const TriangleSoup& soup, const ViewRays& view) {
+/// @param largeCount room for large triangles, of drawing by slot
+inline GBuffer drawSoup(const TriangleSoup& soup, const ViewRays& view,
+                        GBufferDraw draw = GBufferDraw::kByBatch,
+                        size_t largeCount = GBuffer::kLargeTriangles) {
     const BatchSet batches(soup.view(), std::vector<uint32_t>(soup.triangles.size(), 0));
     GBuffer gbuffer(Backend::kCpu);
-    drawGBuffer(Backend::kCpu, soup.view(), batches.view(), view, gbuffer);
+    gbuffer.large = SplitWork(Backend::kCpu, "test/large triangles", largeCount);
+    drawGBuffer(Backend::kCpu, soup.view(), batches.view(), view, gbuffer, draw);
     return gbuffer;
 }
 
