@@ -131,9 +131,10 @@ void noteBytes(Backend backend, const std::string& name, int64_t bytes) {
     Ledger& all = ledger();
     const std::lock_guard lock(all.mutex);
     LedgerEntry& entry =
-        all.entries.try_emplace({name, backend}, LedgerEntry{name, backend, 0, 0}).first->second;
+        all.entries.try_emplace({name, backend}, LedgerEntry{name, backend, 0, 0, 0}).first->second;
     SDAG_ASSERT(bytes >= 0 || entry.bytes >= size_t(-bytes));
     entry.bytes += size_t(bytes);
+    entry.allocationCount += bytes > 0;
     entry.peakBytes = std::max(entry.peakBytes, entry.bytes);
 }
 

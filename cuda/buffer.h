@@ -18,8 +18,9 @@ namespace shadowdag {
 struct LedgerEntry {
     std::string name;
     Backend backend;
-    size_t bytes;     ///< held now
-    size_t peakBytes; ///< the most ever held
+    size_t bytes;             ///< held now
+    size_t peakBytes;         ///< the most ever held
+    uint64_t allocationCount; ///< how often memory was taken
 };
 
 /// Returns the ledger, sorted by name then backend. Thread safe.

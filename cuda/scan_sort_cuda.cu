@@ -13,29 +13,43 @@ namespace shadowdag::cuda {
 
 namespace {
 
+// Memory that stays from call to call, so that a frame that needs no more than the last one takes
+// none. Of a thread: its calls queue one after the other.
+struct Scratch {
+    Buffer<uint8_t> cub{Backend::kCuda, "scan_sort/scratch"};
+    Buffer<uint8_t> keys{Backend::kCuda, "scan_sort/keys"};
+    Buffer<uint32_t> values{Backend::kCuda, "scan_sort/values"};
+    Buffer<uint64_t> total{Backend::kCuda, "scan_sort/total", 1};
+};
+Scratch& scratch() {
+    thread_local Scratch own;
+    return own;
+}
+
 // Runs a CUB algorithm: once to learn how many scratch bytes it wants, once with them.
 template <class F> void runCub(const F& algorithm) {
     size_t bytes = 0;
     CUDA_CHECK(algorithm(nullptr, bytes));
-    Buffer<uint8_t> scratch(Backend::kCuda, "scan_sort/scratch", bytes > 0 ? bytes : 1);
-    CUDA_CHECK(algorithm(scratch.view().data, bytes));
+    Buffer<uint8_t>& memory = scratch().cub;
+    memory.resize(bytes > 0 ? bytes : 1);
+    CUDA_CHECK(algorithm(memory.view().data, bytes));
 }
 
 template <class Key> void radixSort(View<Key> keys, View<uint32_t> values) {
     SDAG_ASSERT(values.empty() || values.count == keys.count);
     if (keys.count < 2)
         return;
-    Buffer<Key> otherKeys(Backend::kCuda, "scan_sort/keys", keys.count);
-    cub::DoubleBuffer<Key> keyPair(keys.data, otherKeys.view().data);
+    scratch().keys.resize(keys.count * sizeof(Key));
+    cub::DoubleBuffer<Key> keyPair(keys.data, reinterpret_cast<Key*>(scratch().keys.view().data));
     if (values.empty()) {
-        runCub([&](void* scratch, size_t& bytes) {
-            return cub::DeviceRadixSort::SortKeys(scratch, bytes, keyPair, keys.count);
+        runCub([&](void* memory, size_t& bytes) {
+            return cub::DeviceRadixSort::SortKeys(memory, bytes, keyPair, keys.count);
         });
     } else {
-        Buffer<uint32_t> otherValues(Backend::kCuda, "scan_sort/values", values.count);
-        cub::DoubleBuffer<uint32_t> valuePair(values.data, otherValues.view().data);
-        runCub([&](void* scratch, size_t& bytes) {
-            return cub::DeviceRadixSort::SortPairs(scratch, bytes, keyPair, valuePair, keys.count);
+        scratch().values.resize(values.count);
+        cub::DoubleBuffer<uint32_t> valuePair(values.data, scratch().values.view().data);
+        runCub([&](void* memory, size_t& bytes) {
+            return cub::DeviceRadixSort::SortPairs(memory, bytes, keyPair, valuePair, keys.count);
         });
         if (valuePair.Current() != values.data)
             CUDA_CHECK(cudaMemcpyAsync(values.data, valuePair.Current(),
@@ -52,8 +66,8 @@ void prefixSums(View<const uint32_t> in, View<uint32_t> out) {
     SDAG_ASSERT(in.count == out.count);
     if (in.count == 0)
         return;
-    runCub([&](void* scratch, size_t& bytes) {
-        return cub::DeviceScan::ExclusiveSum(scratch, bytes, in.data, out.data, in.count);
+    runCub([&](void* memory, size_t& bytes) {
+        return cub::DeviceScan::ExclusiveSum(memory, bytes, in.data, out.data, in.count);
     });
 }
 
@@ -62,9 +76,9 @@ uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out) {
     if (in.count == 0)
         return 0;
     // The total first: out may be in. CUB accumulates in the type of the output, 64 bit.
-    Buffer<uint64_t> total(Backend::kCuda, "scan_sort/total", 1);
-    runCub([&](void* scratch, size_t& bytes) {
-        return cub::DeviceReduce::Sum(scratch, bytes, in.data, total.view().data, in.count);
+    Buffer<uint64_t>& total = scratch().total;
+    runCub([&](void* memory, size_t& bytes) {
+        return cub::DeviceReduce::Sum(memory, bytes, in.data, total.view().data, in.count);
     });
     prefixSums(in, out);
     uint64_t sum = 0;

@@ -30,14 +30,13 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
     const MapLayout layout = layOutMaps(requests, options.maps.pageTexels);
     listReceivers(state.backend, state.lists.view(), {}, state.receivers, state.isGuessing);
 
-    Buffer<ShadowMapInfo> maps(state.backend, "routing maps");
-    Buffer<uint32_t> counts(state.backend, "routing page counts", records.size());
-    Buffer<uint32_t> pages(state.backend, "routing pages", layout.maskWordCount);
-    Buffer<uint32_t> projection(state.backend, "routing projection",
-                                records.size() * kProjectionWordsPerMap);
-    Buffer<uint32_t> faces(state.backend, "routing faces", records.size());
-    Buffer<uint32_t> depths(state.backend, "routing depths", records.size() * kFaceCount);
+    auto& [maps, counts, pages, projection, faces, depths, pairs] = state.routing;
     maps.upload(layout.maps);
+    counts.resize(records.size());
+    pages.resize(layout.maskWordCount);
+    projection.resize(records.size() * kProjectionWordsPerMap);
+    faces.resize(records.size());
+    depths.resize(records.size() * kFaceCount);
     for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths})
         words->fill(0);
     markReceivers(
@@ -86,7 +85,8 @@ void countStanding(FrameState& state, const std::vector<MapRecord>& maps) {
 }
 
 void estimatePairsOf(FrameState& state, std::vector<MapRecord>& records) {
-    Buffer<uint32_t> pairs(state.backend, "routing pairs", records.size());
+    Buffer<uint32_t>& pairs = state.routing.pairs;
+    pairs.resize(records.size());
     pairs.fill(0);
     estimatePairs(state.backend, {state.gbuffer.view(), state.clusters.view(), state.lists.view(),
                                   state.scene.lights(), pairs.view()});

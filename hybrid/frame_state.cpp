@@ -40,11 +40,11 @@ FrameState::FrameState(std::shared_ptr<FrameScene> ofScene)
     : backend(ofScene->backend()), sharedScene(std::move(ofScene)), scene(*sharedScene),
       gl(scene.gl() ? std::make_unique<GlFrame>(*scene.gl()) : nullptr), movedBatches(scene),
       gbuffer(backend), clusters(backend), lists(backend), orderedLights(backend), demand(backend),
-      receivers(backend), maps(backend, gl ? &gl->maps() : nullptr), color(backend, "colour"),
-      rayCount(backend, "ray counts"), lookupCount(backend, "lookup counts"),
-      provenCount(backend, "proven pair counts"), missingTapCount(backend, "missing tap counts"),
-      moverTestCount(backend, "mover test counts"), pairs(backend),
-      nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
+      receivers(backend), maps(backend, gl ? &gl->maps() : nullptr), routing(backend),
+      color(backend, "colour"), rayCount(backend, "ray counts"),
+      lookupCount(backend, "lookup counts"), provenCount(backend, "proven pair counts"),
+      missingTapCount(backend, "missing tap counts"), moverTestCount(backend, "mover test counts"),
+      pairs(backend), nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
       pairMap(backend, "pair maps"), drawnMapOnBackend(backend, "drawn maps") {
     guessLengths(backend == Backend::kCuda);
 }

@@ -46,6 +46,17 @@ struct FrameState {
     LightDemand demand;
     MapReceivers receivers; ///< of the maps that are drawn, or, while they are counted, of all
     ShadowMaps maps;
+    /// What counting a map's pages and pairs before it is routed writes.
+    struct RoutingCounts {
+        explicit RoutingCounts(Backend backend)
+            : maps(backend, "routing maps"), pageCounts(backend, "routing page counts"),
+              pages(backend, "routing pages"), projection(backend, "routing projection"),
+              faces(backend, "routing faces"), depths(backend, "routing depths"),
+              pairs(backend, "routing pairs") {}
+
+        Buffer<ShadowMapInfo> maps;
+        Buffer<uint32_t> pageCounts, pages, projection, faces, depths, pairs;
+    } routing;
     std::vector<uint32_t> ofMaps; ///< LightDemand::ofMaps of the last frame gathered, on the host
     /// How long gathering's lists become, where it is guessed.
     bool isGuessing = false;

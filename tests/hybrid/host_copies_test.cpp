@@ -98,6 +98,33 @@ TEST_P(HostCopiesOn, AreFiveMoreForFourListsWhoseLengthsAreAsked) {
     EXPECT_EQ(readbackCount[false], readbackCount[true] + 5);
 }
 
+// Memory is taken while lists grow, and never again for frames that need no more.
+TEST_P(HostCopiesOn, AndMemoryAreNotTakenAnewByFramesThatNeedNoMore) {
+    const Scene scene = blockerScene(kManyLights, true);
+    const World world(scene, {});
+    const Dag dag = dagOf(world, 8);
+    const auto allocations = [] {
+        uint64_t count = 0;
+        for (const LedgerEntry& entry : bufferLedger())
+            count += entry.allocationCount;
+        return count;
+    };
+    for (const char* model : {"texels:inf", "texels:0", "texels:48", "expr:pairs + pages < 900"})
+        for (const bool isGuessing : {false, true}) {
+            FrameRenderer renderer(GetParam(), world, dag);
+            renderer.guessLengths(isGuessing);
+            const uint64_t before = allocations();
+            uint64_t counts[6];
+            for (uint64_t& count : counts) {
+                renderer.render(roomCamera(), *makeCostModel(model), smallFrame());
+                count = allocations();
+            }
+            EXPECT_GT(counts[0], before + 20) << model;
+            EXPECT_EQ(counts[3], counts[2]) << model << ", guessing " << isGuessing;
+            EXPECT_EQ(counts[5], counts[3]) << model << ", guessing " << isGuessing;
+        }
+}
+
 INSTANTIATE_TEST_SUITE_P(Both, HostCopiesOn, kBothBackends, backendSuffix);
 
 } // namespace
