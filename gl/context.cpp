@@ -4,12 +4,14 @@
 #include "gl/context.h"
 
 #include "cuda/backend.h"
+#include "gl/device_choice.h"
 #include "gl/numerics.h"
 #include "gl/sparse_texture.h"
 
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <mutex>
 #include <vector>
 
@@ -72,13 +74,15 @@ struct Opened {
 };
 
 // Tries a display; what went wrong is appended to `why`.
-bool open(EGLDisplay display, const std::string& name, Opened& opened, std::string& why) {
+bool open(EGLDisplay display, const std::string& name, Opened& opened, bool& isTooOld,
+          std::string& why) {
     if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) {
         why += "; " + name + ": " + eglMessage();
         return false;
     }
     const EGLContext context = createContext(display);
     if (context == EGL_NO_CONTEXT) {
+        isTooOld = true;
         why += "; " + name + ": " + eglMessage();
         return false;
     }
@@ -86,48 +90,53 @@ bool open(EGLDisplay display, const std::string& name, Opened& opened, std::stri
     return true;
 }
 
-Opened openAny() {
+// EGL keeps one list of displays a process; opening is not done from two threads at once.
+std::mutex& openMutex() {
+    static std::mutex* mutex = new std::mutex;
+    return *mutex;
+}
+
+// Of this process. Guarded by openMutex.
+GlDeviceChoice& deviceChoice() {
+    static GlDeviceChoice* choice = new GlDeviceChoice;
+    return *choice;
+}
+
+Opened openChosen() {
     Opened opened;
-    std::string why;
     EGLDeviceEXT devices[16];
     EGLint deviceCount = 0;
     const bool hasDevices = hasClientExtension("EGL_EXT_platform_device") &&
                             (hasClientExtension("EGL_EXT_device_enumeration") ||
                              hasClientExtension("EGL_EXT_device_base")) &&
                             eglQueryDevicesEXT(16, devices, &deviceCount);
-    const auto openDevices = [&](bool isSoftware) {
+    std::vector<GlDeviceChoice::Candidate> candidates;
+    bool isTooOld = false; // a display answers, without a context
+    const auto add = [&](const std::string& name, EGLenum platform, void* native) {
+        candidates.push_back({name, [&opened, &isTooOld, name, platform, native](std::string& why) {
+                                  return open(eglGetPlatformDisplayEXT(platform, native, nullptr),
+                                              name, opened, isTooOld, why);
+                              }});
+    };
+    const auto addDevices = [&](bool isSoftware) {
         for (EGLint i = 0; hasDevices && i < deviceCount; ++i) {
             const char* extensions = eglQueryDeviceStringEXT(devices[i], EGL_EXTENSIONS);
             const bool isSoft =
                 extensions &&
                 std::string(extensions).find("EGL_MESA_device_software") != std::string::npos;
-            if (isSoft == isSoftware &&
-                open(eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr),
-                     "device " + std::to_string(i), opened, why))
-                return true;
+            if (isSoft == isSoftware)
+                add("device " + std::to_string(i), EGL_PLATFORM_DEVICE_EXT, devices[i]);
         }
-        return false;
     };
-    if (openDevices(false))
-        return opened;
-    if (hasClientExtension("EGL_MESA_platform_surfaceless") &&
-        open(eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA,
-                                      reinterpret_cast<void*>(EGL_DEFAULT_DISPLAY), nullptr),
-             "surfaceless", opened, why))
-        return opened;
-    if (openDevices(true))
-        return opened;
-    throw Error(ErrorKind::kDevice,
-                "no OpenGL 4.5 without a display could be had from EGL" +
-                    (why.empty() ? std::string("; it has no platform for that") : why) +
-                    "; install a driver with EGL (Mesa's llvmpipe needs no device), or use "
-                    "--backend cpu");
-}
-
-// EGL keeps one list of displays a process; opening is not done from two threads at once.
-std::mutex& openMutex() {
-    static std::mutex* mutex = new std::mutex;
-    return *mutex;
+    addDevices(false);
+    if (hasClientExtension("EGL_MESA_platform_surfaceless"))
+        add("surfaceless platform", EGL_PLATFORM_SURFACELESS_MESA,
+            reinterpret_cast<void*>(EGL_DEFAULT_DISPLAY));
+    addDevices(true);
+    std::string why;
+    if (!deviceChoice().open(candidates, why))
+        throw Error(ErrorKind::kDevice, glAbsence(why, isTooOld));
+    return opened;
 }
 
 std::string text(GLenum name) {
@@ -154,7 +163,7 @@ struct GlContext::State {
 
 GlContext::GlContext() {
     const std::lock_guard lock(openMutex());
-    const Opened opened = openAny();
+    const Opened opened = openChosen();
     state_ = std::make_unique<State>(State{opened.display, opened.context});
     try {
         look();
@@ -183,10 +192,18 @@ void GlContext::look() {
     info_.maxStorageBytes = uint64_t(storage);
     GLint viewport[2] = {0, 0};
     glGetIntegerv(GL_MAX_VIEWPORT_DIMS, viewport);
-    GLint frame = 0;
-    glGetIntegerv(GL_MAX_FRAMEBUFFER_WIDTH, &frame);
-    info_.maxViewport = viewport[0] < frame ? viewport[0] : frame;
+    GLint width = 0, height = 0, side = 0;
+    glGetIntegerv(GL_MAX_FRAMEBUFFER_WIDTH, &width);
+    glGetIntegerv(GL_MAX_FRAMEBUFFER_HEIGHT, &height);
+    glGetIntegerv(GL_MAX_TEXTURE_SIZE, &side);
+    info_.maxViewport = std::min({viewport[0], viewport[1], width, height, side});
+    glGetIntegerv(GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, &info_.vertexStorageBlocks);
+    glGetIntegerv(GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS, &info_.fragmentStorageBlocks);
+    glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &info_.computeStorageBlocks);
+    glGetIntegerv(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, &info_.storageBindings);
+    glGetIntegerv(GL_SUBPIXEL_BITS, &info_.subpixelBits);
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &info_.maxArrayLayers);
+    refuseLess(info_);
     info_.hasSparseTextures = epoxy_has_gl_extension("GL_ARB_sparse_texture");
     info_.sparsePageTexels = GlSparseArray::pageTexels();
     for (const char* name : {"GL_ARB_shader_viewport_layer_array", "GL_AMD_vertex_shader_layer"})
@@ -196,6 +213,30 @@ void GlContext::look() {
     const GlNumerics numerics = probeGlNumerics();
     info_.hasFusedMultiplyAdd = numerics.hasFusedMultiplyAdd;
     info_.hasExactDivision = numerics.hasExactDivision;
+}
+
+void refuseLess(const GlInfo& info) {
+    const auto check = [&](int has, int needs, const char* what) {
+        if (has < needs)
+            throw Error(ErrorKind::kDevice,
+                        info.renderer + " has " + std::to_string(has) + " " + what +
+                            ", and the OpenGL backend needs " + std::to_string(needs) +
+                            "; use --backend cpu, or another driver (Mesa's llvmpipe needs no "
+                            "device)");
+    };
+    check(info.vertexStorageBlocks, kGlVertexBlocks, "storage blocks a vertex shader");
+    check(info.fragmentStorageBlocks, kGlFragmentBlocks, "storage blocks a fragment shader");
+    check(info.computeStorageBlocks, kGlComputeBlocks, "storage blocks a compute shader");
+    check(info.storageBindings, kGlComputeBlocks, "bindings of storage blocks");
+    check(info.subpixelBits, kGlSubpixelBits, "bits below a pixel in what it rasterizes");
+}
+
+std::string glAbsence(const std::string& why, bool isTooOld) {
+    return "no OpenGL 4.5 without a display could be had from EGL" +
+           (why.empty() ? std::string("; it has no platform for that") : why) +
+           (isTooOld ? "; a driver is there, but has no OpenGL 4.5 core: update it"
+                     : "; install a driver with EGL (Mesa's llvmpipe needs no device)") +
+           ", or use --backend cpu";
 }
 
 void GlContext::finish(const char* what) const {

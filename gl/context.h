@@ -12,7 +12,11 @@ namespace shadowdag {
 struct GlInfo {
     std::string vendor, renderer, version;
     uint64_t maxStorageBytes = 0; ///< of a buffer that shaders read or write
-    int maxViewport = 0;          ///< pixels a side
+    int maxViewport = 0;          ///< pixels a side of what is drawn into
+    /// Storage blocks a stage reaches, and those that may be bound at a time.
+    int vertexStorageBlocks = 0, fragmentStorageBlocks = 0, computeStorageBlocks = 0,
+        storageBindings = 0;
+    int subpixelBits = 0; ///< corners of triangles snap to 2^-bits of a pixel
     int maxArrayLayers = 0;
     bool hasSparseTextures = false; ///< ARB_sparse_texture
     uint32_t sparsePageTexels = 0;  ///< side of their pages (GlSparseArray), 0: not square
@@ -24,13 +28,27 @@ struct GlInfo {
     bool hasExactDivision = false;    ///< float quotients round to nearest
 };
 
+/// What programs of this project need, of OpenGL 4.5's own minimum less: the blocks that
+/// rasterize.vert, rasterize.frag and shade.comp name, and the grid of corners that the tests'
+/// bounds were measured on.
+constexpr int kGlVertexBlocks = 5, kGlFragmentBlocks = 10, kGlComputeBlocks = 16,
+              kGlSubpixelBits = 8;
+
+/// Throws Error kDevice naming the first of these that a device has less of.
+void refuseLess(const GlInfo& info);
+
+/// Returns the message where there is no OpenGL: what each device said, and what to do.
+/// @param why "; NAME: REASON" for each @param isTooOld whether any of them has a driver
+std::string glAbsence(const std::string& why, bool isTooOld);
+
 /// Owns a context. It is current on no thread until a Current makes it so; one thread at a time.
 /// Objects made with it are destroyed with it current.
 class GlContext {
 public:
     /// Creates it on a device that is not software, where there is one (EGL's device platform),
-    /// else on Mesa's surfaceless platform, else on any device. Throws Error kDevice with EGL's
-    /// message and what to do.
+    /// else on Mesa's surfaceless platform, else on any device; all further ones of this process
+    /// on that same device. Throws Error kDevice with EGL's message and what to do, also where
+    /// the device has less than refuseLess wants or does not answer again (GlDeviceChoice).
     GlContext();
     ~GlContext();
     GlContext(const GlContext&) = delete;

@@ -81,6 +81,42 @@ TEST_F(GlContextTest, ErrorsAreThrownWithTheWorkThatIsBlamed) {
     EXPECT_NO_THROW(context.finish("nothing"));
 }
 
+// Limits that drivers may have: each is named, with what is needed.
+TEST(GlLimits, TooLittleIsRefusedByName) {
+    GlInfo enough;
+    enough.renderer = "a device";
+    enough.vertexStorageBlocks = kGlVertexBlocks;
+    enough.fragmentStorageBlocks = kGlFragmentBlocks;
+    enough.computeStorageBlocks = enough.storageBindings = kGlComputeBlocks;
+    enough.subpixelBits = kGlSubpixelBits;
+    EXPECT_NO_THROW(refuseLess(enough));
+    const auto refusal = [&](int GlInfo::*limit) -> std::string {
+        GlInfo less = enough;
+        --(less.*limit);
+        try {
+            refuseLess(less);
+            return "";
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kDevice);
+            return error.what();
+        }
+    };
+    EXPECT_THAT(refusal(&GlInfo::vertexStorageBlocks), testing::HasSubstr("a vertex shader"));
+    EXPECT_THAT(refusal(&GlInfo::fragmentStorageBlocks), testing::HasSubstr("a fragment shader"));
+    EXPECT_THAT(refusal(&GlInfo::computeStorageBlocks),
+                testing::HasSubstr("a device has 15 storage blocks a compute shader, and the "
+                                   "OpenGL backend needs 16"));
+    EXPECT_THAT(refusal(&GlInfo::storageBindings), testing::HasSubstr("bindings"));
+    EXPECT_THAT(refusal(&GlInfo::subpixelBits), testing::HasSubstr("7 bits below a pixel"));
+}
+
+TEST(GlLimits, ADriverThatIsTooOldIsNotToBeInstalledButUpdated) {
+    const std::string old = glAbsence("; device 0: EGL_BAD_MATCH (no OpenGL 4.5 core)", true);
+    EXPECT_THAT(old, testing::HasSubstr("has no OpenGL 4.5 core: update it"));
+    EXPECT_THAT(old, testing::Not(testing::HasSubstr("install")));
+    EXPECT_THAT(glAbsence("", false), testing::HasSubstr("install a driver"));
+}
+
 TEST_F(GlContextTest, TheBackendIsChosenByItsNameAndNamesItsDevice) {
     EXPECT_EQ(chooseBackend("gl"), Backend::kGl);
     EXPECT_NE(chooseBackend("auto"), Backend::kGl);

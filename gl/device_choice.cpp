@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gl/device_choice.h"
+
+#include "cuda/error.h"
+
+namespace shadowdag {
+
+bool GlDeviceChoice::open(const std::vector<Candidate>& candidates, std::string& why) {
+    std::string missing = "; it is not there any more";
+    for (const Candidate& candidate : candidates) {
+        if (!chosen_.empty() && candidate.name != chosen_)
+            continue;
+        std::string said;
+        if (candidate.open(said)) {
+            chosen_ = candidate.name;
+            return true;
+        }
+        why += said;
+        missing = said;
+    }
+    if (chosen_.empty())
+        return false;
+    throw Error(ErrorKind::kDevice,
+                "OpenGL ran on EGL's " + chosen_ + " so far, which does not answer again" +
+                    missing +
+                    "; no other device is taken in its place: start anew, or use --backend cpu");
+}
+
+} // namespace shadowdag
