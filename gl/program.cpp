@@ -112,11 +112,12 @@ void GlProgram::setSampler(const char* uniform, int unit) const {
     glProgramUniform1i(object_, location(uniform), unit);
 }
 
-void GlProgram::dispatch(uint64_t groupCount) const {
+void GlProgram::dispatch(uint64_t groupCount, uint64_t firstGroup) const {
     if (groupCount == 0)
         return;
     constexpr uint64_t kMost = 65535; // of an axis, by OpenGL's minimum
     const uint64_t across = groupCount < kMost ? groupCount : kMost;
+    set("firstGroup", uint32_t(firstGroup));
     glUseProgram(object_);
     glDispatchCompute(GLuint(across), GLuint((groupCount + across - 1) / across), 1);
     glMemoryBarrier(GL_ALL_BARRIER_BITS);

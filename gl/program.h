@@ -40,7 +40,8 @@ public:
 
     /// Runs so many groups of a compute program, then makes what they wrote readable. More than
     /// fit along one axis go on along the next: a shader asks groupIndex() (gl/groups.glsl).
-    void dispatch(uint64_t groupCount) const;
+    /// @param firstGroup the index of the first, for those that ask; the last fits 32 bits
+    void dispatch(uint64_t groupCount, uint64_t firstGroup = 0) const;
 
     uint32_t name() const { return object_; }
 

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gl/slices.h"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+
+namespace shadowdag {
+
+namespace {
+
+constexpr uint64_t kFirstShare = 64; // of all: what the first piece is, whose time nobody knows
+constexpr double kMostGrowth = 32;   // a short piece's time is mostly its call's
+
+std::mutex pollMutex;
+std::function<void()> askedPoll;
+
+void poll() {
+    std::function<void()> ask;
+    {
+        const std::lock_guard lock(pollMutex);
+        ask = askedPoll;
+    }
+    if (ask)
+        ask();
+}
+
+} // namespace
+
+void setGlPoll(std::function<void()> poll) {
+    const std::lock_guard lock(pollMutex);
+    askedPoll = std::move(poll);
+}
+
+bool GlSlices::next() {
+    using Clock = std::chrono::steady_clock;
+    if (end_ == 0) {
+        size_ = std::max(count_ / kFirstShare, uint64_t(1));
+    } else {
+        context_.finish(what_);
+        const double ms = std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
+        const double growth = std::min(kSliceMs / std::max(ms, 1e-3), kMostGrowth);
+        size_ = std::max(uint64_t(double(size_) * growth), uint64_t(1));
+    }
+    if (end_ == count_)
+        return false;
+    poll();
+    begin_ = end_;
+    end_ = std::min(begin_ + size_, count_);
+    start_ = Clock::now();
+    return true;
+}
+
+} // namespace shadowdag

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Long work in pieces, so that somebody can end it: a driver by the processor takes half a minute
+// for what one call asks of it, and nobody is heard meanwhile.
+#pragma once
+
+#include "gl/context.h"
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+
+namespace shadowdag {
+
+/// Sets what is called between pieces, on the thread that submits them; what it throws ends the
+/// work, which leaves its results undefined. Of the whole process; empty: nobody asks.
+void setGlPoll(std::function<void()> poll);
+
+/// Parts [0, count) into pieces of about kSliceMs, by what the ones before took: a device that is
+/// done at once gets two or three, one after the other. The context is current throughout.
+///
+///     GlSlices slices(context, count, "shading");
+///     while (slices.next())
+///         submit(slices.begin(), slices.end());
+class GlSlices {
+public:
+    /// @param what as GlContext::finish has it
+    GlSlices(const GlContext& context, uint64_t count, const char* what)
+        : context_(context), count_(count), what_(what) {}
+
+    /// Waits for the last piece, asks the poll and takes the next piece; false when all is done.
+    /// Throws what finish() and the poll throw.
+    bool next();
+    uint64_t begin() const { return begin_; }
+    uint64_t end() const { return end_; }
+
+    static constexpr double kSliceMs = 200;
+
+private:
+    const GlContext& context_;
+    const uint64_t count_;
+    const char* const what_;
+    uint64_t begin_ = 0, end_ = 0, size_ = 0;
+    std::chrono::steady_clock::time_point start_;
+};
+
+} // namespace shadowdag
