@@ -92,17 +92,8 @@ public:
         Dag dag;
         dag.grid = grid_;
         try {
-            const std::optional<Words> inside = listInside();
-            if (!inside)
-                return dag;
-            const Tile whole{rootLevelOf(grid_), 0, inside->view()};
-            try {
-                dag.words = canonicalWords(memory_, nodesOf(whole));
-                counts_.tileCount = 1;
-            } catch (const OverBudget&) {
-                DagBuilder merged(whole.level);
-                dag = merged.finish(whole.level, buildParted(whole, merged, 1.0), grid_);
-            }
+            if (const std::optional<Words> inside = listInside())
+                buildFrom({rootLevelOf(grid_), 0, inside->view()}, dag);
         } catch (const OverBudget& over) {
             refuse(over);
         }
@@ -121,6 +112,15 @@ private:
                         " bytes of lists at a time even cell by cell, more than it may on " +
                         backendName(backend_) +
                         "; ask for a lower resolution, give it more memory, or use --backend cpu");
+    }
+    void buildFrom(const Tile& whole, Dag& dag) {
+        try {
+            dag.words = canonicalWords(memory_, nodesOf(whole));
+            counts_.tileCount = 1;
+        } catch (const OverBudget&) {
+            DagBuilder merged(whole.level);
+            dag = merged.finish(whole.level, buildParted(whole, merged, 1.0), grid_);
+        }
     }
     void tellDone(double share) {
         done_ = std::min(1.0, done_ + share);

@@ -49,6 +49,23 @@ VoxelGrid unitGrid(uint32_t log2) {
     return grid;
 }
 
+TEST_P(VoxelizePassesOn, WhereNothingIsInsideIsDoneAndCountedAsWell) {
+    const Soup soup = [] {
+        std::mt19937 random(5);
+        return randomSoup(12, 1.0f, random);
+    }();
+    VoxelGrid far = unitGrid(4);
+    far.originWorld = glm::dvec3(1000.0);
+    double done = 0;
+    PassBuildCounts counts;
+    const Dag dag = voxelizeByPasses(
+        GetParam(), soup.view(), soup.all(), far, kRoomy, [&](double share) { done = share; },
+        &counts);
+    EXPECT_TRUE(dag.empty());
+    EXPECT_EQ(done, 1.0);
+    EXPECT_GT(counts.peakBytes, 0u);
+}
+
 TEST_P(VoxelizePassesOn, EqualTheBuilderOnRandomSoupsOfAnyResolution) {
     for (unsigned seed = 91; seed < 95; ++seed)
         for (uint32_t log2 = 0; log2 <= 9; ++log2) {
