@@ -219,9 +219,10 @@ struct ShadowMaps::State {
     void count() {
         if (isCounted)
             return;
-        isCounted = true;
         largeTriangles.grow();
         const std::vector<uint32_t> first = firstPage.download();
+        const std::vector<CullCounts> found = cullCounts.download();
+        isCounted = true; // not before: a download that fails leaves it to be asked again
         const uint64_t wanted = counts.pageCount + counts.pagesRefusedCount;
         pagesPerMap.clear();
         for (size_t i = 0; i < infos.size(); ++i) {
@@ -233,7 +234,6 @@ struct ShadowMaps::State {
             pagesPerMap.push_back(uint32_t(glm::min(at(i + 1), counts.pageCount) -
                                            glm::min(at(i), counts.pageCount)));
         }
-        const std::vector<CullCounts> found = cullCounts.download();
         const size_t parts = cullParts;
         trianglesPerMap.clear();
         for (size_t map = 0; map < infos.size(); ++map) {
