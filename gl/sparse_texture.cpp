@@ -68,6 +68,14 @@ void GlSparseArray::commit(uint32_t layer, uint32_t x, uint32_t y, uint32_t coun
                            isCommitted ? GL_TRUE : GL_FALSE);
 }
 
+void GlSparseArray::copyPages(const GlSparseArray& from, uint32_t layer, uint32_t x, uint32_t y,
+                              uint32_t count) {
+    const GLint left = GLint(x * pageTexels_), below = GLint(y * pageTexels_);
+    glCopyImageSubData(from.texture_, GL_TEXTURE_2D_ARRAY, 0, left, below, GLint(layer), texture_,
+                       GL_TEXTURE_2D_ARRAY, 0, left, below, GLint(layer),
+                       GLsizei(count * pageTexels_), GLsizei(pageTexels_), 1);
+}
+
 void GlSparseArray::bindTarget() {
     if (!framebuffer_) {
         glCreateFramebuffers(1, &framebuffer_);

@@ -38,6 +38,11 @@ public:
     /// Gives `count` pages from page (x, y) of a layer on, along a row, memory, or takes it.
     void commit(uint32_t layer, uint32_t x, uint32_t y, uint32_t count, bool isCommitted);
 
+    /// Copies `count` pages from page (x, y) of a layer on, along a row, from another texture of
+    /// the same side, pages and texels; they have memory in both.
+    void copyPages(const GlSparseArray& from, uint32_t layer, uint32_t x, uint32_t y,
+                   uint32_t count);
+
     /// Makes all layers the target of what a vertex shader's gl_Layer chooses, side x side pixels:
     /// the greatest value stays.
     void bindTarget();

@@ -30,7 +30,7 @@ constexpr uint32_t kDagBinding = 12;
 
 GlDefines shadeDefines(GlPages pages, const GlInfo& info) {
     GlDefines defines = numericDefines(info);
-    for (const auto& define : lookupDefines(pages, info.drawsSparseLayers, info))
+    for (const auto& define : lookupDefines(pages, info))
         defines.push_back(define);
     defines.emplace_back("SDAG_DAG_BINDING", std::to_string(kDagBinding));
     return defines;

@@ -18,6 +18,7 @@ public:
     void set(const TriangleView& geometry, View<const uint32_t> batchTriangles);
     /// Copies positions alone: the same triangles, moved.
     void setPositions(View<const glm::vec3> positionsWorld) { positions_.upload(positionsWorld); }
+    bool hasTriangles() const { return batchTriangles_.bytes() > 0; }
     /// Binds positions and triangles alone.
     void bindCorners(uint32_t positionsBinding, uint32_t trianglesBinding);
     /// Binds what scenes/geometry.glsl names.

@@ -4,8 +4,8 @@ layout(local_size_x = 64) in;
 #include "gl/groups.glsl"
 
 layout(std430, binding = 0) readonly buffer Pages { uint pages[]; };
-layout(std430, binding = 6) writeonly buffer Depths { uint depths[]; };
-layout(std430, binding = 11) writeonly buffer MoreDepths { uint moreDepths[]; };
+layout(std430, binding = SDAG_DEPTHS_BINDING) writeonly buffer Depths { uint depths[]; };
+layout(std430, binding = SDAG_MORE_DEPTHS_BINDING) writeonly buffer MoreDepths { uint moreDepths[]; };
 uniform uint pageTexelsLog2, pageCount;
 
 void main() {

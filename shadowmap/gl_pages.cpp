@@ -35,7 +35,21 @@ GlPages chooseGlPages(GlPages asked, const GlInfo& info) {
     if (asked == GlPages::kSparse && !missing.empty())
         throw Error(ErrorKind::kDevice, "sparse pages were asked for, but " + info.renderer +
                                             " has " + missing + "; use an atlas");
+    if (asked == GlPages::kDenseLayers)
+        return asked;
     return asked == GlPages::kAtlas || !missing.empty() ? GlPages::kAtlas : GlPages::kSparse;
+}
+
+uint32_t glPageTexels(GlPages pages, const GlInfo& info) {
+    return pages == GlPages::kSparse        ? info.sparsePageTexels
+           : pages == GlPages::kDenseLayers ? kDensePageTexels
+                                            : 0;
+}
+
+bool drawsLayers(GlPages pages, const GlInfo& info) {
+    return pages == GlPages::kSparse        ? info.drawsSparseLayers
+           : pages == GlPages::kDenseLayers ? !info.layerExtension.empty()
+                                            : false;
 }
 
 std::string describeGlPages(GlPages asked, const GlInfo& info) {
@@ -45,6 +59,8 @@ std::string describeGlPages(GlPages asked, const GlInfo& info) {
                " texels committed by ARB_sparse_texture" +
                (info.drawsSparseLayers ? ", layers drawn into"
                                        : ", written by atomics (it draws layers of them wrongly)");
+    if (asked == GlPages::kDenseLayers)
+        return info.renderer + ", pages in layers that have all their memory (as asked)";
     const std::string missing = missingFor(info);
     return info.renderer + ", pages in an atlas (" + (missing.empty() ? "as asked" : missing) + ")";
 }

@@ -12,16 +12,29 @@ enum class GlPages {
     kAuto,   ///< sparse where there is ARB_sparse_texture, else an atlas
     kSparse, ///< layers of sparse textures, pages committed by the driver (the paper)
     kAtlas,  ///< one pool, pages found by the page table
+    /// Layers as kSparse has them, with all their memory from the beginning: what tests ask for
+    /// where there is no ARB_sparse_texture.
+    kDenseLayers,
 };
+
+/// Side of a page in dense layers, texels.
+constexpr uint32_t kDensePageTexels = 128;
 
 /// Chooses what renderers made from now on have, for the whole process; kAuto at first.
 void setGlPages(GlPages pages);
 /// Returns what was asked for last.
 GlPages askedGlPages();
 
-/// Returns what `asked` comes to on a device: kSparse or kAtlas. Throws Error kDevice for kSparse
+/// Returns what `asked` comes to on a device: anything but kAuto. Throws Error kDevice for kSparse
 /// where there are no sparse textures with square pages.
 GlPages chooseGlPages(GlPages asked, const GlInfo& info);
+
+/// Returns the side of the pages that a device has: of `pages`, which is not kAuto; 0: any side.
+uint32_t glPageTexels(GlPages pages, const GlInfo& info);
+
+/// Returns whether maps are layers that the device draws into, which hold floats; else fragments
+/// write them by atomics. @param pages not kAuto
+bool drawsLayers(GlPages pages, const GlInfo& info);
 
 /// Returns a sentence for people: the device, where pages are, and why.
 std::string describeGlPages(GlPages asked, const GlInfo& info);

@@ -13,9 +13,9 @@ layout(location = 0) out float depth; // the greatest stays: blending by maximum
 #elif defined(SDAG_SPARSE_PAGES)
 layout(r32ui, binding = 0) coherent uniform uimage2DArray sparseLayers;
 #else
-layout(std430, binding = 5) readonly buffer PageTable { uint pageTable[]; };
-layout(std430, binding = 6) buffer Depths { uint depths[]; };
-layout(std430, binding = 11) buffer MoreDepths { uint moreDepths[]; };
+layout(std430, binding = SDAG_PAGE_TABLE_BINDING) readonly buffer PageTable { uint pageTable[]; };
+layout(std430, binding = SDAG_DEPTHS_BINDING) buffer Depths { uint depths[]; };
+layout(std430, binding = SDAG_MORE_DEPTHS_BINDING) buffer MoreDepths { uint moreDepths[]; };
 uniform uint pageTexelsLog2;
 #endif
 

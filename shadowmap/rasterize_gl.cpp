@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shadowmap/rasterize_gl.h"
 
+#include "gl/slices.h"
 #include "shadowmap/sparse_gl.h"
 
 #include <cstddef>
+#include <limits>
 
 namespace shadowdag {
 
@@ -42,26 +44,28 @@ uint64_t atlasChunkTexels(const GlInfo& info) {
     return glm::min(info.maxStorageBytes / sizeof(uint32_t), kMost) / kLargestPage * kLargestPage;
 }
 
-GlDefines lookupDefines(GlPages pages, bool isLayered, const GlInfo& info) {
+GlDefines lookupDefines(GlPages pages, const GlInfo& info) {
     GlDefines defines{{"SDAG_MAPS_BINDING", std::to_string(GlMapDrawer::kMapsBinding)},
                       {"SDAG_PAGE_TABLE_BINDING", std::to_string(GlMapDrawer::kPageTableBinding)},
                       {"SDAG_DEPTHS_BINDING", std::to_string(GlMapDrawer::kDepthsBinding)},
                       {"SDAG_MORE_DEPTHS_BINDING", std::to_string(GlMapDrawer::kMoreDepthsBinding)},
                       {"SDAG_CHUNK_TEXELS", std::to_string(atlasChunkTexels(info)) + "u"}};
-    if (pages == GlPages::kSparse)
+    if (pages != GlPages::kAtlas) {
         defines.emplace_back("SDAG_SPARSE_PAGES", "1");
-    if (pages == GlPages::kSparse && isLayered)
+        defines.emplace_back("SDAG_SPARSE_ARRAYS", std::to_string(kMaxSparseArrays));
+    }
+    if (drawsLayers(pages, info))
         defines.emplace_back("SDAG_LAYERED", "1");
     return defines;
 }
 
 namespace {
 
-GlDefines rasterizeDefines(GlPages pages, bool isLayered, const GlInfo& info) {
+GlDefines rasterizeDefines(GlPages pages, const GlInfo& info) {
     GlDefines defines = numericDefines(info);
-    for (const auto& define : lookupDefines(pages, isLayered, info))
+    for (const auto& define : lookupDefines(pages, info))
         defines.push_back(define);
-    if (isLayered)
+    if (drawsLayers(pages, info))
         defines.emplace_back("extension", info.layerExtension);
     return defines;
 }
@@ -70,19 +74,18 @@ GlDefines rasterizeDefines(GlPages pages, bool isLayered, const GlInfo& info) {
 
 std::unique_ptr<GlMapDrawer> GlMapDrawer::make(GlPages pages, const GlContext& context,
                                                GlGeometry& geometry) {
-    if (pages == GlPages::kSparse)
-        return std::make_unique<GlSparseDrawer>(context, geometry);
+    if (pages != GlPages::kAtlas)
+        return std::make_unique<GlSparseDrawer>(pages, context, geometry);
     return std::make_unique<GlAtlasDrawer>(context, geometry);
 }
 
-GlMapDrawer::GlMapDrawer(GlPages pages, bool isLayered, const GlContext& context,
-                         GlGeometry& geometry)
+GlMapDrawer::GlMapDrawer(GlPages pages, const GlContext& context, GlGeometry& geometry)
     : context_(context), geometry_(geometry),
       rasterize_("shadow map rasterization",
                  {{GlStage::kVertex, "shadowmap/rasterize.vert"},
                   {GlStage::kFragment, "shadowmap/rasterize.frag"}},
                  glGlsl() + scenesGlsl() + shadowmapGlsl(),
-                 rasterizeDefines(pages, isLayered, context.info())) {}
+                 rasterizeDefines(pages, context.info())) {}
 
 void GlMapDrawer::setMaps(const std::vector<GlMap>& maps, View<const uint32_t> pageTable) {
     for (const GlMap& map : maps)
@@ -105,6 +108,29 @@ void GlMapDrawer::prepare(uint32_t viewportTexels) {
     rasterize_.set("pageTexelsLog2", pageTexelsLog2_);
 }
 
+void GlMapDrawer::drawCommands(uint32_t begin, uint32_t end) const {
+    GlSlices slices(context_, end - begin, "shadow map rasterization");
+    while (slices.next())
+        commands_.draw(rasterize_, begin + uint32_t(slices.begin()),
+                       begin + uint32_t(slices.end()));
+}
+
+void GlMapDrawer::warmUp() {
+    // A light that is nowhere: no triangle has an area from there, whichever it is.
+    GlMap nowhere{};
+    nowhere.lightPositionWorld = glm::vec3(std::numeric_limits<float>::quiet_NaN());
+    nowhere.faceTexels = nowhere.facePages = 1;
+    listed_ = {{3, 1, 0, 0}};
+    listedTargets_ = {{0, 0}};
+    const std::vector<uint32_t> noPages(kFaceCount, kNoPage);
+    setMaps({nowhere}, viewOf(noPages));
+    prepare(1);
+    pageTable_.bindStorage(kPageTableBinding);
+    bindDepths(rasterize_);
+    commands_.draw(rasterize_, 0, geometry_.hasTriangles() ? 1 : 0);
+    context_.finish("preparing shadow maps");
+}
+
 void GlMapDrawer::bindLookup(const GlProgram& program, const ShadowMapBias& bias) {
     maps_.bindStorage(kMapsBinding);
     pageTable_.bindStorage(kPageTableBinding);
@@ -115,10 +141,9 @@ void GlMapDrawer::bindLookup(const GlProgram& program, const ShadowMapBias& bias
 }
 
 GlAtlasDrawer::GlAtlasDrawer(const GlContext& context, GlGeometry& geometry)
-    : GlMapDrawer(GlPages::kAtlas, false, context, geometry),
+    : GlMapDrawer(GlPages::kAtlas, context, geometry),
       clearPages_("page clear", {{GlStage::kCompute, "shadowmap/clear_pages.comp"}},
-                  glGlsl() + shadowmapGlsl(),
-                  lookupDefines(GlPages::kAtlas, false, context.info())) {}
+                  glGlsl() + shadowmapGlsl(), lookupDefines(GlPages::kAtlas, context.info())) {}
 
 void GlAtlasDrawer::bindDepths(const GlProgram&) {
     depths_.bindStorage(kDepthsBinding);
@@ -155,6 +180,15 @@ void GlAtlasDrawer::clear(View<const uint32_t> freshEntries, View<const uint32_t
     context_.finish("clearing pages");
 }
 
+void GlAtlasDrawer::warmUp() {
+    clear({}, {});
+    bindDepths(clearPages_);
+    clearPages_.set("pageCount", 0u);
+    clearPages_.dispatch(1);
+    target_.bind(1, 1);
+    GlMapDrawer::warmUp();
+}
+
 void GlAtlasDrawer::draw(const RasterView& view, View<const uint32_t> pageTable) {
     std::vector<GlMap> maps;
     uint32_t widest = 1;
@@ -173,8 +207,7 @@ void GlAtlasDrawer::draw(const RasterView& view, View<const uint32_t> pageTable)
     target_.bind(int(widest), int(widest));
     openTable_.bindStorage(kPageTableBinding);
     bindDepths(rasterize_);
-    commands_.draw(rasterize_, 0, commands_.count());
-    context_.finish("shadow map rasterization");
+    drawCommands(0, commands_.count());
 }
 
 } // namespace shadowdag

@@ -48,6 +48,10 @@ public:
     static std::unique_ptr<GlMapDrawer> make(GlPages pages, const GlContext& context,
                                              GlGeometry& geometry);
 
+    /// Runs every program once, on nothing: drivers compile when programs are first used, which
+    /// would be in a frame's time.
+    virtual void warmUp();
+
     /// Binds maps, page table and depths for lookups (shadowmap/lookup.glsl with lookupDefines)
     /// and sets its uniforms.
     void bindLookup(const GlProgram& program, const ShadowMapBias& bias);
@@ -59,8 +63,7 @@ public:
                               kMoreDepthsBinding = 11;
 
 protected:
-    /// @param isLayered layers are the target, chosen by the vertex shader
-    GlMapDrawer(GlPages pages, bool isLayered, const GlContext& context, GlGeometry& geometry);
+    GlMapDrawer(GlPages pages, const GlContext& context, GlGeometry& geometry);
     virtual void bindDepths(const GlProgram& program) = 0;
     /// Copies maps, page table, commands and their targets.
     void setMaps(const std::vector<GlMap>& maps, View<const uint32_t> pageTable);
@@ -79,6 +82,8 @@ protected:
     }
     /// Binds all but depths and sets uniforms for commands into a viewport.
     void prepare(uint32_t viewportTexels);
+    /// Draws commands [begin, end), in pieces that GlSlices cuts.
+    void drawCommands(uint32_t begin, uint32_t end) const;
 
     const GlContext& context_;
     GlGeometry& geometry_;
@@ -101,6 +106,7 @@ public:
                 PageCommits&) override {
         return false;
     }
+    void warmUp() override;
     void clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) override;
     void draw(const RasterView& view, View<const uint32_t> pageTable) override;
     std::vector<uint32_t> downloadDepths() override;
@@ -115,8 +121,8 @@ private:
 };
 
 /// Returns the definitions that lookup.glsl is compiled with to read what GlMapDrawer binds.
-/// @param pages kSparse or kAtlas @param isLayered kSparse alone: texels are drawn, as floats
-GlDefines lookupDefines(GlPages pages, bool isLayered, const GlInfo& info);
+/// @param pages not kAuto
+GlDefines lookupDefines(GlPages pages, const GlInfo& info);
 
 /// Returns how many texels the first of GlAtlasDrawer's buffers holds: whole pages of any size.
 uint64_t atlasChunkTexels(const GlInfo& info);

@@ -4,11 +4,15 @@
 #include "shadowmap/cube_face.glsl"
 
 #ifdef SDAG_LAYERED
-uniform sampler2DArray sparseMaps[16]; // kMaxSparseArrays
+uniform sampler2DArray sparseMaps[SDAG_SPARSE_ARRAYS];
 #define SDAG_TEXEL(i) texelFetch(sparseMaps[i], at, 0).r
 #else
-uniform usampler2DArray sparseMaps[16]; // the bits of floats
+uniform usampler2DArray sparseMaps[SDAG_SPARSE_ARRAYS]; // the bits of floats
 #define SDAG_TEXEL(i) uintBitsToFloat(texelFetch(sparseMaps[i], at, 0).r)
+#endif
+
+#if SDAG_SPARSE_ARRAYS != 16
+#error "the list below names 16 textures"
 #endif
 
 float sparseTexel(uint array, ivec3 at) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <map>
 
 namespace shadowdag {
 
@@ -13,6 +12,8 @@ constexpr uint32_t kMostLayers = 2048; // what OpenGL 4.5 promises
 // Mesa 25.0's zink takes the very first page of a texture from it when it takes others (seen in
 // tests/gl): nobody stands there. It costs addresses, no memory.
 constexpr uint32_t kFirstLayer = 1;
+// Of pages that are copied at once: shaders reach 128 MiB of a buffer at least.
+constexpr uint64_t kGatheredBytes = uint64_t(64) << 20;
 constexpr uint32_t kLeastLayers = 4; // kMaxArrayBytes holds as many of the largest faces
 
 /// Calls run(layer, x, y, count) for the runs of pages, along rows, of which isIn(index) holds.
@@ -33,23 +34,20 @@ void forRuns(uint32_t layers, uint32_t pages, const IsIn& isIn, const Run& run) 
         }
 }
 
-bool isLayered(const GlContext& context, GlSparseArray::Memory memory) {
-    return memory == GlSparseArray::kDense ? !context.info().layerExtension.empty()
-                                           : context.info().drawsSparseLayers;
+/// Returns whether anybody stands in a layer. @param isUsed by layer
+bool isAnyUsed(const std::vector<uint8_t>& isUsed) {
+    return std::find(isUsed.begin() + kFirstLayer, isUsed.end(), uint8_t(1)) != isUsed.end();
 }
 
 } // namespace
 
-GlSparseDrawer::GlSparseDrawer(const GlContext& context, GlGeometry& geometry,
-                               GlSparseArray::Memory memory)
-    : GlMapDrawer(GlPages::kSparse, isLayered(context, memory), context, geometry), memory_(memory),
-      isLayered_(isLayered(context, memory)),
+GlSparseDrawer::GlSparseDrawer(GlPages pages, const GlContext& context, GlGeometry& geometry)
+    : GlMapDrawer(pages, context, geometry), pages_(pages),
+      isLayered_(drawsLayers(pages, context.info())),
       gather_("page gathering", {{GlStage::kCompute, "shadowmap/gather_pages.comp"}},
-              glGlsl() + shadowmapGlsl(),
-              lookupDefines(GlPages::kSparse, isLayered_, context.info())),
+              glGlsl() + shadowmapGlsl(), lookupDefines(pages, context.info())),
       clearPages_("page clear", {{GlStage::kCompute, "shadowmap/clear_sparse.comp"}},
-                  glGlsl() + shadowmapGlsl(),
-                  lookupDefines(GlPages::kSparse, isLayered_, context.info())) {}
+                  glGlsl() + shadowmapGlsl(), lookupDefines(pages, context.info())) {}
 
 uint32_t GlSparseDrawer::Array::pagesPerSide() const {
     return side / pageTexels;
@@ -61,9 +59,7 @@ size_t GlSparseDrawer::pageIndex(const Array& array, uint32_t layer, uint32_t x,
 }
 
 void GlSparseDrawer::makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) {
-    SDAG_ASSERT(
-        1u << pageTexelsLog2 ==
-        (memory_ == GlSparseArray::kDense ? kDensePageTexels : context_.info().sparsePageTexels));
+    SDAG_ASSERT(1u << pageTexelsLog2 == glPageTexels(pages_, context_.info()));
     pageTexelsLog2_ = pageTexelsLog2;
     if (!keeps)
         place_.clear();
@@ -74,93 +70,182 @@ uint32_t GlSparseDrawer::sideOf(uint32_t faceTexels) const {
     return std::bit_ceil(glm::max(faceTexels, 1u << pageTexelsLog2_));
 }
 
-GlSparseDrawer::Layer GlSparseDrawer::takeLayer(uint32_t side, uint32_t wantedCount) {
-    const uint32_t pageTexels = 1u << pageTexelsLog2_;
-    for (uint32_t a = 0; a < arrays_.size(); ++a) {
-        if (arrays_[a].side != side)
-            continue;
-        std::vector<uint8_t>& isUsed = arrays_[a].isUsed;
-        for (uint32_t layer = 0; layer < isUsed.size(); ++layer)
-            if (!isUsed[layer]) {
-                isUsed[layer] = 1;
-                return {a, layer};
-            }
-    }
-    if (arrays_.size() == kMaxSparseArrays)
-        throw Error(ErrorKind::kResource,
-                    "the faces of this frame's shadow maps need more than " +
-                        std::to_string(kMaxSparseArrays) +
-                        " sparse textures; keep pages in an atlas, or lower the largest face "
-                        "resolution");
-    const uint64_t layerBytes = uint64_t(side) * side * sizeof(float);
-    const uint32_t most = uint32_t(glm::min(uint64_t(kMostLayers), kMaxArrayBytes / layerBytes));
-    const uint32_t layers =
-        glm::clamp(kFirstLayer + wantedCount + wantedCount / 2, kLeastLayers, most);
+uint32_t GlSparseDrawer::mostLayers(uint32_t side) const {
+    return uint32_t(
+        glm::min(uint64_t(kMostLayers), kMaxArrayBytes / (uint64_t(side) * side * sizeof(float))));
+}
+
+GlSparseDrawer::Array GlSparseDrawer::makeArray(uint32_t side, uint32_t layers) const {
     Array array;
     array.side = side;
-    array.pageTexels = pageTexels;
+    array.pageTexels = 1u << pageTexelsLog2_;
     array.texture = std::make_unique<GlSparseArray>(
-        side, layers, pageTexels, isLayered_ ? GlSparseArray::kFloat : GlSparseArray::kBits,
-        memory_);
+        side, layers, array.pageTexels, isLayered_ ? GlSparseArray::kFloat : GlSparseArray::kBits,
+        pages_ == GlPages::kSparse ? GlSparseArray::kSparse : GlSparseArray::kDense);
     array.isUsed.assign(layers, 0);
     std::fill_n(array.isUsed.begin(), kFirstLayer, uint8_t(1));
     const size_t pages = size_t(layers) * array.pagesPerSide() * array.pagesPerSide();
     array.isCommitted.assign(pages, 0);
     array.isNeeded.assign(pages, 0);
-    array.isUsed[kFirstLayer] = 1;
-    arrays_.push_back(std::move(array));
-    return {uint32_t(arrays_.size() - 1), kFirstLayer};
+    return array;
 }
 
-bool GlSparseDrawer::commit(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
-                            View<const uint32_t> pageTable, PageCommits& commits) {
+void GlSparseDrawer::drop(uint32_t a, PageCommits& commits) {
+    const std::vector<uint8_t>& had = arrays_[a].isCommitted;
+    commits.freedCount += uint64_t(std::count(had.begin(), had.end(), uint8_t(1)));
+    arrays_.erase(arrays_.begin() + a);
+    for (Place& place : place_)
+        if (place.array != kNoPage && place.array > a)
+            --place.array;
+}
+
+void GlSparseDrawer::dropIdle(const std::map<uint32_t, uint32_t>& wanted, PageCommits& commits) {
+    for (uint32_t a = uint32_t(arrays_.size()); a-- > 0;) {
+        Array& array = arrays_[a];
+        const auto found = wanted.find(array.side);
+        const bool isIdle = !isAnyUsed(array.isUsed) && (found == wanted.end() || !found->second);
+        array.idleBuilds = isIdle ? array.idleBuilds + 1 : 0;
+        if (array.idleBuilds > kIdleBuilds)
+            drop(a, commits);
+    }
+}
+
+void GlSparseDrawer::grow(uint32_t a, uint32_t layers, PageCommits& commits) {
+    Array &old = arrays_[a], grown = makeArray(old.side, layers);
+    for (const Place& place : place_)
+        if (place.array == a)
+            grown.isCommitted[pageIndex(old, place.layer, place.x, place.y)] = 1;
+    forRuns(
+        old.layerCount(), old.pagesPerSide(), [&](size_t i) { return grown.isCommitted[i] != 0; },
+        [&](uint32_t layer, uint32_t x, uint32_t y, uint32_t run) {
+            grown.texture->commit(layer, x, y, run, true);
+            grown.texture->copyPages(*old.texture, layer, x, y, run);
+            commits.committedCount += run;
+        });
+    commits.freedCount +=
+        uint64_t(std::count(old.isCommitted.begin(), old.isCommitted.end(), uint8_t(1)));
+    std::copy(old.isUsed.begin(), old.isUsed.end(), grown.isUsed.begin());
+    context_.finish("moving pages to a larger texture");
+    old = std::move(grown);
+}
+
+void GlSparseDrawer::reserve(uint32_t side, uint32_t wantedCount,
+                             const std::map<uint32_t, uint32_t>& wanted, PageCommits& commits) {
+    const uint32_t most = mostLayers(side);
+    for (;;) {
+        uint32_t freeCount = 0, growing = kNoPage;
+        for (uint32_t a = 0; a < arrays_.size(); ++a)
+            if (arrays_[a].side == side) {
+                const std::vector<uint8_t>& isUsed = arrays_[a].isUsed;
+                freeCount += uint32_t(std::count(isUsed.begin(), isUsed.end(), uint8_t(0)));
+                growing = arrays_[a].layerCount() < most ? a : growing;
+            }
+        if (freeCount >= wantedCount)
+            return;
+        const uint32_t missing = wantedCount - freeCount;
+        if (growing != kNoPage) {
+            const uint32_t has = arrays_[growing].layerCount();
+            grow(growing, glm::min(has + glm::max(missing, has / 2), most), commits);
+            continue;
+        }
+        for (uint32_t a = uint32_t(arrays_.size()); arrays_.size() == kMaxSparseArrays && a-- > 0;)
+            if (!isAnyUsed(arrays_[a].isUsed) && !wanted.contains(arrays_[a].side))
+                drop(a, commits);
+        if (arrays_.size() == kMaxSparseArrays)
+            throw Error(ErrorKind::kResource,
+                        "the faces of this frame's shadow maps need more than " +
+                            std::to_string(kMaxSparseArrays) +
+                            " sparse textures; keep pages in an atlas, or lower the largest face "
+                            "resolution");
+        arrays_.push_back(
+            makeArray(side, glm::clamp(kFirstLayer + missing + missing / 2, kLeastLayers, most)));
+    }
+}
+
+GlSparseDrawer::Layer GlSparseDrawer::takeLayer(uint32_t side) {
+    for (uint32_t a = 0; a < arrays_.size(); ++a) {
+        if (arrays_[a].side != side)
+            continue;
+        std::vector<uint8_t>& isUsed = arrays_[a].isUsed;
+        const auto found = std::find(isUsed.begin(), isUsed.end(), uint8_t(0));
+        if (found == isUsed.end())
+            continue;
+        *found = 1;
+        return {a, uint32_t(found - isUsed.begin())};
+    }
+    SDAG_ASSERT(false); // reserve() was asked for as many
+    return {kNoPage, 0};
+}
+
+namespace {
+
+/// Calls page(p, x, y) for the pages of a face that are in the pool.
+template <class Page>
+void forPages(const ShadowMapInfo& map, uint32_t face, View<const uint32_t> pageTable,
+              const Page& page) {
+    for (uint32_t y = 0; y < map.facePages; ++y)
+        for (uint32_t x = 0; x < map.facePages; ++x)
+            if (const uint32_t p = pageTable[pageTableIndex(map, face, x, y)]; p != kNoPage)
+                page(p, x, y);
+}
+
+} // namespace
+
+void GlSparseDrawer::keepPlaces(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
+                                View<const uint32_t> pageTable) {
     for (const uint32_t entry : freshEntries)
         if (pageTable[entry] != kNoPage)
             place_[pageTable[entry]].array = kNoPage; // another page's texels, or none
+    std::vector<Place> kept(place_.size(), {0, kNoPage, 0, 0, 0});
+    for (const ShadowMapInfo& map : maps)
+        for (uint32_t face = 0; face < kFaceCount; ++face)
+            forPages(map, face, pageTable,
+                     [&](uint32_t p, uint32_t, uint32_t) { kept[p] = place_[p]; });
+    place_ = std::move(kept); // what no table has lost its memory
     for (Array& array : arrays_) {
         std::fill(array.isUsed.begin() + kFirstLayer, array.isUsed.end(), uint8_t(0));
         std::fill(array.isNeeded.begin(), array.isNeeded.end(), uint8_t(0));
     }
-    // First the layers of faces with kept pages, then layers for the others.
-    std::vector<Layer> layers(maps.count * kFaceCount, {kNoPage, 0});
-    const auto forPages = [&](uint32_t m, uint32_t face, const auto& page) {
-        const ShadowMapInfo& map = maps[m];
-        for (uint32_t y = 0; y < map.facePages; ++y)
-            for (uint32_t x = 0; x < map.facePages; ++x)
-                if (const uint32_t p = pageTable[pageTableIndex(map, face, x, y)]; p != kNoPage)
-                    page(p, x, y);
-    };
-    for (uint32_t m = 0; m < maps.count; ++m)
-        for (uint32_t face = 0; face < kFaceCount; ++face)
-            forPages(m, face, [&](uint32_t p, uint32_t, uint32_t) {
-                if (place_[p].array == kNoPage)
-                    return;
-                layers[m * kFaceCount + face] = {place_[p].array, place_[p].layer};
-                arrays_[place_[p].array].isUsed[place_[p].layer] = 1;
-            });
+    for (const Place& place : place_)
+        if (place.array != kNoPage)
+            arrays_[place.array].isUsed[place.layer] = 1;
+}
+
+bool GlSparseDrawer::commit(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
+                            View<const uint32_t> pageTable, PageCommits& commits) {
+    keepPlaces(maps, freshEntries, pageTable);
     std::map<uint32_t, uint32_t> wanted; // faces without a layer, by side
-    for (uint32_t m = 0; m < maps.count; ++m)
-        for (uint32_t face = 0; face < kFaceCount; ++face)
-            if (layers[m * kFaceCount + face].array == kNoPage) {
-                bool hasPages = false;
-                forPages(m, face, [&](uint32_t, uint32_t, uint32_t) { hasPages = true; });
-                wanted[sideOf(maps[m].faceTexels)] += hasPages;
-            }
-    drawn_.clear();
-    for (uint32_t m = 0; m < maps.count; ++m) {
-        drawn_.push_back(glMap(maps[m]));
+    for (const ShadowMapInfo& map : maps)
         for (uint32_t face = 0; face < kFaceCount; ++face) {
-            Layer& layer = layers[m * kFaceCount + face];
-            forPages(m, face, [&](uint32_t p, uint32_t x, uint32_t y) {
-                if (layer.array == kNoPage) {
-                    const uint32_t side = sideOf(maps[m].faceTexels);
-                    layer = takeLayer(side, wanted[side]--);
-                }
+            bool hasPages = false, isKept = false;
+            forPages(map, face, pageTable, [&](uint32_t p, uint32_t, uint32_t) {
+                hasPages = true;
+                isKept |= place_[p].array != kNoPage;
+            });
+            if (hasPages && !isKept)
+                ++wanted[sideOf(map.faceTexels)];
+        }
+    dropIdle(wanted, commits);
+    for (const auto& [side, count] : wanted)
+        reserve(side, count, wanted, commits);
+    // The layers of faces with kept pages, and new ones for the others.
+    drawn_.clear();
+    for (const ShadowMapInfo& map : maps) {
+        drawn_.push_back(glMap(map));
+        for (uint32_t face = 0; face < kFaceCount; ++face) {
+            Layer layer{kNoPage, 0};
+            forPages(map, face, pageTable, [&](uint32_t p, uint32_t, uint32_t) {
+                if (place_[p].array != kNoPage)
+                    layer = {place_[p].array, place_[p].layer};
+            });
+            forPages(map, face, pageTable, [&](uint32_t p, uint32_t x, uint32_t y) {
+                if (layer.array == kNoPage)
+                    layer = takeLayer(sideOf(map.faceTexels));
                 place_[p] = {p, layer.array, layer.layer, x, y};
                 Array& array = arrays_[layer.array];
                 array.isNeeded[pageIndex(array, layer.layer, x, y)] = 1;
             });
-            drawn_[m].faceLayer[face] =
+            drawn_.back().faceLayer[face] =
                 layer.array == kNoPage ? kNoPage : layer.array << 16 | layer.layer;
         }
     }
@@ -231,9 +316,24 @@ void GlSparseDrawer::draw(const RasterView& view, View<const uint32_t> pageTable
             target_.bind(int(arrays_[a].side), int(arrays_[a].side));
             arrays_[a].texture->bindImage();
         }
-        commands_.draw(rasterize_, firstOfArray[a], firstOfArray[a + 1]);
+        drawCommands(firstOfArray[a], firstOfArray[a + 1]);
     }
     context_.finish("shadow map rasterization");
+}
+
+void GlSparseDrawer::warmUp() {
+    const uint32_t side = glPageTexels(pages_, context_.info());
+    pageTexelsLog2_ = uint32_t(std::countr_zero(side));
+    const Array array = makeArray(side, kLeastLayers);
+    array.texture->bindImage();
+    clear({}, {});
+    clearPages_.set("endPage", 0u);
+    clearPages_.dispatch(1);
+    if (isLayered_)
+        array.texture->bindTarget();
+    else
+        target_.bind(int(side), int(side));
+    GlMapDrawer::warmUp();
 }
 
 void GlSparseDrawer::bindDepths(const GlProgram& program) {
@@ -245,21 +345,29 @@ void GlSparseDrawer::bindDepths(const GlProgram& program) {
 }
 
 std::vector<uint32_t> GlSparseDrawer::downloadDepths() {
-    std::vector<Place> places;
-    for (const Place& place : place_)
-        if (place.array != kNoPage)
-            places.push_back(place);
-    depths_.resize((uint64_t(place_.size()) << (2 * pageTexelsLog2_)) * sizeof(uint32_t));
-    depths_.fill(0);
-    places_.upload(places);
-    places_.bindStorage(0);
-    depths_.bindStorage(kDepthsBinding);
+    const uint64_t texels = uint64_t(1) << (2 * pageTexelsLog2_);
+    const uint64_t most = glm::max(kGatheredBytes / (texels * sizeof(uint32_t)), uint64_t(1));
+    std::vector<uint32_t> depths(place_.size() * texels);
     bindDepths(gather_);
     gather_.set("pageTexelsLog2", pageTexelsLog2_);
-    gather_.set("pageCount", uint32_t(places.size()));
-    gather_.dispatch(places.size());
-    context_.finish("gathering pages");
-    return depths_.download<uint32_t>();
+    for (uint64_t first = 0; first < place_.size(); first += most) {
+        const uint64_t end = glm::min(first + most, uint64_t(place_.size()));
+        std::vector<Place> places;
+        for (uint64_t p = first; p < end; ++p)
+            if (place_[p].array != kNoPage)
+                places.push_back(place_[p]);
+        depths_.resize((end - first) * texels * sizeof(uint32_t));
+        depths_.fill(0);
+        places_.upload(places);
+        places_.bindStorage(0);
+        depths_.bindStorage(kDepthsBinding);
+        gather_.set("firstPool", uint32_t(first));
+        gather_.set("pageCount", uint32_t(places.size()));
+        gather_.dispatch(places.size());
+        context_.finish("gathering pages");
+        depths_.read(depths.data() + first * texels, depths_.bytes());
+    }
+    return depths;
 }
 
 } // namespace shadowdag

@@ -5,12 +5,15 @@
 // instead.
 //
 // Faces stand in arrays of textures by size, a power of two, so that little address space is
-// wasted; an array has at most kMaxArrayBytes of it. A face keeps its layer while pages of it are
-// kept from build to build.
+// wasted; an array has at most kMaxArrayBytes of it. A size has one array that grows, by half at
+// least, and full ones before it; one that nobody used for a while is dropped. A face keeps its
+// layer while pages of it are kept from build to build.
 #pragma once
 
 #include "gl/sparse_texture.h"
 #include "shadowmap/rasterize_gl.h"
+
+#include <map>
 
 namespace shadowdag {
 
@@ -19,11 +22,8 @@ constexpr uint64_t kMaxArrayBytes = uint64_t(1) << 30;
 
 class GlSparseDrawer final : public GlMapDrawer {
 public:
-    /// @param memory kDense with pages of kDensePageTexels: for tests, where there are no sparse
-    /// textures
-    GlSparseDrawer(const GlContext& context, GlGeometry& geometry,
-                   GlSparseArray::Memory memory = GlSparseArray::kSparse);
-    static constexpr uint32_t kDensePageTexels = 128;
+    /// @param pages kSparse or kDenseLayers
+    GlSparseDrawer(GlPages pages, const GlContext& context, GlGeometry& geometry);
 
     void makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) override;
     /// Throws Error kResource when faces need more layers than kMaxSparseArrays hold.
@@ -32,6 +32,13 @@ public:
     void clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) override;
     void draw(const RasterView& view, View<const uint32_t> pageTable) override;
     std::vector<uint32_t> downloadDepths() override;
+    void warmUp() override;
+
+    /// Returns how many textures there are.
+    uint32_t textureCount() const { return uint32_t(arrays_.size()); }
+    /// Builds in a row in which nobody needs an array before it is dropped: what comes and goes
+    /// from frame to frame is not made anew every time, and costs addresses alone meanwhile.
+    static constexpr uint32_t kIdleBuilds = 8;
 
 private:
     /// Where a page of the pool lies; gather_pages.comp takes it apart.
@@ -43,28 +50,45 @@ private:
         std::vector<uint8_t> isUsed;      ///< by layer
         std::vector<uint8_t> isCommitted; ///< by layer, row and column of pages
         std::vector<uint8_t> isNeeded;    ///< the same, in this build
+        uint32_t layerCount() const { return uint32_t(isUsed.size()); }
         uint32_t pagesPerSide() const;
         uint32_t side = 0, pageTexels = 0;
+        uint32_t idleBuilds = 0; ///< in a row, up to now
     };
     struct Layer {
         uint32_t array, layer;
     };
 
     uint32_t sideOf(uint32_t faceTexels) const;
-    /// @param wantedCount how many layers of that side are still to be taken in this build
-    Layer takeLayer(uint32_t side, uint32_t wantedCount);
+    uint32_t mostLayers(uint32_t side) const;
+    Array makeArray(uint32_t side, uint32_t layers) const;
+    /// Keeps of place_ what this build keeps, pages of the table that are not fresh, and marks
+    /// their layers, and no others, as used.
+    void keepPlaces(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
+                    View<const uint32_t> pageTable);
+    /// Takes array a away; no page is kept there.
+    void drop(uint32_t a, PageCommits& commits);
+    /// Drops what nobody used for kIdleBuilds builds. @param wanted layers to be taken, by side
+    void dropIdle(const std::map<uint32_t, uint32_t>& wanted, PageCommits& commits);
+    /// Makes `wantedCount` layers of a side free; arrays keep their places, but those that it drops
+    /// for the sake of others, of which none is `wanted`.
+    void reserve(uint32_t side, uint32_t wantedCount, const std::map<uint32_t, uint32_t>& wanted,
+                 PageCommits& commits);
+    /// Replaces array a by one of more layers, with the pages that are kept.
+    void grow(uint32_t a, uint32_t layers, PageCommits& commits);
+    Layer takeLayer(uint32_t side);
     void commitNeeded(PageCommits& commits);
     void bindDepths(const GlProgram& program) override;
     size_t pageIndex(const Array& array, uint32_t layer, uint32_t x, uint32_t y) const;
 
-    const GlSparseArray::Memory memory_;
+    const GlPages pages_;
     const bool isLayered_;
     GlProgram gather_, clearPages_;
     GlNoTarget target_;
     GlBuffer places_{"gl sparse pages"}, depths_{"gl gathered pages"};
-    std::vector<Array> arrays_;
-    std::vector<Place> place_; ///< by page of the pool; array kNoPage: nowhere
-    std::vector<GlMap> drawn_; ///< the maps with their layers
+    std::vector<Array> arrays_; ///< kMaxSparseArrays at most
+    std::vector<Place> place_;  ///< by page of the pool; array kNoPage: nowhere
+    std::vector<GlMap> drawn_;  ///< the maps with their layers
 };
 
 } // namespace shadowdag

@@ -51,29 +51,40 @@ protected:
         }
         current = std::make_unique<GlContext::Current>(*context);
         geometry = std::make_unique<GlGeometry>();
-        if (GetParam() == Where::kAtlas)
-            drawer = GlMapDrawer::make(GlPages::kAtlas, *context, *geometry);
-        else
-            drawer = std::make_unique<GlSparseDrawer>(
-                *context, *geometry, isSparse ? GlSparseArray::kSparse : GlSparseArray::kDense);
-        gl = std::make_unique<ShadowMaps>(Backend::kCpu, drawer.get());
+        makeDrawer();
         options = test::freshMaps();
         options.pageTexels = isSparse                      ? context->info().sparsePageTexels
-                             : GetParam() == Where::kDense ? GlSparseDrawer::kDensePageTexels
+                             : GetParam() == Where::kDense ? kDensePageTexels
                                                            : 16;
     }
 
-    /// Builds on both, from the same requests, and compares what all pages hold.
-    DepthParity compare(const SmallScene& scene, const std::vector<MapRequest>& requests) {
-        const BatchSet batches = scene.batches();
-        geometry->set(scene.view(), batches.view().triangles);
+    /// Begins with a drawer that has drawn nothing.
+    void makeDrawer() {
+        gl.reset();
+        drawer.reset();
+        drawer = GlMapDrawer::make(GetParam() == Where::kAtlas    ? GlPages::kAtlas
+                                   : GetParam() == Where::kSparse ? GlPages::kSparse
+                                                                  : GlPages::kDenseLayers,
+                                   *context, *geometry);
+        gl = std::make_unique<ShadowMaps>(Backend::kCpu, drawer.get());
+    }
+
+    void build(ShadowMaps& maps, const SmallScene& scene, const BatchView& batches,
+               const std::vector<MapRequest>& requests) {
+        geometry->set(scene.view(), batches.triangles);
         const std::vector<Box> boxes{{glm::vec3(-20), glm::vec3(20)}};
         std::vector<MapReceiver> receivers;
         for (uint32_t m = 0; m < requests.size(); ++m)
             receivers.push_back({0, m});
         StageTimes ignored;
+        maps.build(requests, boxes, receivers, scene.view(), batches, options, ignored);
+    }
+
+    /// Builds on both, from the same requests, and compares what all pages hold.
+    DepthParity compare(const SmallScene& scene, const std::vector<MapRequest>& requests) {
+        const BatchSet batches = scene.batches();
         for (ShadowMaps* maps : {&cpu, gl.get()})
-            maps->build(requests, boxes, receivers, scene.view(), batches.view(), options, ignored);
+            build(*maps, scene, batches.view(), requests);
         ShadowMapView a = cpu.view(), b = gl->view();
         const std::vector<uint32_t> depths = drawer->downloadDepths();
         b.depths = viewOf(depths);
@@ -146,11 +157,12 @@ TEST_P(RasterizeGl, LooseTrianglesCoverTheSameTexelsButAtOutlines) {
     EXPECT_LE(p.unlikePercent(), 0.005) << p;  // and 0.0035
 }
 
-// More texels than shaders reach of one buffer: the atlas goes on in another.
+// More texels than shaders reach of one buffer: the atlas goes on in another, and what lies in
+// textures is gathered piece by piece.
 TEST_P(RasterizeGl, PoolsLargerThanABufferAreDrawn) {
     const uint64_t limit = context->info().maxStorageBytes / sizeof(uint32_t);
-    if (GetParam() != Where::kAtlas || limit > 1u << 26)
-        GTEST_SKIP() << "an atlas of " << limit << " texels fits a buffer";
+    if (GetParam() == Where::kSparse || limit > 1u << 26)
+        GTEST_SKIP() << "a pool of " << limit << " texels fits a buffer";
     SmallScene scene;
     scene.addBox(glm::vec3(-3), glm::vec3(3));
     options.poolBytes = 2 * context->info().maxStorageBytes;
@@ -176,6 +188,53 @@ TEST_P(RasterizeGl, MemoryIsCommittedForThePagesThatAreNeeded) {
         EXPECT_EQ(one.pagesCommittedCount, 0u);
         EXPECT_EQ(one.pagesFreedCount, both - one.pageCount);
     }
+}
+
+// Slow growth neither uses up the textures that a shader may read nor loses what is kept.
+TEST_P(RasterizeGl, AMapMoreInEveryBuildFindsRoom) {
+    SmallScene scene;
+    scene.addBox(glm::vec3(-3, -2, -4), glm::vec3(3, 2, 4));
+    const BatchSet batches = scene.batches();
+    for (const bool keeps : {true, false}) {
+        SCOPED_TRACE(keeps ? "kept" : "drawn anew");
+        makeDrawer();
+        options.useStaticOptimization = keeps;
+        std::vector<MapRequest> requests;
+        const uint32_t last = keeps ? 99 : 39;
+        for (uint32_t m = 0; m < last; ++m) {
+            requests.push_back({{0.3f, 0.01f * float(m), -0.7f}, 12.0f, m, 24});
+            build(*gl, scene, batches.view(), requests);
+            EXPECT_EQ(gl->counts().batchFaceKeptCount > 0, keeps && m > 0);
+        }
+        requests.push_back({{0.3f, 0.1f, 0.7f}, 12.0f, last, 24});
+        const DepthParity p = compare(scene, requests);
+        EXPECT_EQ(p.texelCount, (last + 1ull) * 6 * 24 * 24);
+        EXPECT_EQ(p.coverageCount + p.unlikeCount, 0u) << p;
+    }
+}
+
+// A camera's way through sizes of maps: each is asked for a while, then not again.
+TEST_P(RasterizeGl, TexturesThatNobodyUsesAreDropped) {
+    SmallScene scene;
+    scene.addBox(glm::vec3(-3, -2, -4), glm::vec3(3, 2, 4));
+    const BatchSet batches = scene.batches();
+    for (uint32_t round = 1; round <= 3; ++round)
+        for (const uint32_t texels : {24u, 150u, 260u, 520u}) {
+            std::vector<MapRequest> requests;
+            for (uint32_t m = 0; m < round; ++m)
+                requests.push_back({{0.3f, 0.1f * float(m), -0.7f}, 12.0f, m, texels});
+            build(*gl, scene, batches.view(), requests);
+        }
+    const auto* sparse = dynamic_cast<const GlSparseDrawer*>(drawer.get());
+    if (sparse) {
+        EXPECT_LE(sparse->textureCount(), 4u); // one a size
+    }
+    for (uint32_t b = 0; b <= GlSparseDrawer::kIdleBuilds; ++b)
+        build(*gl, scene, batches.view(), {{{0.3f, 0.1f, -0.7f}, 12.0f, 0, 24}});
+    if (sparse) {
+        EXPECT_EQ(sparse->textureCount(), 1u);
+    }
+    EXPECT_EQ(compare(scene, {{{0.3f, 0.1f, -0.7f}, 12.0f, 0, 24}}).unlikeCount, 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Pages, RasterizeGl,
