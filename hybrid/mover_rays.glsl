@@ -3,16 +3,18 @@
 // all in double. Part of shade.comp.
 #include "scenes/alpha_mask.glsl"
 
-layout(std430, binding = 13) readonly buffer Positions { float positions[]; };
-layout(std430, binding = 14) readonly buffer Triangles { uint triangles[]; };
-layout(std430, binding = 15) readonly buffer MoverWords { uint moverWords[]; };
+layout(std430, binding = SDAG_POSITIONS_BINDING) readonly buffer Positions { float positions[]; };
+layout(std430, binding = SDAG_TRIANGLES_BINDING) readonly buffer Triangles { uint triangles[]; };
+layout(std430, binding = SDAG_MOVERS_BINDING) readonly buffer MoverWords { uint moverWords[]; };
 uniform uint hasMovers;
 uniform dvec3 truthOrigin;
 uniform double truthDiagonal;
 
 // Heads of moverWords (movers_gl.h): where what starts.
-const uint kLevelCount = 0u, kBoxes = 1u, kItems = 2u, kNearLight = 3u, kMaskWords = 4u, kLevelStart = 5u;
-const uint kBvhWidth = 32u, kMaxLevels = 7u, kNone = 0xffffffffu;
+const uint kLevelCount = SDAG_HEAD_LEVEL_COUNT, kBoxes = SDAG_HEAD_BOXES, kItems = SDAG_HEAD_ITEMS,
+           kNearLight = SDAG_HEAD_NEAR_LIGHT, kMaskWords = SDAG_HEAD_MASK_WORDS,
+           kLevelStart = SDAG_HEAD_LEVEL_START;
+const uint kBvhWidth = SDAG_BVH_WIDTH, kMaxLevels = SDAG_BVH_LEVELS, kNone = SDAG_NOT_CUT;
 const double kUnit = 5.9604644775390625e-8LF;
 
 struct TruthRay {

@@ -59,4 +59,23 @@ std::vector<uint32_t> packMovers(const MoverView& movers) {
     return words;
 }
 
+GlDefines moverDefines(uint32_t positionsBinding, uint32_t trianglesBinding,
+                       uint32_t moversBinding) {
+    GlDefines defines{{"SDAG_POSITIONS_BINDING", std::to_string(positionsBinding)},
+                      {"SDAG_TRIANGLES_BINDING", std::to_string(trianglesBinding)},
+                      {"SDAG_MOVERS_BINDING", std::to_string(moversBinding)}};
+    for (const auto& [name, value] :
+         {std::pair<const char*, uint32_t>{"SDAG_HEAD_LEVEL_COUNT", kLevelCount},
+          {"SDAG_HEAD_BOXES", kBoxes},
+          {"SDAG_HEAD_ITEMS", kItems},
+          {"SDAG_HEAD_NEAR_LIGHT", kNearLight},
+          {"SDAG_HEAD_MASK_WORDS", kMaskWords},
+          {"SDAG_HEAD_LEVEL_START", kLevelStart},
+          {"SDAG_BVH_WIDTH", kBvhWidth},
+          {"SDAG_BVH_LEVELS", kBvhMaxLevels},
+          {"SDAG_NOT_CUT", kNotCut}})
+        defines.emplace_back(name, std::to_string(value) + "u");
+    return defines;
+}
+
 } // namespace shadowdag

@@ -2,6 +2,7 @@
 // What moves, as one array of words for hybrid/mover_rays.glsl.
 #pragma once
 
+#include "gl/program.h"
 #include "hybrid/mover_rays.h"
 
 #include <cstdint>
@@ -23,5 +24,10 @@ namespace shadowdag {
 ///
 /// @param movers on the host
 std::vector<uint32_t> packMovers(const MoverView& movers);
+
+/// Returns the definitions of hybrid/mover_rays.glsl: the bindings of the world's positions and
+/// triangles and of the words, and where these have what.
+GlDefines moverDefines(uint32_t positionsBinding, uint32_t trianglesBinding,
+                       uint32_t moversBinding);
 
 } // namespace shadowdag

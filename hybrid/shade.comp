@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The one shading pass: rays through the DAG and lookups in the maps, sample by sample (shade.h).
-layout(local_size_x = 64) in;
+layout(local_size_x = SDAG_GROUP_SIZE) in;
 #include "gl/groups.glsl"
 #include "gl/numerics.glsl"
 #include "shadowmap/lookup.glsl"
@@ -31,8 +31,8 @@ layout(std430, binding = 3) readonly buffer Surfaces { Surface surfaces[]; };
 layout(std430, binding = 4) readonly buffer ClusterStarts { uint clusterStarts[]; };
 layout(std430, binding = 7) readonly buffer ClusterLights { ivec2 clusterLights[]; }; // light, map
 layout(std430, binding = 8) writeonly buffer Colors { float colors[]; };    // three a pixel
-layout(std430, binding = 9) buffer Counts { uint counts[]; };               // five a cluster
-// By pair: its light before, the map that answered + 2 and its visibility after.
+layout(std430, binding = 9) buffer Counts { uint counts[]; }; // SDAG_COUNTS_PER_CLUSTER each
+// By pair: its light before; SDAG_ANSWERED, the map that answered and its visibility after.
 layout(std430, binding = 10) buffer Pairs { uint pairs[]; };
 uniform uint sampleCount, isRecording;
 uniform float rayOffset;
@@ -110,7 +110,9 @@ void main() {
     const float kAmbientRadiance = 0.02;
     precise vec3 sum = vec3(surface.emissionRed, surface.emissionGreen, surface.emissionBlue) +
                        albedo * kAmbientRadiance;
-    uint counted[5] = uint[5](0u, 0u, 0u, 0u, 0u);
+    uint counted[SDAG_COUNTS_PER_CLUSTER];
+    for (uint i = 0u; i < SDAG_COUNTS_PER_CLUSTER; ++i)
+        counted[i] = 0u;
     uint nextPair = s.firstPair;
     for (uint l = clusterStarts[s.cluster]; l < clusterStarts[s.cluster + 1u]; ++l) {
         int map = clusterLights[l].y;
@@ -136,14 +138,15 @@ void main() {
             counted[kMissingTapCount] += missingTapCount;
         }
         if (isRecording != 0u)
-            pairs[nextPair++] = uint(map + 2) << 8 | visibility;
+            pairs[nextPair++] = SDAG_ANSWERED |
+                                uint(map + int(SDAG_MAP_OFFSET)) << SDAG_VISIBILITY_BITS | visibility;
         if (visibility != 0u)
             sum += reflectedRadiance(light, point, normal, albedo, visibility);
     }
     colors[3u * s.pixel] = sum.r;
     colors[3u * s.pixel + 1u] = sum.g;
     colors[3u * s.pixel + 2u] = sum.b;
-    for (uint i = 0u; i < 5u; ++i)
+    for (uint i = 0u; i < SDAG_COUNTS_PER_CLUSTER; ++i)
         if (counted[i] != 0u)
-            atomicAdd(counts[5u * s.cluster + i], counted[i]);
+            atomicAdd(counts[SDAG_COUNTS_PER_CLUSTER * s.cluster + i], counted[i]);
 }

@@ -5,9 +5,12 @@
 #include "hybrid/shade_gl.h"
 
 #include "cuda/parallel_for.h"
+#include "gl/slices.h"
 #include "hybrid/gbuffer_gl.h"
 #include "hybrid/movers_gl.h"
 #include "voxel/dag_gl.h"
+
+#include <algorithm>
 
 namespace shadowdag {
 
@@ -24,15 +27,30 @@ struct GlSample {
 static_assert(sizeof(GlSample) == 48);
 static_assert(sizeof(Light) == 60 && sizeof(SurfaceColor) == 24);
 
-constexpr uint32_t kGroupSize = 64; // local_size_x of shade.comp
+constexpr uint32_t kGroupSize = 64;
 constexpr uint32_t kCountsPerCluster = 5;
-constexpr uint32_t kDagBinding = 12;
+constexpr uint32_t kDagBinding = 12, kPositionsBinding = 13, kTrianglesBinding = 14,
+                   kMoversBinding = 15;
+// Of a recorded pair's word, whose lower bits are those of answerPair's map + 2 and its visibility.
+constexpr uint32_t kAnswered = 1u << 31, kVisibilityBits = 8, kMapOffset = 2;
+static_assert(kMapOffset >= uint32_t(-kLitByProof));
 
 GlDefines shadeDefines(GlPages pages, const GlInfo& info) {
     GlDefines defines = numericDefines(info);
     for (const auto& define : lookupDefines(pages, info))
         defines.push_back(define);
-    defines.emplace_back("SDAG_DAG_BINDING", std::to_string(kDagBinding));
+    for (const auto& define : dagDefines(kDagBinding))
+        defines.push_back(define);
+    for (const auto& define : moverDefines(kPositionsBinding, kTrianglesBinding, kMoversBinding))
+        defines.push_back(define);
+    const auto add = [&](const char* name, uint32_t value) {
+        defines.emplace_back(name, std::to_string(value) + "u");
+    };
+    defines.emplace_back("SDAG_GROUP_SIZE", std::to_string(kGroupSize));
+    add("SDAG_COUNTS_PER_CLUSTER", kCountsPerCluster);
+    add("SDAG_ANSWERED", kAnswered);
+    add("SDAG_VISIBILITY_BITS", kVisibilityBits);
+    add("SDAG_MAP_OFFSET", kMapOffset);
     return defines;
 }
 
@@ -102,18 +120,26 @@ void GlShading::download(const ShadeSamples& work) {
     if (work.recorder.nextPair.empty())
         return;
     const std::vector<uint32_t> answers = pairs_.download<uint32_t>();
+    const size_t unanswered = size_t(std::count_if(
+        answers.begin(), answers.end(), [](uint32_t answer) { return !(answer & kAnswered); }));
+    if (unanswered)
+        throw Error(ErrorKind::kDevice,
+                    "OpenGL answered all but " + std::to_string(unanswered) + " of " +
+                        std::to_string(answers.size()) +
+                        " recorded pairs: their lights are not in the order of their clusters' "
+                        "lists, or this driver's compute shaders fail; use --backend cpu, and "
+                        "report this driver");
     parallelFor<CpuTag>(
         answers.size(),
         [&](size_t pair) {
-            work.recorder.visibility[pair] = uint8_t(answers[pair]);
-            work.recorder.map[pair] = int(answers[pair] >> 8) - 2;
+            const uint32_t answer = answers[pair] & ~kAnswered;
+            work.recorder.visibility[pair] = uint8_t(answer & ((1u << kVisibilityBits) - 1));
+            work.recorder.map[pair] = int(answer >> kVisibilityBits) - int(kMapOffset);
         },
         65536);
 }
 
-void GlShading::shade(const ShadeSamples& work, GlMapDrawer& maps,
-                      View<const uint32_t> pairLights) {
-    upload(work, pairLights);
+void GlShading::bindBuffers() {
     samples_.bindStorage(0);
     lights_.bindStorage(2);
     surfaces_.bindStorage(3);
@@ -123,8 +149,22 @@ void GlShading::shade(const ShadeSamples& work, GlMapDrawer& maps,
     counts_.bindStorage(9);
     pairs_.bindStorage(10);
     dag_.bindStorage(kDagBinding);
-    geometry_.bindCorners(13, 14);
-    movers_.bindStorage(15);
+    geometry_.bindCorners(kPositionsBinding, kTrianglesBinding);
+    movers_.bindStorage(kMoversBinding);
+}
+
+void GlShading::warmUp(GlMapDrawer& maps) {
+    bindBuffers();
+    maps.bindLookup(program_, {});
+    program_.set("sampleCount", 0u);
+    program_.dispatch(1);
+    context_.finish("preparing shading");
+}
+
+void GlShading::shade(const ShadeSamples& work, GlMapDrawer& maps,
+                      View<const uint32_t> pairLights) {
+    upload(work, pairLights);
+    bindBuffers();
     const MoverView& movers = work.visibility.rays.movers;
     program_.set("hasMovers", uint32_t(movers_.bytes() != 0));
     program_.set("truthOrigin", movers.geometry.origin);
@@ -137,8 +177,10 @@ void GlShading::shade(const ShadeSamples& work, GlMapDrawer& maps,
     program_.set("rayOffset", work.visibility.rays.options.offset);
     program_.set("sampleCount", uint32_t(work.clusters.samples.count));
     program_.set("isRecording", uint32_t(!work.recorder.nextPair.empty()));
-    program_.dispatch((work.clusters.samples.count + kGroupSize - 1) / kGroupSize);
-    context_.finish("shading");
+    GlSlices slices(context_, (work.clusters.samples.count + kGroupSize - 1) / kGroupSize,
+                    "shading");
+    while (slices.next())
+        program_.dispatch(slices.end() - slices.begin(), slices.begin());
     download(work);
 }
 

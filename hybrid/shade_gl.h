@@ -10,12 +10,15 @@ namespace shadowdag {
 /// Shades with what a ShadeSamples of the CPU says. The context is current in every call.
 class GlShading {
 public:
-    /// @param pages kSparse or kAtlas: what the maps are read from @param geometry the world's;
+    /// @param pages what the maps are read from @param geometry the world's;
     /// outlives it
     GlShading(GlPages pages, const GlContext& context, GlGeometry& geometry);
 
     /// Copies the DAG; an empty one blocks nothing.
     void setDag(const DagView& dag);
+
+    /// Runs the program once, on nothing, so that no frame pays for compiling it.
+    void warmUp(GlMapDrawer& maps);
 
     /// Does what shadeUnlit and shadeLights do; depths come from `maps`, which drew them. Colours
     /// are those of the CPU to a few roundings.
@@ -24,6 +27,7 @@ public:
     void shade(const ShadeSamples& work, GlMapDrawer& maps, View<const uint32_t> pairLights);
 
 private:
+    void bindBuffers();
     void upload(const ShadeSamples& work, View<const uint32_t> pairLights);
     void download(const ShadeSamples& work);
 

@@ -73,9 +73,16 @@ void firstTexel(int side, int end, float s, out int first, out float f) {
     }
 }
 
-uint rounded(float lit, float total) {
-    precise float value = lit * quotient(255.0, total) + 0.5;
-    return uint(value);
+// Whether a filter has its answer, of the taps that were not left out. Where all were, they are all
+// there is: asked again with none left out.
+bool endsFilter(float lit, float leftOut, float total, out uint visibility) {
+    visibility = 0u;
+    precise float most = 0.99 * total, counted = total - leftOut;
+    if (leftOut != 0.0 && !(leftOut < most))
+        return false;
+    precise float value = lit * quotient(255.0, counted) + 0.5;
+    visibility = uint(value);
+    return true;
 }
 
 #include "shadowmap/sun_lookup.glsl"
@@ -149,10 +156,9 @@ uint lookupVisibility(uint mapIndex, vec3 positionWorld, vec3 normalWorld) {
                     lit += weight;
             }
         }
-        if (leftOut == 0.0)
-            return rounded(lit, total);
-        if (leftOut < 0.99 * total)
-            return rounded(lit, total - leftOut);
+        uint visibility;
+        if (endsFilter(lit, leftOut, total, visibility))
+            return visibility;
         low = 0.0;
     }
     return 0u;

@@ -66,10 +66,9 @@ uint lookupSun(ShadowMapInfo map, vec3 positionWorld, vec3 normalWorld) {
                     lit += weight;
             }
         }
-        if (leftOut == 0.0)
-            return rounded(lit, total);
-        if (leftOut < 0.99 * total)
-            return rounded(lit, total - leftOut);
+        uint visibility;
+        if (endsFilter(lit, leftOut, total, visibility))
+            return visibility;
         low = 1e30;
     }
     return 0u;

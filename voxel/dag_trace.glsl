@@ -8,8 +8,8 @@ uniform uint dagRootAddress, dagResolutionLog2;
 uniform dvec3 gridOrigin;
 uniform double voxelSize;
 
-const uint kNoNode = 0xffffffffu;
-const uint kLeafLog2 = 2u;
+const uint kNoNode = SDAG_NO_NODE;
+const uint kLeafLog2 = SDAG_LEAF_LOG2;
 
 struct DagSegment {
     vec3 from, to; // voxel space
@@ -106,7 +106,7 @@ uint firstChild(uint bits, uint order) {
 bool occluded(DagSegment segment) {
     uint rootLevel = max(dagResolutionLog2, kLeafLog2);
     float scale = segmentScale(segment);
-    if (!(scale < 1e30))
+    if (!(scale < SDAG_LARGEST_SCALE))
         return true;
     if (dagRootAddress == kNoNode)
         return false;
@@ -116,7 +116,7 @@ bool occluded(DagSegment segment) {
     uint address = dagRootAddress, cellLevel = rootLevel;
     if (rootLevel == kLeafLog2)
         return occludedInLeaf(r, address, corner);
-    uint stackAddress[18], stackPending[18];
+    uint stackAddress[SDAG_MAX_RESOLUTION_LOG2 + 1], stackPending[SDAG_MAX_RESOLUTION_LOG2 + 1];
     uint mask = dagWords[address];
     uint pending = mask & childHits(r, corner, 1u << (rootLevel - 1u));
     while (true) {
