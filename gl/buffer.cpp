@@ -6,9 +6,13 @@
 
 #include <epoxy/gl.h>
 
+#include <atomic>
+
 namespace shadowdag {
 
 namespace {
+
+std::atomic<uint64_t> uploadCount{0}, readbackCount{0};
 
 uint64_t storageLimit() {
     GLint64 limit = 0;
@@ -17,6 +21,14 @@ uint64_t storageLimit() {
 }
 
 } // namespace
+
+HostCopyCounts glCopyCounts() {
+    return {uploadCount.load(), readbackCount.load()};
+}
+
+void detail::countGlReadback(uint64_t bytes) {
+    readbackCount += bytes > 0;
+}
 
 GlBuffer::~GlBuffer() {
     if (!object_)
@@ -75,6 +87,7 @@ void GlBuffer::fill(uint32_t word) {
 
 void GlBuffer::write(uint64_t offset, const void* data, uint64_t bytes) {
     SDAG_ASSERT(offset + bytes <= bytes_);
+    uploadCount += bytes > 0;
     if (bytes)
         glNamedBufferSubData(object_, GLintptr(offset), GLsizeiptr(bytes), data);
 }
@@ -83,6 +96,7 @@ void GlBuffer::read(void* data, uint64_t bytes) const {
     SDAG_ASSERT(bytes <= bytes_);
     if (bytes == 0)
         return;
+    detail::countGlReadback(bytes);
     glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     glGetNamedBufferSubData(object_, 0, GLsizeiptr(bytes), data);
 }

@@ -10,6 +10,16 @@
 
 namespace shadowdag {
 
+struct HostCopyCounts;
+
+/// Returns how often the host has copied to OpenGL (GlBuffer's upload and write) and from it
+/// (download, read, and pictures) since the program began. Copies of nothing do not count.
+HostCopyCounts glCopyCounts();
+
+namespace detail {
+void countGlReadback(uint64_t bytes);
+}
+
 /// Owns `bytes` of memory that shaders read and write. Move-only. Grows geometrically through
 /// resize and never shrinks its capacity.
 class GlBuffer {

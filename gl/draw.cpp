@@ -127,6 +127,7 @@ void GlIndexTarget::bind(int width, int height, uint32_t clear) {
 
 void GlIndexTarget::read(std::vector<uint32_t>& pixels) const {
     pixels.resize(size_t(width_) * size_t(height_));
+    detail::countGlReadback(pixels.size() * sizeof(uint32_t));
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
     glGetTextureImage(color_, 0, GL_RED_INTEGER, GL_UNSIGNED_INT,
                       GLsizei(pixels.size() * sizeof(uint32_t)), pixels.data());

@@ -28,9 +28,10 @@ void prunePairs(FrameState& state, const FrameOptions& options) {
     pruneLit(work, {scene.dag(), options.rays, scene.movers(), ExactView{}, state.detail});
 }
 
-} // namespace
-
-namespace {
+// With OpenGL the passes of the CPU copy nothing.
+HostCopyCounts copiesSoFar(const FrameState& state) {
+    return state.gl ? glCopyCounts() : hostCopyCounts();
+}
 
 /// Gathers from the G-buffer on, once, and fetches what the host needs of it.
 /// @param clusterGuess,clusterLightGuess the lists' lengths; both 0: asks for them
@@ -124,7 +125,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     const auto current = state.makeCurrent();
     FrameResult result;
     StageTimes& stages = result.stages;
-    const HostCopyCounts before = hostCopyCounts();
+    const HostCopyCounts before = copiesSoFar(state);
 
     // G-buffer -> clusters -> (cluster, light) pairs -> required resolution of every map.
     const ViewRays view = makeViewRays(camera, options.width, options.height);
@@ -158,7 +159,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     // For reports, outside of the frame's time.
     stages.settle();
     result.counting.settle();
-    const HostCopyCounts after = hostCopyCounts();
+    const HostCopyCounts after = copiesSoFar(state);
     result.counts.hostCopies = {after.uploadCount - before.uploadCount,
                                 after.readbackCount - before.readbackCount};
     const std::vector<uint32_t> records = state.lists.record.download();

@@ -19,6 +19,8 @@ public:
     /// Pages are where setGlPages says. Throws Error kDevice where there is no OpenGL 4.5. The
     /// views are those of the host.
     GlScene(const TriangleView& triangles, View<const uint32_t> batchTriangles, const DagView& dag);
+    /// Its context is current on no other thread; else what OpenGL holds is left to the driver,
+    /// which frees it with the context.
     ~GlScene();
 
     void setPositions(View<const glm::vec3> positionsWorld);
@@ -42,13 +44,15 @@ private:
 /// What one renderer keeps there.
 class GlFrame {
 public:
+    /// Compiles what frames run, by running it.
     explicit GlFrame(GlScene& scene);
+    /// As ~GlScene.
     ~GlFrame();
 
     /// Makes OpenGL ready on this thread until what is returned goes.
     std::unique_ptr<GlContext::Current> makeCurrent() const;
 
-    /// Returns the options that frames follow: with sparse textures a page has the device's side.
+    /// Returns the options that frames follow: in layers of textures a page has their side.
     FrameOptions followed(const FrameOptions& options) const;
 
     GlScene& scene() { return scene_; }
@@ -59,7 +63,8 @@ private:
     std::unique_ptr<GlMapDrawer> maps_;
 };
 
-/// Throws Error kUsage naming an option that frames in OpenGL do not follow, and what does.
-void checkGlOptions(const FrameOptions& options);
+/// Throws Error kUsage naming an option that frames in OpenGL do not follow, and what does, or a
+/// picture that the device does not draw.
+void checkGlOptions(const FrameOptions& options, const GlInfo& info);
 
 } // namespace shadowdag

@@ -58,7 +58,7 @@ void FrameState::guessLengths(bool isOn, size_t spare) {
 
 void checkOptions(const FrameState& state, const FrameOptions& options) {
     if (state.gl)
-        checkGlOptions(options);
+        checkGlOptions(options, state.gl->scene().context().info());
     check(std::isfinite(options.undersample) && options.undersample > 0.0f,
           "undersampling divisor " + std::to_string(options.undersample) +
               "; use a number above 0, 1 for none");

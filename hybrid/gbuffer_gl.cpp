@@ -2,6 +2,7 @@
 #include "hybrid/gbuffer_gl.h"
 
 #include "cuda/parallel_for.h"
+#include "gl/slices.h"
 #include "shadowmap/rasterize_gl.h"
 
 namespace shadowdag {
@@ -52,6 +53,14 @@ GlGBuffer::GlGBuffer(const GlContext& context, GlGeometry& geometry)
           {{GlStage::kVertex, "hybrid/gbuffer.vert"}, {GlStage::kFragment, "hybrid/gbuffer.frag"}},
           glGlsl() + scenesGlsl() + hybridGlsl(), numericDefines(context.info())) {}
 
+void GlGBuffer::warmUp() {
+    commands_.set({{3, 1, 0, 0}});
+    target_.bind(1, 1, kBackground);
+    geometry_.bind(program_);
+    commands_.draw(program_, 0, geometry_.hasTriangles() ? 1 : 0);
+    context_.finish("preparing the g-buffer");
+}
+
 void GlGBuffer::draw(const TriangleView& triangles, const BatchView& batches, const ViewRays& view,
                      GBuffer& gbuffer) {
     gbuffer.resize(view.width, view.height);
@@ -76,7 +85,9 @@ void GlGBuffer::draw(const TriangleView& triangles, const BatchView& batches, co
     program_.set("zfar", view.zfar);
     program_.set("viewWidth", double(view.width));
     program_.set("viewHeight", double(view.height));
-    commands_.draw(program_, 0, commands_.count());
+    GlSlices slices(context_, commands_.count(), "the g-buffer");
+    while (slices.next())
+        commands_.draw(program_, uint32_t(slices.begin()), uint32_t(slices.end()));
     target_.read(seen_);
     context_.finish("the g-buffer");
     parallelFor<CpuTag>(seen_.size(),

@@ -20,6 +20,9 @@ public:
     /// @param geometry all that is seen; outlives it
     GlGBuffer(const GlContext& context, GlGeometry& geometry);
 
+    /// Runs the program once, on nothing, so that no frame pays for compiling it.
+    void warmUp();
+
     /// Fills a G-buffer of the CPU, as drawGBuffer does. @param triangles,batches on the host
     void draw(const TriangleView& triangles, const BatchView& batches, const ViewRays& view,
               GBuffer& gbuffer);
