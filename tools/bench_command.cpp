@@ -41,7 +41,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     for (const char* option : {"--maps", "--face", "--page-size"})
         if (isVoxel && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) + " is for bench raster; drop it");
-    options.global.apply(console, false);
+    options.global.apply(console, false, false);
 
     VoxelBenchOptions voxel;
     RasterBenchOptions raster;

@@ -4,6 +4,7 @@
 #include "tools/commands.h"
 #include "tools/common_options.h"
 #include "tools/cost_file.h"
+#include "tools/gl_left_out.h"
 #include "tools/json_file.h"
 #include "tools/provenance.h"
 #include "tools/report_run.h"
@@ -236,6 +237,7 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
         checkWritable(options.observations);
     const Backend backend = options.global.apply(console, options.from.empty());
     followGlPages(e, backend, commandLine);
+    refuseOnGl(e, backend, "", "");
     Json provenance = buildProvenance(backend);
     const Measured measured = options.from.empty()
                                   ? measure(options, e, sizes, repeats, backend, console)

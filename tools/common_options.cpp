@@ -27,12 +27,12 @@ void GlobalOptions::declare(CommandLine& commandLine) {
                      "driver commits, or one atlas; auto takes sparse where it is [auto]");
 }
 
-Backend GlobalOptions::apply(const Console& console, bool announce) const {
+Backend GlobalOptions::apply(const Console& console, bool announce, bool drawsFrames) const {
     if (glPages != "auto" && glPages != "sparse" && glPages != "atlas")
         throw Error(ErrorKind::kUsage, "--gl-pages '" + glPages + "': use auto, sparse or atlas");
     if (glPages != "auto" && backend != "gl")
         throw Error(ErrorKind::kUsage, "--gl-pages is for --backend gl; drop it");
-    const Backend chosen = chooseBackend(backend);
+    const Backend chosen = drawsFrames || backend != "gl" ? chooseBackend(backend) : Backend::kCpu;
     if (chosen == Backend::kGl) {
         setGlPages(glPages == "sparse"  ? GlPages::kSparse
                    : glPages == "atlas" ? GlPages::kAtlas

@@ -22,7 +22,9 @@ struct GlobalOptions {
     void declare(CommandLine& commandLine);
     /// Sets the thread count and where OpenGL keeps pages, chooses the backend, says on standard
     /// error what auto chose when `announce`, and of gl what it runs on.
-    Backend apply(const Console& console, bool announce) const;
+    /// @param drawsFrames false: what has no frames neither looks for OpenGL nor runs on it, and gl
+    /// is the cpu
+    Backend apply(const Console& console, bool announce, bool drawsFrames = true) const;
 };
 
 /// Gives an experiment the page size that frames of a backend have: in sparse textures the

@@ -7,6 +7,7 @@
 #include "tools/common_options.h"
 #include "tools/compare_options.h"
 #include "tools/compare_parts.h"
+#include "tools/gl_left_out.h"
 #include "tools/json_file.h"
 #include "tools/measure.h"
 #include "tools/parse.h"
@@ -211,7 +212,7 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
                                  "drop one");
     if (options.scenes.empty())
         throw Error(ErrorKind::kUsage, "compare --join needs the directories of all parts");
-    options.global.apply(console, false);
+    options.global.apply(console, false, false);
     const std::string script = options.noCharts ? "" : findCharts();
     const CompareFindings found = joinParts(options.scenes);
     for (const std::string& directory : options.scenes)
@@ -236,6 +237,11 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     Experiment experiment = experimentOf(options, commandLine);
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
+    const std::vector<std::string> leftOut =
+        leaveOutOnGl(experiment, backend, commandLine,
+                     options.variants.empty() ? std::vector<std::string>{}
+                                              : parseList("--variants", options.variants),
+                     console);
     if (experiment.isSequence && !options.part.empty())
         throw Error(ErrorKind::kUsage, "--part '" + options.part +
                                            "': frames of a sequence follow each other and cannot "
@@ -266,6 +272,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     Json provenance = buildProvenance(backend);
     provenance["experiment_hash"] = textHash(jsonLine(experimentJson));
     provenance["seed"] = experiment.lightSeed;
+    if (!leftOut.empty())
+        provenance["left_out"] = leftOut;
     Json key = provenance;
     key["scenes"] = experiment.scenes;
     std::vector<std::string> files = options.common.voxels;

@@ -22,7 +22,7 @@ struct ExportOptions {
 
 void runExport(const ExportOptions& options) {
     const Console console(options.global.json);
-    options.global.apply(console, false);
+    options.global.apply(console, false, false);
     const std::string ending = std::filesystem::path(options.output).extension();
     if (ending != ".vdb" && ending != ".nvdb")
         throw Error(ErrorKind::kUsage,

@@ -41,6 +41,9 @@ void runFailures(const FailuresCommand& command, const Console& console) {
     run.write("index.html", failuresHtml(matrix, provenance));
     const std::string report = run.publish();
 
+    for (const Json& cell : matrix["left_out"])
+        console.note("left out: " + cell["failure"].get<std::string>() + " by " +
+                     cell["method"].get<std::string>() + ": " + cell["why"].get<std::string>());
     for (const std::string& line : broken)
         console.people() << line << "\n";
     console.people() << matrix["cells"].size() << " cells, " << matrix["remedies"].size()
@@ -51,6 +54,7 @@ void runFailures(const FailuresCommand& command, const Console& console) {
                   {"cell_count", matrix["cells"].size()},
                   {"remedy_count", matrix["remedies"].size()},
                   {"broken", broken},
+                  {"left_out_count", matrix["left_out"].size()},
                   {"wall_s", run.wallSeconds()}});
     requireHeld(matrix, report);
 }

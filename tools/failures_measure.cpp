@@ -4,6 +4,7 @@
 
 #include "cuda/error.h"
 #include "hybrid/flicker.h"
+#include "hybrid/gl_options.h"
 #include "scenes/fail_scenes.h"
 #include "tools/asked_again.h"
 #include "tools/error_image.h"
@@ -234,6 +235,10 @@ public:
             const MatrixMethod method = MatrixMethod(m);
             const bool isSwitched = failure_.hasRemedy() && (readsAny(method, failure_.off) ||
                                                              readsAny(method, failure_.on));
+            if (leavesOut(method, isSwitched)) {
+                step();
+                continue;
+            }
             if (isSwitched)
                 counts[{m, false}] = measureCell(method, false, true);
             counts[{m, true}] = measureCell(method, true, isSwitched);
@@ -242,6 +247,8 @@ public:
             step();
         }
         for (const RemedySeen& seen : failure_.seen) {
+            if (!counts.contains({int(seen.method), true}))
+                continue; // left out
             const uint64_t off = counts[{int(seen.method), false}][size_t(seen.measure)],
                            on = counts[{int(seen.method), true}][size_t(seen.measure)];
             matrix_["remedies"].push_back(
@@ -256,6 +263,26 @@ public:
     }
 
 private:
+    /// Returns whether the backend cannot do the method with and without the remedy, and says so.
+    bool leavesOut(MatrixMethod method, bool isSwitched) {
+        if (request_.backend != Backend::kGl)
+            return false;
+        for (const bool isOn : {false, true}) {
+            if (!isOn && !isSwitched)
+                continue;
+            CellSetup setup = cellSetup({failure_.always, isOn ? failure_.on : failure_.off});
+            modelOf(method, setup); // sets what the method is
+            const std::string why = unfollowedByGl(setup.frame);
+            if (why.empty())
+                continue;
+            const std::string name = kMatrixMethodNames[size_t(method)];
+            matrix_["left_out"].push_back(
+                {{"failure", failure_.name}, {"method", name}, {"why", "--backend gl " + why}});
+            return true;
+        }
+        return false;
+    }
+
     CellCounts measureCell(MatrixMethod method, bool isOn, bool isSwitched) {
         const std::string& own = isOn ? failure_.on : failure_.off;
         Cell cell(stage_, failure_, method, cellSetup({failure_.always, own}));
@@ -359,8 +386,10 @@ std::vector<const Failure*> failuresNamed(const std::vector<std::string>& names)
 
 Json measureFailures(const MatrixRequest& request) {
     const std::vector<const Failure*> rows = failuresNamed(request.names);
-    Json matrix = {
-        {"cells", Json::array()}, {"remedies", Json::array()}, {"pictures", Json::array()}};
+    Json matrix = {{"cells", Json::array()},
+                   {"remedies", Json::array()},
+                   {"pictures", Json::array()},
+                   {"left_out", Json::array()}};
     const std::vector<FailScene> scenes = failScenes();
     size_t done = 0;
     for (const Failure* row : rows)

@@ -151,7 +151,15 @@ std::string failuresHtml(const Json& matrix, const Json& provenance) {
                 : "<p class=\"note\">What does not hold:</p>\n<ul>\n";
     for (const std::string& line : broken)
         html += "<li class=\"note\">" + escaped(line) + "</li>\n";
-    html += broken.empty() ? "<nav>" : "</ul>\n<nav>";
+    html += broken.empty() ? "" : "</ul>\n";
+    if (const Json leftOut = matrix.value("left_out", Json::array()); !leftOut.empty()) {
+        html += "<p class=\"note\">Left out:</p>\n<ul>\n";
+        for (const Json& cell : leftOut)
+            html += "<li class=\"note\">" + text(cell["failure"]) + " by " + text(cell["method"]) +
+                    ": " + text(cell["why"]) + "</li>\n";
+        html += "</ul>\n";
+    }
+    html += "<nav>";
     for (const Failure& failure : failures())
         if (!cellsOf(matrix, failure.name).empty())
             html += "<a href=\"#" + escaped(failure.name) + "\">" + escaped(failure.name) + "</a> ";

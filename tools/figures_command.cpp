@@ -29,7 +29,7 @@ struct FiguresOptions {
 
 void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
-    options.global.apply(console, false);
+    options.global.apply(console, false, false);
     if (options.results.empty())
         throw Error(ErrorKind::kUsage, "RESULTS '': must not be empty; give the results.json of "
                                        "compare --sequence, or its directory");

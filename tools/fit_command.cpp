@@ -4,6 +4,7 @@
 #include "tools/commands.h"
 #include "tools/common_options.h"
 #include "tools/fit_report.h"
+#include "tools/gl_left_out.h"
 #include "tools/parse.h"
 #include "tools/provenance.h"
 #include "tools/report_run.h"
@@ -223,6 +224,7 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     const std::string script = options.noCharts ? "" : findCharts("frontier_chart.py");
     const Backend backend = options.global.apply(console, true);
     followGlPages(sweep, backend, commandLine);
+    const std::vector<std::string> leftOut = leaveOutOnGl(sweep, backend, commandLine, {}, console);
     CostSource costs;
     if (!options.costs.empty())
         costs = readCostSource(options.costs, buildProvenance(backend));
@@ -248,6 +250,8 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     checkInterrupted();
 
     Json result = {{"provenance", buildProvenance(backend)}, {"sweep", toJson(sweep)}};
+    if (!leftOut.empty())
+        result["provenance"]["left_out"] = leftOut;
     result.update(fitJson({metric, objective, bound, settings, models, search, measurer, choice}));
     Experiment replay;
     if (choice != SIZE_MAX) {

@@ -103,7 +103,7 @@ std::function<void()> declareInfo(CommandLine& commandLine) {
     options->global.declare(commandLine);
     return [options, &commandLine] {
         const Console console(options->global.json);
-        options->global.apply(console, false);
+        options->global.apply(console, false, false);
         const bool isAsset = std::filesystem::path(options->what).extension() == ".svdag";
         if (isAsset && (commandLine.given("--lights") || commandLine.given("--seed")))
             throw Error(ErrorKind::kUsage,

@@ -2,6 +2,7 @@
 // The program `shadowdag`: parses, runs one subcommand, turns trouble into a message and an exit
 // status.
 #include "cuda/error.h"
+#include "gl/slices.h"
 #include "tools/commands.h"
 #include "tools/console.h"
 #include "tools/failures.h"
@@ -25,6 +26,7 @@ int complain(const std::string& message, int status) {
 int main(int argc, char** argv) {
     using namespace shadowdag;
     catchInterrupts();
+    setGlPoll(checkInterrupted);
     try {
         Program program(
             "shadowdag",

@@ -27,7 +27,7 @@ struct MergeOptions {
 
 void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
-    options.global.apply(console, false);
+    options.global.apply(console, false, false);
     if (std::filesystem::path(options.output).extension() != ".svdag")
         throw Error(ErrorKind::kUsage,
                     "-o '" + options.output + "': assets are .svdag files; end the name so");

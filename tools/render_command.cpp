@@ -4,6 +4,7 @@
 #include "tools/common_options.h"
 #include "tools/frame_channels.h"
 #include "tools/frame_json.h"
+#include "tools/gl_left_out.h"
 #include "tools/image_io.h"
 #include "tools/provenance.h"
 #include "tools/single_frame.h"
@@ -109,6 +110,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     checkWritable(options.output);
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
+    refuseOnGl(experiment, backend, options.method.method, options.method.variant);
 
     const bool isEmbree = options.method.method == "embree";
     SingleFrames frames(options.scene, options.common, experiment, options.method,

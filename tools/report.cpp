@@ -349,6 +349,8 @@ std::string reportHtml(const Json& results, const Json& charts) {
             text(results["provenance"]["thread_count"]) + " threads, backend " +
             text(results["provenance"]["backend"]) +
             ". Every (visible point, light) pair is held against Embree.</p>\n";
+    for (const Json& what : results["provenance"].value("left_out", Json::array()))
+        html += "<p class=\"note\">Left out: " + text(what) + "</p>\n";
     const bool hasCharts = !charts.is_null() && !charts["charts"].empty();
     html += std::string("<nav>") + (hasCharts ? "<a href=\"#charts\">Charts</a>" : "") +
             "<a href=\"#table\">Table</a><a "

@@ -32,7 +32,7 @@ void listScenes(const Console& console) {
 
 void runScene(const SceneOptions& options) {
     const Console console(options.global.json);
-    options.global.apply(console, false);
+    options.global.apply(console, false, false);
     if (options.list) {
         if (!options.name.empty() || !options.output.empty())
             throw Error(ErrorKind::kUsage,

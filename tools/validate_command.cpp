@@ -4,6 +4,7 @@
 #include "tools/common_options.h"
 #include "tools/error_image.h"
 #include "tools/frame_json.h"
+#include "tools/gl_left_out.h"
 #include "tools/image_io.h"
 #include "tools/provenance.h"
 #include "tools/single_frame.h"
@@ -82,6 +83,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
     }
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
+    refuseOnGl(experiment, backend, options.method.method, options.method.variant);
     SingleFrames frames(options.scene, options.common, experiment, options.method, true, backend,
                         console);
     const FrameResult& result =

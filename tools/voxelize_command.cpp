@@ -77,7 +77,7 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
                                                " and --backend cuda contradict each other: the "
                                                "device builds whole assets, cell by cell where "
                                                "its memory is short; drop one of them");
-    const Backend backend = options.global.apply(console, false);
+    const Backend backend = options.global.apply(console, false, false);
     const uint32_t log2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
     options.isPart = commandLine.given("--part");
     const auto [part, partCount] =

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// `--backend gl` from end to end: what needs no OpenGL runs without one, what frames there do not
+// follow is refused by the name that asked for it, and left out and told where a list stands for
+// it.
+#include "cuda/error.h"
+#include "gl/context.h"
+#include "tests/tools/program_refusals.h"
+
+#include <filesystem>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using Arguments = std::vector<std::string>;
+
+/// The program where EGL finds no driver.
+const Arguments kNoEgl{"/usr/bin/env", "__EGL_VENDOR_LIBRARY_FILENAMES=/nowhere.json"};
+
+class ProgramGl : public testing::Test {
+protected:
+    void SetUp() override {
+        try {
+            glDeviceInfo();
+        } catch (const Error& error) {
+            GTEST_SKIP() << error.what();
+        }
+    }
+    const TemporaryDirectory directory;
+};
+
+Arguments tinyCompare(const std::string& output, const Arguments& more) {
+    Arguments arguments{"compare", "-o", output, "--backend", "gl", "--json", "--no-charts"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+}
+
+} // namespace
+
+TEST_F(ProgramGl, WhatDrawsNoFramesOpensNoOpenGl) {
+    const std::string asset = directory / "a.svdag";
+    const ProgramResult built = runShadowdag(
+        directory,
+        {"voxelize", "builtin:atrium", "-o", asset, "--resolution", "32", "--backend", "gl"},
+        kNoEgl);
+    EXPECT_EQ(built.status, 0) << built.err;
+    const ProgramResult shown = runShadowdag(directory, {"info", asset, "--backend", "gl"}, kNoEgl);
+    EXPECT_EQ(shown.status, 0) << shown.err;
+    const ProgramResult figures = runShadowdag(
+        directory, {"figures", directory / "none.json", "-o", directory / "f", "--backend", "gl"},
+        kNoEgl);
+    EXPECT_THAT(figures.err, HasSubstr("none.json: cannot be opened")); // that, and not OpenGL
+    const ProgramResult drawn = runShadowdag(
+        directory, {"render", "builtin:atrium", "-o", directory / "a.exr", "--backend", "gl"},
+        kNoEgl);
+    EXPECT_EQ(drawn.status, int(ErrorKind::kDevice));
+    EXPECT_THAT(drawn.err, HasSubstr("no OpenGL 4.5"));
+}
+
+TEST_F(ProgramGl, WhatItDoesNotFollowIsRefusedByTheNameThatAskedForIt) {
+    const std::string output = directory / "out", exr = directory / "a.exr",
+                      json = directory / "f.json";
+    const auto render = [&](const Arguments& more) {
+        Arguments arguments{"render", "builtin:atrium", "-o", exr, "--backend", "gl"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return arguments;
+    };
+    const auto compare = [&](const Arguments& more) {
+        Arguments arguments = tinyCompare(output, {"builtin:atrium"});
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return arguments;
+    };
+    expectRefused(
+        directory,
+        {{render({"--method", "dag-exact"}), 1, "--method 'dag-exact': --backend gl traces voxels"},
+         {render({"--method", "dag", "--lod", "2"}), 1, "--lod '2': --backend gl traces voxels of"},
+         {render({"--method", "maps", "--polygon-lod", "1"}), 1, "--polygon-lod '1': --backend gl"},
+         {render({"--variant", "PMCD-SOR"}), 1, "--variant 'PMCD-SOR': --backend gl frees pages"},
+         {compare({"--methods", "embree,dag-exact"}), 1, "--methods 'dag-exact': --backend gl"},
+         {compare({"--lod", "0,footprint"}), 1, "--lod 'footprint': --backend gl"},
+         {compare({"--variants", "CFM,PMCD-EB-PLOD1"}), 1,
+          "--variants 'PMCD-EB-PLOD1': --backend gl draws full detail"},
+         {{"fit", "builtin:atrium", "-o", json, "--methods", "dag,dag-exact", "--backend", "gl"},
+          1,
+          "--methods 'dag-exact': --backend gl"}});
+    EXPECT_FALSE(std::filesystem::exists(output)) << "nothing was put there";
+    EXPECT_FALSE(std::filesystem::exists(exr));
+    EXPECT_FALSE(std::filesystem::exists(json));
+}
+
+TEST_F(ProgramGl, AListLeavesOutWhatItDoesNotFollowAndSaysSo) {
+    const std::string file = directory / "e.json", report = directory / "report";
+    writeText(file, R"({"scenes": ["builtin:fail-acne"], "methods": ["embree", "dag-exact"],
+                        "variants": ["CFM", "CFM-PLOD1"], "size": "48x27", "resolutions": [32],
+                        "repeats": 1, "warmups": 0})");
+    const ProgramResult result =
+        runShadowdag(directory, tinyCompare(report, {"--experiment", file}));
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.err,
+                AllOf(HasSubstr("left out: method dag-exact: --backend gl traces voxels, not "
+                                "triangles"),
+                      HasSubstr("left out: variant CFM-PLOD1: --backend gl draws full detail")));
+    const Json results = Json::parse(readText(report + "/results.json"));
+    EXPECT_EQ(results["runs"].size(), 2u);
+    EXPECT_EQ(results["provenance"]["left_out"].size(), 2u);
+    EXPECT_THAT(readText(report + "/index.html"),
+                HasSubstr("Left out: variant CFM-PLOD1: --backend gl draws full detail"));
+    // Nothing but that: refused, and nothing is put away.
+    const std::string other = directory / "other";
+    writeText(file, R"({"scenes": ["builtin:fail-acne"], "methods": [], "variants": ["CFM-PLOD1"],
+                        "size": "48x27"})");
+    expectRefused(directory, {{tinyCompare(other, {"--experiment", file}), 1,
+                               "variant CFM-PLOD1: --backend gl draws full detail"}});
+    EXPECT_FALSE(std::filesystem::exists(other));
+}
+
+TEST_F(ProgramGl, TheMatrixAndTheFitLeaveOutExactRays) {
+    const std::string report = directory / "report", fit = directory / "f.json";
+    const ProgramResult matrix =
+        runShadowdag(directory, {"compare", "failures", "--only", "acne", "-o", report, "--json",
+                                 "--backend", "gl"});
+    EXPECT_THAT(matrix.err, HasSubstr("left out: acne by dag-exact: --backend gl traces voxels"));
+    const Json json = Json::parse(readText(report + "/failures.json"));
+    ASSERT_EQ(json["left_out"].size(), 1u);
+    EXPECT_EQ(json["left_out"][0]["method"], "dag-exact");
+    EXPECT_EQ(json["cells"].size(), 4u); // maps twice, dag, hybrid
+    EXPECT_THAT(readText(report + "/index.html"), HasSubstr("acne by dag-exact: --backend gl"));
+    const ProgramResult fitted =
+        runShadowdag(directory, {"fit", "builtin:fail-acne", "-o", fit, "--size", "32x18",
+                                 "--resolution", "32", "--thresholds", "96", "--max", "1",
+                                 "--minimise", "bytes", "--no-charts", "--backend", "gl"});
+    ASSERT_EQ(fitted.status, 0) << fitted.err;
+    EXPECT_THAT(fitted.err, HasSubstr("left out: method dag-exact: --backend gl traces voxels"));
+    EXPECT_EQ(Json::parse(readText(fit))["provenance"]["left_out"].size(), 1u);
+}
+
+} // namespace shadowdag
