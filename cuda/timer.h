@@ -27,6 +27,9 @@ struct StageTimes {
 
     std::vector<std::pair<std::string, double>> stagesMs;
     std::vector<Pending> pending;
+    /// Called before each stage that a StageTimer times into these; what it throws gives up what
+    /// the stages are of. Empty: nothing is.
+    std::function<void()> beforeStage = {};
 
     void add(const std::string& stage, double timeMs) {
         for (auto& [name, sum] : stagesMs)
@@ -86,13 +89,18 @@ private:
 };
 
 /// Adds the time from construction to destruction to `times` under `stage`: at once on the CPU, on
-/// CUDA when `times` settles. While an exception passes it adds none.
+/// CUDA when `times` settles. While an exception passes it adds none. The constructor throws what
+/// times.beforeStage throws.
 class StageTimer {
 public:
     StageTimer(Backend backend, StageTimes& times, std::string stage)
-        : times_(times), stage_(std::move(stage)), exceptionCount_(std::uncaught_exceptions()),
-          begin_(backend == Backend::kCuda ? std::make_shared<QueueMark>() : nullptr),
-          start_(std::chrono::steady_clock::now()) {}
+        : times_(times), stage_(std::move(stage)), exceptionCount_(std::uncaught_exceptions()) {
+        if (times.beforeStage)
+            times.beforeStage();
+        if (backend == Backend::kCuda)
+            begin_ = std::make_shared<QueueMark>();
+        start_ = std::chrono::steady_clock::now();
+    }
     // A destructor that is implicitly noexcept would turn a failed kernel into std::terminate.
     ~StageTimer() noexcept(false) {
         if (std::uncaught_exceptions() > exceptionCount_)

@@ -117,7 +117,8 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
 }
 
 FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
-                                  const FrameOptions& asked) {
+                                  const FrameOptions& asked,
+                                  const std::function<void()>& beforeStage) {
     State& state = *state_;
     const Backend backend = state.backend;
     checkOptions(state, asked);
@@ -125,6 +126,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     const auto current = state.makeCurrent();
     FrameResult result;
     StageTimes& stages = result.stages;
+    stages.beforeStage = result.counting.beforeStage = beforeStage;
     const HostCopyCounts before = copiesSoFar(state);
 
     // G-buffer -> clusters -> (cluster, light) pairs -> required resolution of every map.
@@ -140,7 +142,6 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
             model.route(quantitiesOf(result.maps), options.routeMargin);
         for (size_t i = 0; i < routes.size(); ++i)
             result.maps[i].route = routes[i];
-        holdMaps(state, result.maps);
     }
 
     // Page masks -> pool -> cull batches -> rasterize, for the maps that are drawn.
@@ -169,8 +170,13 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     result.counting.settle();
     result.color = state.color.download();
     shading.lists = state.lists.view(); // pairs are recorded ascending
-    if (options.recordPairs)
+    if (options.recordPairs) {
+        if (beforeStage)
+            beforeStage();
         recordPairs(state, shading, records, result);
+    }
+    holdMaps(state, result.maps); // last: a frame that is given up holds nothing
+    stages.beforeStage = result.counting.beforeStage = nullptr;
     return result;
 }
 
@@ -182,16 +188,22 @@ PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& opti
     return findPairs(*state_);
 }
 
-FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& asked,
-                                       int repeats) {
+FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& asked, int repeats,
+                                       const std::function<void()>& beforeStage) {
     checkOptions(*state_, asked);
     const FrameOptions options = state_->followed(asked);
     const auto current = state_->makeCurrent();
     reset();
-    FrameCosts costs = measureFrameCosts(
-        *state_, makeViewRays(camera, options.width, options.height), options, repeats);
-    scaleToFrame(*this, camera, options, repeats, costs);
-    return costs;
+    try {
+        FrameCosts costs =
+            measureFrameCosts(*state_, makeViewRays(camera, options.width, options.height), options,
+                              repeats, beforeStage);
+        scaleToFrame(*this, camera, options, repeats, costs, beforeStage);
+        return costs;
+    } catch (...) {
+        reset(); // the maps are those of one light alone
+        throw;
+    }
 }
 
 FrameRenderer::FrameRenderer(Backend backend, const World& world, const Dag& dag,

@@ -17,6 +17,7 @@
 #include "shadowmap/shadow_maps.h"
 #include "voxel/shaft_counts.h"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -135,7 +136,11 @@ public:
 
     /// Renders one frame with the routes of `model`. When the model needs costs they must have been
     /// set. Deterministic but for stage times.
-    FrameResult render(const Camera& camera, const CostModel& model, const FrameOptions& options);
+    /// @param beforeStage is called before every stage; what it throws gives the frame up. The next
+    /// frame is then what it would have been without this one, but that kept maps may be drawn
+    /// anew; until then what is said below of the last frame means nothing
+    FrameResult render(const Camera& camera, const CostModel& model, const FrameOptions& options,
+                       const std::function<void()>& beforeStage = {});
 
     /// Returns the pairs that render with recordPairs finds, without answering them; gbuffer() is
     /// that of this frame then, and what is kept between frames stays as it is.
@@ -147,7 +152,9 @@ public:
     /// mapsScale): what a method shares among maps is paid once a frame, and by every map that is
     /// measured alone. Without static optimization; forgets the frames before. Medians of
     /// `repeats`.
-    FrameCosts measureCosts(const Camera& camera, const FrameOptions& options, int repeats = 3);
+    /// @param beforeStage as render() has it
+    FrameCosts measureCosts(const Camera& camera, const FrameOptions& options, int repeats = 3,
+                            const std::function<void()>& beforeStage = {});
 
     /// Returns the host G-buffer of the last frame; valid until the next.
     GBufferView gbuffer() const;

@@ -58,7 +58,7 @@ void isolate(const HostLists& host, uint32_t record, uint32_t light, size_t pixe
 } // namespace
 
 FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const FrameOptions& options,
-                             int repeats) {
+                             int repeats, const std::function<void()>& beforeStage) {
     if (repeats < 1)
         throw Error(ErrorKind::kUsage, "costs measured " + std::to_string(repeats) +
                                            " times; use at least one repeat");
@@ -91,6 +91,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
         for (int repeat = 0; repeat < repeats; ++repeat)
             for (const Route route : {Route::kRays, Route::kMap}) {
                 StageTimes times;
+                times.beforeStage = beforeStage;
                 state.drawnMap.assign(1, kByRays);
                 if (route == Route::kMap) {
                     state.drawnMap[0] = 0;
@@ -124,7 +125,7 @@ double servingMs(const StageTimes& stages) {
 }
 
 void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
-                  int repeats, FrameCosts& costs) {
+                  int repeats, FrameCosts& costs, const std::function<void()>& beforeStage) {
     FrameOptions alone = options;
     alone.recordPairs = false;
     alone.routeMargin = 0;
@@ -134,9 +135,9 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
     std::vector<double> raysMs, mapsMs;
     for (int repeat = 0; repeat < repeats; ++repeat) { // in turn, so that both see the same noise
         renderer.reset();
-        raysMs.push_back(servingMs(renderer.render(camera, *rays, alone).stages));
+        raysMs.push_back(servingMs(renderer.render(camera, *rays, alone, beforeStage).stages));
         renderer.reset();
-        const FrameResult drawn = renderer.render(camera, *maps, alone);
+        const FrameResult drawn = renderer.render(camera, *maps, alone, beforeStage);
         mapsMs.push_back(servingMs(drawn.stages));
         costs.degradeDivisor = drawn.counts.maps.degradeDivisor;
     }

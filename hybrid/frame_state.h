@@ -117,7 +117,7 @@ void gatherFrame(FrameState& state, const ViewRays& view, const FrameOptions& op
 
 /// Returns what FrameRenderer::measureCosts returns, before any scaling.
 FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const FrameOptions& options,
-                             int repeats);
+                             int repeats, const std::function<void()>& beforeStage);
 
 /// Multiplies the costs of a frame's maps so that those by one method add up to what the frame
 /// takes by it; leaves costs alone that add up to 0.
@@ -125,7 +125,7 @@ void scaleCosts(FrameCosts& costs, double raysMs, double mapsMs);
 
 /// Scales the costs of a frame's maps to whole frames by one method.
 void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
-                  int repeats, FrameCosts& costs);
+                  int repeats, FrameCosts& costs, const std::function<void()>& beforeStage);
 
 /// Returns a record of every map that a cluster asks for, in the order of
 /// ClusterLightsView::record, with all quantities but those of countQuantities. Reads the held
