@@ -166,7 +166,8 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     const std::vector<uint32_t> records = state.lists.record.download();
     countFrame(state, records, result);
     result.counts.listRerunCount = state.listRerunCount + result.counts.maps.listRerunCount;
-    countQuantities(state, options, kCountsAll & ~model.counts(), result.maps, result.counting);
+    if (options.recordQuantities)
+        countQuantities(state, options, kCountsAll & ~model.counts(), result.maps, result.counting);
     result.counting.settle();
     result.color = state.color.download();
     shading.lists = state.lists.view(); // pairs are recorded ascending

@@ -48,6 +48,10 @@ struct FrameOptions {
     /// 0 routes every frame anew. For frames in sequence by one model.
     float routeMargin = 0.0f;
     bool recordPairs = true; ///< keep visibility per pair (outside the timing of the stages)
+    /// Count the quantities of maps that the model does not read, for reports (outside as well).
+    bool recordQuantities = true;
+
+    bool operator==(const FrameOptions&) const = default;
 };
 
 /// Everything that a frame knows about one shadow map, that is the clusters of one light whose
@@ -93,12 +97,17 @@ struct FrameResult {
     std::vector<int> pairMap;        ///< with recordPairs; per pair, as answerPair takes it
     std::vector<MapRecord> maps;     ///< ascending light, then octave
     StageTimes stages;   ///< of the frame proper: without recording, truth, host copies for reports
-    StageTimes counting; ///< of the quantities that models count (kCountNames), read or not
+    StageTimes counting; ///< of the quantities that models count (kCountNames), read or not; with
+                         ///< recordQuantities
     FrameCounts counts;
 };
 
 /// Returns the time of the stages whose work depends on the routes, milliseconds.
 double servingMs(const StageTimes& stages);
+
+/// Returns of every record which of FrameRenderer::shadowMaps() it is: those that are drawn, in
+/// order; kByRays of one that is traced.
+std::vector<int> drawnMaps(const std::vector<MapRecord>& maps);
 
 /// Renders frames of one world on one backend. Keeps what persists between frames (allocated
 /// resolutions and routes for hysteresis, shadow maps with static optimization, buffers).

@@ -241,6 +241,14 @@ std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps) {
     return quantities;
 }
 
+std::vector<int> drawnMaps(const std::vector<MapRecord>& maps) {
+    std::vector<int> drawn;
+    int count = 0;
+    for (const MapRecord& map : maps)
+        drawn.push_back(map.route == Route::kMap ? count++ : kByRays);
+    return drawn;
+}
+
 void holdMaps(FrameState& state, const std::vector<MapRecord>& maps) {
     state.heldFaceTexels.assign(state.demand.slotCount(), 0);
     state.heldRoutes.assign(state.demand.slotCount(), PreviousRoute::kNone);
@@ -259,10 +267,9 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
     std::vector<MapRequest> requests;
     {
         const StageTimer timer(state.backend, stages, "routing");
-        state.drawnMap.assign(records.size(), kByRays);
+        state.drawnMap = drawnMaps(records);
         for (size_t r = 0; r < records.size(); ++r) {
             if (records[r].route == Route::kMap) {
-                state.drawnMap[r] = int(requests.size());
                 requests.push_back(requestOf(lights, records[r]));
             } else if (!state.scene.hasDag()) {
                 throw Error(ErrorKind::kUsage,

@@ -37,6 +37,8 @@ struct RayOptions {
     LodRule lod = LodRule::kFixed;
     float footprintScale = 1.0f; ///< kFootprint, kCoverage: footprints are multiplied by this
     float coverage = 0.75f;      ///< kCoverage: share of a cell's columns that stops a ray
+
+    bool operator==(const RayOptions&) const = default;
 };
 
 /// What the levels of rays follow: the pixels at the receivers and the texels at the lights.

@@ -14,6 +14,8 @@ struct ShadowMapBias {
     float constantTexels = 0.5f; ///< how many texels before the receiver a blocker is forgiven; 0
                                  ///< leaves what rounding needs
     uint32_t taps = 4;           ///< 1, 4 or 9: see lookupVisibility
+
+    bool operator==(const ShadowMapBias&) const = default;
 };
 
 /// A texel of a map.
