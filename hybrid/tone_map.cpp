@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/tone_map.h"
 
+#include "cuda/parallel_for.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -33,9 +35,11 @@ float linearFromSrgb(float srgb) {
 
 std::vector<glm::vec3> toneMap(const std::vector<glm::vec3>& linear, float exposure) {
     std::vector<glm::vec3> shown(linear.size());
-    for (size_t i = 0; i < linear.size(); ++i)
-        for (int c = 0; c < 3; ++c)
-            shown[i][c] = display(linear[i][c], exposure);
+    cpuParallelRanges(linear.size(), 4096, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            for (int c = 0; c < 3; ++c)
+                shown[i][c] = display(linear[i][c], exposure);
+    });
     return shown;
 }
 
