@@ -60,17 +60,28 @@ void followGlPages(Experiment& experiment, Backend backend, const CommandLine& c
 
 void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {
     commandLine.heading("View");
-    commandLine.text("--size", size, "WxH", "Picture size in pixels [" + size + "]");
+    commandLine.text("--size", size, "WxH",
+                     isWindow ? "Size of the window in pixels; the picture has what the panel "
+                                "leaves [" +
+                                    size + "]"
+                              : "Picture size in pixels [" + size + "]");
     commandLine.text("--camera", camera, "auto|NAME|NUMBERS",
                      "auto places one; NAME is a camera of the scene; NUMBERS are "
-                     "px,py,pz,tx,ty,tz[,fovDegrees[,near,far]]: position, target, vertical angle, "
-                     "planes in metres [the scene's first, else auto]");
+                     "px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]: position, target, "
+                     "vertical angle, planes in metres, by how much its up leans to its right [the "
+                     "scene's first, else auto]");
     if (!isSweep)
         commandLine.text("--time", time, "SECONDS", "Time of the scene's animations [0]");
     commandLine.text("--frames", frames, "A:B",
                      "Frames A to B, both included, or A:B:STEP [" +
                          (frames.empty() ? "0" : frames) + "]");
     commandLine.text("--fps", fps, "RATE", "Frame f shows the scene at f / RATE seconds [30]");
+}
+
+void CommonOptions::declareExposure(CommandLine& commandLine) {
+    commandLine.text("--exposure", exposure, "E",
+                     "What pictures multiply radiance by before they are tone mapped; 0: what puts "
+                     "the log-average luminance at 0.18 [0]");
 }
 
 void CommonOptions::declareLights(CommandLine& commandLine) {
@@ -162,7 +173,8 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
             throw Error(ErrorKind::kUsage,
                         std::string(a) + " says nothing without " + b + "; add that or drop it");
     };
-    needs("--fps", "--frames");
+    if (!isWindow)
+        needs("--fps", "--frames");
     needs("--seed", "--lights");
     needs("--allow-stale", "--voxels");
     if (!isSweep && voxels.size() > 1)
@@ -198,6 +210,7 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
         throw Error(ErrorKind::kUsage,
                     "--camera '': is empty; give auto, a camera's name or px,py,pz,tx,ty,tz");
     e.camera = camera;
+    e.exposure = parseNumber("--exposure", exposure, 0, kMaxExposure);
     if (!frames.empty()) {
         e.framesText = frames;
         e.frames = parseFrames("--frames", frames);

@@ -34,7 +34,8 @@ void followGlPages(Experiment& experiment, Backend backend, const CommandLine& c
 /// The texts of the shared options. A list is what `compare` takes; the others want one value of
 /// each.
 struct CommonOptions {
-    std::string size = "640x360", camera, time, frames, fps = "30";
+    std::string size = "640x360", camera, time, frames, fps = "30", exposure = "0";
+    bool isWindow = false; ///< --size is a window's, --fps what it plays by
     std::string lights = "-1", seed = "1";
     std::vector<std::string> voxels;
     std::string resolution = "1024", dagResolution, cache;
@@ -53,6 +54,8 @@ struct CommonOptions {
     std::string costs;
 
     void declareView(CommandLine& commandLine, bool isSweep);
+    /// For commands that write or show pictures.
+    void declareExposure(CommandLine& commandLine);
     void declareLights(CommandLine& commandLine);
     void declareVoxels(CommandLine& commandLine, bool isSweep);
     void declareMaps(CommandLine& commandLine, bool isSweep);

@@ -410,6 +410,7 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     commandLine.text("--title", options->title, "TEXT", "Heads the report");
     options->common.declareRoutes(commandLine);
     options->common.declareView(commandLine, true);
+    options->common.declareExposure(commandLine);
     options->common.declareLights(commandLine);
     options->common.declareVoxels(commandLine, true);
     options->common.declareRays(commandLine, true);

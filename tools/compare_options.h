@@ -24,12 +24,13 @@ struct CompareOptions {
 
 /// Options that an experiment file fixes; what it leaves to the command line is not listed.
 inline constexpr const char* kFixedByExperiment[] = {
-    "--size",      "--camera",         "--frames",         "--fps",          "--lights",
-    "--seed",      "--resolution",     "--dag-resolution", "--thresholds",   "--model",
-    "--no-oracle", "--methods",        "--undersample",    "--page-size",    "--pool",
-    "--max-face",  "--bias",           "--taps",           "--offset",       "--lod",
-    "--repeats",   "--warmups",        "--title",          "--variants",     "--sequence",
-    "--lead-in",   "--flicker-points", "--maps-per-light", "--route-margin", "--polygon-lod"};
+    "--size",       "--camera",    "--exposure",       "--frames",         "--fps",
+    "--lights",     "--seed",      "--resolution",     "--dag-resolution", "--thresholds",
+    "--model",      "--no-oracle", "--methods",        "--undersample",    "--page-size",
+    "--pool",       "--max-face",  "--bias",           "--taps",           "--offset",
+    "--lod",        "--repeats",   "--warmups",        "--title",          "--variants",
+    "--sequence",   "--lead-in",   "--flicker-points", "--maps-per-light", "--route-margin",
+    "--polygon-lod"};
 
 /// Runs `compare failures`, `stability`, `mechanisms` or `real` where a scene of that name stands
 /// first (a file of that name is ./NAME); returns whether one was. Throws Error kUsage for options

@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "hybrid/resolution.h"
+#include "hybrid/tone_map.h"
 #include "tools/json_file.h"
 #include "tools/key_reader.h"
 #include "tools/parse.h"
@@ -76,6 +77,10 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 Experiment::Experiment() : thresholds{0, 8, 16, 32, 64, 96, 192, kInfinity} {}
 
+float Experiment::exposureOf(const std::vector<glm::vec3>& linear) const {
+    return exposure > 0 ? float(exposure) : autoExposure(linear);
+}
+
 void addLod(std::vector<LodChoice>& lods, const std::string& option, const std::string& text) {
     const LodChoice lod = parseLod(option, text);
     if (std::find(lods.begin(), lods.end(), lod) != lods.end())
@@ -106,6 +111,7 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
         std::tie(e.width, e.height) = parseSize("\"size\"", text);
     });
     keys.text("camera", e.camera);
+    keys.number("exposure", e.exposure, 0, kMaxExposure);
     parsed("frames", [&](const std::string& text) {
         e.frames = parseFrames("\"frames\"", text);
         e.framesText = text;
@@ -238,6 +244,7 @@ Json toJson(const Experiment& e) {
             {"scenes", e.scenes},
             {"size", std::to_string(e.width) + "x" + std::to_string(e.height)},
             {"camera", e.camera},
+            {"exposure", e.exposure},
             {"frames", e.framesText},
             {"fps", e.fps},
             {"lights", e.lightCount},

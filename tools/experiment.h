@@ -8,7 +8,9 @@
 //   "title"            ""            heads the report
 //   "scenes"           []            what SCENE may be on the command line; empty: given there
 //   "size"             "640x360"     pixels
-//   "camera"           ""            auto | NAME | "px,py,pz,tx,ty,tz[,fovDegrees[,near,far]]"; "" = the scene's first, else auto
+//   "camera"           ""            auto | NAME | "px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]"; "" = the scene's first, else auto
+//   "exposure"         0             what pictures multiply radiance by before the tone curve, up to 1e9; 0: found, as
+//                                    autoExposure finds it; changes no number but those of displayed pictures
 //   "frames"           "0"           A:B[:STEP], both ends included, or a comma list
 //   "fps"              30            frame f shows the scene at f / fps seconds: a fixed clock
 //   "lights"           -1            >= 0: replaces the scene's lights by that many placed ones
@@ -58,6 +60,7 @@ struct Experiment {
     std::vector<std::string> scenes;
     uint32_t width = 640, height = 360;
     std::string camera;
+    double exposure = 0;          ///< 0: found
     std::string framesText = "0"; ///< as written; `frames` is what it means
     std::vector<uint32_t> frames{0};
     double fps = 30;
@@ -90,7 +93,12 @@ struct Experiment {
     Experiment();
     /// Returns the scene's time of a frame, seconds.
     float timeOfFrame(uint32_t frame) const { return float(double(frame) / fps); }
+    /// Returns the exposure of pictures; where it is to be found, that of `linear`.
+    float exposureOf(const std::vector<glm::vec3>& linear) const;
 };
+
+/// The greatest exposure that is taken.
+constexpr double kMaxExposure = 1e9;
 
 /// The greatest margin of routing that is taken: beyond it nothing ever changes its method.
 constexpr double kMaxRouteMargin = 1000;

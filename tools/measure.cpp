@@ -106,7 +106,7 @@ private:
         truthVisibility_ = truth_.visibility(gbufferRenderer_->gbuffer(), lights, pairs_);
         const std::vector<glm::vec3> color =
             shadePairs(gbufferRenderer_->gbuffer(), *scene_.world, pairs_, truthVisibility_);
-        exposure_ = autoExposure(color);
+        exposure_ = experiment_.exposureOf(color);
         truthDisplay_ = toneMap(color, exposure_);
         if (withPictures_)
             writePng(context_.directory + "/" + pictureBase() + "truth.png", experiment_.width,

@@ -86,6 +86,9 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         if (extension == ".png" && commandLine.given(option))
             throw Error(ErrorKind::kUsage,
                         std::string(option) + " needs channels that a .png has not; write an .exr");
+    if (extension != ".png" && commandLine.given("--exposure"))
+        throw Error(ErrorKind::kUsage, "--exposure is for a .png; an .exr holds the radiance as it "
+                                       "is; drop it");
     if (extension == ".png" && options.truth)
         throw Error(ErrorKind::kUsage,
                     "--truth adds channels that a .png has not; write an .exr, or see validate -o");
@@ -141,7 +144,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         const std::string file = frameFile(options.output, frame, isNumbered);
         if (extension == ".png")
             writePng(file, experiment.width, experiment.height,
-                     toneMap(color, autoExposure(color)));
+                     toneMap(color, experiment.exposureOf(color)));
         else
             writeExr(file, experiment.width, experiment.height,
                      channelsOf(options, frames, result, color, visibility, truthVisibility),
@@ -195,6 +198,7 @@ std::function<void()> declareRender(CommandLine& commandLine) {
     options->method.declare(commandLine, "embree|dag|dag-exact|maps|hybrid");
     options->common.declareRoutes(commandLine);
     options->common.declareView(commandLine, false);
+    options->common.declareExposure(commandLine);
     options->common.declareLights(commandLine);
     options->common.declareVoxels(commandLine, false);
     options->common.declareRays(commandLine, false);

@@ -43,6 +43,7 @@ std::vector<std::string> labels(const std::vector<RunParameters>& runs) {
 TEST(Experiment, ComesBackFromItsOwnJson) {
     const Experiment e = experimentFromJson({{"size", "320x200"},
                                              {"frames", "0:4:2"},
+                                             {"exposure", 0.1f},
                                              {"thresholds", {0, 48.5, "inf"}},
                                              {"undersample", {1, 2.5}}},
                                             "x");
@@ -63,6 +64,7 @@ TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
         {"size", 640},
         {"frames", "5:1"},
         {"fps", 0},
+        {"exposure", -1},
         {"lights", -2},
         {"lights", 1.5},
         {"resolutions", {1000}},

@@ -251,6 +251,26 @@ TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
     EXPECT_TRUE(std::filesystem::exists(directory / "errors/error.png"));
 }
 
+TEST(Program, RenderExposesPicturesAsAsked) {
+    const TemporaryDirectory directory;
+    const auto render = [&](const char* name, const Arguments& more) {
+        const std::string file = directory / name;
+        const ProgramResult result = runShadowdag(
+            directory,
+            Arguments{"render", kScene, "--method", "maps", "--size", "32x18", "-o", file} + more);
+        EXPECT_EQ(result.status, 0) << result.err;
+        return readText(file);
+    };
+    const std::string found = render("a.png", {});
+    EXPECT_EQ(render("b.png", {"--exposure", "0"}), found);
+    EXPECT_NE(render("c.png", {"--exposure", "0.001"}), found);
+    const ProgramResult refused =
+        runShadowdag(directory, {"render", kScene, "--method", "maps", "-o", directory / "d.exr",
+                                 "--exposure", "2"});
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_NE(refused.err.find("--exposure is for a .png"), std::string::npos) << refused.err;
+}
+
 TEST(Program, RenderWritesNumberedFramesOfEveryMethod) {
     const TemporaryDirectory directory;
     for (const char* method : {"embree", "dag", "dag-exact", "maps", "hybrid"}) {
