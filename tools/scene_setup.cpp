@@ -60,6 +60,10 @@ Camera cameraFromNumbers(const std::string& text, const std::vector<double>& num
         camera.znear = float(numbers[7]);
         camera.zfar = float(numbers[8]);
     }
+    if (numbers.size() > 9) {
+        const double roll = numbers[9] * 3.14159265358979323846 / 180.0;
+        camera.up = float(std::cos(roll)) * camera.up + float(std::sin(roll)) * right;
+    }
     return camera;
 }
 
@@ -119,11 +123,12 @@ Camera cameraFromText(const std::string& text) {
         numbers.push_back(parseNumber("--camera", text.substr(begin, end - begin), -1e9, 1e9));
         begin = end + 1;
     }
-    if (numbers.size() != 6 && numbers.size() != 7 && numbers.size() != 9)
+    if (numbers.size() != 6 && numbers.size() != 7 && numbers.size() != 9 && numbers.size() != 10)
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text +
                         "': must be six numbers px,py,pz,tx,ty,tz, seven with the vertical angle "
-                        "in degrees, or nine with the near and far plane in metres, not " +
+                        "in degrees, nine with the near and far plane in metres, or ten with the "
+                        "roll in degrees, not " +
                         std::to_string(numbers.size()));
     if (numbers.size() > 6 && !(numbers[6] >= 1 && numbers[6] <= 170))
         throw Error(ErrorKind::kUsage,
@@ -131,6 +136,9 @@ Camera cameraFromText(const std::string& text) {
     if (numbers.size() > 7 && !(numbers[7] > 0 && numbers[7] < numbers[8]))
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text + "': the planes must be 0 < near < far");
+    if (numbers.size() > 9 && !(std::abs(numbers[9]) <= 180))
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text + "': the roll must be from -180 to 180 degrees");
     return cameraFromNumbers(text, numbers);
 }
 

@@ -33,7 +33,7 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
                               bool needsLights, const Console& console);
 
 /// Returns the camera that numbers as --camera takes them mean:
-/// px,py,pz,tx,ty,tz[,fovDegrees[,near,far]]. Throws Error kUsage naming what is wrong with them.
+/// px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]. Throws Error kUsage naming what is wrong with them.
 Camera cameraFromText(const std::string& text);
 
 /// Returns the camera that --camera asks for, at the world's current time; "" is the scene's first,

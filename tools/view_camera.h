@@ -16,28 +16,30 @@ struct FlyInput {
     bool any() const { return along != glm::vec3(0.0f) || turn != glm::vec2(0.0f); }
 };
 
-/// A camera without roll that is moved by steps. Position in double: steps are small.
+/// A camera that is moved by steps and keeps its roll. Position in double: steps are small.
 class FlyCamera {
 public:
     FlyCamera() = default;
-    /// Takes over position, direction, field of view and planes; roll is lost.
+    /// Takes over position, direction, roll, field of view and planes; what looks straight up or
+    /// down is tilted by 4 degrees.
     explicit FlyCamera(const Camera& camera);
 
-    /// Moves and turns.
+    /// Moves and turns, as the picture has right and up; E and Q rise and fall in the world.
     /// @param seconds since the last step, @param metresPerSecond at normal speed
     /// @param radiansPerPixel of the mouse
     void step(const FlyInput& input, double seconds, double metresPerSecond,
               double radiansPerPixel);
 
-    /// Returns px,py,pz,tx,ty,tz,fovDegrees,near,far: what --camera takes. The target is one metre
-    /// ahead.
-    /// Equal texts give equal cameras in every program.
+    /// Returns px,py,pz,tx,ty,tz,fovDegrees,near,far and, where it has some, the roll: what
+    /// --camera takes. The target is one metre ahead. Equal texts give equal cameras in every
+    /// program.
     std::string text() const;
 
 private:
     glm::dvec3 position_{0.0};
     double yaw_ = 0;   // about +y, 0 looks along -z, radians
     double pitch_ = 0; // up is positive, radians
+    double roll_ = 0;  // by how much up leans to the right, radians
     double yfov_ = 0.9;
     float znear_ = Camera{}.znear, zfar_ = Camera{}.zfar;
 };

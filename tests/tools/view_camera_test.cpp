@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace shadowdag {
@@ -39,6 +40,48 @@ TEST(ViewCamera, TextMeansTheCameraItWasMadeFrom) {
         EXPECT_EQ(again.znear, camera.znear);
         EXPECT_EQ(again.zfar, camera.zfar);
     }
+}
+
+/// Returns the camera with its up leaning to the right by an angle in radians.
+Camera rolled(Camera camera, double angle) {
+    camera.up = float(std::cos(angle)) * camera.up + float(std::sin(angle)) * camera.right();
+    return camera;
+}
+
+TEST(ViewCamera, RollIsKept) {
+    for (const double angle : {0.3, -0.3, 1.6, -3.0})
+        for (const glm::vec3 forward : {glm::vec3(0, 0, -1), glm::vec3(1, 0.5f, 0.25f)}) {
+            const Camera camera = rolled(cameraAt({1, 2, 3}, forward), angle);
+            FlyCamera fly(camera);
+            const Camera again = cameraFromText(fly.text());
+            expectNear(again.up, camera.up, 3e-6f);
+            expectNear(again.forward, camera.forward, 3e-6f);
+            FlyInput input; // right, as the picture has it
+            input.along = {1, 0, 0};
+            fly.step(input, 1, 1, 0);
+            const Camera moved = cameraFromText(fly.text());
+            expectNear(moved.positionWorld, camera.positionWorld + camera.right(), 1e-5f);
+            expectNear(moved.up, camera.up, 3e-6f);
+            // The mouse to the right turns towards the picture's right, down towards its bottom.
+            for (const glm::vec2 turn : {glm::vec2(1, 0), glm::vec2(0, 1)}) {
+                FlyCamera looks(camera);
+                FlyInput look;
+                look.turn = turn;
+                looks.step(look, 0, 1, 0.001);
+                const glm::vec3 way =
+                    cameraFromText(looks.text()).forward - glm::normalize(camera.forward);
+                const glm::vec3 wanted = turn.x > 0 ? camera.right() : -camera.up;
+                EXPECT_GT(glm::dot(glm::normalize(way), wanted), 0.9f) << angle;
+            }
+        }
+    const std::string level = FlyCamera(cameraAt({0, 0, 0}, {1, 0.2f, 0})).text();
+    EXPECT_EQ(std::count(level.begin(), level.end(), ','), 8) << "no roll, no number for it";
+}
+
+TEST(ViewCamera, RollInTextsIsHeldToItsRange) {
+    EXPECT_NEAR(cameraFromText("0,0,0,0,0,-1,50,0.1,100,90").up.x, 1.0f, 1e-6f);
+    EXPECT_THROW(cameraFromText("0,0,0,0,0,-1,50,0.1,100,181"), Error);
+    EXPECT_THROW(cameraFromText("0,0,0,0,0,-1,50,0.1"), Error);
 }
 
 TEST(ViewCamera, WalksWhereItLooks) {
