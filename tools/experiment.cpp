@@ -77,6 +77,22 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 Experiment::Experiment() : thresholds{0, 8, 16, 32, 64, 96, 192, kInfinity} {}
 
+std::string modelText(const std::string& method, const std::string& model) {
+    if (method == "hybrid")
+        return model.empty() ? "texels:96" : model;
+    return method == "dag" || method == "dag-exact" ? "texels:inf" : "texels:0";
+}
+
+void checkMethod(const std::string& option, const std::string& method,
+                 const std::vector<std::string>& allowed) {
+    if (std::find(allowed.begin(), allowed.end(), method) != allowed.end())
+        return;
+    std::string names;
+    for (const std::string& name : allowed)
+        names += (names.empty() ? "" : ", ") + name;
+    throw Error(ErrorKind::kUsage, option + " '" + method + "': must be one of " + names);
+}
+
 float Experiment::exposureOf(const std::vector<glm::vec3>& linear) const {
     return exposure > 0 ? float(exposure) : autoExposure(linear);
 }

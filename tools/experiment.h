@@ -111,6 +111,15 @@ inline bool methodUsesVoxels(const std::string& method) {
     return method == "dag" || method == "dag-exact" || method == "hybrid";
 }
 
+/// Returns the cost model that a method means, as makeCostModel takes it: `model`, texels:96 where
+/// that is empty, of hybrid; one that draws all maps or none of the others (of embree, whose pairs
+/// alone are used, maps).
+std::string modelText(const std::string& method, const std::string& model);
+/// Throws Error kUsage naming the option, the method and those that are allowed, where it is none
+/// of them.
+void checkMethod(const std::string& option, const std::string& method,
+                 const std::vector<std::string>& allowed = kMethods);
+
 /// One configuration: everything but scene and frame.
 struct RunParameters {
     std::string method; ///< one of kMethods

@@ -59,12 +59,7 @@ std::optional<RunParameters> MethodOptions::named(const FrameOptions& base) cons
 
 void MethodOptions::check(const CommandLine& commandLine,
                           const std::vector<std::string>& allowed) const {
-    if (std::find(allowed.begin(), allowed.end(), method) == allowed.end()) {
-        std::string names;
-        for (const std::string& name : allowed)
-            names += (names.empty() ? "" : ", ") + name;
-        throw Error(ErrorKind::kUsage, "--method '" + method + "': must be one of " + names);
-    }
+    checkMethod("--method", method, allowed);
     if (method != "hybrid" && commandLine.given("--model"))
         throw Error(ErrorKind::kUsage,
                     "--model is for --method hybrid, not for '" + method + "'; drop one of them");
@@ -96,11 +91,7 @@ void MethodOptions::check(const CommandLine& commandLine,
 }
 
 std::unique_ptr<CostModel> MethodOptions::makeModel() const {
-    if (method == "dag" || method == "dag-exact")
-        return makeCostModel("texels:inf");
-    if (method == "hybrid")
-        return makeCostModel(model.empty() ? "texels:96" : model);
-    return makeCostModel("texels:0");
+    return makeCostModel(modelText(method, model));
 }
 
 SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions& options,

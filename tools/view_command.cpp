@@ -6,7 +6,6 @@
 #include "tools/provenance.h"
 #include "tools/view_window.h"
 
-#include <algorithm>
 #include <memory>
 
 namespace shadowdag {
@@ -23,20 +22,10 @@ struct ViewOptions {
 /// Throws Error kUsage for a method or a model that is none. Options of any method are welcome:
 /// each may be chosen in the window.
 void checkSides(const ViewOptions& options) {
-    const auto check = [](const char* option, const std::string& method) {
-        if (std::find(kMethods.begin(), kMethods.end(), method) != kMethods.end())
-            return;
-        std::string names;
-        for (const std::string& name : kMethods)
-            names += (names.empty() ? "" : ", ") + name;
-        throw Error(ErrorKind::kUsage,
-                    std::string(option) + " '" + method + "': must be one of " + names);
-    };
-    check("--method", options.method);
+    checkMethod("--method", options.method);
     if (!options.right.empty())
-        check("--right", options.right);
-    const std::unique_ptr<CostModel> model =
-        makeCostModel(options.model.empty() ? "texels:96" : options.model);
+        checkMethod("--right", options.right);
+    const std::unique_ptr<CostModel> model = makeCostModel(modelText("hybrid", options.model));
     if (options.costs.empty())
         giveCalibration(*model, {}); // what is missing is told before any work
 }
@@ -54,7 +43,7 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     view.height = experiment.height;
     view.targetMs = parseNumber("--target", options.target, 1, 10000);
     for (ViewSide& side : view.sides)
-        side = {options.method, options.model.empty() ? "texels:96" : options.model};
+        side = {options.method, modelText("hybrid", options.model)};
     view.sides[1].method = "embree";
     if (!options.right.empty()) {
         view.sides[1].method = options.right;
@@ -74,8 +63,7 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     view.settings.allowStale = options.common.allowStale;
     if (!options.costs.empty()) {
         view.settings.costs = readCostSource(options.costs, buildProvenance(view.settings.backend));
-        giveCalibration(*makeCostModel(options.model.empty() ? "texels:96" : options.model),
-                        view.settings.costs);
+        giveCalibration(*makeCostModel(modelText("hybrid", options.model)), view.settings.costs);
         if (!view.settings.costs.otherMachine.empty())
             console.note("warning: --costs " + options.costs + " are of " +
                          view.settings.costs.otherMachine);
@@ -108,7 +96,9 @@ std::function<void()> declareView(CommandLine& commandLine) {
                      "What a picture may take while it moves; its resolution follows [22]");
     commandLine.text("--log", options->log, "F.jsonl",
                      "Write a line of JSON for every picture, file, error and change of layout");
+    options->common.isWindow = true;
     options->common.declareView(commandLine, true);
+    options->common.declareExposure(commandLine);
     options->common.declareLights(commandLine);
     options->common.declareVoxels(commandLine, false);
     options->common.declareRays(commandLine, false);
