@@ -83,22 +83,24 @@ std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
                                      const std::vector<float>& rayShares,
                                      const std::vector<MapRecord>& maps,
                                      const std::vector<Light>& lights, const Camera& camera,
-                                     uint32_t width, uint32_t height) {
+                                     uint32_t width, uint32_t height, float scale) {
     std::vector<glm::vec3> picture(truthDisplay.size());
     for (size_t i = 0; i < picture.size(); ++i)
         picture[i] =
             glm::mix(kOrange, kSkyBlue, rayShares[i]) * (0.15f + 0.85f * grey(truthDisplay[i]));
 
     const float tangent = std::tan(camera.yfov * 0.5f);
-    const float radius = std::max(2.5f, float(height) / 120.0f);
+    // No smaller than a pixel, which is what there is to be seen of it.
+    const float radius = std::max(0.71f, std::max(2.5f * scale, float(height) / 120.0f));
+    const float rim = std::min(scale, 1.0f);
     for (const MapRecord& map : maps) {
         const glm::vec3 toLight = lights[map.quantities.light].positionWorld - camera.positionWorld;
         const float depth = glm::dot(toLight, camera.forward);
         if (!(depth > camera.znear))
             continue;
-        const float scale = float(height) * 0.5f / (depth * tangent);
-        const float x = float(width) * 0.5f + glm::dot(toLight, camera.right()) * scale;
-        const float y = float(height) * 0.5f - glm::dot(toLight, camera.up) * scale;
+        const float pixels = float(height) * 0.5f / (depth * tangent); // a metre at its depth
+        const float x = float(width) * 0.5f + glm::dot(toLight, camera.right()) * pixels;
+        const float y = float(height) * 0.5f - glm::dot(toLight, camera.up) * pixels;
         if (!(x > -radius && y > -radius && x < float(width) + radius &&
               y < float(height) + radius))
             continue;
@@ -108,7 +110,7 @@ std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
                 if (px < 0 || py < 0 || px >= int(width) || py >= int(height))
                     continue;
                 const float distance = std::hypot(float(px) + 0.5f - x, float(py) + 0.5f - y);
-                if (distance <= radius + 1) // a white rim sets the disc off from its surroundings
+                if (distance <= radius + rim) // a white rim sets the disc off from its surroundings
                     picture[size_t(py) * width + size_t(px)] =
                         distance <= radius ? color : glm::vec3(1.0f);
             }

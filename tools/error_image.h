@@ -43,11 +43,12 @@ std::vector<glm::vec3> errorPicture(const std::vector<glm::vec3>& truthDisplay,
 
 /// Returns a display picture: the truth's brightness, tinted sky blue where rays answered, orange
 /// where maps did; a disc a light that was served, where the camera sees its position (hidden or
-/// not).
+/// not), a 120th of the picture's height in radius, 2.5 pixels at least.
+/// @param scale of the picture to the one as which it is shown: its pixels are those of that one
 std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
                                      const std::vector<float>& rayShares,
                                      const std::vector<MapRecord>& maps,
                                      const std::vector<Light>& lights, const Camera& camera,
-                                     uint32_t width, uint32_t height);
+                                     uint32_t width, uint32_t height, float scale = 1.0f);
 
 } // namespace shadowdag

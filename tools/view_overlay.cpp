@@ -75,7 +75,8 @@ OverlayPicture drawMethods(const OverlayInputs& in) {
     OverlayPicture picture;
     picture.display =
         methodPicture(in.display, rayShare(in.frame.pairs, in.frame.pairRoute), in.frame.maps,
-                      in.world.lights(), in.camera, in.options.width, in.options.height);
+                      in.world.lights(), in.camera, in.options.width, in.options.height,
+                      float(in.options.height) / float(in.request.options.height));
     picture.legend.title = "pairs answered by";
     picture.legend.swatches = {{kSkyBlue, "rays"}, {kOrange, "maps"}};
     return picture;
@@ -121,7 +122,7 @@ struct ChosenMap {
 
 ChosenMap chooseMap(const OverlayInputs& in) {
     ChosenMap chosen;
-    int drawn = 0;
+    const std::vector<int> drawn = drawnMaps(in.frame.maps);
     uint64_t most = 0;
     for (size_t r = 0; r < in.frame.maps.size(); ++r) {
         const MapRecord& map = in.frame.maps[r];
@@ -131,9 +132,8 @@ ChosenMap chooseMap(const OverlayInputs& in) {
             in.request.light < 0 || map.quantities.light == uint32_t(in.request.light);
         if (isOf && (chosen.record < 0 || map.quantities.samples > most)) {
             most = map.quantities.samples;
-            chosen = {int(r), drawn};
+            chosen = {int(r), drawn[r]};
         }
-        ++drawn;
     }
     return chosen;
 }

@@ -161,11 +161,7 @@ PixelReport reportPixel(FrameRenderer& renderer, const World& world, const Truth
     report.surface = surfaceName(world, gbuffer.triangle[sample]);
     report.cluster = renderer.clusters().clusterOfSample[sample];
 
-    std::vector<int> drawn(frame.maps.size(), kByRays); // by record
-    int count = 0;
-    for (size_t r = 0; r < frame.maps.size(); ++r)
-        if (frame.maps[r].route == Route::kMap)
-            drawn[r] = count++;
+    const std::vector<int> drawn = drawnMaps(frame.maps);
     const ClusterLightsView lists = renderer.clusterLights();
     renderer.prepareExact();
     const PairTeller teller(renderer, world, truth, options);

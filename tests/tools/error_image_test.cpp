@@ -56,4 +56,29 @@ TEST(ErrorImage, ALightInTheMiddleIsDrawnInTheMiddle) {
     EXPECT_GT(corner.b, corner.r);        // sky blue: rays
 }
 
+TEST(ErrorImage, LightsOfASmallerPictureCoverTheSameShareOfIt) {
+    Camera camera;
+    Light light;
+    light.positionWorld = {0, 0, -5};
+    MapRecord map;
+    map.quantities.light = 0;
+    map.route = Route::kMap;
+    const auto coveredShare = [&](uint32_t side, float scale) {
+        const size_t count = size_t(side) * side;
+        const std::vector<glm::vec3> picture = methodPicture(
+            std::vector<glm::vec3>(count, glm::vec3(0.0f)), std::vector<float>(count, 1.0f), {map},
+            {light}, camera, side, side, scale);
+        size_t covered = 0;
+        for (const glm::vec3& p : picture)
+            covered += p.r > p.b || p == glm::vec3(1.0f);
+        return double(covered) / double(count);
+    };
+    for (const uint32_t full : {200u, 720u}) {
+        const double share = coveredShare(full, 1);
+        EXPECT_NEAR(coveredShare(full / 4, 0.25f) / share, 1.0, 0.35) << full;
+        EXPECT_LT(coveredShare(full / 8, 0.125f) / share, 3.0) << full;
+        EXPECT_GT(coveredShare(full / 8, 0.125f), 0.0) << full;
+    }
+}
+
 } // namespace shadowdag
