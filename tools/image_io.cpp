@@ -25,6 +25,21 @@ Imf::PixelType imfType(ExrChannel::Type type) {
     return type == ExrChannel::Type::kHalf ? Imf::HALF : Imf::FLOAT;
 }
 
+/// Writes three bytes a pixel.
+void writeRgb(const std::string& path, uint32_t width, uint32_t height,
+              const std::vector<uint8_t>& bytes) {
+    OutputFile file(path);
+    const auto append = [](void* context, void* data, int size) {
+        static_cast<std::string*>(context)->append(static_cast<const char*>(data), size_t(size));
+    };
+    std::string encoded;
+    if (!stbi_write_png_to_func(append, &encoded, int(width), int(height), 3, bytes.data(),
+                                int(width) * 3))
+        throw Error(ErrorKind::kResource, path + ": not enough memory to encode the picture");
+    file.write(encoded);
+    file.commit();
+}
+
 } // namespace
 
 void addColorChannels(std::vector<ExrChannel>& channels, const std::string& prefix,
@@ -87,16 +102,18 @@ void writePng(const std::string& path, uint32_t width, uint32_t height,
     for (const glm::vec3& pixel : display)
         for (int c = 0; c < 3; ++c)
             bytes.push_back(uint8_t(std::clamp(pixel[c], 0.0f, 1.0f) * 255.0f + 0.5f));
-    OutputFile file(path);
-    const auto append = [](void* context, void* data, int size) {
-        static_cast<std::string*>(context)->append(static_cast<const char*>(data), size_t(size));
-    };
-    std::string encoded;
-    if (!stbi_write_png_to_func(append, &encoded, int(width), int(height), 3, bytes.data(),
-                                int(width) * 3))
-        throw Error(ErrorKind::kResource, path + ": not enough memory to encode the picture");
-    file.write(encoded);
-    file.commit();
+    writeRgb(path, width, height, bytes);
+}
+
+void writePngBytes(const std::string& path, uint32_t width, uint32_t height,
+                   const std::vector<uint8_t>& rgba) {
+    SDAG_ASSERT(rgba.size() == 4 * size_t(width) * height);
+    std::vector<uint8_t> bytes;
+    bytes.reserve(rgba.size() / 4 * 3);
+    for (size_t i = 0; i < rgba.size(); ++i)
+        if (i % 4 != 3)
+            bytes.push_back(rgba[i]);
+    writeRgb(path, width, height, bytes);
 }
 
 } // namespace shadowdag

@@ -32,5 +32,8 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height,
 /// Throws Error kResource when the disk refuses.
 void writePng(const std::string& path, uint32_t width, uint32_t height,
               const std::vector<glm::vec3>& display);
+/// Writes the first three of four bytes a pixel as they are.
+void writePngBytes(const std::string& path, uint32_t width, uint32_t height,
+                   const std::vector<uint8_t>& rgba);
 
 } // namespace shadowdag

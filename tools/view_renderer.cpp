@@ -4,19 +4,18 @@
 #include "cuda/parallel_for.h"
 #include "gl/context.h"
 #include "hybrid/error.h"
-#include "hybrid/view_rays.h"
+#include "hybrid/tone_map.h"
 #include "shadowmap/gl_pages.h"
 #include "tools/frame_json.h"
+#include "tools/parse.h"
 #include "tools/view_observer.h"
-#include "tools/view_overlay.h"
 #include "tools/view_pixel.h"
-#include "tools/view_save.h"
-#include "tools/view_truth.h"
+#include "tools/view_scene.h"
+#include "tools/view_shown.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <map>
 #include <utility>
 
 namespace shadowdag {
@@ -27,17 +26,6 @@ using Clock = std::chrono::steady_clock;
 
 double since(Clock::time_point start) {
     return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-/// As toneMap, on all threads.
-std::vector<glm::vec3> displayed(const std::vector<glm::vec3>& linear, float exposure) {
-    std::vector<glm::vec3> display(linear.size());
-    cpuParallelRanges(linear.size(), 4096, [&](size_t begin, size_t end) {
-        const std::vector<glm::vec3> part =
-            toneMap({linear.begin() + ptrdiff_t(begin), linear.begin() + ptrdiff_t(end)}, exposure);
-        std::copy(part.begin(), part.end(), display.begin() + ptrdiff_t(begin));
-    });
-    return display;
 }
 
 std::vector<uint8_t> bytesOf(const std::vector<glm::vec3>& display) {
@@ -53,8 +41,33 @@ std::vector<uint8_t> bytesOf(const std::vector<glm::vec3>& display) {
     return rgba;
 }
 
-bool isTruth(const ViewSide& side) {
-    return side.method == "embree";
+/// Returns whether an overlay asks rays of its own at every pixel: too slow for a picture that
+/// moves, at full size.
+bool tracesItself(ViewOverlay overlay) {
+    return overlay == ViewOverlay::kVoxels || overlay == ViewOverlay::kSteps;
+}
+
+/// Returns whether an overlay reads the answers of pairs.
+bool needsPairs(ViewOverlay overlay) {
+    return overlay == ViewOverlay::kMethods || needsTruth(overlay);
+}
+
+/// Returns a request as it is rendered: sparse textures have the device's pages.
+ViewRequest followed(const ViewRequest& asked, Backend backend) {
+    ViewRequest request = asked;
+    if (backend == Backend::kGl &&
+        chooseGlPages(askedGlPages(), glDeviceInfo()) == GlPages::kSparse)
+        request.options.maps.pageTexels = glDeviceInfo().sparsePageTexels;
+    return request;
+}
+
+/// Returns whether two requests mean the same frames.
+bool haveSameFrames(const ViewRequest& a, const ViewRequest& b) {
+    // Where the frame is a frozen camera's, who looks on changes the picture alone.
+    const bool hasSameCamera = a.frozen == b.frozen && (!a.frozen.empty() || a.camera == b.camera);
+    return hasSameCamera && a.scene == b.scene && a.frame == b.frame && a.isSplit == b.isSplit &&
+           a.sides[0] == b.sides[0] && (!a.isSplit || a.sides[1] == b.sides[1]) &&
+           a.options == b.options;
 }
 
 /// Returns the options that a side of a request is rendered with at a scale: what maps are asked
@@ -68,106 +81,27 @@ FrameOptions optionsOf(const ViewRequest& request, const ViewSide& side, float s
     options.height = scaled(request.options.height);
     options.undersample *= float(double(options.width) / double(request.options.width));
     options.rays.kind = side.method == "dag-exact" ? RayKind::kExact : RayKind::kVoxels;
-    options.recordPairs = (!request.isMoving && request.wantsError) ||
-                          request.overlay == ViewOverlay::kMethods || needsTruth(request.overlay);
+    options.recordPairs = (!request.isMoving && request.wantsError) || needsPairs(request.overlay);
+    options.recordQuantities = false; // nobody reads them here
     return options;
 }
 
-} // namespace
-
-/// The scene that is open, with all that outlives a picture.
-struct ViewRenderer::Open {
-    uint64_t serial = 0;
-    LoadedScene scene;
-    std::string cameraText; ///< of the first view
-    std::string assetPath;
-    std::unique_ptr<Dag> dag; ///< where renderers find it, whoever owns it
-    std::array<std::unique_ptr<FrameRenderer>, 2> renderers; ///< by side; share the scene
-    std::unique_ptr<FrameRenderer> observer;                 ///< of frozen views
-    std::unique_ptr<Truth> truth;                            ///< null until asked for
-    bool isTruthOld = false;                                 ///< something moved since
-    std::map<std::string, std::unique_ptr<CostModel>> models;
-    uint32_t frame = 0;
-    float exposure = 0; ///< 0: not found yet
-    FrameCamera placed{"auto"};
-
-    /// Makes the renderers over a DAG, then takes it over; what was there stays when that throws.
-    void makeRenderers(Backend backend, std::unique_ptr<Dag> ofDag) {
-        const Dag& read = ofDag ? *ofDag : *dag;
-        auto first = std::make_unique<FrameRenderer>(backend, *scene.world, read);
-        auto second = first->shareScene();
-        auto third = first->shareScene();
-        observer = std::move(third);
-        renderers[1] = std::move(second);
-        renderers[0] = std::move(first);
-        if (ofDag)
-            dag = std::move(ofDag);
-    }
-    Truth& truthNow() {
-        if (!truth)
-            truth = std::make_unique<Truth>(*scene.world);
-        else if (isTruthOld)
-            truth->update(*scene.world);
-        isTruthOld = false;
-        return *truth;
-    }
-    /// Returns the model of a side. Throws Error kUsage for one that is none, or that needs costs
-    /// which there are not.
-    CostModel& model(const ViewSide& side, const CostSource& costs) {
-        const std::string text = side.method == "maps"     ? "texels:0"
-                                 : side.method == "hybrid" ? side.model
-                                                           : "texels:inf";
-        std::unique_ptr<CostModel>& kept = models[text];
-        if (!kept) {
-            std::unique_ptr<CostModel> made = makeCostModel(text);
-            giveCalibration(*made, costs);
-            kept = std::move(made);
-        }
-        return *kept;
-    }
-    Camera camera(const std::string& text) {
-        // One that is placed stays: it would jump with what moves, and takes a second to place.
-        if (text == "auto" || (text.empty() && scene.world->cameras().empty()))
-            return placed.at(*scene.world);
-        return chooseCamera(*scene.world, text);
-    }
-};
-
-/// The picture that is shown: what refining it and drawing it anew needs.
-struct ViewRenderer::Shown {
-    ViewRequest request;
-    float scale = 1;
-    Camera camera, look; ///< of the frame, of the picture
-    std::array<FrameOptions, 2> options;
-    std::array<FrameResult, 2> frames; ///< of the sides by a method
-    std::array<double, 2> truthMs{};
-    PairList truthPairs; ///< where no side recorded them
-    const PairList* pairs = nullptr;
-    GBufferView gbuffer;
-    TruthRefinement refinement;
-    bool asksTruth = false;
-    std::array<ViewErrors, 2> errors;
-    /// What does not change as the truth is refined, once it is drawn.
-    struct Drawn {
-        std::vector<uint8_t> rgba;
-        ViewLegend legend;
+/// Returns what frames call between stages; empty where nobody can give a picture up.
+std::function<void()> asking(const ViewHooks& hooks) {
+    if (!hooks.isUnwanted)
+        return {};
+    return [&hooks] {
+        if (hooks.isUnwanted())
+            throw PictureGivenUp{};
     };
-    std::array<Drawn, 2> drawn;
-    UnfoldedMap map;
-    std::optional<PixelReport> pixel;
-    Clock::time_point start;
+}
 
-    bool shows(size_t side) const { return side == 0 || request.isSplit; }
-    /// Returns whether a side's picture is the same until the next request.
-    bool staysAsItIs(size_t side) const {
-        return request.overlay == ViewOverlay::kVoxels ||
-               (!isTruth(request.sides[side]) && !needsTruth(request.overlay));
-    }
-    bool hasErrors(size_t side) const {
-        return asksTruth && shows(side) && !isTruth(request.sides[side]) && pairs != nullptr &&
-               frames[side].visibility.size() == pairs->count();
-    }
-};
+void giveUpIfUnwanted(const ViewHooks& hooks) {
+    if (hooks.isUnwanted && hooks.isUnwanted())
+        throw PictureGivenUp{};
+}
+
+} // namespace
 
 ViewRenderer::ViewRenderer(ViewSettings settings) : settings_(std::move(settings)) {}
 ViewRenderer::~ViewRenderer() = default;
@@ -176,58 +110,22 @@ ViewSceneInfo ViewRenderer::open(const std::string& scene, const std::string& ca
                                  uint32_t resolutionLog2, const std::string& assetPath,
                                  const Console& console) {
     const Experiment& e = settings_.experiment;
-    auto opened = std::make_unique<Open>();
+    auto opened = std::make_unique<ViewScene>();
     opened->scene = loadSceneAndWorld(scene, e.lightCount, e.lightSeed, true, console);
     opened->cameraText = camera;
     opened->camera(camera); // a name that is not there is told before the voxels are built
-    giveVoxels(*opened, resolutionLog2, assetPath, console);
+    opened->giveVoxels(settings_, resolutionLog2, assetPath, console);
     opened->serial = ++sceneCount_;
     shown_.reset();
     open_ = std::move(opened);
-    return infoOf(*open_);
+    return open_->info(e);
 }
 
 ViewSceneInfo ViewRenderer::setVoxels(uint32_t resolutionLog2, const std::string& assetPath,
                                       const Console& console) {
     shown_.reset();
-    giveVoxels(*open_, resolutionLog2, assetPath, console);
-    return infoOf(*open_);
-}
-
-void ViewRenderer::giveVoxels(Open& open, uint32_t resolutionLog2, const std::string& assetPath,
-                              const Console& console) {
-    VoxelSource source{{}, settings_.cacheDirectory, settings_.allowStale};
-    if (!assetPath.empty())
-        source.assetPaths.push_back(assetPath);
-    auto dag = std::make_unique<Dag>(
-        std::move(obtainDags(open.scene, {resolutionLog2}, source, console).front()));
-    open.makeRenderers(settings_.backend, std::move(dag));
-    open.assetPath = assetPath;
-}
-
-ViewSceneInfo ViewRenderer::infoOf(Open& open) const {
-    const World& world = *open.scene.world;
-    ViewSceneInfo info;
-    info.serial = open.serial;
-    info.argument = open.scene.argument;
-    info.triangleCount = world.triangles().count();
-    info.voxelResolution = open.dag->isBuilt() ? open.dag->grid.resolution() : 0;
-    info.voxelBytes = open.dag->words.size() * sizeof(uint32_t);
-    info.lights = world.lights();
-    // Of several with one name --camera finds the first; numbers and "auto" mean something else.
-    for (const std::string& name : cameraNames(world))
-        if (!name.empty() && name != "auto" && name.find(',') == std::string::npos &&
-            std::find(info.cameras.begin(), info.cameras.end(), name) == info.cameras.end())
-            info.cameras.push_back(name);
-    info.cameraText = open.cameraText;
-    info.camera = open.camera(open.cameraText);
-    info.isPlaced =
-        open.cameraText == "auto" || (open.cameraText.empty() && world.cameras().empty());
-    info.bounds = world.boundsWorld();
-    info.frameCount =
-        uint32_t(std::floor(double(world.scene().durationSeconds()) * settings_.experiment.fps)) +
-        1;
-    return info;
+    open_->giveVoxels(settings_, resolutionLog2, assetPath, console);
+    return open_->info(settings_.experiment);
 }
 
 void ViewRenderer::setBackend(Backend backend) {
@@ -237,114 +135,11 @@ void ViewRenderer::setBackend(Backend backend) {
     settings_.backend = backend;
 }
 
-void ViewRenderer::moveTo(uint32_t frame) {
-    Open& o = *open_;
-    if (frame == o.frame)
-        return;
-    const std::vector<uint32_t> moved =
-        o.scene.world->setTime(settings_.experiment.timeOfFrame(frame));
-    o.renderers[0]->worldChanged(moved); // for all that share the scene
-    o.isTruthOld = o.isTruthOld || !moved.empty();
-    o.frame = frame;
-}
-
-void ViewRenderer::renderSide(size_t side) {
-    Open& o = *open_;
-    Shown& s = *shown_;
-    const ViewSide& asked = s.request.sides[side];
-    if (isTruth(asked))
-        return;
-    refuseStaleExact(asked.method == "dag-exact", settings_.allowStale);
-    CostModel& model = o.model(asked, settings_.costs);
-    FrameRenderer& renderer = *o.renderers[side];
-    if (model.needsCosts())
-        model.setCosts(settings_.costs.table
-                           ? findCosts(*settings_.costs.table, settings_.costs.path, o.scene.name,
-                                       s.request.frame)
-                           : renderer.measureCosts(s.camera, s.options[side], 1));
-    s.frames[side] = renderer.render(s.camera, model, s.options[side]);
-}
-
-std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, float scale) {
-    const Clock::time_point start = Clock::now();
-    ViewRequest request = asked;
-    // Sparse textures have the device's pages: what is drawn is what is told and saved.
-    if (settings_.backend == Backend::kGl &&
-        chooseGlPages(askedGlPages(), glDeviceInfo()) == GlPages::kSparse)
-        request.options.maps.pageTexels = glDeviceInfo().sparsePageTexels;
-    Open& o = *open_;
-    // A model that is none leaves the picture before as it is, to be refined on.
-    for (size_t side = 0; side < (request.isSplit ? 2u : 1u); ++side)
-        if (!isTruth(request.sides[side]))
-            o.model(request.sides[side], settings_.costs);
-    shown_.reset(); // whatever throws from here on leaves nothing to refine
-    moveTo(request.frame);
-    // What rests stands for itself, as the frames of compare do: nothing is held from pictures that
-    // moved, at other sizes.
-    if (!request.isMoving)
-        for (const auto& renderer : o.renderers)
-            renderer->reset();
-    auto made = std::make_unique<Shown>();
-    made->request = request;
-    made->scale = scale;
-    made->start = start;
-    made->look = o.camera(request.camera);
-    made->camera = request.frozen.empty() ? made->look : o.camera(request.frozen);
-    for (size_t side = 0; side < 2; ++side)
-        made->options[side] = optionsOf(request, request.sides[side], scale);
-    shown_ = std::move(made);
-    Shown& s = *shown_;
-    try {
-        bool showsTruth = false;
-        for (size_t side = 0; side < 2; ++side)
-            if (s.shows(side)) {
-                renderSide(side);
-                showsTruth = showsTruth || isTruth(request.sides[side]);
-            }
-        s.asksTruth =
-            showsTruth || needsTruth(request.overlay) || (request.wantsError && !request.isMoving);
-        if (s.asksTruth) {
-            size_t from = 2; // a side that recorded its pairs
-            for (size_t side = 0; side < 2; ++side)
-                if (s.shows(side) && !s.frames[side].pairs.sampleStart.empty())
-                    from = side;
-            if (from < 2) {
-                s.pairs = &s.frames[from].pairs;
-            } else {
-                from = isTruth(request.sides[0]) ? 0 : 1;
-                s.truthPairs = o.renderers[from]->listPairs(s.camera, s.options[from]);
-                s.pairs = &s.truthPairs;
-            }
-            s.gbuffer = o.renderers[from]->gbuffer();
-            s.refinement = TruthRefinement(s.gbuffer, o.scene.world->lights(), *s.pairs);
-            if (request.isMoving) {
-                const Clock::time_point asked = Clock::now();
-                s.refinement.finish(o.truthNow());
-                s.truthMs.fill(since(asked));
-                std::vector<uint32_t> all(s.gbuffer.count());
-                for (size_t i = 0; i < all.size(); ++i)
-                    all[i] = uint32_t(i);
-                countErrors(all);
-            } else {
-                refine(0);
-            }
-        }
-        if (request.pixel && !request.isMoving && request.frozen.empty())
-            for (size_t side = 0; side < 2 && !s.pixel; ++side)
-                if (s.shows(side) && !isTruth(request.sides[side])) {
-                    const FrameOptions& options = s.options[side];
-                    const auto at = [](float share, uint32_t count) {
-                        return std::min(uint32_t(std::max(share, 0.0f) * float(count)), count - 1);
-                    };
-                    s.pixel = reportPixel(
-                        *o.renderers[side], *o.scene.world, o.truthNow(), s.frames[side], options,
-                        at(request.pixel->x, options.width), at(request.pixel->y, options.height));
-                }
-        return picture();
-    } catch (...) {
-        shown_.reset();
-        throw;
-    }
+void ViewRenderer::setCosts(CostSource costs) {
+    shown_.reset();
+    settings_.costs = std::move(costs);
+    if (open_)
+        open_->models.clear();
 }
 
 void ViewRenderer::close() {
@@ -354,6 +149,177 @@ void ViewRenderer::close() {
 
 bool ViewRenderer::shows(uint64_t scene) const {
     return open_ && (scene == 0 || scene == open_->serial);
+}
+
+const FrameCosts& ViewRenderer::costsOf(size_t side, const ViewHooks& hooks) {
+    ViewScene& o = *open_;
+    ViewShown& s = *shown_;
+    if (settings_.costs.table)
+        return findCosts(*settings_.costs.table, settings_.costs.path, o.scene.name,
+                         s.request.frame);
+    FrameOptions options = s.options[side];
+    options.recordPairs = false; // no cost depends on it
+    const std::string& camera = s.request.frozen.empty() ? s.request.camera : s.request.frozen;
+    const bool isKept = o.measured && o.measured->frame == s.request.frame &&
+                        o.measured->options == options && o.measured->camera == camera;
+    if (!isKept) {
+        if (hooks.tells)
+            hooks.tells("oracle: measure what every map costs by both methods");
+        const Clock::time_point start = Clock::now();
+        FrameCosts costs = o.renderers[side]->measureCosts(s.camera, options, 1, asking(hooks));
+        o.measured =
+            MeasuredCosts{camera, s.request.frame, options, std::move(costs), since(start)};
+        if (hooks.tells)
+            hooks.tells("");
+    }
+    s.notes.push_back("oracle: the costs of " + std::to_string(o.measured->costs.maps.size()) +
+                      " maps, measured in " + numberText(std::round(o.measured->tookMs) * 1e-3) +
+                      " s, are kept until the view changes");
+    return o.measured->costs;
+}
+
+void ViewRenderer::renderSide(size_t side, const ViewHooks& hooks) {
+    ViewScene& o = *open_;
+    ViewShown& s = *shown_;
+    const ViewSide& asked = s.request.sides[side];
+    if (isTruth(asked))
+        return;
+    refuseStaleExact(asked.method == "dag-exact", settings_.allowStale);
+    CostModel* model = &o.model(asked, settings_.costs);
+    if (model->needsCosts() && !settings_.costs.table && !s.isWhole) {
+        s.notes.push_back(std::string("oracle measures once the view rests; until then ") +
+                          kStandInModel + " routes");
+        model = &o.model({"hybrid", kStandInModel}, settings_.costs);
+    } else if (model->needsCosts()) {
+        model->setCosts(costsOf(side, hooks));
+    }
+    s.frames[side] = o.renderers[side]->render(s.camera, *model, s.options[side], asking(hooks));
+}
+
+void ViewRenderer::startTruth() {
+    ViewScene& o = *open_;
+    ViewShown& s = *shown_;
+    size_t from = 2; // a side that recorded its pairs
+    for (size_t side = 0; side < 2; ++side)
+        if (s.hasFrame(side) && !s.frames[side].pairs.sampleStart.empty())
+            from = side;
+    if (from < 2) {
+        s.pairs = &s.frames[from].pairs;
+    } else {
+        from = isTruth(s.request.sides[0]) ? 0 : 1;
+        s.truthPairs = o.renderers[from]->listPairs(s.camera, s.options[from]);
+        s.pairs = &s.truthPairs;
+    }
+    s.gbuffer = o.renderers[from]->gbuffer();
+    s.refinement = TruthRefinement(s.gbuffer, o.scene.world->lights(), *s.pairs);
+    if (s.isWhole) {
+        refine(0);
+        return;
+    }
+    const Clock::time_point asked = Clock::now();
+    s.refinement.finish(o.truthNow());
+    s.truthMs.fill(since(asked));
+    std::vector<uint32_t> all(s.gbuffer.count());
+    for (size_t i = 0; i < all.size(); ++i)
+        all[i] = uint32_t(i);
+    countErrors(all);
+}
+
+void ViewRenderer::reportPixelAsked() {
+    ViewScene& o = *open_;
+    ViewShown& s = *shown_;
+    s.pixel.reset();
+    if (!s.request.pixel || s.request.isMoving || !s.request.frozen.empty())
+        return;
+    for (size_t side = 0; side < 2 && !s.pixel; ++side) {
+        if (!s.hasFrame(side))
+            continue;
+        const FrameOptions& options = s.options[side];
+        const auto at = [](float share, uint32_t count) {
+            return std::min(uint32_t(std::max(share, 0.0f) * float(count)), count - 1);
+        };
+        s.pixel = reportPixel(*o.renderers[side], *o.scene.world, o.truthNow(), s.frames[side],
+                              options, at(s.request.pixel->x, options.width),
+                              at(s.request.pixel->y, options.height));
+    }
+}
+
+bool ViewRenderer::canRedraw(const ViewRequest& asked) const {
+    const ViewRequest request = followed(asked, settings_.backend);
+    return shown_ && shown_->isWhole && haveSameFrames(shown_->request, request) &&
+           ((!request.wantsError && !needsPairs(request.overlay)) || shown_->hasPairs()) &&
+           (!request.isMoving ||
+            (!tracesItself(request.overlay) && shown_->request.camera == request.camera));
+}
+
+std::shared_ptr<ViewPicture> ViewRenderer::redraw(const ViewRequest& request,
+                                                  const ViewHooks& hooks) {
+    ViewShown& s = *shown_;
+    const bool isOtherPixel = s.request.pixel != request.pixel;
+    s.request = request;
+    s.start = Clock::now();
+    s.look = open_->camera(request.camera);
+    s.drawn = {};
+    s.map = {};
+    bool showsTruth = false;
+    for (size_t side = 0; side < 2; ++side)
+        showsTruth = showsTruth || (s.shows(side) && isTruth(request.sides[side]));
+    s.asksTruth = showsTruth || needsTruth(request.overlay) || request.wantsError;
+    if (s.asksTruth && s.pairs == nullptr)
+        startTruth();
+    if (isOtherPixel)
+        reportPixelAsked();
+    return picture(hooks);
+}
+
+std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, float scale,
+                                                  const ViewHooks& hooks) {
+    const Clock::time_point start = Clock::now();
+    const ViewRequest request = followed(asked, settings_.backend);
+    if (scale >= 1.0f && canRedraw(request))
+        return redraw(request, hooks);
+    ViewScene& o = *open_;
+    // A model that is none leaves the picture before as it is, to be refined on.
+    for (size_t side = 0; side < (request.isSplit ? 2u : 1u); ++side)
+        if (!isTruth(request.sides[side]))
+            o.model(request.sides[side], settings_.costs);
+    shown_.reset(); // whatever throws from here on leaves nothing to refine
+    o.moveTo(request.frame, settings_.experiment);
+    // What rests stands for itself, as the frames of compare do: nothing is held from pictures that
+    // moved, at other sizes.
+    if (!request.isMoving)
+        for (const auto& renderer : o.renderers)
+            renderer->reset();
+    auto made = std::make_unique<ViewShown>();
+    made->request = request;
+    made->scale = scale;
+    made->isWhole = !request.isMoving && scale >= 1.0f;
+    made->start = start;
+    made->look = o.camera(request.camera);
+    made->camera = request.frozen.empty() ? made->look : o.camera(request.frozen);
+    for (size_t side = 0; side < 2; ++side)
+        made->options[side] = optionsOf(request, request.sides[side], scale);
+    shown_ = std::move(made);
+    ViewShown& s = *shown_;
+    try {
+        bool showsTruth = false;
+        for (size_t side = 0; side < 2; ++side)
+            if (s.shows(side)) {
+                renderSide(side, hooks);
+                showsTruth = showsTruth || isTruth(request.sides[side]);
+            }
+        giveUpIfUnwanted(hooks);
+        s.asksTruth =
+            showsTruth || needsTruth(request.overlay) || (request.wantsError && !request.isMoving);
+        if (s.asksTruth)
+            startTruth();
+        giveUpIfUnwanted(hooks);
+        reportPixelAsked();
+        return picture(hooks);
+    } catch (...) {
+        shown_.reset();
+        throw;
+    }
 }
 
 bool ViewRenderer::canRefine() const {
@@ -379,7 +345,7 @@ bool ViewRenderer::refine(double budgetMs) {
 }
 
 void ViewRenderer::countErrors(const std::vector<uint32_t>& samples) {
-    Shown& s = *shown_;
+    ViewShown& s = *shown_;
     const std::vector<uint8_t>& truth = s.refinement.visibility();
     for (size_t side = 0; side < 2; ++side) {
         if (!s.hasErrors(side))
@@ -399,7 +365,7 @@ void ViewRenderer::countErrors(const std::vector<uint32_t>& samples) {
 }
 
 std::vector<glm::vec3> ViewRenderer::truthColor() const {
-    const Shown& s = *shown_;
+    const ViewShown& s = *shown_;
     std::vector<glm::vec3> color =
         shadePairs(s.gbuffer, *open_->scene.world, *s.pairs, s.refinement.visibility());
     if (s.refinement.isDone())
@@ -410,15 +376,18 @@ std::vector<glm::vec3> ViewRenderer::truthColor() const {
     return filled;
 }
 
-std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewPicture& picture) {
-    Open& o = *open_;
-    Shown& s = *shown_;
-    const bool hasFrame = !isTruth(s.request.sides[side]);
+float ViewRenderer::exposure() const {
+    return open_->exposure * std::exp2(shown_->request.exposureStops);
+}
+
+std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewLegend& legend) {
+    ViewScene& o = *open_;
+    ViewShown& s = *shown_;
+    const bool hasFrame = s.hasFrame(side);
     const std::vector<glm::vec3> color = hasFrame ? s.frames[side].color : truthColor();
     if (!(o.exposure > 0))
-        o.exposure = autoExposure(color);
-    const std::vector<glm::vec3> lit =
-        displayed(color, o.exposure * std::exp2(s.request.exposureStops));
+        o.exposure = settings_.experiment.exposureOf(color);
+    const std::vector<glm::vec3> lit = toneMap(color, exposure());
     // The truth's own side shows nothing that only a method has.
     const bool isPlain = !hasFrame && s.request.overlay != ViewOverlay::kVoxels;
     std::vector<uint8_t> truth;
@@ -440,7 +409,7 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewPicture& picture
                                lit,
                                truth};
     OverlayPicture drawn = isPlain ? OverlayPicture{lit, {}} : drawOverlay(inputs);
-    picture.legend = drawn.legend;
+    legend = std::move(drawn.legend);
     if (hasFrame && s.request.wantsMap && !s.request.isMoving && s.map.rgba.empty())
         s.map = drawUnfoldedMap(inputs);
     if (s.request.frozen.empty())
@@ -454,9 +423,9 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewPicture& picture
                                                   : View<const Box>{});
 }
 
-std::shared_ptr<ViewPicture> ViewRenderer::picture() {
+std::shared_ptr<ViewPicture> ViewRenderer::picture(const ViewHooks& hooks) {
     SDAG_ASSERT(shown_);
-    Shown& s = *shown_;
+    ViewShown& s = *shown_;
     auto picture = std::make_shared<ViewPicture>();
     picture->request = s.request;
     picture->width = s.options[0].width;
@@ -466,15 +435,15 @@ std::shared_ptr<ViewPicture> ViewRenderer::picture() {
     picture->lights = open_->scene.world->lights();
     picture->pixel = s.pixel;
     picture->backend = backendName(settings_.backend);
+    picture->notes = s.notes;
     for (size_t side = 0; side < 2; ++side) {
         if (!s.shows(side))
             continue;
         SideReport& report = picture->sides[side];
-        Shown::Drawn& drawn = s.drawn[side];
+        ViewShown::Drawn& drawn = s.drawn[side];
         if (drawn.rgba.empty() || !s.staysAsItIs(side)) {
-            ViewPicture made;
-            drawn.rgba = bytesOf(displayOf(side, made));
-            drawn.legend = std::move(made.legend);
+            giveUpIfUnwanted(hooks);
+            drawn.rgba = bytesOf(displayOf(side, drawn.legend));
         }
         report.rgba = drawn.rgba;
         if (picture->legend.title.empty()) // the left side's first
@@ -495,48 +464,9 @@ std::shared_ptr<ViewPicture> ViewRenderer::picture() {
     picture->mapWidth = s.map.width;
     picture->mapHeight = s.map.height;
     picture->mapTitle = s.map.title;
-    picture->isFinal = !canRefine() && s.scale >= 1.0f;
+    picture->isFinal = !canRefine() && s.isWhole && !s.request.isMoving;
     picture->workMs = since(s.start);
     return picture;
-}
-
-SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& directory) {
-    if (!asked.frozen.empty())
-        throw Error(ErrorKind::kUsage, "a frozen view is no frame of one camera; leave it (F) and "
-                                       "save again");
-    if (settings_.allowStale && !open_->assetPath.empty())
-        throw Error(ErrorKind::kUsage, "a view with --allow-stale could not be made again from the "
-                                       "scene's own voxels; open it without, and save again");
-    ViewRequest request = asked;
-    request.isMoving = false;
-    request.wantsError = true;
-    request.pixel.reset();
-    Open& o = *open_;
-    render(request, 1.0f);
-    Shown& s = *shown_;
-    std::vector<uint32_t> rest;
-    for (uint32_t i = 0; i < s.gbuffer.count(); ++i)
-        if (!s.refinement.isAnswered(i))
-            rest.push_back(i);
-    s.refinement.finish(o.truthNow());
-    countErrors(rest);
-    const std::shared_ptr<ViewPicture> whole = picture();
-
-    ViewFiles files{*whole, settings_.experiment, o.scene.argument, *o.dag, {}, {}};
-    for (size_t side = 0; side < 2; ++side) {
-        if (!s.shows(side))
-            continue;
-        const bool hasFrame = !isTruth(request.sides[side]);
-        std::vector<ExrChannel> channels = frameChannels(
-            {side == 0 ? "" : "right.", hasFrame ? s.frames[side].color : truthColor(),
-             ExrChannel::Type::kFloat, s.gbuffer, *s.pairs,
-             hasFrame ? s.frames[side].visibility : s.refinement.visibility(),
-             hasFrame ? s.frames[side].pairRoute : std::vector<Route>(),
-             hasFrame ? s.refinement.visibility() : std::vector<uint8_t>()});
-        std::move(channels.begin(), channels.end(), std::back_inserter(files.channels));
-        files.picture[side] = displayOf(side, *whole);
-    }
-    return writeView(files, directory);
 }
 
 } // namespace shadowdag

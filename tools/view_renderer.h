@@ -7,14 +7,15 @@
 #include "tools/scene_setup.h"
 #include "tools/view_request.h"
 
-#include <array>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace shadowdag {
 
-class Truth;
+struct ViewScene;
+struct ViewShown;
 
 /// What stays the same while a window is open.
 struct ViewSettings {
@@ -29,6 +30,15 @@ struct ViewSettings {
 /// The files of one saved view.
 struct SavedView {
     std::string png, exr, experiment;
+};
+
+/// Thrown where a picture is not wanted any more.
+struct PictureGivenUp {};
+
+/// Who is asked and told while a picture is made; each may be empty.
+struct ViewHooks {
+    std::function<bool()> isUnwanted;                   ///< asked between stages
+    std::function<void(const std::string& work)> tells; ///< what takes longer than a picture does
 };
 
 /// The scene that is open and what renders it.
@@ -50,26 +60,38 @@ public:
     /// Renders on another backend from now on; with a scene open, its renderers are made anew.
     /// Stays with the one before where that throws.
     void setBackend(Backend backend);
+    Backend backend() const { return settings_.backend; }
     /// Gives up the scene and what renders it. Renderers on OpenGL end on a thread that may make
     /// their context current: that which used them, not one that has a window's.
     void close();
     bool isOpen() const { return open_ != nullptr; }
     /// Returns whether requests of a scene, by its number, are of the one that is open; 0 is any.
     bool shows(uint64_t scene) const;
+    /// Routes by other costs from now on.
+    void setCosts(CostSource costs);
 
     /// Renders a request at a scale of its size. Every side but the truth's is whole; the truth's
     /// whole where the request moves, else what isFinal = false says is refined by refine(). At a
     /// scale below 1 resolutions of maps are asked for as if at scale 1, so that maps and what
     /// routes by their texels stay what they are; other models and footprints see the smaller
-    /// picture. Throws what FrameRenderer::render throws.
-    std::shared_ptr<ViewPicture> render(const ViewRequest& request, float scale);
+    /// picture. A model whose costs are to be measured gets them where the picture rests at its
+    /// full size, and keeps them until something changes; elsewhere kStandInModel routes, and the
+    /// notes say so. Where canRedraw(), the frames of the last picture are drawn again. Throws what
+    /// FrameRenderer::render throws, and PictureGivenUp where it is unwanted: then there is no last
+    /// picture.
+    std::shared_ptr<ViewPicture> render(const ViewRequest& request, float scale,
+                                        const ViewHooks& hooks = {});
+    /// Returns whether the last picture's frames are those of a request, and what they know is
+    /// enough to draw it: it then comes at once, at full size, with the truth found so far.
+    bool canRedraw(const ViewRequest& request) const;
     /// Asks the truth for more samples of the last picture, for about `budgetMs`. Returns whether
     /// there is more to ask.
     bool refine(double budgetMs);
     /// Returns whether refine() has something to do.
     bool canRefine() const;
-    /// Returns the last picture anew, with what refine() found since.
-    std::shared_ptr<ViewPicture> picture();
+    /// Returns the last picture anew, with what refine() found since. Throws PictureGivenUp where
+    /// it is unwanted; it can be asked for again.
+    std::shared_ptr<ViewPicture> picture(const ViewHooks& hooks = {});
 
     /// Renders a request at its full size, by itself (nothing kept from frames before, the truth
     /// asked in full), and writes `directory`/view-NNNN.png, .exr and .experiment.json, NNNN the
@@ -80,21 +102,23 @@ public:
     SavedView save(const ViewRequest& request, const std::string& directory);
 
 private:
-    struct Open;
-    struct Shown;
-    void moveTo(uint32_t frame);
-    void giveVoxels(Open& open, uint32_t resolutionLog2, const std::string& assetPath,
-                    const Console& console);
-    ViewSceneInfo infoOf(Open& open) const;
-    void renderSide(size_t side);
+    std::shared_ptr<ViewPicture> redraw(const ViewRequest& request, const ViewHooks& hooks);
+    void renderSide(size_t side, const ViewHooks& hooks);
+    const FrameCosts& costsOf(size_t side, const ViewHooks& hooks);
+    void startTruth();
+    void reportPixelAsked();
     void countErrors(const std::vector<uint32_t>& samples);
     std::vector<glm::vec3> truthColor() const;
-    std::vector<glm::vec3> displayOf(size_t side, ViewPicture& picture);
+    std::vector<glm::vec3> displayOf(size_t side, ViewLegend& legend);
+    float exposure() const;
 
     ViewSettings settings_;
     uint64_t sceneCount_ = 0;
-    std::unique_ptr<Open> open_;
-    std::unique_ptr<Shown> shown_;
+    std::unique_ptr<ViewScene> open_;
+    std::unique_ptr<ViewShown> shown_;
 };
+
+/// Routes where costs are not measured yet.
+inline constexpr const char* kStandInModel = "texels:96";
 
 } // namespace shadowdag

@@ -150,6 +150,7 @@ struct ViewSceneInfo {
     uint64_t triangleCount = 0;
     uint32_t voxelResolution = 0; ///< 0: no voxels
     uint64_t voxelBytes = 0;
+    uint32_t largestLog2 = 12;        ///< voxels an axis that memory should do for, log2
     std::vector<Light> lights;        ///< at time 0
     std::vector<std::string> cameras; ///< those that --camera can name
     std::string cameraText;           ///< of the first view, as --camera takes it

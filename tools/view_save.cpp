@@ -4,11 +4,14 @@
 #include "tools/parse.h"
 #include "tools/provenance.h"
 #include "tools/report_run.h"
+#include "tools/view_scene.h"
+#include "tools/view_shown.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 
 namespace shadowdag {
 
@@ -34,7 +37,7 @@ std::string freeStem(const std::string& directory) {
 } // namespace
 
 Experiment experimentOf(const ViewRequest& request, const Experiment& base,
-                        const std::string& scene, const Dag& dag) {
+                        const std::string& scene, const Dag& dag, float exposure) {
     Experiment e = base;
     const FrameOptions& options = request.options;
     e.title = "A view of " + scene;
@@ -43,6 +46,7 @@ Experiment experimentOf(const ViewRequest& request, const Experiment& base,
     e.width = options.width;
     e.height = options.height;
     e.camera = request.camera;
+    e.exposure = double(exposure);
     e.frames = {request.frame};
     e.framesText = std::to_string(request.frame);
     e.methods = {"embree"};
@@ -100,15 +104,18 @@ SavedView writeView(const ViewFiles& files, const std::string& directory) {
     const std::string stem = freeStem(directory);
     const SavedView saved{stem + ".png", stem + ".exr", stem + ".experiment.json"};
     checkWritable(saved.png);
-    std::vector<glm::vec3> shown = files.picture[0];
+    std::vector<uint8_t> shown = view.sides[0].rgba;
     if (view.request.isSplit) {
         const uint32_t from = uint32_t(
             std::lround(double(view.width) * double(std::clamp(view.request.split, 0.0f, 1.0f))));
-        for (uint32_t y = 0; y < view.height; ++y)
-            for (uint32_t x = from; x < view.width; ++x)
-                shown[size_t(y) * view.width + x] = files.picture[1][size_t(y) * view.width + x];
+        const std::vector<uint8_t>& right = view.sides[1].rgba;
+        for (uint32_t y = 0; y < view.height; ++y) {
+            const ptrdiff_t row = ptrdiff_t(y) * view.width;
+            std::copy(right.begin() + 4 * (row + from), right.begin() + 4 * (row + view.width),
+                      shown.begin() + 4 * (row + from));
+        }
     }
-    writePng(saved.png, view.width, view.height, shown);
+    writePngBytes(saved.png, view.width, view.height, shown);
     std::vector<std::pair<std::string, std::string>> attributes{
         {"scene", files.scene},
         {"method", view.request.sides[0].method},
@@ -116,9 +123,48 @@ SavedView writeView(const ViewFiles& files, const std::string& directory) {
     if (view.request.isSplit)
         attributes.push_back({"right.method", view.request.sides[1].method});
     writeExr(saved.exr, view.width, view.height, files.channels, attributes);
-    writeWholeFile(saved.experiment, jsonText(toJson(experimentOf(view.request, files.experiment,
-                                                                  files.scene, files.dag))));
+    writeWholeFile(saved.experiment,
+                   jsonText(toJson(experimentOf(view.request, files.experiment, files.scene,
+                                                files.dag, files.exposure))));
     return saved;
+}
+
+SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& directory) {
+    if (!asked.frozen.empty())
+        throw Error(ErrorKind::kUsage, "a frozen view is no frame of one camera; leave it (F) and "
+                                       "save again");
+    if (settings_.allowStale && !open_->assetPath.empty())
+        throw Error(ErrorKind::kUsage, "a view with --allow-stale could not be made again from the "
+                                       "scene's own voxels; open it without, and save again");
+    ViewRequest request = asked;
+    request.isMoving = false;
+    request.wantsError = true;
+    request.pixel.reset();
+    ViewScene& o = *open_;
+    render(request, 1.0f);
+    ViewShown& s = *shown_;
+    std::vector<uint32_t> rest;
+    for (uint32_t i = 0; i < s.gbuffer.count(); ++i)
+        if (!s.refinement.isAnswered(i))
+            rest.push_back(i);
+    s.refinement.finish(o.truthNow());
+    countErrors(rest);
+    const std::shared_ptr<ViewPicture> whole = picture();
+
+    ViewFiles files{*whole, settings_.experiment, o.scene.argument, *o.dag, exposure(), {}};
+    for (size_t side = 0; side < 2; ++side) {
+        if (!s.shows(side))
+            continue;
+        const bool hasFrame = s.hasFrame(side);
+        std::vector<ExrChannel> channels = frameChannels(
+            {side == 0 ? "" : "right.", hasFrame ? s.frames[side].color : truthColor(),
+             ExrChannel::Type::kFloat, s.gbuffer, *s.pairs,
+             hasFrame ? s.frames[side].visibility : s.refinement.visibility(),
+             hasFrame ? s.frames[side].pairRoute : std::vector<Route>(),
+             hasFrame ? s.refinement.visibility() : std::vector<uint8_t>()});
+        std::move(channels.begin(), channels.end(), std::back_inserter(files.channels));
+    }
+    return writeView(files, directory);
 }
 
 } // namespace shadowdag

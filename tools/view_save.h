@@ -6,7 +6,6 @@
 #include "tools/frame_channels.h"
 #include "tools/view_renderer.h"
 
-#include <array>
 #include <string>
 #include <vector>
 
@@ -18,14 +17,14 @@ struct ViewFiles {
     const Experiment& experiment; ///< what the window was started with
     std::string scene;            ///< SCENE
     const Dag& dag;
+    float exposure; ///< that the picture was shown with
     std::vector<ExrChannel> channels;
-    std::array<std::vector<glm::vec3>, 2> picture; ///< display, by side
 };
 
-/// Returns the experiment that renders a view again: its scene, size, camera, frame, methods and
-/// parameters.
+/// Returns the experiment that renders a view again: its scene, size, camera, exposure, frame,
+/// methods and parameters.
 Experiment experimentOf(const ViewRequest& request, const Experiment& base,
-                        const std::string& scene, const Dag& dag);
+                        const std::string& scene, const Dag& dag, float exposure);
 
 /// Writes view-NNNN.png, .exr and .experiment.json under the first number of which none exists;
 /// split pictures side by side in the .png as they were seen, and the second side's channels with

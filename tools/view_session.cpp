@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/view_session.h"
 
+#include "tools/provenance.h"
+
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -61,6 +63,14 @@ void ViewSession::setBackend(const std::string& name) {
     {
         const std::lock_guard lock(mutex_);
         work_.backend = name;
+    }
+    asked_.notify_all();
+}
+
+void ViewSession::setCosts(const std::string& path) {
+    {
+        const std::lock_guard lock(mutex_);
+        work_.costs = path;
     }
     asked_.notify_all();
 }
@@ -127,6 +137,22 @@ void ViewSession::report(const std::string& what, double fraction) {
         wake_();
 }
 
+ViewHooks ViewSession::hooks() {
+    return {[this] {
+                const std::lock_guard lock(mutex_);
+                return isQuitting_ || work_.endsPicture();
+            },
+            [this](const std::string& work) {
+                {
+                    const std::lock_guard lock(mutex_);
+                    status_.work = work;
+                    status_.fraction = -1;
+                }
+                if (wake_)
+                    wake_();
+            }};
+}
+
 Console ViewSession::console() {
     return Console(Console::Listener{
         [this](const std::string& text) {
@@ -150,6 +176,7 @@ template <class F> void ViewSession::attempt(const char* kind, const F& step) {
     try {
         step();
     } catch (const GivenUp&) {
+    } catch (const PictureGivenUp&) {
     } catch (const Interrupted&) { // the window sees it as well
     } catch (const std::bad_alloc&) {
         error = "not enough memory; try fewer voxels, a smaller window or a smaller pool";
@@ -179,25 +206,46 @@ void ViewSession::openScene(const OpenWork& work) {
 void ViewSession::answer(const ViewRequest& request) {
     if (!renderer_.shows(request.scene))
         return; // of a scene that is no longer open
+    if (renderer_.canRedraw(request)) {
+        if (!request.isMoving)
+            return answerInFull(request);
+        publish(renderer_.render(request, 1.0f));
+        return;
+    }
     const float scale = scale_.next();
-    if (request.isMoving || scale < 1.0f) { // what rests is shown small first
-        ViewRequest quick = request;
-        quick.isMoving = true;
-        std::shared_ptr<ViewPicture> picture = renderer_.render(quick, scale);
-        scale_.note(scale, picture->workMs);
-        picture->request.isMoving = request.isMoving;
-        picture->isFinal = false;
-        publish(std::move(picture));
-        if (request.isMoving)
-            return;
-        const std::lock_guard lock(mutex_);
-        if (isQuitting_ || work_.any()) { // that first; and then this, where it is still the newest
-            if (!work_.ask)
-                work_.ask = request;
+    const auto measures = [](const ViewSide& side) {
+        return side.method == "hybrid" && side.model == "oracle";
+    };
+    if (!request.isMoving && scale >= 1.0f && !measures(request.sides[0]) &&
+        !measures(request.sides[1])) {
+        // Nothing was shown of it yet: were it given up, requests that never end would be shown
+        // nothing. It takes no longer than a picture that moves.
+        publish(renderer_.render(request, 1.0f));
+        return;
+    }
+    ViewRequest quick = request; // what rests is shown small first
+    quick.isMoving = true;
+    std::shared_ptr<ViewPicture> picture = renderer_.render(quick, scale);
+    scale_.note(scale, picture->workMs);
+    picture->request.isMoving = request.isMoving;
+    picture->isFinal = false;
+    publish(std::move(picture));
+    if (!request.isMoving)
+        answerInFull(request);
+}
+
+void ViewSession::answerInFull(const ViewRequest& request) {
+    try {
+        const ViewHooks ours = hooks();
+        if (!ours.isUnwanted()) {
+            publish(renderer_.render(request, 1.0f, ours));
             return;
         }
+    } catch (const PictureGivenUp&) {
     }
-    publish(renderer_.render(request, 1.0f));
+    const std::lock_guard lock(mutex_);
+    if (!work_.ask) // what is wanted first; and then this, where it is still the newest
+        work_.ask = request;
 }
 
 void ViewSession::doWork(const Work& work) {
@@ -206,6 +254,10 @@ void ViewSession::doWork(const Work& work) {
         attempt("backend", [&] {
             renderer_.setBackend(chooseBackend(*work.backend));
             scale_.reset();
+        });
+    if (work.costs)
+        attempt("costs", [&] {
+            renderer_.setCosts(readCostSource(*work.costs, buildProvenance(renderer_.backend())));
         });
     if (work.open) {
         attempt("open", [&] { openScene(*work.open); });
@@ -241,7 +293,7 @@ void ViewSession::refine() {
         if (hasNewWork())
             return;
     const double asked = spent();
-    publish(renderer_.picture());
+    publish(renderer_.picture(hooks()));
     drawnMs_ = spent() - asked;
 }
 

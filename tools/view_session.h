@@ -20,7 +20,7 @@ namespace shadowdag {
 /// What the worker is about, for the window's status line.
 struct ViewStatus {
     std::string work;    ///< "voxelize atrium 1024^3"; "" while nothing long is done
-    double fraction = 0; ///< of it
+    double fraction = 0; ///< of it; below 0: not known
     /// What went wrong, a line each for opening, saving, the backend and the picture; each stays
     /// until the same goes well, or clearErrors().
     std::string error;
@@ -43,7 +43,10 @@ public:
               const std::string& assetPath);
     /// Renders on another backend from now on, by its name (chooseBackend).
     void setBackend(const std::string& name);
-    /// Asks for a picture; the newest counts. Without a scene nothing comes.
+    /// Routes by the costs of a file from now on, as --costs names it.
+    void setCosts(const std::string& path);
+    /// Asks for a picture; the newest counts. Without a scene nothing comes. A full-size picture
+    /// that is being made is given up for it, between two stages.
     void ask(const ViewRequest& request);
     /// Asks for a view's files, after everything asked before.
     void save(const ViewRequest& request, const std::string& directory);
@@ -69,17 +72,21 @@ private:
         std::string directory;
     };
     struct Work {
-        std::optional<std::string> backend;
+        std::optional<std::string> backend, costs;
         std::optional<OpenWork> open;
         std::optional<SaveWork> save;
         std::optional<ViewRequest> ask;
-        bool any() const { return backend || open || save || ask; }
+        bool any() const { return backend || costs || open || save || ask; }
+        /// Returns whether the picture that is being made is of no use for it.
+        bool endsPicture() const { return backend || costs || open || ask; }
     };
 
     void run();
     void doWork(const Work& work);
     void openScene(const OpenWork& work);
     void answer(const ViewRequest& request);
+    void answerInFull(const ViewRequest& request);
+    ViewHooks hooks();
     /// Runs a step; what it throws becomes the error of its kind.
     template <class F> void attempt(const char* kind, const F& step);
     void refine();

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/view_renderer.h"
 
+#include "hybrid/tone_map.h"
 #include "hybrid/truth.h"
 #include "tests/tools/temporary_directory.h"
+#include "tools/image_io.h"
 #include "tools/json_file.h"
 #include "tools/view_overlay.h"
 #include "tools/view_save.h"
+#include "tools/view_scene.h"
 
 #include <gtest/gtest.h>
 
@@ -222,6 +225,188 @@ TEST(ViewRenderer, TimeMovesWhatMoves) {
     EXPECT_NE(opened.whole(request)->sides[0].rgba, first);
     request.frame = 0;
     EXPECT_EQ(opened.whole(request)->sides[0].rgba, first);
+}
+
+void expectSameStages(const SideReport& a, const SideReport& b) {
+    EXPECT_EQ(a.stages.stagesMs, b.stages.stagesMs) << "times of one frame are equal to the bit";
+}
+
+TEST(ViewRenderer, OtherOverlaysAreDrawnFromTheFrameAndTheTruthThatAreThere) {
+    Opened opened, other;
+    ViewRequest request = opened.request("hybrid");
+    request.wantsError = true;
+    const std::shared_ptr<ViewPicture> first = opened.whole(request);
+    other.whole(request); // finds the same exposure
+    for (size_t overlay = 0; overlay < kOverlayNames.size(); ++overlay)
+        for (const float stops : {0.0f, 1.0f}) {
+            SCOPED_TRACE(kOverlayNames[overlay]);
+            request.overlay = ViewOverlay(overlay);
+            request.exposureStops = stops;
+            request.voxelLevel = uint32_t(overlay) % 3;
+            request.light = stops > 0 ? 0 : -1;
+            request.wantsMap = stops > 0;
+            ASSERT_TRUE(opened.renderer.canRedraw(request));
+            const std::shared_ptr<ViewPicture> again = opened.renderer.render(request, 1.0f);
+            expectSameStages(again->sides[0], first->sides[0]);
+            EXPECT_TRUE(again->isFinal) << "the truth was asked in full";
+            EXPECT_EQ(again->sides[0].errors->falseShadowCount,
+                      first->sides[0].errors->falseShadowCount);
+            ViewRequest elsewhere = request; // rendered anew
+            elsewhere.camera = "0,3,8,0,0,0";
+            other.renderer.render(elsewhere, 1.0f);
+            ASSERT_FALSE(other.renderer.canRedraw(request));
+            const std::shared_ptr<ViewPicture> anew = other.whole(request);
+            EXPECT_EQ(again->sides[0].rgba, anew->sides[0].rgba);
+            EXPECT_EQ(again->mapRgba, anew->mapRgba);
+            EXPECT_EQ(again->legend.title, anew->legend.title);
+        }
+}
+
+TEST(ViewRenderer, WhatChangesTheFrameIsRenderedAnew) {
+    Opened opened("builtin:fail-mover");
+    const ViewRequest request = opened.request("hybrid");
+    opened.whole(request);
+    ASSERT_TRUE(opened.renderer.canRedraw(request));
+    const auto refuses = [&](const auto& change) {
+        ViewRequest changed = request;
+        change(changed);
+        return !opened.renderer.canRedraw(changed);
+    };
+    EXPECT_TRUE(refuses([](ViewRequest& r) { r.camera = "0,3,8,0,0,0"; }));
+    EXPECT_TRUE(refuses([](ViewRequest& r) { r.frozen = "0,3,8,0,0,0"; }));
+    EXPECT_TRUE(refuses([](ViewRequest& r) { r.frame = 1; }));
+    EXPECT_TRUE(refuses([](ViewRequest& r) { r.sides[0].model = "texels:97"; }));
+    EXPECT_TRUE(refuses([](ViewRequest& r) { r.isSplit = true; }));
+    EXPECT_TRUE(refuses([](ViewRequest& r) { r.options.width += 1; }));
+    EXPECT_TRUE(refuses([](ViewRequest& r) { r.options.bias.taps = 1; }));
+    EXPECT_TRUE(refuses([](ViewRequest& r) { r.wantsError = true; })) << "no pairs are recorded";
+    EXPECT_TRUE(refuses([](ViewRequest& r) { r.overlay = ViewOverlay::kErrors; }));
+    EXPECT_TRUE(refuses([](ViewRequest& r) {
+        r.overlay = ViewOverlay::kSteps; // rays at every pixel, while it moves
+        r.isMoving = true;
+    }));
+    EXPECT_FALSE(refuses([](ViewRequest& r) {
+        r.exposureStops = 1;
+        r.isMoving = true;
+    }));
+    ViewRequest moving = request;
+    moving.isMoving = true;
+    opened.renderer.render(moving, 0.5f);
+    EXPECT_FALSE(opened.renderer.canRedraw(request)) << "a small picture stands for nothing";
+}
+
+TEST(ViewRenderer, AFrozenFrameIsKeptWhileOneLooksOn) {
+    Opened opened;
+    ViewRequest request = opened.request("dag");
+    request.frozen = "0,3,8,0,0,0";
+    request.camera = "6,5,9,0,0,0";
+    const std::shared_ptr<ViewPicture> first = opened.whole(request);
+    request.camera = "-6,5,9,0,0,0";
+    const std::shared_ptr<ViewPicture> second = opened.renderer.render(request, 1.0f);
+    expectSameStages(second->sides[0], first->sides[0]);
+    EXPECT_NE(second->sides[0].rgba, first->sides[0].rgba);
+}
+
+TEST(ViewRenderer, GivenUpPicturesLeaveNothingBehind) {
+    Opened opened;
+    for (const char* method : {"maps", "hybrid", "embree"}) {
+        SCOPED_TRACE(method);
+        ViewRequest request = opened.request(method);
+        request.wantsError = true;
+        const std::vector<uint8_t> expected = opened.whole(request)->sides[0].rgba;
+        ViewRequest elsewhere = request;
+        elsewhere.camera = "0,3,8,0,0,0";
+        int count = 0;
+        opened.renderer.render(elsewhere, 1.0f, {[&] { return ++count < 0; }, {}});
+        ASSERT_GT(count, method == std::string("embree") ? 1 : 8);
+        for (int last = 1; last <= count; ++last) {
+            opened.whole(request);
+            int asked = 0;
+            const ViewHooks hooks{[&] { return ++asked == last; }, {}};
+            EXPECT_THROW(opened.renderer.render(elsewhere, 1.0f, hooks), PictureGivenUp) << last;
+            EXPECT_FALSE(opened.renderer.canRefine());
+            EXPECT_FALSE(opened.renderer.canRedraw(elsewhere));
+            EXPECT_EQ(opened.whole(request)->sides[0].rgba, expected) << last;
+        }
+    }
+}
+
+TEST(ViewRenderer, AGivenUpRefinementGoesOn) {
+    Opened opened;
+    ViewRequest request = opened.request("embree");
+    opened.renderer.render(request, 1.0f);
+    ASSERT_TRUE(opened.renderer.canRefine());
+    EXPECT_THROW(opened.renderer.picture({[] { return true; }, {}}), PictureGivenUp);
+    ASSERT_TRUE(opened.renderer.canRefine());
+    while (opened.renderer.refine(1e9)) {
+    }
+    EXPECT_TRUE(opened.renderer.picture()->isFinal);
+}
+
+TEST(ViewRenderer, TheOracleMeasuresOnceTheViewRestsAndKeepsWhatItFound) {
+    Opened opened;
+    ViewRequest request = opened.request("hybrid");
+    request.sides[0].model = "oracle";
+    request.wantsError = true;
+    int measured = 0;
+    const ViewHooks hooks{{}, [&](const std::string& work) { measured += !work.empty(); }};
+    const auto notesOf = [&](const ViewRequest& asked, float scale) {
+        std::string notes;
+        const std::shared_ptr<ViewPicture> picture = opened.renderer.render(asked, scale, hooks);
+        for (const std::string& note : picture->notes)
+            notes += note + "\n";
+        return notes;
+    };
+    ViewRequest moving = request;
+    moving.isMoving = true;
+    EXPECT_NE(notesOf(moving, 0.5f).find("until then texels:96 routes"), std::string::npos);
+    EXPECT_EQ(measured, 0) << "a picture that moves waits for no measurement";
+    EXPECT_NE(notesOf(request, 1).find("are kept until the view changes"), std::string::npos);
+    EXPECT_EQ(measured, 1);
+    notesOf(moving, 0.5f);
+    notesOf(request, 1); // the same view, after another picture
+    request.overlay = ViewOverlay::kMethods;
+    notesOf(request, 1);
+    EXPECT_EQ(measured, 1);
+    request.camera = "0,3,8,0,0,0";
+    notesOf(request, 1);
+    EXPECT_EQ(measured, 2);
+    request.frame = 1;
+    notesOf(request, 1);
+    request.options.undersample = 2;
+    notesOf(request, 1);
+    EXPECT_EQ(measured, 4);
+}
+
+TEST(ViewRenderer, SavedExposuresMakeTheSamePicture) {
+    Opened opened;
+    ViewRequest request = opened.request("dag");
+    request.exposureStops = 1.5f;
+    const SavedView saved = opened.renderer.save(request, opened.directory.path());
+    const Experiment e = experimentFromJson(readJsonFile(saved.experiment, ""), saved.experiment);
+    EXPECT_GT(e.exposure, 0.0);
+    const LoadedScene scene = loadSceneAndWorld(e.scenes[0], -1, 1, true, Console(false));
+    VoxelSource source;
+    source.cacheDirectory = opened.directory.path();
+    const Dag dag = cachedDag(scene, 7, source, Console(false));
+    FrameRenderer renderer(Backend::kCpu, *scene.world, dag);
+    const FrameResult frame = renderer.render(chooseCamera(*scene.world, e.camera),
+                                              *makeCostModel("texels:inf"), baseOptions(e));
+    const std::string again = opened.directory / "again.png";
+    writePng(again, e.width, e.height, toneMap(frame.color, e.exposureOf(frame.color)));
+    EXPECT_EQ(readText(again), readText(saved.png));
+    writePng(again, e.width, e.height, toneMap(frame.color, Experiment().exposureOf(frame.color)));
+    EXPECT_NE(readText(again), readText(saved.png));
+}
+
+TEST(ViewScene, VoxelsAreOfferedAsFarAsMemoryShouldDo) {
+    constexpr uint64_t kMib = 1 << 20;
+    EXPECT_EQ(largestVoxelsLog2(10, 0, ~0ull), 12u) << "nothing is known";
+    EXPECT_EQ(largestVoxelsLog2(10, kMib, 0), 12u);
+    // An octave takes 4 times, building 4 times that: 1 MiB at 2^10 is 256 at 2^13.
+    EXPECT_EQ(largestVoxelsLog2(10, kMib, 256 * kMib), 13u);
+    EXPECT_EQ(largestVoxelsLog2(10, kMib, 256 * kMib - 1), 12u);
+    EXPECT_EQ(largestVoxelsLog2(12, 9 * kMib, 64ull << 30), 17u);
 }
 
 TEST(ViewRenderer, SavedViewsSayHowToMakeThemAgain) {

@@ -2,11 +2,14 @@
 #include "tools/view_session.h"
 
 #include "tests/tools/temporary_directory.h"
+#include "tools/view_camera.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstdio>
 #include <thread>
 
 namespace shadowdag {
@@ -216,6 +219,116 @@ TEST(ViewSession, AnotherSceneEndsTheOpeningOfTheFirst) {
     std::optional<ViewSceneInfo> scene;
     ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
     EXPECT_EQ(scene->argument, "builtin:fail-silhouette");
+}
+
+TEST(ViewSession, AMoveDoesNotWaitForTheFullSizePicture) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("builtin:atrium", "", 6, "");
+    std::optional<ViewSceneInfo> scene;
+    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+    FlyCamera camera(scene->camera);
+    ViewRequest request = smallRequest(0, "maps");
+    request.options.width = 960;
+    request.options.height = 540;
+    request.wantsError = true;
+    const auto ask = [&](bool isMoving) {
+        FlyInput input;
+        input.along = {1, 0, 0};
+        camera.step(input, 0.05, 1, 0);
+        request.camera = camera.text();
+        request.isMoving = isMoving;
+        ++request.serial;
+        session.ask(request);
+    };
+    std::shared_ptr<const ViewPicture> last;
+    const auto waitFor = [&](const auto& isIt) {
+        for (int i = 0; i < 60000; ++i) {
+            if (const auto picture = session.takePicture()) {
+                last = picture;
+                if (picture->request.serial == request.serial && isIt(*picture))
+                    return true;
+            }
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+        return false;
+    };
+    const auto isSmall = [](const ViewPicture& p) { return p.scale < 1.0f; };
+    const auto isFull = [](const ViewPicture& p) { return p.scale >= 1.0f; };
+    ask(false);
+    ASSERT_TRUE(waitFor(isFull)); // builds what is built once
+    std::vector<double> fullMs, waitedMs;
+    for (int i = 0; i < 3; ++i) {
+        ask(false);
+        ASSERT_TRUE(waitFor(isSmall));
+        const Clock::time_point small = Clock::now();
+        ASSERT_TRUE(waitFor(isFull));
+        fullMs.push_back(1000 * since(small));
+        ask(false);
+        ASSERT_TRUE(waitFor(isSmall)); // now the full size is on its way
+        std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(fullMs[0] / 10));
+        const Clock::time_point moved = Clock::now();
+        ask(true);
+        ASSERT_TRUE(waitFor(isSmall));
+        waitedMs.push_back(1000 * since(moved));
+    }
+    std::sort(fullMs.begin(), fullMs.end());
+    std::sort(waitedMs.begin(), waitedMs.end());
+    std::printf("full size after %.0f ms, a move during it answered after %.0f ms\n", fullMs[1],
+                waitedMs[1]);
+    EXPECT_LT(waitedMs[1], 0.6 * fullMs[1]);
+}
+
+TEST(ViewSession, WhatIsGivenUpForAnotherBackendIsStillMade) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("builtin:fail-silhouette", "", 6, "");
+    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+    ViewRequest request = smallRequest(1);
+    request.options.width = 1280;
+    request.options.height = 720;
+    session.ask(request);
+    std::shared_ptr<const ViewPicture> last;
+    ASSERT_TRUE(waitUntil([&] { return (last = session.takePicture()) != nullptr; }));
+    session.setBackend("cpu");
+    ASSERT_TRUE(waitUntil([&] {
+        if (const auto picture = session.takePicture())
+            last = picture;
+        return last->isFinal && session.isIdle();
+    }));
+    EXPECT_EQ(last->request.serial, 1u);
+}
+
+TEST(ViewSession, OtherOverlaysComeAtOnceAndInFull) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.open("builtin:fail-silhouette", "", 6, "");
+    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+    ViewRequest request = smallRequest(1);
+    request.options.width = 640;
+    request.options.height = 360;
+    request.wantsError = true;
+    session.ask(request);
+    std::shared_ptr<const ViewPicture> first, second;
+    ASSERT_TRUE(waitUntil([&] {
+        if (const auto picture = session.takePicture())
+            first = picture;
+        return first && first->isFinal && session.isIdle();
+    }));
+    request.serial = 2;
+    request.overlay = ViewOverlay::kErrors;
+    session.ask(request);
+    ASSERT_TRUE(waitUntil([&] { return (second = session.takePicture()) != nullptr; }));
+    EXPECT_TRUE(second->isFinal) << "the first that comes is the last";
+    EXPECT_EQ(second->sides[0].stages.stagesMs, first->sides[0].stages.stagesMs);
+}
+
+TEST(ViewSession, CostsAreReadFromAFile) {
+    TemporaryDirectory directory;
+    ViewSession session(settingsIn(directory), 20, {});
+    session.setCosts(directory / "none.json");
+    ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
+    EXPECT_NE(session.status().error.find("none.json"), std::string::npos);
 }
 
 TEST(ViewSession, WhatRestsIsShownSmallFirst) {
