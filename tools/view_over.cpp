@@ -35,6 +35,43 @@ std::string nameOf(const ViewPicture& p, size_t side) {
     return text;
 }
 
+/// Draws where a sun's light goes, as an arrow whose length away from the viewer is lost, and,
+/// where the camera looks towards it, the sun itself.
+void drawSun(const ViewPicture& p, const Light& light, const ImVec2& start, const ImVec2& from,
+             const ImVec2& to, const glm::vec3& color) {
+    const ViewRays view = makeViewRays(p.camera, p.width, p.height);
+    const glm::vec3 way = light.directionWorld;
+    ImDrawList* const list = ImGui::GetForegroundDrawList();
+    constexpr float kLength = 46, kHead = 9;
+    const glm::vec2 along(glm::dot(way, p.camera.right()), -glm::dot(way, p.camera.up));
+    const float length = std::max(glm::length(along), 1e-3f);
+    const glm::vec2 unit = along / length, side(-unit.y, unit.x);
+    const glm::vec2 tail(start.x, start.y), tip = tail + along * kLength;
+    const auto line = [&](const glm::vec2& a, const glm::vec2& b) {
+        list->AddLine({a.x, a.y}, {b.x, b.y}, IM_COL32(0, 0, 0, 255), 5);
+        list->AddLine({a.x, a.y}, {b.x, b.y}, packedColor(color), 2.5f);
+    };
+    line(tail, tip);
+    const float head = std::min(kHead, kLength * length);
+    line(tip, tip - (unit + 0.6f * side) * head);
+    line(tip, tip - (unit - 0.6f * side) * head);
+    // A ring at its tail: a dot in it where the light comes towards the viewer, else none.
+    list->AddCircle(start, 6, IM_COL32(0, 0, 0, 255), 0, 4);
+    list->AddCircle(start, 6, packedColor(color), 0, 2);
+    if (glm::dot(way, p.camera.forward) < 0)
+        list->AddCircleFilled(start, 3, packedColor(color));
+    const glm::dvec3 far = view.origin - glm::dvec3(way) * 1e6;
+    const glm::dvec3 pixel = pixelOfPoint(view, far);
+    if (pixel.z <= view.znear)
+        return;
+    const double toScreen = double(to.x - from.x) / double(p.width);
+    const ImVec2 at{float(from.x + (pixel.x + 0.5) * toScreen),
+                    float(from.y + (pixel.y + 0.5) * toScreen)};
+    list->AddCircle(at, 14, IM_COL32(0, 0, 0, 255), 0, 4);
+    list->AddCircle(at, 14, packedColor(color), 0, 2);
+    list->AddCircleFilled(at, 4, packedColor(color));
+}
+
 void drawLights(const ViewPicture& p, const ViewUi& ui, const ImVec2& from, const ImVec2& to) {
     const ViewRays view = makeViewRays(p.camera, p.width, p.height);
     const double toScreen = double(to.x - from.x) / double(p.width);
@@ -44,19 +81,25 @@ void drawLights(const ViewPicture& p, const ViewUi& ui, const ImVec2& from, cons
     for (const MapRecord& map : p.sides[0].maps)
         if (map.quantities.light < by.size())
             by[map.quantities.light] |= map.route == Route::kRays ? 1 : 2;
+    float sunX = to.x - 70;
     for (size_t i = 0; i < p.lights.size(); ++i) {
         const Light& light = p.lights[i];
         const glm::dvec3 d = glm::dvec3(light.positionWorld) - view.origin;
         const glm::dvec3 pixel = pixelOfPoint(view, glm::dvec3(light.positionWorld));
-        if (light.kind == Light::kSun || pixel.z <= view.znear)
+        if (light.kind != Light::kSun && pixel.z <= view.znear)
             continue;
-        const ImVec2 at{float(from.x + (pixel.x + 0.5) * toScreen),
-                        float(from.y + (pixel.y + 0.5) * toScreen)};
         const bool isChosen = int(i) == ui.request.light;
         const glm::vec3 color = by[i] == 1   ? kSkyBlue
                                 : by[i] == 2 ? kOrange
                                 : by[i] == 3 ? glm::vec3(0.9f)
                                              : glm::vec3(0.45f);
+        if (light.kind == Light::kSun) {
+            drawSun(p, light, {sunX, from.y + 90}, from, to, color);
+            sunX -= 120;
+            continue;
+        }
+        const ImVec2 at{float(from.x + (pixel.x + 0.5) * toScreen),
+                        float(from.y + (pixel.y + 0.5) * toScreen)};
         list->AddCircleFilled(at, isChosen ? 6.0f : 4.0f, packedColor(color));
         list->AddCircle(at, isChosen ? 7.0f : 5.0f, IM_COL32(0, 0, 0, 255));
         // The outline of the sphere, where the camera is outside of it.
@@ -70,7 +113,8 @@ void drawLights(const ViewPicture& p, const ViewUi& ui, const ImVec2& from, cons
     }
     list->PopClipRect();
     label({from.x + 8, to.y - 24},
-          "lights: by rays sky blue, by maps orange, both white, none grey");
+          "lights: by rays sky blue, by maps orange, both white, none grey; arrows: where a "
+          "sun's light goes");
 }
 
 void drawLegend(const ViewLegend& legend, const ImVec2& from, const ImVec2& to) {
@@ -198,8 +242,11 @@ void drawOverPicture(ViewUi& ui, const ImVec2& from, const ImVec2& to) {
         y += label({from.x + 8, y}, "frozen: the frame is of the camera at F; you look on").y + 4;
     if (!ui.statusWork.empty()) {
         char text[320];
-        std::snprintf(text, sizeof text, "%s  %.0f %%", ui.statusWork.c_str(),
-                      100.0 * ui.statusFraction);
+        if (ui.statusFraction < 0)
+            std::snprintf(text, sizeof text, "%s", ui.statusWork.c_str());
+        else
+            std::snprintf(text, sizeof text, "%s  %.0f %%", ui.statusWork.c_str(),
+                          100.0 * ui.statusFraction);
         y += label({from.x + 8, y}, text).y + 4;
     }
     if (!ui.statusError.empty())

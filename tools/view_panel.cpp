@@ -44,17 +44,25 @@ std::string modelText(const ViewUi& ui) {
     return "texels:96";
 }
 
+bool isAboutModel(const std::string& note) {
+    return note.starts_with("oracle");
+}
+
 void drawScene(ViewUi& ui) {
-    if (!ui.hasScene) {
-        ImGui::TextWrapped("No scene is open. Drop a .glb or .gltf file here.");
+    if (!ui.hasScene)
+        ImGui::TextWrapped("No scene is open. Drop a .glb or .gltf file here, or name one.");
+    if (ImGui::InputTextWithHint("open", ".glb .svdag costs.json", &ui.path,
+                                 ImGuiInputTextFlags_EnterReturnsTrue))
+        ui.wantsPath = true;
+    ui.mark("path");
+    if (!ui.hasScene)
         return;
-    }
     const ViewSceneInfo& scene = ui.scene;
     ImGui::TextWrapped("%s", scene.argument.c_str());
     ImGui::Text("%llu triangles, %zu %s", static_cast<unsigned long long>(scene.triangleCount),
                 scene.lights.size(), scene.lights.size() == 1 ? "light" : "lights");
     std::vector<std::string> names;
-    for (int log2 = 6; log2 <= 12; ++log2)
+    for (int log2 = 6; log2 <= int(scene.largestLog2); ++log2)
         names.push_back(std::to_string(1 << log2));
     std::string chosen = std::to_string(scene.voxelResolution);
     if (chooseName("voxels an axis", names, chosen)) {
@@ -99,7 +107,14 @@ void drawMethods(ViewUi& ui) {
         hasChanged |=
             ImGui::InputText("rays where", &ui.expression, ImGuiInputTextFlags_EnterReturnsTrue);
         ui.mark("expression");
+    } else {
+        ImGui::TextWrapped("%s", ui.costs.empty() ? "costs: none; name or drop a file of them"
+                                                  : ("costs of " + ui.costs).c_str());
     }
+    if (ui.picture)
+        for (const std::string& note : ui.picture->notes)
+            if (isAboutModel(note))
+                ImGui::TextWrapped("%s", note.c_str());
     if (hasChanged) {
         for (ViewSide& side : r.sides)
             side.model = modelText(ui);
@@ -224,7 +239,8 @@ void drawNumbers(const ViewUi& ui) {
     }
     for (const std::vector<std::string>* notes : {&p.notes, &ui.notes})
         for (const std::string& note : *notes)
-            ImGui::TextWrapped("%s", note.c_str());
+            if (!isAboutModel(note))
+                ImGui::TextWrapped("%s", note.c_str());
 }
 
 } // namespace

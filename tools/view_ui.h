@@ -61,6 +61,9 @@ struct ViewUi {
     bool wantsSave = false;
     bool wantsFreeze = false; ///< freeze, or leave it
     bool wantsVoxels = false; ///< resolutionLog2 was changed
+    std::string path;         ///< as typed: a scene, voxels or costs
+    bool wantsPath = false;   ///< path is to be opened
+    std::string costs;        ///< the file that models route by; "": none
     std::string backend = "cpu";
     bool wantsBackend = false;                ///< backend was changed
     std::string message;                      ///< files written, what went wrong with a drop

@@ -94,20 +94,24 @@ TEST(ViewWindow, KeysFlyAndTheMouseLooks) {
     EXPECT_EQ(place(a), place(b)) << "looking does not walk";
 }
 
-TEST(ViewWindow, MovingPicturesKeepUpInASceneThatIsSlow) {
+/// A method by whose pictures the window keeps up.
+class KeepUp : public testing::TestWithParam<const char*> {};
+
+TEST_P(KeepUp, MovingPicturesInASceneThatIsSlow) {
     // The atrium by maps takes half a second at full size; while it moves it is rendered smaller.
-    ViewProgram view({"builtin:atrium", "--resolution", "256", "--method", "maps"});
+    ViewProgram view({"builtin:atrium", "--resolution", "256", "--method", GetParam()});
     SDAG_NEEDS_WINDOW(view);
     ASSERT_FALSE(view.waitForPicture().is_null()) << view.errors();
     const size_t from = view.lineCount();
     view.display.press("d");
     std::this_thread::sleep_for(std::chrono::seconds(4));
     view.display.release("d");
-    std::vector<double> latency, scale, rate;
+    std::vector<double> latency, work, scale, rate;
     const std::vector<Json> lines = view.lines();
     for (size_t i = from; i < lines.size(); ++i)
         if (lines[i]["event"] == "picture" && lines[i]["is_moving"] == true) {
             latency.push_back(lines[i]["latency_ms"]);
+            work.push_back(lines[i]["work_ms"]);
             scale.push_back(lines[i]["scale"]);
         } else if (lines[i]["event"] == "rate") {
             rate.push_back(lines[i]["interface_hz"]);
@@ -118,12 +122,99 @@ TEST(ViewWindow, MovingPicturesKeepUpInASceneThatIsSlow) {
                          values.end());
         return values[values.size() / 2];
     };
-    std::printf("%zu moving pictures: median input to picture %.1f ms at scale %.3f; interface "
-                "%.1f Hz\n",
-                latency.size(), median(latency), median(scale), rate.empty() ? 0.0 : median(rate));
+    std::printf("%s: %zu moving pictures: median input to picture %.1f ms, of work %.1f, at scale "
+                "%.3f; interface %.1f Hz\n",
+                GetParam(), latency.size(), median(latency), median(work), median(scale),
+                rate.empty() ? 0.0 : median(rate));
     EXPECT_LT(median(scale), 1.0);
     // 25 ms where nobody else computes; at full size it would be half a second, on any machine.
     EXPECT_LT(median(latency), 250.0);
+}
+INSTANTIATE_TEST_SUITE_P(ByMethod, KeepUp, testing::Values("dag", "maps", "hybrid"));
+
+TEST(ViewWindow, AnOverlayIsDrawnFromTheFrameThatIsThere) {
+    ViewProgram view(kSmall);
+    SDAG_NEEDS_WINDOW(view);
+    const Json first = view.waitForPicture();
+    ASSERT_FALSE(first.is_null()) << view.errors();
+    const size_t from = view.lineCount();
+    view.display.tap("o");
+    const Json other = view.waitForPicture(from);
+    ASSERT_FALSE(other.is_null());
+    EXPECT_EQ(other["overlay"], "clusters");
+    EXPECT_EQ(other["sides"][0]["time_ms"], first["sides"][0]["time_ms"]) << "rendered anew";
+    EXPECT_EQ(other["sides"][0]["done_share"], 1.0);
+    for (const Json& line : view.lines())
+        if (line["event"] == "picture" && line["overlay"] == "clusters") {
+            EXPECT_EQ(line["scale"], 1.0) << "a small picture came first";
+        }
+}
+
+TEST(ViewWindow, SunsAreShownByArrows) {
+    ViewProgram view({"builtin:fail-sun", "--resolution", "64"});
+    SDAG_NEEDS_WINDOW(view);
+    ASSERT_FALSE(view.waitForPicture().is_null()) << view.errors();
+    const Screenshot without = view.shoot("no-sun");
+    view.display.tap("l");
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    // In the picture's upper right corner; the names of the sides stand above it.
+    EXPECT_GT(meanDifference(without, view.shoot("sun"), 1150, 40, 120, 110), 1e-3);
+}
+
+TEST(ViewWindow, FilesAreNamedInThePanel) {
+    ViewProgram view(kSmall);
+    SDAG_NEEDS_WINDOW(view);
+    ASSERT_FALSE(view.waitForPicture().is_null()) << view.errors();
+    const auto type = [&](const std::string& text) {
+        view.clickWidget("path");
+        std::this_thread::sleep_for(std::chrono::milliseconds(200));
+        view.display.press("Control_L");
+        view.display.tap("a");
+        view.display.release("Control_L");
+        for (const char c : text)
+            view.display.tap(c == '/' ? "slash" : c == '.' ? "period" : std::string(1, c));
+        view.display.tap("Return");
+    };
+    size_t from = view.lineCount();
+    type("no/such.glb");
+    const Json error = view.waitForEvent("error", from);
+    ASSERT_FALSE(error.is_null());
+    EXPECT_THAT(error["message"].get<std::string>(), HasSubstr("no/such.glb"));
+    from = view.lineCount();
+    type("costs.json");
+    const Json costs = view.waitFor(
+        [](const Json& l) {
+            return l["event"] == "error" &&
+                   l["message"].get<std::string>().find("costs.json") != std::string::npos;
+        },
+        from);
+    EXPECT_FALSE(costs.is_null());
+    view.shoot("path");
+}
+
+TEST(ViewWindow, TheOracleMeasuresWhenItRests) {
+    ViewProgram view({"builtin:fail-silhouette", "--resolution", "128", "--method", "hybrid",
+                      "--model", "oracle"});
+    SDAG_NEEDS_WINDOW(view);
+    const auto hasNote = [](const Json& line, const char* text) {
+        for (const Json& note : line["notes"])
+            if (note.get<std::string>().find(text) != std::string::npos)
+                return true;
+        return false;
+    };
+    const Json first = view.waitForPicture();
+    ASSERT_FALSE(first.is_null()) << view.errors();
+    EXPECT_TRUE(hasNote(first, "kept until the view changes")) << first;
+    view.shoot("oracle");
+    const size_t from = view.lineCount();
+    view.display.press("d");
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    view.display.release("d");
+    const Json moving = view.waitFor(
+        [](const Json& line) { return line["event"] == "picture" && line["is_moving"] == true; },
+        from);
+    ASSERT_FALSE(moving.is_null());
+    EXPECT_TRUE(hasNote(moving, "measures once the view rests")) << moving;
 }
 
 TEST(ViewWindow, MethodsAndTheThresholdActAtOnce) {
@@ -442,6 +533,18 @@ TEST(ViewCommand, RefusesWhatItCannotShow) {
     EXPECT_EQ(runShadowdag(directory, {"view", "--method", "hybrid", "--model", "cost"}).status, 1);
     EXPECT_EQ(runShadowdag(directory, {"view", "--target", "0"}).status, 1);
     EXPECT_EQ(runShadowdag(directory, {"view", "--frames", "0:5"}).status, 1);
+    EXPECT_EQ(runShadowdag(directory, {"view", "--exposure", "-1"}).status, 1);
+}
+
+TEST(ViewCommand, PlaysAtItsOwnRateAndSaysWhatSizeIs) {
+    TemporaryDirectory directory;
+    unsetenv("DISPLAY");
+    unsetenv("WAYLAND_DISPLAY");
+    const ProgramResult played =
+        runShadowdag(directory, {"view", "builtin:fail-mover", "--fps", "24"});
+    EXPECT_EQ(played.status, 4) << "it lacks a display, not --frames: " << played.err;
+    EXPECT_THAT(runShadowdag(directory, {"view", "--help"}).out,
+                HasSubstr("Size of the window in pixels"));
 }
 
 } // namespace

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the window stands on: GLFW's window and its context, Dear ImGui.
+#pragma once
+
+#define GLFW_INCLUDE_NONE // epoxy declares OpenGL
+#include <GLFW/glfw3.h>
+
+#include <cstdint>
+
+namespace shadowdag {
+
+/// GLFW, its window with a context that is current, and Dear ImGui on both.
+class ViewHost {
+public:
+    /// Throws Error kDevice where no window can be had, with GLFW's own message.
+    ViewHost(uint32_t width, uint32_t height);
+    ~ViewHost();
+    ViewHost(const ViewHost&) = delete;
+    ViewHost& operator=(const ViewHost&) = delete;
+
+    /// After the window's own callbacks are set: ImGui's call them on.
+    void startInterface();
+
+    GLFWwindow* handle = nullptr;
+
+private:
+    bool hasInterface_ = false;
+};
+
+} // namespace shadowdag
