@@ -32,8 +32,8 @@ std::vector<std::string> sceneNames(const std::vector<std::string>& arguments);
 LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, uint64_t lightSeed,
                               bool needsLights, const Console& console);
 
-/// Returns the camera that numbers as --camera takes them mean:
-/// px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]. Throws Error kUsage naming what is wrong with them.
+/// Returns the camera of px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]: what --camera
+/// takes. Throws Error kUsage naming what is wrong with them.
 Camera cameraFromText(const std::string& text);
 
 /// Returns the camera that --camera asks for, at the world's current time; "" is the scene's first,
