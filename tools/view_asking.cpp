@@ -86,7 +86,7 @@ void Viewer::ask(double now) {
         session_.setBackend(ui_.backend);
     }
     if (std::exchange(ui_.wantsPath, false) && !ui_.path.empty())
-        openFiles({ui_.path});
+        openFiles({std::exchange(ui_.path, std::string())});
     if (ui_.wantsVoxels) {
         ui_.wantsVoxels = false;
         session_.open("", "", uint32_t(ui_.resolutionLog2), "");

@@ -58,8 +58,7 @@ TEST(ViewObserver, FromItsOwnPlaceAFrameIsSeenAsItIs) {
     // But for the frustum's lines, which run along the border from here.
     for (uint32_t y = 1; y + 1 < kSide; ++y)
         for (uint32_t x = 1; x + 1 < kSide; ++x)
-            if (x != kSide / 2 || y != kSide / 2)
-                EXPECT_EQ(seen[y * kSide + x], display[y * kSide + x]) << x << " " << y;
+            EXPECT_EQ(seen[y * kSide + x], display[y * kSide + x]) << x << " " << y;
 }
 
 TEST(ViewObserver, WhatTheFrozenCameraDidNotSeeIsGrey) {

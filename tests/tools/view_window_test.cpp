@@ -168,9 +168,6 @@ TEST(ViewWindow, FilesAreNamedInThePanel) {
     const auto type = [&](const std::string& text) {
         view.clickWidget("path");
         std::this_thread::sleep_for(std::chrono::milliseconds(200));
-        view.display.press("Control_L");
-        view.display.tap("a");
-        view.display.release("Control_L");
         for (const char c : text)
             view.display.tap(c == '/' ? "slash" : c == '.' ? "period" : std::string(1, c));
         view.display.tap("Return");
