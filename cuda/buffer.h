@@ -31,9 +31,10 @@ std::vector<LedgerEntry> bufferLedger();
 uint64_t freeBytes(Backend backend);
 
 /// How often the host has copied to and from backends since the program began: Buffer's upload,
-/// download and at, resident copies of host arrays, and the totals that scans return. Each is a
-/// round trip on CUDA; on the CPU, where it is none, it is counted all the same, so that a test can
-/// hold a frame to its number. Copies of nothing do not count.
+/// download and at, Readback, resident copies of host arrays, and the totals that scans return. On
+/// CUDA uploads are queued and readbacks are waited for; on the CPU, where they cost nothing, they
+/// are counted all the same, so that a test can hold a frame to its number. Copies of nothing do
+/// not count.
 struct HostCopyCounts {
     uint64_t uploadCount = 0;
     uint64_t readbackCount = 0;

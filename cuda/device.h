@@ -26,7 +26,8 @@ size_t freeBytes();
 /// Gives back what allocate returned, after the work queued before. Never throws.
 void release(void* data) noexcept;
 
-/// Queues a copy from host to device memory; the host's may be reused at once.
+/// Queues a copy from host to device memory; the host's may be reused at once. More than 256 KiB
+/// wait for the work queued before.
 void upload(void* dst, const void* src, size_t bytes);
 
 /// Queues a copy within device memory.

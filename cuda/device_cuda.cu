@@ -5,6 +5,8 @@
 #include "cuda/cuda_check.h"
 
 #include <cstdint>
+#include <cstring>
+#include <mutex>
 
 namespace shadowdag::device {
 
@@ -63,13 +65,13 @@ std::string driverVersion() {
 
 void* allocate(size_t bytes) {
     void* data = nullptr;
-    const cudaError_t status =
+    const cudaError_t allocation =
         usesPool() ? cudaMallocAsync(&data, bytes, cudaStream_t(0)) : cudaMalloc(&data, bytes);
-    if (status == cudaErrorMemoryAllocation) {
+    if (allocation == cudaErrorMemoryAllocation) {
         (void)cudaGetLastError();
         return nullptr;
     }
-    CUDA_CHECK(status);
+    CUDA_CHECK(allocation);
     return data;
 }
 
@@ -97,9 +99,47 @@ void release(void* data) noexcept {
         (void)cudaFree(data);
 }
 
+namespace {
+
+// Pinned memory that uploads go through, a slot after the other, so that what is copied may change
+// at once and nobody waits for the queue. A slot is used again when the device has passed its mark.
+class Staging {
+public:
+    static constexpr size_t kSlotBytes = size_t(256) << 10;
+
+    void upload(void* dst, const void* src, size_t bytes) {
+        const std::lock_guard lock(mutex_);
+        if (!slots_) {
+            CUDA_CHECK(cudaHostAlloc(reinterpret_cast<void**>(&slots_), kSlotCount * kSlotBytes,
+                                     cudaHostAllocDefault));
+            for (cudaEvent_t& passed : passed_)
+                CUDA_CHECK(cudaEventCreateWithFlags(&passed, cudaEventDisableTiming));
+        }
+        CUDA_CHECK(cudaEventSynchronize(passed_[next_])); // one never recorded has passed
+        uint8_t* const slot = slots_ + next_ * kSlotBytes;
+        std::memcpy(slot, src, bytes);
+        CUDA_CHECK(cudaMemcpyAsync(dst, slot, bytes, cudaMemcpyHostToDevice, cudaStream_t(0)));
+        CUDA_CHECK(cudaEventRecord(passed_[next_], cudaStream_t(0)));
+        next_ = (next_ + 1) % kSlotCount;
+    }
+
+private:
+    static constexpr size_t kSlotCount = 16;
+
+    std::mutex mutex_;
+    uint8_t* slots_ = nullptr; // goes with the process
+    cudaEvent_t passed_[kSlotCount] = {};
+    size_t next_ = 0;
+};
+
+} // namespace
+
 void upload(void* dst, const void* src, size_t bytes) {
-    // From memory that is not pinned: staged before the call returns.
-    CUDA_CHECK(cudaMemcpyAsync(dst, src, bytes, cudaMemcpyHostToDevice, cudaStream_t(0)));
+    static Staging staging;
+    if (bytes <= Staging::kSlotBytes)
+        staging.upload(dst, src, bytes);
+    else // waits for the queue, then returns once the bytes are staged
+        CUDA_CHECK(cudaMemcpy(dst, src, bytes, cudaMemcpyHostToDevice));
 }
 
 void copyWithin(void* dst, const void* src, size_t bytes) {
@@ -113,12 +153,12 @@ void download(void* dst, const void* src, size_t bytes) {
 
 void* allocatePinned(size_t bytes) {
     void* data = nullptr;
-    const cudaError_t status = cudaHostAlloc(&data, bytes, cudaHostAllocDefault);
-    if (status == cudaErrorMemoryAllocation) {
+    const cudaError_t allocation = cudaHostAlloc(&data, bytes, cudaHostAllocDefault);
+    if (allocation == cudaErrorMemoryAllocation) {
         (void)cudaGetLastError();
         return nullptr;
     }
-    CUDA_CHECK(status);
+    CUDA_CHECK(allocation);
     return data;
 }
 
@@ -133,10 +173,10 @@ void downloadLater(void* dst, const void* src, size_t bytes) {
 void* recordMark() {
     cudaEvent_t event = nullptr;
     CUDA_CHECK(cudaEventCreate(&event));
-    const cudaError_t status = cudaEventRecord(event, cudaStream_t(0));
-    if (status != cudaSuccess)
+    const cudaError_t eventRecord = cudaEventRecord(event, cudaStream_t(0));
+    if (eventRecord != cudaSuccess)
         releaseMark(event);
-    CUDA_CHECK(status);
+    CUDA_CHECK(eventRecord);
     return event;
 }
 

@@ -17,8 +17,12 @@ public:
     /// Returns the guess; 0 when nothing is known: then the length must be read.
     size_t get() const { return guess_; }
     /// Notes a length. The guess has an eighth to spare, for cameras that move, and a little more,
-    /// for short lists.
-    void note(size_t length) { guess_ = length + length / 8 + spare_; }
+    /// for short lists; where lists shrink it follows by a sixteenth at a time, so that one short
+    /// list, as of a frame that draws nothing anew, does not make the next too short.
+    void note(size_t length) {
+        const size_t wanted = length + length / 8 + spare_, kept = guess_ - guess_ / 16;
+        guess_ = wanted > kept ? wanted : kept;
+    }
     /// Knows nothing again. @param spare elements that guesses have to spare besides the eighth
     void forget(size_t spare = kSpare) {
         guess_ = 0;

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <string>
 #include <type_traits>
 
 #if defined(__CUDACC__)
@@ -52,6 +53,10 @@ template <class Tag, class F> void parallelFor(size_t count, const F& functor, s
 #if defined(__CUDACC__)
         constexpr unsigned kBlockSize = 128;
         const size_t blocks = (count + kBlockSize - 1) / kBlockSize;
+        if (blocks > 0x7fffffffu)
+            throw Error(ErrorKind::kResource,
+                        std::to_string(count) + " items of one pass exceed what a device starts at "
+                                                "once; use fewer lights or a smaller image");
         parallelForKernel<Tag><<<unsigned(blocks), kBlockSize>>>(count, functor);
         CUDA_CHECK(cudaGetLastError());
 #else

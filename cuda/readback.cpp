@@ -23,6 +23,10 @@ Readback::Readback(Backend backend, size_t wordCount) : backend_(backend) {
 }
 
 Readback::~Readback() {
+    try {
+        wait();              // a copy that is queued still writes
+    } catch (const Error&) { // the queue failed, and writes no more
+    }
     if (backend_ == Backend::kCuda)
         device::releasePinned(host_.data);
     else
@@ -32,6 +36,7 @@ Readback::~Readback() {
 void Readback::request(View<const uint32_t> words) {
     SDAG_ASSERT(words.count <= host_.count);
     asked_ = words.count;
+    mark_.reset();
     detail::countReadback(words.count * sizeof(uint32_t));
     if (backend_ == Backend::kCuda) {
         device::downloadLater(host_.data, words.data, words.count * sizeof(uint32_t));

@@ -14,7 +14,9 @@ namespace shadowdag::cuda {
 namespace {
 
 // Memory that stays from call to call, so that a frame that needs no more than the last one takes
-// none. Of a thread: its calls queue one after the other.
+// none; more than a frame may need, as builds do, goes back at once. Of a thread: its calls queue
+// one after the other.
+constexpr size_t kKeptBytes = size_t(128) << 20;
 struct Scratch {
     Buffer<uint8_t> cub{Backend::kCuda, "scan_sort/scratch"};
     Buffer<uint8_t> keys{Backend::kCuda, "scan_sort/keys"};
@@ -25,6 +27,10 @@ Scratch& scratch() {
     thread_local Scratch own;
     return own;
 }
+template <class T> void giveBackLarge(Buffer<T>& memory) {
+    if (memory.bytes() > kKeptBytes)
+        memory = Buffer<T>(Backend::kCuda, memory.name());
+}
 
 // Runs a CUB algorithm: once to learn how many scratch bytes it wants, once with them.
 template <class F> void runCub(const F& algorithm) {
@@ -33,6 +39,7 @@ template <class F> void runCub(const F& algorithm) {
     Buffer<uint8_t>& memory = scratch().cub;
     memory.resize(bytes > 0 ? bytes : 1);
     CUDA_CHECK(algorithm(memory.view().data, bytes));
+    giveBackLarge(memory);
 }
 
 template <class Key> void radixSort(View<Key> keys, View<uint32_t> values) {
@@ -58,6 +65,8 @@ template <class Key> void radixSort(View<Key> keys, View<uint32_t> values) {
     if (keyPair.Current() != keys.data)
         CUDA_CHECK(cudaMemcpyAsync(keys.data, keyPair.Current(), keys.count * sizeof(Key),
                                    cudaMemcpyDeviceToDevice));
+    giveBackLarge(scratch().keys);
+    giveBackLarge(scratch().values);
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "cuda/backend.h"
+#include "cuda/macros.h"
 
 #include <chrono>
 #include <exception>
@@ -17,7 +18,9 @@ namespace shadowdag {
 
 /// Stage names and their times in milliseconds, in the order in which they first ended. A stage
 /// that ends twice adds up. Times of stages that the device has yet to pass count as 0 until
-/// settle().
+/// settle(); stageMs and totalMs must not be asked before. A stage's time on CUDA is from its begin
+/// to its end in the queue, waits for the host between them included; what passes between stages is
+/// in none, so the sum is at most the frame's wall-clock time.
 struct StageTimes {
     /// A stage whose time is not known yet.
     struct Pending {
@@ -54,12 +57,14 @@ struct StageTimes {
     }
     /// Returns a stage's time, 0 when there was none.
     double stageMs(const std::string& stage) const {
+        SDAG_ASSERT(pending.empty());
         for (const auto& [name, timeMs] : stagesMs)
             if (name == stage)
                 return timeMs;
         return 0;
     }
     double totalMs() const {
+        SDAG_ASSERT(pending.empty());
         double sum = 0;
         for (const auto& [name, timeMs] : stagesMs)
             sum += timeMs;

@@ -4,7 +4,8 @@
 // tile, so one item a tile puts them in order.
 #pragma once
 
-#include "cuda/split_work.h"
+#include "cuda/atomics.h"
+#include "cuda/split_work_view.h"
 #include "hybrid/cluster_grid.h"
 #include "hybrid/gbuffer.h"
 #include "hybrid/normal_cells.h"

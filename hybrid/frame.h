@@ -84,6 +84,8 @@ struct FrameCounts {
     uint32_t drawnMapCount = 0;
     uint64_t missingTapCount = 0; ///< PCF taps on pages without memory; 0 unless something is wrong
     ShadowMapCounts maps;
+    uint64_t unsplitTriangleCount = 0; ///< large ones of the G-buffer that found no room to be
+                                       ///< shared out, and were drawn by a thread each; CUDA only
     uint64_t listRerunCount = 0; ///< lists guessed too short, and made again (guessLengths)
     HostCopyCounts hostCopies;   ///< of the frame proper, before its reports: round trips on CUDA
 };

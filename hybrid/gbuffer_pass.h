@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuda/backend.h"
+#include "cuda/split_work.h"
 #include "hybrid/gbuffer_raster.h"
 
 namespace shadowdag {

@@ -10,7 +10,8 @@
 // same number with opposite sign, bit for bit, so there are no cracks.
 #pragma once
 
-#include "cuda/split_work.h"
+#include "cuda/atomics.h"
+#include "cuda/split_work_view.h"
 #include "hybrid/gbuffer.h"
 #include "hybrid/view_rays.h"
 #include "scenes/batches.h"

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <optional>
 
 namespace shadowdag {
 namespace {
@@ -250,80 +249,84 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
 void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
                          View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts,
                          StageTimes& stages) {
-    std::optional<StageTimer> timer;
-    timer.emplace(backend_, stages, "page commit");
     const uint64_t pages = glm::min(wanted, capacityPages_);
     uint64_t fresh = pages, retained = 0, stale = 0;
     AssignPages assign{needed, firstPage, pageTable_.view(), {}, {}, {}, {}, {}, 0, now_};
-    if (keeps_) {
-        SDAG_ASSERT(wanted <= capacityPages_);
-        sortOut(maps, needed);
-        const std::vector<uint32_t> found = keptCounts_.download();
-        prefixSums(backend_, std::as_const(missing_).view(), missing_.view());
-        fresh = found[kPagesMissing];
-        stale = found[kPagesStale];
-        const uint64_t held = found[kPagesHeld] + uint64_t(found[kPagesRetained]);
-        // Room for all, as far as the budget goes; in larger steps, for what is there is copied.
-        const uint64_t poolPages = pageStamps_.size();
-        const uint64_t roomy = glm::min(
-            capacityPages_,
-            glm::max(held + fresh, poolPages + (held + fresh > poolPages ? poolPages / 2 : 0)));
-        if (roomy > poolPages) {
-            if (!drawer_)
-                growKeeping(pool_, roomy * pageTexels());
-            growKeeping(pageStamps_, roomy);
-            growKeeping(pageEntries_, roomy);
-            Buffer<uint32_t> keys(backend_, pageKeys_.name(), roomy);
-            keys.fill(0);
-            detail::copyBytes(backend_, keys.view().data, backend_, pageKeys_.view().data,
-                              pageKeys_.bytes());
-            pageKeys_ = std::move(keys);
-        }
-        if (fresh && held) {
-            order_.resize(pageKeys_.size());
-            numberPages(backend_, {order_.view()});
-            sortPairs(backend_, pageKeys_.view(), order_.view());
-            assign.order = std::as_const(order_).view();
-            assign.pageKeys = std::as_const(pageKeys_).view();
-            assign.pageEntries = std::as_const(pageEntries_).view();
-        }
-        assign.firstPage = std::as_const(missing_).view();
-        assign.pageStamps = pageStamps_.view();
-        const uint64_t free = pageStamps_.size() - held;
-        retained = found[kPagesRetained] - (fresh > free ? fresh - free : 0);
-        // Only maps that nobody asks for are asked whether they still have pages.
-        const std::vector<uint32_t> keptPages =
-            requestCount_ < kept_.size() ? keptPerMap_.download() : std::vector<uint32_t>{};
-        for (size_t i = 0; i < kept_.size(); ++i)
-            kept_[i].pageCount = i < requestCount_ ? 1 : keptPages[i];
-    } else {
-        pageTable_.fill(0xff);
-        pageStamps_.resize(0);
-        if (!drawer_)
-            pool_.resize(pages * pageTexels());
-    }
-    if (drawer_)
-        drawer_->makeRoom(keeps_ ? pageStamps_.size() : pages, pageTexelsLog2_, keeps_);
-    freshEntries_.resize(fresh);
-    assign.freshEntries = freshEntries_.view();
-    assign.poolPages = uint32_t(fresh);
-    assignPages(backend_, assign);
     PageCommits commits;
-    const bool isCommitted = drawer_ && drawer_->commit(maps, std::as_const(freshEntries_).view(),
-                                                        std::as_const(pageTable_).view(), commits);
-    timer.reset();
-    timer.emplace(backend_, stages, "page clear");
-    if (drawer_)
-        drawer_->clear(std::as_const(freshEntries_).view(), std::as_const(pageTable_).view());
-    else
-        clearPages(backend_,
-                   {std::as_const(freshEntries_).view(), std::as_const(pageTable_).view(),
-                    pool_.view(), pageTexelsLog2_},
-                   fresh);
-    if (keeps_)
-        resetCells(backend_, {maps, std::as_const(freshEntries_).view(), drawn(), pageTexelsLog2_},
-                   fresh);
-    timer.reset();
+    bool isCommitted = false;
+    {
+        const StageTimer timer(backend_, stages, "page commit");
+        if (keeps_) {
+            SDAG_ASSERT(wanted <= capacityPages_);
+            sortOut(maps, needed);
+            const std::vector<uint32_t> found = keptCounts_.download();
+            prefixSums(backend_, std::as_const(missing_).view(), missing_.view());
+            fresh = found[kPagesMissing];
+            stale = found[kPagesStale];
+            const uint64_t held = found[kPagesHeld] + uint64_t(found[kPagesRetained]);
+            // Room for all, as far as the budget goes; in larger steps, for what is there is
+            // copied.
+            const uint64_t poolPages = pageStamps_.size();
+            const uint64_t roomy = glm::min(
+                capacityPages_,
+                glm::max(held + fresh, poolPages + (held + fresh > poolPages ? poolPages / 2 : 0)));
+            if (roomy > poolPages) {
+                if (!drawer_)
+                    growKeeping(pool_, roomy * pageTexels());
+                growKeeping(pageStamps_, roomy);
+                growKeeping(pageEntries_, roomy);
+                Buffer<uint32_t> keys(backend_, pageKeys_.name(), roomy);
+                keys.fill(0);
+                detail::copyBytes(backend_, keys.view().data, backend_, pageKeys_.view().data,
+                                  pageKeys_.bytes());
+                pageKeys_ = std::move(keys);
+            }
+            if (fresh && held) {
+                order_.resize(pageKeys_.size());
+                numberPages(backend_, {order_.view()});
+                sortPairs(backend_, pageKeys_.view(), order_.view());
+                assign.order = std::as_const(order_).view();
+                assign.pageKeys = std::as_const(pageKeys_).view();
+                assign.pageEntries = std::as_const(pageEntries_).view();
+            }
+            assign.firstPage = std::as_const(missing_).view();
+            assign.pageStamps = pageStamps_.view();
+            const uint64_t free = pageStamps_.size() - held;
+            retained = found[kPagesRetained] - (fresh > free ? fresh - free : 0);
+            // Only maps that nobody asks for are asked whether they still have pages.
+            const std::vector<uint32_t> keptPages =
+                requestCount_ < kept_.size() ? keptPerMap_.download() : std::vector<uint32_t>{};
+            for (size_t i = 0; i < kept_.size(); ++i)
+                kept_[i].pageCount = i < requestCount_ ? 1 : keptPages[i];
+        } else {
+            pageTable_.fill(0xff);
+            pageStamps_.resize(0);
+            if (!drawer_)
+                pool_.resize(pages * pageTexels());
+        }
+        if (drawer_)
+            drawer_->makeRoom(keeps_ ? pageStamps_.size() : pages, pageTexelsLog2_, keeps_);
+        freshEntries_.resize(fresh);
+        assign.freshEntries = freshEntries_.view();
+        assign.poolPages = uint32_t(fresh);
+        assignPages(backend_, assign);
+        isCommitted = drawer_ && drawer_->commit(maps, std::as_const(freshEntries_).view(),
+                                                 std::as_const(pageTable_).view(), commits);
+    }
+    {
+        const StageTimer timer(backend_, stages, "page clear");
+        if (drawer_)
+            drawer_->clear(std::as_const(freshEntries_).view(), std::as_const(pageTable_).view());
+        else
+            clearPages(backend_,
+                       {std::as_const(freshEntries_).view(), std::as_const(pageTable_).view(),
+                        pool_.view(), pageTexelsLog2_},
+                       fresh);
+        if (keeps_)
+            resetCells(backend_,
+                       {maps, std::as_const(freshEntries_).view(), drawn(), pageTexelsLog2_},
+                       fresh);
+    }
 
     counts.pageCount = pages;
     counts.pagesRefusedCount = wanted - pages;

@@ -10,7 +10,8 @@
 // asked at the same point (scenes/alpha_mask.h): holes smaller than a texel are hit or missed.
 #pragma once
 
-#include "cuda/split_work.h"
+#include "cuda/atomics.h"
+#include "cuda/split_work_view.h"
 #include "scenes/batches.h"
 #include "shadowmap/cull.h"
 #include "shadowmap/shadow_map_lookup.h"

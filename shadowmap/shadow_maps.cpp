@@ -219,9 +219,9 @@ struct ShadowMaps::State {
     void count() {
         if (isCounted)
             return;
-        largeTriangles.grow();
         const std::vector<uint32_t> first = firstPage.download();
         const std::vector<CullCounts> found = cullCounts.download();
+        counts.unsplitTriangleCount = largeTriangles.grow();
         isCounted = true; // not before: a download that fails leaves it to be asked again
         const uint64_t wanted = counts.pageCount + counts.pagesRefusedCount;
         pagesPerMap.clear();
@@ -313,7 +313,7 @@ struct ShadowMaps::State {
             noteCullLengths(backend,
                             {firstOfItem, std::as_const(drawOf).view(), cullLengths.view()});
             lengthsReadback->request(std::as_const(cullLengths).view());
-        } else {
+        } else if (!infos.empty()) {
             reachedGuess.note(reached.size());
             drawGuess.note(draws.size());
         }
@@ -423,6 +423,8 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
 void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs& inputs,
                        const BatchView& batches, const ShadowMapOptions& options,
                        StageTimes& stages, View<const uint32_t> movedBatches) {
+    State& s = *state_;
+    ForgetUnlessDone guard{s.cache}; // first: what moved is not named again after a refusal
     check(requests, options);
     if (!std::isfinite(options.lodTexels) || options.lodTexels < 0.0f)
         refuse("level of detail by " + std::to_string(options.lodTexels) + " texels",
@@ -436,11 +438,9 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
             refuse("moved batch " + std::to_string(batch) + " of " +
                        std::to_string(batches.batches.count),
                    "name batches that are passed");
-    State& s = *state_;
     // Nothing is drawn without requests, so kept maps could not take in what moves meanwhile.
     if (!(options == s.options) || batches.batches.count != s.batchCount || requests.empty())
         s.cache.forget();
-    ForgetUnlessDone guard{s.cache};
     s.batchCount = batches.batches.count;
     s.options = options;
     s.counts = {};

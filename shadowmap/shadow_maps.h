@@ -88,17 +88,18 @@ struct ShadowMapCounts {
     uint64_t batchFaceCount = 0; ///< (batch, face) pairs drawn
     uint64_t batchFaceSphereCount =
         0; ///< the same by sphere x six faces, no masks: what culling is held against
-    uint64_t triangleDrawCount = 0;   ///< triangles of the pairs drawn
-    uint64_t triangleSphereCount = 0; ///< triangles of batches in the sphere times six faces
-    uint64_t pagesCommittedCount = 0; ///< got memory in this build
-    uint64_t pagesFreedCount = 0;     ///< had memory after the last build, and no longer
-    uint64_t pagesRetainedCount = 0;  ///< have memory, but nobody needs them now
-    uint64_t pagesClearedCount = 0;   ///< committed, or emptied because something moved there
-    uint64_t keptMapCount = 0;        ///< requests answered by a map of an earlier build
-    uint64_t batchFaceKeptCount = 0;  ///< (batch, face) pairs not drawn as they are there already
-    uint64_t triangleKeptCount = 0;   ///< triangles of those pairs
-    uint64_t mapBytes = 0;            ///< pool pages in use + tables
-    uint64_t listRerunCount = 0;      ///< lists guessed too short, and made again (guessLengths)
+    uint64_t triangleDrawCount = 0;    ///< triangles of the pairs drawn
+    uint64_t triangleSphereCount = 0;  ///< triangles of batches in the sphere times six faces
+    uint64_t pagesCommittedCount = 0;  ///< got memory in this build
+    uint64_t pagesFreedCount = 0;      ///< had memory after the last build, and no longer
+    uint64_t pagesRetainedCount = 0;   ///< have memory, but nobody needs them now
+    uint64_t pagesClearedCount = 0;    ///< committed, or emptied because something moved there
+    uint64_t keptMapCount = 0;         ///< requests answered by a map of an earlier build
+    uint64_t batchFaceKeptCount = 0;   ///< (batch, face) pairs not drawn as they are there already
+    uint64_t triangleKeptCount = 0;    ///< triangles of those pairs
+    uint64_t mapBytes = 0;             ///< pool pages in use + tables
+    uint64_t unsplitTriangleCount = 0; ///< large ones that found no room to be shared out
+    uint64_t listRerunCount = 0;       ///< lists guessed too short, and made again (guessLengths)
     float degradeDivisor =
         1.0f; ///< > 1: the pool was full and every resolution was divided by this
 };

@@ -98,6 +98,8 @@ Json toJson(const FrameCounts& c) {
         {"triangle_sphere_count", c.maps.triangleSphereCount},
         {"batch_face_count", c.maps.batchFaceCount},
         {"batch_face_sphere_count", c.maps.batchFaceSphereCount},
+        {"unsplit_triangle_count", c.unsplitTriangleCount + c.maps.unsplitTriangleCount},
+        {"list_rerun_count", c.listRerunCount},
         {"ray_count", c.rayCount},
         {"mover_test_count", c.moverTestCount},
         {"shaft_asked_cluster_light_count", c.shafts.askedCount},

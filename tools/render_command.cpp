@@ -161,7 +161,6 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             const HostCopyCounts& copies = result.counts.hostCopies;
             entry["host_copy_count"] = copies.uploadCount + copies.readbackCount;
             entry["host_readback_count"] = copies.readbackCount;
-            entry["list_rerun_count"] = result.counts.listRerunCount;
         }
         entry["pair_count"] = result.pairs.count();
         list.push_back(std::move(entry));

@@ -36,8 +36,12 @@ TEST(LengthGuess, KnowsNothingAtFirstAndThenALittleMoreThanWasThere) {
     LengthGuess guess;
     EXPECT_EQ(guess.get(), 0u);
     guess.note(800);
-    EXPECT_EQ(guess.get(), 900 + LengthGuess::kSpare);
-    guess.note(0);
+    static_assert(LengthGuess::kSpare == 1024);
+    EXPECT_EQ(guess.get(), 1924u);
+    guess.note(0); // shrinks by a sixteenth at most
+    EXPECT_EQ(guess.get(), 1924 - 1924 / 16);
+    for (int i = 0; i < 40; ++i)
+        guess.note(0);
     EXPECT_EQ(guess.get(), LengthGuess::kSpare);
     guess.forget(1);
     EXPECT_EQ(guess.get(), 0u);

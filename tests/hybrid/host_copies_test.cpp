@@ -98,8 +98,10 @@ TEST_P(HostCopiesOn, AreFiveMoreForFourListsWhoseLengthsAreAsked) {
     EXPECT_EQ(readbackCount[false], readbackCount[true] + 5);
 }
 
+class FrameMemoryOn : public OnBackend {};
+
 // Memory is taken while lists grow, and never again for frames that need no more.
-TEST_P(HostCopiesOn, AndMemoryAreNotTakenAnewByFramesThatNeedNoMore) {
+TEST_P(FrameMemoryOn, IsNotTakenByFramesThatNeedNoMoreThanTheLast) {
     const Scene scene = blockerScene(kManyLights, true);
     const World world(scene, {});
     const Dag dag = dagOf(world, 8);
@@ -125,6 +127,7 @@ TEST_P(HostCopiesOn, AndMemoryAreNotTakenAnewByFramesThatNeedNoMore) {
         }
 }
 
+INSTANTIATE_TEST_SUITE_P(Both, FrameMemoryOn, kBothBackends, backendSuffix);
 INSTANTIATE_TEST_SUITE_P(Both, HostCopiesOn, kBothBackends, backendSuffix);
 
 } // namespace

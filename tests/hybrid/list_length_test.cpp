@@ -3,6 +3,7 @@
 // right or too short.
 #include "hybrid/frame_state.h"
 
+#include "tests/cuda/backends.h"
 #include "tests/hybrid/blocker_stage.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +15,7 @@ namespace {
 
 /// A scene of some lights seen by cameras from far and near, in turn, so that lists grow and
 /// shrink.
-class GuessedLists : public testing::Test {
+class GuessedListsOn : public OnBackend {
 protected:
     static Scene lit() {
         std::vector<glm::vec3> lights;
@@ -45,7 +46,7 @@ protected:
     const Dag dag = dagOf(world, 8);
 };
 
-TEST_F(GuessedLists, GiveTheFramesOfListsThatAreAsked) {
+TEST_P(GuessedListsOn, GiveTheFramesOfListsThatAreAsked) {
     for (const char* model : {"texels:0", "texels:48"})
         for (const size_t spare : {size_t(1), kRoomForAll})
             for (const ClusterBounds bounds : {ClusterBounds::kTight, ClusterBounds::kExplicit}) {
@@ -54,8 +55,8 @@ TEST_F(GuessedLists, GiveTheFramesOfListsThatAreAsked) {
                 options.height = 72;
                 options.clusterBounds = bounds;
                 options.maps.useAtomicRasterizer = spare == 1; // as a device draws
-                FrameRenderer asking(Backend::kCpu, world, dag),
-                    guessing(Backend::kCpu, world, dag);
+                FrameRenderer asking(GetParam(), world, dag), guessing(GetParam(), world, dag);
+                asking.guessLengths(false);
                 guessing.guessLengths(true, spare);
                 uint64_t rerunCount = 0;
                 size_t step = 0;
@@ -86,14 +87,28 @@ TEST_F(GuessedLists, GiveTheFramesOfListsThatAreAsked) {
             }
 }
 
-TEST_F(GuessedLists, AreMadeOnceForACameraThatStands) {
-    FrameRenderer renderer(Backend::kCpu, world, dag);
+TEST_P(GuessedListsOn, AreMadeOnceForACameraThatStands) {
+    FrameRenderer renderer(GetParam(), world, dag);
     renderer.guessLengths(true, 1);
     for (int frame = 0; frame < 4; ++frame)
         EXPECT_EQ(renderer.render(roomCamera(), *makeCostModel("texels:48"), smallFrame())
                       .counts.listRerunCount,
                   0u);
 }
+
+// What frames draw in turn by several methods does not make the guess of the next too short.
+TEST_P(GuessedListsOn, OutliveFramesOfRaysAndFramesThatDrawNothingAnew) {
+    FrameRenderer renderer(GetParam(), world, dag);
+    renderer.guessLengths(true, 1);
+    FrameOptions options = smallFrame();
+    for (const char* model : {"texels:0", "texels:0", "texels:inf", "texels:inf", "texels:0",
+                              "texels:inf", "texels:0"}) {
+        const FrameResult frame = renderer.render(roomCamera(), *makeCostModel(model), options);
+        EXPECT_EQ(frame.counts.listRerunCount, 0u) << model;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, GuessedListsOn, kBothBackends, backendSuffix);
 
 } // namespace
 } // namespace shadowdag::test

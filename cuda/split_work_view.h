@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Items of very unequal size: what is too large for one thread goes, in parts, on a list, and a
+// second pass gives every part to a group of lanes. So a triangle that covers the picture keeps no
+// thread of a GPU busy while all others wait. Source: the split of small and large triangles in
+// Laine, Karras, High-Performance Software Rasterization on GPUs, HPG 2011, sec. 4.
+#pragma once
+
+#include "cuda/atomics.h"
+#include "cuda/view.h"
+
+namespace shadowdag {
+
+/// Lanes that take a part together: a warp of a GPU.
+constexpr uint32_t kGroupLanes = 32;
+
+/// Limits of a list, so that its counts fit one word: items, and parts of an item.
+constexpr size_t kMaxSplitItems = size_t(1) << 20;
+constexpr uint32_t kMaxSplitParts = 1u << 19;
+
+/// An item that was split; `a` and `b` say which, in the terms of whoever added it.
+struct SplitItem {
+    uint64_t firstPart; ///< number of its first part in the whole list
+    uint32_t partCount;
+    uint32_t a, b;
+};
+
+/// The list as passes see it.
+struct SplitWorkView {
+    View<SplitItem> items;
+    View<uint64_t> taken; ///< [0]: items from bit kPartBits on, their parts below; [1]: refused
+
+    static constexpr uint32_t kPartBits = 40;
+
+    /// Adds an item of 1..kMaxSplitParts parts; returns false, and counts, when the list has no
+    /// room: the caller then does all of it by itself. Which items find room depends on the order
+    /// of threads, what the parts are does not.
+    SDAG_HD bool add(uint32_t a, uint32_t b, uint32_t partCount) const {
+        SDAG_ASSERT(partCount > 0 && partCount <= kMaxSplitParts);
+        // Asked first, so that the counts exceed the list by no more than the threads that run at
+        // once (some 300 000 on the largest device, where 15 million would fit); added in one step,
+        // so that items and their parts ascend together.
+        if (loadRelaxed(&taken[0]) >> kPartBits < items.count) {
+            const uint64_t seen =
+                atomicAddRelaxed(&taken[0], (uint64_t(1) << kPartBits) + partCount);
+            if (seen >> kPartBits < items.count) {
+                items[seen >> kPartBits] = {seen & ((uint64_t(1) << kPartBits) - 1), partCount, a,
+                                            b};
+                return true;
+            }
+        }
+        atomicAddRelaxed(&taken[1], 1);
+        return false;
+    }
+    /// Return how many items the list holds, and their parts. For passes after the one that adds.
+    SDAG_HD size_t itemCount() const {
+        const size_t asked = size_t(taken[0] >> kPartBits);
+        return asked < items.count ? asked : items.count;
+    }
+    SDAG_HD uint64_t partCount() const {
+        const size_t count = itemCount();
+        return count == 0 ? 0 : items[count - 1].firstPart + items[count - 1].partCount;
+    }
+    /// Returns the item that a part is of.
+    SDAG_HD SplitItem itemOf(uint64_t part) const {
+        size_t first = 0, end = itemCount();
+        while (end - first > 1) {
+            const size_t middle = first + (end - first) / 2;
+            (items[middle].firstPart <= part ? first : end) = middle;
+        }
+        return items[first];
+    }
+};
+
+} // namespace shadowdag
