@@ -27,8 +27,9 @@ int main() {
 #endif
 #if defined(HAS_sdag_hybrid)
     // Linking is the test: through a volatile, so that the linker must find the whole frame.
-    FrameResult (FrameRenderer::*volatile render)(const Camera&, const CostModel&,
-                                                  const FrameOptions&) = &FrameRenderer::render;
+    FrameResult (FrameRenderer::*volatile render)(
+        const Camera&, const CostModel&, const FrameOptions&, const std::function<void()>&) =
+        &FrameRenderer::render;
     if (!render)
         return 3;
 #endif
