@@ -116,10 +116,17 @@ void GlProgram::dispatch(uint64_t groupCount, uint64_t firstGroup) const {
     if (groupCount == 0)
         return;
     constexpr uint64_t kMost = 65535; // of an axis, by OpenGL's minimum
-    const uint64_t across = groupCount < kMost ? groupCount : kMost;
-    set("firstGroup", uint32_t(firstGroup));
+    const uint64_t rows = groupCount / kMost, rest = groupCount % kMost;
     glUseProgram(object_);
-    glDispatchCompute(GLuint(across), GLuint((groupCount + across - 1) / across), 1);
+    if (rows > 0) {
+        set("firstGroup", uint32_t(firstGroup));
+        glDispatchCompute(GLuint(kMost), GLuint(rows), 1);
+    }
+    // By itself: a last row filled up would run groups that are the next dispatch's.
+    if (rest > 0) {
+        set("firstGroup", uint32_t(firstGroup + rows * kMost));
+        glDispatchCompute(GLuint(rest), 1, 1);
+    }
     glMemoryBarrier(GL_ALL_BARRIER_BITS);
 }
 

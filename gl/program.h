@@ -38,8 +38,9 @@ public:
     /// Binds a sampler to a texture unit.
     void setSampler(const char* uniform, int unit) const;
 
-    /// Runs so many groups of a compute program, then makes what they wrote readable. More than
-    /// fit along one axis go on along the next: a shader asks groupIndex() (gl/groups.glsl).
+    /// Runs so many groups of a compute program, no more, then makes what they wrote readable. More
+    /// than fit along one axis go on along the next: a shader asks groupIndex() (gl/groups.glsl).
+    /// Groups run in no order.
     /// @param firstGroup the index of the first, for those that ask; the last fits 32 bits
     void dispatch(uint64_t groupCount, uint64_t firstGroup = 0) const;
 

@@ -36,6 +36,30 @@ TEST_F(GlProgramTest, RunsEveryItemOnceBeyondOneAxis) {
         ASSERT_EQ(found[i], i + 10u);
 }
 
+// Pieces of a list that each go beyond one axis: a filled-up last row would be the next one's.
+TEST_F(GlProgramTest, AdjacentDispatchesRunEveryItemOnce) {
+    const GlContext context;
+    const GlContext::Current current(context);
+    constexpr char kText[] = "layout(local_size_x = 1) in;\n#include \"gl/groups.glsl\"\n"
+                             "layout(std430, binding = 0) buffer Words { uint words[]; };\n"
+                             "uniform uint count;\n"
+                             "void main() { if (itemIndex() < count)\n"
+                             "  atomicAdd(words[itemIndex()], 1u); }\n";
+    const GlProgram program("pieces", {{GlStage::kCompute, "pieces.comp"}},
+                            glGlsl() + GlslTexts{{"pieces.comp", kText}});
+    constexpr uint32_t kPiece = 70000, kCount = 2 * kPiece;
+    GlBuffer words("test items");
+    words.resize(uint64_t(kCount) * sizeof(uint32_t));
+    words.fill(0);
+    words.bindStorage(0);
+    program.set("count", kCount);
+    program.dispatch(kPiece);
+    program.dispatch(kPiece, kPiece);
+    const std::vector<uint32_t> found = words.download<uint32_t>();
+    for (uint32_t i = 0; i < kCount; ++i)
+        ASSERT_EQ(found[i], 1u) << i;
+}
+
 TEST_F(GlProgramTest, ARefusalNamesTheFileAndWhatTheCompilerSays) {
     const GlContext context;
     const GlContext::Current current(context);
