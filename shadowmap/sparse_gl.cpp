@@ -105,7 +105,7 @@ void GlSparseDrawer::dropIdle(const std::map<uint32_t, uint32_t>& wanted, PageCo
         const auto found = wanted.find(array.side);
         const bool isIdle = !isAnyUsed(array.isUsed) && (found == wanted.end() || !found->second);
         array.idleBuilds = isIdle ? array.idleBuilds + 1 : 0;
-        if (array.idleBuilds > kIdleBuilds)
+        if (array.idleBuilds >= kIdleBuilds)
             drop(a, commits);
     }
 }
@@ -115,15 +115,17 @@ void GlSparseDrawer::grow(uint32_t a, uint32_t layers, PageCommits& commits) {
     for (const Place& place : place_)
         if (place.array == a)
             grown.isCommitted[pageIndex(old, place.layer, place.x, place.y)] = 1;
+    uint64_t movedCount = 0; // no page more or less by that
     forRuns(
         old.layerCount(), old.pagesPerSide(), [&](size_t i) { return grown.isCommitted[i] != 0; },
         [&](uint32_t layer, uint32_t x, uint32_t y, uint32_t run) {
             grown.texture->commit(layer, x, y, run, true);
             grown.texture->copyPages(*old.texture, layer, x, y, run);
-            commits.committedCount += run;
+            movedCount += run;
         });
     commits.freedCount +=
-        uint64_t(std::count(old.isCommitted.begin(), old.isCommitted.end(), uint8_t(1)));
+        uint64_t(std::count(old.isCommitted.begin(), old.isCommitted.end(), uint8_t(1))) -
+        movedCount;
     std::copy(old.isUsed.begin(), old.isUsed.end(), grown.isUsed.begin());
     context_.finish("moving pages to a larger texture");
     old = std::move(grown);
@@ -213,6 +215,22 @@ void GlSparseDrawer::keepPlaces(View<const ShadowMapInfo> maps, View<const uint3
 
 bool GlSparseDrawer::commit(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
                             View<const uint32_t> pageTable, PageCommits& commits) {
+    try {
+        placeAndCommit(maps, freshEntries, pageTable, commits);
+        context_.finish("committing pages");
+    } catch (...) {
+        // What has memory now is not known: pages taken for committed would swallow what is drawn.
+        arrays_.clear();
+        place_.clear();
+        drawn_.clear();
+        throw;
+    }
+    return true;
+}
+
+void GlSparseDrawer::placeAndCommit(View<const ShadowMapInfo> maps,
+                                    View<const uint32_t> freshEntries,
+                                    View<const uint32_t> pageTable, PageCommits& commits) {
     keepPlaces(maps, freshEntries, pageTable);
     std::map<uint32_t, uint32_t> wanted; // faces without a layer, by side
     for (const ShadowMapInfo& map : maps)
@@ -250,8 +268,6 @@ bool GlSparseDrawer::commit(View<const ShadowMapInfo> maps, View<const uint32_t>
         }
     }
     commitNeeded(commits);
-    context_.finish("committing pages");
-    return true;
 }
 
 void GlSparseDrawer::commitNeeded(PageCommits& commits) {

@@ -26,7 +26,8 @@ public:
     GlSparseDrawer(GlPages pages, const GlContext& context, GlGeometry& geometry);
 
     void makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) override;
-    /// Throws Error kResource when faces need more layers than kMaxSparseArrays hold.
+    /// Throws Error kResource when faces need more layers than kMaxSparseArrays hold, and what the
+    /// driver refuses memory with; nothing is kept then.
     bool commit(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
                 View<const uint32_t> pageTable, PageCommits& commits) override;
     void clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) override;
@@ -36,8 +37,9 @@ public:
 
     /// Returns how many textures there are.
     uint32_t textureCount() const { return uint32_t(arrays_.size()); }
-    /// Builds in a row in which nobody needs an array before it is dropped: what comes and goes
-    /// from frame to frame is not made anew every time, and costs addresses alone meanwhile.
+    /// Builds in a row in which nobody needs an array, in the last of which it is dropped: what
+    /// comes and goes from frame to frame is not made anew every time, and costs addresses alone
+    /// meanwhile.
     static constexpr uint32_t kIdleBuilds = 8;
 
 private:
@@ -59,6 +61,8 @@ private:
         uint32_t array, layer;
     };
 
+    void placeAndCommit(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
+                        View<const uint32_t> pageTable, PageCommits& commits);
     uint32_t sideOf(uint32_t faceTexels) const;
     uint32_t mostLayers(uint32_t side) const;
     Array makeArray(uint32_t side, uint32_t layers) const;
@@ -74,7 +78,8 @@ private:
     /// for the sake of others, of which none is `wanted`.
     void reserve(uint32_t side, uint32_t wantedCount, const std::map<uint32_t, uint32_t>& wanted,
                  PageCommits& commits);
-    /// Replaces array a by one of more layers, with the pages that are kept.
+    /// Replaces array a by one of more layers, with the pages that are kept, which count as neither
+    /// freed nor committed.
     void grow(uint32_t a, uint32_t layers, PageCommits& commits);
     Layer takeLayer(uint32_t side);
     void commitNeeded(PageCommits& commits);

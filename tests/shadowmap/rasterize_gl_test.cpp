@@ -7,7 +7,10 @@
 #include "tests/gl/gl_device.h"
 #include "tests/shadowmap/small_scene.h"
 
+#include <epoxy/gl.h>
+
 #include <bit>
+#include <string>
 
 namespace shadowdag {
 namespace {
@@ -205,6 +208,9 @@ TEST_P(RasterizeGl, AMapMoreInEveryBuildFindsRoom) {
             requests.push_back({{0.3f, 0.01f * float(m), -0.7f}, 12.0f, m, 24});
             build(*gl, scene, batches.view(), requests);
             EXPECT_EQ(gl->counts().batchFaceKeptCount > 0, keeps && m > 0);
+            if (keeps) { // textures grow, and what moves is not freed
+                EXPECT_EQ(gl->counts().pagesFreedCount, 0u) << m;
+            }
         }
         requests.push_back({{0.3f, 0.1f, 0.7f}, 12.0f, last, 24});
         const DepthParity p = compare(scene, requests);
@@ -229,12 +235,36 @@ TEST_P(RasterizeGl, TexturesThatNobodyUsesAreDropped) {
     if (sparse) {
         EXPECT_LE(sparse->textureCount(), 4u); // one a size
     }
-    for (uint32_t b = 0; b <= GlSparseDrawer::kIdleBuilds; ++b)
+    for (uint32_t b = 0; b < GlSparseDrawer::kIdleBuilds; ++b)
         build(*gl, scene, batches.view(), {{{0.3f, 0.1f, -0.7f}, 12.0f, 0, 24}});
     if (sparse) {
         EXPECT_EQ(sparse->textureCount(), 1u);
     }
     EXPECT_EQ(compare(scene, {{{0.3f, 0.1f, -0.7f}, 12.0f, 0, 24}}).unlikeCount, 0u);
+}
+
+// A driver that refuses memory: what it gave is not known, so nothing is taken for given.
+TEST_P(RasterizeGl, PagesThatWereRefusedAreCommittedAnew) {
+    if (GetParam() == Where::kAtlas)
+        GTEST_SKIP() << "an atlas commits nothing";
+    SmallScene scene;
+    scene.addBox(glm::vec3(-3), glm::vec3(3));
+    const std::vector<MapRequest> requests{{{0, 0, 0}, 9.0f, 0, 300}};
+    EXPECT_EQ(compare(scene, requests).unlikeCount, 0u);
+    const auto& sparse = dynamic_cast<const GlSparseDrawer&>(*drawer);
+    ASSERT_EQ(sparse.textureCount(), 1u);
+    glEnable(0x1234); // an error that is found where commits are waited for
+    try {
+        build(*gl, scene, scene.batches().view(), requests);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        ASSERT_NE(std::string(error.what()).find("committing pages"), std::string::npos)
+            << error.what();
+    }
+    EXPECT_EQ(sparse.textureCount(), 0u);
+    const DepthParity p = compare(scene, requests);
+    EXPECT_EQ(p.coverageCount + p.unlikeCount, 0u) << p;
+    EXPECT_EQ(gl->counts().pagesCommittedCount, gl->counts().pageCount);
 }
 
 INSTANTIATE_TEST_SUITE_P(Pages, RasterizeGl,
