@@ -142,6 +142,7 @@ void Viewer::takePress() {
     } else {
         ui_.request.pixel =
             glm::vec2((at->x - pictureFrom_.x) / width, (at->y - pictureFrom_.y) / height);
+        ui_.pixel.reset(); // that was another one's
         ui_.hasChanged = true;
     }
 }

@@ -226,7 +226,7 @@ void drawOverPicture(ViewUi& ui, const ImVec2& from, const ImVec2& to) {
             const std::string name = nameOf(p, 1);
             label({to.x - ImGui::CalcTextSize(name.c_str()).x - 12, from.y + 8}, name);
         }
-        if (p.pixel)
+        if (p.pixel && p.request.pixel == ui.request.pixel)
             ui.pixel = std::make_shared<const PixelReport>(*p.pixel);
         if (ui.pixel && ui.request.pixel)
             drawPixel(ui, *ui.pixel, from, to);

@@ -258,18 +258,26 @@ std::shared_ptr<ViewPicture> ViewRenderer::redraw(const ViewRequest& request,
     const bool isOtherPixel = s.request.pixel != request.pixel;
     s.request = request;
     s.start = Clock::now();
-    s.look = open_->camera(request.camera);
     s.drawn = {};
     s.map = {};
-    bool showsTruth = false;
-    for (size_t side = 0; side < 2; ++side)
-        showsTruth = showsTruth || (s.shows(side) && isTruth(request.sides[side]));
-    s.asksTruth = showsTruth || needsTruth(request.overlay) || request.wantsError;
-    if (s.asksTruth && s.pairs == nullptr)
-        startTruth();
-    if (isOtherPixel)
-        reportPixelAsked();
-    return picture(hooks);
+    try {
+        s.look = open_->camera(request.camera);
+        bool showsTruth = false;
+        for (size_t side = 0; side < 2; ++side)
+            showsTruth = showsTruth || (s.shows(side) && isTruth(request.sides[side]));
+        s.asksTruth = showsTruth || needsTruth(request.overlay) || request.wantsError;
+        if (s.asksTruth && s.pairs == nullptr)
+            startTruth();
+        // One that was asked while the picture moved is told once it rests.
+        if (isOtherPixel || (request.pixel && !s.pixel))
+            reportPixelAsked();
+        return picture(hooks);
+    } catch (const PictureGivenUp&) {
+        throw; // between sides: the frames are whole
+    } catch (...) {
+        shown_.reset();
+        throw;
+    }
 }
 
 std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, float scale,

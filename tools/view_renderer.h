@@ -78,7 +78,7 @@ public:
     /// full size, and keeps them until something changes; elsewhere kStandInModel routes, and the
     /// notes say so. Where canRedraw(), the frames of the last picture are drawn again. Throws what
     /// FrameRenderer::render throws, and PictureGivenUp where it is unwanted: then there is no last
-    /// picture.
+    /// picture, but of one that was drawn again and given up, whose frames stay.
     std::shared_ptr<ViewPicture> render(const ViewRequest& request, float scale,
                                         const ViewHooks& hooks = {});
     /// Returns whether the last picture's frames are those of a request, and what they know is

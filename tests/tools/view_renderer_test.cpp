@@ -171,6 +171,23 @@ TEST(ViewRenderer, APixelTellsWhatEveryMethodAnswers) {
     }
 }
 
+// A click in the moment between a drag's end and rest: the same pixel comes twice, and is told once
+// the picture rests.
+TEST(ViewRenderer, APixelAskedWhileThePictureMovesIsToldAtRest) {
+    Opened opened;
+    ViewRequest request = opened.request("maps");
+    ASSERT_FALSE(opened.whole(request)->pixel.has_value());
+    request.pixel = glm::vec2(0.5f, 0.8f);
+    request.isMoving = true;
+    ASSERT_TRUE(opened.renderer.canRedraw(request));
+    EXPECT_FALSE(opened.renderer.render(request, 1.0f)->pixel.has_value());
+    request.isMoving = false;
+    ASSERT_TRUE(opened.renderer.canRedraw(request));
+    const std::shared_ptr<ViewPicture> rested = opened.renderer.render(request, 1.0f);
+    ASSERT_TRUE(rested->pixel.has_value());
+    EXPECT_EQ(rested->pixel->y, 72u);
+}
+
 TEST(ViewRenderer, FrozenFramesAreSeenByAnotherCamera) {
     Opened opened;
     ViewRequest request = opened.request("dag");
@@ -329,6 +346,25 @@ TEST(ViewRenderer, GivenUpPicturesLeaveNothingBehind) {
             EXPECT_EQ(opened.whole(request)->sides[0].rgba, expected) << last;
         }
     }
+}
+
+TEST(ViewRenderer, AGivenUpRedrawKeepsTheFrames) {
+    Opened opened;
+    ViewRequest request = opened.request("maps");
+    const std::shared_ptr<ViewPicture> first = opened.whole(request);
+    request.exposureStops = 1;
+    ASSERT_TRUE(opened.renderer.canRedraw(request));
+    EXPECT_THROW(opened.renderer.render(request, 1.0f, {[] { return true; }, {}}), PictureGivenUp);
+    ASSERT_TRUE(opened.renderer.canRedraw(request));
+    const std::shared_ptr<ViewPicture> again = opened.renderer.render(request, 1.0f);
+    expectSameStages(again->sides[0], first->sides[0]);
+    EXPECT_NE(again->sides[0].rgba, first->sides[0].rgba);
+    request.frozen = "0,3,8,0,0,0"; // one that fails leaves nothing
+    opened.whole(request);
+    request.camera = "no such camera";
+    ASSERT_TRUE(opened.renderer.canRedraw(request));
+    EXPECT_THROW(opened.renderer.render(request, 1.0f), Error);
+    EXPECT_FALSE(opened.renderer.canRedraw(request));
 }
 
 TEST(ViewRenderer, AGivenUpRefinementGoesOn) {
