@@ -19,8 +19,8 @@ namespace shadowdag {
 
 namespace {
 
-std::string eglMessage() {
-    switch (eglGetError()) {
+std::string eglMessage(EGLint error = eglGetError()) {
+    switch (error) {
     case EGL_SUCCESS:
         return "no error given";
     case EGL_NOT_INITIALIZED:
@@ -82,8 +82,9 @@ bool open(EGLDisplay display, const std::string& name, Opened& opened, bool& isT
     }
     const EGLContext context = createContext(display);
     if (context == EGL_NO_CONTEXT) {
-        isTooOld = true;
-        why += "; " + name + ": " + eglMessage();
+        const EGLint error = eglGetError();
+        isTooOld |= error == EGL_BAD_MATCH || error == EGL_BAD_CONFIG;
+        why += "; " + name + ": " + eglMessage(error);
         return false;
     }
     opened = {display, context};
@@ -111,7 +112,7 @@ Opened openChosen() {
                              hasClientExtension("EGL_EXT_device_base")) &&
                             eglQueryDevicesEXT(16, devices, &deviceCount);
     std::vector<GlDeviceChoice::Candidate> candidates;
-    bool isTooOld = false; // a display answers, without a context
+    bool isTooOld = false; // a display answers, without such a context
     const auto add = [&](const std::string& name, EGLenum platform, void* native) {
         candidates.push_back({name, [&opened, &isTooOld, name, platform, native](std::string& why) {
                                   return open(eglGetPlatformDisplayEXT(platform, native, nullptr),
@@ -163,12 +164,15 @@ struct GlContext::State {
 
 GlContext::GlContext() {
     const std::lock_guard lock(openMutex());
+    const bool isFirst = deviceChoice().chosen().empty();
     const Opened opened = openChosen();
     state_ = std::make_unique<State>(State{opened.display, opened.context});
     try {
         look();
     } catch (...) {
         eglDestroyContext(state_->display, state_->context);
+        if (isFirst)
+            deviceChoice() = {}; // nothing ran on it
         throw;
     }
 }
@@ -200,6 +204,7 @@ void GlContext::look() {
     glGetIntegerv(GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, &info_.vertexStorageBlocks);
     glGetIntegerv(GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS, &info_.fragmentStorageBlocks);
     glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &info_.computeStorageBlocks);
+    glGetIntegerv(GL_MAX_COMBINED_SHADER_STORAGE_BLOCKS, &info_.combinedStorageBlocks);
     glGetIntegerv(GL_MAX_SHADER_STORAGE_BUFFER_BINDINGS, &info_.storageBindings);
     glGetIntegerv(GL_SUBPIXEL_BITS, &info_.subpixelBits);
     glGetIntegerv(GL_MAX_ARRAY_TEXTURE_LAYERS, &info_.maxArrayLayers);
@@ -227,16 +232,19 @@ void refuseLess(const GlInfo& info) {
     check(info.vertexStorageBlocks, kGlVertexBlocks, "storage blocks a vertex shader");
     check(info.fragmentStorageBlocks, kGlFragmentBlocks, "storage blocks a fragment shader");
     check(info.computeStorageBlocks, kGlComputeBlocks, "storage blocks a compute shader");
-    check(info.storageBindings, kGlComputeBlocks, "bindings of storage blocks");
+    check(info.combinedStorageBlocks, kGlCombinedBlocks, "storage blocks a program");
+    check(info.storageBindings, kGlBindings, "bindings of storage blocks");
     check(info.subpixelBits, kGlSubpixelBits, "bits below a pixel in what it rasterizes");
 }
 
 std::string glAbsence(const std::string& why, bool isTooOld) {
     return "no OpenGL 4.5 without a display could be had from EGL" +
            (why.empty() ? std::string("; it has no platform for that") : why) +
-           (isTooOld ? "; a driver is there, but has no OpenGL 4.5 core: update it"
-                     : "; install a driver with EGL (Mesa's llvmpipe needs no device)") +
-           ", or use --backend cpu";
+           (isTooOld
+                ? "; a driver is there, but has no OpenGL 4.5 core: update it, or have another "
+                  "one"
+                : "; install a driver with EGL") +
+           " (Mesa's llvmpipe needs no device), or use --backend cpu";
 }
 
 void GlContext::finish(const char* what) const {

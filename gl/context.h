@@ -13,9 +13,10 @@ struct GlInfo {
     std::string vendor, renderer, version;
     uint64_t maxStorageBytes = 0; ///< of a buffer that shaders read or write
     int maxViewport = 0;          ///< pixels a side of what is drawn into
-    /// Storage blocks a stage reaches, and those that may be bound at a time.
+    /// Storage blocks a stage reaches, those of all stages of a program together, and those that
+    /// may be bound at a time.
     int vertexStorageBlocks = 0, fragmentStorageBlocks = 0, computeStorageBlocks = 0,
-        storageBindings = 0;
+        combinedStorageBlocks = 0, storageBindings = 0;
     int subpixelBits = 0; ///< corners of triangles snap to 2^-bits of a pixel
     int maxArrayLayers = 0;
     bool hasSparseTextures = false; ///< ARB_sparse_texture
@@ -28,17 +29,22 @@ struct GlInfo {
     bool hasExactDivision = false;    ///< float quotients round to nearest
 };
 
-/// What programs of this project need, of OpenGL 4.5's own minimum less: the blocks that
-/// rasterize.vert, rasterize.frag and shade.comp name, and the grid of corners that the tests'
-/// bounds were measured on.
+/// What programs of this project need and OpenGL 4.5 does not promise: the blocks that
+/// rasterize.vert, rasterize.frag and shade.comp name, those of a program (a block of two stages
+/// counts twice), the bindings that they are given, and the grid of corners that the tests' bounds
+/// were measured on.
 constexpr int kGlVertexBlocks = 5, kGlFragmentBlocks = 10, kGlComputeBlocks = 16,
-              kGlSubpixelBits = 8;
+              kGlCombinedBlocks = kGlVertexBlocks + kGlFragmentBlocks > kGlComputeBlocks
+                                      ? kGlVertexBlocks + kGlFragmentBlocks
+                                      : kGlComputeBlocks,
+              kGlBindings = 16, kGlSubpixelBits = 8;
 
 /// Throws Error kDevice naming the first of these that a device has less of.
 void refuseLess(const GlInfo& info);
 
 /// Returns the message where there is no OpenGL: what each device said, and what to do.
-/// @param why "; NAME: REASON" for each @param isTooOld whether any of them has a driver
+/// @param why "; NAME: REASON" for each @param isTooOld whether a driver of any of them has another
+/// OpenGL
 std::string glAbsence(const std::string& why, bool isTooOld);
 
 /// Owns a context. It is current on no thread until a Current makes it so; one thread at a time.

@@ -31,6 +31,7 @@ constexpr uint32_t kGroupSize = 64;
 constexpr uint32_t kCountsPerCluster = 5;
 constexpr uint32_t kDagBinding = 12, kPositionsBinding = 13, kTrianglesBinding = 14,
                    kMoversBinding = 15;
+static_assert(int(kMoversBinding) < kGlBindings); // the greatest of shade.comp's
 // Of a recorded pair's word, whose lower bits are those of answerPair's map + 2 and its visibility.
 constexpr uint32_t kAnswered = 1u << 31, kVisibilityBits = 8, kMapOffset = 2;
 static_assert(kMapOffset >= uint32_t(-kLitByProof));

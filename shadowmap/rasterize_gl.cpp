@@ -9,6 +9,8 @@
 
 namespace shadowdag {
 
+static_assert(int(GlMapDrawer::kMoreDepthsBinding) <
+              kGlBindings); // the greatest of rasterize.frag's
 static_assert(offsetof(GlMap, faceLayer) == 32 && offsetof(GlMap, u) == 64 &&
               offsetof(GlMap, w) == 128);
 

@@ -87,7 +87,9 @@ TEST(GlLimits, TooLittleIsRefusedByName) {
     enough.renderer = "a device";
     enough.vertexStorageBlocks = kGlVertexBlocks;
     enough.fragmentStorageBlocks = kGlFragmentBlocks;
-    enough.computeStorageBlocks = enough.storageBindings = kGlComputeBlocks;
+    enough.computeStorageBlocks = kGlComputeBlocks;
+    enough.combinedStorageBlocks = kGlCombinedBlocks;
+    enough.storageBindings = kGlBindings;
     enough.subpixelBits = kGlSubpixelBits;
     EXPECT_NO_THROW(refuseLess(enough));
     const auto refusal = [&](int GlInfo::*limit) -> std::string {
@@ -106,6 +108,8 @@ TEST(GlLimits, TooLittleIsRefusedByName) {
     EXPECT_THAT(refusal(&GlInfo::computeStorageBlocks),
                 testing::HasSubstr("a device has 15 storage blocks a compute shader, and the "
                                    "OpenGL backend needs 16"));
+    EXPECT_THAT(refusal(&GlInfo::combinedStorageBlocks),
+                testing::HasSubstr("15 storage blocks a program"));
     EXPECT_THAT(refusal(&GlInfo::storageBindings), testing::HasSubstr("bindings"));
     EXPECT_THAT(refusal(&GlInfo::subpixelBits), testing::HasSubstr("7 bits below a pixel"));
 }
@@ -114,7 +118,9 @@ TEST(GlLimits, ADriverThatIsTooOldIsNotToBeInstalledButUpdated) {
     const std::string old = glAbsence("; device 0: EGL_BAD_MATCH (no OpenGL 4.5 core)", true);
     EXPECT_THAT(old, testing::HasSubstr("has no OpenGL 4.5 core: update it"));
     EXPECT_THAT(old, testing::Not(testing::HasSubstr("install")));
-    EXPECT_THAT(glAbsence("", false), testing::HasSubstr("install a driver"));
+    EXPECT_THAT(old, testing::HasSubstr("llvmpipe"));
+    EXPECT_THAT(glAbsence("", false), testing::AllOf(testing::HasSubstr("install a driver"),
+                                                     testing::HasSubstr("llvmpipe")));
 }
 
 TEST_F(GlContextTest, TheBackendIsChosenByItsNameAndNamesItsDevice) {
