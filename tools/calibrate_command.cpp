@@ -235,7 +235,8 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     checkWritable(options.output);
     if (!options.observations.empty())
         checkWritable(options.observations);
-    const Backend backend = options.global.apply(console, options.from.empty());
+    const Backend backend =
+        options.global.apply(console, options.from.empty(), options.from.empty());
     followGlPages(e, backend, commandLine);
     refuseOnGl(e, backend, "", "");
     Json provenance = buildProvenance(backend);

@@ -40,6 +40,14 @@ void refuseBeside(const CompareOptions& options, const CommandLine& commandLine,
                                            name + " for a file of that name");
 }
 
+/// Throws Error kUsage on --backend gl for a compare whose rows ask for what it does not follow:
+/// without them its bounds would say nothing. @param needs those, for people
+void refuseGl(const CompareOptions& options, const std::string& name, const std::string& needs) {
+    if (options.global.backend == "gl")
+        throw Error(ErrorKind::kUsage, "--backend gl: compare " + name + " needs " + needs +
+                                           ", which it does not follow; use --backend cpu or cuda");
+}
+
 void runRealScenes(const CompareOptions& options, const CommandLine& commandLine) {
     std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
     fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--no-charts",
@@ -49,6 +57,7 @@ void runRealScenes(const CompareOptions& options, const CommandLine& commandLine
             throw Error(ErrorKind::kUsage, option + " and compare real contradict each other: its "
                                                     "bounds hold for one view and one choice of "
                                                     "settings; drop one");
+    refuseGl(options, "real", "dag-exact");
     const Console console(options.global.json);
     runReal({options.output,
              {options.scenes.begin() + 1, options.scenes.end()},
@@ -82,6 +91,12 @@ bool runNamedCompare(const CompareOptions& options, const CommandLine& commandLi
                                     " stands first; there is no file of that name, either");
         return false;
     }
+    if (isStability)
+        refuseGl(options, "stability", "dag-exact");
+    if (isMechanisms)
+        refuseGl(options, "mechanisms",
+                 "dag-exact, and retained pages and polygon levels of detail (SOR and PLOD of "
+                 "--variants)");
     const Console console(options.global.json);
     const Backend backend = options.global.apply(console, true);
     if (isFailures)

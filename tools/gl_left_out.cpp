@@ -49,24 +49,20 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
     std::vector<std::string> leftOut;
     if (backend != Backend::kGl)
         return leftOut;
-    // An empty reason is none; a list that had something keeps something.
+    // An empty reason is none. Returns whether there is nothing left of what was there.
     const auto takeOut = [&](auto& list, const std::string& option, const std::string& what,
                              const auto& textOf, const auto& whyNot, const auto& isNamed) {
-        const size_t count = list.size();
-        std::string last;
+        const bool hadSome = !list.empty();
         std::erase_if(list, [&](const auto& value) {
             const std::string why = whyNot(value);
             if (why.empty())
                 return false;
             if (isNamed(value))
                 refuse(option + " '" + textOf(value) + "'", why);
-            last = what + " " + textOf(value) + ": --backend gl " + why;
-            leftOut.push_back(last);
+            leftOut.push_back(what + " " + textOf(value) + ": --backend gl " + why);
             return true;
         });
-        if (count > 0 && list.empty())
-            throw Error(ErrorKind::kUsage, last + ", and nothing else is asked for; use --backend "
-                                                  "cpu or cuda");
+        return hadSome && list.empty();
     };
     const auto given = [&](const char* option) {
         return [isGiven = commandLine.declares(option) && commandLine.given(option)](const auto&) {
@@ -83,12 +79,23 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
                                                        parseVariant("--variants", name);
                     });
             });
-    takeOut(
-        experiment.lod, "--lod", "level of detail", [](const LodChoice& lod) { return lod.text(); },
-        whyNotLod, given("--lod"));
-    takeOut(
-        experiment.polygonLod, "--polygon-lod", "polygon level of detail",
-        [](float texels) { return numberText(texels); }, whyNotPolygonLod, given("--polygon-lod"));
+    if (!leftOut.empty() && experiment.methods.empty() && experiment.variants.empty())
+        throw Error(ErrorKind::kUsage, leftOut.back() + ", and nothing else is asked for; use "
+                                                        "--backend cpu or cuda");
+    // Every run has one of these: where none is left, what experiments start with, which gl
+    // follows.
+    const auto lodText = [](const LodChoice& lod) { return lod.text(); };
+    const auto texelsText = [](float texels) { return numberText(texels); };
+    const Experiment fresh;
+    if (takeOut(experiment.lod, "--lod", "level of detail", lodText, whyNotLod, given("--lod"))) {
+        experiment.lod = fresh.lod;
+        leftOut.back() += "; " + lodText(fresh.lod.front()) + " in its place";
+    }
+    if (takeOut(experiment.polygonLod, "--polygon-lod", "polygon level of detail", texelsText,
+                whyNotPolygonLod, given("--polygon-lod"))) {
+        experiment.polygonLod = fresh.polygonLod;
+        leftOut.back() += "; " + texelsText(fresh.polygonLod.front()) + " in its place";
+    }
     for (const std::string& text : leftOut)
         console.note("left out: " + text);
     return leftOut;

@@ -14,9 +14,11 @@ namespace shadowdag {
 
 /// Takes out of an experiment the methods, variants and levels of detail that frames in OpenGL do
 /// not follow, on Backend::kGl; on others nothing. Returns what was taken out and why, a text each,
-/// which is told on standard error as well.
+/// which is told on standard error as well. Of a list of levels of detail that is left empty the
+/// default takes the place.
 /// Throws Error kUsage naming the option and its value for what the command line names itself
-/// (`paper`, defaults and experiment files name nothing), and where nothing would be left.
+/// (`paper`, defaults and experiment files name nothing), and where neither a method nor a variant
+/// would be left.
 /// @param namedVariants on the command line, besides lists of them
 std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
                                       const CommandLine& commandLine,

@@ -3,6 +3,7 @@
 #include "tools/commands.h"
 #include "tools/common_options.h"
 #include "tools/cost_file.h"
+#include "tools/gl_left_out.h"
 #include "tools/provenance.h"
 #include "tools/view_window.h"
 
@@ -51,6 +52,7 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     }
     view.settings.backend = options.global.apply(console, true);
     followGlPages(experiment, view.settings.backend, commandLine);
+    refuseOnGl(experiment, view.settings.backend, "", ""); // methods are chosen in the window
     view.frame = baseOptions(experiment);
     view.firstFrame = experiment.frames.front();
     view.resolutionLog2 = experiment.resolutionLog2.front();

@@ -52,6 +52,11 @@ TEST_F(ProgramGl, WhatDrawsNoFramesOpensNoOpenGl) {
         directory, {"figures", directory / "none.json", "-o", directory / "f", "--backend", "gl"},
         kNoEgl);
     EXPECT_THAT(figures.err, HasSubstr("none.json: cannot be opened")); // that, and not OpenGL
+    const ProgramResult fitted = runShadowdag(directory,
+                                              {"calibrate", "--from", directory / "none.json", "-o",
+                                               directory / "c.json", "--backend", "gl"},
+                                              kNoEgl);
+    EXPECT_THAT(fitted.err, HasSubstr("none.json: cannot be opened"));
     const ProgramResult drawn = runShadowdag(
         directory, {"render", "builtin:atrium", "-o", directory / "a.exr", "--backend", "gl"},
         kNoEgl);
@@ -82,6 +87,19 @@ TEST_F(ProgramGl, WhatItDoesNotFollowIsRefusedByTheNameThatAskedForIt) {
          {compare({"--lod", "0,footprint"}), 1, "--lod 'footprint': --backend gl"},
          {compare({"--variants", "CFM,PMCD-EB-PLOD1"}), 1,
           "--variants 'PMCD-EB-PLOD1': --backend gl draws full detail"},
+         {{"view", "--lod", "footprint", "--backend", "gl"}, 1, "--lod 'footprint': --backend gl"},
+         {{"view", "--polygon-lod", "1", "--backend", "gl"},
+          1,
+          "--polygon-lod '1': --backend gl draws full detail"},
+         {{"compare", "stability", "-o", output, "--backend", "gl"},
+          1,
+          "--backend gl: compare stability needs dag-exact"},
+         {{"compare", "mechanisms", "-o", output, "--backend", "gl"},
+          1,
+          "--backend gl: compare mechanisms needs dag-exact, and retained pages"},
+         {{"compare", "real", "builtin:atrium", "-o", output, "--backend", "gl"},
+          1,
+          "--backend gl: compare real needs dag-exact"},
          {{"fit", "builtin:atrium", "-o", json, "--methods", "dag,dag-exact", "--backend", "gl"},
           1,
           "--methods 'dag-exact': --backend gl"}});
@@ -111,6 +129,13 @@ TEST_F(ProgramGl, AListLeavesOutWhatItDoesNotFollowAndSaysSo) {
               "method dag-exact: --backend gl traces voxels, not triangles");
     leavesOut("variants", R"(["CFM", "CFM-PLOD1"])",
               "variant CFM-PLOD1: --backend gl draws full detail");
+    // No level of detail but the default's.
+    writeText(file, R"({"scenes": ["builtin:fail-acne"], "methods": ["dag"], "lod": ["footprint"],
+                        "size": "48x27", "resolutions": [32], "repeats": 1, "warmups": 0})");
+    const ProgramResult rest =
+        runShadowdag(directory, tinyCompare(directory / "plain", {"--experiment", file}));
+    ASSERT_EQ(rest.status, 0) << rest.err;
+    EXPECT_THAT(rest.err, HasSubstr("without a level of detail (--lod); 0 in its place"));
     // Nothing but that: refused, and nothing is put away.
     const std::string other = directory / "other";
     writeText(file, R"({"scenes": ["builtin:fail-acne"], "methods": [], "variants": ["CFM-PLOD1"],
@@ -125,6 +150,7 @@ TEST_F(ProgramGl, TheMatrixAndTheFitLeaveOutExactRays) {
     const ProgramResult matrix =
         runShadowdag(directory, {"compare", "failures", "--only", "acne", "-o", report, "--json",
                                  "--backend", "gl"});
+    ASSERT_EQ(matrix.status, 0) << matrix.err;
     EXPECT_THAT(matrix.err, HasSubstr("left out: acne by dag-exact: --backend gl traces voxels"));
     const Json json = Json::parse(readText(report + "/failures.json"));
     ASSERT_EQ(json["left_out"].size(), 1u);
