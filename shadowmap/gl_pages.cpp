@@ -46,6 +46,11 @@ uint32_t glPageTexels(GlPages pages, const GlInfo& info) {
                                             : 0;
 }
 
+uint32_t askedGlPageTexels() {
+    const GlInfo& info = glDeviceInfo();
+    return glPageTexels(chooseGlPages(askedGlPages(), info), info);
+}
+
 bool drawsLayers(GlPages pages, const GlInfo& info) {
     return pages == GlPages::kSparse        ? info.drawsSparseLayers
            : pages == GlPages::kDenseLayers ? !info.layerExtension.empty()

@@ -31,6 +31,9 @@ GlPages chooseGlPages(GlPages asked, const GlInfo& info);
 
 /// Returns the side of the pages that a device has: of `pages`, which is not kAuto; 0: any side.
 uint32_t glPageTexels(GlPages pages, const GlInfo& info);
+/// Returns the same for what was asked for last, on the device that this process has. Throws Error
+/// kDevice as chooseGlPages and glDeviceInfo do.
+uint32_t askedGlPageTexels();
 
 /// Returns whether maps are layers that the device draws into, which hold floats; else fragments
 /// write them by atomics. @param pages not kAuto

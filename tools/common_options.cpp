@@ -20,8 +20,8 @@ void GlobalOptions::declare(CommandLine& commandLine) {
                      "Processor threads, 0 for all; never changes a result [0]");
     commandLine.text("--backend", backend, "auto|cpu|cuda|gl",
                      "Where frames are made; auto says what it chose, cuda without a device and gl "
-                     "without OpenGL 4.5 "
-                     "are errors [auto]");
+                     "without OpenGL 4.5 are errors; with gl, what draws no frames runs on the "
+                     "processor [auto]");
     commandLine.text("--gl-pages", glPages, "auto|sparse|atlas",
                      "Where --backend gl keeps pages of maps: sparse textures, whose pages the "
                      "driver commits, or one atlas; auto takes sparse where it is [auto]");
@@ -32,6 +32,10 @@ Backend GlobalOptions::apply(const Console& console, bool announce, bool drawsFr
         throw Error(ErrorKind::kUsage, "--gl-pages '" + glPages + "': use auto, sparse or atlas");
     if (glPages != "auto" && backend != "gl")
         throw Error(ErrorKind::kUsage, "--gl-pages is for --backend gl; drop it");
+    if (glPages != "auto" && !drawsFrames)
+        throw Error(
+            ErrorKind::kUsage,
+            "--gl-pages says where frames keep pages, and nothing draws frames here; drop it");
     const Backend chosen = drawsFrames || backend != "gl" ? chooseBackend(backend) : Backend::kCpu;
     if (chosen == Backend::kGl) {
         setGlPages(glPages == "sparse"  ? GlPages::kSparse
@@ -47,9 +51,10 @@ Backend GlobalOptions::apply(const Console& console, bool announce, bool drawsFr
 }
 
 void followGlPages(Experiment& experiment, Backend backend, const CommandLine& commandLine) {
-    if (backend != Backend::kGl || chooseGlPages(askedGlPages(), glDeviceInfo()) == GlPages::kAtlas)
+    const uint32_t side = backend == Backend::kGl ? askedGlPageTexels() : 0;
+    if (side == 0)
         return;
-    const std::vector<uint32_t> own{glDeviceInfo().sparsePageTexels};
+    const std::vector<uint32_t> own{side};
     if (commandLine.declares("--page-size") && commandLine.given("--page-size") &&
         experiment.pageTexels != own)
         throw Error(ErrorKind::kUsage, "--page-size: sparse textures have pages of " +

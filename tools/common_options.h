@@ -23,7 +23,7 @@ struct GlobalOptions {
     /// Sets the thread count and where OpenGL keeps pages, chooses the backend, says on standard
     /// error what auto chose when `announce`, and of gl what it runs on.
     /// @param drawsFrames false: what has no frames neither looks for OpenGL nor runs on it, and gl
-    /// is the cpu
+    /// is the cpu; --gl-pages is then Error kUsage
     Backend apply(const Console& console, bool announce, bool drawsFrames = true) const;
 };
 

@@ -50,11 +50,11 @@ void printCounts(std::ostream& out, const std::string& name, const ErrorCounts& 
 
 /// Writes error.png, truth.png, method.png and errors.exr into the directory.
 void writeMaps(const std::string& directory, const SingleFrames& frames, const FrameResult& result,
-               const std::vector<uint8_t>& truthVisibility) {
+               const std::vector<uint8_t>& truthVisibility, const Experiment& experiment) {
     const FrameOptions& size = frames.frameOptions();
     const std::vector<glm::vec3> truthColor =
         shadePairs(frames.renderer().gbuffer(), frames.world(), result.pairs, truthVisibility);
-    const float exposure = autoExposure(truthColor);
+    const float exposure = experiment.exposureOf(truthColor);
     const std::vector<glm::vec3> truthDisplay = toneMap(truthColor, exposure);
     PixelErrors errors = countPixelErrors(result.pairs, result.visibility, truthVisibility);
     writePng(directory + "/truth.png", size.width, size.height, truthDisplay);
@@ -73,6 +73,9 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
     if (experiment.frames.size() > 1)
         throw Error(ErrorKind::kUsage, "--frames '" + experiment.framesText +
                                            "': validate looks at one frame; compare takes several");
+    if (options.output.empty() && commandLine.given("--exposure"))
+        throw Error(ErrorKind::kUsage,
+                    "--exposure says nothing without -o; name a directory for pictures or drop it");
     if (!options.output.empty()) {
         std::error_code failed;
         std::filesystem::create_directories(options.output, failed);
@@ -94,7 +97,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
                                             frames.truth(), truthVisibility, frames.errorOptions());
     checkInterrupted();
     if (!options.output.empty())
-        writeMaps(options.output, frames, result, truthVisibility);
+        writeMaps(options.output, frames, result, truthVisibility, experiment);
 
     printHeader(console.people());
     Json lights = Json::array();
@@ -142,6 +145,7 @@ std::function<void()> declareValidate(CommandLine& commandLine) {
                      "method.png, errors.exr");
     options->method.declare(commandLine, "dag|dag-exact|maps|hybrid");
     options->common.declareView(commandLine, false);
+    options->common.declareExposure(commandLine);
     options->common.declareLights(commandLine);
     options->common.declareVoxels(commandLine, false);
     options->common.declareRays(commandLine, false);

@@ -60,6 +60,13 @@ void Viewer::takeResults() {
         log_.write("saved",
                    {{"png", saved->png}, {"exr", saved->exr}, {"experiment", saved->experiment}});
     }
+    if (std::optional<TakenCosts> costs = session_.takeCosts()) {
+        ui_.costs = costs->path;
+        if (!costs->otherMachine.empty())
+            ui_.message = "warning: the costs of " + costs->path + " are of " + costs->otherMachine;
+        ui_.hasChanged = true;
+        log_.write("costs", {{"path", costs->path}, {"other_machine", costs->otherMachine}});
+    }
     const ViewStatus status = session_.status();
     ui_.statusWork = status.work;
     ui_.statusFraction = status.fraction;

@@ -169,11 +169,8 @@ void Viewer::openFiles(const std::vector<std::string>& paths) {
             ui_.message =
                 path + ": neither a scene (.glb, .gltf), nor voxels (.svdag), nor costs (.json)";
     }
-    if (!costs.empty()) {
+    if (!costs.empty())
         session_.setCosts(costs);
-        ui_.costs = costs;
-        ui_.hasChanged = true;
-    }
     if (!scene.empty() || !asset.empty())
         session_.open(scene, "", options_.resolutionLog2, asset);
     log_.write("drop",

@@ -193,7 +193,11 @@ void drawOptions(ViewUi& ui) {
     choose("undersample", {"1", "2", "4", "8"}, o.undersample);
     ui.mark("undersample");
     choose("maps a light", {"1", "2", "4", "8", "16"}, o.mapsPerLight);
-    choose("page texels", {"16", "32", "64", "128", "256"}, o.maps.pageTexels);
+    uint32_t side = ui.picture ? ui.picture->devicePageTexels : 0;
+    ImGui::BeginDisabled(side > 0); // sparse textures have the device's
+    choose("page texels", {"16", "32", "64", "128", "256"}, side > 0 ? side : o.maps.pageTexels);
+    ImGui::EndDisabled();
+    ui.mark("page texels");
     choose("taps", {"1", "4", "9"}, o.bias.taps);
     o.maps.taps = o.bias.taps;
     uint32_t pool = uint32_t(o.maps.poolBytes >> 20);

@@ -52,12 +52,16 @@ bool needsPairs(ViewOverlay overlay) {
     return overlay == ViewOverlay::kMethods || needsTruth(overlay);
 }
 
+/// Returns the side of the pages that a backend has; 0: any.
+uint32_t devicePageTexels(Backend backend) {
+    return backend == Backend::kGl ? askedGlPageTexels() : 0;
+}
+
 /// Returns a request as it is rendered: sparse textures have the device's pages.
 ViewRequest followed(const ViewRequest& asked, Backend backend) {
     ViewRequest request = asked;
-    if (backend == Backend::kGl &&
-        chooseGlPages(askedGlPages(), glDeviceInfo()) == GlPages::kSparse)
-        request.options.maps.pageTexels = glDeviceInfo().sparsePageTexels;
+    if (const uint32_t side = devicePageTexels(backend))
+        request.options.maps.pageTexels = side;
     return request;
 }
 
@@ -140,6 +144,14 @@ void ViewRenderer::setCosts(CostSource costs) {
     settings_.costs = std::move(costs);
     if (open_)
         open_->models.clear();
+}
+
+bool ViewRenderer::measures(const ViewRequest& request) {
+    for (size_t side = 0; side < (request.isSplit ? 2u : 1u); ++side)
+        if (!isTruth(request.sides[side]) && !settings_.costs.table &&
+            open_->model(request.sides[side], settings_.costs).needsCosts())
+            return true;
+    return false;
 }
 
 void ViewRenderer::close() {
@@ -385,7 +397,9 @@ std::vector<glm::vec3> ViewRenderer::truthColor() const {
 }
 
 float ViewRenderer::exposure() const {
-    return open_->exposure * std::exp2(shown_->request.exposureStops);
+    // No more than experiments take: a saved one is read again.
+    return float(std::min(
+        double(open_->exposure) * std::exp2(double(shown_->request.exposureStops)), kMaxExposure));
 }
 
 std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewLegend& legend) {
@@ -443,6 +457,7 @@ std::shared_ptr<ViewPicture> ViewRenderer::picture(const ViewHooks& hooks) {
     picture->lights = open_->scene.world->lights();
     picture->pixel = s.pixel;
     picture->backend = backendName(settings_.backend);
+    picture->devicePageTexels = devicePageTexels(settings_.backend);
     picture->notes = s.notes;
     for (size_t side = 0; side < 2; ++side) {
         if (!s.shows(side))

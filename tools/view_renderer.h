@@ -70,6 +70,9 @@ public:
     /// Routes by other costs from now on.
     void setCosts(CostSource costs);
 
+    /// Returns whether a side that is shown routes by costs that would be measured first.
+    bool measures(const ViewRequest& request);
+
     /// Renders a request at a scale of its size. Every side but the truth's is whole; the truth's
     /// whole where the request moves, else what isFinal = false says is refined by refine(). At a
     /// scale below 1 resolutions of maps are asked for as if at scale 1, so that maps and what

@@ -141,6 +141,7 @@ struct ViewPicture {
     std::string mapTitle;
     std::vector<std::string> notes; ///< what was not as asked: a full pool
     std::string backend;            ///< backendName
+    uint32_t devicePageTexels = 0;  ///< side of pages that the backend has; 0: any
 };
 
 /// What is known of the scene that is open.

@@ -106,6 +106,11 @@ std::optional<SavedView> ViewSession::takeSaved() {
     return std::exchange(saved_, std::nullopt);
 }
 
+std::optional<TakenCosts> ViewSession::takeCosts() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(costs_, std::nullopt);
+}
+
 ViewStatus ViewSession::status() const {
     const std::lock_guard lock(mutex_);
     ViewStatus status = status_;
@@ -213,11 +218,7 @@ void ViewSession::answer(const ViewRequest& request) {
         return;
     }
     const float scale = scale_.next();
-    const auto measures = [](const ViewSide& side) {
-        return side.method == "hybrid" && side.model == "oracle";
-    };
-    if (!request.isMoving && scale >= 1.0f && !measures(request.sides[0]) &&
-        !measures(request.sides[1])) {
+    if (!request.isMoving && scale >= 1.0f && !renderer_.measures(request)) {
         // Nothing was shown of it yet: were it given up, requests that never end would be shown
         // nothing. It takes no longer than a picture that moves.
         publish(renderer_.render(request, 1.0f));
@@ -257,7 +258,11 @@ void ViewSession::doWork(const Work& work) {
         });
     if (work.costs)
         attempt("costs", [&] {
-            renderer_.setCosts(readCostSource(*work.costs, buildProvenance(renderer_.backend())));
+            CostSource costs = readCostSource(*work.costs, buildProvenance(renderer_.backend()));
+            TakenCosts taken{costs.path, costs.otherMachine};
+            renderer_.setCosts(std::move(costs));
+            const std::lock_guard lock(mutex_);
+            costs_ = std::move(taken);
         });
     if (work.open) {
         attempt("open", [&] { openScene(*work.open); });

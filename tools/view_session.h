@@ -27,6 +27,11 @@ struct ViewStatus {
     std::vector<std::string> notes; ///< remarks of opening the scene
 };
 
+/// Costs that models route by from now on.
+struct TakenCosts {
+    std::string path, otherMachine; ///< as CostSource has them
+};
+
 /// Thread safe. Pictures, scenes and files come back through the functions that take them.
 class ViewSession {
 public:
@@ -43,7 +48,8 @@ public:
               const std::string& assetPath);
     /// Renders on another backend from now on, by its name (chooseBackend).
     void setBackend(const std::string& name);
-    /// Routes by the costs of a file from now on, as --costs names it.
+    /// Routes by the costs of a file from now on, as --costs names it; takeCosts() tells once it is
+    /// read.
     void setCosts(const std::string& path);
     /// Asks for a picture; the newest counts. Without a scene nothing comes. A full-size picture
     /// that is being made is given up for it, between two stages.
@@ -55,6 +61,7 @@ public:
     std::shared_ptr<const ViewPicture> takePicture();
     std::optional<ViewSceneInfo> takeScene();
     std::optional<SavedView> takeSaved();
+    std::optional<TakenCosts> takeCosts();
     ViewStatus status() const;
     void clearErrors();
 
@@ -111,6 +118,7 @@ private:
     std::shared_ptr<const ViewPicture> picture_;
     std::optional<ViewSceneInfo> scene_;
     std::optional<SavedView> saved_;
+    std::optional<TakenCosts> costs_;
 
     std::thread thread_; // last: starts when all else is there
 };

@@ -174,6 +174,10 @@ TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
         {{"bench", "nothing"}, 1, "there are voxel, raster"},
         {{"bench", "voxel", "--backend", "cuda"}, 1, "drop --backend cuda"},
         {{"bench", "voxel", "--backend", "gl"}, 1, "drop --backend gl"},
+        {{"info", kScene, "--backend", "gl", "--gl-pages", "atlas"},
+         1,
+         "nothing draws frames here"},
+        {{"validate", kScene, "--exposure", "2"}, 1, "--exposure says nothing without -o"},
         {{"info", kScene, "--gl-pages", "atlas"}, 1, "--gl-pages is for --backend gl"},
         {{"info", kScene, "--backend", "gl", "--gl-pages", "pool"}, 1, "use auto, sparse or atlas"},
     };

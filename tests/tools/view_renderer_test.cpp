@@ -435,6 +435,22 @@ TEST(ViewRenderer, SavedExposuresMakeTheSamePicture) {
     EXPECT_NE(readText(again), readText(saved.png));
 }
 
+TEST(ViewRenderer, SavedExposuresAreNoneThatExperimentsRefuse) {
+    TemporaryDirectory directory;
+    ViewSettings settings;
+    settings.cacheDirectory = directory.path();
+    settings.experiment.exposure = kMaxExposure;
+    ViewRenderer renderer(settings);
+    renderer.open("builtin:fail-silhouette", "", 6, "", Console(false));
+    ViewRequest request;
+    request.sides[0] = {"dag", ""};
+    request.options.width = 32;
+    request.options.height = 18;
+    request.exposureStops = 6;
+    const SavedView saved = renderer.save(request, directory.path());
+    EXPECT_EQ(readJsonFile(saved.experiment, "")["exposure"].get<double>(), kMaxExposure);
+}
+
 TEST(ViewScene, VoxelsAreOfferedAsFarAsMemoryShouldDo) {
     constexpr uint64_t kMib = 1 << 20;
     EXPECT_EQ(largestVoxelsLog2(10, 0, ~0ull), 12u) << "nothing is known";

@@ -2,6 +2,7 @@
 #include "tools/view_session.h"
 
 #include "tests/tools/temporary_directory.h"
+#include "tools/report_run.h"
 #include "tools/view_camera.h"
 
 #include <gtest/gtest.h>
@@ -329,6 +330,18 @@ TEST(ViewSession, CostsAreReadFromAFile) {
     session.setCosts(directory / "none.json");
     ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
     EXPECT_NE(session.status().error.find("none.json"), std::string::npos);
+    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    EXPECT_FALSE(session.takeCosts().has_value()) << "the costs before are still those";
+    const std::string path = directory / "costs.json";
+    Json provenance;
+    provenance["cpu"] = "an abacus";
+    writeWholeFile(path, jsonText(toJson(CostTable{}, provenance)));
+    session.setCosts(path);
+    std::optional<TakenCosts> taken;
+    ASSERT_TRUE(waitUntil([&] { return (taken = session.takeCosts()).has_value(); }));
+    EXPECT_EQ(taken->path, path);
+    EXPECT_NE(taken->otherMachine.find("an abacus"), std::string::npos) << taken->otherMachine;
+    EXPECT_FALSE(session.takeCosts().has_value()) << "once";
 }
 
 TEST(ViewSession, WhatRestsIsShownSmallFirst) {
