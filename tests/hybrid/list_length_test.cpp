@@ -27,7 +27,8 @@ protected:
     }
     static std::vector<Camera> path() {
         std::vector<Camera> cameras;
-        for (const float metres : {0.0f, 0.0f, 2.5f, -4.0f, 3.0f, 0.0f, -20.0f, 3.9f, 0.0f}) {
+        for (const float metres :
+             {-20.0f, 0.0f, 0.0f, 2.5f, -4.0f, 3.0f, 0.0f, -20.0f, 3.9f, 0.0f}) {
             Camera camera = roomCamera();
             camera.positionWorld += metres * camera.forward;
             cameras.push_back(camera);
