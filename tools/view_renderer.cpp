@@ -74,8 +74,8 @@ bool haveSameFrames(const ViewRequest& a, const ViewRequest& b) {
            a.options == b.options;
 }
 
-/// Returns the options that a side of a request is rendered with at a scale: what maps are asked
-/// for goes with the pixels of the whole picture, so a smaller one is undersampled by less.
+/// Returns the options that a side of a request is rendered with at a scale. Maps are as fine as
+/// the smaller picture asks for: maps for pixels that are not there cost more than the picture.
 FrameOptions optionsOf(const ViewRequest& request, const ViewSide& side, float scale) {
     FrameOptions options = request.options;
     const auto scaled = [&](uint32_t full) {
@@ -83,7 +83,6 @@ FrameOptions optionsOf(const ViewRequest& request, const ViewSide& side, float s
     };
     options.width = scaled(request.options.width);
     options.height = scaled(request.options.height);
-    options.undersample *= float(double(options.width) / double(request.options.width));
     options.rays.kind = side.method == "dag-exact" ? RayKind::kExact : RayKind::kVoxels;
     options.recordPairs = (!request.isMoving && request.wantsError) || needsPairs(request.overlay);
     options.recordQuantities = false; // nobody reads them here
@@ -178,7 +177,8 @@ const FrameCosts& ViewRenderer::costsOf(size_t side, const ViewHooks& hooks) {
         if (hooks.tells)
             hooks.tells("oracle: measure what every map costs by both methods");
         const Clock::time_point start = Clock::now();
-        FrameCosts costs = o.renderers[side]->measureCosts(s.camera, options, 1, asking(hooks));
+        FrameCosts costs =
+            o.renderer(side, s.isWhole).measureCosts(s.camera, options, 1, asking(hooks));
         o.measured =
             MeasuredCosts{camera, s.request.frame, options, std::move(costs), since(start)};
         if (hooks.tells)
@@ -205,7 +205,8 @@ void ViewRenderer::renderSide(size_t side, const ViewHooks& hooks) {
     } else if (model->needsCosts()) {
         model->setCosts(costsOf(side, hooks));
     }
-    s.frames[side] = o.renderers[side]->render(s.camera, *model, s.options[side], asking(hooks));
+    s.frames[side] =
+        o.renderer(side, s.isWhole).render(s.camera, *model, s.options[side], asking(hooks));
 }
 
 void ViewRenderer::startTruth() {
@@ -219,10 +220,10 @@ void ViewRenderer::startTruth() {
         s.pairs = &s.frames[from].pairs;
     } else {
         from = isTruth(s.request.sides[0]) ? 0 : 1;
-        s.truthPairs = o.renderers[from]->listPairs(s.camera, s.options[from]);
+        s.truthPairs = o.renderer(from, s.isWhole).listPairs(s.camera, s.options[from]);
         s.pairs = &s.truthPairs;
     }
-    s.gbuffer = o.renderers[from]->gbuffer();
+    s.gbuffer = o.renderer(from, s.isWhole).gbuffer();
     s.refinement = TruthRefinement(s.gbuffer, o.scene.world->lights(), *s.pairs);
     if (s.isWhole) {
         refine(0);
@@ -250,8 +251,8 @@ void ViewRenderer::reportPixelAsked() {
         const auto at = [](float share, uint32_t count) {
             return std::min(uint32_t(std::max(share, 0.0f) * float(count)), count - 1);
         };
-        s.pixel = reportPixel(*o.renderers[side], *o.scene.world, o.truthNow(), s.frames[side],
-                              options, at(s.request.pixel->x, options.width),
+        s.pixel = reportPixel(o.renderer(side, s.isWhole), *o.scene.world, o.truthNow(),
+                              s.frames[side], options, at(s.request.pixel->x, options.width),
                               at(s.request.pixel->y, options.height));
     }
 }
@@ -305,15 +306,15 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, floa
             o.model(request.sides[side], settings_.costs);
     shown_.reset(); // whatever throws from here on leaves nothing to refine
     o.moveTo(request.frame, settings_.experiment);
-    // What rests stands for itself, as the frames of compare do: nothing is held from pictures that
-    // moved, at other sizes.
-    if (!request.isMoving)
-        for (const auto& renderer : o.renderers)
-            renderer->reset();
     auto made = std::make_unique<ViewShown>();
     made->request = request;
     made->scale = scale;
     made->isWhole = !request.isMoving && scale >= 1.0f;
+    // What is whole stands for itself, as the frames of compare do: nothing is held from pictures
+    // before, of other cameras.
+    if (made->isWhole)
+        for (const auto& renderer : o.wholeRenderers)
+            renderer->reset();
     made->start = start;
     made->look = o.camera(request.camera);
     made->camera = request.frozen.empty() ? made->look : o.camera(request.frozen);
@@ -422,7 +423,7 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewLegend& legend) 
                               ptrdiff_t(s.pairs->sampleStart[i + 1]),
                           truth.begin() + ptrdiff_t(s.pairs->sampleStart[i]));
     }
-    const OverlayInputs inputs{*o.renderers[side],
+    const OverlayInputs inputs{o.renderer(side, s.isWhole),
                                *o.scene.world,
                                s.frames[side],
                                s.options[side],
@@ -439,10 +440,11 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewLegend& legend) 
     // The frame is the frozen camera's; the observer only looks.
     o.observer->listPairs(s.look, s.options[side]);
     const bool showsClusters = s.request.overlay == ViewOverlay::kClusters;
-    const GBufferView frozen = hasFrame ? o.renderers[side]->gbuffer() : s.gbuffer;
+    const GBufferView frozen = hasFrame ? o.renderer(side, s.isWhole).gbuffer() : s.gbuffer;
     return drawObserved(o.observer->gbuffer(), s.look, frozen, s.camera, drawn.display,
-                        showsClusters && hasFrame ? o.renderers[side]->clusters().boxesWorld
-                                                  : View<const Box>{});
+                        showsClusters && hasFrame
+                            ? o.renderer(side, s.isWhole).clusters().boxesWorld
+                            : View<const Box>{});
 }
 
 std::shared_ptr<ViewPicture> ViewRenderer::picture(const ViewHooks& hooks) {

@@ -36,10 +36,14 @@ void ViewScene::makeRenderers(Backend backend, std::unique_ptr<Dag> ofDag) {
     const Dag& read = ofDag ? *ofDag : *dag;
     auto first = std::make_unique<FrameRenderer>(backend, *scene.world, read);
     auto second = first->shareScene();
-    auto third = first->shareScene();
-    observer = std::move(third);
-    renderers[1] = std::move(second);
-    renderers[0] = std::move(first);
+    auto quickFirst = first->shareScene();
+    auto quickSecond = first->shareScene();
+    auto ofObserver = first->shareScene();
+    observer = std::move(ofObserver);
+    quickRenderers[1] = std::move(quickSecond);
+    quickRenderers[0] = std::move(quickFirst);
+    wholeRenderers[1] = std::move(second);
+    wholeRenderers[0] = std::move(first);
     if (ofDag)
         dag = std::move(ofDag);
     measured.reset();
@@ -60,7 +64,7 @@ void ViewScene::moveTo(uint32_t to, const Experiment& experiment) {
     if (to == frame)
         return;
     const std::vector<uint32_t> moved = scene.world->setTime(experiment.timeOfFrame(to));
-    renderers[0]->worldChanged(moved); // for all that share the scene
+    wholeRenderers[0]->worldChanged(moved); // for all that share the scene
     isTruthOld_ = isTruthOld_ || !moved.empty();
     frame = to;
 }

@@ -37,8 +37,10 @@ struct ViewScene {
     std::string cameraText; ///< of the first view
     std::string assetPath;
     std::unique_ptr<Dag> dag; ///< where renderers find it, whoever owns it
-    std::array<std::unique_ptr<FrameRenderer>, 2> renderers; ///< by side; share the scene
-    std::unique_ptr<FrameRenderer> observer;                 ///< of frozen views
+    /// By side, sharing the scene: of whole pictures, which stand for themselves, and of those that
+    /// are shown meanwhile, whose maps stay theirs when a whole one is made or given up.
+    std::array<std::unique_ptr<FrameRenderer>, 2> wholeRenderers, quickRenderers;
+    std::unique_ptr<FrameRenderer> observer; ///< of frozen views
     std::map<std::string, std::unique_ptr<CostModel>> models;
     std::optional<MeasuredCosts> measured; ///< of the last view whose model needed them
     uint32_t frame = 0;
@@ -47,6 +49,10 @@ struct ViewScene {
     /// Makes the renderers over a DAG, then takes it over; what was there stays when that throws.
     /// @param ofDag null: the DAG that is there
     void makeRenderers(Backend backend, std::unique_ptr<Dag> ofDag);
+    /// Returns the renderer of a side.
+    FrameRenderer& renderer(size_t side, bool isWhole) const {
+        return *(isWhole ? wholeRenderers : quickRenderers)[side];
+    }
     /// Obtains voxels of a resolution or of a file, and renderers over them.
     void giveVoxels(const ViewSettings& settings, uint32_t resolutionLog2, const std::string& asset,
                     const Console& console);

@@ -242,11 +242,9 @@ TEST(ViewSession, AMoveDoesNotWaitForTheFullSizePicture) {
         ++request.serial;
         session.ask(request);
     };
-    std::shared_ptr<const ViewPicture> last;
     const auto waitFor = [&](const auto& isIt) {
         for (int i = 0; i < 60000; ++i) {
             if (const auto picture = session.takePicture()) {
-                last = picture;
                 if (picture->request.serial == request.serial && isIt(*picture))
                     return true;
             }
@@ -277,7 +275,8 @@ TEST(ViewSession, AMoveDoesNotWaitForTheFullSizePicture) {
     std::sort(waitedMs.begin(), waitedMs.end());
     std::printf("full size after %.0f ms, a move during it answered after %.0f ms\n", fullMs[1],
                 waitedMs[1]);
-    EXPECT_LT(waitedMs[1], 0.6 * fullMs[1]);
+    // About 0.5, and 0.9 where frames are made to their end first.
+    EXPECT_LT(waitedMs[1], 0.75 * fullMs[1]);
 }
 
 TEST(ViewSession, WhatIsGivenUpForAnotherBackendIsStillMade) {

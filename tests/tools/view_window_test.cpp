@@ -122,10 +122,11 @@ TEST_P(KeepUp, MovingPicturesInASceneThatIsSlow) {
                          values.end());
         return values[values.size() / 2];
     };
-    std::printf("%s: %zu moving pictures: median input to picture %.1f ms, of work %.1f, at scale "
-                "%.3f; interface %.1f Hz\n",
-                GetParam(), latency.size(), median(latency), median(work), median(scale),
-                rate.empty() ? 0.0 : median(rate));
+    std::sort(latency.begin(), latency.end());
+    std::printf("%s: %zu moving pictures: median input to picture %.1f ms, nine in ten under %.1f, "
+                "of work %.1f, at scale %.3f; interface %.1f Hz\n",
+                GetParam(), latency.size(), median(latency), latency[latency.size() * 9 / 10],
+                median(work), median(scale), rate.empty() ? 0.0 : median(rate));
     EXPECT_LT(median(scale), 1.0);
     // 25 ms where nobody else computes; at full size it would be half a second, on any machine.
     EXPECT_LT(median(latency), 250.0);
