@@ -110,10 +110,14 @@ public:
     void upload(void* dst, const void* src, size_t bytes) {
         const std::lock_guard lock(mutex_);
         if (!slots_) {
-            CUDA_CHECK(cudaHostAlloc(reinterpret_cast<void**>(&slots_), kSlotCount * kSlotBytes,
-                                     cudaHostAllocDefault));
+            // Events first, those that are there kept: what fails is tried again, and told again.
             for (cudaEvent_t& passed : passed_)
-                CUDA_CHECK(cudaEventCreateWithFlags(&passed, cudaEventDisableTiming));
+                if (!passed)
+                    CUDA_CHECK(cudaEventCreateWithFlags(&passed, cudaEventDisableTiming));
+            uint8_t* made = nullptr;
+            CUDA_CHECK(cudaHostAlloc(reinterpret_cast<void**>(&made), kSlotCount * kSlotBytes,
+                                     cudaHostAllocDefault));
+            slots_ = made;
         }
         CUDA_CHECK(cudaEventSynchronize(passed_[next_])); // one never recorded has passed
         uint8_t* const slot = slots_ + next_ * kSlotBytes;

@@ -86,8 +86,8 @@ struct FrameCounts {
     ShadowMapCounts maps;
     uint64_t unsplitTriangleCount = 0; ///< large ones of the G-buffer that found no room to be
                                        ///< shared out, and were drawn by a thread each; CUDA only
-    uint64_t listRerunCount = 0; ///< lists guessed too short, and made again (guessLengths)
-    HostCopyCounts hostCopies;   ///< of the frame proper, before its reports: round trips on CUDA
+    uint64_t listRerunCount = 0;       ///< lists guessed too short, and made again (guessLengths)
+    HostCopyCounts hostCopies; ///< of the frame proper, before its reports: round trips on CUDA
 };
 
 struct FrameResult {
@@ -142,11 +142,12 @@ public:
     void guessLengths(bool isOn, size_t spare = LengthGuess::kSpare);
 
     /// Forgets what earlier frames left (hysteresis, kept shadow maps), so that the next frame
-    /// depends on its inputs alone.
+    /// depends on its inputs alone, but for FrameCounts::listRerunCount and unsplitTriangleCount.
     void reset();
 
     /// Renders one frame with the routes of `model`. When the model needs costs they must have been
-    /// set. Deterministic but for stage times.
+    /// set. Deterministic but for stage times, FrameCounts::listRerunCount (which depends on the
+    /// frames before) and unsplitTriangleCount (on the order of threads).
     /// @param beforeStage is called before every stage; what it throws gives the frame up. The next
     /// frame is then what it would have been without this one, but that kept maps may be drawn
     /// anew; until then what is said below of the last frame means nothing

@@ -54,16 +54,23 @@ void FrameScene::setMoving() {
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
                         StageTimes& ofLevels) {
-    const auto add = [](std::vector<uint32_t>& all, const std::vector<uint32_t>& moved) {
+    // Each once where it would not end: a renderer may draw no frame for long.
+    const auto add = [](std::vector<uint32_t>& all, const std::vector<uint32_t>& moved,
+                        size_t batchCount) {
         all.insert(all.end(), moved.begin(), moved.end());
+        if (all.size() > 2 * batchCount) {
+            std::sort(all.begin(), all.end());
+            all.erase(std::unique(all.begin(), all.end()), all.end());
+        }
     };
     batchSet_.update(world_, movedInstances, &stages);
     if (polygonLod_)
         polygonLod_->update(movedInstances, &ofLevels);
     for (MovedBatches* listener : listeners_) {
-        add(listener->full_, batchSet_.movedBatches());
+        add(listener->full_, batchSet_.movedBatches(), batchSet_.view().batches.count);
         if (polygonLod_)
-            add(listener->levels_, polygonLod_->batchSet().movedBatches());
+            add(listener->levels_, polygonLod_->batchSet().movedBatches(),
+                polygonLod_->batchSet().view().batches.count);
     }
     const StageTimer timer(backend_, stages, "scene update");
     geometry_.setMoved({world_.triangles(), batchSet_.view()});

@@ -221,7 +221,7 @@ struct RasterizeSlots {
         coverPixels(batches.triangles, seen, rect, batches.view, batches.visibility);
     }
 
-    SDAG_HD static uint32_t partsOf(int pixels) {
+    SDAG_HD static constexpr uint32_t partsOf(int pixels) {
         return uint32_t(pixels + kPartPixels - 1) / uint32_t(kPartPixels);
     }
 };

@@ -2,6 +2,8 @@
 // Builds the rays of a camera's pixels.
 #include "hybrid/view_rays.h"
 
+#include "hybrid/gbuffer_raster.h"
+
 #include "cuda/error.h"
 
 #include <cmath>
@@ -12,6 +14,9 @@ namespace shadowdag {
 namespace {
 
 constexpr uint32_t kMaxImageSide = 16384;
+// The parts of a triangle that fills a picture.
+static_assert(RasterizeSlots::partsOf(kMaxImageSide) * RasterizeSlots::partsOf(kMaxImageSide) <=
+              kMaxSplitParts);
 
 void check(bool ok, const std::string& what) {
     if (!ok)

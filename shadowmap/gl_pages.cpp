@@ -34,7 +34,7 @@ GlPages chooseGlPages(GlPages asked, const GlInfo& info) {
     const std::string missing = missingFor(info);
     if (asked == GlPages::kSparse && !missing.empty())
         throw Error(ErrorKind::kDevice, "sparse pages were asked for, but " + info.renderer +
-                                            " has " + missing + "; use an atlas");
+                                            " has " + missing + "; use --gl-pages atlas");
     if (asked == GlPages::kDenseLayers)
         return asked;
     return asked == GlPages::kAtlas || !missing.empty() ? GlPages::kAtlas : GlPages::kSparse;

@@ -369,6 +369,9 @@ struct ForgetUnlessDone {
 
 } // namespace
 
+// The parts of a triangle that fills a face, a page each.
+static_assert((kMaxFaceTexels / 16) * (kMaxFaceTexels / 16) <= kMaxSplitParts);
+
 ShadowMaps::ShadowMaps(Backend backend, MapDrawer* drawer)
     : state_(std::make_unique<State>(backend, drawer)) {
     SDAG_ASSERT(!drawer || backend == Backend::kCpu);

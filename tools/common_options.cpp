@@ -5,6 +5,7 @@
 #include "hybrid/resolution.h"
 #include "shadowmap/gl_pages.h"
 #include "tools/parse.h"
+#include "tools/scene_setup.h"
 
 #include <algorithm>
 #include <tuple>
@@ -214,6 +215,8 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
     if (given("--camera") && camera.empty())
         throw Error(ErrorKind::kUsage,
                     "--camera '': is empty; give auto, a camera's name or px,py,pz,tx,ty,tz");
+    if (camera.find(',') != std::string::npos)
+        (void)cameraFromText(camera); // told before anything is opened
     e.camera = camera;
     e.exposure = parseNumber("--exposure", exposure, 0, kMaxExposure);
     if (!frames.empty()) {

@@ -102,11 +102,11 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
 }
 
 void refuseOnGl(const Experiment& experiment, Backend backend, const std::string& method,
-                const std::string& variant) {
+                const std::string& variant, const std::string& methodOption) {
     if (backend != Backend::kGl)
         return;
     if (const std::string why = whyNotMethod(method); !why.empty())
-        refuse("--method '" + method + "'", why);
+        refuse(methodOption + " '" + method + "'", why);
     if (!variant.empty())
         if (const std::string why = whyNotVariant(variant); !why.empty())
             refuse("--variant '" + variant + "'", why);

@@ -27,7 +27,8 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
 
 /// Throws Error kUsage naming the option, on Backend::kGl, where one frame's options ask for what
 /// it does not follow. @param method,variant as --method and --variant have them; may be empty
+/// @param methodOption the option that named the method
 void refuseOnGl(const Experiment& experiment, Backend backend, const std::string& method,
-                const std::string& variant);
+                const std::string& variant, const std::string& methodOption = "--method");
 
 } // namespace shadowdag

@@ -153,7 +153,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
                       {"commit", programCommit()}});
         const double timeMs = result.stages.totalMs();
         Json entry = {{"frame", frame}, {"time_s", time}, {"output", file}};
-        if (!isEmbree) { // the frame behind the truth's picture drew maps that nobody looked at
+        if (!isEmbree) { // the truth's picture has pairs, and no frame
             entry["time_ms"] = timeMs;
             entry["stages_ms"] = toJson(result.stages);
             entry.update(toJson(result.counts));
@@ -165,7 +165,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         entry["pair_count"] = result.pairs.count();
         list.push_back(std::move(entry));
         console.people() << file << ": " << result.pairs.count() << " pairs, "
-                         << lightsJson(result.maps).size() << " lights";
+                         << (isEmbree ? lightCount : lightsJson(result.maps).size()) << " lights";
         if (!isEmbree)
             console.people() << ", " << result.counts.tracedLightCount << " traced, "
                              << result.counts.mappedLightCount << " by map, " << timeMs << " ms";

@@ -165,8 +165,9 @@ Camera chooseCamera(const World& world, const std::string& text) {
             return cameras[i];
         known += ", " + names[i];
     }
-    throw Error(ErrorKind::kUsage, "--camera '" + text + "': no camera of that name; there are: " +
-                                       known + ", or give px,py,pz,tx,ty,tz[,fovDegrees]");
+    throw Error(ErrorKind::kUsage,
+                "--camera '" + text + "': no camera of that name; there are: " + known +
+                    ", or give px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]");
 }
 
 std::vector<std::string> cameraNames(const World& world) {

@@ -117,7 +117,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     }
     frameOptions_.width = experiment.width;
     frameOptions_.height = experiment.height;
-    frameOptions_.undersample = method.method == "embree" ? 1024.0f : experiment.undersample[0];
+    frameOptions_.undersample = experiment.undersample[0];
     frameOptions_.maxFaceTexels = experiment.maxFaceTexels;
     frameOptions_.mapsPerLight = experiment.mapsPerLight[0];
     frameOptions_.maps.pageTexels = experiment.pageTexels[0];
@@ -159,6 +159,11 @@ const FrameResult& SingleFrames::render(float timeSeconds, uint32_t frame) {
             truth_->update(*scene_.world);
     }
     camera_ = frameCamera_.at(*scene_.world);
+    if (method_.method == "embree") { // what a method would answer nobody looks at
+        result_ = {};
+        result_.pairs = renderer_->listPairs(camera_, frameOptions_);
+        return result_;
+    }
     const bool areRoutesHeld = frameOptions_.routeMargin > 0;
     if (model_->needsCosts()) {
         if (areRoutesHeld)

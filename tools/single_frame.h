@@ -28,8 +28,7 @@ struct MethodOptions {
     std::optional<RunParameters> named(const FrameOptions& base) const;
     /// Throws Error kUsage for an unknown method or what contradicts it.
     void check(const CommandLine& commandLine, const std::vector<std::string>& allowed) const;
-    /// Returns the cost model that the method means; embree's draws tiny maps, only the pairs are
-    /// used.
+    /// Returns the cost model that the method means; embree's routes nothing.
     std::unique_ptr<CostModel> makeModel() const;
 };
 
@@ -46,7 +45,7 @@ public:
     /// Renders the scene at a time. Every frame depends on its inputs alone (no hysteresis from
     /// frames before), unless routes are held (FrameOptions::routeMargin): then frames follow each
     /// other and resolutions, routes and maps are kept. Throws Error kUsage where routes are held
-    /// and the model needs costs measured.
+    /// and the model needs costs measured. Of `embree` returns the pairs alone.
     /// @param frame names the costs that oracle replays or measures
     const FrameResult& render(float timeSeconds, uint32_t frame);
 

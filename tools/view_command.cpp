@@ -52,7 +52,8 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     }
     view.settings.backend = options.global.apply(console, true);
     followGlPages(experiment, view.settings.backend, commandLine);
-    refuseOnGl(experiment, view.settings.backend, "", ""); // methods are chosen in the window
+    refuseOnGl(experiment, view.settings.backend, options.method, ""); // others in the window
+    refuseOnGl(experiment, view.settings.backend, options.right, "", "--right");
     view.frame = baseOptions(experiment);
     view.firstFrame = experiment.frames.front();
     view.resolutionLog2 = experiment.resolutionLog2.front();

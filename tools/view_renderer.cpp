@@ -126,15 +126,15 @@ ViewSceneInfo ViewRenderer::open(const std::string& scene, const std::string& ca
 
 ViewSceneInfo ViewRenderer::setVoxels(uint32_t resolutionLog2, const std::string& assetPath,
                                       const Console& console) {
-    shown_.reset();
     open_->giveVoxels(settings_, resolutionLog2, assetPath, console);
+    shown_.reset(); // not before: the picture may be refined on where that throws
     return open_->info(settings_.experiment);
 }
 
 void ViewRenderer::setBackend(Backend backend) {
-    shown_.reset();
     if (open_)
         open_->makeRenderers(backend, nullptr);
+    shown_.reset();
     settings_.backend = backend;
 }
 
@@ -314,7 +314,8 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, floa
     // before, of other cameras.
     if (made->isWhole)
         for (const auto& renderer : o.wholeRenderers)
-            renderer->reset();
+            if (renderer)
+                renderer->reset();
     made->start = start;
     made->look = o.camera(request.camera);
     made->camera = request.frozen.empty() ? made->look : o.camera(request.frozen);
@@ -341,6 +342,10 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, floa
         shown_.reset();
         throw;
     }
+}
+
+bool ViewRenderer::hasPicture() const {
+    return shown_ != nullptr;
 }
 
 bool ViewRenderer::canRefine() const {
@@ -438,10 +443,11 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewLegend& legend) 
     if (s.request.frozen.empty())
         return std::move(drawn.display);
     // The frame is the frozen camera's; the observer only looks.
-    o.observer->listPairs(s.look, s.options[side]);
+    FrameRenderer& observer = o.observerNow();
+    observer.listPairs(s.look, s.options[side]);
     const bool showsClusters = s.request.overlay == ViewOverlay::kClusters;
     const GBufferView frozen = hasFrame ? o.renderer(side, s.isWhole).gbuffer() : s.gbuffer;
-    return drawObserved(o.observer->gbuffer(), s.look, frozen, s.camera, drawn.display,
+    return drawObserved(observer.gbuffer(), s.look, frozen, s.camera, drawn.display,
                         showsClusters && hasFrame
                             ? o.renderer(side, s.isWhole).clusters().boxesWorld
                             : View<const Box>{});

@@ -75,11 +75,10 @@ public:
 
     /// Renders a request at a scale of its size. Every side but the truth's is whole; the truth's
     /// whole where the request moves, else what isFinal = false says is refined by refine(). At a
-    /// scale below 1 resolutions of maps are asked for as if at scale 1, so that maps and what
-    /// routes by their texels stay what they are; other models and footprints see the smaller
-    /// picture. A model whose costs are to be measured gets them where the picture rests at its
-    /// full size, and keeps them until something changes; elsewhere kStandInModel routes, and the
-    /// notes say so. Where canRedraw(), the frames of the last picture are drawn again. Throws what
+    /// scale below 1 the picture is one of the smaller size, in its maps and routes, too. A model
+    /// whose costs are to be measured gets them where the picture rests at its full size, and keeps
+    /// them until something changes; elsewhere kStandInModel routes, and the notes say so. Where
+    /// canRedraw(), the frames of the last picture are drawn again. Throws what
     /// FrameRenderer::render throws, and PictureGivenUp where it is unwanted: then there is no last
     /// picture, but of one that was drawn again and given up, whose frames stay.
     std::shared_ptr<ViewPicture> render(const ViewRequest& request, float scale,
@@ -90,6 +89,8 @@ public:
     /// Asks the truth for more samples of the last picture, for about `budgetMs`. Returns whether
     /// there is more to ask.
     bool refine(double budgetMs);
+    /// Returns whether there is a last picture.
+    bool hasPicture() const;
     /// Returns whether refine() has something to do.
     bool canRefine() const;
     /// Returns the last picture anew, with what refine() found since. Throws PictureGivenUp where

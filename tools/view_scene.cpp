@@ -34,19 +34,25 @@ uint32_t largestVoxelsLog2(uint32_t log2, uint64_t bytes, uint64_t memoryBytes) 
 
 void ViewScene::makeRenderers(Backend backend, std::unique_ptr<Dag> ofDag) {
     const Dag& read = ofDag ? *ofDag : *dag;
-    auto first = std::make_unique<FrameRenderer>(backend, *scene.world, read);
-    auto second = first->shareScene();
-    auto quickFirst = first->shareScene();
-    auto quickSecond = first->shareScene();
-    auto ofObserver = first->shareScene();
-    observer = std::move(ofObserver);
-    quickRenderers[1] = std::move(quickSecond);
-    quickRenderers[0] = std::move(quickFirst);
-    wholeRenderers[1] = std::move(second);
-    wholeRenderers[0] = std::move(first);
+    wholeRenderers = {std::make_unique<FrameRenderer>(backend, *scene.world, read), nullptr};
+    quickRenderers = {};
+    observer.reset();
     if (ofDag)
         dag = std::move(ofDag);
     measured.reset();
+}
+
+FrameRenderer& ViewScene::renderer(size_t side, bool isWhole) {
+    std::unique_ptr<FrameRenderer>& made = (isWhole ? wholeRenderers : quickRenderers)[side];
+    if (!made)
+        made = wholeRenderers[0]->shareScene();
+    return *made;
+}
+
+FrameRenderer& ViewScene::observerNow() {
+    if (!observer)
+        observer = wholeRenderers[0]->shareScene();
+    return *observer;
 }
 
 void ViewScene::giveVoxels(const ViewSettings& settings, uint32_t resolutionLog2,
@@ -64,8 +70,10 @@ void ViewScene::moveTo(uint32_t to, const Experiment& experiment) {
     if (to == frame)
         return;
     const std::vector<uint32_t> moved = scene.world->setTime(experiment.timeOfFrame(to));
-    wholeRenderers[0]->worldChanged(moved); // for all that share the scene
+    moved_.insert(moved_.end(), moved.begin(), moved.end());
     isTruthOld_ = isTruthOld_ || !moved.empty();
+    wholeRenderers[0]->worldChanged(moved_); // for all that share the scene
+    moved_.clear();
     frame = to;
 }
 

@@ -38,9 +38,10 @@ struct ViewScene {
     std::string assetPath;
     std::unique_ptr<Dag> dag; ///< where renderers find it, whoever owns it
     /// By side, sharing the scene: of whole pictures, which stand for themselves, and of those that
-    /// are shown meanwhile, whose maps stay theirs when a whole one is made or given up.
+    /// are shown meanwhile, whose maps stay theirs when a whole one is made or given up. Each may
+    /// keep a pool of pages; all but the first are made when they are first asked for.
     std::array<std::unique_ptr<FrameRenderer>, 2> wholeRenderers, quickRenderers;
-    std::unique_ptr<FrameRenderer> observer; ///< of frozen views
+    std::unique_ptr<FrameRenderer> observer; ///< of frozen views; made when first asked for
     std::map<std::string, std::unique_ptr<CostModel>> models;
     std::optional<MeasuredCosts> measured; ///< of the last view whose model needed them
     uint32_t frame = 0;
@@ -50,9 +51,8 @@ struct ViewScene {
     /// @param ofDag null: the DAG that is there
     void makeRenderers(Backend backend, std::unique_ptr<Dag> ofDag);
     /// Returns the renderer of a side.
-    FrameRenderer& renderer(size_t side, bool isWhole) const {
-        return *(isWhole ? wholeRenderers : quickRenderers)[side];
-    }
+    FrameRenderer& renderer(size_t side, bool isWhole);
+    FrameRenderer& observerNow();
     /// Obtains voxels of a resolution or of a file, and renderers over them.
     void giveVoxels(const ViewSettings& settings, uint32_t resolutionLog2, const std::string& asset,
                     const Console& console);
@@ -72,6 +72,7 @@ struct ViewScene {
 private:
     std::unique_ptr<Truth> truth_; // null until asked for
     bool isTruthOld_ = false;      // something moved since
+    std::vector<uint32_t> moved_;  // instances that moved and that renderers were not told of
     FrameCamera placed_{"auto"};
 };
 

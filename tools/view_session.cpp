@@ -168,6 +168,7 @@ Console ViewSession::console() {
 }
 
 void ViewSession::publish(std::shared_ptr<const ViewPicture> picture) {
+    isUnshown_ = false;
     {
         const std::lock_guard lock(mutex_);
         picture_ = std::move(picture);
@@ -220,8 +221,10 @@ void ViewSession::answer(const ViewRequest& request) {
     const float scale = scale_.next();
     if (!request.isMoving && scale >= 1.0f && !renderer_.measures(request)) {
         // Nothing was shown of it yet: were it given up, requests that never end would be shown
-        // nothing. It takes no longer than a picture that moves.
-        publish(renderer_.render(request, 1.0f));
+        // nothing. It takes no longer than a picture that moves, as far as is known.
+        std::shared_ptr<ViewPicture> picture = renderer_.render(request, 1.0f);
+        scale_.note(1.0f, picture->workMs);
+        publish(std::move(picture));
         return;
     }
     ViewRequest quick = request; // what rests is shown small first
@@ -294,12 +297,17 @@ void ViewSession::refine() {
         return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
             .count();
     };
-    while (renderer_.refine(0) && spent() < std::max(kRefinedPictureMs, 2.0 * drawnMs_))
+    while (renderer_.canRefine() && renderer_.refine(0) &&
+           spent() < std::max(kRefinedPictureMs, 2.0 * drawnMs_))
         if (hasNewWork())
             return;
     const double asked = spent();
-    publish(renderer_.picture(hooks()));
-    drawnMs_ = spent() - asked;
+    try {
+        publish(renderer_.picture(hooks()));
+        drawnMs_ = spent() - asked;
+    } catch (const PictureGivenUp&) {
+        isUnshown_ = true; // should what it gave way to fail
+    }
 }
 
 void ViewSession::run() {
@@ -309,7 +317,8 @@ void ViewSession::run() {
         bool isRefining = false;
         {
             std::unique_lock lock(mutex_);
-            canRefine_ = renderer_.canRefine();
+            isUnshown_ = isUnshown_ && renderer_.hasPicture();
+            canRefine_ = renderer_.canRefine() || isUnshown_;
             isWorking_ = false;
             asked_.wait(lock, [&] { return isQuitting_ || work_.any() || canRefine_; });
             if (isQuitting_)

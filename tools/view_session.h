@@ -102,9 +102,10 @@ private:
     void report(const std::string& what, double fraction);
     Console console();
 
-    ViewRenderer renderer_; // of the worker alone
-    RenderScale scale_;     // of the worker alone
-    double drawnMs_ = 0;    // of the worker alone: what a refined picture took to draw
+    ViewRenderer renderer_;  // of the worker alone
+    RenderScale scale_;      // of the worker alone
+    bool isUnshown_ = false; // of the worker alone: the last picture knows more than was shown
+    double drawnMs_ = 0;     // of the worker alone: what a refined picture took to draw
     std::function<void()> wake_;
 
     mutable std::mutex mutex_; // of what follows

@@ -19,7 +19,7 @@ LedgerEntry entryOf(const std::string& name, Backend backend) {
     for (const LedgerEntry& entry : bufferLedger())
         if (entry.name == name && entry.backend == backend)
             return entry;
-    return {name, backend, 0, 0};
+    return {name, backend, 0, 0, 0};
 }
 
 class BufferOn : public OnBackend {};

@@ -6,7 +6,10 @@
 #include "gl/context.h"
 #include "tests/tools/program_refusals.h"
 
+#include <chrono>
+#include <csignal>
 #include <filesystem>
+#include <thread>
 
 namespace shadowdag {
 
@@ -164,6 +167,53 @@ TEST_F(ProgramGl, TheMatrixAndTheFitLeaveOutExactRays) {
     ASSERT_EQ(fitted.status, 0) << fitted.err;
     EXPECT_THAT(fitted.err, HasSubstr("left out: method dag-exact: --backend gl traces voxels"));
     EXPECT_EQ(Json::parse(readText(fit))["provenance"]["left_out"].size(), 1u);
+}
+
+// What is refused needs neither a window nor OpenGL to say so.
+TEST_F(ProgramGl, TheWindowRefusesMethodsByTheirOption) {
+    for (const std::string option : {"--method", "--right"}) {
+        const ProgramResult result = runShadowdag(
+            directory, {"view", "builtin:atrium", option, "dag-exact", "--backend", "gl"});
+        EXPECT_EQ(result.status, 1);
+        EXPECT_THAT(result.err, HasSubstr(option + " 'dag-exact'"));
+    }
+    const ProgramResult camera =
+        runShadowdag(directory, {"view", "builtin:atrium", "--camera", "1,2,3"}, kNoEgl);
+    EXPECT_EQ(camera.status, 1);
+    EXPECT_THAT(camera.err, HasSubstr("--camera '1,2,3': must be six numbers"));
+}
+
+// The truth's picture draws no maps, which would be thrown away.
+TEST_F(ProgramGl, TheTruthsPictureDrawsNoMaps) {
+    const ProgramResult result =
+        runShadowdag(directory, {"render", "builtin:fail-silhouette", "--size", "64x36", "--method",
+                                 "embree", "--backend", "gl", "--json", "-o", directory / "a.png"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_FALSE(result.json()["frames"][0].contains("stages_ms"));
+    EXPECT_GT(result.json()["frames"][0]["pair_count"], 0);
+}
+
+// A picture by a slow driver, whose one shading pass takes longer than anybody waits: it is heard
+// between the pieces of the pass.
+TEST_F(ProgramGl, AnInterruptEndsAFrameAndLeavesNothing) {
+    const std::string picture = directory / "a.png";
+    const pid_t child = startProgram(directory,
+                                     {"render", "builtin:atrium", "--method", "maps", "--backend",
+                                      "gl", "--size", "3840x2160", "-o", picture},
+                                     directory / "out", directory / "err");
+    std::this_thread::sleep_for(std::chrono::seconds(4));
+    const auto start = std::chrono::steady_clock::now();
+    kill(child, SIGINT);
+    const int status = waitForProgram(child);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    if (status == 0)
+        GTEST_SKIP() << "the picture was there before the signal";
+    std::printf("ended after %.1f s\n", seconds.count());
+    EXPECT_EQ(status, 128 + SIGINT);
+    EXPECT_LT(seconds.count(), 10.0); // the whole picture takes half a minute and more
+    EXPECT_THAT(readText(directory / "err"), HasSubstr("interrupted"));
+    for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
+        EXPECT_THAT(entry.path().filename().string(), testing::Not(HasSubstr("a.png")));
 }
 
 } // namespace shadowdag
