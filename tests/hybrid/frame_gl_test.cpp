@@ -64,6 +64,7 @@ struct Known {
     const char* scene;
     float timeSeconds;
     double otherTrianglePercent, darkByMapsPercent, otherVisibilityPercent = 0;
+    bool isLarge = false; ///< by 4 taps alone: others take a minute each on llvmpipe
 };
 
 void PrintTo(const Known& known, std::ostream* out) {
@@ -83,6 +84,8 @@ TEST_P(FrameGlScene, AnswersAsTheProcessorDoes) {
                                       {"texels:0", 4},
                                       {"texels:0", 9},
                                       {"texels:96", 4}}) {
+        if (GetParam().isLarge && taps != 4)
+            continue;
         FrameOptions options = smallFrame();
         options.maps.taps = options.bias.taps = taps;
         const GlParity p = stage.compare(model, options);
@@ -102,13 +105,13 @@ TEST_P(FrameGlScene, AnswersAsTheProcessorDoes) {
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, FrameGlScene,
-    testing::Values(Known{"fail-silhouette", 0, 0.01, 0}, Known{"fail-cube-seam", 0, 0.01, 0},
-                    Known{"fail-sun", 2, 0.01, 0.01}, Known{"fail-alpha", 2, 0.01, 0.01, 0.02},
-                    Known{"fail-mover", 2, 0.02, 0.01},
-                    Known{"fail-several-maps", 0, 0.02, 0, 0.03}, Known{"fail-far-origin", 0, 0, 0},
-                    Known{"fail-coplanar", 0, 0.8, 0.01, 0.05},
-                    Known{"fail-wires", 0, 0.03, 0, 0.02}, Known{"atrium", 0, 0.2, 0.01, 0.05},
-                    Known{"houses", 0, 0.5, 0.07, 0.3}, Known{"necropolis", 0, 0.8, 0.07, 0.5}),
+    testing::Values(
+        Known{"fail-silhouette", 0, 0.01, 0}, Known{"fail-cube-seam", 0, 0.01, 0},
+        Known{"fail-sun", 2, 0.01, 0.01}, Known{"fail-alpha", 2, 0.01, 0.01, 0.02},
+        Known{"fail-mover", 2, 0.02, 0.01}, Known{"fail-several-maps", 0, 0.02, 0, 0.03},
+        Known{"fail-far-origin", 0, 0, 0}, Known{"fail-coplanar", 0, 0.8, 0.01, 0.05},
+        Known{"fail-wires", 0, 0.03, 0, 0.02}, Known{"atrium", 0, 0.2, 0.01, 0.05, true},
+        Known{"houses", 0, 0.5, 0.07, 0.3, true}, Known{"necropolis", 0, 0.8, 0.07, 0.5, true}),
     [](const testing::TestParamInfo<Known>& info) {
         std::string name = info.param.scene;
         std::replace(name.begin(), name.end(), '-', '_');
