@@ -2,6 +2,7 @@
 #include "tools/view_host.h"
 
 #include "cuda/error.h"
+#include "tools/view_display.h"
 
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
@@ -26,6 +27,7 @@ ViewHost::ViewHost(uint32_t width, uint32_t height) {
     if (!glfwInit())
         throw Error(ErrorKind::kDevice, "no window can be opened: " + glfwComplaint() +
                                             "; a display is needed (DISPLAY), or use render");
+    endWithTheDisplay();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);

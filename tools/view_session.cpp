@@ -23,8 +23,9 @@ constexpr double kRefinedPictureMs = 60;
 
 /// Lets the window's own thread go first: the worker's threads take all processors otherwise.
 void stepBack() {
-    // Of this thread, and of those that it starts. Not being allowed to changes no result.
-    if (setpriority(PRIO_PROCESS, id_t(gettid()), 10) != 0)
+    // Of this thread, and of those that it starts. Not being allowed to changes no result. Further
+    // back, the window is drawn no better, and beside other programs the worker hardly runs.
+    if (setpriority(PRIO_PROCESS, id_t(gettid()), 5) != 0)
         return;
 }
 
@@ -142,10 +143,10 @@ void ViewSession::report(const std::string& what, double fraction) {
         wake_();
 }
 
-ViewHooks ViewSession::hooks() {
-    return {[this] {
+ViewHooks ViewSession::hooks(bool givesWay) {
+    return {[this, givesWay] {
                 const std::lock_guard lock(mutex_);
-                return isQuitting_ || work_.endsPicture();
+                return isQuitting_ || (givesWay && work_.endsPicture());
             },
             [this](const std::string& work) {
                 {
@@ -212,24 +213,25 @@ void ViewSession::openScene(const OpenWork& work) {
 void ViewSession::answer(const ViewRequest& request) {
     if (!renderer_.shows(request.scene))
         return; // of a scene that is no longer open
+    const ViewHooks closing = hooks(false);
     if (renderer_.canRedraw(request)) {
         if (!request.isMoving)
             return answerInFull(request);
-        publish(renderer_.render(request, 1.0f));
+        publish(renderer_.render(request, 1.0f, closing));
         return;
     }
     const float scale = scale_.next();
     if (!request.isMoving && scale >= 1.0f && !renderer_.measures(request)) {
         // Nothing was shown of it yet: were it given up, requests that never end would be shown
         // nothing. It takes no longer than a picture that moves, as far as is known.
-        std::shared_ptr<ViewPicture> picture = renderer_.render(request, 1.0f);
+        std::shared_ptr<ViewPicture> picture = renderer_.render(request, 1.0f, closing);
         scale_.note(1.0f, picture->workMs);
         publish(std::move(picture));
         return;
     }
     ViewRequest quick = request; // what rests is shown small first
     quick.isMoving = true;
-    std::shared_ptr<ViewPicture> picture = renderer_.render(quick, scale);
+    std::shared_ptr<ViewPicture> picture = renderer_.render(quick, scale, closing);
     scale_.note(scale, picture->workMs);
     picture->request.isMoving = request.isMoving;
     picture->isFinal = false;
@@ -240,7 +242,7 @@ void ViewSession::answer(const ViewRequest& request) {
 
 void ViewSession::answerInFull(const ViewRequest& request) {
     try {
-        const ViewHooks ours = hooks();
+        const ViewHooks ours = hooks(true);
         if (!ours.isUnwanted()) {
             publish(renderer_.render(request, 1.0f, ours));
             return;
@@ -303,7 +305,7 @@ void ViewSession::refine() {
             return;
     const double asked = spent();
     try {
-        publish(renderer_.picture(hooks()));
+        publish(renderer_.picture(hooks(true)));
         drawnMs_ = spent() - asked;
     } catch (const PictureGivenUp&) {
         isUnshown_ = true; // should what it gave way to fail

@@ -93,7 +93,8 @@ private:
     void openScene(const OpenWork& work);
     void answer(const ViewRequest& request);
     void answerInFull(const ViewRequest& request);
-    ViewHooks hooks();
+    /// @param givesWay to work that is asked for, too, not only to the window's closing
+    ViewHooks hooks(bool givesWay);
     /// Runs a step; what it throws becomes the error of its kind.
     template <class F> void attempt(const char* kind, const F& step);
     void refine();

@@ -471,6 +471,18 @@ TEST(ViewWindow, ClosesCleanlyWhileItLoads) {
     EXPECT_EQ(view.waitForEnd(), 0) << view.errors();
 }
 
+TEST(ViewWindow, EndsWhereTheDisplayIsGoneWhateverTheWorkerDoes) {
+    for (const int afterMs : {200, 500, 900}) { // it opens, voxelizes, renders
+        SCOPED_TRACE(afterMs);
+        ViewProgram view({"builtin:atrium", "--resolution", "512"});
+        SDAG_NEEDS_WINDOW(view);
+        std::this_thread::sleep_for(std::chrono::milliseconds(afterMs));
+        view.display.endServer();
+        EXPECT_EQ(view.waitForEnd(), 4);
+        EXPECT_THAT(view.errors(), HasSubstr("the display is gone"));
+    }
+}
+
 TEST(ViewWindow, EndsOnCtrlCAsEveryCommandDoes) {
     ViewProgram view(kSmall);
     SDAG_NEEDS_WINDOW(view);

@@ -161,6 +161,14 @@ void XDisplay::close() {
     flush();
 }
 
+void XDisplay::endServer() {
+    XCloseDisplay(of(display_)); // or Xlib ends this process, too
+    display_ = nullptr;
+    kill(server_, SIGKILL);
+    waitpid(server_, nullptr, 0);
+    server_ = -1;
+}
+
 void XDisplay::resize(int width, int height) {
     XResizeWindow(of(display_), window_, unsigned(width), unsigned(height));
     flush();

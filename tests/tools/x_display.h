@@ -45,6 +45,8 @@ public:
     bool focus(const std::string& title, double seconds);
     /// Asks the window that has the focus to close, as a window manager does.
     void close();
+    /// Ends the server, as a connection that breaks does; nothing else may be called then.
+    void endServer();
     /// Resizes it.
     void resize(int width, int height);
 

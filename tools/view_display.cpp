@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/view_display.h"
+
+#include "cuda/error.h"
+
+#include <X11/Xlib.h>
+#include <unistd.h>
+
+#include <iostream>
+
+namespace shadowdag {
+
+void endWithTheDisplay() {
+    XSetIOErrorHandler([](Display*) -> int {
+        std::cerr << "shadowdag: error: the display is gone; the window ends with it" << std::endl;
+        _exit(int(ErrorKind::kDevice));
+    });
+}
+
+} // namespace shadowdag
