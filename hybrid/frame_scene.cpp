@@ -7,7 +7,6 @@
 #include "voxel/dag_lod.h"
 #include "voxel/wide_dag_trace.h"
 
-#include <algorithm>
 #include <utility>
 
 namespace shadowdag {
@@ -54,23 +53,18 @@ void FrameScene::setMoving() {
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
                         StageTimes& ofLevels) {
-    // Each once where it would not end: a renderer may draw no frame for long.
-    const auto add = [](std::vector<uint32_t>& all, const std::vector<uint32_t>& moved,
-                        size_t batchCount) {
-        all.insert(all.end(), moved.begin(), moved.end());
-        if (all.size() > 2 * batchCount) {
-            std::sort(all.begin(), all.end());
-            all.erase(std::unique(all.begin(), all.end()), all.end());
-        }
+    const auto mark = [](std::vector<bool>& all, const BatchSet& set) {
+        all.resize(set.view().batches.count, false);
+        for (const uint32_t batch : set.movedBatches())
+            all[batch] = true;
     };
     batchSet_.update(world_, movedInstances, &stages);
     if (polygonLod_)
         polygonLod_->update(movedInstances, &ofLevels);
     for (MovedBatches* listener : listeners_) {
-        add(listener->full_, batchSet_.movedBatches(), batchSet_.view().batches.count);
+        mark(listener->full_, batchSet_);
         if (polygonLod_)
-            add(listener->levels_, polygonLod_->batchSet().movedBatches(),
-                polygonLod_->batchSet().view().batches.count);
+            mark(listener->levels_, polygonLod_->batchSet());
     }
     const StageTimer timer(backend_, stages, "scene update");
     geometry_.setMoved({world_.triangles(), batchSet_.view()});
@@ -137,7 +131,11 @@ MovedBatches::~MovedBatches() {
 
 std::vector<uint32_t> MovedBatches::take(float lodTexels) {
     // Maps of the other kind are drawn anew when they are asked for next.
-    std::vector<uint32_t> moved = std::move(lodTexels > 0.0f ? levels_ : full_);
+    const std::vector<bool>& all = lodTexels > 0.0f ? levels_ : full_;
+    std::vector<uint32_t> moved;
+    for (size_t batch = 0; batch < all.size(); ++batch)
+        if (all[batch])
+            moved.push_back(uint32_t(batch));
     full_.clear();
     levels_.clear();
     return moved;

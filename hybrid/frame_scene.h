@@ -171,14 +171,14 @@ public:
     MovedBatches(const MovedBatches&) = delete;
     MovedBatches& operator=(const MovedBatches&) = delete;
 
-    /// Returns the batches of mapGeometry(lodTexels) that updates moved since it was last asked, in
-    /// any order, perhaps repeated.
+    /// Returns the batches of mapGeometry(lodTexels) that updates moved since it was last asked,
+    /// each once, ascending.
     std::vector<uint32_t> take(float lodTexels);
 
 private:
     friend class FrameScene;
     FrameScene& scene_;
-    std::vector<uint32_t> full_, levels_; // until taken
+    std::vector<bool> full_, levels_; // by batch; until taken
 };
 
 } // namespace shadowdag

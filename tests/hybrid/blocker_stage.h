@@ -34,11 +34,7 @@ inline Scene blockerScene(const std::vector<glm::vec3>& lights, bool hasRandomTr
     scene.materials.resize(2);
     scene.materials[1].baseColor = {0.5f, 0.25f, 1.0f};
     scene.materials[1].emission = {0.0f, 0.125f, 0.0f};
-    Mesh mesh;
-    mesh.positions = soup.positions;
-    mesh.triangles = soup.triangles;
-    mesh.triangleMaterial.assign(soup.triangles.size(), 1);
-    scene.meshes = {mesh};
+    scene.meshes = {soup.mesh(1)};
     scene.nodes.resize(1 + lights.size());
     scene.nodes[0].mesh = 0;
     scene.roots = {0};
@@ -51,6 +47,18 @@ inline Scene blockerScene(const std::vector<glm::vec3>& lights, bool hasRandomTr
         scene.roots.push_back(int(1 + l));
     }
     return scene;
+}
+
+/// Adds a mesh under a node of its own that an animation moves. @param way its node is set
+inline void addMoving(Scene& scene, const TriangleSoup& soup, const glm::vec3& at,
+                      AnimationChannel way) {
+    scene.meshes.push_back(soup.mesh());
+    way.node = uint32_t(scene.nodes.size());
+    scene.roots.push_back(int(way.node));
+    Node& node = scene.nodes.emplace_back();
+    node.mesh = int(scene.meshes.size()) - 1;
+    node.local.translation = at;
+    scene.animations.push_back({"way", {std::move(way)}});
 }
 
 inline Camera roomCamera() {

@@ -32,11 +32,7 @@ Scene cloudScene() {
     }
     Scene scene;
     scene.materials.resize(1);
-    Mesh mesh;
-    mesh.positions = soup.positions;
-    mesh.triangles = soup.triangles;
-    mesh.triangleMaterial.assign(soup.triangles.size(), 0);
-    scene.meshes = {mesh};
+    scene.meshes = {soup.mesh()};
     scene.nodes.resize(3);
     scene.nodes[0].mesh = 0;
     scene.roots = {0, 1, 2};

@@ -14,20 +14,11 @@ Scene movingScene() {
     Scene scene = blockerScene(kManyLights, true);
     TriangleSoup soup;
     soup.addLevelSquare({0, 0.5f, 0}, 0.4f);
-    Mesh mesh;
-    mesh.positions = soup.positions;
-    mesh.triangles = soup.triangles;
-    mesh.triangleMaterial.assign(soup.triangles.size(), 0);
-    scene.meshes.push_back(mesh);
-    scene.nodes.emplace_back().mesh = int(scene.meshes.size()) - 1;
-    const int node = int(scene.nodes.size()) - 1;
-    scene.roots.push_back(node);
     AnimationChannel way;
-    way.node = uint32_t(node);
     way.path = AnimationChannel::Path::kTranslation;
     way.times = {0, 3};
     way.values = {{-1.5f, 0, 0, 0}, {1.5f, 0, 0, 0}};
-    scene.animations.push_back({"way", {way}});
+    addMoving(scene, soup, {}, way);
     return scene;
 }
 

@@ -66,11 +66,7 @@ TEST(RouteHold, ARendererHoldsRoutesUntilItIsReset) {
     soup.addLevelSquare({0, 1, 0}, 0.5f);
     Scene scene;
     scene.materials.resize(1);
-    Mesh mesh;
-    mesh.positions = soup.positions;
-    mesh.triangles = soup.triangles;
-    mesh.triangleMaterial.assign(soup.triangles.size(), 0);
-    scene.meshes = {mesh};
+    scene.meshes = {soup.mesh()};
     scene.nodes.resize(2);
     scene.nodes[0].mesh = 0;
     scene.lights.resize(1);

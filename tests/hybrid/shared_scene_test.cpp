@@ -14,21 +14,11 @@ Scene turningScene() {
     Scene scene = blockerScene(kManyLights, true);
     TriangleSoup soup;
     soup.add({-0.5f, 0, -0.5f}, {-0.5f, 0, 0.5f}, {0.5f, 0, 0.5f});
-    Mesh mesh;
-    mesh.positions = soup.positions;
-    mesh.triangles = soup.triangles;
-    mesh.triangleMaterial.assign(soup.triangles.size(), 0);
-    scene.meshes.push_back(mesh);
-    scene.nodes.emplace_back().mesh = int(scene.meshes.size()) - 1;
-    scene.nodes.back().local.translation = {1, 0.5f, 1};
-    const int node = int(scene.nodes.size()) - 1;
-    scene.roots.push_back(node);
     AnimationChannel turn;
-    turn.node = uint32_t(node);
     turn.path = AnimationChannel::Path::kScale;
     turn.times = {0, 1, 2, 3};
     turn.values = {{1, 1, 1, 0}, {-1, 1, 1, 0}, {1, 1, 1, 0}, {-1, 1, 1, 0}};
-    scene.animations.push_back({"turn", {turn}});
+    addMoving(scene, soup, {1, 0.5f, 1}, turn);
     return scene;
 }
 

@@ -4,6 +4,7 @@
 
 #include "hybrid/gbuffer.h"
 #include "hybrid/pairs.h"
+#include "scenes/scene.h"
 
 #include <cstdint>
 #include <vector>
@@ -48,6 +49,13 @@ struct TriangleSoup {
             p += by;
     }
     TriangleView view() const { return {viewOf(positions), viewOf(triangles)}; }
+    Mesh mesh(uint32_t material = 0) const {
+        Mesh mesh;
+        mesh.positions = positions;
+        mesh.triangles = triangles;
+        mesh.triangleMaterial.assign(triangles.size(), material);
+        return mesh;
+    }
 };
 
 /// View samples in one row, and their pairs with lights.

@@ -25,10 +25,10 @@ double since(Clock::time_point start) {
 
 /// Waits until `isIt`, a minute at most; returns whether it came to be.
 template <class F> bool waitUntil(const F& isIt) {
-    for (int i = 0; i < 6000; ++i) {
+    for (int i = 0; i < 60000; ++i) {
         if (isIt())
             return true;
-        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     return false;
 }
@@ -48,36 +48,61 @@ ViewRequest smallRequest(uint64_t serial, const std::string& method = "dag") {
     return request;
 }
 
-TEST(ViewSession, OpensRendersAndComesToRest) {
+/// A session and what came of it.
+struct Watched {
+    /// @param targetMs as ViewSession's
+    explicit Watched(double targetMs = 20)
+        : session(settingsIn(directory), targetMs, [this] { ++wakes; }) {}
+    /// Opens a scene at 64^3 and waits for it; returns whether it came.
+    bool open(const std::string& name = "builtin:fail-silhouette") {
+        session.open(name, "", 6, "");
+        return waitForScene();
+    }
+    bool waitForScene() {
+        return waitUntil([&] { return (scene = session.takeScene()).has_value(); });
+    }
+    /// Takes pictures until one is as it should be, then `picture`; returns whether it came.
+    template <class F> bool waitForPicture(const F& isIt) {
+        return waitUntil([&] {
+            if (auto next = session.takePicture())
+                picture = next;
+            return picture != nullptr && isIt(*picture);
+        });
+    }
+    bool waitForRest() {
+        return waitUntil([&] { return session.isIdle(); });
+    }
+    bool waitForError() {
+        return waitUntil([&] { return !session.status().error.empty(); });
+    }
+
     TemporaryDirectory directory;
     std::atomic<int> wakes{0};
-    ViewSession session(settingsIn(directory), 20, [&] { ++wakes; });
+    std::optional<ViewSceneInfo> scene;
+    std::shared_ptr<const ViewPicture> picture;
+    ViewSession session; // last: ends before what it wakes
+};
+
+struct ViewSessionTest : testing::Test, Watched {};
+
+TEST_F(ViewSessionTest, OpensRendersAndComesToRest) {
     EXPECT_TRUE(session.isIdle());
     session.ask(smallRequest(1)); // without a scene nothing comes
-    session.open("builtin:fail-silhouette", "", 6, "");
-    std::optional<ViewSceneInfo> scene;
-    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+    ASSERT_TRUE(open());
     EXPECT_EQ(scene->voxelResolution, 64u);
     EXPECT_FALSE(session.takeScene().has_value()) << "once";
     ViewRequest request = smallRequest(2);
     request.wantsError = true;
     session.ask(request);
-    std::shared_ptr<const ViewPicture> last;
-    ASSERT_TRUE(waitUntil([&] {
-        if (std::shared_ptr<const ViewPicture> picture = session.takePicture())
-            last = picture;
-        return last && last->request.serial == 2 && last->isFinal;
-    }));
-    EXPECT_EQ(last->sides[0].errors->doneShare, 1.0);
-    EXPECT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    ASSERT_TRUE(
+        waitForPicture([](const ViewPicture& p) { return p.request.serial == 2 && p.isFinal; }));
+    EXPECT_EQ(picture->sides[0].errors->doneShare, 1.0);
+    EXPECT_TRUE(waitForRest());
     EXPECT_GT(wakes.load(), 1);
 }
 
-TEST(ViewSession, TheNewestRequestWins) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:fail-silhouette", "", 6, "");
-    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+TEST_F(ViewSessionTest, TheNewestRequestWins) {
+    ASSERT_TRUE(open());
     constexpr uint64_t kCount = 200;
     for (uint64_t i = 1; i <= kCount; ++i)
         session.ask(smallRequest(i));
@@ -94,59 +119,43 @@ TEST(ViewSession, TheNewestRequestWins) {
     EXPECT_LT(pictures, size_t(kCount) / 2) << "requests that were overtaken were rendered";
 }
 
-TEST(ViewSession, TellsWhatWentWrongAndGoesOn) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
+TEST_F(ViewSessionTest, TellsWhatWentWrongAndGoesOn) {
     session.open("no-such.glb", "", 6, "");
-    ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
+    ASSERT_TRUE(waitForError());
     EXPECT_NE(session.status().error.find("no-such.glb"), std::string::npos);
-    session.open("builtin:fail-silhouette", "", 6, "");
-    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+    ASSERT_TRUE(open());
     EXPECT_EQ(session.status().error, "");
     ViewRequest bad = smallRequest(1, "hybrid");
     bad.sides[0].model = "expr:1 +";
     session.ask(bad);
-    ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
+    ASSERT_TRUE(waitForError());
     session.ask(smallRequest(2));
-    ASSERT_TRUE(waitUntil([&] {
-        const auto picture = session.takePicture();
-        return picture && picture->request.serial == 2;
-    }));
-    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    ASSERT_TRUE(waitForPicture([](const ViewPicture& p) { return p.request.serial == 2; }));
+    ASSERT_TRUE(waitForRest());
     EXPECT_EQ(session.status().error, "");
     session.open("no-such.glb", "", 6, "");
-    ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
+    ASSERT_TRUE(waitForError());
     session.ask(smallRequest(3));
-    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    ASSERT_TRUE(waitForRest());
     EXPECT_NE(session.status().error, "") << "a picture does not take the complaint away";
     session.clearErrors();
     EXPECT_EQ(session.status().error, "");
 }
 
-TEST(ViewSession, WhatFailsDoesNotTakeThePictureWithIt) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
+TEST_F(ViewSessionTest, WhatFailsDoesNotTakeThePictureWithIt) {
     session.open("", "", 6, "no-such.svdag"); // nothing is open yet
-    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    ASSERT_TRUE(waitForRest());
     EXPECT_NE(session.status().error.find("scene"), std::string::npos);
-    session.open("builtin:fail-silhouette", "", 6, "");
-    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+    ASSERT_TRUE(open());
     session.setBackend("abacus");
     session.ask(smallRequest(7));
-    std::shared_ptr<const ViewPicture> last;
-    ASSERT_TRUE(waitUntil([&] {
-        if (const auto picture = session.takePicture())
-            last = picture;
-        return last && last->request.serial == 7 && last->isFinal;
-    }));
-    EXPECT_EQ(last->backend, "cpu");
+    ASSERT_TRUE(
+        waitForPicture([](const ViewPicture& p) { return p.request.serial == 7 && p.isFinal; }));
+    EXPECT_EQ(picture->backend, "cpu");
 }
 
-TEST(ViewSession, AViewIsSavedAndThePictureStillCompleted) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:fail-silhouette", "", 6, "");
-    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+TEST_F(ViewSessionTest, AViewIsSavedAndThePictureStillCompleted) {
+    ASSERT_TRUE(open());
     ViewRequest request = smallRequest(1);
     request.options.width = 640;
     request.options.height = 360;
@@ -164,40 +173,33 @@ TEST(ViewSession, AViewIsSavedAndThePictureStillCompleted) {
     EXPECT_TRUE(std::filesystem::exists(saved->png));
 }
 
-TEST(ViewSession, RequestsOfAnotherSceneAreDropped) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:fail-silhouette", "", 6, "");
-    std::optional<ViewSceneInfo> scene;
-    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+TEST_F(ViewSessionTest, RequestsOfAnotherSceneAreDropped) {
+    ASSERT_TRUE(open());
     ViewRequest request = smallRequest(1);
     request.scene = scene->serial + 1;
     session.ask(request);
-    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    ASSERT_TRUE(waitForRest());
     EXPECT_EQ(session.takePicture(), nullptr);
     session.save(request, directory.path() + "/views");
-    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    ASSERT_TRUE(waitForRest());
     EXPECT_NE(session.status().error, "");
     request.scene = scene->serial;
     session.ask(request);
-    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    ASSERT_TRUE(waitForRest());
     EXPECT_NE(session.takePicture(), nullptr);
 }
 
-TEST(ViewSession, OtherVoxelsEndTheBuildingOfTheFirst) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
+TEST_F(ViewSessionTest, OtherVoxelsEndTheBuildingOfTheFirst) {
     session.open("builtin:atrium", "", 12, "");
     ASSERT_TRUE(
         waitUntil([&] { return session.status().work.find("voxelize") != std::string::npos; }));
     session.open("", "", 6, ""); // of the atrium, which is not open yet
-    std::optional<ViewSceneInfo> scene;
-    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+    ASSERT_TRUE(waitForScene());
     EXPECT_EQ(scene->argument, "builtin:atrium");
     EXPECT_EQ(scene->voxelResolution, 64u);
 }
 
-TEST(ViewSession, ClosesWhileItOpens) {
+TEST_F(ViewSessionTest, ClosesWhileItOpens) {
     TemporaryDirectory directory;
     const Clock::time_point start = Clock::now();
     {
@@ -210,14 +212,12 @@ TEST(ViewSession, ClosesWhileItOpens) {
     EXPECT_TRUE(std::filesystem::is_empty(directory.path())) << "nothing half written";
 }
 
-TEST(ViewSession, ClosesBetweenTwoStagesOfAPictureThatMoves) {
-    TemporaryDirectory directory;
+TEST_F(ViewSessionTest, ClosesBetweenTwoStagesOfAPictureThatMoves) {
     double left = 0; // of three pictures
     for (const double share : {0.1, 0.3, 0.5}) {
         // Whatever it takes, it is made at its full size.
-        auto session = std::make_unique<ViewSession>(settingsIn(directory), 1e5, nullptr);
-        session->open("builtin:atrium", "", 6, "");
-        ASSERT_TRUE(waitUntil([&] { return session->takeScene().has_value(); }));
+        auto big = std::make_unique<Watched>(1e5);
+        ASSERT_TRUE(big->open("builtin:atrium"));
         ViewRequest request = smallRequest(1, "maps");
         request.options.width = 240;
         request.options.height = 135;
@@ -227,28 +227,23 @@ TEST(ViewSession, ClosesBetweenTwoStagesOfAPictureThatMoves) {
         request.isMoving = true;
         const auto ask = [&] {
             ++request.serial;
-            session->ask(request);
+            big->session.ask(request);
         };
-        float scale = 0;
-        const auto isMade = [&] {
-            if (const auto picture = session->takePicture()) {
-                scale = picture->scale;
-                return true;
-            }
-            return false;
+        const auto isMade = [&](const ViewPicture& p) {
+            return p.request.serial == request.serial;
         };
-        while (scale < 1.0f) { // builds what is built once, too
+        do { // builds what is built once, too
             ask();
-            ASSERT_TRUE(waitUntil(isMade));
-        }
+            ASSERT_TRUE(big->waitForPicture(isMade));
+        } while (big->picture->scale < 1.0f);
         Clock::time_point start = Clock::now();
         ask();
-        ASSERT_TRUE(waitUntil(isMade));
+        ASSERT_TRUE(big->waitForPicture(isMade));
         const double made = since(start);
         ask();
         std::this_thread::sleep_for(std::chrono::duration<double>(share * made));
         start = Clock::now();
-        session.reset();
+        big.reset();
         std::printf("made in %.0f ms, closed at %.2f of that in %.0f\n", 1e3 * made, share,
                     1e3 * since(start));
         left += since(start) / made;
@@ -256,24 +251,16 @@ TEST(ViewSession, ClosesBetweenTwoStagesOfAPictureThatMoves) {
     EXPECT_LT(left, 1.6) << "2.1 where they are made to their end";
 }
 
-TEST(ViewSession, AnotherSceneEndsTheOpeningOfTheFirst) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
+TEST_F(ViewSessionTest, AnotherSceneEndsTheOpeningOfTheFirst) {
     session.open("builtin:atrium", "", 12, "");
     ASSERT_TRUE(
         waitUntil([&] { return session.status().work.find("voxelize") != std::string::npos; }));
-    session.open("builtin:fail-silhouette", "", 6, "");
-    std::optional<ViewSceneInfo> scene;
-    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+    ASSERT_TRUE(open());
     EXPECT_EQ(scene->argument, "builtin:fail-silhouette");
 }
 
-TEST(ViewSession, AMoveDoesNotWaitForTheFullSizePicture) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:atrium", "", 6, "");
-    std::optional<ViewSceneInfo> scene;
-    ASSERT_TRUE(waitUntil([&] { return (scene = session.takeScene()).has_value(); }));
+TEST_F(ViewSessionTest, AMoveDoesNotWaitForTheFullSizePicture) {
+    ASSERT_TRUE(open("builtin:atrium"));
     FlyCamera camera(scene->camera);
     ViewRequest request = smallRequest(0, "maps");
     request.options.width = 960;
@@ -288,33 +275,27 @@ TEST(ViewSession, AMoveDoesNotWaitForTheFullSizePicture) {
         ++request.serial;
         session.ask(request);
     };
-    const auto waitFor = [&](const auto& isIt) {
-        for (int i = 0; i < 60000; ++i) {
-            if (const auto picture = session.takePicture()) {
-                if (picture->request.serial == request.serial && isIt(*picture))
-                    return true;
-            }
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));
-        }
-        return false;
+    const auto isSmall = [&](const ViewPicture& p) {
+        return p.request.serial == request.serial && p.scale < 1.0f;
     };
-    const auto isSmall = [](const ViewPicture& p) { return p.scale < 1.0f; };
-    const auto isFull = [](const ViewPicture& p) { return p.scale >= 1.0f; };
+    const auto isFull = [&](const ViewPicture& p) {
+        return p.request.serial == request.serial && p.scale >= 1.0f;
+    };
     ask(false);
-    ASSERT_TRUE(waitFor(isFull)); // builds what is built once
+    ASSERT_TRUE(waitForPicture(isFull)); // builds what is built once
     std::vector<double> fullMs, waitedMs;
     for (int i = 0; i < 3; ++i) {
         ask(false);
-        ASSERT_TRUE(waitFor(isSmall));
+        ASSERT_TRUE(waitForPicture(isSmall));
         const Clock::time_point small = Clock::now();
-        ASSERT_TRUE(waitFor(isFull));
+        ASSERT_TRUE(waitForPicture(isFull));
         fullMs.push_back(1000 * since(small));
         ask(false);
-        ASSERT_TRUE(waitFor(isSmall)); // now the full size is on its way
+        ASSERT_TRUE(waitForPicture(isSmall)); // now the full size is on its way
         std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(fullMs[0] / 10));
         const Clock::time_point moved = Clock::now();
         ask(true);
-        ASSERT_TRUE(waitFor(isSmall));
+        ASSERT_TRUE(waitForPicture(isSmall));
         waitedMs.push_back(1000 * since(moved));
     }
     std::sort(fullMs.begin(), fullMs.end());
@@ -325,57 +306,42 @@ TEST(ViewSession, AMoveDoesNotWaitForTheFullSizePicture) {
     EXPECT_LT(waitedMs[1], 0.75 * fullMs[1]);
 }
 
-TEST(ViewSession, WhatIsGivenUpForAnotherBackendIsStillMade) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:fail-silhouette", "", 6, "");
-    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+TEST_F(ViewSessionTest, WhatIsGivenUpForAnotherBackendIsStillMade) {
+    ASSERT_TRUE(open());
     ViewRequest request = smallRequest(1);
     request.options.width = 1280;
     request.options.height = 720;
     session.ask(request);
-    std::shared_ptr<const ViewPicture> last;
-    ASSERT_TRUE(waitUntil([&] { return (last = session.takePicture()) != nullptr; }));
+    ASSERT_TRUE(waitForPicture([](const ViewPicture&) { return true; }));
     session.setBackend("cpu");
-    ASSERT_TRUE(waitUntil([&] {
-        if (const auto picture = session.takePicture())
-            last = picture;
-        return last->isFinal && session.isIdle();
-    }));
-    EXPECT_EQ(last->request.serial, 1u);
+    ASSERT_TRUE(
+        waitForPicture([&](const ViewPicture& p) { return p.isFinal && session.isIdle(); }));
+    EXPECT_EQ(picture->request.serial, 1u);
 }
 
-TEST(ViewSession, OtherOverlaysComeAtOnceAndInFull) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:fail-silhouette", "", 6, "");
-    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+TEST_F(ViewSessionTest, OtherOverlaysComeAtOnceAndInFull) {
+    ASSERT_TRUE(open());
     ViewRequest request = smallRequest(1);
     request.options.width = 640;
     request.options.height = 360;
     request.wantsError = true;
     session.ask(request);
-    std::shared_ptr<const ViewPicture> first, second;
-    ASSERT_TRUE(waitUntil([&] {
-        if (const auto picture = session.takePicture())
-            first = picture;
-        return first && first->isFinal && session.isIdle();
-    }));
+    ASSERT_TRUE(
+        waitForPicture([&](const ViewPicture& p) { return p.isFinal && session.isIdle(); }));
+    const std::shared_ptr<const ViewPicture> first = picture;
     request.serial = 2;
     request.overlay = ViewOverlay::kErrors;
     session.ask(request);
-    ASSERT_TRUE(waitUntil([&] { return (second = session.takePicture()) != nullptr; }));
-    EXPECT_TRUE(second->isFinal) << "the first that comes is the last";
-    EXPECT_EQ(second->sides[0].stages.stagesMs, first->sides[0].stages.stagesMs);
+    ASSERT_TRUE(waitForPicture([](const ViewPicture& p) { return p.request.serial == 2; }));
+    EXPECT_TRUE(picture->isFinal) << "the first that comes is the last";
+    EXPECT_EQ(picture->sides[0].stages.stagesMs, first->sides[0].stages.stagesMs);
 }
 
-TEST(ViewSession, CostsAreReadFromAFile) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
+TEST_F(ViewSessionTest, CostsAreReadFromAFile) {
     session.setCosts(directory / "none.json");
-    ASSERT_TRUE(waitUntil([&] { return !session.status().error.empty(); }));
+    ASSERT_TRUE(waitForError());
     EXPECT_NE(session.status().error.find("none.json"), std::string::npos);
-    ASSERT_TRUE(waitUntil([&] { return session.isIdle(); }));
+    ASSERT_TRUE(waitForRest());
     EXPECT_FALSE(session.takeCosts().has_value()) << "the costs before are still those";
     const std::string path = directory / "costs.json";
     Json provenance;
@@ -389,11 +355,8 @@ TEST(ViewSession, CostsAreReadFromAFile) {
     EXPECT_FALSE(session.takeCosts().has_value()) << "once";
 }
 
-TEST(ViewSession, WhatRestsIsShownSmallFirst) {
-    TemporaryDirectory directory;
-    ViewSession session(settingsIn(directory), 20, {});
-    session.open("builtin:fail-silhouette", "", 6, "");
-    ASSERT_TRUE(waitUntil([&] { return session.takeScene().has_value(); }));
+TEST_F(ViewSessionTest, WhatRestsIsShownSmallFirst) {
+    ASSERT_TRUE(open());
     ViewRequest request = smallRequest(1);
     request.options.width = 640;
     request.options.height = 360;
