@@ -32,9 +32,9 @@ THIRD_PARTY = {
     r"stb/?.*|stb_.*\.h": {"scenes", "tools"},
     r"openvdb/.*|nanovdb/.*|zstd.*\.h|hwy/.*": {"voxel"},
     r"embree\d/.*|muParser.*\.h": {"hybrid"},
-    r"CLI/.*|nlohmann/.*|OpenEXR/.*|Imf.*\.h|Imath/.*|half\.h|GLFW/.*|imgui.*\.h|backends/imgui.*": {"tools"},
+    r"CLI/.*|nlohmann/.*|OpenEXR/.*|Imf.*\.h|Imath/.*|half\.h|GLFW/.*|X11/.*|imgui.*\.h|backends/imgui.*": {"tools"},
     r"epoxy/.*": {"gl", "tools"},
-    r"gtest/.*|gmock/.*|benchmark/.*|boost/.*|X11/.*": set(),
+    r"gtest/.*|gmock/.*|benchmark/.*|boost/.*": set(),
 }
 # A standard header has neither dot nor slash; these are the C and POSIX headers of the system.
 SYSTEM = re.compile(r"[a-z0-9_]+|(sys|linux|arpa|netinet)/\w+\.h|"
