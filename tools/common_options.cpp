@@ -78,9 +78,11 @@ void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {
                      "scene's first, else auto]");
     if (!isSweep)
         commandLine.text("--time", time, "SECONDS", "Time of the scene's animations [0]");
-    commandLine.text("--frames", frames, "A:B",
-                     "Frames A to B, both included, or A:B:STEP [" +
-                         (frames.empty() ? "0" : frames) + "]");
+    const std::string from = " [" + (frames.empty() ? "0" : frames) + "]";
+    commandLine.text("--frames", frames, isWindow ? "F" : "A:B",
+                     (isWindow ? "Frame that the window starts at"
+                               : "Frames A to B, both included, or A:B:STEP") +
+                         from);
     commandLine.text("--fps", fps, "RATE", "Frame f shows the scene at f / RATE seconds [30]");
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the window asks its worker for and takes from it, and what its log says of that.
+#include "tools/frame_json.h"
 #include "tools/view_viewer.h"
 
 #include <utility>
@@ -56,6 +57,8 @@ void Viewer::takeResults() {
     }
     if (std::optional<SavedView> saved = session_.takeSaved()) {
         ui_.message = "saved " + saved->png + ", .exr, .experiment.json";
+        if (ui_.backend != backendName(Backend::kCpu)) // an experiment holds no backend
+            ui_.message += "; the same again takes --backend " + ui_.backend;
         ui_.hasChanged = true; // saving rendered by itself; what is kept for the view starts anew
         log_.write("saved",
                    {{"png", saved->png}, {"exr", saved->exr}, {"experiment", saved->experiment}});
@@ -100,6 +103,7 @@ void Viewer::ask(double now) {
     }
     if (!ui_.hasScene) {
         ui_.hasChanged = ui_.isDragged = ui_.wantsSave = ui_.wantsFreeze = false;
+        isAskDue_ = false;
         return;
     }
     if (std::exchange(ui_.wantsFreeze, false) && ui_.picture) {
@@ -117,11 +121,16 @@ void Viewer::ask(double now) {
     const bool isResting = isMoving_ && !ui_.isPlaying && now - changed_ > kRestSeconds;
     if (isResting)
         isMoving_ = false;
-    if (ui_.hasChanged || (isResting && wasAskedMoving_)) {
+    if (ui_.hasChanged || (isResting && wasAskedMoving_))
+        isAskDue_ = true;
+    const bool willMove = isMoving_ || ui_.isPlaying;
+    // What moves is not asked for while the worker moves it already: it would stand in line, and be
+    // old when its turn comes.
+    if (isAskDue_ && !(willMove && wasAskedMoving_ && session_.isAnswering())) {
+        isAskDue_ = false;
         ui_.request.serial = ++serial_;
         ui_.request.askedSeconds = now;
-        ui_.request.isMoving = isMoving_ || ui_.isPlaying;
-        wasAskedMoving_ = ui_.request.isMoving;
+        ui_.request.isMoving = wasAskedMoving_ = willMove;
         session_.ask(ui_.request);
     }
     ui_.hasChanged = ui_.isDragged = false; // callbacks set them before the next step
@@ -157,6 +166,7 @@ void Viewer::logPicture(double now) {
         Json entry = {{"method", p.request.sides[side].method},
                       {"model", p.request.sides[side].model},
                       {"time_ms", report.stages.totalMs()},
+                      {"stages", toJson(report.stages)},
                       {"traced_map_count", report.counts.tracedMapCount},
                       {"drawn_map_count", report.counts.drawnMapCount}};
         if (report.errors)

@@ -97,6 +97,11 @@ std::shared_ptr<const ViewPicture> ViewSession::takePicture() {
     return std::exchange(picture_, nullptr);
 }
 
+bool ViewSession::hasPicture() const {
+    const std::lock_guard lock(mutex_);
+    return picture_ != nullptr;
+}
+
 std::optional<ViewSceneInfo> ViewSession::takeScene() {
     const std::lock_guard lock(mutex_);
     return std::exchange(scene_, std::nullopt);
@@ -123,6 +128,11 @@ ViewStatus ViewSession::status() const {
 void ViewSession::clearErrors() {
     const std::lock_guard lock(mutex_);
     errors_.clear();
+}
+
+bool ViewSession::isAnswering() const {
+    const std::lock_guard lock(mutex_);
+    return isAnswering_ || work_.ask;
 }
 
 bool ViewSession::isIdle() const {
@@ -173,6 +183,7 @@ void ViewSession::publish(std::shared_ptr<const ViewPicture> picture) {
     {
         const std::lock_guard lock(mutex_);
         picture_ = std::move(picture);
+        isAnswering_ = false;
     }
     if (wake_)
         wake_();
@@ -321,13 +332,14 @@ void ViewSession::run() {
             std::unique_lock lock(mutex_);
             isUnshown_ = isUnshown_ && renderer_.hasPicture();
             canRefine_ = renderer_.canRefine() || isUnshown_;
-            isWorking_ = false;
+            isWorking_ = isAnswering_ = false;
             asked_.wait(lock, [&] { return isQuitting_ || work_.any() || canRefine_; });
             if (isQuitting_)
                 break;
             work = std::exchange(work_, Work{});
             isRefining = !work.any();
             isWorking_ = true;
+            isAnswering_ = work.ask.has_value();
             if (work.open) {
                 opening_ = work.open;
                 status_.notes.clear();

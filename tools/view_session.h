@@ -65,6 +65,10 @@ public:
     ViewStatus status() const;
     void clearErrors();
 
+    /// Returns whether takePicture() has one to give.
+    bool hasPicture() const;
+    /// Returns whether a picture is asked for of which nothing has been shown yet.
+    bool isAnswering() const;
     /// Returns whether nothing is asked for that is not done, refining included.
     bool isIdle() const;
 
@@ -113,7 +117,7 @@ private:
     std::condition_variable asked_;
     bool isQuitting_ = false;
     Work work_;
-    bool isWorking_ = false, canRefine_ = false;
+    bool isWorking_ = false, isAnswering_ = false, canRefine_ = false;
     ViewStatus status_;                         // without errors
     std::map<std::string, std::string> errors_; // by kind of work
     std::optional<OpenWork> opening_;           // what is being opened

@@ -36,9 +36,10 @@ private:
     /// Returns whether the interface has to be drawn at its full rate.
     bool isLively(double now) const;
     bool heldKeys() const;
-    /// Takes events until the next picture of the interface is due; while nothing happens, until
-    /// something does.
-    void waitUntil(double due);
+    /// Takes events until the interface, drawn at `last`, is due to be drawn again: at `due`, or
+    /// as soon as may be where there is a picture to show; while nothing happens, when something
+    /// does.
+    void waitUntil(double last, double due);
 
     void onKey(int key, int action, int mods);
     void onButton(int button, int action);
@@ -72,7 +73,7 @@ private:
     std::optional<ImVec2> pressed_;       // left button, since the last step: where
     std::optional<ImVec2> lookPressed_;   // right button
     bool isMoving_ = false, isSplitDragged_ = false, isLookDragged_ = false;
-    bool wasAskedMoving_ = false, isPictureNew_ = false;
+    bool wasAskedMoving_ = false, isAskDue_ = false, isPictureNew_ = false;
     uint64_t serial_ = 0;
     size_t camera_ = 0; // the scene's, by C
     double rateStart_ = 0;

@@ -19,6 +19,8 @@ namespace {
 
 constexpr float kPanelWidth = 350; // times the font's scale
 constexpr double kFrameSeconds = 1.0 / 60.0;
+/// A new picture is shown so soon after the last drawing, not only when the next is due.
+constexpr double kSoonestSeconds = kFrameSeconds / 2;
 /// After the last event the interface is drawn on for so long: what it answers settles.
 constexpr double kLingerSeconds = 0.4;
 
@@ -68,14 +70,14 @@ void Viewer::run() {
     log_.write("open", {{"renderer", reinterpret_cast<const char*>(glGetString(GL_RENDERER))}});
     double last = glfwGetTime(), due = last;
     while (!glfwWindowShouldClose(window_.handle)) {
-        waitUntil(due);
+        waitUntil(last, due);
         checkInterrupted();
         const double now = glfwGetTime();
         step(now, std::min(now - last, 0.25));
         draw();
         countRate(now);
         last = now;
-        due = std::max(due + kFrameSeconds, glfwGetTime() - kFrameSeconds);
+        due = std::max(std::min(due, now) + kFrameSeconds, glfwGetTime() - kFrameSeconds);
     }
     glfwHideWindow(window_.handle); // gone for the user, whatever the worker still finishes
     glfwPollEvents();
@@ -96,11 +98,12 @@ bool Viewer::heldKeys() const {
     return false;
 }
 
-void Viewer::waitUntil(double due) {
+void Viewer::waitUntil(double last, double due) {
     glfwPollEvents();
     while (!glfwWindowShouldClose(window_.handle)) {
         const double now = glfwGetTime();
-        const double wait = isLively(now) ? due - now : 0.25;
+        const double drawn = session_.hasPicture() ? std::min(due, last + kSoonestSeconds) : due;
+        const double wait = isLively(now) ? drawn - now : 0.25;
         if (wait <= 0.0)
             return;
         glfwWaitEventsTimeout(wait);

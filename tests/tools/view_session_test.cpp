@@ -119,6 +119,22 @@ TEST_F(ViewSessionTest, TheNewestRequestWins) {
     EXPECT_LT(pictures, size_t(kCount) / 2) << "requests that were overtaken were rendered";
 }
 
+TEST_F(ViewSessionTest, IsAnsweringUntilSomethingIsShown) {
+    ASSERT_TRUE(open());
+    EXPECT_FALSE(session.isAnswering());
+    ViewRequest request = smallRequest(1);
+    request.options.width = 1280;
+    request.options.height = 720;
+    session.ask(request);
+    EXPECT_TRUE(session.isAnswering());
+    ASSERT_TRUE(waitForPicture([](const ViewPicture&) { return true; }));
+    EXPECT_FALSE(session.isAnswering());
+    request.sides[0] = {"hybrid", "expr:1 +"};
+    session.ask(request);
+    ASSERT_TRUE(waitForError());
+    EXPECT_TRUE(waitUntil([&] { return !session.isAnswering(); })) << "nothing will be shown";
+}
+
 TEST_F(ViewSessionTest, TellsWhatWentWrongAndGoesOn) {
     session.open("no-such.glb", "", 6, "");
     ASSERT_TRUE(waitForError());
