@@ -56,12 +56,16 @@ void Viewer::takeResults() {
         }
     }
     if (std::optional<SavedView> saved = session_.takeSaved()) {
-        ui_.message = "saved " + saved->png + ", .exr, .experiment.json";
-        if (ui_.backend != backendName(Backend::kCpu)) // an experiment holds no backend
-            ui_.message += "; the same again takes --backend " + ui_.backend;
+        // An experiment holds no backend.
+        ui_.message = "saved " + saved->png +
+                      ", .exr, .experiment.json; rendered again by compare "
+                      "--experiment with --backend " +
+                      saved->backend;
         ui_.hasChanged = true; // saving rendered by itself; what is kept for the view starts anew
-        log_.write("saved",
-                   {{"png", saved->png}, {"exr", saved->exr}, {"experiment", saved->experiment}});
+        log_.write("saved", {{"png", saved->png},
+                             {"exr", saved->exr},
+                             {"experiment", saved->experiment},
+                             {"backend", saved->backend}});
     }
     if (std::optional<TakenCosts> costs = session_.takeCosts()) {
         ui_.costs = costs->path;
@@ -121,8 +125,11 @@ void Viewer::ask(double now) {
     const bool isResting = isMoving_ && !ui_.isPlaying && now - changed_ > kRestSeconds;
     if (isResting)
         isMoving_ = false;
-    if (ui_.hasChanged || (isResting && wasAskedMoving_))
+    if (ui_.hasChanged || (isResting && wasAskedMoving_)) {
+        if (!isAskDue_)
+            dueSeconds_ = now;
         isAskDue_ = true;
+    }
     const bool willMove = isMoving_ || ui_.isPlaying;
     // What moves is not asked for while the worker moves it already: it would stand in line, and be
     // old when its turn comes.
@@ -130,6 +137,7 @@ void Viewer::ask(double now) {
         isAskDue_ = false;
         ui_.request.serial = ++serial_;
         ui_.request.askedSeconds = now;
+        ui_.request.changedSeconds = dueSeconds_;
         ui_.request.isMoving = wasAskedMoving_ = willMove;
         session_.ask(ui_.request);
     }
@@ -151,6 +159,7 @@ void Viewer::logPicture(double now) {
                  {"is_final", p.isFinal},
                  {"work_ms", p.workMs},
                  {"latency_ms", 1000.0 * (now - p.request.askedSeconds)},
+                 {"change_ms", 1000.0 * (now - p.request.changedSeconds)},
                  {"frame", p.request.frame},
                  {"camera", p.request.camera},
                  {"frozen", p.request.frozen},

@@ -24,10 +24,10 @@ std::string glfwComplaint() {
 } // namespace
 
 ViewHost::ViewHost(uint32_t width, uint32_t height) {
+    endWithTheDisplay();
     if (!glfwInit())
         throw Error(ErrorKind::kDevice, "no window can be opened: " + glfwComplaint() +
                                             "; a display is needed (DISPLAY), or use render");
-    endWithTheDisplay();
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
     glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);

@@ -30,6 +30,7 @@ struct ViewSettings {
 /// The files of one saved view.
 struct SavedView {
     std::string png, exr, experiment;
+    std::string backend; ///< that rendered it, by its name
 };
 
 /// Thrown where a picture is not wanted any more.
@@ -103,7 +104,9 @@ public:
     /// the same answers; of a model that needs costs, with the same --costs (without any, oracle
     /// measures anew). Throws Error kUsage for a frozen view and for voxels of another scene,
     /// kResource when a file cannot be written; files are whole or not there.
-    SavedView save(const ViewRequest& request, const std::string& directory);
+    /// Throws PictureGivenUp, before any file, where it is unwanted; not while the truth is asked.
+    SavedView save(const ViewRequest& request, const std::string& directory,
+                   const ViewHooks& hooks = {});
 
 private:
     std::shared_ptr<ViewPicture> redraw(const ViewRequest& request, const ViewHooks& hooks);

@@ -48,13 +48,14 @@ struct ViewSide {
 
 /// One picture asked for.
 struct ViewRequest {
-    uint64_t serial = 0;     ///< ascending
-    uint64_t scene = 0;      ///< ViewSceneInfo::serial; 0: whichever is open
-    double askedSeconds = 0; ///< of the caller's clock, handed back with the picture
-    std::string camera;      ///< as --camera takes it
-    std::string frozen;      ///< the camera that clusters, maps and routes are of while `camera`
-                             ///< looks on; "": that is `camera` itself
-    uint32_t frame = 0;      ///< the scene at frame / fps seconds
+    uint64_t serial = 0;       ///< ascending
+    uint64_t scene = 0;        ///< ViewSceneInfo::serial; 0: whichever is open
+    double askedSeconds = 0;   ///< of the caller's clock, handed back with the picture
+    double changedSeconds = 0; ///< the same, of the first change since the request before
+    std::string camera;        ///< as --camera takes it
+    std::string frozen;        ///< the camera that clusters, maps and routes are of while `camera`
+                               ///< looks on; "": that is `camera` itself
+    uint32_t frame = 0;        ///< the scene at frame / fps seconds
     std::array<ViewSide, 2> sides;
     bool isSplit = false; ///< both sides, else the first
     float split = 0.5f;   ///< of the width that the first side has; for saved pictures

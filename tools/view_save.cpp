@@ -102,7 +102,7 @@ SavedView writeView(const ViewFiles& files, const std::string& directory) {
     fs::create_directories(directory, ignored);
     const ViewPicture& view = files.view;
     const std::string stem = freeStem(directory);
-    const SavedView saved{stem + ".png", stem + ".exr", stem + ".experiment.json"};
+    const SavedView saved{stem + ".png", stem + ".exr", stem + ".experiment.json", view.backend};
     checkWritable(saved.png);
     std::vector<uint8_t> shown = view.sides[0].rgba;
     if (view.request.isSplit) {
@@ -129,7 +129,8 @@ SavedView writeView(const ViewFiles& files, const std::string& directory) {
     return saved;
 }
 
-SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& directory) {
+SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& directory,
+                             const ViewHooks& hooks) {
     if (!asked.frozen.empty())
         throw Error(ErrorKind::kUsage, "a frozen view is no frame of one camera; leave it (F) and "
                                        "save again");
@@ -141,7 +142,7 @@ SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& direct
     request.wantsError = true;
     request.pixel.reset();
     ViewScene& o = *open_;
-    render(request, 1.0f);
+    render(request, 1.0f, hooks);
     ViewShown& s = *shown_;
     std::vector<uint32_t> rest;
     for (uint32_t i = 0; i < s.gbuffer.count(); ++i)
@@ -149,7 +150,7 @@ SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& direct
             rest.push_back(i);
     s.refinement.finish(o.truthNow());
     countErrors(rest);
-    const std::shared_ptr<ViewPicture> whole = picture();
+    const std::shared_ptr<ViewPicture> whole = picture(hooks);
 
     ViewFiles files{*whole, settings_.experiment, o.scene.argument, *o.dag, exposure(), {}};
     for (size_t side = 0; side < 2; ++side) {

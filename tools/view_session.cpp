@@ -132,7 +132,7 @@ void ViewSession::clearErrors() {
 
 bool ViewSession::isAnswering() const {
     const std::lock_guard lock(mutex_);
-    return isAnswering_ || work_.ask;
+    return isAnswering_ && !work_.ask;
 }
 
 bool ViewSession::isIdle() const {
@@ -289,7 +289,8 @@ void ViewSession::doWork(const Work& work) {
         attempt("save", [&] {
             if (!renderer_.shows(work.save->request.scene))
                 throw Error(ErrorKind::kUsage, "nothing to save: no scene is open yet");
-            SavedView saved = renderer_.save(work.save->request, work.save->directory);
+            SavedView saved =
+                renderer_.save(work.save->request, work.save->directory, hooks(false));
             const std::lock_guard lock(mutex_);
             saved_ = std::move(saved);
         });

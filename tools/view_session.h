@@ -38,8 +38,9 @@ public:
     /// @param wake is called from the worker's thread whenever something has changed; may be empty
     /// @param targetMs what a moving picture may take
     ViewSession(ViewSettings settings, double targetMs, std::function<void()> wake);
-    /// Gives up what is being done, at its next report of progress, and waits for that. Work that
-    /// reports none (reading a file, building batches) is finished first.
+    /// Gives up what is being done, at its next report of progress or, of a picture, between two
+    /// stages, and waits for that. Work that reports none (reading a file, building batches, asking
+    /// the truth for a view's files) is finished first.
     ~ViewSession();
 
     /// Opens a scene, or gives the open one other voxels where `scene` is empty; the newest counts.
@@ -67,7 +68,8 @@ public:
 
     /// Returns whether takePicture() has one to give.
     bool hasPicture() const;
-    /// Returns whether a picture is asked for of which nothing has been shown yet.
+    /// Returns whether a picture is being made of which nothing has been shown yet. One that is
+    /// asked for and not begun is not: the next takes its place.
     bool isAnswering() const;
     /// Returns whether nothing is asked for that is not done, refining included.
     bool isIdle() const;

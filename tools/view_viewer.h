@@ -38,7 +38,7 @@ private:
     bool heldKeys() const;
     /// Takes events until the interface, drawn at `last`, is due to be drawn again: at `due`, or
     /// as soon as may be where there is a picture to show; while nothing happens, when something
-    /// does.
+    /// does, or for interrupts now and then.
     void waitUntil(double last, double due);
 
     void onKey(int key, int action, int mods);
@@ -74,6 +74,7 @@ private:
     std::optional<ImVec2> lookPressed_;   // right button
     bool isMoving_ = false, isSplitDragged_ = false, isLookDragged_ = false;
     bool wasAskedMoving_ = false, isAskDue_ = false, isPictureNew_ = false;
+    double dueSeconds_ = 0; // since when isAskDue_
     uint64_t serial_ = 0;
     size_t camera_ = 0; // the scene's, by C
     double rateStart_ = 0;

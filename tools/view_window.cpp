@@ -89,7 +89,7 @@ void Viewer::run() {
 
 bool Viewer::isLively(double now) const {
     return now - touched_ < kLingerSeconds || isMoving_ || ui_.isPlaying || heldKeys() ||
-           !session_.isIdle();
+           !session_.isIdle() || session_.hasPicture();
 }
 bool Viewer::heldKeys() const {
     for (const int key : {GLFW_KEY_W, GLFW_KEY_A, GLFW_KEY_S, GLFW_KEY_D, GLFW_KEY_Q, GLFW_KEY_E})
@@ -185,7 +185,7 @@ void Viewer::draw() {
         isPictureNew_ = false;
         const double shown = glfwGetTime();
         if (ui_.picture->request.isMoving)
-            ui_.latencyMs = 1000.0 * (shown - ui_.picture->request.askedSeconds);
+            ui_.latencyMs = 1000.0 * (shown - ui_.picture->request.changedSeconds);
         logPicture(shown);
     }
     if (log_.isOn() && ui_.layout != loggedLayout_) {

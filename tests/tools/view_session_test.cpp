@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -120,14 +121,16 @@ TEST_F(ViewSessionTest, TheNewestRequestWins) {
 }
 
 TEST_F(ViewSessionTest, IsAnsweringUntilSomethingIsShown) {
-    ASSERT_TRUE(open());
+    ASSERT_TRUE(open("builtin:atrium"));
     EXPECT_FALSE(session.isAnswering());
-    ViewRequest request = smallRequest(1);
-    request.options.width = 1280;
-    request.options.height = 720;
+    ViewRequest request = smallRequest(1, "maps");
+    request.isMoving = true; // one picture, and the first: long enough to be seen
     session.ask(request);
-    EXPECT_TRUE(session.isAnswering());
+    ASSERT_TRUE(waitUntil([&] { return session.isAnswering(); }));
+    session.ask(request);
+    EXPECT_FALSE(session.isAnswering()) << "the next takes the place of this one";
     ASSERT_TRUE(waitForPicture([](const ViewPicture&) { return true; }));
+    ASSERT_TRUE(waitForRest());
     EXPECT_FALSE(session.isAnswering());
     request.sides[0] = {"hybrid", "expr:1 +"};
     session.ask(request);
@@ -215,7 +218,7 @@ TEST_F(ViewSessionTest, OtherVoxelsEndTheBuildingOfTheFirst) {
     EXPECT_EQ(scene->voxelResolution, 64u);
 }
 
-TEST_F(ViewSessionTest, ClosesWhileItOpens) {
+TEST(ViewSessionEnd, ComesWhileItOpens) {
     TemporaryDirectory directory;
     const Clock::time_point start = Clock::now();
     {
@@ -228,7 +231,7 @@ TEST_F(ViewSessionTest, ClosesWhileItOpens) {
     EXPECT_TRUE(std::filesystem::is_empty(directory.path())) << "nothing half written";
 }
 
-TEST_F(ViewSessionTest, ClosesBetweenTwoStagesOfAPictureThatMoves) {
+TEST(ViewSessionEnd, ComesBetweenTwoStagesOfAPictureThatMoves) {
     double left = 0; // of three pictures
     for (const double share : {0.1, 0.3, 0.5}) {
         // Whatever it takes, it is made at its full size.
@@ -252,17 +255,23 @@ TEST_F(ViewSessionTest, ClosesBetweenTwoStagesOfAPictureThatMoves) {
             ask();
             ASSERT_TRUE(big->waitForPicture(isMade));
         } while (big->picture->scale < 1.0f);
-        Clock::time_point start = Clock::now();
-        ask();
-        ASSERT_TRUE(big->waitForPicture(isMade));
-        const double made = since(start);
+        std::array<double, 3> times{};
+        for (double& time : times) {
+            const Clock::time_point start = Clock::now();
+            ask();
+            ASSERT_TRUE(big->waitForPicture(isMade));
+            time = since(start);
+        }
+        std::sort(times.begin(), times.end());
+        const double made = times[1];
         ask();
         std::this_thread::sleep_for(std::chrono::duration<double>(share * made));
-        start = Clock::now();
+        const Clock::time_point start = Clock::now();
         big.reset();
+        const double closed = since(start);
         std::printf("made in %.0f ms, closed at %.2f of that in %.0f\n", 1e3 * made, share,
-                    1e3 * since(start));
-        left += since(start) / made;
+                    1e3 * closed);
+        left += closed / made;
     }
     EXPECT_LT(left, 1.6) << "2.1 where they are made to their end";
 }
@@ -330,6 +339,8 @@ TEST_F(ViewSessionTest, WhatIsGivenUpForAnotherBackendIsStillMade) {
     session.ask(request);
     ASSERT_TRUE(waitForPicture([](const ViewPicture&) { return true; }));
     session.setBackend("cpu");
+    if (!picture->isFinal) // it was given up for that; it comes again
+        picture.reset();
     ASSERT_TRUE(
         waitForPicture([&](const ViewPicture& p) { return p.isFinal && session.isIdle(); }));
     EXPECT_EQ(picture->request.serial, 1u);

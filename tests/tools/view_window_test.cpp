@@ -57,11 +57,11 @@ TEST(ViewWindow, ShowsTheSceneAndIsDrawnAtItsRate) {
     view.display.release("a");
     const double most = mostSince(from);
     RecordProperty("interface_hz", std::to_string(most));
-    // 60 Hz where nobody else computes. A window that waits for its worker falls to a few, on any
-    // machine; that is what is told apart here.
+    // 60 Hz and a drawing for pictures between, where nobody else computes. A window that waits for
+    // its worker falls to a few, on any machine; that is what is told apart here.
     EXPECT_GT(most, 20.0);
-    EXPECT_LT(most, 132.0) << "drawn sooner than half an interval after the last";
-    std::this_thread::sleep_for(std::chrono::milliseconds(1500)); // it rests
+    ASSERT_FALSE(view.waitForPicture(from).is_null());
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500)); // a rate of what was before
     from = view.lineCount();
     for (int i = 0; i < 200; ++i)
         view.display.moveTo(100 + i % 2, 300);
@@ -113,14 +113,20 @@ TEST_P(KeepUp, MovingPicturesInASceneThatIsSlow) {
     SDAG_NEEDS_WINDOW(view);
     ASSERT_FALSE(view.waitForPicture().is_null()) << view.errors();
     const size_t from = view.lineCount();
+    const auto isMoving = [](const Json& l) {
+        return l["event"] == "picture" && l["is_moving"] == true;
+    };
     view.display.press("d");
+    // The first builds what a flight needs; beside other programs that takes its time.
+    ASSERT_FALSE(view.waitFor(isMoving, from).is_null());
     std::this_thread::sleep_for(std::chrono::seconds(4));
     view.display.release("d");
-    std::vector<double> latency, work, scale, rate;
+    std::vector<double> latency, change, work, scale, rate;
     const std::vector<Json> lines = view.lines();
     for (size_t i = from; i < lines.size(); ++i)
-        if (lines[i]["event"] == "picture" && lines[i]["is_moving"] == true) {
+        if (isMoving(lines[i])) {
             latency.push_back(lines[i]["latency_ms"]);
+            change.push_back(lines[i]["change_ms"]);
             work.push_back(lines[i]["work_ms"]);
             scale.push_back(lines[i]["scale"]);
         } else if (lines[i]["event"] == "rate") {
@@ -134,12 +140,15 @@ TEST_P(KeepUp, MovingPicturesInASceneThatIsSlow) {
     };
     std::sort(latency.begin(), latency.end());
     std::printf("%s: %zu moving pictures: median input to picture %.1f ms, nine in ten under %.1f, "
-                "of work %.1f, at scale %.3f; interface %.1f Hz\n",
+                "from the first input since the one before %.1f, of work %.1f, at scale %.3f; "
+                "interface %.1f Hz\n",
                 GetParam(), latency.size(), median(latency), latency[latency.size() * 9 / 10],
-                median(work), median(scale), rate.empty() ? 0.0 : median(rate));
+                median(change), median(work), median(scale), rate.empty() ? 0.0 : median(rate));
     EXPECT_LT(median(scale), 1.0);
-    // 25 ms where nobody else computes; at full size it would be half a second, on any machine.
+    // About 25 ms where nobody else computes; at full size it would be half a second, on any
+    // machine.
     EXPECT_LT(median(latency), 250.0);
+    EXPECT_LT(median(change), 250.0);
 }
 INSTANTIATE_TEST_SUITE_P(ByMethod, KeepUp, testing::Values("dag", "maps", "hybrid"));
 
@@ -393,6 +402,7 @@ TEST_P(SavedView, IsRenderedAgainByCompare) {
     ASSERT_FALSE(saved.is_null());
     const Json after = view.waitForPicture(from); // the view goes on
     ASSERT_FALSE(after.is_null());
+    EXPECT_EQ(saved["backend"], "cpu");
     for (const char* file : {"png", "exr", "experiment"})
         EXPECT_TRUE(std::filesystem::exists(saved[file].get<std::string>())) << file;
 
@@ -482,11 +492,16 @@ TEST(ViewWindow, ClosesCleanlyWhileItLoads) {
 }
 
 TEST(ViewWindow, EndsWhereTheDisplayIsGoneWhateverTheWorkerDoes) {
-    for (const int afterMs : {200, 500, 900}) { // it opens, voxelizes, renders
-        SCOPED_TRACE(afterMs);
+    for (const std::string work : {"open", "voxelize", "picture"}) {
+        SCOPED_TRACE(work);
         ViewProgram view({"builtin:atrium", "--resolution", "512"});
         SDAG_NEEDS_WINDOW(view);
-        std::this_thread::sleep_for(std::chrono::milliseconds(afterMs));
+        ASSERT_FALSE(view.waitFor([&](const Json& l) {
+                             return l["event"] == work ||
+                                    (l["event"] == "work" &&
+                                     l["what"].get<std::string>().find(work) != std::string::npos);
+                         })
+                         .is_null());
         view.display.endServer();
         EXPECT_EQ(view.waitForEnd(), 4);
         EXPECT_THAT(view.errors(), HasSubstr("the display is gone"));
