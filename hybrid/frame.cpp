@@ -2,7 +2,7 @@
 // The frame: the method, step by step. What each step does stands in the header of its pass.
 #include "hybrid/frame.h"
 
-#include "hybrid/frame_state.h"
+#include "hybrid/frame/frame_state.h"
 
 namespace shadowdag {
 

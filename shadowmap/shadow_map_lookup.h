@@ -244,12 +244,12 @@ struct MapTaps {
 ///     1/2)).
 /// r = 2^-22 |P| + 2^-20 |d| (largest components) and s = 2^-20 + r / z_P cover rounding: P is a
 /// float of the world, off its plane by up to sqrt(3) 2^-24 |P|, and 2^-22 |P| is what the truth
-/// takes for one surface, too (hybrid/truth.h); L is what it is, so all else rounds relative to d.
-/// (2^-20 of |P| + |L| as well, as it was, forgave 13 cm at 1e5 m from the origin, and contact
-/// shadows with it.) Along the ray and not along the normal: lifting the plane by
-/// k texels instead forgives k / cos as much and lost contact shadows on slopes (atrium, 256
-/// texels, k = 1: 2.3 % false light against 1.2 %, false shadow 0.3 % both). Price: blockers nearer
-/// to the receiver than k texels do not block (detached contact shadows).
+/// takes for one surface, too (hybrid/judge/truth.h); L is what it is, so all else rounds relative
+/// to d. (2^-20 of |P| + |L| as well, as it was, forgave 13 cm at 1e5 m from the origin, and
+/// contact shadows with it.) Along the ray and not along the normal: lifting the plane by k texels
+/// instead forgives k / cos as much and lost contact shadows on slopes (atrium, 256 texels, k =
+/// 1: 2.3 % false light against 1.2 %, false shadow 0.3 % both). Price: blockers nearer to the
+/// receiver than k texels do not block (detached contact shadows).
 ///
 /// Level of detail. What a map with lodTexels = t > 0 holds stands off the full surfaces by less
 /// than t texels: 2 t z_P / N in the world at the receiver, whose own part is no nearer to the

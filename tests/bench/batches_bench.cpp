@@ -5,11 +5,11 @@
 //     batches_bench sizes SCENE TIME...     triangles and batches drawn, times of two stages
 //     batches_bench lod SCENE TIME...       triangles drawn and errors, at 640 x 360
 //     batches_bench update|refit|rebuild SCENE COUNT   the same motion three ways: for callgrind
-#include "hybrid/error.h"
 #include "hybrid/frame.h"
+#include "hybrid/judge/error.h"
 #include "scenes/builtin.h"
 #include "scenes/polygon_lod.h"
-#include "tools/json.h"
+#include "tools/settings/json.h"
 
 #include <ctime>
 #include <iostream>

@@ -4,7 +4,7 @@
 // runs once first: nothing is timed before it has verified the depths.
 #include "scenes/batches.h"
 #include "scenes/builtin.h"
-#include "tools/bench_raster.h"
+#include "tools/bench/bench_raster.h"
 
 #include <benchmark/benchmark.h>
 

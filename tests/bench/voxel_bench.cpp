@@ -3,7 +3,7 @@
 // The comparison with Embree and NanoVDB is `shadowdag bench voxel`, which this runs once first:
 // nothing is timed before it has verified the answers.
 #include "scenes/builtin.h"
-#include "tools/bench_voxel.h"
+#include "tools/bench/bench_voxel.h"
 #include "voxel/dag_stream.h"
 #include "voxel/dag_trace.h"
 #include "voxel/voxelize.h"

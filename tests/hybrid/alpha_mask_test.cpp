@@ -3,9 +3,9 @@
 // same holes, and a chequer board's umbra is where it must be.
 #include "scenes/alpha_mask.h"
 
-#include "hybrid/embree_baseline.h"
-#include "hybrid/exact_tree.h"
-#include "hybrid/gbuffer_pass.h"
+#include "hybrid/gbuffer/gbuffer_pass.h"
+#include "hybrid/judge/embree_baseline.h"
+#include "hybrid/rays/exact_tree.h"
 #include "scenes/split_mix.h"
 #include "tests/hybrid/fail_stage.h"
 #include "tests/hybrid/triangle_soup.h"

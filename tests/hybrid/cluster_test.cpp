@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Clusters partition the samples, and their boxes hold them.
-#include "hybrid/cluster_pass.h"
+#include "hybrid/clusters/cluster_pass.h"
 
 #include "cuda/error.h"
 #include "tests/hybrid/seen_soup.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exact rays: the tree of triangles near voxels against every triangle, and whole frames against
 // the truth.
-#include "hybrid/exact_tree.h"
+#include "hybrid/rays/exact_tree.h"
 
 #include "scenes/split_mix.h"
 #include "tests/hybrid/fail_stage.h"

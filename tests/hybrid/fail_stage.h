@@ -4,7 +4,7 @@
 #pragma once
 
 #include "cuda/error.h"
-#include "hybrid/error.h"
+#include "hybrid/judge/error.h"
 #include "scenes/fail_scenes.h"
 #include "voxel/voxelize.h"
 
@@ -40,7 +40,7 @@ struct FailOutcome {
 
 /// The options that the bounds of these tests hold for: small, nine taps, pages of 64 texels, what
 /// every light in range asks for, each frame from nothing; otherwise the defaults. (The matrix of
-/// failures, tools/failures_known.cpp, has the defaults.)
+/// failures, tools/studies/failures_known.cpp, has the defaults.)
 inline FrameOptions failFrame() {
     FrameOptions options;
     options.width = 320;

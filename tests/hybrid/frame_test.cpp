@@ -3,7 +3,7 @@
 // determinism, from frame to frame.
 #include "hybrid/frame.h"
 
-#include "hybrid/frame_state.h"
+#include "hybrid/frame/frame_state.h"
 #include "tests/hybrid/blocker_stage.h"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 // Frames built by hand, voxel by voxel and texel by texel, in which every verdict is known.
 #pragma once
 
-#include "hybrid/error.h"
+#include "hybrid/judge/error.h"
 #include "tests/hybrid/triangle_soup.h"
 
 #include <cstring>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames that guess the lengths of their lists: the same as those that ask, whether a guess was
 // right or too short.
-#include "hybrid/frame_state.h"
+#include "hybrid/frame/frame_state.h"
 
 #include "tests/cuda/backends.h"
 #include "tests/hybrid/blocker_stage.h"

@@ -2,7 +2,7 @@
 // What cost models read of maps, in closed form and against the frame's exact pairs; and costs that
 // are scaled to whole frames.
 #include "cuda/statistics.h"
-#include "hybrid/frame_state.h"
+#include "hybrid/frame/frame_state.h"
 #include "scenes/builtin.h"
 #include "tests/hybrid/fail_stage.h"
 

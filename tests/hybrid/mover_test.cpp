@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Movers under rays: a plate that slides between a light and the floor, in closed form and against
 // the truth.
-#include "hybrid/error.h"
+#include "hybrid/judge/error.h"
 #include "scenes/builtin.h"
 #include "scenes/split_mix.h"
 #include "tests/hybrid/fail_stage.h"

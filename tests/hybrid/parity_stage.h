@@ -3,7 +3,7 @@
 // held against each other pass by pass and frame by frame.
 #pragma once
 
-#include "hybrid/frame_state.h"
+#include "hybrid/frame/frame_state.h"
 #include "scenes/builtin.h"
 #include "tests/cuda/parity.h"
 #include "voxel/voxelize.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Frames whose maps are drawn at a polygon level of detail.
-#include "hybrid/error.h"
 #include "hybrid/frame.h"
+#include "hybrid/judge/error.h"
 #include "scenes/builtin.h"
 
 #include <gtest/gtest.h>

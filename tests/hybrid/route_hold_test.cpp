@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hysteresis of routing: a map stays with its method while costs waver by less than the margin.
-#include "hybrid/cost_terms.h"
 #include "hybrid/frame.h"
+#include "hybrid/routing/cost_terms.h"
 #include "tests/hybrid/triangle_soup.h"
 #include "voxel/voxelize.h"
 

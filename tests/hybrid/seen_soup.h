@@ -2,7 +2,7 @@
 // Random triangles around a camera, drawn into a G-buffer, for tests of the frame's passes.
 #pragma once
 
-#include "hybrid/gbuffer_pass.h"
+#include "hybrid/gbuffer/gbuffer_pass.h"
 #include "tests/hybrid/triangle_soup.h"
 
 #include <random>

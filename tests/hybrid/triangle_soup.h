@@ -2,8 +2,8 @@
 // Hand-built triangles and view samples for tests of the truth and of the error.
 #pragma once
 
-#include "hybrid/gbuffer.h"
-#include "hybrid/pairs.h"
+#include "hybrid/clusters/pairs.h"
+#include "hybrid/gbuffer/gbuffer.h"
 #include "scenes/scene.h"
 
 #include <cstdint>

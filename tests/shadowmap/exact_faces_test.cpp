@@ -3,7 +3,7 @@
 // rounding: the 26 directions, those a rounding beside them, and texels beyond a face's border.
 #include "shadowmap/shadow_map_lookup.h"
 
-#include "tools/exact_cell.h"
+#include "tools/workspace/cube_texel.h"
 
 #include <gtest/gtest.h>
 

@@ -2,7 +2,7 @@
 // What every part of a variant's name does to the counters of one small frame, and that it does it
 // to them alone: answers that culling, static optimization and order of lights must not change
 // stay.
-#include "tools/variants.h"
+#include "tools/settings/variants.h"
 
 #include "scenes/world.h"
 #include "voxel/voxelize.h"

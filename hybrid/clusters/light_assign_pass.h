@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lists the lights of every cluster.
+#pragma once
+
+#include "cuda/buffer.h"
+#include "cuda/scan_sort.h"
+#include "hybrid/gbuffer/lights.h"
+
+#include <algorithm>
+
+namespace shadowdag {
+
+/// The lists on one backend.
+struct ClusterLights {
+    explicit ClusterLights(Backend backend)
+        : start(backend, "cluster light start"), lights(backend, "cluster lights"),
+          record(backend, "cluster light maps"), length(backend, "cluster light count", 1) {}
+
+    Buffer<uint32_t> start;
+    Buffer<uint32_t> lights;
+    Buffer<uint32_t> record; ///< 0; kProvenLit where pruned; then by gatherDemand
+    Buffer<uint32_t> length; ///< of guessed lists: how many entries there are
+
+    ClusterLightsView view() const { return {start.view(), lights.view(), record.view()}; }
+};
+
+namespace cpu {
+void countClusterLights(const CountClusterLights& work);
+void fillClusterLights(const FillClusterLights& work);
+void clampStarts(const ClampStarts& work);
+void rankLights(const RankLights& work);
+void orderClusterLights(const OrderClusterLights& work);
+} // namespace cpu
+namespace cuda {
+void countClusterLights(const CountClusterLights& work);
+void fillClusterLights(const FillClusterLights& work);
+void clampStarts(const ClampStarts& work);
+void rankLights(const RankLights& work);
+void orderClusterLights(const OrderClusterLights& work);
+} // namespace cuda
+
+/// Replaces the lists by those of these clusters. Deterministic. Throws Error kResource when there
+/// are 2^32 (cluster, light) pairs or more. All views live on the backend.
+/// @param normals drops lights that a cluster faces away from; empty: none
+/// @param guess entries to make room for without asking how many there are: lists.length then
+/// tells, and if it is more, the lists are of no use; 0: asks. Where there may be 2^32 it asks as
+/// well
+/// @returns whether it guessed
+inline bool assignLights(Backend backend, View<const Box> clusterBoxes, const WideBvhView& lightBvh,
+                         View<const Light> lights, ClusterLights& lists,
+                         const ClusterNormalsView& normals = {}, size_t guess = 0) {
+    const size_t count = clusterBoxes.count;
+    const uint64_t most = uint64_t(count) * lights.count;
+    const bool isGuessed = guess > 0 && most > 0 && most <= 0xffffffffull;
+    lists.start.resize(count + 1);
+    lists.start.fill(0);
+    SDAG_DISPATCH(backend, countClusterLights,
+                  {clusterBoxes, lightBvh, lights, normals, lists.start.view()});
+    uint64_t total = std::min(uint64_t(guess), most);
+    if (isGuessed)
+        prefixSums(backend, lists.start.view(), lists.start.view());
+    else
+        total = exclusiveScan(backend, lists.start.view(), lists.start.view());
+    if (total > 0xffffffffull)
+        throw Error(ErrorKind::kResource, std::to_string(total) +
+                                              " (cluster, light) pairs; at most 2^32 - 1 are "
+                                              "supported: use fewer lights or a smaller image");
+    lists.lights.resize(total);
+    lists.record.resize(total);
+    lists.record.fill(0);
+    SDAG_DISPATCH(
+        backend, fillClusterLights,
+        {clusterBoxes, lightBvh, lights, normals, lists.start.view(), lists.lights.view()});
+    if (isGuessed)
+        SDAG_DISPATCH(backend, clampStarts,
+                      {lists.start.view(), uint32_t(total), lists.length.view()});
+    return isGuessed;
+}
+
+/// Takes the room to spare off lists that were guessed.
+/// @param clusterCount,entryCount what there is
+inline void trimLights(size_t clusterCount, size_t entryCount, ClusterLights& lists) {
+    lists.start.resize(clusterCount + 1);
+    lists.lights.resize(entryCount);
+    lists.record.resize(entryCount);
+}
+
+/// The lists of a frame in the order of RankLights.
+struct OrderedLights {
+    explicit OrderedLights(Backend backend)
+        : rank(backend, "light ranks"), lights(backend, "ordered cluster lights"),
+          record(backend, "ordered cluster light maps") {}
+
+    Buffer<uint32_t> rank, lights, record;
+};
+
+/// Returns `lists`, records and all, ordered for coherence (OrderClusterLights), in the memory of
+/// `ordered`. Sums over a list then round in another order than over an ascending one, always the
+/// same for the same lights. All views live on the backend.
+inline ClusterLightsView orderLights(Backend backend, const ClusterLightsView& lists,
+                                     const WideBvhView& lightBvh, size_t lightCount,
+                                     OrderedLights& ordered) {
+    ordered.rank.resize(lightCount);
+    ordered.lights.resize(lists.lights.count);
+    ordered.record.resize(lists.lights.count);
+    SDAG_DISPATCH(backend, rankLights, {lightBvh.items, ordered.rank.view()});
+    SDAG_DISPATCH(backend, orderClusterLights,
+                  {lists, ordered.rank.view(), ordered.lights.view(), ordered.record.view()});
+    return {lists.start, ordered.lights.view(), ordered.record.view()};
+}
+
+} // namespace shadowdag

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The (view sample, light) pairs of a frame: what every method and the truth answer, in one order.
+#pragma once
+
+#include "hybrid/gbuffer/gbuffer.h"
+#include "scenes/light.h"
+
+#include <vector>
+
+namespace shadowdag {
+
+/// A pair is a view sample and a light that reaches it (scenes/light.h) and towards which its
+/// geometric normal, flipped to the camera, points.
+SDAG_HD inline bool isPair(const Light& light, const glm::vec3& positionWorld,
+                           const glm::vec3& normalWorld) {
+    return lightReaches(light, positionWorld) &&
+           glm::dot(towardsLight(light, positionWorld), normalWorld) > 0.0f;
+}
+
+/// All pairs of a frame on the host, by sample, lights ascending within a sample.
+/// sampleStart: sampleCount + 1, first pair of each sample; light: pairCount, index into the
+/// world's lights.
+struct PairList {
+    std::vector<uint64_t> sampleStart;
+    std::vector<uint32_t> light;
+
+    size_t count() const { return light.size(); }
+};
+
+/// Visibility: 255 lit .. 0 dark; a pair is dark when it is under kHalfLit.
+constexpr uint8_t kLit = 255;
+constexpr uint8_t kHalfLit = 128;
+
+} // namespace shadowdag

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// (cluster, light) pairs that need neither a page nor a ray: those in which no sample faces the
+// light, and those that the voxel DAG proves wholly lit. Taken out before resolutions are asked
+// for, so that they raise no map's resolution and mark no page.
+#pragma once
+
+#include "hybrid/clusters/pairs.h"
+#include "hybrid/gbuffer/lights.h"
+
+namespace shadowdag {
+
+/// Which (cluster, light) pairs are taken out.
+enum class PairPruning : uint8_t {
+    kNone,
+    kFacing, ///< those without an exact pair (pairs.h). Takes no answer away; but what they asked
+             ///< for is asked no more, so that a map may be coarser and answer otherwise
+    kLit,    ///< and those whose every voxel ray a shaft proves unblocked, where nothing that moves
+             ///< may shadow them: their pairs are answered as voxel rays of level 0 answer them.
+             ///< A sun is not asked about
+};
+
+/// Returns whether any sample of the cluster and the light are a pair.
+SDAG_HD inline bool hasPair(const GBufferView& gbuffer, const ClusterView& clusters, size_t cluster,
+                            const Light& light) {
+    for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1]; ++i) {
+        const uint32_t sample = clusters.samples[i];
+        if (isPair(light, gbuffer.positionWorld[sample], gbuffer.normalWorld[sample]))
+            return true;
+    }
+    return false;
+}
+
+/// Gives every entry of a cluster without a pair the record kProvenLit, all others 0.
+struct PruneFacing {
+    GBufferView gbuffer;
+    ClusterView clusters;
+    ClusterLightsView lists; ///< record not read
+    View<const Light> lights;
+    View<uint32_t> record;
+
+    SDAG_HD void operator()(size_t cluster) const {
+        for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i)
+            pruneEntry(cluster, i);
+    }
+    SDAG_HD void pruneEntry(size_t cluster, size_t i) const {
+        record[i] = hasPair(gbuffer, clusters, cluster, lights[lists.lights[i]]) ? 0 : kProvenLit;
+    }
+};
+
+/// The same by entry i of the lists: many more items, none of them long. Entries to spare stay.
+struct PruneEntry {
+    PruneFacing work;
+
+    SDAG_HD void operator()(size_t i) const {
+        const View<const uint32_t> start = work.lists.start;
+        size_t first = 0, end = start.count - 1; // the last cluster that starts at i or before
+        if (i >= start[end])
+            return;
+        while (end - first > 1) {
+            const size_t middle = first + (end - first) / 2;
+            (start[middle] <= i ? first : end) = middle;
+        }
+        work.pruneEntry(first, i);
+    }
+};
+
+} // namespace shadowdag

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pruning on the CPU, and the proofs of light, which only the CPU has.
+#include "hybrid/clusters/prune_pass.h"
+
+#include "cuda/parallel_for.h"
+#include "hybrid/clusters/cluster_receivers.h"
+
+#include <vector>
+
+namespace shadowdag {
+
+namespace cpu {
+
+void pruneFacing(const PruneFacing& work) {
+    parallelFor<CpuTag>(work.clusters.count(), work, 16);
+}
+
+} // namespace cpu
+
+namespace {
+
+/// Proves light cluster by cluster; one a thread.
+class LitPruner {
+public:
+    LitPruner(const PruneFacing& work, const RayInputs& rays) : work_(work), rays_(rays) {}
+
+    void prune(size_t cluster) {
+        samples_ = {work_.clusters.samples.data + work_.clusters.sampleStart[cluster],
+                    work_.clusters.sampleCount(cluster)};
+        bool isPrepared = false;
+        for (uint32_t i = work_.lists.start[cluster]; i < work_.lists.start[cluster + 1]; ++i) {
+            const uint32_t light = work_.lists.lights[i];
+            if (work_.record[i] == kProvenLit || rays_.movers.mayShadow(light) ||
+                work_.lights[light].kind == Light::kSun) // shafts end at one point
+                continue;
+            if (!isPrepared)
+                setReceivers(work_.gbuffer, samples_, rays_, receivers_);
+            isPrepared = true;
+            if (isLit(work_.lights[light]))
+                work_.record[i] = kProvenLit;
+        }
+    }
+
+private:
+    bool isLit(const Light& light) {
+        markPairs(work_.gbuffer, samples_, light, isAsked_);
+        return receivers_.provesLit(rays_.dag, light.positionWorld, viewOf(isAsked_));
+    }
+
+    const PruneFacing& work_;
+    const RayInputs& rays_;
+    ShaftReceivers receivers_;
+    View<const uint32_t> samples_; ///< of the cluster
+    std::vector<uint8_t> isAsked_;
+};
+
+} // namespace
+
+void pruneLit(const PruneFacing& work, const RayInputs& rays) {
+    if (rays.dag.wide.words.empty())
+        return;
+    cpuParallelRanges(work.clusters.count(), 4, [&](size_t begin, size_t end) {
+        LitPruner pruner(work, rays);
+        for (size_t cluster = begin; cluster < end; ++cluster)
+            pruner.prune(cluster);
+    });
+}
+
+} // namespace shadowdag

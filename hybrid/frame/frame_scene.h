@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// The world as the frame's passes read it on one backend.
+#pragma once
+
+#include "hybrid/gbuffer/shade_model.h"
+#include "hybrid/rays/exact_tree.h"
+#include "hybrid/rays/mover_set.h"
+#include "hybrid/rays/resident.h"
+#include "scenes/batches.h"
+#include "scenes/polygon_lod.h"
+#include "scenes/world.h"
+#include "voxel/dag.h"
+
+#include <memory>
+#include <vector>
+
+namespace shadowdag {
+
+/// What shadow maps are drawn from.
+struct MapGeometry {
+    TriangleView triangles;
+    BatchView batches;
+};
+
+class GlScene;
+
+/// Triangles and batches of the host where passes read them.
+class ResidentGeometry {
+public:
+    explicit ResidentGeometry(Backend backend, const std::string& name)
+        : positions_(backend, name + " positions"), triangles_(backend, name + " triangles"),
+          triangleCut_(backend, name + " triangle cuts"), cuts_(backend, name + " cut triangles"),
+          masks_(backend, name + " alpha masks"), maskWords_(backend, name + " alpha mask words"),
+          batches_(backend, name + " batches"), boxes_(backend, name + " batch boxes"),
+          batchTriangles_(backend, name + " batch triangles"),
+          bvhBoxes_(backend, name + " hierarchy boxes"),
+          bvhItems_(backend, name + " hierarchy items"), partBoxes_(backend, name + " part boxes"),
+          levelErrors_(backend, name + " level errors") {}
+
+    /// Makes all of it available.
+    void set(const MapGeometry& host);
+    /// The same where only places changed.
+    void setMoved(const MapGeometry& host);
+
+    TriangleView triangles() const {
+        return {positions_.view(),
+                triangles_.view(),
+                {triangleCut_.view(), cuts_.view(), masks_.view(), maskWords_.view()}};
+    }
+    /// Returns what `host` shows, of which set() was given last.
+    BatchView batches(const BatchView& host) const;
+
+private:
+    Resident<glm::vec3> positions_;
+    Resident<glm::uvec3> triangles_;
+    Resident<uint32_t> triangleCut_;
+    Resident<CutTriangle> cuts_;
+    Resident<MaskInfo> masks_;
+    Resident<uint32_t> maskWords_;
+    Resident<Batch> batches_;
+    Resident<Box> boxes_;
+    Resident<uint32_t> batchTriangles_;
+    Resident<Box> bvhBoxes_;
+    Resident<uint32_t> bvhItems_;
+    Resident<Box> partBoxes_;
+    Resident<float> levelErrors_;
+};
+
+/// Triangles, batches, lights, their hierarchy, materials and the DAG. World and dag outlive it.
+/// Renderers that share one each have a MovedBatches of it.
+class FrameScene {
+public:
+    FrameScene(Backend backend, const World& world, const Dag& dag,
+               const BatchOptions& batchOptions = {});
+    ~FrameScene();
+    FrameScene(const FrameScene&) = delete;
+    FrameScene& operator=(const FrameScene&) = delete;
+
+    /// Follows World::setTime: batches of the moved instances, positions, all lights.
+    /// @param stages receives the times of "batch boxes", "batch hierarchy" and "scene update", the
+    /// rest
+    /// @param ofLevels receives the times of the first two for levels of detail, where they are
+    void update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
+                StageTimes& ofLevels);
+
+    /// Returns where passes run and buffers live.
+    Backend backend() const { return backend_; }
+    const World& world() const { return world_; }
+    /// Returns the batches on the host, with their hierarchy.
+    BatchView hostBatches() const { return batchSet_.view(); }
+    /// Returns what maps are drawn from, on the host. @param lodTexels as
+    /// ShadowMapOptions::lodTexels; above 0: with levels of detail, made when first asked for
+    MapGeometry mapGeometry(float lodTexels);
+    /// Returns the same on the backend; valid until the next update.
+    MapGeometry mapGeometryOnBackend(float lodTexels);
+    /// Returns what the last update of the batches at full detail did.
+    const BatchUpdateCounts& batchUpdateCounts() const { return batchSet_.updateCounts(); }
+
+    // On the backend:
+    TriangleView triangles() const { return geometry_.triangles(); }
+    BatchView batches() const { return geometry_.batches(batchSet_.view()); }
+    View<const Light> lights() const { return lights_.view(); }
+    WideBvhView lightBvh() const;
+    View<const SurfaceColor> materials() const { return materials_.view(); }
+    View<const uint32_t> triangleMaterial() const { return triangleMaterial_.view(); }
+    DagView dag() const;
+    /// Returns the DAG with coverages in its words (withCoverage), made when first asked for.
+    DagView coveredDag();
+    /// Return both on the host.
+    DagView hostDag() const { return hostDag_.view(); }
+    DagView hostCoveredDag();
+    MoverView movers() const;
+    /// Returns the movers on the host.
+    MoverView hostMovers() const;
+    /// Returns what exact rays need; without words before prepareExact().
+    ExactView exact() const {
+        return {geometry(triangles()), {exactWords_.view(), tree_.rootEntry}};
+    }
+    ExactView hostExact() const { return {geometry(world_.triangles()), tree_.view()}; }
+    /// Lists the triangles near voxels, once: what stands still stays.
+    void prepareExact();
+    /// Returns what renderers of Backend::kGl share; null on other backends.
+    GlScene* gl() const { return gl_.get(); }
+    /// Returns whether rays can be traced; a DAG without voxels blocks none.
+    bool hasDag() const { return hostDag_.isBuilt(); }
+
+private:
+    friend class MovedBatches;
+    FrameScene(Backend backend, const World& world, const Dag& dag,
+               const BatchOptions& batchOptions, bool isGl);
+    void setMoving();
+    TruthGeometry geometry(const TriangleView& triangles) const {
+        return {triangles, space_.origin, space_.diagonal};
+    }
+
+    Backend backend_;
+    const World& world_;
+    const Dag& hostDag_;
+    WideDag wideDag_; // for rays on the CPU
+    Dag coveredDag_;  // for LodRule::kCoverage; empty until then, as what follows
+    std::vector<uint32_t> wideCoverage_;
+    BatchOptions batchOptions_;
+    BatchSet batchSet_;
+    std::unique_ptr<PolygonLod> polygonLod_;     // for mapGeometry; null until then
+    std::vector<class MovedBatches*> listeners_; // all that there are
+    TruthSpace space_;
+    MoverSet movers_;
+    TriangleTree tree_;
+    bool hasTree_ = false;
+    WideBvh hostLightBvh_;
+    std::vector<SurfaceColor> hostMaterials_;
+
+    ResidentGeometry geometry_, levelGeometry_; // the second for polygonLod_
+    Resident<Light> lights_;
+    Resident<Box> lightBoxes_;
+    Resident<uint32_t> lightItems_;
+    Resident<SurfaceColor> materials_;
+    Resident<uint32_t> triangleMaterial_;
+    Resident<uint32_t> dagWords_;
+    Resident<uint32_t> coveredWords_;
+    Resident<uint32_t> exactWords_;
+    std::unique_ptr<GlScene> gl_;
+};
+
+/// What updates of a scene moved, for one of its renderers, which asks when it draws.
+class MovedBatches {
+public:
+    /// @param scene outlives it
+    explicit MovedBatches(FrameScene& scene);
+    ~MovedBatches();
+    MovedBatches(const MovedBatches&) = delete;
+    MovedBatches& operator=(const MovedBatches&) = delete;
+
+    /// Returns the batches of mapGeometry(lodTexels) that updates moved since it was last asked,
+    /// each once, ascending.
+    std::vector<uint32_t> take(float lodTexels);
+
+private:
+    friend class FrameScene;
+    FrameScene& scene_;
+    std::vector<bool> full_, levels_; // by batch; until taken
+};
+
+} // namespace shadowdag

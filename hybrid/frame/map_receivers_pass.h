@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lists which clusters read which shadow maps.
+#pragma once
+
+#include "cuda/buffer.h"
+#include "cuda/scan_sort.h"
+#include "hybrid/frame/map_receivers.h"
+
+namespace shadowdag {
+
+/// The list on one backend.
+struct MapReceivers {
+    explicit MapReceivers(Backend backend)
+        : first(backend, "first map receiver"), list(backend, "map receivers") {}
+
+    Buffer<uint32_t> first; ///< clusterCount + 1
+    Buffer<MapReceiver> list;
+};
+
+namespace cpu {
+void countMapReceivers(const CountMapReceivers& work);
+void listMapReceivers(const ListMapReceivers& work);
+} // namespace cpu
+namespace cuda {
+void countMapReceivers(const CountMapReceivers& work);
+void listMapReceivers(const ListMapReceivers& work);
+} // namespace cuda
+
+/// Replaces the list by the receivers of these lists of lights, by cluster. Deterministic. All
+/// views live on the backend.
+/// @param isPadded makes room for every (cluster, light) pair instead of asking how many there are
+inline void listReceivers(Backend backend, const ClusterLightsView& lists, const MapOfRecord& maps,
+                          MapReceivers& receivers, bool isPadded = false) {
+    receivers.first.resize(lists.start.count);
+    receivers.first.fill(0);
+    SDAG_DISPATCH(backend, countMapReceivers, {lists, maps, receivers.first.view()});
+    if (isPadded) {
+        prefixSums(backend, receivers.first.view(), receivers.first.view());
+        receivers.list.resize(lists.lights.count);
+        receivers.list.fill(0xff); // kNoMap
+    } else {
+        receivers.list.resize(
+            exclusiveScan(backend, receivers.first.view(), receivers.first.view()));
+    }
+    SDAG_DISPATCH(backend, listMapReceivers,
+                  {lists, maps, receivers.first.view(), receivers.list.view()});
+}
+
+} // namespace shadowdag

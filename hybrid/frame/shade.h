@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shading: one text for lights that are traced and lights that have a map, in one pass.
+#pragma once
+
+#include "hybrid/clusters/pairs.h"
+#include "hybrid/gbuffer/lights.h"
+#include "hybrid/gbuffer/shade_model.h"
+#include "hybrid/rays/shadow_rays.h"
+#include "hybrid/routing/cost_model.h"
+#include "shadowmap/shadow_map_lookup.h"
+
+namespace shadowdag {
+
+struct ShaftCounts;
+
+/// What serves a pair instead of a drawn map, next to indices into ShadowMapView::maps.
+constexpr int kByRays = kNone;  ///< voxels, and whatever else RayInputs names
+constexpr int kLitByProof = -2; ///< nothing: its cluster and light were proven to see each other
+
+/// Everything that decides whether a sample sees a light.
+struct VisibilityInputs {
+    RayInputs rays;
+    ShadowMapView maps;
+    ShadowMapBias bias;
+};
+
+/// What answering counted, and what it remembers from pair to pair.
+struct VisibilityCounts {
+    uint32_t rayCount = 0;
+    uint32_t lookupCount = 0;
+    uint32_t provenCount = 0;
+    uint32_t missingTapCount = 0;
+    uint32_t moverTestCount = 0;
+    uint32_t lastBlocker = kBackground; ///< of exact rays
+};
+
+/// Returns the visibility of a pair by the method that serves its light, 255 lit .. 0 dark.
+/// @param map index into inputs.maps.maps, kByRays or kLitByProof
+/// @param receiver the sample's world triangle
+SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, int map, uint32_t lightIndex,
+                                  const Light& light, const glm::vec3& positionWorld,
+                                  const glm::vec3& normalWorld, uint32_t receiver,
+                                  VisibilityCounts& counts) {
+    if (map == kLitByProof) {
+        ++counts.provenCount;
+        return kLit;
+    }
+    if (map < 0) {
+        ++counts.rayCount;
+        const ShadowPair pair{positionWorld, normalWorld, pointAtLight(light, positionWorld),
+                              receiver,      lightIndex,  light.kind == Light::kSun};
+        return isDarkByRays(inputs.rays, pair, &counts.moverTestCount, &counts.lastBlocker)
+                   ? uint8_t(0)
+                   : kLit;
+    }
+    ++counts.lookupCount;
+    ShadowMapTrace trace{};
+    const uint8_t visibility = lookupVisibility(inputs.maps, uint32_t(map), positionWorld,
+                                                normalWorld, inputs.bias, &trace);
+    counts.missingTapCount += trace.missingTapCount;
+    return visibility;
+}
+
+/// Where recorded answers go, by pair; empty views: nothing is recorded.
+/// nextPair: sampleCount, the sample's first pair before, its last but one after; visibility, map
+/// (as answerPair takes it): pairCount.
+struct PairRecorder {
+    View<uint32_t> nextPair;
+    View<uint8_t> visibility;
+    View<int> map;
+
+    SDAG_HD void add(uint32_t sample, uint8_t value, int by) const {
+        if (nextPair.empty())
+            return;
+        const uint32_t pair = nextPair[sample]++;
+        visibility[pair] = value;
+        map[pair] = by;
+    }
+};
+
+/// Shades samples. The lights of a sample are added in ascending order by whoever runs it, sample
+/// by sample or light by light through a cluster, so both give the same bits.
+struct ShadeSamples {
+    GBufferView gbuffer;
+    View<const uint32_t> triangleMaterial; ///< by world triangle
+    View<const SurfaceColor> materials;
+    ClusterView clusters;
+    ClusterLightsView lists;
+    View<const Light> lights;
+    View<const int> drawnMap; ///< by record: index into visibility.maps.maps, or kByRays
+    VisibilityInputs visibility;
+    View<glm::vec3> color;   ///< width * height, linear radiance; zero where nothing is seen
+    View<uint32_t> rayCount; ///< these five: clusterCount, zero before
+    View<uint32_t> lookupCount;
+    View<uint32_t> provenCount;
+    View<uint32_t> missingTapCount;
+    View<uint32_t> moverTestCount;
+    PairRecorder recorder;
+    ShaftCounts* shaftCounts = nullptr; ///< on the host; the CPU adds what its shafts did, or null
+
+    /// Returns what serves entry `entry` of the lists, as answerPair takes it.
+    SDAG_HD int mapOf(uint32_t entry) const {
+        const uint32_t record = lists.record[entry];
+        return record == kProvenLit ? kLitByProof : drawnMap[record];
+    }
+
+    /// Returns what a light adds to a sample.
+    SDAG_HD glm::vec3 shadePair(uint32_t sample, int map, uint32_t lightIndex, const Light& light,
+                                VisibilityCounts& counts) const {
+        const glm::vec3 position = gbuffer.positionWorld[sample];
+        const glm::vec3 normal = gbuffer.normalWorld[sample];
+        if (!isPair(light, position, normal))
+            return glm::vec3(0.0f);
+        const uint8_t seen = answerPair(visibility, map, lightIndex, light, position, normal,
+                                        gbuffer.triangle[sample], counts);
+        return shadeAnswered(sample, map, light, seen);
+    }
+
+    /// Records the visibility of a pair and returns what the light then adds to the sample.
+    SDAG_HD glm::vec3 shadeAnswered(uint32_t sample, int map, const Light& light,
+                                    uint8_t seen) const {
+        recorder.add(sample, seen, map);
+        if (seen == 0)
+            return glm::vec3(0.0f);
+        const SurfaceColor& surface = materials[triangleMaterial[gbuffer.triangle[sample]]];
+        return reflectedRadiance(light, gbuffer.positionWorld[sample], gbuffer.normalWorld[sample],
+                                 surface, seen);
+    }
+
+    /// Sets a sample to what it sends without lights.
+    SDAG_HD void shadeUnlit(size_t sample) const {
+        const uint32_t triangle = gbuffer.triangle[sample];
+        color[sample] = triangle == kBackground
+                            ? glm::vec3(0.0f)
+                            : unlitRadiance(materials[triangleMaterial[triangle]]);
+    }
+
+    /// Adds all lights to all samples of a cluster, light by light: consecutive rays start close
+    /// together and end at one light. For the CPU.
+    SDAG_HD void shadeCluster(size_t cluster) const {
+        VisibilityCounts counts;
+        for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
+            const uint32_t lightIndex = lists.lights[l];
+            const Light light = lights[lightIndex];
+            const int map = mapOf(l);
+            for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1];
+                 ++i) {
+                const uint32_t sample = clusters.samples[i];
+                color[sample] += shadePair(sample, map, lightIndex, light, counts);
+            }
+        }
+        addCounts(cluster, counts);
+    }
+
+    /// Adds all lights to one sample, in cluster order: neighbouring items walk the same lights.
+    /// For CUDA.
+    /// @param i index into clusters.samples
+    SDAG_HD void shadeSample(size_t i) const {
+        const uint32_t sample = clusters.samples[i];
+        const uint32_t cluster = clusters.clusterOfSample[sample];
+        VisibilityCounts counts;
+        glm::vec3 sum = color[sample];
+        for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l)
+            sum += shadePair(sample, mapOf(l), lists.lights[l], lights[lists.lights[l]], counts);
+        color[sample] = sum;
+        addCounts(cluster, counts);
+    }
+
+    SDAG_HD void addCounts(size_t cluster, const VisibilityCounts& counts) const {
+        if (counts.rayCount)
+            atomicAddRelaxed(&rayCount[cluster], counts.rayCount);
+        if (counts.lookupCount)
+            atomicAddRelaxed(&lookupCount[cluster], counts.lookupCount);
+        if (counts.provenCount)
+            atomicAddRelaxed(&provenCount[cluster], counts.provenCount);
+        if (counts.missingTapCount)
+            atomicAddRelaxed(&missingTapCount[cluster], counts.missingTapCount);
+        if (counts.moverTestCount)
+            atomicAddRelaxed(&moverTestCount[cluster], counts.moverTestCount);
+    }
+};
+
+} // namespace shadowdag

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws the world as the camera sees it into a G-buffer.
+#pragma once
+
+#include "cuda/backend.h"
+#include "cuda/split_work.h"
+#include "hybrid/gbuffer/gbuffer_raster.h"
+
+namespace shadowdag {
+
+/// Arrays of a G-buffer on one backend, width * height elements each, and the visibility buffer
+/// behind them.
+struct GBuffer {
+    explicit GBuffer(Backend backend)
+        : visibility(backend, "g-buffer visibility"), positionWorld(backend, "g-buffer position"),
+          normalWorld(backend, "g-buffer normal"), depthView(backend, "g-buffer depth"),
+          triangle(backend, "g-buffer triangle"),
+          large(backend, "g-buffer large triangles", kLargeTriangles) {}
+
+    /// Large triangles that find room at first; one that finds none is drawn by its own thread.
+    static constexpr size_t kLargeTriangles = size_t(1) << 16;
+
+    Buffer<uint64_t> visibility;
+    Buffer<glm::vec3> positionWorld;
+    Buffer<glm::vec3> normalWorld;
+    Buffer<float> depthView;
+    Buffer<uint32_t> triangle;
+    SplitWork large; ///< of drawing by slots
+    uint32_t width = 0, height = 0;
+
+    void resize(uint32_t newWidth, uint32_t newHeight) {
+        width = newWidth;
+        height = newHeight;
+        const size_t count = size_t(width) * height;
+        visibility.resize(count);
+        positionWorld.resize(count);
+        normalWorld.resize(count);
+        depthView.resize(count);
+        triangle.resize(count);
+    }
+    GBufferView view() const {
+        return {positionWorld.view(),
+                normalWorld.view(),
+                depthView.view(),
+                triangle.view(),
+                width,
+                height};
+    }
+};
+
+/// How the CPU draws: its own way, or as a GPU does, by the same text (same bits).
+enum class GBufferDraw : uint8_t { kByBatch, kBySlot };
+
+namespace cpu {
+void rasterizeBatches(const RasterizeBatches& work);
+void rasterizeSlots(const RasterizeSlots& work);
+void rasterizeLarge(const SplitWorkView& large, const RasterizeLarge& work);
+void resolveSamples(const ResolveSamples& work);
+} // namespace cpu
+namespace cuda {
+void rasterizeSlots(const RasterizeSlots& work);
+void rasterizeLarge(const SplitWorkView& large, const RasterizeLarge& work);
+void resolveSamples(const ResolveSamples& work);
+} // namespace cuda
+
+/// Fills the G-buffer with what the view sees: two-sided triangles, by the fill rule of
+/// gbuffer_raster.h. Deterministic. `batches` holds every triangle once and lives on the G-buffer's
+/// backend; its hierarchy is not used.
+/// @param draw CPU only
+inline void drawGBuffer(Backend backend, const TriangleView& triangles, const BatchView& batches,
+                        const ViewRays& view, GBuffer& gbuffer,
+                        GBufferDraw draw = GBufferDraw::kByBatch) {
+    gbuffer.resize(view.width, view.height);
+    gbuffer.visibility.fill(0xff); // kNothingSeen
+    const RasterizeBatches seen{
+        triangles, batches.batches,          batches.boxesWorld, batches.triangles,
+        view,      gbuffer.visibility.view()};
+    if (backend == Backend::kCpu && draw == GBufferDraw::kByBatch) {
+        cpu::rasterizeBatches(seen);
+    } else {
+        const SplitWorkView large = gbuffer.large.begin();
+        SDAG_DISPATCH(backend, rasterizeSlots, {seen, batches.maxTriangleCount, large});
+        SDAG_DISPATCH(backend, rasterizeLarge, large, {seen});
+    }
+    const ResolveSamples resolve{triangles,
+                                 view,
+                                 gbuffer.visibility.view(),
+                                 gbuffer.positionWorld.view(),
+                                 gbuffer.normalWorld.view(),
+                                 gbuffer.depthView.view(),
+                                 gbuffer.triangle.view()};
+    SDAG_DISPATCH(backend, resolveSamples, resolve);
+}
+
+} // namespace shadowdag

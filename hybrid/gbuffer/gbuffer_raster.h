@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+// The visibility buffer: triangles to pixels by homogeneous edge functions, and pixels back to
+// surface points. Source: Olano, Greer, Triangle Scan Conversion using 2D Homogeneous Coordinates,
+// Graphics Hardware 1997: no clipping, so triangles may pass through the camera. Depth comes from
+// the plane, not from interpolation.
+//
+// Fill rule: a pixel is covered by every triangle that its sample's ray meets, borders included; of
+// the triangles met between the near and the far plane the nearest wins, of equally near ones (as
+// floats) the one with the lowest index. An edge function of two triangles at a shared edge is the
+// same number with opposite sign, bit for bit, so there are no cracks.
+#pragma once
+
+#include "cuda/atomics.h"
+#include "cuda/split_work_view.h"
+#include "hybrid/gbuffer/gbuffer.h"
+#include "hybrid/gbuffer/view_rays.h"
+#include "scenes/batches.h"
+
+#include <bit>
+
+namespace shadowdag {
+
+/// A pixel of the visibility buffer: bits 32..63 the depth's float bits (positive floats order as
+/// integers), bits 0..31 the triangle. All ones: background.
+constexpr uint64_t kNothingSeen = ~uint64_t(0);
+
+/// A triangle relative to the camera.
+struct ViewTriangle {
+    glm::dvec3 corner[3]; ///< world axes, camera at the origin
+    glm::dvec3 normal;    ///< cross product of two sides, not unit
+    bool isDegenerate;    ///< has no area within double rounding: never visible
+};
+
+/// Returns triangle `index` relative to the camera.
+SDAG_HD inline ViewTriangle loadViewTriangle(const TriangleView& triangles, uint32_t index,
+                                             const glm::dvec3& origin) {
+    ViewTriangle t;
+    for (int i = 0; i < 3; ++i)
+        t.corner[i] = glm::dvec3(triangles.vertex(index, i)) - origin;
+    const glm::dvec3 a = t.corner[1] - t.corner[0];
+    const glm::dvec3 b = t.corner[2] - t.corner[0];
+    t.normal = glm::cross(a, b);
+    // The cross product of parallel sides rounds to at most about 1e-15 |a| |b|, not always to
+    // zero.
+    constexpr double kParallel = 1e-28;
+    t.isDegenerate = !(glm::dot(t.normal, t.normal) > kParallel * glm::dot(a, a) * glm::dot(b, b));
+    return t;
+}
+
+/// Pixels [minX, maxX] x [minY, maxY]; empty when min > max.
+struct PixelRect {
+    int minX, minY, maxX, maxY;
+};
+
+/// Returns the pixels that may see the part of a triangle beyond the near plane.
+SDAG_HD inline PixelRect boundPixels(const ViewTriangle& t, const ViewRays& view) {
+    double minX = 1e30, minY = 1e30, maxX = -1e30, maxY = -1e30;
+    glm::dvec3 p[3]; // right, up, forward
+    for (int i = 0; i < 3; ++i)
+        p[i] = {glm::dot(t.corner[i], view.right), glm::dot(t.corner[i], view.up),
+                glm::dot(t.corner[i], view.forward)};
+    const auto add = [&](double x, double y, double z) {
+        minX = glm::min(minX, x / z);
+        maxX = glm::max(maxX, x / z);
+        minY = glm::min(minY, y / z);
+        maxY = glm::max(maxY, y / z);
+    };
+    for (int i = 0; i < 3; ++i) {
+        const glm::dvec3& a = p[i];
+        const glm::dvec3& b = p[i == 2 ? 0 : i + 1];
+        if (a.z >= view.znear)
+            add(a.x, a.y, a.z);
+        if ((a.z >= view.znear) != (b.z >= view.znear)) {
+            const double s = (view.znear - a.z) / (b.z - a.z);
+            add(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), view.znear);
+        }
+    }
+    // A hundredth of a pixel is far more than the rounding of all this.
+    constexpr double kMargin = 0.01;
+    const double scale = 1.0 / view.pixelSize;
+    const double left = (minX - view.firstX) * scale - kMargin;
+    const double right = (maxX - view.firstX) * scale + kMargin;
+    const double top = (view.firstY - maxY) * scale - kMargin;
+    const double bottom = (view.firstY - minY) * scale + kMargin;
+    const double lastX = double(view.width) - 1.0, lastY = double(view.height) - 1.0;
+    if (!(left <= lastX && right >= 0.0 && top <= lastY && bottom >= 0.0))
+        return {0, 0, -1, -1};
+    return {int(glm::ceil(glm::max(left, 0.0))), int(glm::ceil(glm::max(top, 0.0))),
+            int(glm::floor(glm::min(right, lastX))), int(glm::floor(glm::min(bottom, lastY)))};
+}
+
+/// Returns whether a box may be seen: false only when it lies wholly outside one plane of the view.
+SDAG_HD inline bool mayBeSeen(const Box& box, const ViewRays& view) {
+    if (box.empty())
+        return false;
+    const glm::dvec3 center = (glm::dvec3(box.min) + glm::dvec3(box.max)) * 0.5 - view.origin;
+    const glm::dvec3 half = (glm::dvec3(box.max) - glm::dvec3(box.min)) * 0.5;
+    const auto farthest = [&](const glm::dvec3& n) { // largest n . p over the box
+        return glm::dot(n, center) + glm::dot(glm::abs(n), half);
+    };
+    const double x = -view.firstX + view.pixelSize, y = view.firstY + view.pixelSize;
+    return farthest(view.forward) >= view.znear && farthest(-view.forward) >= -view.zfar &&
+           farthest(x * view.forward + view.right) >= 0.0 &&
+           farthest(x * view.forward - view.right) >= 0.0 &&
+           farthest(y * view.forward + view.up) >= 0.0 &&
+           farthest(y * view.forward - view.up) >= 0.0;
+}
+
+/// A triangle set up for the view. edge k (3: the plane) at pixel (x, y) = start + y * perY + x *
+/// perX; of edges it is the side on which the pixel's ray passes.
+struct SeenTriangle {
+    double start[4], perX[4], perY[4];
+    double plane;
+    uint32_t triangle;
+    PixelRect rect; ///< pixels that may see it
+};
+
+/// Returns whether a triangle may be seen, and its set-up.
+SDAG_HD inline bool setUpSeen(const TriangleView& triangles, uint32_t index, const ViewRays& view,
+                              SeenTriangle& seen) {
+    const ViewTriangle t = loadViewTriangle(triangles, index, view.origin);
+    if (t.isDegenerate)
+        return false;
+    seen.rect = boundPixels(t, view);
+    if (seen.rect.minX > seen.rect.maxX || seen.rect.minY > seen.rect.maxY)
+        return false;
+    for (int i = 0; i < 4; ++i) {
+        const glm::dvec3 n =
+            i == 3 ? t.normal : glm::cross(t.corner[i], t.corner[i == 2 ? 0 : i + 1]);
+        seen.start[i] = glm::dot(n, view.first);
+        seen.perX[i] = glm::dot(n, view.stepX);
+        seen.perY[i] = glm::dot(n, view.stepY);
+    }
+    seen.plane = glm::dot(t.normal, t.corner[0]);
+    seen.triangle = index;
+    return true;
+}
+
+/// Draws the pixels of `rect` that a triangle covers into the visibility buffer, without what its
+/// alpha mask cuts out.
+SDAG_HD inline void coverPixels(const TriangleView& triangles, const SeenTriangle& seen,
+                                const PixelRect& rect, const ViewRays& view,
+                                View<uint64_t> visibility) {
+    const bool isCut = triangles.masks.isCut(seen.triangle);
+    for (int y = rect.minY; y <= rect.maxY; ++y) {
+        double row[4];
+        for (int i = 0; i < 4; ++i)
+            row[i] = seen.start[i] + double(y) * seen.perY[i];
+        for (int x = rect.minX; x <= rect.maxX; ++x) {
+            const double e0 = row[0] + double(x) * seen.perX[0];
+            const double e1 = row[1] + double(x) * seen.perX[1];
+            const double e2 = row[2] + double(x) * seen.perX[2];
+            const bool isInside =
+                (e0 >= 0.0 && e1 >= 0.0 && e2 >= 0.0) || (e0 <= 0.0 && e1 <= 0.0 && e2 <= 0.0);
+            if (!isInside)
+                continue;
+            const double depth = seen.plane / (row[3] + double(x) * seen.perX[3]);
+            if (!(depth >= view.znear && depth <= view.zfar)) // NaN: seen edge on
+                continue;
+            // A corner's weight is the function of the edge across from it.
+            if (isCut && !triangles.masks.isOpaque(seen.triangle, e1, e2, e0))
+                continue;
+            const uint64_t bits = std::bit_cast<uint32_t>(float(depth));
+            atomicMinRelaxed(&visibility[size_t(y) * view.width + x], bits << 32 | seen.triangle);
+        }
+    }
+}
+
+/// Draws one triangle into the visibility buffer.
+SDAG_HD inline void rasterizeTriangle(const TriangleView& triangles, uint32_t index,
+                                      const ViewRays& view, View<uint64_t> visibility) {
+    SeenTriangle seen;
+    if (setUpSeen(triangles, index, view, seen))
+        coverPixels(triangles, seen, seen.rect, view, visibility);
+}
+
+/// Draws the batches that may be seen, a batch an item: on the CPU.
+struct RasterizeBatches {
+    TriangleView triangles;
+    View<const Batch> batches;
+    View<const Box> batchBoxes;
+    View<const uint32_t> batchTriangles;
+    ViewRays view;
+    View<uint64_t> visibility;
+
+    SDAG_HD void operator()(size_t b) const {
+        if (!mayBeSeen(batchBoxes[b], view))
+            return;
+        for (uint32_t i = 0; i < batches[b].count; ++i)
+            rasterizeTriangle(triangles, batchTriangles[batches[b].first + i], view, visibility);
+    }
+};
+
+/// Triangles whose rectangle has more pixels than this are split, into tiles of so many pixels a
+/// side, a column a lane.
+constexpr int kSmallTrianglePixels = 256;
+constexpr int kPartPixels = int(kGroupLanes);
+
+/// Draws triangle i % slotsPerBatch of batch i / slotsPerBatch, or, where it is large, puts it on
+/// the list: on a GPU.
+struct RasterizeSlots {
+    RasterizeBatches batches;
+    uint32_t slotsPerBatch; ///< no batch holds more triangles
+    SplitWorkView large;    ///< a: the triangle
+
+    SDAG_HD void operator()(size_t i) const {
+        const size_t b = i / slotsPerBatch;
+        const uint32_t slot = uint32_t(i % slotsPerBatch);
+        const Batch batch = batches.batches[b];
+        if (slot >= batch.count || !mayBeSeen(batches.batchBoxes[b], batches.view))
+            return;
+        SeenTriangle seen;
+        if (!setUpSeen(batches.triangles, batches.batchTriangles[batch.first + slot], batches.view,
+                       seen))
+            return;
+        const PixelRect& rect = seen.rect;
+        const int width = rect.maxX - rect.minX + 1, height = rect.maxY - rect.minY + 1;
+        if (int64_t(width) * height > kSmallTrianglePixels &&
+            large.add(seen.triangle, 0, partsOf(width) * partsOf(height)))
+            return;
+        coverPixels(batches.triangles, seen, rect, batches.view, batches.visibility);
+    }
+
+    SDAG_HD static constexpr uint32_t partsOf(int pixels) {
+        return uint32_t(pixels + kPartPixels - 1) / uint32_t(kPartPixels);
+    }
+};
+
+/// Draws a column of a tile of a triangle that RasterizeSlots put on the list.
+struct RasterizeLarge {
+    RasterizeBatches batches;
+
+    SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
+        SeenTriangle seen;
+        if (!setUpSeen(batches.triangles, item.a, batches.view, seen))
+            return; // never: it was set up before
+        const uint32_t across = RasterizeSlots::partsOf(seen.rect.maxX - seen.rect.minX + 1);
+        const int x = seen.rect.minX + int(part % across) * kPartPixels + int(lane);
+        const int y = seen.rect.minY + int(part / across) * kPartPixels;
+        if (x <= seen.rect.maxX)
+            coverPixels(batches.triangles, seen,
+                        {x, y, x, glm::min(y + kPartPixels - 1, seen.rect.maxY)}, batches.view,
+                        batches.visibility);
+    }
+};
+
+/// Turns a pixel of the visibility buffer into a view sample: the point where its ray meets the
+/// triangle's plane, computed in double, rounded once.
+struct ResolveSamples {
+    TriangleView triangles;
+    ViewRays view;
+    View<const uint64_t> visibility;
+    View<glm::vec3> positionWorld;
+    View<glm::vec3> normalWorld;
+    View<float> depthView;
+    View<uint32_t> triangle;
+
+    SDAG_HD void operator()(size_t i) const {
+        if (visibility[i] == kNothingSeen) {
+            positionWorld[i] = normalWorld[i] = glm::vec3(0.0f);
+            depthView[i] = 0.0f;
+            triangle[i] = kBackground;
+            return;
+        }
+        const uint32_t index = uint32_t(visibility[i]);
+        const ViewTriangle t = loadViewTriangle(triangles, index, view.origin);
+        const glm::dvec3 d = view.direction(uint32_t(i % view.width), uint32_t(i / view.width));
+        const double along = glm::dot(t.normal, d);
+        const double depth = glm::dot(t.normal, t.corner[0]) / along;
+        const double toUnit = (along > 0.0 ? -1.0 : 1.0) / glm::sqrt(glm::dot(t.normal, t.normal));
+        positionWorld[i] = glm::vec3(view.origin + depth * d);
+        normalWorld[i] = glm::vec3(t.normal * toUnit);
+        depthView[i] = std::bit_cast<float>(uint32_t(visibility[i] >> 32));
+        triangle[i] = index;
+    }
+};
+
+} // namespace shadowdag

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid/gl/frame_gl.h"
+
+#include "hybrid/gl/gl_options.h"
+
+namespace shadowdag {
+
+GlScene::GlScene(const TriangleView& triangles, View<const uint32_t> batchTriangles,
+                 const DagView& dag)
+    : pages_(chooseGlPages(askedGlPages(), context_.info())) {
+    const GlContext::Current current(context_);
+    try {
+        geometry_ = std::make_unique<GlGeometry>();
+        geometry_->set(triangles, batchTriangles);
+        gbuffer_ = std::make_unique<GlGBuffer>(context_, *geometry_);
+        shading_ = std::make_unique<GlShading>(pages_, context_, *geometry_);
+        shading_->setDag(dag);
+        context_.finish("copying the scene");
+    } catch (...) {
+        release(); // while the context is current
+        throw;
+    }
+}
+
+namespace {
+
+/// Ends objects with their context current. Where it cannot be made current they stay, for as long
+/// as the process: what they name in OpenGL goes with the context.
+template <class... Objects>
+void endCurrent(const GlContext& context, std::unique_ptr<Objects>&... objects) noexcept {
+    try {
+        const GlContext::Current current(context);
+        (objects.reset(), ...);
+    } catch (const std::exception&) {
+        static std::vector<std::shared_ptr<void>>* const left =
+            new std::vector<std::shared_ptr<void>>;
+        (left->emplace_back(std::shared_ptr<Objects>(std::move(objects))), ...);
+    }
+}
+
+} // namespace
+
+GlScene::~GlScene() {
+    endCurrent(context_, shading_, gbuffer_, geometry_);
+}
+
+void GlScene::release() {
+    shading_.reset();
+    gbuffer_.reset();
+    geometry_.reset();
+}
+
+void GlScene::setPositions(View<const glm::vec3> positionsWorld) {
+    const GlContext::Current current(context_);
+    geometry_->setPositions(positionsWorld);
+}
+
+GlFrame::GlFrame(GlScene& scene) : scene_(scene) {
+    const auto current = makeCurrent();
+    maps_ = GlMapDrawer::make(scene_.pages(), scene_.context(), scene_.geometry());
+    try {
+        scene_.gbuffer().warmUp();
+        maps_->warmUp();
+        scene_.shading().warmUp(*maps_);
+    } catch (...) {
+        maps_.reset(); // while the context is current
+        throw;
+    }
+}
+
+GlFrame::~GlFrame() {
+    endCurrent(scene_.context(), maps_);
+}
+
+std::unique_ptr<GlContext::Current> GlFrame::makeCurrent() const {
+    return std::make_unique<GlContext::Current>(scene_.context());
+}
+
+FrameOptions GlFrame::followed(const FrameOptions& options) const {
+    FrameOptions own = options;
+    if (const uint32_t side = glPageTexels(scene_.pages(), scene_.context().info()))
+        own.maps.pageTexels = side;
+    return own;
+}
+
+std::string unfollowedByGl(const FrameOptions& options) {
+    if (options.rays.kind == RayKind::kExact)
+        return "traces voxels, not triangles (dag-exact)";
+    if (options.rays.lod != LodRule::kFixed || options.rays.level != 0)
+        return "traces voxels of level 0 alone, without a level of detail (--lod)";
+    if (options.maps.retainsPages)
+        return "frees pages at once and keeps none that no map asks for (SOR of --variants)";
+    if (options.maps.lodTexels > 0.0f)
+        return "draws full detail alone, without polygon levels of detail (--polygon-lod, PLOD of "
+               "--variants)";
+    return "";
+}
+
+void checkGlOptions(const FrameOptions& options, const GlInfo& info) {
+    if (const std::string what = unfollowedByGl(options); !what.empty())
+        throw Error(ErrorKind::kUsage,
+                    "the OpenGL backend " + what + "; use --backend cpu or cuda");
+    if (const uint32_t most = uint32_t(info.maxViewport);
+        options.width > most || options.height > most)
+        throw Error(ErrorKind::kUsage, "a picture of " + std::to_string(options.width) + " x " +
+                                           std::to_string(options.height) + " pixels, but " +
+                                           info.renderer + " draws " + std::to_string(most) +
+                                           " a side; ask for a smaller one, or use --backend cpu");
+}
+
+} // namespace shadowdag

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid/judge/error.h"
+
+#include "cuda/error.h"
+#include "cuda/parallel_for.h"
+#include "hybrid/judge/explain.h"
+
+#include <algorithm>
+#include <string>
+
+namespace shadowdag {
+namespace {
+
+/// A pair with its sample, which PairList keeps only the other way round.
+struct Case {
+    uint64_t pair;
+    uint32_t sample;
+};
+
+bool isDark(uint8_t visibility) {
+    return visibility < kHalfLit;
+}
+
+uint32_t sampleOf(const PairList& pairs, uint64_t pair) {
+    const auto after = std::upper_bound(pairs.sampleStart.begin(), pairs.sampleStart.end(), pair);
+    return uint32_t(after - pairs.sampleStart.begin() - 1);
+}
+
+/// Returns `count` seeded right pairs, with replacement, uniform over the right ones; fewer when
+/// hardly any answer is right.
+std::vector<Case> sampleRightPairs(const PairList& pairs, const std::vector<uint8_t>& visibility,
+                                   const std::vector<uint8_t>& truthVisibility, uint64_t seed,
+                                   uint32_t count) {
+    std::vector<Case> right;
+    uint64_t state = seed ^ 0x6e756c6c72617465ull;
+    for (uint64_t tries = 0; pairs.count() != 0 && right.size() < count && tries < 4ull * count;
+         ++tries) {
+        state = state * 6364136223846793005ull +
+                1442695040888963407ull; // Knuth's MMIX generator; high bits are used
+        const uint64_t pair = uint64_t((unsigned __int128)(state)*pairs.count() >> 64);
+        if (isDark(visibility[pair]) == isDark(truthVisibility[pair]))
+            right.push_back({pair, sampleOf(pairs, pair)});
+    }
+    return right;
+}
+
+void checkSizes(const ErrorInputs& inputs, const std::vector<uint8_t>& truthVisibility) {
+    const size_t count = inputs.pairs.count();
+    for (const size_t size : {inputs.visibility.size(), inputs.pairRoute.size(),
+                              inputs.pairMap.size(), truthVisibility.size()})
+        if (size != count)
+            throw Error(ErrorKind::kUsage, "the error of " + std::to_string(count) +
+                                               " pairs needs one answer a pair, got " +
+                                               std::to_string(size) + "; render with recordPairs");
+}
+
+} // namespace
+
+void ErrorCounts::add(const ErrorCounts& other) {
+    pairCount += other.pairCount;
+    occludedCount += other.occludedCount;
+    falseShadowCount += other.falseShadowCount;
+    falseLightCount += other.falseLightCount;
+    unexplainedFalseShadowCount += other.unexplainedFalseShadowCount;
+    unexplainedFalseLightCount += other.unexplainedFalseLightCount;
+    settledFalseShadowCount += other.settledFalseShadowCount;
+    settledFalseLightCount += other.settledFalseLightCount;
+    tapSettledCount += other.tapSettledCount;
+    acneCount += other.acneCount;
+    contactCount += other.contactCount;
+    absVisibilityErrorSum += other.absVisibilityErrorSum;
+}
+
+ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
+                         const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options) {
+    checkSizes(inputs, truthVisibility);
+    const PairList& pairs = inputs.pairs;
+    ErrorReport report;
+    report.perLight.resize(inputs.lights.count);
+    report.verdicts.assign(pairs.count(), PairVerdict::kRight);
+
+    std::vector<Case> wrong;
+    std::vector<uint64_t> absError(inputs.lights.count); // in 255ths: exact, whatever the order
+    for (size_t s = 0; s + 1 < pairs.sampleStart.size(); ++s)
+        for (uint64_t p = pairs.sampleStart[s]; p < pairs.sampleStart[s + 1]; ++p) {
+            ErrorCounts& counts = report.perLight[pairs.light[p]];
+            const uint8_t method = inputs.visibility[p], right = truthVisibility[p];
+            ++counts.pairCount;
+            ++report.visibilityHistogram[method];
+            counts.occludedCount += isDark(right);
+            absError[pairs.light[p]] += method > right ? method - right : right - method;
+            if (isDark(method) == isDark(right))
+                continue;
+            ++(isDark(method) ? counts.falseShadowCount : counts.falseLightCount);
+            wrong.push_back({p, uint32_t(s)});
+        }
+
+    const PairJudge judge(inputs, truth, options.seed);
+    cpuParallelRanges(wrong.size(), 64, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            report.verdicts[wrong[i].pair] = judge.judge(wrong[i].sample, wrong[i].pair,
+                                                         isDark(inputs.visibility[wrong[i].pair]));
+    });
+    for (const Case& c : wrong) {
+        ErrorCounts& counts = report.perLight[pairs.light[c.pair]];
+        const PairVerdict verdict = report.verdicts[c.pair];
+        counts.acneCount += verdict == PairVerdict::kAcne;
+        counts.contactCount += verdict == PairVerdict::kContact;
+        counts.tapSettledCount += verdict == PairVerdict::kTapSettled;
+        const bool isSettled =
+            verdict == PairVerdict::kSettled || verdict == PairVerdict::kTapSettled;
+        if (isSettled)
+            ++(isDark(inputs.visibility[c.pair]) ? counts.settledFalseShadowCount
+                                                 : counts.settledFalseLightCount);
+        if (isSettled || verdict == PairVerdict::kUnexplained)
+            ++(isDark(inputs.visibility[c.pair]) ? counts.unexplainedFalseShadowCount
+                                                 : counts.unexplainedFalseLightCount);
+    }
+    for (size_t l = 0; l < report.perLight.size(); ++l) {
+        report.perLight[l].absVisibilityErrorSum = double(absError[l]) / double(kLit);
+        report.total.add(report.perLight[l]);
+    }
+
+    const std::vector<Case> right = sampleRightPairs(pairs, inputs.visibility, truthVisibility,
+                                                     options.seed, options.nullSampleCount);
+    std::vector<PairJudge::Flips> flips(right.size());
+    cpuParallelRanges(right.size(), 64, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            flips[i] = judge.flips(right[i].sample, right[i].pair,
+                                   isDark(inputs.visibility[right[i].pair]));
+    });
+    uint64_t shiftCount = 0, tapCount = 0, tapOnlyCount = 0;
+    for (const PairJudge::Flips& of : flips) {
+        shiftCount += of.byShifts;
+        report.tapNullSampleCount += of.hasTaps;
+        tapCount += of.byTaps;
+        tapOnlyCount += of.byTaps && !of.byShifts;
+    }
+    const auto share = [](uint64_t count, uint64_t of) {
+        return of > 0 ? double(count) / double(of) : 0.0;
+    };
+    report.nullSampleCount = right.size();
+    report.nullRate = share(shiftCount, right.size());
+    report.tapNullRate = share(tapCount, report.tapNullSampleCount);
+    report.tapOnlyNullRate = share(tapOnlyCount, report.tapNullSampleCount);
+    return report;
+}
+
+ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame,
+                         const World& world, const Truth& truth,
+                         const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options) {
+    const RayInputs rays = renderer.rayInputs(options.rays);
+    const ErrorInputs inputs{renderer.gbuffer(),     world.triangles(),
+                             viewOf(world.lights()), frame.pairs,
+                             frame.visibility,       frame.pairRoute,
+                             frame.pairMap,          {rays, renderer.shadowMaps(), options.bias}};
+    return computeError(inputs, truth, truthVisibility, options);
+}
+
+} // namespace shadowdag

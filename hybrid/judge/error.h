@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// A method held against the truth: confusion per light, explained and unexplained errors.
+#pragma once
+
+#include "hybrid/frame.h"
+#include "hybrid/frame/shade.h"
+#include "hybrid/gbuffer/flip.h"
+#include "hybrid/gbuffer/image_metrics.h"
+#include "hybrid/gbuffer/tone_map.h"
+#include "hybrid/judge/truth.h"
+
+#include <array>
+#include <vector>
+
+namespace shadowdag {
+
+/// Counts of pairs; see the words in the interface description: dark is visibility < kHalfLit, a
+/// false shadow is dark where the truth is lit, a false light the reverse.
+struct ErrorCounts {
+    uint64_t pairCount = 0;
+    uint64_t occludedCount = 0; ///< dark by the truth
+    uint64_t falseShadowCount = 0;
+    uint64_t falseLightCount = 0;
+    uint64_t unexplainedFalseShadowCount = 0; ///< neither explained, nor acne, nor contact
+    uint64_t unexplainedFalseLightCount = 0;
+    uint64_t settledFalseShadowCount = 0; ///< of the unexplained: see settled in explain.h
+    uint64_t settledFalseLightCount = 0;
+    uint64_t tapSettledCount = 0; ///< of the settled: by the truth along the taps' own rays
+    uint64_t acneCount = 0;       ///< false shadow whose blocker is the receiver's own surface
+    uint64_t contactCount =
+        0; ///< false light whose true blockers are nearer to an end than the offset
+    double absVisibilityErrorSum = 0; ///< sum |method - truth| in [0, 1] over pairs
+
+    void add(const ErrorCounts& other);
+    double meanAbsVisibilityError() const {
+        return pairCount ? absVisibilityErrorSum / double(pairCount) : 0.0;
+    }
+};
+
+/// What became of one pair; all but the first are wrong pairs. Definitions in explain.h. Settled
+/// pairs are unexplained ones of which more is known: by an aimed shift, or by the taps' own rays.
+enum class PairVerdict : uint8_t {
+    kRight,
+    kExplained,
+    kUnexplained,
+    kAcne,
+    kContact,
+    kSettled,
+    kTapSettled
+};
+
+struct ErrorReport {
+    ErrorCounts total;
+    std::vector<ErrorCounts> perLight;               ///< by world light
+    std::array<uint64_t, 256> visibilityHistogram{}; ///< the method's visibility over all pairs
+    double nullRate = 0; ///< share of sampled right answers that the same 32 rays would flip
+    uint64_t nullSampleCount = 0; ///< right answers sampled, with replacement
+    /// What settling by the taps' own rays is worth: the share of the right answers by maps among
+    /// the sampled that it would settle had they been wrong, that is where the truth along the
+    /// taps' rays differs from the answer. The nearer to 0, the less of what it settles is chance.
+    double tapNullRate = 0;
+    /// The same, where none of the 32 rays would have flipped the answer: only then are taps asked.
+    double tapOnlyNullRate = 0;
+    uint64_t tapNullSampleCount = 0;   ///< right answers by maps among the sampled
+    std::vector<PairVerdict> verdicts; ///< per pair
+};
+
+struct ErrorOptions {
+    uint64_t seed = 1; ///< of the 32 shifts and of the null sample
+    uint32_t nullSampleCount = 20000;
+    RayOptions rays;    ///< as the frame used
+    ShadowMapBias bias; ///< as the frame used
+};
+
+/// A frame's answers and everything needed to ask again, as views on the host.
+/// visibility, pairRoute, pairMap: one per pair (FrameResult). triangles: what the DAG and the
+/// truth were built from.
+struct ErrorInputs {
+    GBufferView gbuffer;
+    TriangleView triangles;
+    View<const Light> lights;
+    const PairList& pairs;
+    const std::vector<uint8_t>& visibility;
+    const std::vector<Route>& pairRoute;
+    const std::vector<int>& pairMap;
+    VisibilityInputs method;
+};
+
+/// Returns the comparison of a frame with the truth, pair by pair. Deterministic: integers depend
+/// on the inputs and the seed alone.
+/// @param truthVisibility from Truth::visibility over the same pairs
+ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame,
+                         const World& world, const Truth& truth,
+                         const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options);
+
+/// The same over bare views. `options` gives seed and null sample; offset, level and bias come from
+/// inputs.method. Throws Error kUsage when the arrays do not have one entry per pair.
+ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
+                         const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options);
+
+/// Returns the image that shading gives with these visibilities (the truth's, say): same formula
+/// and same order of sums as the frame's shading pass, so the frame's own visibilities give the
+/// frame's own image.
+std::vector<glm::vec3> shadePairs(const GBufferView& gbuffer, const World& world,
+                                  const PairList& pairs, const std::vector<uint8_t>& visibility);
+
+} // namespace shadowdag

@@ -1,0 +1,343 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid/judge/explain.h"
+
+#include "scenes/split_mix.h"
+#include "voxel/triangle_voxels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace shadowdag {
+namespace {
+
+constexpr double kSqrt2 = 1.4142135623730951;
+constexpr double kSqrt3 = 1.7320508075688772;
+
+/// Returns the part of a convex polygon that lies in the closed box; empty when none does.
+/// Source: Sutherland, Hodgman, Reentrant Polygon Clipping, CACM 1974.
+std::vector<glm::dvec3> clipToCube(std::vector<glm::dvec3> polygon, const glm::dvec3& least,
+                                   const glm::dvec3& most) {
+    for (int plane = 0; plane < 6 && !polygon.empty(); ++plane) {
+        const int axis = plane / 2;
+        const bool isMost = plane % 2 == 1;
+        const auto inside = [&](const glm::dvec3& p) {
+            return isMost ? most[axis] - p[axis] : p[axis] - least[axis];
+        };
+        std::vector<glm::dvec3> kept;
+        for (size_t i = 0; i < polygon.size(); ++i) {
+            const glm::dvec3 a = polygon[i], b = polygon[(i + 1) % polygon.size()];
+            const double insideA = inside(a), insideB = inside(b);
+            if (insideA >= 0.0)
+                kept.push_back(a);
+            if ((insideA < 0.0) != (insideB < 0.0))
+                kept.push_back(a + (b - a) * (insideA / (insideA - insideB)));
+        }
+        polygon = std::move(kept);
+    }
+    return polygon;
+}
+
+/// The taps of a lookup, each asked of the truth along its own ray. The receiver's triangle, which
+/// a map holds too, cannot block: the ray ends before its plane.
+struct TruthTaps {
+    const Truth& truth;
+    const ShadowMapInfo& map;
+    uint32_t receiver;
+
+    void begin(uint32_t, int32_t, int32_t, int32_t) {}
+    TapAnswer ask(const CubeTexel& texel, float u, float v, float limit, bool) const {
+        if (map.window.isSun()) // from before the near end of its depths
+            return answer(truth.segmentRay(worldFromMap(map, texel.face, u, v, 2.0625f),
+                                           worldFromMap(map, texel.face, u, v, limit)));
+        // On the few texels of a tiny face the planes may lie behind the light: all else counts.
+        const double end =
+            1.0 / std::max(double(limit), 0.25 / std::max(double(map.rangeWorld), 1e-30));
+        const glm::dvec3 way(lightFromFace(texel.face, glm::vec3(u, v, 1.0f)));
+        return answer(truth.segmentRay(map.lightPositionWorld,
+                                       glm::vec3(glm::dvec3(map.lightPositionWorld) + way * end)));
+    }
+
+    TapAnswer answer(TruthRay ray) const {
+        ray.receiver = receiver;
+        uint8_t blocked = 0;
+        truth.traceBlocked(&ray, 1, &blocked);
+        return blocked ? TapAnswer::kDark : TapAnswer::kLit;
+    }
+};
+
+} // namespace
+
+std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed) {
+    constexpr int kSunflowerCount = 24;
+    const glm::dvec2 golden(-0.7373688780783197,
+                            0.6754902942615238); // cos and sin of 2.39996 radians
+    const glm::dvec2 eighth(0.7071067811865476, 0.7071067811865476);
+    const auto times = [](const glm::dvec2& a, const glm::dvec2& b) {
+        return glm::dvec2(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x);
+    };
+    const double u = double(splitMix64(seed) >> 11) * 0x1p-53; // tangent of half the angle
+    const glm::dvec2 turn = glm::dvec2(1 - u * u, 2 * u) / (1 + u * u);
+    std::array<glm::dvec2, kShiftCount> shifts;
+    glm::dvec2 inner = turn, rim = turn;
+    int innerCount = 0;
+    for (int i = 0; i < kShiftCount; ++i) {
+        if (i % 4 == 3) {
+            shifts[size_t(i)] = rim;
+            rim = times(rim, eighth);
+        } else {
+            shifts[size_t(i)] = inner * std::sqrt((innerCount++ + 0.5) / kSunflowerCount);
+            inner = times(inner, golden);
+        }
+    }
+    return shifts;
+}
+
+/// A pair, and what asking its method again told.
+struct PairJudge::Question {
+    glm::vec3 position, normal, light;
+    uint32_t receiver;
+    Route route;
+    uint32_t map; ///< maps
+    double rhoWorld;
+    double startOffsetWorld, endOffsetWorld;
+    bool isExact;         ///< rays, by triangles: nothing but rounding can be wrong
+    DagHit hit;           ///< rays, dark by a voxel
+    ShadowMapTrace trace; ///< maps, dark
+};
+
+PairJudge::PairJudge(const ErrorInputs& inputs, const Truth& truth, uint64_t seed)
+    : inputs_(inputs), truth_(truth), shifts_(makeShifts(seed)) {}
+
+PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) const {
+    const VisibilityInputs& method = inputs_.method;
+    const uint32_t lightIndex = inputs_.pairs.light[pair];
+    Question q{};
+    q.position = inputs_.gbuffer.positionWorld[sample];
+    q.normal = inputs_.gbuffer.normalWorld[sample];
+    q.receiver = inputs_.gbuffer.triangle[sample];
+    const Light& light = inputs_.lights[lightIndex];
+    q.light = pointAtLight(light, q.position);
+    q.route = inputs_.pairRoute[pair];
+    if (q.route == Route::kRays && method.rays.options.kind == RayKind::kExact) {
+        q.isExact = true;
+        q.rhoWorld = truth_.clearance(q.position, q.receiver);
+        return q;
+    }
+    if (q.route == Route::kRays) {
+        const VoxelGrid& grid = method.rays.dag.grid;
+        const ShadowPair shadowPair{q.position, q.normal,   q.light,
+                                    q.receiver, lightIndex, light.kind == Light::kSun};
+        const PairSegment asked = pairSegment(method.rays, shadowPair);
+        q.hit.level = asked.startLevel;
+        q.isExact = // by a mover
+            isDark && !isStopped(method.rays, asked, &q.hit);
+        if (q.isExact) {
+            q.rhoWorld = truth_.clearance(q.position, q.receiver);
+            return q;
+        }
+        const auto moved = [&](const glm::vec3& end, const glm::vec3& world) {
+            return glm::length(glm::dvec3(end) - grid.voxelFromWorld(glm::dvec3(world))) *
+                   grid.voxelSizeWorld;
+        };
+        q.startOffsetWorld = moved(asked.segment.from, q.position);
+        q.endOffsetWorld = shadowPair.isSun ? 0.0 : moved(asked.segment.to, q.light);
+        const double lift = shadowLift(grid, q.position, q.normal,
+                                       rayEnd(method.rays, shadowPair, asked.startLevel),
+                                       method.rays.options.offset, asked.startLevel);
+        q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
+        return q;
+    }
+    q.map = uint32_t(inputs_.pairMap[pair]);
+    const ShadowMapInfo& map = method.maps.maps[q.map];
+    double texelWorld;
+    if (isDark) {
+        lookupVisibility(method.maps, q.map, q.position, q.normal, method.bias, &q.trace);
+        texelWorld = q.trace.texelWorld;
+    } else {
+        const TruthBlocker found = truth_.blocker(q.position, q.normal, q.receiver, q.light);
+        const glm::vec3 toLight = glm::normalize(q.light - q.position);
+        texelWorld = texelWorldAt(
+            map, q.position + toLight * found.distanceWorld); // the receiver's when lit
+    }
+    // What the lookup's bias leaves out of the ray, as a share of its length: see forgiven there.
+    q.startOffsetWorld = glm::length(glm::dvec3(q.light) - glm::dvec3(q.position)) *
+                         std::min(2.0 * method.bias.constantTexels / map.faceTexels, 0.5);
+    if (map.window.isSun())
+        q.startOffsetWorld = method.bias.constantTexels * texelWorldAt(map, q.position);
+    if (map.lodTexels >
+        0.0f) { // the plane is lifted across itself, down to half the light's height
+        const glm::dvec3 toLight(q.light - q.position);
+        const double distance = glm::length(toLight);
+        double height = glm::dot(glm::dvec3(q.normal), toLight);
+        if (map.window.isSun()) // as far as lookups lift it
+            height = std::max(height, distance * kLeastFacingOfLevels);
+        q.startOffsetWorld +=
+            distance * std::min(map.lodTexels * texelWorldAt(map, q.position) / height, 0.5);
+    }
+    q.endOffsetWorld = 0.0;
+    // Half the diagonal of the filter's box of (side - 1)^2 texels, and a texel.
+    q.rhoWorld = (0.5 * kSqrt2 * (filterSide(method.bias.taps) - 1) + 1.0) * texelWorld;
+    return q;
+}
+
+bool PairJudge::isAcne(const Question& q) const {
+    if (q.receiver == kBackground || q.isExact)
+        return false;
+    if (q.route == Route::kRays) {
+        const VoxelGrid& grid = inputs_.method.rays.dag.grid;
+        const double side = double(1u << q.hit.level);
+        bool isOwn = false;
+        truth_.forTrianglesNear(
+            grid.worldFromVoxel(glm::dvec3(q.hit.cell) + 0.5 * side),
+            0.5 * kSqrt3 * side * grid.voxelSizeWorld, [&](uint32_t triangle) {
+                if (isOwn || !truth_.isCoplanar(q.receiver, triangle))
+                    return;
+                const glm::vec3 corners[3] = {inputs_.triangles.vertex(triangle, 0),
+                                              inputs_.triangles.vertex(triangle, 1),
+                                              inputs_.triangles.vertex(triangle, 2)};
+                isOwn =
+                    touchesCube(setupTriangle(grid, corners), glm::ivec3(q.hit.cell), int(side));
+            });
+        return isOwn;
+    }
+    const glm::dvec3 v0(inputs_.triangles.vertex(q.receiver, 0));
+    const glm::dvec3 cross = glm::cross(glm::dvec3(inputs_.triangles.vertex(q.receiver, 1)) - v0,
+                                        glm::dvec3(inputs_.triangles.vertex(q.receiver, 2)) - v0);
+    const double height = std::fabs(glm::dot(cross, glm::dvec3(q.trace.blockerWorld) - v0));
+    if (q.trace.missingTapCount != 0 &&
+        q.trace.texelWorld == 0.0f) // dark for want of pages: no blocker
+        return false;
+    if (!(height <= q.trace.texelWorld * glm::length(cross)))
+        return false;
+    // A little past the point, which is as exact as the map's 1/z.
+    const glm::vec3 past = q.light + (q.trace.blockerWorld - q.light) * 1.5f;
+    return truth_.isCoplanar(q.receiver, truth_.traceFirst(truth_.segmentRay(q.light, past)));
+}
+
+bool PairJudge::isContact(const Question& q) const {
+    if (q.isExact)
+        return false;
+    TruthRay ray = truth_.pairRay(q.position, q.normal, q.receiver, q.light);
+    const double distance = glm::length(glm::dvec3(ray.direction));
+    const double tStart = q.startOffsetWorld / distance, tEnd = 1.0 - q.endOffsetWorld / distance;
+    if (!(tStart < tEnd))
+        return true;
+    ray.startLocal = glm::vec3(glm::dvec3(ray.startLocal) + glm::dvec3(ray.direction) * tStart);
+    ray.direction = glm::vec3(glm::dvec3(ray.direction) * (tEnd - tStart));
+    uint8_t blocked = 0;
+    truth_.traceBlocked(&ray, 1, &blocked);
+    return blocked == 0;
+}
+
+bool PairJudge::anyShiftAnswers(const Question& q, bool dark) const {
+    const glm::dvec3 way = glm::normalize(glm::dvec3(q.light) - glm::dvec3(q.position));
+    const glm::dvec3 size = glm::abs(way);
+    const glm::dvec3 axis = size.x <= size.y && size.x <= size.z ? glm::dvec3(1, 0, 0)
+                            : size.y <= size.z                   ? glm::dvec3(0, 1, 0)
+                                                                 : glm::dvec3(0, 0, 1);
+    const glm::dvec3 right = glm::normalize(glm::cross(way, axis)), up = glm::cross(right, way);
+    glm::dvec3 shiftsWorld[kShiftCount];
+    for (int i = 0; i < kShiftCount; ++i)
+        shiftsWorld[i] = (right * shifts_[size_t(i)].x + up * shifts_[size_t(i)].y) * q.rhoWorld;
+    constexpr int kBatch = 8; // a packet; most pairs need no second
+    for (int first = 0; first < kShiftCount; first += kBatch) {
+        TruthRay rays[kBatch];
+        uint8_t blocked[kBatch];
+        truth_.shiftedPairRays(q.position, q.normal, q.receiver, q.light, shiftsWorld + first,
+                               kBatch, rays);
+        truth_.traceBlocked(rays, kBatch, blocked);
+        for (int i = 0; i < kBatch; ++i)
+            if ((blocked[i] != 0) == dark)
+                return true;
+    }
+    return false;
+}
+
+bool PairJudge::anyAimedShiftIsDark(const Question& q) const {
+    const glm::dvec3 start(q.position);
+    const glm::dvec3 way = glm::normalize(glm::dvec3(q.light) - start);
+    bool isDark = false;
+    const auto aimAt = [&](const glm::dvec3& targetWorld) {
+        const glm::dvec3 to = targetWorld - start;
+        const glm::dvec3 shift = to - way * glm::dot(to, way);
+        if (isDark || glm::length(shift) > q.rhoWorld)
+            return;
+        TruthRay ray;
+        uint8_t blocked = 0;
+        truth_.shiftedPairRays(q.position, q.normal, q.receiver, q.light, &shift, 1, &ray);
+        truth_.traceBlocked(&ray, 1, &blocked);
+        isDark = blocked != 0;
+    };
+    if (q.route == Route::kMap) {
+        aimAt(glm::dvec3(q.trace.blockerWorld));
+        return isDark;
+    }
+    const VoxelGrid& grid = inputs_.method.rays.dag.grid;
+    const double side = double(1u << q.hit.level);
+    const glm::dvec3 cell(q.hit.cell);
+    truth_.forTrianglesNear(grid.worldFromVoxel(cell + 0.5 * side),
+                            0.5 * kSqrt3 * side * grid.voxelSizeWorld, [&](uint32_t triangle) {
+                                if (isDark || triangle == q.receiver)
+                                    return;
+                                std::vector<glm::dvec3> part(3);
+                                for (int corner = 0; corner < 3; ++corner)
+                                    part[size_t(corner)] = grid.voxelFromWorld(
+                                        glm::dvec3(inputs_.triangles.vertex(triangle, corner)));
+                                part = clipToCube(std::move(part), cell, cell + side);
+                                if (part.empty())
+                                    return;
+                                glm::dvec3 middle(0.0);
+                                for (const glm::dvec3& corner : part)
+                                    middle += corner / double(part.size());
+                                // Corners are drawn in a little, off the triangle's own border.
+                                for (const glm::dvec3& corner : part)
+                                    aimAt(grid.worldFromVoxel(corner + (middle - corner) * 0.01));
+                                aimAt(grid.worldFromVoxel(middle));
+                            });
+    return isDark;
+}
+
+bool PairJudge::hasTaps(const Question& q) const {
+    return q.route == Route::kMap && q.trace.missingTapCount == 0;
+}
+
+bool PairJudge::isDarkByTruthTaps(const Question& q, float constantTexels) const {
+    ShadowMapInfo map = inputs_.method.maps.maps[q.map];
+    if (constantTexels == 0.0f)
+        map.lodTexels = 0.0f; // part of the bias
+    TruthTaps taps{truth_, map, q.receiver};
+    ShadowMapBias bias = inputs_.method.bias;
+    bias.constantTexels = constantTexels;
+    return filterVisibility(map, q.position, q.normal, bias, taps) < kHalfLit;
+}
+
+PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const {
+    const Question q = ask(sample, pair, isDark);
+    if (isDark ? isAcne(q) : isContact(q))
+        return isDark ? PairVerdict::kAcne : PairVerdict::kContact;
+    if (anyShiftAnswers(q, isDark))
+        return PairVerdict::kExplained;
+    if (q.isExact)
+        return PairVerdict::kUnexplained;
+    if (isDark && anyAimedShiftIsDark(q))
+        return PairVerdict::kSettled;
+    if (!hasTaps(q))
+        return PairVerdict::kUnexplained;
+    if (isDarkByTruthTaps(q, 0.0f) == isDark)
+        return PairVerdict::kTapSettled;
+    const bool isOfBias = !isDark && !isDarkByTruthTaps(q, inputs_.method.bias.constantTexels);
+    return isOfBias ? PairVerdict::kContact : PairVerdict::kUnexplained;
+}
+
+PairJudge::Flips PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {
+    const Question q = ask(sample, pair, isDark);
+    Flips flips;
+    flips.byShifts = anyShiftAnswers(q, !isDark);
+    flips.hasTaps = hasTaps(q);
+    flips.byTaps = flips.hasTaps && isDarkByTruthTaps(q, 0.0f) != isDark;
+    return flips;
+}
+
+} // namespace shadowdag

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid/rays/mover_set.h"
+
+#include "cuda/parallel_for.h"
+
+#include <algorithm>
+
+namespace shadowdag {
+
+MoverSet::MoverSet(Backend backend)
+    : boxes_(backend, "mover boxes"), items_(backend, "mover items"),
+      nearLight_(backend, "lights near movers") {}
+
+void MoverSet::update(const World& world, const BatchView& batches, const TruthSpace& space) {
+    movingBatches_.clear();
+    hostBoxes_.clear();
+    for (uint32_t b = 0; b < batches.batches.count; ++b)
+        if (world.instances()[batches.batches[b].instance].isMoving) {
+            movingBatches_.push_back(b);
+            hostBoxes_.push_back(batches.boxesWorld[b]);
+        }
+    if (empty())
+        return;
+    hostBvh_.build(viewOf(hostBoxes_));
+    const WideBvhView bvh = hostBvh_.view();
+    hostItems_.resize(bvh.items.count);
+    for (size_t i = 0; i < hostItems_.size(); ++i)
+        hostItems_[i] = movingBatches_[bvh.items[i]];
+
+    // A pair is nearer than the range, its ray starts a few c of truth.h from it.
+    const Box& bounds = world.boundsWorld();
+    const glm::vec3 largest = glm::max(glm::abs(bounds.min), glm::abs(bounds.max));
+    const float slack =
+        1e-5f *
+        float(std::max({double(largest.x), double(largest.y), double(largest.z), space.diagonal}));
+    const std::vector<Light>& lights = world.lights();
+    hostNearLight_.resize(lights.size());
+    parallelFor<CpuTag>(lights.size(), [&](size_t l) {
+        const float reach = lights[l].rangeWorld * 1.0001f + slack;
+        const glm::vec3 centre = lights[l].positionWorld;
+        bool isNear = false;
+        traverse(
+            bvh,
+            [&](const Box& box) { return !isNear && distanceSquared(box, centre) < reach * reach; },
+            [&](uint32_t) { isNear = true; });
+        hostNearLight_[l] = isNear;
+    });
+    boxes_.set(bvh.boxes);
+    items_.set(hostItems_);
+    nearLight_.set(hostNearLight_);
+}
+
+MoverView MoverSet::view(const TruthGeometry& geometry, View<const Batch> batches,
+                         View<const uint32_t> batchTriangles) const {
+    if (empty())
+        return {};
+    WideBvhView bvh = hostBvh_.view();
+    bvh.boxes = boxes_.view();
+    bvh.items = items_.view();
+    return {geometry, batches, batchTriangles, bvh, nearLight_.view()};
+}
+
+MoverView MoverSet::hostView(const TruthGeometry& geometry, const BatchView& batches) const {
+    if (empty())
+        return {};
+    WideBvhView bvh = hostBvh_.view();
+    bvh.items = viewOf(hostItems_);
+    return {geometry, batches.batches, batches.triangles, bvh, viewOf(hostNearLight_)};
+}
+
+} // namespace shadowdag

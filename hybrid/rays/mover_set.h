@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// What moves in a world, kept current for rays.
+#pragma once
+
+#include "hybrid/rays/mover_rays.h"
+#include "hybrid/rays/resident.h"
+
+#include <vector>
+
+namespace shadowdag {
+
+/// The hierarchy over the moving batches and the lights that they may shadow.
+class MoverSet {
+public:
+    explicit MoverSet(Backend backend);
+
+    /// Follows World::setTime and BatchSet::update; builds the hierarchy anew, because what moves
+    /// leaves its place along the curve. Nothing but a look at the instances where none moves.
+    /// Cost: linear in moving batches, and lights times a search among them.
+    void update(const World& world, const BatchView& batches, const TruthSpace& space);
+
+    /// Returns whether anything moves.
+    bool empty() const { return hostBoxes_.empty(); }
+
+    /// Returns the movers with the backend's views of what the world and its batches hold.
+    MoverView view(const TruthGeometry& geometry, View<const Batch> batches,
+                   View<const uint32_t> batchTriangles) const;
+    /// Returns the same on the host.
+    MoverView hostView(const TruthGeometry& geometry, const BatchView& batches) const;
+
+private:
+    std::vector<uint32_t> movingBatches_;
+    std::vector<Box> hostBoxes_;
+    WideBvh hostBvh_;
+    std::vector<uint32_t> hostItems_; ///< of the hierarchy, as indices of all batches
+    std::vector<uint8_t> hostNearLight_;
+    Resident<Box> boxes_;
+    Resident<uint32_t> items_;
+    Resident<uint8_t> nearLight_;
+};
+
+} // namespace shadowdag

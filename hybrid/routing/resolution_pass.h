@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// Gathers what every light's clusters ask of its shadow maps, and numbers the maps.
+#pragma once
+
+#include "cuda/scan_sort.h"
+#include "hybrid/clusters/light_assign_pass.h"
+#include "hybrid/routing/resolution.h"
+
+namespace shadowdag {
+
+/// The demands on one backend; arrays as in LightDemandView.
+struct LightDemand {
+    explicit LightDemand(Backend backend)
+        : resolutionSquaredBits(backend, "demand resolution"),
+          wantedSquared(backend, "demand of pairs"), ofMaps(backend, "demand of maps"),
+          recordOfSlot(backend, "demand maps") {}
+
+    Buffer<uint32_t> resolutionSquaredBits;
+    Buffer<float> wantedSquared;
+    /// The three arrays by slot, one after the other, and kGatheredLengths: fetched in one go.
+    Buffer<uint32_t> ofMaps;
+    Buffer<uint32_t> recordOfSlot;
+
+    LightDemandView view() {
+        return {resolutionSquaredBits.view(), wantedSquared.view(), ofMap(0), ofMap(1), ofMap(2)};
+    }
+    size_t slotCount() const {
+        return ofMaps.size() < kGatheredLengths ? 0 : (ofMaps.size() - kGatheredLengths) / 3;
+    }
+    /// Where gathering notes its lengths.
+    View<uint32_t> lengths() { return {ofMaps.view().data + 3 * slotCount(), kGatheredLengths}; }
+
+private:
+    View<uint32_t> ofMap(size_t array) {
+        return {ofMaps.view().data + array * slotCount(), slotCount()};
+    }
+};
+
+namespace cpu {
+void noteLengths(const NoteLengths& work);
+void demandResolution(const DemandResolution& work);
+void demandMaps(const DemandMaps& work);
+void markOccupiedSlots(const MarkOccupiedSlots& work);
+void numberPairs(const NumberPairs& work);
+} // namespace cpu
+namespace cuda {
+void noteLengths(const NoteLengths& work);
+void demandResolution(const DemandResolution& work);
+void demandMaps(const DemandMaps& work);
+void markOccupiedSlots(const MarkOccupiedSlots& work);
+void numberPairs(const NumberPairs& work);
+} // namespace cuda
+
+/// Copies the lengths of gathering's lists to where they are fetched.
+inline void noteLengths(Backend backend, const NoteLengths& work) {
+    SDAG_DISPATCH(backend, noteLengths, work);
+}
+
+/// Replaces the demands by those of these clusters and writes lists.record, which assignLights made
+/// and pruning may have filled in. Maps are numbered by
+/// light, then by octave. All integers, deterministic. All views live on the backend.
+/// @param undersample > 0, divides resolutions; @param mapsPerLight 1..kMaxMapsPerLight
+/// @param gbuffer of the clusters' samples; only kSphere does without
+inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLights& lists,
+                         View<const Light> lights, const ViewRays& view, float undersample,
+                         uint32_t mapsPerLight, LightDemand& demand,
+                         ResolutionRule rule = ResolutionRule::kSphere,
+                         const GBufferView& gbuffer = {}) {
+    const size_t slotCount = lights.count * kMaxMapsPerLight;
+    demand.resolutionSquaredBits.resize(lights.count);
+    demand.resolutionSquaredBits.fill(0);
+    demand.ofMaps.resize(3 * slotCount + kGatheredLengths);
+    demand.ofMaps.fill(0);
+    demand.wantedSquared.resize(lists.lights.size());
+    SDAG_DISPATCH(backend, demandResolution,
+                  {clusters, lists.view(), lights, view, demand.view(), rule, gbuffer});
+    SDAG_DISPATCH(backend, demandMaps,
+                  {clusters, lists.view(), demand.view(), lists.record.view(),
+                   1.0f / (undersample * undersample), mapsPerLight, lights});
+    demand.recordOfSlot.resize(slotCount);
+    SDAG_DISPATCH(backend, markOccupiedSlots,
+                  {demand.view().mapClusterCount, demand.recordOfSlot.view()});
+    prefixSums(backend, demand.recordOfSlot.view(), demand.recordOfSlot.view());
+    SDAG_DISPATCH(backend, numberPairs, {demand.recordOfSlot.view(), lists.record.view()});
+}
+
+} // namespace shadowdag

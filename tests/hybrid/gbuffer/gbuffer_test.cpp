@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: Apache-2.0
+// The G-buffer against brute-force ray casting, its fill rule, and planes through the camera.
+#include "hybrid/gbuffer/gbuffer_pass.h"
+
+#include "tests/hybrid/seen_soup.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace shadowdag::test {
+namespace {
+
+using Vec = glm::vec<3, long double>;
+
+// What a ray meets first, by Cramer's rule in long double; `margin` is how near it was to another
+// answer.
+struct Cast {
+    uint32_t triangle = kBackground;
+    long double depth = 1e30L;
+    long double margin = 1e30L;
+};
+
+Cast castRay(const TriangleSoup& soup, const ViewRays& view, uint32_t x, uint32_t y) {
+    const Vec d(view.direction(x, y)), origin(view.origin);
+    Cast cast;
+    std::vector<long double> depths;
+    for (uint32_t t = 0; t < soup.triangles.size(); ++t) {
+        const Vec a(soup.view().vertex(t, 0)), b(soup.view().vertex(t, 1)),
+            c(soup.view().vertex(t, 2));
+        const Vec e1 = b - a, e2 = c - a, s = origin - a, p = glm::cross(d, e2);
+        const long double det = glm::dot(e1, p);
+        if (det == 0.0L)
+            continue;
+        const Vec q = glm::cross(s, e1);
+        const long double u = glm::dot(s, p) / det, v = glm::dot(d, q) / det;
+        const long double inside = std::min({u, v, 1.0L - u - v});
+        const long double depth = glm::dot(e2, q) / det;
+        if (depth < view.znear - 1e-6L || depth > view.zfar + 1e-6L)
+            continue;
+        if (inside > -1e-9L)
+            cast.margin = std::min(cast.margin, std::abs(inside));
+        if (inside < 0.0L || depth < view.znear || depth > view.zfar)
+            continue;
+        depths.push_back(depth);
+        if (depth < cast.depth) {
+            cast.depth = depth;
+            cast.triangle = t;
+        }
+    }
+    for (const long double depth : depths)
+        if (depth != cast.depth)
+            cast.margin = std::min(cast.margin, depth / cast.depth - 1.0L);
+    return cast;
+}
+
+// As a GPU draws: small triangles by their own threads, large ones tile by tile, whoever finds room
+// on the list.
+TEST(GBuffer, DrawnBySlotIsDrawnByBatchBitForBit) {
+    for (uint64_t seed = 1; seed <= 4; ++seed)
+        for (const glm::uvec2 size : {glm::uvec2(333, 187), glm::uvec2(64, 32), glm::uvec2(7, 3)})
+            for (const size_t room : {size_t(0), size_t(1), GBuffer::kLargeTriangles}) {
+                SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << size.x << " x "
+                                                << size.y << ", room for " << room);
+                const TriangleSoup soup = randomSoup(seed, 400);
+                const ViewRays view = makeViewRays(frontCamera(), size.x, size.y);
+                GBuffer bySlot = drawSoup(soup, view, GBufferDraw::kBySlot, room);
+                EXPECT_EQ(bySlot.visibility.download(), drawSoup(soup, view).visibility.download());
+                // One is too little, and the smallest picture needs none.
+                EXPECT_EQ(bySlot.large.grow() > 0, size.x > 7 && room < 2) << room;
+            }
+}
+
+TEST(GBuffer, SeesWhatBruteForceRaysSee) {
+    for (uint64_t seed = 1; seed <= 4; ++seed) {
+        SCOPED_TRACE("seed " + std::to_string(seed));
+        const TriangleSoup soup = randomSoup(seed, 400);
+        const ViewRays view = makeViewRays(frontCamera(), 97, 61);
+        const GBuffer gbuffer = drawSoup(soup, view);
+        const GBufferView seen = gbuffer.view();
+        size_t differCount = 0, closeCount = 0, backgroundCount = 0;
+        for (uint32_t y = 0; y < 61; ++y)
+            for (uint32_t x = 0; x < 97; ++x) {
+                const size_t i = y * 97 + x;
+                const Cast cast = castRay(soup, view, x, y);
+                backgroundCount += cast.triangle == kBackground;
+                if (cast.margin < 1e-6L) { // depths are compared as floats
+                    ++closeCount;
+                    continue;
+                }
+                differCount += seen.triangle[i] != cast.triangle;
+                if (cast.triangle != kBackground && seen.triangle[i] == cast.triangle) {
+                    const Vec at = Vec(view.origin) + cast.depth * Vec(view.direction(x, y));
+                    EXPECT_LT(glm::length(at - Vec(seen.positionWorld[i])),
+                              2e-6L * glm::length(at));
+                    EXPECT_NEAR(seen.depthView[i], double(cast.depth), 1e-6 * double(cast.depth));
+                }
+            }
+        EXPECT_EQ(differCount, 0u);
+        EXPECT_LT(closeCount, 20u);
+        EXPECT_GT(backgroundCount, 100u);
+        EXPECT_LT(backgroundCount, 5000u);
+    }
+}
+
+TEST(GBuffer, NormalsAreUnitGeometricAndFaceTheCamera) {
+    const TriangleSoup soup = randomSoup(7, 300);
+    const ViewRays view = makeViewRays(frontCamera(), 80, 60);
+    const GBuffer gbuffer = drawSoup(soup, view);
+    const GBufferView seen = gbuffer.view();
+    size_t count = 0;
+    for (size_t i = 0; i < seen.count(); ++i) {
+        if (seen.triangle[i] == kBackground) {
+            EXPECT_EQ(seen.positionWorld[i], glm::vec3(0.0f));
+            EXPECT_EQ(seen.normalWorld[i], glm::vec3(0.0f));
+            EXPECT_EQ(seen.depthView[i], 0.0f);
+            continue;
+        }
+        ++count;
+        const glm::vec3 n = seen.normalWorld[i];
+        EXPECT_NEAR(glm::length(n), 1.0f, 1e-6f);
+        EXPECT_LT(glm::dot(glm::dvec3(n), view.direction(uint32_t(i % 80), uint32_t(i / 80))),
+                  1e-6);
+        for (int corner = 1; corner < 3; ++corner) {
+            const glm::vec3 side = soup.view().vertex(seen.triangle[i], corner) -
+                                   soup.view().vertex(seen.triangle[i], 0);
+            EXPECT_NEAR(glm::dot(n, side), 0.0f, 1e-4f * glm::length(side));
+        }
+    }
+    EXPECT_GT(count, 1000u);
+}
+
+TEST(GBuffer, AFloorThroughTheCameraPlaneIsSeenToTheNearPlane) {
+    TriangleSoup soup;
+    soup.addLevelSquare({0, -1, 0}, 50.0f); // reaches 50 m behind the camera
+    const ViewRays view = makeViewRays(frontCamera(), 64, 64);
+    const GBuffer gbuffer = drawSoup(soup, view);
+    const GBufferView seen = gbuffer.view();
+    for (uint32_t y = 0; y < 64; ++y)
+        for (uint32_t x = 0; x < 64; ++x) {
+            const glm::dvec3 d = view.direction(x, y);
+            const double depth = d.y < 0.0 ? -1.0 / d.y : 1e30; // the floor is 1 m below
+            const bool isSeen = depth < 50.0 && std::abs(depth * d.x) < 50.0;
+            const size_t i = y * 64 + x;
+            ASSERT_EQ(seen.triangle[i] != kBackground, isSeen) << x << " " << y;
+            if (isSeen) {
+                EXPECT_NEAR(seen.positionWorld[i].y, -1.0f, 1e-6f);
+                EXPECT_NEAR(seen.depthView[i], depth, 1e-6 * depth);
+                EXPECT_EQ(seen.normalWorld[i], glm::vec3(0, 1, 0));
+            }
+        }
+}
+
+TEST(GBuffer, ASharedEdgeThroughPixelCentresLeavesNoCrack) {
+    // A fan around the axis; its edges pass exactly through the centres of the middle row, column
+    // and diagonals.
+    TriangleSoup soup;
+    const glm::vec3 center(0, 0, -2);
+    const glm::vec3 rim[8] = {{8, 0, -2},  {8, 8, -2},   {0, 8, -2},  {-8, 8, -2},
+                              {-8, 0, -2}, {-8, -8, -2}, {0, -8, -2}, {8, -8, -2}};
+    for (int i = 0; i < 8; ++i)
+        i % 2 ? soup.add(center, rim[i], rim[(i + 1) % 8])
+              : soup.add(rim[(i + 1) % 8], center, rim[i]);
+    const ViewRays view = makeViewRays(frontCamera(), 63, 63);
+    const GBuffer gbuffer = drawSoup(soup, view);
+    for (size_t i = 0; i < gbuffer.triangle.size(); ++i)
+        EXPECT_NE(gbuffer.triangle.at(i), kBackground) << i % 63 << " " << i / 63;
+}
+
+TEST(GBuffer, DegenerateTrianglesAreNeverVisible) {
+    TriangleSoup soup;
+    soup.add({0, 0, -1}, {0, 0, -1}, {0, 0, -1});
+    soup.add({-1, 0, -1}, {1, 0, -1}, {1, 0, -1});
+    soup.add({-0.1f, -0.1f, -1}, {0.2f, 0.2f, -1}, {0.7f, 0.7f, -1});
+    soup.add({-0.3f, 0, -1.1f}, {0, 0, -1.1f}, {0.3f, 0, -1.1f});
+    const uint32_t wall = soup.addQuad({-9, -9, -5}, {9, -9, -5}, {9, 9, -5}, {-9, 9, -5});
+    const ViewRays view = makeViewRays(frontCamera(), 33, 33);
+    const GBuffer gbuffer = drawSoup(soup, view);
+    for (size_t i = 0; i < gbuffer.triangle.size(); ++i) {
+        EXPECT_GE(gbuffer.triangle.at(i), wall);
+        EXPECT_NE(gbuffer.triangle.at(i), kBackground);
+    }
+}
+
+TEST(GBuffer, OfCoincidentTrianglesTheLowestIndexWins) {
+    TriangleSoup soup;
+    for (int i = 0; i < 5; ++i)
+        soup.add({-9, -9, -5}, {19, -9, -5}, {-9, 19, -5});
+    const ViewRays view = makeViewRays(frontCamera(), 16, 16);
+    const GBuffer gbuffer = drawSoup(soup, view);
+    for (size_t i = 0; i < gbuffer.triangle.size(); ++i)
+        EXPECT_EQ(gbuffer.triangle.at(i), 0u);
+}
+
+TEST(GBuffer, NothingBeforeTheNearOrBehindTheFarPlaneIsSeen) {
+    const ViewRays view = makeViewRays(frontCamera(), 8, 8);
+    for (const float z : {-0.05f, -150.0f, 0.5f}) {
+        TriangleSoup soup;
+        soup.addQuad({-999, -999, z}, {999, -999, z}, {999, 999, z}, {-999, 999, z});
+        const GBuffer gbuffer = drawSoup(soup, view);
+        for (size_t i = 0; i < gbuffer.triangle.size(); ++i)
+            EXPECT_EQ(gbuffer.triangle.at(i), kBackground) << z;
+    }
+}
+
+TEST(GBuffer, IsTheSameForOneAndTwoThreads) {
+    const TriangleSoup soup = randomSoup(11, 3000);
+    const ViewRays view = makeViewRays(frontCamera(), 200, 150);
+    setThreadCount(1);
+    const std::vector<uint64_t> one = drawSoup(soup, view).visibility.download();
+    setThreadCount(2);
+    const std::vector<uint64_t> two = drawSoup(soup, view).visibility.download();
+    setThreadCount(0);
+    EXPECT_EQ(one, two);
+}
+
+TEST(ViewRays, RefuseImagesAndCamerasThatCannotBe) {
+    EXPECT_THROW(makeViewRays(frontCamera(), 0, 10), Error);
+    EXPECT_THROW(makeViewRays(frontCamera(), 10, 16385), Error);
+    Camera camera = frontCamera();
+    camera.up = camera.forward;
+    EXPECT_THROW(makeViewRays(camera, 10, 10), Error);
+    camera = frontCamera();
+    camera.znear = 0.0f;
+    EXPECT_THROW(makeViewRays(camera, 10, 10), Error);
+    camera = frontCamera();
+    camera.yfov = NAN;
+    EXPECT_THROW(makeViewRays(camera, 10, 10), Error);
+}
+
+} // namespace
+} // namespace shadowdag::test

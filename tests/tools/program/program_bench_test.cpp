@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag bench` at smoke size: the answers are verified, the keys are there, wrong options are
+// named.
+#include "tests/tools/program/program_runner.h"
+#include "voxel/dag_stream.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::HasSubstr;
+
+void expectProvenance(const Json& json) {
+    EXPECT_EQ(json["scene"], "builtin:fail-self-shadow");
+    EXPECT_EQ(json["scene_hash"].get<std::string>().size(), 32u);
+    for (const char* key : {"commit", "compiler", "flags", "cpu", "thread_count"})
+        EXPECT_TRUE(json["provenance"].contains(key)) << key;
+}
+
+} // namespace
+
+TEST(ProgramBench, VoxelHoldsOursAgainstEmbreeAndNanoVdb) {
+    const TemporaryDirectory directory;
+    const ProgramResult result =
+        runShadowdag(directory, {"bench", "voxel", "builtin:fail-self-shadow", "--size", "64x36",
+                                 "--resolution", "64", "--repeats", "3", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("NanoVDB HDDA"));
+    const Json json = result.json();
+    expectProvenance(json);
+    EXPECT_EQ(json["resolution"], 64);
+    EXPECT_GT(json["ray_count"].get<int>(), 100);
+    EXPECT_EQ(json["voxelize"]["repeat_count"], 3);
+    EXPECT_GT(json["voxelize"]["voxel_count"].get<int>(), 0);
+    EXPECT_GT(json["voxelize"]["traced_bits_per_voxel"].get<double>(), 0.0);
+    EXPECT_LE(json["voxelize"]["cpu_s_min"].get<double>(), json["voxelize"]["cpu_s"].get<double>());
+    EXPECT_GT(json["nanovdb_bytes"].get<int>(), 0);
+    for (const char* key :
+         {"false_shadow_count", "false_light_count", "dark_by_ours_lit_by_nanovdb_count",
+          "lit_by_ours_dark_by_nanovdb_count"})
+        EXPECT_TRUE(json["checks"].contains(key)) << key;
+    std::set<std::string> tracers;
+    for (const Json& rate : json["rates"]) {
+        tracers.insert(rate["tracer"].get<std::string>());
+        EXPECT_GT(rate["megarays_per_s"].get<double>(), 0.0);
+        EXPECT_LE(rate["megarays_per_s_min"].get<double>(), rate["megarays_per_s"].get<double>());
+        EXPECT_GE(rate["megarays_per_s_max"].get<double>(), rate["megarays_per_s"].get<double>());
+        EXPECT_TRUE(rate.contains("occluded_count") && rate.contains("ours_over_it"));
+    }
+    std::set<std::string> expected = {"occluded",     "traceSegments", "rtcOccluded1",
+                                      "rtcOccluded8", "rtcOccluded16", "rtcOccluded1M",
+                                      "NanoVDB HDDA"};
+    for (const StreamIsa isa : {StreamIsa::kPortable, StreamIsa::kAvx2, StreamIsa::kAvx512})
+        if (hasStreamIsa(isa))
+            expected.insert(std::string("traceStream ") + streamIsaName(isa));
+    EXPECT_EQ(tracers, expected);
+    EXPECT_EQ(json["rates"].size(), 2 * tracers.size());
+
+    EXPECT_THAT(result.err, HasSubstr("rtcOccluded16 behind shafts"));
+    const Json& frame = json["frame"];
+    EXPECT_EQ(frame["pair_count"], json["ray_count"]);
+    EXPECT_EQ(frame["width"], json["width"]);
+    EXPECT_NEAR(frame["true_lit_share"].get<double>() + frame["true_dark_share"].get<double>() +
+                    frame["true_mixed_share"].get<double>(),
+                1.0, 1e-9);
+    EXPECT_TRUE(frame.contains("proof_us_per_cluster_light"));
+    ASSERT_EQ(frame["methods"].size(), 4u);
+    for (const Json& method : frame["methods"]) {
+        EXPECT_GT(method["ns_per_pair"].get<double>(), 0.0);
+        EXPECT_GE(method["disagreement_share"].get<double>(), 0.0);
+    }
+}
+
+TEST(ProgramBench, NanoVdbIsLeftOutAloudAboveItsLimit) {
+    const TemporaryDirectory directory;
+    const ProgramResult result =
+        runShadowdag(directory, {"bench", "voxel", "builtin:fail-self-shadow", "--size", "32x18",
+                                 "--resolution", "64", "--nanovdb-limit", "32", "--frame-size",
+                                 "48x27", "--repeats", "1", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.json()["width"], 32);
+    EXPECT_EQ(result.json()["frame"]["width"], 48);
+    EXPECT_EQ(result.json()["frame"]["height"], 27);
+    EXPECT_THAT(result.err, HasSubstr("left out above --nanovdb-limit 32"));
+    EXPECT_FALSE(result.json().contains("nanovdb_bytes"));
+    const size_t streams = size_t(bestStreamIsa()) + 1;
+    EXPECT_EQ(result.json()["rates"].size(), 2 * (6 + streams));
+}
+
+TEST(ProgramBench, RasterHoldsDepthsAgainstEmbree) {
+    const TemporaryDirectory directory;
+    const ProgramResult result =
+        runShadowdag(directory, {"bench", "raster", "builtin:fail-self-shadow", "--size", "64x36",
+                                 "--face", "64", "--page-size", "32", "--repeats", "2", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    const Json json = result.json();
+    expectProvenance(json);
+    EXPECT_EQ(json["page_texels"], 32);
+    EXPECT_GT(json["checks"]["texel_count"].get<int>(), 0);
+    EXPECT_EQ(json["checks"]["differing_count"], 0);
+    for (const char* stage : {"page masks", "page clear", "culling tests", "rasterization"})
+        EXPECT_TRUE(json["stages"][stage].contains("time_ms_max")) << stage;
+    EXPECT_EQ(json["embree"].size(), 4u);
+}
+
+TEST(ProgramBench, OptionsOfTheOtherBenchmarkAreRefused) {
+    const TemporaryDirectory directory;
+    EXPECT_THAT(runShadowdag(directory, {"bench", "raster", "--resolution", "64"}).err,
+                HasSubstr("drop it"));
+    EXPECT_THAT(runShadowdag(directory, {"bench", "voxel", "--face", "64"}).err,
+                HasSubstr("drop it"));
+    EXPECT_THAT(runShadowdag(directory, {"bench", "raster", "--page-size", "48"}).err,
+                HasSubstr("--page-size '48'"));
+}
+
+} // namespace shadowdag

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag compare mechanisms` and `compare real` from end to end, small.
+#include "tests/tools/program/program_runner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace shadowdag {
+namespace {
+
+using testing::HasSubstr;
+
+TEST(CompareMechanisms, WritesPageTableJsonAndChart) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    const ProgramResult result = runShadowdag(
+        directory, {"compare", "mechanisms", "--only", "small-pages", "-o", report, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.json()["mechanism_count"], 1);
+    const Json json = Json::parse(readText(report + "/mechanisms.json"));
+    ASSERT_EQ(json["mechanisms"].size(), 1u);
+    const Json& row = json["mechanisms"][0];
+    EXPECT_EQ(row["verdict"], "default on");
+    EXPECT_EQ(row["agrees"], true);
+    EXPECT_LT(row["bytes_ratio"].get<double>(), 0.9);
+    EXPECT_EQ(row["error_ratio"], 1.0) << "pages hold texels; they do not change them";
+    EXPECT_EQ(row["scenes"].size(), 3u);
+    EXPECT_THAT(readText(report + "/index.html"), HasSubstr("charts/mechanisms.svg"));
+    EXPECT_TRUE(std::filesystem::exists(report + "/charts/mechanisms.svg"));
+    EXPECT_THAT(readText(report + "/mechanisms.csv"), HasSubstr("small-pages"));
+    EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
+}
+
+TEST(CompareReal, WritesPageTableJsonAndPictures) {
+    const TemporaryDirectory directory;
+    const std::string scene = directory / "box.glb", report = directory / "report";
+    ASSERT_EQ(runShadowdag(directory, {"scene", "builtin:fail-contact", "-o", scene}).status, 0);
+    const ProgramResult result =
+        runShadowdag(directory, {"compare", "real", scene, "-o", report, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    const Json json = Json::parse(readText(report + "/real.json"));
+    ASSERT_EQ(json["cells"].size(), 4u) << "a method each";
+    for (const Json& cell : json["cells"]) {
+        EXPECT_EQ(cell["scene"], "box");
+        EXPECT_GT(cell["pair_count"].get<uint64_t>(), 0u);
+        EXPECT_TRUE(cell["broken"].empty()) << cell;
+    }
+    EXPECT_THAT(readText(report + "/index.html"), HasSubstr("images/"));
+    EXPECT_THAT(readText(report + "/real.csv"), HasSubstr("dag-exact"));
+    EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
+}
+
+// What is refused leaves nothing behind, and what was there as it was.
+TEST(CompareReports, ARefusalLeavesNoDirectory) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    for (const char* name : {"failures", "stability", "mechanisms"}) {
+        EXPECT_EQ(runShadowdag(directory, {"compare", name, "--only", "no-such-row", "-o", report})
+                      .status,
+                  1)
+            << name;
+        EXPECT_FALSE(std::filesystem::exists(report)) << name;
+    }
+    EXPECT_NE(runShadowdag(directory, {"compare", "real", "no-such.glb", "-o", report}).status, 0);
+    EXPECT_FALSE(std::filesystem::exists(report));
+    std::filesystem::create_directory(report);
+    EXPECT_EQ(
+        runShadowdag(directory, {"compare", "stability", "--only", "no-such-row", "-o", report})
+            .status,
+        1);
+    EXPECT_TRUE(std::filesystem::is_empty(report));
+}
+
+// Directories above the one that is named are no exception, nor are figures and plain compares,
+// whatever is wrong; what an interrupted compare has finished survives a name that is wrong, and a
+// link that leads nowhere stays.
+TEST(CompareReports, ARefusalHarmsNothingThatWasThere) {
+    const TemporaryDirectory directory;
+    const std::string deep = directory / "a/b/c";
+    const std::string badGlb = directory / "bad.glb";
+    writeText(badGlb, "no glTF");
+    for (const std::vector<std::string>& arguments :
+         std::vector<std::vector<std::string>>{{"compare", "no-such.glb"},
+                                               {"compare", "builtin:hoses"},
+                                               {"compare", badGlb},
+                                               {"compare", "builtin:fail-acne", "--camera", "nope"},
+                                               {"compare", "builtin:fail-acne", "--lights", "0"},
+                                               {"compare", "stability", "--only", "nope"},
+                                               {"compare", "real", badGlb},
+                                               {"figures", badGlb}}) {
+        std::vector<std::string> all = arguments;
+        all.insert(all.end(), {"-o", deep});
+        EXPECT_NE(runShadowdag(directory, all).status, 0) << arguments[1];
+        EXPECT_FALSE(std::filesystem::exists(directory / "a")) << arguments[1];
+    }
+    // A journal with a finished part, as an interrupted compare leaves it.
+    std::filesystem::create_directories(deep + "/partial");
+    const std::string journal = R"({"key":"k","parts":{"p":1}})";
+    writeText(deep + "/partial/journal.json", journal);
+    EXPECT_NE(
+        runShadowdag(directory, {"compare", "builtin:fail-acne", "no-such.glb", "-o", deep}).status,
+        0);
+    EXPECT_NE(runShadowdag(directory, {"compare", "failures", "--only", "nope", "-o", deep}).status,
+              0);
+    EXPECT_EQ(readText(deep + "/partial/journal.json"), journal);
+    const std::string link = directory / "link";
+    std::filesystem::create_directory_symlink(directory / "not-mounted", link);
+    for (const char* scene : {"builtin:fail-acne", "no-such.glb"})
+        EXPECT_NE(runShadowdag(directory, {"compare", scene, "--size", "32x18", "-o", link}).status,
+                  0);
+    EXPECT_NE(runShadowdag(directory, {"figures", badGlb, "-o", link}).status, 0);
+    EXPECT_TRUE(std::filesystem::is_symlink(link));
+}
+
+} // namespace
+} // namespace shadowdag

@@ -1,0 +1,358 @@
+// SPDX-License-Identifier: Apache-2.0
+// The built program as scripts meet it: help, exit statuses, messages, one JSON object on standard
+// output.
+#include "cuda/backend.h"
+#include "tests/tools/program/program_refusals.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfInputFile.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+using Arguments = std::vector<std::string>;
+
+/// Returns one channel of a picture of 32 x 18, as floats; fails where size or channel differ.
+std::vector<float> readChannel(const std::string& path, const char* channel) {
+    Imf::InputFile file(path.c_str());
+    const Imath::Box2i window = file.header().dataWindow();
+    EXPECT_EQ(window.max.x - window.min.x + 1, 32) << path;
+    EXPECT_EQ(window.max.y - window.min.y + 1, 18) << path;
+    EXPECT_NE(file.header().channels().findChannel(channel), nullptr) << path << ": " << channel;
+    std::vector<float> values(32 * 18, -1.0f);
+    Imf::FrameBuffer frame;
+    frame.insert(channel,
+                 Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(values.data()), 4, 4 * 32));
+    file.setFrameBuffer(frame);
+    file.readPixels(window.min.y, window.max.y);
+    return values;
+}
+
+/// The smallest scene that the tests use.
+const std::string kScene = "builtin:atrium";
+const Arguments kSmall = {"--size", "32x18", "--resolution", "64"};
+
+Arguments operator+(Arguments a, const Arguments& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+} // namespace
+
+TEST(Program, EverySubcommandHasHelp) {
+    const TemporaryDirectory directory;
+    const ProgramResult root = runShadowdag(directory, {"--help"});
+    EXPECT_EQ(root.status, 0);
+    EXPECT_THAT(root.out, HasSubstr("Exit status"));
+    for (const char* command : {"scene", "voxelize", "merge", "info", "export", "import", "render",
+                                "validate", "compare", "bench"}) {
+        const ProgramResult result = runShadowdag(directory, {command, "--help"});
+        EXPECT_EQ(result.status, 0) << command;
+        EXPECT_THAT(root.out, HasSubstr(command));
+        for (const char* option : {"--json", "--threads", "--backend"})
+            EXPECT_THAT(result.out, HasSubstr(option)) << command;
+        EXPECT_THAT(result.err, IsEmpty()) << command;
+    }
+    EXPECT_THAT(runShadowdag(directory, {"--version"}).out, HasSubstr("shadowdag 0."));
+}
+
+TEST(Program, LaterCommandsAreNotPretended) {
+    const TemporaryDirectory directory;
+    for (const char* command : {"diff", "rays"}) {
+        const ProgramResult result = runShadowdag(directory, {command});
+        EXPECT_EQ(result.status, 1) << command;
+        EXPECT_THAT(result.err, HasSubstr("unknown subcommand '" + std::string(command) +
+                                          "'; there are scene, voxelize, merge, info, export, "
+                                          "import, render"));
+    }
+}
+
+TEST(Program, WhatIsWrongIsNamedAndHasItsStatus) {
+    const TemporaryDirectory directory;
+    const std::string exr = directory / "a.exr", dag = directory / "a.svdag",
+                      dir = directory / "report";
+    writeText(directory / "broken.glb", "this is no glTF");
+    writeText(directory / "broken.svdag", "this is no asset");
+    writeText(directory / "experiment.json",
+              "{\"scenes\": [\"builtin:atrium\"], \"sise\": \"1x1\"}");
+    const std::vector<Wrong> cases = {
+        {{}, 1, "subcommand"},
+        {{"rendr"}, 1, "rendr"},
+        {{"render"}, 1, "required"},
+        {{"render", kScene, "-o", exr, "--nonsense"}, 1, "--nonsense"},
+        {{"render", kScene, "-o", exr, "--size", "0x0"}, 1, "--size '0x0'"},
+        {{"render", kScene, "-o", exr, "--size", "1000000x1000000"}, 1, "pixels at most"},
+        {{"render", kScene, "-o", exr, "--resolution", "1000"}, 1, "the nearest are 512 and 1024"},
+        {{"render", kScene, "-o", exr, "--resolution", "512,1024"}, 1, "takes one value"},
+        {{"render", kScene, "-o", exr, "--method", "magic"}, 1, "--method 'magic'"},
+        {{"render", kScene, "-o", exr, "--method", "dag", "--model", "oracle"},
+         1,
+         "--model is for"},
+        {{"render", kScene, "-o", exr, "--method", "maps", "--lod", "1"}, 1, "--lod is for"},
+        {{"render", kScene, "-o", exr, "--method", "dag-exact", "--lod", "1"},
+         1,
+         "rays that stop at voxels"},
+        {{"render", kScene, "-o", exr, "--method", "dag-exact", "--taps", "1"}, 1, "--taps is for"},
+        {{"compare", kScene, "-o", dir, "--methods", "dag,exact"}, 1, "dag, dag-exact, maps"},
+        {{"render", kScene, "-o", exr, "--lod", "pixels"}, 1, "footprint[:SCALE]"},
+        {{"render", kScene, "-o", exr, "--lod", "footprint:0"}, 1, "the scale"},
+        {{"render", kScene, "-o", exr, "--lod", "footprint:1:2"}, 1, "nothing more"},
+        {{"render", kScene, "-o", exr, "--lod", "coverage:2"}, 1, "the share"},
+        {{"render", kScene, "-o", exr, "--method", "dag", "--taps", "1"}, 1, "--taps is for"},
+        {{"render", kScene, "-o", exr, "--model", "texel:96"}, 1, "texel:96"},
+        {{"render", kScene, "-o", exr, "--costs", "c.json"}, 1, "--costs"},
+        {{"render", kScene, "-o", exr, "--taps", "5"}, 1, "--taps '5'"},
+        {{"render", kScene, "-o", exr, "--pool", "12Q"}, 1, "--pool '12Q'"},
+        {{"render", kScene, "-o", exr, "--time", "1", "--frames", "0:1"},
+         1,
+         "--time and --frames contradict"},
+        {{"render", kScene, "-o", exr, "--voxels", dag, "--resolution", "64"},
+         1,
+         "--voxels and --resolution"},
+        {{"render", kScene, "-o", exr, "--voxels", directory / "none.svdag"}, 2, "none.svdag"},
+        {{"render", kScene, "-o", exr, "--voxels", directory / "broken.svdag"}, 2, "broken.svdag"},
+        {{"render", kScene, "-o", exr, "--threads", "-3"}, 1, "--threads '-3'"},
+        {{"render", kScene, "-o", exr, "--backend", "gpu"}, 1, "gpu"},
+        {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3"} + kSmall, 1, "six numbers"},
+        {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3,1,2,3"} + kSmall, 1,
+         "same point"},
+        {Arguments{"render", kScene, "-o", exr, "--camera", "nobody", "--method", "maps", "--size",
+                   "32x18"},
+         1, "no camera of that name"},
+        {{"render", kScene, "-o", directory / "a.jpg"}, 1, ".exr or .png"},
+        {{"render", kScene, "-o", directory / "a.png", "--per-light"}, 1, "--per-light"},
+        {{"render", kScene, "-o", directory / "missing/a.exr"}, 3, "there is no directory"},
+        {{"render", "builtin:nothing", "-o", exr}, 1, "nothing"},
+        {{"render", "atrium", "-o", exr}, 2, "no such file; did you mean builtin:atrium?"},
+        {{"render", "", "-o", exr}, 1, "SCENE is empty"},
+        {{"render", directory / "broken.svdag", "-o", exr}, 1, "pass the asset as --voxels"},
+        {{"render", kScene, "-o", exr, "--lights", "0"}, 1, "--lights '0'"},
+        {{"render", kScene, "-o", exr, "--camera", ""}, 1, "--camera '': is empty"},
+        {{"render", directory / "none.glb", "-o", exr}, 2, "none.glb"},
+        {{"render", directory / "broken.glb", "-o", exr}, 2, "broken.glb"},
+        {{"info", directory / "broken.svdag"}, 2, "broken.svdag"},
+        {{"info", directory / "broken.svdag", "--lights", "3"}, 1, "is an asset"},
+        {{"info", kScene, "--verify"}, 1, "is a scene"},
+        {{"scene", "atrium"}, 1, "-o F.glb"},
+        {{"scene", "atrium", "--list"}, 1, "--list"},
+        {{"scene", "nothing", "-o", directory / "a.glb"}, 1, "nothing"},
+        {{"scene", "atrium", "-o", directory / "a.obj"}, 1, ".glb"},
+        {{"scene", "atrium", "-o", "/proc/a.glb"}, 3, "/proc/a.glb"},
+        {{"voxelize", kScene, "-o", directory / "a.vox"}, 1, ".svdag"},
+        {{"voxelize", kScene, "-o", dag, "--resolution", "262144"}, 1, "131072"},
+        {{"voxelize", kScene, "-o", dag, "--backend", "cuda", "--memory-limit", "1G"},
+         1,
+         "--memory-limit and --backend cuda"},
+        {{"validate", kScene, "--method", "embree"},
+         1,
+         "must be one of dag, dag-exact, maps, hybrid"},
+        {{"validate", kScene, "--frames", "0:1"}, 1, "one frame"},
+        {{"compare", "-o", dir}, 1, "SCENE or --experiment"},
+        {{"compare", kScene, "-o", dir, "--methods", "dag,dag"}, 1, "twice"},
+        {{"compare", kScene, "-o", dir, "--thresholds", "0,-1"}, 1, "'-1'"},
+        {{"compare", kScene, "-o", dir, "--repeats", "0"}, 1, "--repeats '0'"},
+        {{"compare", kScene, "-o", dir, "--experiment", directory / "none.json"}, 2, "none.json"},
+        {{"compare", "-o", dir, "--experiment", directory / "experiment.json"},
+         2,
+         "unknown key \"sise\""},
+        {{"compare", "-o", dir, "--experiment", directory / "experiment.json", "--size", "1x1"},
+         1,
+         "contradict"},
+        {{"compare", kScene, "-o", exr + "/x", "--no-charts", "--costs", directory / "none.json"},
+         2,
+         "none.json"},
+        {{"bench", "nothing"}, 1, "there are voxel, raster"},
+        {{"bench", "voxel", "--backend", "cuda"}, 1, "drop --backend cuda"},
+        {{"bench", "voxel", "--backend", "gl"}, 1, "drop --backend gl"},
+        {{"info", kScene, "--backend", "gl", "--gl-pages", "atlas"},
+         1,
+         "nothing draws frames here"},
+        {{"validate", kScene, "--exposure", "2"}, 1, "--exposure says nothing without -o"},
+        {{"info", kScene, "--gl-pages", "atlas"}, 1, "--gl-pages is for --backend gl"},
+        {{"info", kScene, "--backend", "gl", "--gl-pages", "pool"}, 1, "use auto, sparse or atlas"},
+    };
+    expectRefused(directory, cases);
+    EXPECT_FALSE(std::filesystem::exists(exr));
+    EXPECT_FALSE(std::filesystem::exists(dag));
+}
+
+// One binary for machines with and without a device: here none is visible, whatever there is.
+TEST(Program, WithoutADeviceRefusesCudaWithTheReasonAndServesTheCpu) {
+    const TemporaryDirectory directory;
+    const std::string exr = directory / "a.exr";
+    const Arguments render = Arguments{"render", kScene, "-o", exr, "--method", "dag"} + kSmall;
+    const Arguments blind = {"/usr/bin/env", "CUDA_VISIBLE_DEVICES="};
+    for (const Arguments& command : {Arguments{"info", kScene}, render}) {
+        const ProgramResult result =
+            runShadowdag(directory, command + Arguments{"--backend", "cuda"}, blind);
+        EXPECT_EQ(result.status, 4);
+        EXPECT_THAT(result.err, HasSubstr("shadowdag: error: backend 'cuda' was asked for, but "));
+        EXPECT_THAT(result.err, HasSubstr(builtWithCuda() ? "CUDA driver" : "built without CUDA"));
+        EXPECT_THAT(result.err, HasSubstr("--backend cpu"));
+        EXPECT_FALSE(std::filesystem::exists(exr));
+    }
+    ProgramResult result = runShadowdag(directory, render + Arguments{"--backend", "cpu"}, blind);
+    EXPECT_EQ(result.status, 0) << result.err;
+    const std::vector<float> byCpu = readChannel(exr, "R");
+    std::filesystem::remove(exr);
+    result = runShadowdag(directory, render, blind);
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("backend auto: cpu"));
+    EXPECT_EQ(readChannel(exr, "R"), byCpu);
+}
+
+TEST(Program, JsonIsOneObjectAloneOnStandardOutput) {
+    const TemporaryDirectory directory;
+    const std::string dag = directory / "a.svdag";
+    ProgramResult result = runShadowdag(directory, {"info", kScene, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* key :
+         {"triangle_count", "bounds_min", "bounds_max", "light_count", "camera_count"})
+        EXPECT_TRUE(result.json().contains(key)) << key;
+
+    result = runShadowdag(directory, {"scene", "--list", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_GE(result.json()["scenes"].size(), 3u);
+
+    result =
+        runShadowdag(directory, {"voxelize", kScene, "-o", dag, "--resolution", "64", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* key : {"resolution", "voxel_count", "node_counts", "leaf_count", "asset_bytes",
+                            "traced_bytes", "wall_s", "cpu_s", "peak_rss_bytes"})
+        EXPECT_TRUE(result.json().contains(key)) << key;
+    const Json built = result.json();
+    result = runShadowdag(directory, {"info", dag, "--verify", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* key :
+         {"resolution", "voxel_count", "node_counts", "leaf_count", "asset_bytes", "traced_bytes"})
+        EXPECT_EQ(result.json()[key], built[key]) << key;
+    EXPECT_EQ(built["asset_bytes"], std::filesystem::file_size(dag));
+
+    result = runShadowdag(directory, {"validate", kScene, "--size", "32x18", "--voxels", dag,
+                                      "--json", "-o", directory / "errors"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    for (const char* key :
+         {"pair_count", "occluded_count", "false_shadow_count", "false_light_count",
+          "unexplained_false_shadow_count", "unexplained_false_light_count", "acne_count",
+          "contact_count", "null_rate", "tap_settled_count", "tap_null_rate", "tap_only_null_rate",
+          "tap_null_sample_count"})
+        EXPECT_TRUE(result.json().contains(key)) << key;
+    uint64_t sum = 0;
+    const Json validated = result.json();
+    for (const Json& light : validated["lights"])
+        sum += light["pair_count"].get<uint64_t>();
+    EXPECT_EQ(sum, validated["pair_count"].get<uint64_t>());
+    EXPECT_TRUE(std::filesystem::exists(directory / "errors/error.png"));
+}
+
+TEST(Program, RenderExposesPicturesAsAsked) {
+    const TemporaryDirectory directory;
+    const auto render = [&](const char* name, const Arguments& more) {
+        const std::string file = directory / name;
+        const ProgramResult result = runShadowdag(
+            directory,
+            Arguments{"render", kScene, "--method", "maps", "--size", "32x18", "-o", file} + more);
+        EXPECT_EQ(result.status, 0) << result.err;
+        return readText(file);
+    };
+    const std::string found = render("a.png", {});
+    EXPECT_EQ(render("b.png", {"--exposure", "0"}), found);
+    EXPECT_NE(render("c.png", {"--exposure", "0.001"}), found);
+    const ProgramResult refused =
+        runShadowdag(directory, {"render", kScene, "--method", "maps", "-o", directory / "d.exr",
+                                 "--exposure", "2"});
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_NE(refused.err.find("--exposure is for a .png"), std::string::npos) << refused.err;
+}
+
+TEST(Program, RenderWritesNumberedFramesOfEveryMethod) {
+    const TemporaryDirectory directory;
+    for (const char* method : {"embree", "dag", "dag-exact", "maps", "hybrid"}) {
+        Arguments arguments = {"render",   kScene, "--method",
+                               method,     "-o",   directory / (std::string(method) + ".exr"),
+                               "--frames", "0:1",  "--json",
+                               "--size",   "32x18"};
+        if (std::string(method) != "embree") // which is the truth
+            arguments = arguments + Arguments{"--truth"};
+        if (std::string(method).starts_with("dag") || std::string(method) == "hybrid")
+            arguments = arguments + Arguments{"--resolution", "64"};
+        const ProgramResult result = runShadowdag(directory, arguments);
+        ASSERT_EQ(result.status, 0) << result.err;
+        EXPECT_EQ(result.json()["frames"].size(), 2u);
+        for (const char* number : {".0000.exr", ".0001.exr"}) {
+            const std::string file = directory / (std::string(method) + number);
+            ASSERT_TRUE(std::filesystem::exists(file)) << file;
+            const std::vector<float> green = readChannel(file, "G");
+            const std::vector<float> visibility = readChannel(file, "visibility.mean");
+            EXPECT_TRUE(std::all_of(green.begin(), green.end(), [](float v) { return v >= 0; }));
+            EXPECT_GT(*std::max_element(green.begin(), green.end()), 0.0f) << file << " is black";
+            const auto [least, most] = std::minmax_element(visibility.begin(), visibility.end());
+            EXPECT_GE(*least, 0.0f) << file;
+            EXPECT_LE(*most, 1.0f) << file;
+            EXPECT_LT(*least, *most) << file << ": shadow and light look alike";
+            if (std::string(method) == "embree")
+                continue;
+            const std::vector<float> pairs = readChannel(file, "error.pairCount");
+            const std::vector<float> share = readChannel(file, "method.rayShare");
+            for (size_t i = 0; i < pairs.size(); ++i) {
+                if (pairs[i] > 0 && std::string(method) != "hybrid") {
+                    EXPECT_EQ(share[i], std::string(method).starts_with("dag") ? 1.0f : 0.0f)
+                        << file;
+                }
+            }
+        }
+    }
+}
+
+TEST(Program, AFullPoolIsSaidByRenderAndValidate) {
+    const TemporaryDirectory directory;
+    for (const Arguments& command :
+         {Arguments{"render", kScene, "-o", directory / "a.png"}, Arguments{"validate", kScene}}) {
+        const Arguments view = command + Arguments{"--method", "maps", "--size", "160x90"};
+        const ProgramResult full = runShadowdag(directory, view + Arguments{"--pool", "1M"});
+        ASSERT_EQ(full.status, 0) << full.err;
+        EXPECT_THAT(full.out, HasSubstr("pool full: resolutions divided by ")) << command[0];
+        EXPECT_THAT(full.out, HasSubstr("; give more with --pool")) << command[0];
+        const ProgramResult roomy = runShadowdag(directory, view + Arguments{"--pool", "1G"});
+        ASSERT_EQ(roomy.status, 0) << roomy.err;
+        EXPECT_THAT(roomy.out, testing::Not(HasSubstr("pool full"))) << command[0];
+    }
+}
+
+TEST(Program, AnAssetOfAnotherSceneIsRefusedUnlessAllowed) {
+    const TemporaryDirectory directory;
+    const std::string dag = directory / "a.svdag";
+    const Json scenes = runShadowdag(directory, {"scene", "--list", "--json"}).json()["scenes"];
+    std::string other;
+    for (const Json& scene : scenes)
+        if (other.empty() && scene["name"].get<std::string>().starts_with("fail-"))
+            other = "builtin:" + scene["name"].get<std::string>();
+    if (other.empty())
+        GTEST_SKIP() << "no failure scene in this build";
+    ASSERT_EQ(runShadowdag(directory, {"voxelize", other, "-o", dag, "--resolution", "16"}).status,
+              0);
+    const Arguments render = {"render", kScene, "-o",       directory / "a.png",
+                              "--size", "8x8",  "--voxels", dag};
+    const ProgramResult refused = runShadowdag(directory, render);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_THAT(refused.err, HasSubstr("--allow-stale"));
+    const ProgramResult exact =
+        runShadowdag(directory, render + Arguments{"--allow-stale", "--method", "dag-exact"});
+    EXPECT_EQ(exact.status, 1);
+    EXPECT_THAT(exact.err, HasSubstr("--allow-stale is not for dag-exact"));
+    const ProgramResult allowed = runShadowdag(directory, render + Arguments{"--allow-stale"});
+    EXPECT_EQ(allowed.status, 0) << allowed.err;
+    EXPECT_THAT(allowed.err, HasSubstr("used all the same"));
+}
+
+} // namespace shadowdag

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+// charts.py on made-up results: every chart is drawn, and lines of different commits are refused.
+#include "tools/report/charts_run.h"
+
+#include "tests/tools/temporary_directory.h"
+#include "tools/settings/json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace shadowdag {
+
+namespace {
+
+/// Writes made-up results of a commit.
+void makeResults(const std::string& path, const std::string& commit) {
+    const std::string script = std::string(SDAG_SOURCE_DIR) + "/tests/tools/make_results.py";
+    std::string text;
+    ASSERT_EQ(runProgram({"/usr/bin/python3", script, commit}, &text), 0) << text;
+    writeText(path, text);
+}
+
+} // namespace
+
+TEST(Charts, EveryChartIsDrawnAsSvgAndPngWithACaption) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    const Json charts = Json::parse(readText(directory / "charts/charts.json"));
+    ASSERT_EQ(charts["charts"].size(), 8u);
+    EXPECT_EQ(charts["charts"][0]["file"], "speed_accuracy_builtin_made_up");
+    for (const Json& chart : charts["charts"]) {
+        const std::string stem = directory / ("charts/" + chart["file"].get<std::string>());
+        EXPECT_THAT(readText(stem + ".svg"), testing::HasSubstr("</svg>")) << stem;
+        EXPECT_EQ(readText(stem + ".svg").find("<text"), std::string::npos)
+            << "text must be outlines";
+        EXPECT_THAT(readText(stem + ".png"), testing::StartsWith("\x89PNG")) << stem;
+        EXPECT_GT(chart["caption"].get<std::string>().size(), 40u);
+    }
+}
+
+TEST(Charts, ASweepOfLevelsOfDetailGetsItsOwnChart) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    const auto isRays = [](const Json& run) {
+        return run["method"] == "dag" && run["parameters"]["resolution"] == 2048;
+    };
+    const Json base = *std::find_if(results["runs"].begin(), results["runs"].end(), isRays);
+    const Json lods = {
+        1, "footprint", "footprint:2", "coverage:0.5", "coverage:0.75", "coverage:0.75:2"};
+    for (size_t i = 0; i < lods.size(); ++i) {
+        Json run = base;
+        run["parameters"]["lod"] = lods[i];
+        run["label"] = "dag lod " + lods[i].dump();
+        run["time_ms"] = base["time_ms"].get<double>() - 10.0 * double(i + 1);
+        run["false_light_count"] = base["false_light_count"].get<int>() + 5000 * int(i + 1);
+        results["runs"].push_back(run);
+    }
+    writeText(directory / "r.json", results.dump());
+    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    const Json charts = Json::parse(readText(directory / "charts/charts.json"))["charts"];
+    const auto found = std::find_if(charts.begin(), charts.end(), [](const Json& chart) {
+        return chart["file"] == "lod_builtin_made_up";
+    });
+    ASSERT_NE(found, charts.end());
+    const std::string caption = (*found)["caption"];
+    EXPECT_THAT(caption, testing::HasSubstr("Level 0 takes"));
+    EXPECT_THAT(caption, testing::HasSubstr("the fastest, lod coverage:0.75:2"));
+    EXPECT_THAT(readText(directory / "charts/lod_builtin_made_up.png"),
+                testing::StartsWith("\x89PNG"));
+}
+
+TEST(Charts, TheCrossingOfTwoKnownPowersIsFound) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    for (Json& cost : results["map_costs"]) { // rays = x / 50, map = 1: they meet at 50
+        cost["rays_ms"] = cost["texels"].get<double>() / 50;
+        cost["map_ms"] = 1.0;
+    }
+    writeText(directory / "r.json", results.dump());
+    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    const std::string charts = readText(directory / "charts/charts.json");
+    EXPECT_THAT(charts, testing::HasSubstr("cross at 50 texels (95 % interval 50 to 50)"));
+}
+
+TEST(Charts, CaptionsNameOnlyTheThresholdsThatAreMarked) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    const auto captions = [&](const std::string& size) {
+        results["experiment"]["size"] = size;
+        writeText(directory / "r.json", results.dump());
+        drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+        const Json list = Json::parse(readText(directory / "charts/charts.json"))["charts"];
+        return list[0]["caption"].get<std::string>() + list[1]["caption"].get<std::string>();
+    };
+    const std::string both = captions("640x360"); // the sweep holds 96 and 32
+    EXPECT_THAT(both, testing::HasSubstr("Rings mark the paper's 96 texels and 32 texels"));
+    EXPECT_THAT(both, testing::HasSubstr("Lines stand at the paper's 96 texels and"));
+    const std::string tiny = captions("64x36"); // 3.2: below the sweep's least, 8
+    EXPECT_THAT(tiny, testing::HasSubstr("The ring marks the paper's 96 texels. 3 texels have no "
+                                         "run of their own."));
+    EXPECT_THAT(tiny, testing::HasSubstr("The line stands at the paper's 96 texels. Its equivalent "
+                                         "for this picture size, 3, is outside the sweep."));
+    const std::string paper = captions("1920x1080");
+    EXPECT_THAT(paper, testing::HasSubstr("The ring marks the paper's 96 texels."));
+    EXPECT_THAT(paper, testing::Not(testing::HasSubstr("have no run")));
+    for (Json& run : results["runs"]) // without 96 and 64 and 192, only the equivalent is marked
+        if (run["parameters"].value("threshold_texels", Json()).is_number() &&
+            run["parameters"]["threshold_texels"] >= 64)
+            run["parameters"]["threshold_texels"] =
+                run["parameters"]["threshold_texels"].get<double>() * 16;
+    const std::string shifted = captions("640x360");
+    EXPECT_THAT(shifted, testing::HasSubstr("The ring marks 32 texels, the equivalent"));
+    EXPECT_THAT(shifted, testing::HasSubstr("96 texels have no run of their own"));
+}
+
+TEST(Charts, ACrossingThatTheDataDoNotPinDownIsNotGiven) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    uint32_t state = 1;
+    for (Json& cost : results["map_costs"]) { // both constant but for noise: no crossing exists
+        const auto noise = [&] {
+            return 1.0 + double((state = state * 1664525u + 1013904223u) >> 16) / 16384.0;
+        };
+        cost["rays_ms"] = noise();
+        cost["map_ms"] = noise();
+    }
+    writeText(directory / "r.json", results.dump());
+    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    const std::string charts = readText(directory / "charts/charts.json");
+    EXPECT_THAT(charts, testing::Not(testing::HasSubstr("lines cross at")));
+    EXPECT_THAT(charts, testing::HasSubstr("no crossing that the data pin down"));
+}
+
+TEST(Charts, LinesOfDifferentCommitsAreRefusedUnlessTold) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "a.json", "c1");
+    makeResults(directory / "b.json", "c2");
+    std::string said;
+    const std::vector<std::string> command{"/usr/bin/python3",   SDAG_CHARTS, directory / "a.json",
+                                           directory / "b.json", "-o",        directory / "charts"};
+    EXPECT_NE(runProgram(command, &said), 0);
+    EXPECT_THAT(said, testing::HasSubstr("different commits"));
+    std::vector<std::string> told = command;
+    told.push_back("--mixed-commits");
+    EXPECT_EQ(runProgram(told, &said), 0) << said;
+}
+
+TEST(Charts, VariantsByNameHaveAChartOfTheirOwn) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    Json run = results["runs"][0];
+    for (const char* name : {"CFM", "PMCD-EB-SO-u2", "RT"}) {
+        run["label"] = name;
+        run["parameters"]["variant"] = name;
+        results["runs"].push_back(run);
+    }
+    writeText(directory / "v.json", results.dump());
+    drawCharts(SDAG_CHARTS, directory / "v.json", directory / "charts");
+    const Json charts = Json::parse(readText(directory / "charts/charts.json"));
+    ASSERT_EQ(charts["charts"].size(), 9u);
+    EXPECT_EQ(charts["charts"][0]["file"], "variants_builtin_made_up");
+}
+
+TEST(Charts, AnErrorOfZeroStandsOnTheAxis) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    for (Json& run : results["runs"])
+        if (run["method"] == "dag")
+            run["false_light_count"] = 0;
+    writeText(directory / "z.json", results.dump());
+    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "some");
+    drawCharts(SDAG_CHARTS, directory / "z.json", directory / "none");
+    const auto legendAndMarks = [&](const std::string& charts) {
+        const std::string svg = readText(directory / (charts + "/resolution_builtin_made_up.svg"));
+        size_t count = 0; // the sky-blue of false light: its line, its legend, every mark
+        for (size_t at = svg.find("#56b4e9"); at != std::string::npos;
+             at = svg.find("#56b4e9", at + 1))
+            ++count;
+        return count;
+    };
+    EXPECT_EQ(legendAndMarks("none"), legendAndMarks("some"));
+}
+
+} // namespace shadowdag

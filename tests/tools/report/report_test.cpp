@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/report/report.h"
+
+#include "hybrid/frame.h"
+#include "tools/workspace/frame_json.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+/// Returns a run of 1000 pairs: 20 false shadows, 5 false lights, 7 + 2 of them unexplained.
+Json madeUpRun(const std::string& method, const std::string& label, double timeMs) {
+    return {{"scene", "builtin:made-up"},
+            {"frame", 3},
+            {"method", method},
+            {"model", method == "hybrid" ? "texels:64" : "texels:0"},
+            {"label", label},
+            {"time_ms", timeMs},
+            {"time_ms_min", timeMs - 1},
+            {"time_ms_max", timeMs + 2},
+            {"pair_count", 1000},
+            {"false_shadow_count", 20},
+            {"false_light_count", 5},
+            {"unexplained_false_shadow_count", 7},
+            {"unexplained_false_light_count", 2},
+            {"settled_false_shadow_count", 4},
+            {"acne_count", 1},
+            {"contact_count", 3},
+            {"mean_abs_visibility_error", 0.03125},
+            {"rmse", 0.25},
+            {"flip", 0.125},
+            {"traced_light_count", 11},
+            {"mapped_light_count", 22},
+            {"ray_count", 1234567},
+            {"page_count", 15156},
+            {"pages_wanted_count", 15156},
+            {"degrade_divisor", 1.0},
+            {"dag_bytes", 3 * 1048576},
+            {"map_bytes", 1572864},
+            {"images",
+             {{"color", "images/" + method + "_c.png"},
+              {"error", "images/" + method + "_e.png"},
+              {"method", "images/" + method + "_m.png"}}}};
+}
+
+Json fullPool(Json run) {
+    run["pages_wanted_count"] = 27641;
+    run["degrade_divisor"] = 1.41421;
+    return run;
+}
+
+Json madeUpResults(const Json& runs) {
+    return {
+        {"provenance", {{"commit", "<b>"}, {"cpu", "c"}, {"thread_count", 1}, {"backend", "cpu"}}},
+        {"experiment", {{"title", "A title"}, {"size", "1x1"}}},
+        {"scenes",
+         {{{"scene", "builtin:made-up"},
+           {"scene_hash", "h"},
+           {"triangle_count", 318944},
+           {"light_count", 65}}}},
+        {"runs", runs},
+        {"truth_images",
+         {{{"scene", "builtin:made-up"}, {"frame", 3}, {"file", "images/truth.png"}}}}};
+}
+
+/// Returns what stands between two texts, the first of each; fails where one is missing.
+std::string between(const std::string& text, const std::string& from, const std::string& to) {
+    const size_t begin = text.find(from);
+    EXPECT_NE(begin, std::string::npos) << from;
+    const size_t end = begin == std::string::npos ? begin : text.find(to, begin);
+    EXPECT_NE(end, std::string::npos) << to;
+    return end == std::string::npos ? "" : text.substr(begin, end - begin);
+}
+
+/// Returns the cells of the first row of the first table's body, without tags.
+std::vector<std::string> firstRow(const std::string& html) {
+    std::string row = between(html, "<tbody>\n<tr>", "</tr>");
+    std::vector<std::string> cells;
+    for (size_t at = row.find("<td"); at != std::string::npos; at = row.find("<td", at + 1)) {
+        const size_t begin = row.find('>', at) + 1;
+        cells.push_back(row.substr(begin, row.find("</td>", begin) - begin));
+    }
+    return cells;
+}
+
+} // namespace
+
+TEST(Report, TheTableHoldsEveryNumberOfARunUnderItsHeading) {
+    const std::string html =
+        reportHtml(madeUpResults(Json::array({madeUpRun("maps", "maps", 100.25)})), Json());
+    const std::vector<std::string> expected = {"maps",
+                                               "builtin:made-up",
+                                               "3",
+                                               "100.25",
+                                               "99.25 to 102.25",
+                                               "fits",
+                                               "0.03125",
+                                               "2.000",
+                                               "0.500",
+                                               "9",
+                                               "4",
+                                               "1",
+                                               "3",
+                                               "0.2500",
+                                               "0.1250",
+                                               "11",
+                                               "22",
+                                               "1&#8239;234&#8239;567",
+                                               "15&#8239;156",
+                                               "3.00",
+                                               "1.50"};
+    EXPECT_EQ(firstRow(html), expected);
+    const std::string head = between(html, "<thead>", "</thead>");
+    size_t headingCount = 0;
+    for (size_t at = head.find("<th>"); at != std::string::npos; at = head.find("<th>", at + 1))
+        ++headingCount;
+    EXPECT_EQ(headingCount, expected.size());
+}
+
+TEST(Report, FindingsNameThePureMethodsAndTheFastestHybrid) {
+    const std::string findings = between(
+        reportHtml(madeUpResults({madeUpRun("embree", "embree", 50), madeUpRun("maps", "maps", 100),
+                                  madeUpRun("hybrid", "hybrid slow 512^3", 90),
+                                  madeUpRun("hybrid", "hybrid fast 512^3", 80)}),
+                   Json()),
+        "<ul>", "</ul>");
+    EXPECT_THAT(findings, HasSubstr("builtin:made-up, frame 3"));
+    EXPECT_THAT(findings, HasSubstr("embree 50.0 ms; maps 100.0 ms at 2.50 % wrong pairs"));
+    EXPECT_THAT(findings,
+                HasSubstr("the fastest hybrid (hybrid fast 512\u00b3) 80.0 ms at 2.50 %"));
+    EXPECT_THAT(findings, Not(HasSubstr("slow")));
+    EXPECT_THAT(findings, Not(HasSubstr("pool")));
+    EXPECT_THAT(findings, HasSubstr("36 wrong pairs are unexplained; of the unexplained, 16 are "
+                                    "settled: a shift aimed at the blocker finds them"));
+}
+
+TEST(Report, AFullPoolIsSaidInFindingsTableAndPictures) {
+    const std::string html = reportHtml(
+        madeUpResults({fullPool(madeUpRun("maps", "maps", 100)), madeUpRun("dag", "dag", 90)}),
+        Json());
+    const std::string note =
+        "pool full: resolutions divided by 1.41; wanted 27641 pages, 15156 fit";
+    const std::string findings = between(html, "<ul>", "</ul>");
+    EXPECT_THAT(findings, HasSubstr("The page pool was full</b> in 1 of 2 runs (maps: " + note));
+    EXPECT_EQ(firstRow(html)[5], "full, \u00f7\u20091.41");
+    EXPECT_THAT(between(html, "<h3>maps", "<div"), HasSubstr(note));
+    EXPECT_THAT(between(html, "<h3>dag", "<div"), Not(HasSubstr("pool")));
+}
+
+TEST(Report, PictureRowsShowMethodTruthErrorAndRouteAndFoldSomeHybrids) {
+    const std::string html = reportHtml(
+        madeUpResults({madeUpRun("maps", "maps", 100), madeUpRun("hybrid", "hybrid x", 80)}),
+        Json());
+    const std::string row = between(html, "<h3>maps: 100.0 ms, 2.00 % false shadow", "</div>");
+    size_t at = 0;
+    for (const char* file :
+         {"images/maps_c.png", "images/truth.png", "images/maps_e.png", "images/maps_m.png"}) {
+        const size_t found = row.find("src=\"" + std::string(file), at);
+        ASSERT_NE(found, std::string::npos) << file << " is missing or out of order in " << row;
+        at = found;
+    }
+    EXPECT_THAT(between(html, "<details>", "</details>"), HasSubstr("<h3>hybrid x"));
+}
+
+TEST(PoolNote, IsEmptyWherePagesFitOrNobodyCounted) {
+    EXPECT_EQ(poolNote(madeUpRun("maps", "maps", 1)), "");
+    EXPECT_EQ(poolNote(Json::object()), "");
+    EXPECT_EQ(poolNote(FrameCounts()), "");
+    FrameCounts full;
+    full.maps.degradeDivisor = 2.0f;
+    full.maps.pagesWantedCount = 40;
+    full.maps.pageCount = 10;
+    EXPECT_EQ(poolNote(full), "pool full: resolutions divided by 2.00; wanted 40 pages, 10 fit");
+    EXPECT_EQ(poolNote(toJson(full)), poolNote(full)) << "a frame and its JSON say the same";
+}
+
+TEST(Report, CsvGivesNestedKeysTheirOwnColumns) {
+    const Json runs = {
+        {{"scene", "a,b"}, {"parameters", {{"taps", 9}}}, {"images", {{"color", "x"}}}},
+        {{"scene", "say \"c\""},
+         {"parameters", Json::object()},
+         {"stages_ms", {{"shading", 1.5}}}}};
+    EXPECT_EQ(runsCsv(runs),
+              "scene,parameters.taps,stages_ms.shading\n\"a,b\",9,\n\"say \"\"c\"\"\",,1.5\n");
+    EXPECT_EQ(runsCsv(Json::array()), "");
+}
+
+TEST(Report, NamesCannotBecomeMarkup) {
+    Json results = madeUpResults(Json::array({madeUpRun("maps", "<script>alert(2)</script>", 1)}));
+    results["experiment"]["title"] = "<script>alert(1)</script>";
+    const std::string html = reportHtml(results, Json());
+    EXPECT_EQ(html.find("<script>alert"), std::string::npos);
+    EXPECT_THAT(html, testing::HasSubstr("&lt;script&gt;alert(1)"));
+    EXPECT_THAT(html, testing::HasSubstr("&lt;script&gt;alert(2)"));
+    EXPECT_EQ(html.find("http"), std::string::npos) << "the page must not need the net";
+}
+
+} // namespace shadowdag

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/settings/experiment.h"
+
+#include "cuda/error.h"
+#include "tests/tools/temporary_directory.h"
+
+#include "tools/settings/json_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Not;
+
+std::string inputMessage(const Json& json) {
+    try {
+        experimentFromJson(json, "x.json");
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        return error.what();
+    }
+    ADD_FAILURE() << "no error for " << json;
+    return "";
+}
+
+std::vector<std::string> labels(const std::vector<RunParameters>& runs) {
+    std::vector<std::string> texts;
+    for (const RunParameters& run : runs)
+        texts.push_back(run.label());
+    return texts;
+}
+
+} // namespace
+
+TEST(Experiment, ComesBackFromItsOwnJson) {
+    const Experiment e = experimentFromJson({{"size", "320x200"},
+                                             {"frames", "0:4:2"},
+                                             {"exposure", 0.1f},
+                                             {"thresholds", {0, 48.5, "inf"}},
+                                             {"undersample", {1, 2.5}}},
+                                            "x");
+    const Json json = toJson(e);
+    EXPECT_EQ(toJson(experimentFromJson(json, "x")), json);
+    EXPECT_EQ(json["size"], "320x200");
+    EXPECT_THAT(e.frames, ElementsAre(0, 2, 4));
+    EXPECT_EQ(json["thresholds"].dump(), "[0.0,48.5,\"inf\"]");
+}
+
+TEST(Experiment, AnUnknownKeyIsRefusedByName) {
+    EXPECT_THAT(inputMessage({{"treshold", 1}}), HasSubstr("x.json: unknown key \"treshold\""));
+}
+
+TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
+    const std::vector<std::pair<std::string, Json>> wrong = {
+        {"size", "0x0"},
+        {"size", 640},
+        {"frames", "5:1"},
+        {"fps", 0},
+        {"exposure", -1},
+        {"lights", -2},
+        {"lights", 1.5},
+        {"resolutions", {1000}},
+        {"resolutions", Json::array()},
+        {"resolutions", {8, 8}},
+        {"methods", {"magic"}},
+        {"thresholds", {"x"}},
+        {"thresholds", {-1}},
+        {"thresholds", 96},
+        {"undersample", {0.5}},
+        {"page_size", {48}},
+        {"pool_mib", 0},
+        {"taps", {5}},
+        {"maps_per_light", {17}},
+        {"maps_per_light", {0}},
+        {"variants", {"PMCX"}},
+        {"sequence", 1},
+        {"lead_in", -1},
+        {"flicker_points", "many"},
+        {"repeats", 0},
+        {"lod", {18}},
+        {"lod", Json::array()},
+        {"lod", {1, "1"}},
+        {"lod", {1.5}},
+        {"lod", {"footprint:0"}},
+        {"lod", {"coverage:2"}},
+        {"lod", {"pixels"}},
+        {"title", 3},
+        {"scenes", "atrium"},
+        {"offset", {-1}},
+        {"models", {"magic"}},
+        {"models", {"texels:96", "expr:texels+"}},
+        {"max_face_texels", 8193},
+        {"max_face_texels", 15},
+        {"route_margin", 0.1}, // not in sequence
+        {"route_margin", -1},
+        {"route_margin", "much"},
+        {"error_seed", -1}};
+    for (const auto& [key, value] : wrong)
+        EXPECT_THAT(inputMessage({{key, value}}), HasSubstr("\"" + key + "\"")) << value;
+    EXPECT_THAT(inputMessage(Json::array()), HasSubstr("one JSON object"));
+}
+
+TEST(Experiment, AMarginOfRoutesIsForSequencesAndForWhatDoesNotNameItsOwn) {
+    const Experiment e = experimentFromJson(
+        {{"sequence", true},
+         {"route_margin", 0.2},
+         {"taps", {4}},
+         {"variants", {"Hybrid", "Hybrid-RH0", "Hybrid-RH0.20-PMCC", "PMCD-T4", "PMCD-T9"}}},
+        "x");
+    EXPECT_EQ(toJson(e)["route_margin"], 0.2);
+    EXPECT_THAT(e.variants, ElementsAre("Hybrid", "Hybrid-RH0", "Hybrid-PMCC", "PMCD", "PMCD-T9"));
+    EXPECT_EQ(toJson(experimentFromJson(toJson(e), "x")), toJson(e));
+    const std::vector<RunParameters> runs = configurations(e, {64}, 1);
+    ASSERT_EQ(runs.size(), 6u);
+    EXPECT_EQ(runs[1].frame.routeMargin, 0.2f);
+    EXPECT_EQ(runs[1].toJson()["route_margin"], 0.2);
+    EXPECT_EQ(runs[2].frame.routeMargin, 0.0f);
+    EXPECT_EQ(runs[5].frame.bias.taps, 9u);
+    EXPECT_THAT(
+        inputMessage(
+            {{"sequence", true}, {"route_margin", 0.2}, {"variants", {"Hybrid", "Hybrid-RH0.2"}}}),
+        HasSubstr("key \"variants\" 'Hybrid-RH0.2': is the variant 'Hybrid'"));
+    Experiment swept;
+    swept.isSequence = true;
+    swept.routeMargin = 0.5f;
+    swept.methods = {"hybrid"};
+    swept.thresholds = {32};
+    swept.models.clear();
+    EXPECT_THAT(labels(configurations(swept, {64}, 1)),
+                ElementsAre("hybrid texels:32 64^3 margin 0.5"));
+}
+
+TEST(Experiment, AFileThatIsMissingOrBrokenIsNamed) {
+    const TemporaryDirectory directory;
+    EXPECT_THROW(readExperiment(directory / "none.json"), Error);
+    writeText(directory / "bad.json", "{\"size\": ");
+    try {
+        readExperiment(directory / "bad.json");
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(),
+                    HasSubstr("bad.json: ends at line 1, column 10, before its JSON does"));
+    }
+}
+
+TEST(Experiment, AFileThatIsNoFileOrSaysAKeyTwiceIsNamed) {
+    const TemporaryDirectory directory;
+    const auto message = [&](const std::string& path) -> std::string {
+        try {
+            readExperiment(path);
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            return error.what();
+        }
+        return "";
+    };
+    const std::string path = directory / "e.json";
+    EXPECT_THAT(message(directory.path()), HasSubstr(": is a directory; give an experiment file"));
+    EXPECT_THAT(message(directory / "none.json"), HasSubstr("cannot be opened"));
+    writeText(path, "{\"repeats\": 1,\n \"repeats\": 2}");
+    EXPECT_THAT(message(path), HasSubstr("key \"repeats\" stands there twice"));
+    writeText(path, "{\"repeats\": 1,\n  maps}");
+    EXPECT_THAT(message(path), HasSubstr("is not JSON at line 2, column"));
+    writeText(path, " \n");
+    EXPECT_THAT(message(path), HasSubstr("is empty"));
+    writeText(path, R"({"fps": 1e999})");
+    EXPECT_THAT(message(path), AllOf(HasSubstr(path), HasSubstr("a number beyond 1.8e308"),
+                                     Not(HasSubstr("json.exception"))));
+    // The same key in two objects is no key twice.
+    EXPECT_EQ(parseJson("[{\"a\": 1}, {\"a\": {\"a\": 2}}]", "x", "y").size(), 2u);
+}
+
+TEST(Experiment, BytesThatAreNoTextAreRefusedByNameOrReplaced) {
+    EXPECT_THAT(inputMessage({{"size", "\xff"}}), HasSubstr("\"size\""));
+    EXPECT_THAT(inputMessage({{"models", {"\xff"}}}), HasSubstr("\"models\""));
+    EXPECT_EQ(jsonLine("a\xff"), "\"a\uFFFD\"");
+}
+
+TEST(Experiment, ALevelThatVoxelsDoNotHaveIsRefusedWithThoseTheyHave) {
+    Experiment e;
+    e.methods = {"dag", "dag-exact", "maps"};
+    e.lod = {LodChoice(6), LodChoice(7)};
+    EXPECT_NO_THROW(refuseDeepLods(configurations(e, {128}, 1)));
+    try {
+        refuseDeepLods(configurations(e, {64}, 1));
+        FAIL() << "was taken";
+    } catch (const Error& error) {
+        EXPECT_THAT(error.what(), HasSubstr("--lod '7': 64^3 voxels have levels 0 to 6"));
+    }
+}
+
+TEST(Experiment, PolygonLevelsOfDetailAreTexelsOfMaps) {
+    const Experiment e =
+        experimentFromJson({{"polygon_lod", {0, 1.5}}, {"methods", {"maps", "dag"}}}, "x");
+    EXPECT_EQ(e.polygonLod, (std::vector<float>{0, 1.5f}));
+    EXPECT_EQ(toJson(e)["polygon_lod"].dump(), "[0.0,1.5]");
+    EXPECT_EQ(baseOptions(e).maps.lodTexels, 0.0f);
+    std::vector<float> drawn;
+    size_t rayCount = 0;
+    for (const RunParameters& run : configurations(e, {64}, 1)) {
+        rayCount += run.method == "dag" ? 1 : 0;
+        if (run.usesMaps()) {
+            drawn.push_back(run.frame.maps.lodTexels);
+            EXPECT_EQ(run.toJson()["polygon_lod"], run.frame.maps.lodTexels);
+        }
+    }
+    EXPECT_THAT(drawn, ElementsAre(0.0f, 1.5f));
+    EXPECT_EQ(rayCount, 1u) << "rays do not read it";
+    EXPECT_THAT(inputMessage({{"polygon_lod", {-1}}}), HasSubstr("\"polygon_lod\""));
+    EXPECT_THAT(inputMessage({{"polygon_lod", 2}}), HasSubstr("must be a list"));
+}
+
+TEST(Experiment, LevelsOfDetailAreNumbersAndTexts) {
+    const Json lods = {0, 2, "footprint", "footprint:2", "coverage:0.75", "coverage:0.5:4"};
+    const Experiment e = experimentFromJson({{"lod", lods}}, "x");
+    EXPECT_EQ(toJson(e)["lod"], lods);
+    ASSERT_EQ(e.lod.size(), 6u);
+    EXPECT_EQ(e.lod[1].level, 2u);
+    EXPECT_EQ(e.lod[3].rule, LodRule::kFootprint);
+    EXPECT_EQ(e.lod[3].footprintScale, 2.0f);
+    EXPECT_EQ(e.lod[5].rule, LodRule::kCoverage);
+    EXPECT_EQ(e.lod[5].coverage, 0.5f);
+    EXPECT_EQ(e.lod[5].footprintScale, 4.0f);
+    EXPECT_EQ(parseLod("--lod", "coverage").text(), "coverage:0.75");
+    Experiment swept = e;
+    swept.methods = {"dag"};
+    EXPECT_THAT(labels(configurations(swept, {1024}, 1)),
+                ElementsAre("dag 1024^3", "dag 1024^3 lod 2", "dag 1024^3 lod footprint",
+                            "dag 1024^3 lod footprint:2", "dag 1024^3 lod coverage:0.75",
+                            "dag 1024^3 lod coverage:0.5:4"));
+    EXPECT_EQ(configurations(swept, {1024}, 1)[3].toJson()["lod"], "footprint:2");
+    EXPECT_EQ(configurations(swept, {1024}, 1)[1].toJson()["lod"], 2);
+}
+
+TEST(Configurations, PureMethodsStandForTheEndsOfTheSweep) {
+    Experiment e;
+    e.thresholds = {0, 96, std::numeric_limits<float>::infinity()};
+    EXPECT_THAT(labels(configurations(e, {1024, 512}, 1)),
+                ElementsAre("embree", "maps", "hybrid texels:96 1024^3", "dag 1024^3", "dag 512^3",
+                            "hybrid oracle 1024^3"));
+}
+
+TEST(Configurations, RaysDoNotVaryWithMapsNorMapsWithRays) {
+    Experiment e;
+    e.thresholds = {96};
+    e.models.clear();
+    e.undersample = {1, 2};
+    e.offset = {1, 2};
+    e.methods = {"dag", "maps"};
+    EXPECT_THAT(labels(configurations(e, {1024}, 1)),
+                ElementsAre("maps", "dag 1024^3", "dag 1024^3 offset 2", "maps u2"));
+}
+
+TEST(Configurations, ExactRaysStandAtEveryResolutionAndVaryWithNothingElse) {
+    Experiment e;
+    e.thresholds = {96};
+    e.models.clear();
+    e.offset = {1, 2};
+    e.lod[0].level = 1;
+    e.taps = {1, 9};
+    e.methods = {"embree", "dag-exact"};
+    const std::vector<RunParameters> runs = configurations(e, {1024, 512}, 1);
+    EXPECT_THAT(labels(runs), ElementsAre("embree", "dag-exact 1024^3", "dag-exact 512^3"));
+    EXPECT_EQ(runs[1].frame.rays.kind, RayKind::kExact);
+    EXPECT_EQ(runs[1].toJson(), (Json{{"resolution", 1024}, {"threshold_texels", "inf"}}));
+    EXPECT_TRUE(runs[1].usesRays());
+    EXPECT_FALSE(runs[1].usesMaps());
+}
+
+TEST(Configurations, LabelsAndFileNamesAreUnique) {
+    Experiment e;
+    e.undersample = {1, 2};
+    e.taps = {1, 9};
+    e.bias = {0, 1};
+    e.lod = {0, 1};
+    e.pageTexels = {32, 64};
+    e.models = {"oracle", "expr:texels-96", "expr:texels-48"};
+    std::set<std::string> seen, files;
+    const std::vector<RunParameters> runs = configurations(e, {1024, 2048}, 2);
+    for (const RunParameters& run : runs) {
+        seen.insert(run.label());
+        files.insert(run.slug());
+    }
+    EXPECT_EQ(seen.size(), runs.size());
+    EXPECT_EQ(files.size(), runs.size());
+}
+
+TEST(Configurations, ExpressionsThatDifferInSignsAloneHaveTheirOwnShortFiles) {
+    Experiment e;
+    e.models = {"expr:texels<50", "expr:texels>50", "expr:" + std::string(400, '1')};
+    e.models.push_back(e.models.back() + "1");
+    std::set<std::string> files;
+    const std::vector<RunParameters> runs = configurations(e, {1024}, 1);
+    for (const RunParameters& run : runs) {
+        files.insert(run.slug());
+        EXPECT_LE(run.slug().size(), 60u);
+    }
+    EXPECT_EQ(files.size(), runs.size());
+    EXPECT_EQ(runs[0].slug(), "embree");
+    EXPECT_EQ(fileSlug("scene.gltf"), "scene.gltf");
+    EXPECT_NE(fileSlug("a/scene.gltf"), fileSlug("a_scene.gltf"));
+    EXPECT_NE(fileSlug("\u00e4.gltf"), fileSlug("\u00f6.gltf"));
+    EXPECT_NE(fileSlug("\u00e4.gltf"), fileSlug("__.gltf"));
+}
+
+TEST(Configurations, TheLargestFaceIsTheExperiments) {
+    const Experiment e = experimentFromJson({{"max_face_texels", 8192}}, "x");
+    for (const RunParameters& run : configurations(e, {1024}, 1))
+        EXPECT_EQ(run.frame.maxFaceTexels, 8192u) << run.label();
+    EXPECT_EQ(toJson(e)["max_face_texels"], 8192);
+}
+
+TEST(Experiment, TheCommittedFilesAreValid) {
+    for (const char* name : {"atrium", "houses", "necropolis", "smoke", "real"}) {
+        const Experiment e =
+            readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json");
+        EXPECT_FALSE(e.title.empty()) << name;
+        EXPECT_GE(e.thresholds.size(), 4u) << name;
+    }
+    EXPECT_GE(
+        readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/lod.json").lod.size(),
+        8u);
+    for (const char* name :
+         {"figures_necropolis", "figures_houses", "figures_atrium", "slow_camera"}) {
+        const Experiment e =
+            readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json");
+        EXPECT_TRUE(e.isSequence) << name;
+        EXPECT_GE(e.variants.size(), 5u) << name;
+    }
+    EXPECT_EQ(readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/held_routes.json")
+                  .variants,
+              (std::vector<std::string>{"Hybrid:texels:32", "Hybrid:texels:32-RH0.2",
+                                        "Hybrid:texels:32-RH1"}));
+}
+
+TEST(Experiment, VariantsTakeThePlaceOfTheSweep) {
+    const Experiment e = experimentFromJson({{"variants", {"PMC", "PMCD-u2", "RT"}}}, "x");
+    EXPECT_THAT(labels(configurations(e, {256}, 1)), ElementsAre("embree", "PMC", "PMCD-u2", "RT"));
+    EXPECT_EQ(configurations(e, {256}, 1)[3].resolution, 256u);
+    EXPECT_EQ(toJson(experimentFromJson(toJson(e), "x")), toJson(e));
+    const Experiment alone =
+        experimentFromJson({{"variants", {"PMC"}}, {"methods", Json::array()}}, "x");
+    EXPECT_THAT(labels(configurations(alone, {}, 0)), ElementsAre("PMC"));
+}
+
+TEST(Configurations, MapsALightAreSweptAndNamed) {
+    const Experiment e = experimentFromJson(
+        {{"methods", {"maps"}}, {"maps_per_light", {1, 4}}, {"thresholds", {0}}}, "x");
+    const std::vector<RunParameters> runs = configurations(e, {}, 0);
+    ASSERT_EQ(runs.size(), 2u);
+    EXPECT_EQ(runs[1].frame.mapsPerLight, 4u);
+    EXPECT_EQ(runs[1].toJson()["maps_per_light"], 4);
+    EXPECT_NE(runs[0].label(), runs[1].label());
+}
+
+} // namespace shadowdag

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+// Real scenes: what cells are held to, what is said of those that break it, and one that is known.
+#include "tools/studies/real_scenes.h"
+
+#include "cuda/backend.h"
+#include "cuda/error.h"
+#include "scenes/fail_scenes.h"
+#include "scenes/gltf.h"
+#include "tests/scenes/gltf_files.h"
+#include "tests/tools/temporary_directory.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+TEST(RealScenes, TablesAgree) {
+    std::set<std::string> names;
+    for (const RealScene& scene : realScenes()) {
+        EXPECT_TRUE(names.insert(scene.name).second) << scene.name << " is there twice";
+        EXPECT_EQ(scene.geometryHash.size(), 32u) << scene.name;
+        for (int m = 0; m < kMatrixMethodCount; ++m)
+            EXPECT_EQ(std::count_if(knownRealCells().begin(), knownRealCells().end(),
+                                    [&](const KnownCell& known) {
+                                        return known.failure == scene.name &&
+                                               known.method == MatrixMethod(m) && known.isOn;
+                                    }),
+                      1)
+                << scene.name << " by " << kMatrixMethodNames[size_t(m)];
+    }
+    EXPECT_EQ(knownRealCells().size(), names.size() * kMatrixMethodCount);
+    for (const NamedErrors& named : namedErrors()) {
+        EXPECT_TRUE(names.contains(named.scene)) << named.scene;
+        EXPECT_FALSE(named.failure.empty() || named.reason.empty()) << named.scene;
+        EXPECT_GT(named.count, 0u);
+    }
+}
+
+// By hand: a twentieth of 100 and 3 more are 108, for dag-exact there is no slack; what any scene
+// is held to goes before that.
+TEST(RealScenes, BoundsAreWhatIsKnownAndWhatAnySceneIsHeldTo) {
+    CellCounts known{};
+    known[size_t(CellMeasure::kFalseShadow)] = 100;
+    known[size_t(CellMeasure::kAcne)] = 40;
+    const Json maps = realBounds("", MatrixMethod::kMaps, &known);
+    EXPECT_EQ(maps["false_shadow_count"], 108);
+    EXPECT_EQ(maps["acne_count"], 45);
+    EXPECT_EQ(maps["unnamed_count"], 0);
+    EXPECT_EQ(realBounds("", MatrixMethod::kDag, &known)["acne_count"], 0);
+    const Json exact = realBounds("", MatrixMethod::kDagExact, &known),
+               exactAnywhere = realBounds("", MatrixMethod::kDagExact, nullptr);
+    EXPECT_EQ(exact["false_shadow_count"], 100);
+    EXPECT_EQ(exact["acne_count"], 0);
+    EXPECT_EQ(exactAnywhere["false_shadow_count"], 0);
+    EXPECT_EQ(exactAnywhere["unexplained_count"], 0);
+    const Json unknown = realBounds("", MatrixMethod::kHybrid, nullptr);
+    EXPECT_EQ(unknown.size(), 1u);
+    EXPECT_EQ(unknown["unnamed_count"], 0);
+    const Json cell = {{"false_shadow_count", 109}, {"acne_count", 45}, {"unnamed_count", 0}},
+               bounds = {{"false_shadow_count", 108}, {"acne_count", 45}, {"unnamed_count", 0}};
+    EXPECT_EQ(realBroken(cell, bounds), Json::array({"false_shadow_count"}));
+}
+
+// A view that is all dark or all lit has no shadow to be wrong at: a known scene must not be such.
+TEST(RealScenes, AKnownSceneMustShowAShadowEdge) {
+    Json cell = {{"scene", "barn"}, {"method", "maps"}, {"known", "yes"}, {"pair_count", 9}};
+    for (const int dark : {0, 1, 8, 9}) {
+        cell["occluded_count"] = dark;
+        const bool shows = dark == 1 || dark == 8;
+        EXPECT_EQ(showsShadowEdge(cell), shows) << dark;
+        cell["broken"] = realBroken(cell, Json::object());
+        EXPECT_EQ(cell["broken"], shows ? Json::array() : Json::array({"occluded_count"})) << dark;
+    }
+    EXPECT_THAT(realBrokenLines({{"cells", Json::array({cell})}}),
+                ElementsAre(HasSubstr("barn by maps: shows no shadow edge, occluded_count is 9 of "
+                                      "9 pairs")));
+    cell["pair_count"] = cell["occluded_count"] = 0;
+    EXPECT_FALSE(showsShadowEdge(cell));
+    cell["known"] = "no";
+    EXPECT_TRUE(realBroken(cell, Json::object()).empty());
+}
+
+// What was measured of each known scene, as it is committed, proves something.
+TEST(RealScenes, TheCommittedRunShowsAShadowEdgeInEveryCell) {
+    const Json run = Json::parse(readText(SDAG_SOURCE_DIR "/tests/bench/results/real_scenes.json"));
+    std::set<std::string> scenes;
+    for (const Json& cell : run["cells"]) {
+        EXPECT_TRUE(showsShadowEdge(cell)) << cell["scene"] << " by " << cell["method"];
+        scenes.insert(cell["scene"].get<std::string>());
+        EXPECT_EQ(cell["known"], "yes") << cell["scene"];
+    }
+    for (const RealScene& scene : realScenes())
+        EXPECT_TRUE(scenes.contains(scene.name)) << scene.name;
+}
+
+TEST(RealScenes, WhatDoesNotHoldIsNamedWithItsNumbersAndItsFirstPair) {
+    const Json first = {{"error", "false light"}, {"frame", 1}, {"pixel", {3, 4}}, {"light", 7}};
+    const Json cell = {{"scene", "barn"},
+                       {"method", "maps"},
+                       {"unnamed_count", 2},
+                       {"bounds", {{"unnamed_count", 0}}},
+                       {"broken", Json::array({"unnamed_count", "unknown"})},
+                       {"unnamed", Json::array({first})}};
+    EXPECT_THAT(
+        realBrokenLines({{"cells", Json::array({cell})}}),
+        ElementsAre("barn by maps: unnamed_count is 2, bound 0; the first: a false light in "
+                    "frame 1 at pixel 3,4 of light 7",
+                    "barn by maps: no bound is known; run tools/report/failure_known.py"));
+}
+
+Json measure(const std::vector<std::string>& files, const std::string& settings) {
+    const TemporaryDirectory directory;
+    RealRequest request;
+    request.files = files;
+    request.settings = settings;
+    request.cacheDirectory = directory / "cache";
+    return measureReal(request, Console(true));
+}
+
+// A scene that nobody knows: errors have names, dag-exact has none, and threads change nothing.
+TEST(RealScenes, AnySceneIsMeasuredTheSameOnAnyThreadCount) {
+    const Json many = measure({"builtin:fail-contact"}, "resolution=128");
+    ASSERT_EQ(many["cells"].size(), size_t(kMatrixMethodCount));
+    for (const Json& cell : many["cells"]) {
+        EXPECT_EQ(cell["known"], "no");
+        EXPECT_EQ(cell["bounds"]["unnamed_count"], 0);
+        EXPECT_GT(cell["pair_count"], 0);
+        EXPECT_GT(cell["flicker_answer_count"], 0);
+        EXPECT_EQ(cell["unnamed"].size(), std::min(cell["unnamed_count"].get<size_t>(), size_t(8)));
+    }
+    EXPECT_GT(many["cells"][size_t(MatrixMethod::kDag)]["false_light_count"], 20);
+    EXPECT_TRUE(many["cells"][size_t(MatrixMethod::kDagExact)]["broken"].empty());
+    setThreadCount(1);
+    const Json one = measure({"builtin:fail-contact"}, "resolution=128");
+    setThreadCount(0);
+    EXPECT_EQ(many, one);
+    // Of a view that is all dark the page says what it is worth.
+    const char* const nothing = "It shows no shadow edge";
+    EXPECT_THAT(realHtml(many, Json::object()), Not(HasSubstr(nothing)));
+    Json dark = many;
+    for (Json& cell : dark["cells"])
+        cell["occluded_count"] = cell["pair_count"];
+    EXPECT_THAT(realHtml(dark, Json::object()), HasSubstr(nothing));
+}
+
+// A light on a face by rays offset by nothing: acne by rays, which no scene may have.
+TEST(RealScenes, AcneByRaysBreaksAnyScene) {
+    const Json results = measure({"builtin:fail-self-shadow"}, "resolution=128 offset=0");
+    EXPECT_EQ(results["cells"][size_t(MatrixMethod::kDag)]["broken"], Json::array({"acne_count"}));
+}
+
+TEST(RealScenes, ASmallKnownSceneHoldsItsBoundsWhichAreTight) {
+    if (test::sharedScenes().empty())
+        GTEST_SKIP() << "the shared scenes are absent; SDAG_SHARED_SCENES names their folder";
+    const Json results = measure({test::sharedScenes() + "glb/lqdm1.glb"}, "");
+    EXPECT_THAT(realBrokenLines(results), IsEmpty());
+    for (const Json& cell : results["cells"]) {
+        EXPECT_EQ(cell["known"], "yes");
+        CellCounts counts;
+        for (size_t m = 0; m < counts.size(); ++m)
+            counts[m] = cell[kCellMeasureNames[m]].get<uint64_t>();
+        for (const KnownCell& known : knownRealCells()) {
+            if (known.failure != std::string("lqdm1") ||
+                cell["method"] != kMatrixMethodNames[size_t(known.method)])
+                continue;
+            for (size_t m = 0; m < counts.size(); ++m)
+                EXPECT_LE(known.counts[m], boundOf(counts)[m])
+                    << cell["method"] << ": " << kCellMeasureNames[m]
+                    << " is better than the table says; run tools/report/failure_known.py";
+        }
+    }
+}
+
+TEST(RealScenes, FilesAreScenesAndTheLitOnesOfDirectories) {
+    const TemporaryDirectory directory;
+    const Console console(true);
+    const auto message = [&](const std::vector<std::string>& arguments) {
+        try {
+            realFiles(arguments, console);
+        } catch (const Error& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_THAT(message({}), HasSubstr("compare real needs scenes"));
+    EXPECT_THAT(message({directory.path()}), HasSubstr("no .glb or .gltf file in it has lights"));
+    EXPECT_THAT(realFiles({"a.glb", "b.glb"}, console), ElementsAre("a.glb", "b.glb"));
+    EXPECT_THAT(message({"a.glb", "a.glb"}), HasSubstr("given twice"));
+    // Cells and pictures go by the stem: two of one would be one.
+    EXPECT_THAT(message({"a/x.glb", "y.glb", "b/x.gltf"}),
+                HasSubstr("a/x.glb and b/x.gltf are both called 'x'"));
+    try {
+        measure({"a/x.glb", "b/x.glb"}, "");
+        FAIL() << "were taken";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+        EXPECT_THAT(error.what(), HasSubstr("are both called 'x'"));
+    }
+    Scene scene = makeFailScene(failScenes().front());
+    writeGlb(scene, directory / "lit.glb");
+    writeGlb(scene, directory / "also.glb");
+    scene.lights.clear();
+    for (Node& node : scene.nodes)
+        node.light = kNone;
+    writeGlb(scene, directory / "dark.glb");
+    EXPECT_THAT(realFiles({directory.path()}, console),
+                ElementsAre(directory / "also.glb", directory / "lit.glb"));
+}
+
+} // namespace
+} // namespace shadowdag

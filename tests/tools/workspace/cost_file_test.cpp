@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/workspace/cost_file.h"
+
+#include "cuda/error.h"
+#include "tests/tools/temporary_directory.h"
+
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+
+TEST(CostFile, ComesBackAsWritten) {
+    const TemporaryDirectory directory;
+    CostTable table;
+    table[{"a", 3}] = {3, {{1, 0, 0.1, 2.5}, {7, 0, 1.0 / 3.0, 0}}};
+    writeText(directory / "c.json", jsonText(toJson(table)));
+    const CostTable back = readCosts(directory / "c.json");
+    const FrameCosts& costs = findCosts(back, "c.json", "a", 3);
+    EXPECT_EQ(costs.frame, 3u);
+    ASSERT_EQ(costs.maps.size(), 2u);
+    EXPECT_EQ(costs.maps[1].light, 7u);
+    EXPECT_EQ(costs.maps[1].raysMs, 1.0 / 3.0);
+    EXPECT_EQ(costs.maps[0].mapMs, 2.5);
+    EXPECT_THROW(findCosts(back, "c.json", "a", 4), Error);
+    EXPECT_THROW(findCosts(back, "c.json", "b", 3), Error);
+}
+
+TEST(CostFile, OneLightMayHaveSeveralMaps) {
+    const TemporaryDirectory directory;
+    CostTable table;
+    table[{"a", 0}] = {0, {{4, 6, 1, 2}, {4, 7, 3, 4}, {5, 2, 5, 6}}};
+    writeText(directory / "c.json", jsonText(toJson(table)));
+    const FrameCosts back = readCosts(directory / "c.json").begin()->second;
+    ASSERT_EQ(back.maps.size(), 3u);
+    EXPECT_EQ(back.maps[1].octave, 7u);
+    EXPECT_EQ(back.maps[1].mapMs, 4);
+}
+
+TEST(CostFile, BrokenFilesAreInputErrors) {
+    const TemporaryDirectory directory;
+    const std::string path = directory / "c.json";
+    for (const char* text :
+         {"", "[]", "{}", "{\"costs\": 3}", "{\"costs\": [{\"scene\": \"a\", \"frame\": 0}]}",
+          "{\"costs\": [{\"scene\": \"a\", \"frame\": 0, \"maps\": [{\"light\": 0, \"rays_ms\": "
+          "-1, \"map_ms\": 0}]}]}",
+          "{\"costs\": [{\"scene\": \"a\", \"frame\": 0, \"maps\": [{\"light\": 2, \"rays_ms\": 1, "
+          "\"map_ms\": 0},"
+          "{\"light\": 1, \"rays_ms\": 1, \"map_ms\": 0}]}]}"}) {
+        writeText(path, text);
+        try {
+            readCosts(path);
+            ADD_FAILURE() << "accepted: " << text;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput) << text;
+            EXPECT_NE(std::string(error.what()).find(path), std::string::npos);
+        }
+    }
+    EXPECT_THROW(readCosts(directory / "none.json"), Error);
+}
+
+} // namespace shadowdag

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/workspace/journal.h"
+
+#include "cuda/error.h"
+#include "tests/tools/temporary_directory.h"
+
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+
+TEST(Journal, ResumeTakesUpWhatWasFinished) {
+    const TemporaryDirectory directory;
+    const std::string path = directory / "j.json";
+    {
+        Journal journal(path, "key", false);
+        journal.set("a", {{"x", 1.5}});
+    }
+    const Journal resumed(path, "key", true);
+    EXPECT_EQ(resumed.takenUpCount(), 1u);
+    ASSERT_NE(resumed.find("a"), nullptr);
+    EXPECT_EQ((*resumed.find("a"))["x"], 1.5);
+    EXPECT_EQ(resumed.find("b"), nullptr);
+    EXPECT_EQ(Journal(path, "key", false).find("a"), nullptr);
+}
+
+TEST(Journal, AnotherComparesJournalIsRefused) {
+    const TemporaryDirectory directory;
+    const std::string path = directory / "j.json";
+    Journal(path, "key", false).set("a", 1);
+    try {
+        Journal(path, "other", true);
+        FAIL();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+    }
+    for (const char* text : {"", "[]", "{\"key\": \"key\"}", "{\"key\": \"key\", \"parts\": 3}"}) {
+        writeText(path, text);
+        try {
+            Journal(path, "key", true);
+            ADD_FAILURE() << "accepted: " << text;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        }
+    }
+}
+
+TEST(InputHashes, FollowEveryByteThatAnswersDependOn) {
+    const TemporaryDirectory directory;
+    const std::string gltf = directory / "a.gltf", bin = directory / "a b.bin",
+                      costs = directory / "costs.json";
+    writeText(gltf, R"({"buffers": [{"uri": "a%20b.bin"}, {"uri": "data:,x"}], "images": [{}]})");
+    writeText(bin, "1");
+    writeText(costs, "2");
+    const auto hashes = [&] { return inputHashes({gltf, "builtin:atrium"}, {costs}); };
+    const Json first = hashes();
+    EXPECT_EQ(hashes(), first);
+    EXPECT_EQ(first["program"].get<std::string>().size(), 32u);
+    EXPECT_EQ(first.size(), 5u) << first;
+    for (const std::string& path : {gltf, bin, costs}) {
+        const std::string old = readText(path);
+        writeText(path, old + " ");
+        EXPECT_NE(hashes(), first) << path;
+        writeText(path, old);
+    }
+    EXPECT_EQ(inputHashes({}, {directory / "none"})[directory / "none"], "missing");
+}
+
+} // namespace shadowdag

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/workspace/scene_setup.h"
+
+#include "cuda/error.h"
+#include "tests/tools/temporary_directory.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+const Console kConsole(false);
+
+LoadedScene moverScene() {
+    return loadSceneAndWorld("builtin:fail-mover", -1, 1, true, kConsole);
+}
+
+/// Writes the scene's asset with a grid that is a voxel off.
+void writeOtherGrid(const LoadedScene& scene, Dag dag, const std::string& path) {
+    Asset asset;
+    asset.provenance = assetProvenance(scene);
+    asset.dag = std::move(dag);
+    asset.dag.grid.originWorld.x += asset.dag.grid.voxelSizeWorld;
+    writeAsset(asset, path);
+}
+
+ErrorKind kindOf(const std::function<void()>& call, std::string& message) {
+    try {
+        call();
+    } catch (const Error& error) {
+        message = error.what();
+        return error.kind();
+    }
+    ADD_FAILURE() << "no error";
+    return ErrorKind::kUsage;
+}
+
+} // namespace
+
+TEST(SceneNames, TellScenesOfOneFileNameApart) {
+    EXPECT_THAT(sceneNames({"a/x.gltf", "./b/x.gltf", "a/y.gltf", "builtin:atrium"}),
+                ElementsAre("a/x.gltf", "b/x.gltf", "y.gltf", "builtin:atrium"));
+    std::string message;
+    EXPECT_EQ(kindOf([] { sceneNames({"a/x.gltf", "./a/x.gltf"}); }, message), ErrorKind::kUsage);
+    EXPECT_THAT(message, HasSubstr("'./a/x.gltf' is given twice"));
+}
+
+TEST(FrameCamera, APlacedCameraStaysWhatMovesMayMove) {
+    const LoadedScene scene = moverScene();
+    World& world = *scene.world;
+    FrameCamera camera("auto");
+    const Camera first = camera.at(world);
+    bool wouldJump = false;
+    for (const float time : {1.0f, 2.0f, 3.0f, 4.0f}) {
+        world.setTime(time);
+        EXPECT_EQ(camera.at(world).positionWorld, first.positionWorld);
+        EXPECT_EQ(camera.at(world).forward, first.forward);
+        const Camera anew = chooseCamera(world, "auto");
+        wouldJump |= anew.positionWorld != first.positionWorld || anew.forward != first.forward;
+    }
+    EXPECT_TRUE(wouldJump) << "the scene shows nothing";
+}
+
+TEST(SceneGrid, DoesNotFollowWhatMoves) {
+    const LoadedScene scene = moverScene();
+    const VoxelGrid grid = sceneGrid(*scene.world, 5);
+    scene.world->setTime(4);
+    EXPECT_EQ(sceneGrid(*scene.world, 5), grid);
+    EXPECT_EQ(grid, gridAround(scene.world->staticBoundsWorld(), 5));
+}
+
+TEST(CachedDag, AnotherGridIsBuiltAnew) {
+    const TemporaryDirectory directory;
+    const LoadedScene scene = moverScene();
+    VoxelSource source;
+    source.cacheDirectory = directory.path();
+    Dag dag = cachedDag(scene, 5, source, kConsole);
+    const VoxelGrid right = dag.grid;
+    for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
+        writeOtherGrid(scene, dag, entry.path().string());
+    EXPECT_EQ(cachedDag(scene, 5, source, kConsole).grid, right);
+}
+
+TEST(GivenAsset, AnotherGridIsStale) {
+    const TemporaryDirectory directory;
+    const LoadedScene scene = moverScene();
+    const std::string path = directory / "a.svdag";
+    VoxelSource source;
+    source.cacheDirectory = directory.path();
+    writeOtherGrid(scene, cachedDag(scene, 5, source, kConsole), path);
+    std::string message;
+    EXPECT_EQ(kindOf([&] { readDagFor(scene, path, false, kConsole); }, message),
+              ErrorKind::kInput);
+    EXPECT_THAT(message, HasSubstr("--allow-stale"));
+    EXPECT_NO_THROW(readDagFor(scene, path, true, kConsole));
+}
+
+TEST(GivenAsset, TwoOfOneResolutionAreRefused) {
+    const TemporaryDirectory directory;
+    const LoadedScene scene = moverScene();
+    VoxelSource source;
+    source.cacheDirectory = directory.path();
+    Asset asset;
+    asset.provenance = assetProvenance(scene);
+    asset.dag = cachedDag(scene, 5, source, kConsole);
+    source.assetPaths = {directory / "a.svdag", directory / "b.svdag"};
+    for (const std::string& path : source.assetPaths)
+        writeAsset(asset, path);
+    std::string message;
+    EXPECT_EQ(kindOf([&] { obtainDags(scene, {}, source, kConsole); }, message), ErrorKind::kUsage);
+    EXPECT_THAT(message, HasSubstr("b.svdag"));
+}
+
+} // namespace shadowdag

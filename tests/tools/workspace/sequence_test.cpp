@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: Apache-2.0
+// Frames in sequence: which are shown, what is kept between them, what their rows hold.
+#include "tools/workspace/sequence.h"
+
+#include "cuda/error.h"
+#include "tests/tools/temporary_directory.h"
+#include "tools/settings/variants.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// A floor with a crate on it and a lamp above, and a second crate that slides over the floor.
+LoadedScene slidingScene() {
+    LoadedScene loaded;
+    loaded.name = "sliding";
+    loaded.scene = std::make_unique<Scene>();
+    Scene& scene = *loaded.scene;
+    scene.materials.resize(1);
+    const auto addBox = [&](const glm::vec3& lo, const glm::vec3& hi) {
+        Mesh mesh;
+        for (int i = 0; i < 8; ++i)
+            mesh.positions.push_back(
+                {i & 1 ? hi.x : lo.x, i & 2 ? hi.y : lo.y, i & 4 ? hi.z : lo.z});
+        mesh.triangles = {{0, 2, 6}, {0, 6, 4}, {1, 5, 7}, {1, 7, 3}, {0, 4, 5}, {0, 5, 1},
+                          {2, 3, 7}, {2, 7, 6}, {0, 1, 3}, {0, 3, 2}, {4, 6, 7}, {4, 7, 5}};
+        mesh.triangleMaterial.assign(mesh.triangles.size(), 0);
+        scene.nodes.emplace_back().mesh = int(scene.meshes.size());
+        scene.roots.push_back(int(scene.nodes.size()) - 1);
+        scene.meshes.push_back(mesh);
+    };
+    addBox({-5, -0.2f, -5}, {5, 0, 5});
+    addBox({-1, 0, -1}, {0, 1, 0});
+    addBox({1, 0, 1}, {1.5f, 0.5f, 1.5f});
+    scene.lights.resize(1);
+    scene.lights[0].rangeWorld = 8.0f;
+    scene.lights[0].intensity = 20.0f;
+    scene.nodes.emplace_back().light = 0;
+    scene.nodes.back().local.translation = {0.5f, 3, 0.5f};
+    scene.roots.push_back(3);
+    AnimationChannel slide;
+    slide.node = 2;
+    slide.path = AnimationChannel::Path::kTranslation;
+    slide.times = {0, 4};
+    slide.values = {{0, 0, 0, 0}, {3, 0, 0, 0}};
+    scene.animations.push_back({"slide", {slide}});
+    loaded.world = std::make_unique<World>(scene, WorldOptions{});
+    loaded.geometryHash = loaded.world->geometryHash();
+    return loaded;
+}
+
+Experiment smallExperiment(const std::vector<std::string>& variants) {
+    Experiment e = experimentFromJson({{"size", "96x64"},
+                                       {"camera", "0.5,3,7,0,0,0"},
+                                       {"frames", "0:20:10"},
+                                       {"fps", 5},
+                                       {"sequence", true},
+                                       {"variants", variants},
+                                       {"repeats", 1},
+                                       {"warmups", 0},
+                                       {"flicker_points", 1000}},
+                                      "x");
+    return e;
+}
+
+Json measure(const Experiment& e, LoadedScene& scene) {
+    const TemporaryDirectory directory;
+    Journal journal(directory / "journal.json", "key", false);
+    MeasureContext context;
+    context.directory = directory.path();
+    context.journal = &journal;
+    context.frames = e.frames;
+    return measureSequence(scene, {}, e, configurations(e, {}, 0), context).sequenceRuns;
+}
+
+std::vector<double> valuesOf(const Json& rows, const std::string& label, const char* key) {
+    std::vector<double> values;
+    for (const Json& row : rows)
+        if (row["label"] == label)
+            values.push_back(row[key].get<double>());
+    return values;
+}
+
+/// Returns rows without what differs from run to run.
+Json withoutTimes(Json rows) {
+    for (Json& row : rows)
+        for (const char* key : {"time_ms", "time_ms_min", "time_ms_max", "stages_ms"})
+            row.erase(key);
+    return rows;
+}
+
+} // namespace
+
+TEST(Sequence, FramesAreLedInByTheirPredecessors) {
+    EXPECT_THAT(sequenceSteps({10, 20}, 1),
+                ElementsAre(SequenceStep{9, false}, SequenceStep{10, true}, SequenceStep{19, false},
+                            SequenceStep{20, true}));
+    EXPECT_THAT(sequenceSteps({5, 6, 7}, 1),
+                ElementsAre(SequenceStep{4, false}, SequenceStep{5, true}, SequenceStep{6, true},
+                            SequenceStep{7, true}));
+    EXPECT_THAT(sequenceSteps({3, 5}, 4),
+                ElementsAre(SequenceStep{0, false}, SequenceStep{1, false}, SequenceStep{2, false},
+                            SequenceStep{3, true}, SequenceStep{4, false}, SequenceStep{5, true}));
+    EXPECT_THAT(sequenceSteps({0, 30}, 0),
+                ElementsAre(SequenceStep{0, true}, SequenceStep{30, true}));
+}
+
+TEST(Sequence, FrameZeroIsLedInByItself) {
+    EXPECT_THAT(sequenceSteps({0, 1}, 3),
+                ElementsAre(SequenceStep{0, false}, SequenceStep{0, true}, SequenceStep{1, true}));
+}
+
+TEST(Sequence, EveryFrameAndVariantHasARowInOrder) {
+    LoadedScene scene = slidingScene();
+    const Json rows = measure(smallExperiment({"CFM", "PMCD"}), scene);
+    ASSERT_EQ(rows.size(), 9u); // three frames of embree and two variants
+    EXPECT_EQ(rows[0]["frame"], 0);
+    EXPECT_EQ(rows[8]["frame"], 20);
+    EXPECT_EQ(rows[1]["label"], "CFM");
+    EXPECT_EQ(rows[1]["parameters"]["variant"], "CFM");
+    for (const Json& row : rows) {
+        EXPECT_GT(row["time_ms"].get<double>(), 0.0);
+        EXPECT_EQ(row["repeat_count"], 1);
+        EXPECT_GT(row["pair_count"].get<int>(), 100);
+    }
+    for (const char* stage : {"batch boxes", "batch hierarchy", "scene update", "page commit",
+                              "page clear", "culling query", "culling tests", "shading"})
+        EXPECT_TRUE(rows[1]["stages_ms"].contains(stage)) << stage;
+    EXPECT_GE(rows[1]["lighting_computation_count"].get<int>(), rows[1]["pair_count"].get<int>());
+    EXPECT_EQ(rows[0]["false_shadow_count"], 0);
+}
+
+TEST(Sequence, TheWorldMovesFromFrameToFrame) {
+    LoadedScene scene = slidingScene();
+    const Json rows = measure(smallExperiment({"PMCD"}), scene);
+    const std::vector<double> dark = valuesOf(rows, "embree", "occluded_count");
+    EXPECT_NE(dark[0], dark[2]);
+}
+
+TEST(Sequence, MeasuringTwiceGivesTheSameCountsWhateverTheWorldShowsBefore) {
+    LoadedScene scene = slidingScene();
+    const Json first = measure(smallExperiment({"PMCD", "PMCD-SO"}), scene);
+    scene.world->setTime(0.77f);
+    const Json second = measure(smallExperiment({"PMCD", "PMCD-SO"}), scene);
+    EXPECT_EQ(withoutTimes(first), withoutTimes(second));
+}
+
+TEST(Sequence, StaticOptimizationDrawsLessThanItsVariantWithout) {
+    LoadedScene scene = slidingScene();
+    const Json rows = measure(smallExperiment({"PMCD", "PMCD-SO"}), scene);
+    const std::vector<double> all = valuesOf(rows, "PMCD", "triangle_draw_count"),
+                              kept = valuesOf(rows, "PMCD-SO", "triangle_draw_count");
+    for (size_t i = 0; i < all.size(); ++i)
+        EXPECT_LT(kept[i], all[i]) << i;
+    // The same answers: what is kept is what would be drawn.
+    EXPECT_EQ(valuesOf(rows, "PMCD", "false_shadow_count"),
+              valuesOf(rows, "PMCD-SO", "false_shadow_count"));
+    // A still camera and a lead-in: nothing is committed anew but where the crate moves.
+    EXPECT_LT(valuesOf(rows, "PMCD-SO", "pages_committed_count")[1],
+              valuesOf(rows, "PMCD", "pages_committed_count")[1]);
+}
+
+TEST(Sequence, FlickerIsThatOfConsecutiveFrames) {
+    LoadedScene scene = slidingScene();
+    const Json rows = measure(smallExperiment({"PMCD"}), scene);
+    const std::vector<double> answers = valuesOf(rows, "PMCD", "flicker_answer_count");
+    for (const double count : answers)
+        EXPECT_GT(count, 500.0);
+    // Frame 0 is led in by itself: nothing changes.
+    EXPECT_EQ(valuesOf(rows, "PMCD", "flicker_count")[0], 0.0);
+    EXPECT_EQ(valuesOf(rows, "PMCD", "flicker_truth_change_count")[0], 0.0);
+    EXPECT_GT(valuesOf(rows, "PMCD", "flicker_truth_change_count")[1], 0.0);
+}
+
+TEST(Sequence, GoesOnWhereItWasInterruptedAndFindsTheSame) {
+    struct Interrupted {};
+    LoadedScene scene = slidingScene();
+    const Experiment e = smallExperiment({"PMCD", "PMCD-SO"});
+    const Json whole = withoutTimes(measure(e, scene));
+    const size_t stepCount = sequenceSteps(e.frames, e.leadIn).size();
+    ASSERT_EQ(stepCount, 6u);
+    for (const size_t stop : {size_t(1), size_t(2), size_t(5), stepCount, stepCount + 3}) {
+        SCOPED_TRACE(stop);
+        const TemporaryDirectory directory;
+        MeasureContext context;
+        context.directory = directory.path();
+        context.frames = e.frames;
+        size_t steps = 0;
+        {
+            Journal journal(directory / "journal.json", "key", false);
+            context.journal = &journal;
+            context.progress = [&](double) {
+                if (++steps == stop)
+                    throw Interrupted();
+            };
+            EXPECT_THROW(measureSequence(scene, {}, e, configurations(e, {}, 0), context),
+                         Interrupted);
+        }
+        Journal journal(directory / "journal.json", "key", true);
+        EXPECT_EQ(journal.takenUpCount(), std::min(stop, stepCount));
+        context.journal = &journal;
+        context.progress = {};
+        const Json rest =
+            measureSequence(scene, {}, e, configurations(e, {}, 0), context).sequenceRuns;
+        EXPECT_EQ(withoutTimes(rest), whole);
+        // Now it is all there: nothing is rendered, so times are equal, too.
+        EXPECT_EQ(measureSequence(scene, {}, e, configurations(e, {}, 0), context).sequenceRuns,
+                  rest);
+    }
+}
+
+TEST(Sequence, AModelThatNeedsCostsIsRefused) {
+    LoadedScene scene = slidingScene();
+    Experiment e = smallExperiment({"PMCD"});
+    e.variants = {"Hybrid:oracle"};
+    try {
+        measure(e, scene);
+        FAIL() << "no error";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+        EXPECT_THAT(error.what(), HasSubstr("model 'oracle' needs the costs of every frame"));
+    }
+}
+
+} // namespace shadowdag

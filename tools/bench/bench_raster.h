@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag bench raster`: the building of virtual cube shadow maps, stage by stage, beside
+// Embree's rays along as many texel centres.
+#pragma once
+
+#include "scenes/world.h"
+#include "shadowmap/shadow_maps.h"
+#include "tools/settings/json.h"
+#include "tools/workspace/console.h"
+
+#include <vector>
+
+namespace shadowdag {
+
+struct RasterBenchOptions {
+    uint32_t width = 320, height = 180; ///< of the view whose clusters read the maps
+    uint32_t mapCount = 40;             ///< lights beyond it get no map
+    uint32_t faceTexels = 512; ///< the largest; maps are spread over a factor of 16 below it
+    uint32_t pageTexels = ShadowMapOptions{}.pageTexels;
+    int repeats = 5;
+};
+
+/// The maps of a view: what ShadowMaps::build takes.
+struct RasterBenchInputs {
+    std::vector<MapRequest> requests;
+    std::vector<Box> boxes;
+    std::vector<MapReceiver> receivers;
+};
+
+/// Returns requests for the first lights that reach clusters of the view. Deterministic.
+RasterBenchInputs makeRasterBenchInputs(const World& world, const Camera& camera,
+                                        const RasterBenchOptions& options);
+
+/// A stored depth may be off by this share from Embree's, and texels for which it is more may be
+/// this share: their centres lie on an edge within rounding.
+constexpr float kDepthTolerance = 1e-4f;
+constexpr double kTexelTolerance = 1e-3;
+
+/// Verifies (the CPU's kernel against the one text, bit for bit; depths against Embree along texel
+/// centres), then measures `repeats` builds on all threads. Returns the measurements as JSON,
+/// without provenance. Throws Error kUsage when no light reaches the view, kInput when a check
+/// fails; nothing is reported then.
+Json runRasterBench(const World& world, const Camera& camera, const RasterBenchOptions& options,
+                    const Console& console);
+
+/// Writes the table of runRasterBench's result for people.
+void printRasterBench(std::ostream& out, const Json& result);
+
+} // namespace shadowdag

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a camera sees, for benchmarks: the samples and clusters of a frame, and the shadow rays of
+// its pairs.
+#pragma once
+
+#include "hybrid/clusters/cluster_pass.h"
+#include "hybrid/gbuffer/gbuffer_pass.h"
+#include "hybrid/judge/embree_baseline.h"
+#include "scenes/world.h"
+#include "voxel/dag_trace.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace shadowdag {
+
+/// The view samples of one frame on the CPU, and their clusters.
+struct BenchView {
+    GBuffer gbuffer{Backend::kCpu};
+    ClusterSet clusters{Backend::kCpu};
+};
+
+/// Returns what the camera sees at width x height. Throws Error kUsage as makeViewRays does.
+BenchView makeBenchView(const World& world, const Camera& camera, uint32_t width, uint32_t height);
+
+/// The order in which the pairs of a frame are asked.
+enum class RayOrder {
+    kImage,   ///< light by light, samples in scanline order
+    kCluster, ///< cluster by cluster, light by light: neighbours start and end alike
+};
+constexpr RayOrder kRayOrders[] = {RayOrder::kImage, RayOrder::kCluster};
+const char* rayOrderName(RayOrder order);
+
+/// The shadow rays of a frame's pairs (hybrid/clusters/pairs.h) by shadowSegment(): the same
+/// segments twice, in the voxel space of a grid and in world space, each rounded to float.
+struct BenchRays {
+    std::vector<DagSegment> voxel;
+    std::vector<WorldSegment> world;
+};
+
+/// Returns the shadow rays of all pairs of the view but those to suns, with the offset of 1.
+/// Deterministic.
+BenchRays makeBenchRays(const BenchView& view, const World& world, const VoxelGrid& grid,
+                        RayOrder order);
+
+/// Median, least and greatest of a measurement's repeats.
+struct Spread {
+    double median = 0, min = 0, max = 0;
+
+    /// Returns the spread of at least one value; of an even number the upper median.
+    static Spread of(std::vector<double> values) {
+        std::sort(values.begin(), values.end());
+        return {values[values.size() / 2], values.front(), values.back()};
+    }
+};
+
+} // namespace shadowdag

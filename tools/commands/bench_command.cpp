@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag bench`: our rates beside Embree's and NanoVDB's in one run, after checking the
+// answers.
+#include "tools/bench/bench_raster.h"
+#include "tools/bench/bench_voxel.h"
+#include "tools/commands/commands.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/provenance.h"
+#include "tools/workspace/scene_setup.h"
+
+#include <iostream>
+#include <memory>
+#include <tuple>
+
+namespace shadowdag {
+
+namespace {
+
+struct BenchOptions {
+    GlobalOptions global;
+    std::string name, scene = "builtin:atrium";
+    std::string size = "320x180", camera, lights = "-1", seed = "1", repeats = "5";
+    std::string resolution = "1024", nanoVdbLimit = "2048", frameSize;
+    std::string maps = "40", faceTexels = "512",
+                pageSize = std::to_string(ShadowMapOptions{}.pageTexels);
+};
+
+void runBench(const BenchOptions& options, const CommandLine& commandLine) {
+    const Console console(options.global.json);
+    const bool isVoxel = options.name == "voxel";
+    if (!isVoxel && options.name != "raster")
+        throw Error(ErrorKind::kUsage,
+                    "bench '" + options.name + "': no such benchmark; there are voxel, raster");
+    if (options.global.backend == "cuda" || options.global.backend == "gl")
+        throw Error(ErrorKind::kUsage, "bench '" + options.name +
+                                           "' runs on the processor: drop --backend " +
+                                           options.global.backend);
+    for (const char* option : {"--resolution", "--nanovdb-limit", "--frame-size"})
+        if (!isVoxel && commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) + " is for bench voxel; drop it");
+    for (const char* option : {"--maps", "--face", "--page-size"})
+        if (isVoxel && commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) + " is for bench raster; drop it");
+    options.global.apply(console, false, false);
+
+    VoxelBenchOptions voxel;
+    RasterBenchOptions raster;
+    const auto [width, height] = parseSize("--size", options.size);
+    voxel.width = raster.width = width;
+    voxel.height = raster.height = height;
+    voxel.frameWidth = width;
+    voxel.frameHeight = height;
+    if (!options.frameSize.empty())
+        std::tie(voxel.frameWidth, voxel.frameHeight) =
+            parseSize("--frame-size", options.frameSize);
+    voxel.repeats = raster.repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
+    voxel.resolutionLog2 = parsePowerOfTwo("--resolution", options.resolution, 4, 131072);
+    voxel.nanoVdbResolutionLog2 =
+        parsePowerOfTwo("--nanovdb-limit", options.nanoVdbLimit, 1, 131072);
+    raster.mapCount = uint32_t(parseInteger("--maps", options.maps, 1, 65536));
+    raster.faceTexels = uint32_t(parseInteger("--face", options.faceTexels, 8, kMaxFaceTexels));
+    raster.pageTexels = 1u << parsePowerOfTwo("--page-size", options.pageSize, 16, 256);
+    const LoadedScene scene = loadSceneAndWorld(
+        options.scene, int(parseInteger("--lights", options.lights, -1, 65536)),
+        uint64_t(parseInteger("--seed", options.seed, 0, INT64_MAX)), true, console);
+    const Camera camera = chooseCamera(*scene.world, options.camera);
+
+    Json result = isVoxel ? runVoxelBench(*scene.world, camera, voxel, console)
+                          : runRasterBench(*scene.world, camera, raster, console);
+    if (isVoxel && !result.contains("nanovdb_bytes"))
+        console.note("NanoVDB is left out above --nanovdb-limit " + options.nanoVdbLimit);
+    console.people() << scene.name << " at " << options.size << "\n";
+    isVoxel ? printVoxelBench(console.people(), result)
+            : printRasterBench(console.people(), result);
+    result["scene"] = scene.name;
+    result["scene_hash"] = scene.geometryHash;
+    result["camera"] = options.camera;
+    result["lights"] = options.lights;
+    result["seed"] = options.seed;
+    result["provenance"] = buildProvenance(Backend::kCpu);
+    console.emit(result);
+}
+
+} // namespace
+
+std::function<void()> declareBench(CommandLine& commandLine) {
+    auto options = std::make_shared<BenchOptions>();
+    commandLine.text("NAME", options->name, "",
+                     "voxel: voxelizing and shadow rays beside Embree and NanoVDB; raster: shadow "
+                     "maps stage by stage "
+                     "beside Embree",
+                     true);
+    commandLine.text("SCENE", options->scene, "",
+                     "A .glb or .gltf file, or builtin:NAME [builtin:atrium]");
+    commandLine.heading("View");
+    commandLine.text("--size", options->size, "WxH",
+                     "Size of the view whose pairs are asked [320x180]");
+    commandLine.text("--camera", options->camera, "auto|NAME|NUMBERS",
+                     "As for render [the scene's first, else auto]");
+    commandLine.text("--lights", options->lights, "N",
+                     "Replace the scene's lights by N placed ones [-1: keep them]");
+    commandLine.text("--seed", options->seed, "S", "Where they are placed [1]");
+    commandLine.text("--repeats", options->repeats, "N",
+                     "Times that all is measured; the median is given [5]");
+    commandLine.heading("voxel");
+    commandLine.text("--resolution", options->resolution, "N",
+                     "Voxels an axis, a power of two [1024]");
+    commandLine.text("--nanovdb-limit", options->nanoVdbLimit, "N",
+                     "Leave NanoVDB out at resolutions above N, whose grids are large [2048]");
+    commandLine.text("--frame-size", options->frameSize, "WxH",
+                     "Size of the frame whose pairs are asked as a whole [as --size]");
+    commandLine.heading("raster");
+    commandLine.text("--maps", options->maps, "N", "Draw the maps of this many lights [40]");
+    commandLine.text("--face", options->faceTexels, "N",
+                     "Texels a side of the largest map's faces [512]");
+    commandLine.text("--page-size", options->pageSize, "N",
+                     "Texels a side of a page, 16 to 256 [" + options->pageSize + "]");
+    options->global.declare(commandLine);
+    return [options, &commandLine] { runBench(*options, commandLine); };
+}
+
+} // namespace shadowdag

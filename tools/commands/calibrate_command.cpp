@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag calibrate`: fits the cost model `cost` to this machine.
+#include "tools/commands/commands.h"
+#include "tools/report/report_run.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/gl_support.h"
+#include "tools/settings/json_file.h"
+#include "tools/settings/provenance.h"
+#include "tools/workspace/calibration.h"
+#include "tools/workspace/cost_file.h"
+#include "tools/workspace/scene_setup.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <initializer_list>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <sstream>
+
+namespace shadowdag {
+
+namespace {
+
+struct CalibrateOptions {
+    GlobalOptions global;
+    CommonOptions common;
+    std::vector<std::string> scenes;
+    std::string output, sizes = "320x180,640x360", observations, from, repeats = "3";
+    bool quick = false;
+};
+
+/// What is measured when no scene is named, and how.
+const std::vector<std::string> kScenes{"builtin:atrium", "builtin:houses", "builtin:necropolis"};
+constexpr const char* kFrames = "0:300:100";
+constexpr const char* kResolution = "4096";
+// --quick: a look at everything, not a calibration to route by.
+constexpr const char *kQuickSizes = "160x90", *kQuickFrames = "0:300:300",
+                     *kQuickResolution = "256", *kQuickRepeats = "1";
+
+/// What measuring gave: frames for the fit, and rows about them for people and scripts.
+struct Measured {
+    std::vector<ObservedFrame> frames;
+    Json rows = Json::array();
+    Json experiment, sizes, repeats; ///< as read; null where the file does not say
+};
+
+Json rowOf(const CalibrationFrame& frame) {
+    const ObservedFrame& o = frame.observed;
+    Json countMs = Json::object();
+    for (size_t k = 0; k < kCountNameCount; ++k)
+        countMs[kCountNames[k]] = o.countMs[k];
+    return {{"scene", o.scene},
+            {"view", o.view},
+            {"frame", o.frame},
+            {"map_count", o.maps.size()},
+            {"rays_ms", frame.raysMs},
+            {"rays_scale", frame.raysScale},
+            {"maps_ms", frame.mapsMs},
+            {"maps_scale", frame.mapsScale},
+            {"oracle_sum_ms", frame.oracleSumMs},
+            {"oracle_ms", frame.oracleMs},
+            {"count_ms", countMs}};
+}
+
+void printRow(std::ostream& out, const CalibrationFrame& frame) {
+    char line[256];
+    std::snprintf(line, sizeof line,
+                  "%s frame %u %s: %zu maps; rays %.1f ms (%.2f of the sum of maps alone), maps "
+                  "%.1f (%.2f), oracle %.1f (its maps' costs add to %.1f); counting pages %.2f, "
+                  "triangles %.2f, pairs %.2f, movers %.2f",
+                  frame.observed.scene.c_str(), frame.observed.frame, frame.observed.view.c_str(),
+                  frame.observed.maps.size(), frame.raysMs, frame.raysScale, frame.mapsMs,
+                  frame.mapsScale, frame.oracleMs, frame.oracleSumMs, frame.observed.countMs[0],
+                  frame.observed.countMs[1], frame.observed.countMs[2], frame.observed.countMs[3]);
+    out << line << std::endl;
+}
+
+Measured measure(const CalibrateOptions& options, const Experiment& e,
+                 const std::vector<std::pair<uint32_t, uint32_t>>& sizes, int repeats,
+                 Backend backend, const Console& console) {
+    Measured measured;
+    const std::vector<std::string> names = sceneNames(e.scenes);
+    for (size_t s = 0; s < e.scenes.size(); ++s) {
+        LoadedScene scene =
+            loadSceneAndWorld(e.scenes[s], e.lightCount, e.lightSeed, true, console);
+        chooseCamera(*scene.world, e.camera); // a wrong name is told before voxels are built
+        const VoxelSource source{options.common.voxels, options.common.cache,
+                                 options.common.allowStale};
+        const Dag dag = std::move(obtainDags(scene, e.resolutionLog2, source, console).front());
+        FrameRenderer renderer(backend, *scene.world, dag);
+        FrameCamera camera(e.camera);
+        const Progress progress = console.progress("calibrate " + names[s]);
+        size_t done = 0;
+        for (const uint32_t frame : e.frames) {
+            const float time = e.timeOfFrame(frame);
+            if (time != scene.world->timeSeconds())
+                renderer.worldChanged(scene.world->setTime(time));
+            const Camera view = camera.at(*scene.world);
+            for (const auto& [width, height] : sizes) {
+                FrameOptions frameOptions = baseOptions(e);
+                frameOptions.width = width;
+                frameOptions.height = height;
+                CalibrationFrame row =
+                    measureCalibrationFrame(renderer, view, frameOptions, repeats);
+                if (row.degradeDivisor > 1)
+                    throw Error(ErrorKind::kUsage,
+                                names[s] + " frame " + std::to_string(frame) +
+                                    ": the maps do not fit a pool of " + options.common.pool +
+                                    " and would be measured coarser than they are asked for; give "
+                                    "--pool more, or a smaller --size");
+                row.observed.scene = names[s];
+                row.observed.view = std::to_string(width) + "x" + std::to_string(height);
+                row.observed.frame = frame;
+                printRow(console.people(), row);
+                measured.rows.push_back(rowOf(row));
+                measured.frames.push_back(std::move(row.observed));
+                progress(double(++done) / double(e.frames.size() * sizes.size()));
+            }
+        }
+    }
+    return measured;
+}
+
+std::string percent(const std::optional<Regret>& regret) {
+    if (!regret)
+        return "     -";
+    char text[64];
+    std::snprintf(text, sizeof text, "%6.2f +- %.2f %%", 100 * regret->mean,
+                  100 * regret->standardError);
+    return text;
+}
+
+void printFit(std::ostream& out, const CostFit& fit) {
+    out << "\nheld-out regret: time lost against the cheaper method of every map, mean over frames "
+           "+- standard error\n"
+        << std::left << std::setw(58) << "form tried" << std::setw(20) << "scenes held out"
+        << std::setw(20) << "frames held out"
+        << "lowers it by\n";
+    for (const FitTrial& trial : fit.trials)
+        out << std::setw(58)
+            << (std::string(trial.isKept ? "+ " : "  ") + "rays: " + formText(trial.form.rays) +
+                "; map: " + formText(trial.form.map))
+            << " " << std::setw(20) << percent(trial.byScene) << std::setw(20)
+            << percent(trial.byFrame) << percent(trial.gain) << "\n";
+    out << (!fit.judgedBy ? "one frame of one scene leaves nothing to hold out: it is given the "
+                            "better single method; measure more frames\n"
+            : *fit.judgedBy == HeldOut::kScenes
+                ? "judged by scenes held out\n"
+                : "judged by frames held out: fewer than two scenes gain by routing\n")
+        << "beside it: rays alone " << percent(fit.rays) << ", maps alone " << percent(fit.maps)
+        << ", texels:96 " << percent(fit.texels96)
+        << ",\n  best single threshold, held out by scene " << percent(fit.thresholdByScene)
+        << ", by frame " << percent(fit.thresholdByFrame) << " (texels:" << fit.threshold
+        << " over all)\n"
+        << "kept, ms: rays = " << formText(fit.calibration.rays)
+        << "\n          map = " << formText(fit.calibration.map) << "\n";
+}
+
+Measured readObservations(const std::string& path, Json& provenance) {
+    const std::string remedy = "give a file that calibrate --observations wrote";
+    const Json json = readJsonFile(path, remedy);
+    if (!json.is_object() || !json.contains("observations") || !json["observations"].is_array() ||
+        json["observations"].empty())
+        throw Error(ErrorKind::kInput, path + ": holds no observations; " + remedy);
+    Measured measured;
+    measured.frames = observationsFromJson(json["observations"], path);
+    measured.rows = json.value("frames", Json::array());
+    measured.experiment = json.value("experiment", Json());
+    measured.sizes = json.value("sizes", Json());
+    measured.repeats = json.value("repeat_count", Json());
+    provenance = json.value("provenance", Json::object()); // of the machine that measured
+    return measured;
+}
+
+Experiment experimentOf(CalibrateOptions& options, const CommandLine& commandLine) {
+    if (!commandLine.given("--frames"))
+        options.common.frames = options.quick ? kQuickFrames : kFrames;
+    if (!commandLine.given("--resolution"))
+        options.common.resolution = options.quick ? kQuickResolution : kResolution;
+    if (!commandLine.given("--size") && options.quick)
+        options.sizes = kQuickSizes;
+    if (!commandLine.given("--repeats") && options.quick)
+        options.repeats = kQuickRepeats;
+    // A full pool divides all resolutions: no map would cost what it costs by itself.
+    if (!commandLine.given("--pool"))
+        options.common.pool = "1G";
+    Experiment e = options.common.experiment(commandLine, true); // frames are a list, others not
+    for (const auto& [option, count] : std::initializer_list<std::pair<const char*, size_t>>{
+             {"--resolution", e.resolutionLog2.size()},
+             {"--voxels", std::max<size_t>(options.common.voxels.size(), 1)},
+             {"--undersample", e.undersample.size()},
+             {"--maps-per-light", e.mapsPerLight.size()},
+             {"--page-size", e.pageTexels.size()},
+             {"--bias", e.bias.size()},
+             {"--taps", e.taps.size()},
+             {"--polygon-lod", e.polygonLod.size()},
+             {"--offset", e.offset.size()},
+             {"--lod", e.lod.size()}})
+        if (count > 1)
+            throw Error(ErrorKind::kUsage,
+                        std::string(option) + ": calibrate takes one value; compare takes lists");
+    e.scenes = options.scenes.empty() ? kScenes : options.scenes;
+    return e;
+}
+
+void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
+    const Console console(options.global.json);
+    if (!options.from.empty())
+        for (const char* option : {"SCENE",        "--size",         "--frames",
+                                   "--resolution", "--voxels",       "--repeats",
+                                   "--quick",      "--observations", "--camera",
+                                   "--fps",        "--lights",       "--seed",
+                                   "--cache",      "--allow-stale",  "--undersample",
+                                   "--page-size",  "--pool",         "--maps-per-light",
+                                   "--max-face",   "--bias",         "--taps",
+                                   "--offset",     "--lod",          "--polygon-lod"})
+            if (commandLine.given(option))
+                throw Error(ErrorKind::kUsage, std::string(option) +
+                                                   " and --from contradict each other: the maps "
+                                                   "are measured; drop one of them");
+    Experiment e = experimentOf(options, commandLine);
+    std::vector<std::pair<uint32_t, uint32_t>> sizes;
+    for (const std::string& size : parseList("--size", options.sizes))
+        sizes.push_back(parseSize("--size", size));
+    const int repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
+    for (const std::string& other : {options.observations, options.from})
+        if (!other.empty() && std::filesystem::weakly_canonical(other) ==
+                                  std::filesystem::weakly_canonical(options.output))
+            throw Error(ErrorKind::kUsage, "-o '" + options.output +
+                                               "' would replace the observations in the same "
+                                               "file; name another");
+    checkWritable(options.output);
+    if (!options.observations.empty())
+        checkWritable(options.observations);
+    const Backend backend =
+        options.global.apply(console, options.from.empty(), options.from.empty());
+    followGlPages(e, backend, commandLine);
+    refuseOnGl(e, backend, "", "");
+    Json provenance = buildProvenance(backend);
+    const Measured measured = options.from.empty()
+                                  ? measure(options, e, sizes, repeats, backend, console)
+                                  : readObservations(options.from, provenance);
+    if (!options.observations.empty())
+        writeWholeFile(options.observations, jsonText({{"provenance", provenance},
+                                                       {"experiment", toJson(e)},
+                                                       {"sizes", options.sizes},
+                                                       {"repeat_count", repeats},
+                                                       {"frames", measured.rows},
+                                                       {"observations", toJson(measured.frames)}}));
+    const CostFit fit = fitCosts(measured.frames);
+    printFit(console.people(), fit);
+    Json scenes = Json::array();
+    for (const ObservedFrame& frame : measured.frames)
+        if (scenes.empty() || scenes.back() != frame.scene)
+            scenes.push_back(frame.scene);
+    const Json json = {{"calibration", toJson(fit.calibration)},
+                       {"provenance", provenance},
+                       {"scenes", scenes},
+                       {"experiment", options.from.empty() ? toJson(e) : measured.experiment},
+                       {"sizes", options.from.empty() ? Json(options.sizes) : measured.sizes},
+                       {"repeat_count", options.from.empty() ? Json(repeats) : measured.repeats},
+                       {"held_out_regret", toJson(fit)},
+                       {"frames", measured.rows}};
+    writeWholeFile(options.output, jsonText(json));
+    console.people() << options.output << ": for --model cost --costs " << options.output << "\n";
+    console.emit({{"output", options.output},
+                  {"frame_count", measured.frames.size()},
+                  {"calibration", toJson(fit.calibration)},
+                  {"held_out_regret", toJson(fit)}});
+}
+
+} // namespace
+
+std::function<void()> declareCalibrate(CommandLine& commandLine) {
+    auto options = std::make_shared<CalibrateOptions>();
+    commandLine.texts("SCENE", options->scenes, "",
+                      "What is measured: .glb or .gltf files, or builtin:NAME [builtin:atrium "
+                      "builtin:houses builtin:necropolis]");
+    commandLine.text("-o,--output", options->output, "C.json",
+                     "What maps cost on this machine, for --model cost --costs C.json", true);
+    commandLine.flag("--quick", options->quick,
+                     "Small pictures, coarse voxels, two frames: seconds instead of minutes, to "
+                     "try it out");
+    commandLine.text("--repeats", options->repeats, "N", "Measurements of every map [3]");
+    commandLine.text("--observations", options->observations, "F.json",
+                     "Write what was measured of every map as well");
+    commandLine.text("--from", options->from, "F.json", "Fit to such a file instead of measuring");
+    commandLine.heading("View");
+    commandLine.text("--size", options->sizes, "WxH,...",
+                     "Picture sizes that every frame is measured at [320x180,640x360]");
+    commandLine.text("--camera", options->common.camera, "auto|NAME|NUMBERS",
+                     "As for render [the scene's first, else auto]");
+    commandLine.text("--frames", options->common.frames, "A:B[:STEP]",
+                     "Frames that are measured [0:300:100]");
+    commandLine.text("--fps", options->common.fps, "RATE",
+                     "Frame f shows the scene at f / RATE seconds [30]");
+    options->common.declareLights(commandLine);
+    options->common.declareVoxels(commandLine, false);
+    options->common.declareRays(commandLine, false);
+    options->common.declareMaps(commandLine, false);
+    options->global.declare(commandLine);
+    return [options, &commandLine] { runCalibrate(*options, commandLine); };
+}
+
+} // namespace shadowdag

@@ -1,0 +1,430 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag compare`: every method and parameter asked for, timed and held against Embree, as a
+// report.
+#include "scenes/builtin.h"
+#include "tools/commands/commands.h"
+#include "tools/commands/compare_options.h"
+#include "tools/commands/compare_parts.h"
+#include "tools/report/charts_run.h"
+#include "tools/report/report.h"
+#include "tools/report/report_run.h"
+#include "tools/report/results_table.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/gl_support.h"
+#include "tools/settings/json_file.h"
+#include "tools/settings/parse.h"
+#include "tools/settings/provenance.h"
+#include "tools/settings/unused_options.h"
+#include "tools/settings/variants.h"
+#include "tools/workspace/measure.h"
+#include "tools/workspace/report_directory.h"
+#include "tools/workspace/sequence.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <sstream>
+#include <tuple>
+
+namespace shadowdag {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What names of variants say, or take the place of.
+constexpr const char* kFixedByVariants[] = {"--methods",       "--thresholds",     "--model",
+                                            "--no-oracle",     "--dag-resolution", "--undersample",
+                                            "--maps-per-light"};
+
+Experiment experimentOf(const CompareOptions& options, const CommandLine& commandLine) {
+    if (options.experiment.empty()) {
+        Experiment e = options.common.experiment(commandLine, true);
+        e.title = options.title;
+        e.scenes = options.scenes;
+        if (!options.variants.empty()) {
+            if (!commandLine.given("--taps"))
+                e.taps = {kPaperTaps};
+            for (const char* option : kFixedByVariants)
+                if (commandLine.given(option))
+                    throw Error(ErrorKind::kUsage,
+                                std::string(option) +
+                                    " and --variants contradict each other: the names say it; "
+                                    "drop one of them");
+            e.variants = parseVariants("--variants", parseList("--variants", options.variants),
+                                       baseOptions(e));
+            e.thresholds.clear();
+            e.models.clear();
+        }
+        for (const char* option : {"--lead-in", "--flicker-points"})
+            if (commandLine.given(option) && !options.isSequence)
+                throw Error(ErrorKind::kUsage,
+                            std::string(option) + " is for --sequence; add that or drop it");
+        e.isSequence = options.isSequence;
+        e.leadIn = uint32_t(parseInteger("--lead-in", options.leadIn, 0, 1000));
+        e.flickerPoints =
+            uint32_t(parseInteger("--flicker-points", options.flickerPoints, 0, 10'000'000));
+        e.methods = options.variants.empty() ? parseList("--methods", options.methods)
+                                             : std::vector<std::string>{"embree"};
+        for (const std::string& method : e.methods)
+            if (std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end())
+                throw Error(ErrorKind::kUsage,
+                            "--methods '" + method +
+                                "': must be some of embree, dag, dag-exact, maps, hybrid");
+        // No frame of a sequence has its costs measured.
+        if (options.common.models.empty() && (options.noOracle || options.isSequence))
+            e.models.clear();
+        e.repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
+        e.warmups = int(parseInteger("--warmups", options.warmups, 0, 1000));
+        if (e.scenes.empty())
+            throw Error(
+                ErrorKind::kUsage,
+                "compare needs a SCENE or --experiment F.json; see shadowdag compare --help");
+        refuseUnheeded(e, options.common.voxels.size(), options.experiment, commandLine);
+        return e;
+    }
+    for (const char* option : kFixedByExperiment)
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage,
+                        std::string(option) + " and --experiment contradict each other: " +
+                            options.experiment + " fixes it; edit a copy of the file or drop one");
+    Experiment e = readExperiment(options.experiment);
+    if (!e.scenes.empty() && !options.scenes.empty())
+        throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes[0] +
+                                           "' and --experiment contradict each other: " +
+                                           options.experiment + " names its scenes; drop one");
+    if (e.scenes.empty())
+        e.scenes = options.scenes;
+    if (e.scenes.empty())
+        throw Error(ErrorKind::kUsage,
+                    options.experiment + " names no scenes: give SCENE... on the command line");
+    refuseUnheeded(e, options.common.voxels.size(), options.experiment, commandLine);
+    return e;
+}
+
+/// Throws Error kUsage where --resume finds a report and nothing unfinished: all would be measured
+/// anew.
+void refuseFinished(const std::string& directory) {
+    if (fs::exists(directory + "/partial/journal.json"))
+        return;
+    for (const char* name : {"results.json", "part.json"})
+        if (fs::exists(directory + "/" + name))
+            throw Error(ErrorKind::kUsage, "--resume: " + directory + "/" + name +
+                                               " is finished and nothing is left to go on with; "
+                                               "to measure anew, run without --resume");
+}
+
+/// Returns the resolutions of an experiment's DAGs.
+std::vector<uint32_t> resolutionsOf(const Experiment& experiment) {
+    std::vector<uint32_t> resolutions;
+    for (const uint32_t log2 : allResolutions(experiment))
+        resolutions.push_back(1u << log2);
+    return resolutions;
+}
+
+/// Returns whether any run of an experiment needs a DAG.
+bool asksVoxels(const Experiment& e) {
+    return std::any_of(e.methods.begin(), e.methods.end(), methodUsesVoxels) ||
+           std::any_of(e.variants.begin(), e.variants.end(), [](const std::string& name) {
+               return variantRun(parseVariant("variants", name), {}).usesRays();
+           });
+}
+
+/// Writes the report of what was found into `partial`, puts it in its place and says so.
+/// @param script draws the charts; "" leaves them out
+void publish(const CompareOptions& options, const CompareFindings& found, const std::string& script,
+             std::chrono::steady_clock::time_point start, const Console& console) {
+    const std::string partial = options.output + "/partial";
+    Json charts;
+    writeWholeFile(partial + "/results.json", jsonText(found.results));
+    if (!script.empty()) {
+        drawCharts(script, partial + "/results.json", partial + "/charts");
+        std::ifstream file(partial + "/charts/charts.json");
+        charts = Json::parse(file);
+        for (const std::string& line : leftOutLines(charts))
+            console.note(line);
+    }
+    checkInterrupted();
+    writeWholeFile(partial + "/experiment.json", jsonText(found.results["experiment"]));
+    writeWholeFile(partial + "/results.csv", runsCsv(found.results["runs"]));
+    if (!found.results["sequence_runs"].empty())
+        writeWholeFile(partial + "/sequence.csv", runsCsv(found.results["sequence_runs"]));
+    writeWholeFile(partial + "/lights.csv", flatCsv(found.lights));
+    writeWholeFile(partial + "/costs.json",
+                   jsonText(toJson(found.costs, found.results["provenance"])));
+    writeWholeFile(partial + "/index.html", reportHtml(found.results, charts));
+    std::ostringstream table;
+    printRuns(table, found.results["runs"]);
+    printSequences(table, found.results["sequence_runs"]);
+    checkInterrupted();
+    swapReport(options.output);
+    const std::string reportPath = options.output + "/index.html",
+                      resultsPath = options.output + "/results.json";
+
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    console.people() << table.str() << "report: " << reportPath << "\n";
+    console.emit({{"report", reportPath},
+                  {"results", resultsPath},
+                  {"run_count", found.results["runs"].size()},
+                  {"sequence_run_count", found.results["sequence_runs"].size()},
+                  {"chart_count", charts.is_null() ? 0 : charts["charts"].size()},
+                  {"wall_s", wall}});
+}
+
+/// Puts a part of a report in its place and says so.
+void publishPart(const CompareOptions& options, const CompareFindings& found,
+                 const CompareShare& share, const Json& key,
+                 std::chrono::steady_clock::time_point start, const Console& console) {
+    const std::string partial = options.output + "/partial";
+    writeWholeFile(partial + "/costs.json",
+                   jsonText(toJson(found.costs, found.results["provenance"])));
+    writeWholeFile(partial + "/part.json", jsonText(toJson(found, share, key, partial)));
+    checkInterrupted();
+    swapReport(options.output);
+    const std::string path = options.output + "/part.json";
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    console.people() << "part " << share.part << " of " << share.partCount << ", "
+                     << found.results["runs"].size() << " runs: " << path
+                     << "; compare --join makes the report of all parts\n";
+    console.emit({{"part_file", path},
+                  {"part", share.part},
+                  {"part_count", share.partCount},
+                  {"run_count", found.results["runs"].size()},
+                  {"wall_s", wall}});
+}
+
+/// Makes the report of parts that were measured elsewhere.
+void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
+    const auto start = std::chrono::steady_clock::now();
+    const Console console(options.global.json);
+    std::vector<std::string> measured(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    measured.insert(measured.end(), {"--experiment", "--part", "--resume", "--voxels", "--costs"});
+    for (const std::string& option : measured)
+        if (commandLine.given(option))
+            throw Error(ErrorKind::kUsage,
+                        option + " and --join contradict each other: the parts are measured; "
+                                 "drop one");
+    if (options.scenes.empty())
+        throw Error(ErrorKind::kUsage, "compare --join needs the directories of all parts");
+    options.global.apply(console, false, false);
+    const std::string script = options.noCharts ? "" : findCharts();
+    const CompareFindings found = joinParts(options.scenes);
+    for (const std::string& directory : options.scenes)
+        if (fs::weakly_canonical(directory) == fs::weakly_canonical(options.output))
+            throw Error(ErrorKind::kUsage, "-o '" + options.output +
+                                               "': is one of the parts, which the report would "
+                                               "replace; name another directory");
+    const ReportDirectory held(options.output, false, false);
+    for (const std::string& directory : options.scenes)
+        if (fs::is_directory(directory + "/images"))
+            fs::copy(directory + "/images", options.output + "/partial/images",
+                     fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    publish(options, found, script, start, console);
+}
+
+void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
+    const auto start = std::chrono::steady_clock::now();
+    const Console console(options.global.json);
+    CompareShare share;
+    if (commandLine.given("--part"))
+        std::tie(share.part, share.partCount) = parseShare("--part", options.part, kMaxPartCount);
+    Experiment experiment = experimentOf(options, commandLine);
+    const Backend backend = options.global.apply(console, true);
+    followGlPages(experiment, backend, commandLine);
+    const std::vector<std::string> leftOut =
+        leaveOutOnGl(experiment, backend, commandLine,
+                     options.variants.empty() ? std::vector<std::string>{}
+                                              : parseList("--variants", options.variants),
+                     console);
+    if (experiment.isSequence && !options.part.empty())
+        throw Error(ErrorKind::kUsage, "--part '" + options.part +
+                                           "': frames of a sequence follow each other and cannot "
+                                           "be shared out; drop it");
+    const char* scriptName = experiment.isSequence ? "figures.py" : "charts.py";
+    const std::string script =
+        options.noCharts || !options.part.empty() ? "" : findCharts(scriptName);
+    CostSource costs;
+    if (!options.costs.empty())
+        costs = readCostSource(options.costs, buildProvenance(backend));
+    // Which resolutions assets have is told once they are read.
+    const std::vector<RunParameters> asked =
+        configurations(experiment, resolutionsOf(experiment), experiment.resolutionLog2.size());
+    refuseUnheeded(costs, asked);
+    for (const std::string& remark : remarksOn(costs, asked))
+        console.note(remark);
+    for (const std::string& model : experiment.models)
+        giveCalibration(*makeCostModel(model), costs);
+    const std::vector<std::string> names = sceneNames(experiment.scenes);
+    if (options.resume)
+        refuseFinished(options.output);
+    for (const std::string& scene : experiment.scenes)
+        requireScene(scene); // before anything is put away
+    const ReportDirectory directory(options.output, options.resume, !options.part.empty());
+    const std::string partial = options.output + "/partial";
+    const Json experimentJson = toJson(experiment);
+
+    Json provenance = buildProvenance(backend);
+    provenance["experiment_hash"] = textHash(jsonLine(experimentJson));
+    provenance["seed"] = experiment.lightSeed;
+    if (!leftOut.empty())
+        provenance["left_out"] = leftOut;
+    Json key = provenance;
+    key["scenes"] = experiment.scenes;
+    std::vector<std::string> files = options.common.voxels;
+    if (!options.costs.empty())
+        files.push_back(options.costs);
+    key["inputs"] = inputHashes(experiment.scenes, files);
+    const Json ofParts = partKey(provenance, experiment, key["inputs"]);
+    if (!options.part.empty())
+        key["part"] = options.part;
+    Journal journal(partial + "/journal.json", textHash(jsonText(key)), options.resume);
+    if (journal.takenUpCount() > 0)
+        console.note("resume: " + std::to_string(journal.takenUpCount()) +
+                     " finished parts taken up");
+
+    CompareFindings found(provenance, experimentJson);
+    for (size_t i = 0; i < names.size(); ++i) {
+        const std::vector<uint32_t> frames = share.frames(experiment, i);
+        if (frames.empty())
+            continue;
+        checkInterrupted();
+        LoadedScene scene = loadSceneAndWorld(experiment.scenes[i], experiment.lightCount,
+                                              experiment.lightSeed, true, console);
+        scene.name = names[i];
+        chooseCamera(*scene.world,
+                     experiment.camera); // a wrong name is told before the voxels are built
+        std::vector<Dag> dags;
+        std::vector<uint32_t> resolutions;
+        const bool usesRays = asksVoxels(experiment);
+        if (usesRays) {
+            refuseStaleExact(
+                std::count(experiment.methods.begin(), experiment.methods.end(), "dag-exact") > 0,
+                options.common.allowStale);
+            const VoxelSource source{options.common.voxels, options.common.cache,
+                                     options.common.allowStale};
+            dags = obtainDags(scene, allResolutions(experiment), source, console);
+            for (const Dag& dag : dags)
+                resolutions.push_back(dag.grid.resolution());
+        }
+        const size_t fullCount =
+            options.common.voxels.empty() ? experiment.resolutionLog2.size() : dags.size();
+        const std::vector<RunParameters> runs = configurations(experiment, resolutions, fullCount);
+        if (runs.empty())
+            throw Error(ErrorKind::kUsage,
+                        "nothing to compare: --methods and --thresholds leave no run");
+        refuseDeepLods(runs);
+        MeasureContext context;
+        context.backend = backend;
+        context.directory = partial;
+        context.costs = costs.table ? &*costs.table : nullptr;
+        context.given = &costs;
+        context.costsPath = options.costs;
+        context.journal = &journal;
+        context.frames = frames;
+        context.progress = console.progress("compare " + scene.name);
+        found.add(experiment.isSequence ? measureSequence(scene, dags, experiment, runs, context)
+                                        : measureScene(scene, dags, experiment, runs, context));
+        found.results["scenes"].push_back({{"scene", scene.name},
+                                           {"scene_hash", scene.geometryHash},
+                                           {"triangle_count", scene.world->triangles().count()},
+                                           {"light_count", scene.world->lights().size()}});
+    }
+    if (options.part.empty())
+        publish(options, found, script, start, console);
+    else
+        publishPart(options, found, share, ofParts, start, console);
+}
+
+} // namespace
+
+std::function<void()> declareCompare(CommandLine& commandLine) {
+    auto options = std::make_shared<CompareOptions>();
+    commandLine.texts(
+        "SCENE", options->scenes, "",
+        "Scenes to compare on; none when the experiment names them; or failures: every "
+        "known failure by every method, its remedy off and on, against stated bounds "
+        "(exit status 5 when one does not hold); or stability: errors in time, under "
+        "perturbation, numerically and over resolution, against derived bands (5 too); or real "
+        "FILE...: lit scenes or directories of them, against theirs (5 too); or "
+        "mechanisms: what each buys in time, error and bytes, and a verdict");
+    commandLine.text(
+        "-o,--output", options->output, "DIR",
+        "The report: index.html, results.json, results.csv, lights.csv, costs.json, charts, images",
+        true);
+    commandLine.text(
+        "--experiment", options->experiment, "F.json",
+        "A file that fixes scenes, view, lights, sweeps and repeats; see scenes/experiments");
+    commandLine.text("--only", options->only, "NAME,...",
+                     "Of failures and mechanisms: only these; of stability: only these groups or "
+                     "parts");
+    commandLine.flag("--resume", options->resume,
+                     "Go on with what an interrupted compare in DIR has finished");
+    commandLine.text("--part", options->part, "K/N",
+                     "Measure only part K of N of the frames of all scenes, into DIR/part.json; "
+                     "parts may run on several machines");
+    commandLine.flag("--join", options->join,
+                     "Make the report of parts: SCENE... are the directories of all of them");
+    commandLine.flag("--no-charts", options->noCharts,
+                     "Leave out the charts (they need python3-matplotlib)");
+    commandLine.heading("Sweep");
+    commandLine.text("--methods", options->methods, "M,...",
+                     "Some of embree, dag, dag-exact, maps, hybrid [all but dag-exact]");
+    commandLine.text(
+        "--thresholds", options->common.thresholds, "T,...",
+        "For hybrid: maps that require fewer texels are traced; 0 is maps alone, inf rays alone "
+        "[0,8,16,32,64,96,192,inf]");
+    commandLine.texts(
+        "--model", options->common.models, "M",
+        "A further cost model for hybrid: texels:N, expr:EXPRESSION, cost, oracle; may be "
+        "given several times [oracle]");
+    commandLine.flag("--no-oracle", options->noOracle,
+                     "Leave out the model oracle where --model is not given");
+    commandLine.text("--variants", options->variants, "NAME,...",
+                     "Instead: variants by name, as in PMCD-EB-SO-4SM-u2, or paper for all that "
+                     "the paper measured. Parts, in any order: Sphere, CFM, PMC, PMCD, PMCC "
+                     "(culling); EB, TB (cluster bounds); SO, SOR (static optimization); Nk<k>; "
+                     "PLOD<texels>; FP, LP (pages only for pairs that face, that are not proven "
+                     "lit); RP (resolution rule); RL (light order); <n>SM [4SM]; u<d> [u1]; "
+                     "T<taps>; RT (all rays); Hybrid[:MODEL]; RH[<margin>] (routes held)");
+    commandLine.flag("--sequence", options->isSequence,
+                     "Frames in order, keeping what is kept from frame to frame; else every frame "
+                     "stands for itself");
+    commandLine.text("--lead-in", options->leadIn, "N",
+                     "Of a sequence: so many frames before each are rendered uncounted [1]");
+    commandLine.text("--flicker-points", options->flickerPoints, "N",
+                     "Of a sequence: surface points whose answers are followed [20000]");
+    commandLine.text(
+        "--costs", options->costs, "F",
+        "Replay the maps' isolated costs of a costs.json instead of measuring them; or, "
+        "for --model cost, what calibrate wrote");
+    commandLine.text("--repeats", options->repeats, "N",
+                     "Timed runs of every configuration, interleaved [5]");
+    commandLine.text("--warmups", options->warmups, "N",
+                     "Runs before them that are not counted [1]");
+    commandLine.text("--title", options->title, "TEXT", "Heads the report");
+    options->common.declareRoutes(commandLine);
+    options->common.declareView(commandLine, true);
+    options->common.declareExposure(commandLine);
+    options->common.declareLights(commandLine);
+    options->common.declareVoxels(commandLine, true);
+    options->common.declareRays(commandLine, true);
+    options->common.declareMaps(commandLine, true);
+    options->global.declare(commandLine);
+    return [options, &commandLine] {
+        if (runNamedCompare(*options, commandLine))
+            return;
+        if (commandLine.given("--only"))
+            throw Error(ErrorKind::kUsage,
+                        "--only is for compare failures, stability and mechanisms; name "
+                        "one or drop it");
+        options->join ? runJoin(*options, commandLine) : runCompare(*options, commandLine);
+    };
+}
+
+} // namespace shadowdag

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag figures`: the paper's figures of a sequence that compare measured, as data, SVG and
+// PNG.
+#include "tools/commands/commands.h"
+#include "tools/report/charts_run.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/parse.h"
+#include "tools/workspace/report_directory.h"
+
+#include "cuda/error.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+
+namespace shadowdag {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kFirstFigure = 10, kLastFigure = 17;
+
+struct FiguresOptions {
+    GlobalOptions global;
+    std::string results, output, figures;
+};
+
+void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
+    const Console console(options.global.json);
+    options.global.apply(console, false, false);
+    if (options.results.empty())
+        throw Error(ErrorKind::kUsage, "RESULTS '': must not be empty; give the results.json of "
+                                       "compare --sequence, or its directory");
+    std::vector<std::string> more;
+    if (commandLine.given("--figure"))
+        for (const std::string& part : parseList("--figure", options.figures)) {
+            more.push_back("--figure");
+            more.push_back(
+                std::to_string(parseInteger("--figure", part, kFirstFigure, kLastFigure)));
+        }
+    const std::string script = findCharts("figures.py", "");
+    const std::string path =
+        fs::is_directory(options.results) ? options.results + "/results.json" : options.results;
+    if (!std::ifstream(path))
+        throw Error(ErrorKind::kInput,
+                    path + ": cannot be opened; give the results.json of compare --sequence, or "
+                           "its directory");
+    const DirectoryGuard guard(options.output);
+    std::error_code failed;
+    fs::create_directories(options.output, failed);
+    if (failed)
+        throw Error(ErrorKind::kResource, options.output + ": cannot be created: " +
+                                              failed.message() + "; choose another directory");
+    const DirectoryLock lock("-o", options.output);
+    drawCharts(script, path, options.output, more);
+    std::ifstream file(options.output + "/charts.json");
+    const Json charts = Json::parse(file);
+    for (const std::string& line : leftOutLines(charts))
+        console.note(line);
+    if (charts["charts"].empty())
+        throw Error(ErrorKind::kInput, path +
+                                           ": holds nothing that a figure is drawn from; measure "
+                                           "with compare --sequence --variants paper");
+    Json list = Json::array();
+    for (const Json& chart : charts["charts"]) {
+        console.people() << options.output << "/" << chart["file"].get<std::string>()
+                         << ".{svg,png,csv,json}: " << chart["title"].get<std::string>() << "\n";
+        list.push_back(chart);
+    }
+    console.emit({{"directory", options.output},
+                  {"figures", std::move(list)},
+                  {"left_out", charts["left_out"]}});
+}
+
+} // namespace
+
+std::function<void()> declareFigures(CommandLine& commandLine) {
+    auto options = std::make_shared<FiguresOptions>();
+    commandLine.text("RESULTS", options->results, "",
+                     "results.json of compare --sequence, or the directory that holds it", true);
+    commandLine.text(
+        "-o,--output", options->output, "DIR",
+        "Where figures go: each as .svg, .png, .csv and .json; charts.json lists them, "
+        "and those left out with what they need",
+        true);
+    commandLine.text("--figure", options->figures, "N,...",
+                     "Only these, by the paper's numbers: 10 frame times, 11 page commits, 12 "
+                     "stages, 13 culling, 14 shading, 15 triangles, 16 texels and lighting "
+                     "computations; 17, which the paper lacks, is flicker [all]");
+    options->global.declare(commandLine);
+    return [options, &commandLine] { runFigures(*options, commandLine); };
+}
+
+} // namespace shadowdag

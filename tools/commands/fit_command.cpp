@@ -1,0 +1,357 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag fit`: the least model, in time or in bytes, that keeps an error.
+#include "tools/commands/commands.h"
+#include "tools/report/charts_run.h"
+#include "tools/report/fit_report.h"
+#include "tools/report/report_run.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/gl_support.h"
+#include "tools/settings/parse.h"
+#include "tools/settings/provenance.h"
+#include "tools/settings/unused_options.h"
+
+#include "cuda/error.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+
+namespace shadowdag {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// The laws' slacks (FitSettings). Measured over the atrium and the failure scenes, errors of finer
+// models exceeded those of coarser ones by less than a tenth of such bounds as are asked for; times
+// of one frame differ between runs by less than a quarter on a machine in use.
+constexpr double kErrorSlack = 0.1, kBytesSlack = 0.1, kTimeSlack = 0.25;
+
+/// Heads the title of the experiment that a fit writes.
+const std::string kTitle = "The least model in ";
+
+/// Returns whether a file is an experiment that a fit wrote.
+bool isExperimentOfFit(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    const Json json = file ? Json::parse(file, nullptr, false) : Json();
+    return json.is_object() && json.contains("title") && json["title"].is_string() &&
+           json["title"].get<std::string>().starts_with(kTitle);
+}
+
+struct FitOptions {
+    GlobalOptions global;
+    CommonOptions common;
+    std::vector<std::string> scenes;
+    std::string output, experimentOutput, metric = "false", bound = "0.02", objective = "time",
+                                          methods = "dag,maps,dag-exact,hybrid", repeats = "5",
+                                          warmups = "1", costs;
+    bool noCharts = false;
+
+    FitOptions() {
+        common.size = "320x180";
+        common.frames = "0,60,120";
+        common.resolution = "256,512,1024,2048,4096";
+        common.lod = "0"; // levels above do not pay: voxel/LAYOUT.md
+        common.undersample = "1,2,4";
+        common.taps = "1,4,9";
+        common.mapsPerLight = "1,4";
+        common.thresholds = "128,512";
+    }
+};
+
+/// Returns the scenes that SCENE... mean: of a folder, the .glb and .gltf files in it by name.
+std::vector<std::string> expandFolders(const std::vector<std::string>& arguments) {
+    std::vector<std::string> scenes;
+    for (const std::string& argument : arguments) {
+        if (argument.starts_with("builtin:") || !fs::is_directory(argument)) {
+            scenes.push_back(argument);
+            continue;
+        }
+        std::vector<std::string> found;
+        for (const fs::directory_entry& entry : fs::directory_iterator(argument))
+            if (entry.path().extension() == ".glb" || entry.path().extension() == ".gltf")
+                found.push_back(entry.path().string());
+        if (found.empty())
+            throw Error(ErrorKind::kInput,
+                        argument + ": holds no .glb or .gltf file; give a folder of scenes, a "
+                                   "scene's file or builtin:NAME");
+        std::sort(found.begin(), found.end());
+        scenes.insert(scenes.end(), found.begin(), found.end());
+    }
+    return scenes;
+}
+
+template <class T>
+T choiceOf(const char* option, const std::string& text,
+           const std::vector<std::pair<std::string, T>>& choices) {
+    std::string known;
+    for (const auto& [name, value] : choices) {
+        if (text == name)
+            return value;
+        known += (known.empty() ? "" : ", ") + name;
+    }
+    throw Error(ErrorKind::kUsage,
+                std::string(option) + " '" + text + "': must be one of " + known);
+}
+
+/// Returns the sweep that the options mean; lists of the model space, all else single.
+Experiment sweepOf(const FitOptions& options, const CommandLine& commandLine) {
+    Experiment e = options.common.experiment(commandLine, true);
+    e.scenes = expandFolders(options.scenes);
+    e.methods = parseList("--methods", options.methods);
+    for (const std::string& method : e.methods)
+        if (method == "embree" ||
+            std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end())
+            throw Error(ErrorKind::kUsage,
+                        "--methods '" + method + "': must be some of dag, dag-exact, maps, hybrid");
+    for (const auto& [option, count] : {std::pair<const char*, size_t>{"--bias", e.bias.size()},
+                                        {"--offset", e.offset.size()},
+                                        {"--polygon-lod", e.polygonLod.size()}})
+        if (count > 1)
+            throw Error(ErrorKind::kUsage,
+                        std::string(option) + ": fit does not vary it; give one value");
+    std::sort(e.resolutionLog2.begin(), e.resolutionLog2.end());
+    e.repeats = int(parseInteger("--repeats", options.repeats, 2, 1000));
+    e.warmups = int(parseInteger("--warmups", options.warmups, 0, 1000));
+    e.models = options.common.models;
+    if (!options.costs.empty() && e.models.empty())
+        e.models = {"cost"};
+    refuseUnheeded(e, 0, "", commandLine);
+    for (const std::string& model : e.models)
+        if (makeCostModel(model)->needsCosts())
+            throw Error(
+                ErrorKind::kUsage,
+                "--model '" + model +
+                    "': routes by what was measured of this very frame beforehand, which no "
+                    "model to keep can; use cost, texels:N or expr:EXPRESSION");
+    return e;
+}
+
+/// Searches to the end; returns the choice, SIZE_MAX where no model holds the bound.
+size_t findLeast(FitSearch& search, FitMeasurer& measurer, const FitModels& models,
+                 FitObjective objective, const Experiment& sweep) {
+    const auto measure = [&](const std::vector<FitRequest>& requests, const std::string& what) {
+        checkInterrupted();
+        measurer.measure(requests, what);
+        for (const FitRequest& request : requests)
+            search.record(request.model, measurer.observation(request.model));
+    };
+    for (;;) {
+        for (std::vector<FitRequest> requests; !(requests = search.next()).empty();)
+            measure(requests, models.groups[models.space.models[requests[0].model].group]);
+        // A hybrid that draws no map is the model of rays alone, which stands for it: noise must
+        // not decide between the two.
+        std::vector<size_t> finalists;
+        std::vector<FitRequest> stands;
+        for (const size_t model : search.finalists()) {
+            const size_t rays = measurer.raysAlone(model);
+            const size_t finalist = rays == SIZE_MAX ? model : rays;
+            const FitObservation* seen = search.observation(finalist);
+            if (seen == nullptr || !seen->isComplete)
+                stands.push_back({finalist, true});
+            if (std::find(finalists.begin(), finalists.end(), finalist) == finalists.end())
+                finalists.push_back(finalist);
+        }
+        if (!stands.empty()) {
+            measure(stands, "rays alone");
+            continue;
+        }
+        if (objective == FitObjective::kTime &&
+            std::any_of(finalists.begin(), finalists.end(),
+                        [&](size_t model) { return !measurer.finalTime(model); }))
+            measurer.time(finalists, sweep.repeats, sweep.warmups, "times");
+        std::vector<FitCandidate> candidates;
+        for (const size_t model : finalists)
+            if (objective == FitObjective::kBytes)
+                candidates.push_back({model, search.observation(model)->cost, 0});
+            else if (const auto time = measurer.finalTime(model))
+                candidates.push_back({model, time->medianMs, time->standardErrorMs});
+        const size_t choice =
+            candidates.empty() ? SIZE_MAX : chooseLeast(models.space, candidates).model;
+        const std::vector<FitRequest> beside =
+            search.unmeasuredNeighbours(candidates.empty() ? search.leastError() : choice);
+        if (beside.empty())
+            return choice;
+        measure(beside, "neighbours");
+    }
+}
+
+/// Throws Error kUsage where two of the files that a fit writes are one.
+void refuseOverlap(const FitOptions& options, const std::string& experimentPath,
+                   const std::string& stem) {
+    std::vector<std::pair<std::string, std::string>> files{
+        {"-o '" + options.output + "'", options.output},
+        {options.experimentOutput.empty() ? "the experiment " + experimentPath
+                                          : "--experiment-out '" + experimentPath + "'",
+         experimentPath}};
+    if (!options.noCharts)
+        for (const char* extension : {".svg", ".png"})
+            files.push_back({"the chart " + stem + extension, stem + extension});
+    for (size_t a = 0; a < files.size(); ++a)
+        for (size_t b = a + 1; b < files.size(); ++b)
+            if (fs::weakly_canonical(files[a].second) == fs::weakly_canonical(files[b].second))
+                throw Error(ErrorKind::kUsage, files[a].first + " and " + files[b].first +
+                                                   " are one file; name another, as in -o F.json");
+}
+
+void runFit(const FitOptions& options, const CommandLine& commandLine) {
+    const auto start = std::chrono::steady_clock::now();
+    const Console console(options.global.json);
+    const auto metric = choiceOf<FitMetric>("--metric", options.metric,
+                                            {{"false", FitMetric::kFalse},
+                                             {"visibility", FitMetric::kVisibility},
+                                             {"flip", FitMetric::kFlip}});
+    const auto objective =
+        choiceOf<FitObjective>("--minimise", options.objective,
+                               {{"time", FitObjective::kTime}, {"bytes", FitObjective::kBytes}});
+    const double bound = parseNumber("--max", options.bound, 0, 1);
+    for (const char* option : {"--repeats", "--warmups"})
+        if (objective == FitObjective::kBytes && commandLine.given(option))
+            throw Error(ErrorKind::kUsage, std::string(option) +
+                                               " is for times, which --minimise bytes does not "
+                                               "take; drop one of them");
+    Experiment sweep = sweepOf(options, commandLine);
+    const fs::path output = options.output;
+    const std::string stem = (output.parent_path() / output.stem()).string();
+    const std::string experimentPath =
+        options.experimentOutput.empty() ? stem + ".experiment.json" : options.experimentOutput;
+    refuseOverlap(options, experimentPath, stem);
+    checkWritable(options.output);
+    checkWritable(experimentPath);
+    const std::string script = options.noCharts ? "" : findCharts("frontier_chart.py");
+    const Backend backend = options.global.apply(console, true);
+    followGlPages(sweep, backend, commandLine);
+    const std::vector<std::string> leftOut = leaveOutOnGl(sweep, backend, commandLine, {}, console);
+    CostSource costs;
+    if (!options.costs.empty())
+        costs = readCostSource(options.costs, buildProvenance(backend));
+    for (const std::string& model : sweep.models)
+        giveCalibration(*makeCostModel(model), costs);
+
+    FitModels models = makeFitModels(sweep, objective);
+    if (models.runs.empty())
+        throw Error(ErrorKind::kUsage, "--methods and --thresholds leave no model to measure");
+    refuseUnheeded(costs, models.runs);
+    refuseDeepLods(models.runs);
+    for (const std::string& remark : remarksOn(costs, models.runs))
+        console.note(remark);
+    FitMeasurer measurer(sweep, metric, objective, backend, options.common.cache, costs, console);
+    measurer.setModels(models);
+    if (objective == FitObjective::kBytes)
+        setKnownBytes(models, measurer.dagBytes());
+    const bool isTime = objective == FitObjective::kTime;
+    const FitSettings settings{bound, kErrorSlack, isTime ? kTimeSlack : kBytesSlack,
+                               isTime ? kTimeSlack : 0};
+    FitSearch search(models.space, settings);
+    const size_t choice = findLeast(search, measurer, models, objective, sweep);
+    checkInterrupted();
+
+    Json result = {{"provenance", buildProvenance(backend)}, {"sweep", toJson(sweep)}};
+    if (!leftOut.empty())
+        result["provenance"]["left_out"] = leftOut;
+    result.update(fitJson({metric, objective, bound, settings, models, search, measurer, choice}));
+    Experiment replay;
+    if (choice != SIZE_MAX) {
+        replay = models.experiments[choice];
+        replay.title = kTitle + options.objective + " with " + options.metric + " error at most " +
+                       numberText(bound);
+        result["experiment"] = toJson(replay);
+        writeWholeFile(experimentPath, jsonText(result["experiment"]));
+    } else if (isExperimentOfFit(experimentPath)) { // beside this result it would lie
+        fs::remove(experimentPath);
+        console.note(experimentPath + ": removed; it was an earlier fit's, and this one has none");
+    } else if (fs::exists(experimentPath)) {
+        console.note(experimentPath + ": left as it is, which is no fit's; this fit has none");
+    }
+    writeWholeFile(options.output, jsonText(result));
+    if (!script.empty())
+        drawCharts(script, options.output,
+                   fs::path(stem).parent_path().empty() ? "."
+                                                        : fs::path(stem).parent_path().string());
+    printFit(console.people(), result);
+    if (choice == SIZE_MAX) {
+        const Json& least = result["least_error"];
+        throw Error(ErrorKind::kUsage, "--max '" + options.bound +
+                                           "': no model holds it; the least " + options.metric +
+                                           " error reached is " +
+                                           numberText(least["error"].get<double>()) + ", by " +
+                                           least["label"].get<std::string>() +
+                                           "; ask for more, or widen --methods, "
+                                           "--resolution or the lists of the maps (" +
+                                           options.output + " has all that was measured)");
+    }
+    console.people() << "result: " << options.output << "\nreplay: shadowdag compare --experiment "
+                     << experimentPath << (options.costs.empty() ? "" : " --costs " + options.costs)
+                     << " -o DIR\n";
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    console.emit({{"result", options.output},
+                  {"experiment", experimentPath},
+                  {"chosen", result["chosen"]},
+                  {"model_count", result["model_count"]},
+                  {"measured_count", result["measured_count"]},
+                  {"wall_s", wall}});
+}
+
+} // namespace
+
+std::function<void()> declareFit(CommandLine& commandLine) {
+    auto options = std::make_shared<FitOptions>();
+    commandLine.texts("SCENE", options->scenes, "",
+                      "Scenes that the model is for, or a folder of .glb and .gltf files", true);
+    commandLine.text("-o,--output", options->output, "F.json",
+                     "The result: every model with what was measured and what became of it; the "
+                     "chart stands beside it as F.svg and F.png",
+                     true);
+    commandLine.text("--experiment-out", options->experimentOutput, "E.json",
+                     "The choice as an experiment that compare replays [F.experiment.json]");
+    commandLine.flag("--no-charts", options->noCharts,
+                     "Leave out the chart (it needs python3-matplotlib)");
+    commandLine.heading("What is asked for");
+    commandLine.text(
+        "--metric", options->metric, "false|visibility|flip",
+        "Error, of which the worst frame of all scenes counts: share of the pairs that "
+        "are false shadow or false light; mean absolute error of visibility; mean "
+        "FLIP of the picture [false]");
+    commandLine.text("--max", options->bound, "E",
+                     "The error that may not be exceeded, 0 to 1 [0.02]");
+    commandLine.text("--minimise", options->objective, "time|bytes",
+                     "What is to be least: the frame's time, the mean of all frames (which models "
+                     "are timed there, the first frame of the first scene tells: put the one that "
+                     "matters first); or the bytes of voxels and maps, the most of all frames. Of "
+                     "models equal within one "
+                     "standard error the simpler is taken: see simplicity_order in the result "
+                     "[time]");
+    commandLine.heading("Models");
+    commandLine.text("--methods", options->methods, "M,...",
+                     "Some of dag, maps, dag-exact, hybrid [all]");
+    commandLine.text("--resolution", options->common.resolution, "N,...",
+                     "Voxels an axis, powers of two up to 131072; built when needed and cached [" +
+                         options->common.resolution + "]");
+    commandLine.text("--thresholds", options->common.thresholds, "T,...",
+                     "Routers of hybrid: maps that require fewer texels are traced [" +
+                         options->common.thresholds + "]");
+    commandLine.texts("--model", options->common.models, "M",
+                      "A further router of hybrid: cost, texels:N, expr:EXPRESSION; may be given "
+                      "several times [cost with --costs]");
+    commandLine.text("--costs", options->costs, "C.json", "What calibrate wrote, for --model cost");
+    commandLine.text(
+        "--repeats", options->repeats, "N",
+        "Timed runs of the models that are left at the end, interleaved, 2 or more [5]");
+    commandLine.text("--warmups", options->warmups, "N",
+                     "Runs before them that are not counted [1]");
+    commandLine.text(
+        "--cache", options->common.cache, "DIR",
+        "Where built assets are kept [$XDG_CACHE_HOME/shadowdag or ~/.cache/shadowdag]");
+    options->common.declareView(commandLine, true);
+    options->common.declareLights(commandLine);
+    options->common.declareRays(commandLine, true);
+    options->common.declareMaps(commandLine, true);
+    options->global.declare(commandLine);
+    return [options, &commandLine] { runFit(*options, commandLine); };
+}
+
+} // namespace shadowdag

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag import`: the active voxels of an OpenVDB or NanoVDB grid as an asset.
+#include "cuda/error.h"
+#include "tools/commands/commands.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/parse.h"
+#include "tools/settings/provenance.h"
+#include "tools/workspace/asset_json.h"
+#include "tools/workspace/scene_setup.h"
+#include "voxel/vdb_file.h"
+
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+namespace shadowdag {
+
+namespace {
+
+struct ImportOptions {
+    GlobalOptions global;
+    std::string input, output, grid, packing = "compact";
+    bool acceptEdited = false;
+};
+
+void runImport(const ImportOptions& options) {
+    const Console console(options.global.json);
+    options.global.apply(console, false, false);
+    if (std::filesystem::path(options.output).extension() != ".svdag")
+        throw Error(ErrorKind::kUsage,
+                    "-o '" + options.output + "': assets are .svdag files; end the name so");
+    const std::string ending = std::filesystem::path(options.input).extension();
+    if (ending != ".vdb" && ending != ".nvdb")
+        throw Error(ErrorKind::kUsage,
+                    "'" + options.input + "': grids are .vdb (OpenVDB) or .nvdb (NanoVDB) files");
+    checkWritable(options.output);
+    const AssetPacking packing = parsePacking(options.packing);
+    const auto start = std::chrono::steady_clock::now();
+    const VdbAsset found =
+        readVdb(options.input, {options.grid, options.acceptEdited, programVersion()});
+    const double wall =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const uint64_t bytes = writeAsset(found.asset, options.output, packing);
+    if (found.isForeign)
+        console.note("'" + found.gridName +
+                     "' was not exported by this program: " + found.asset.provenance.options);
+    Json json = {{"output", options.output}};
+    json.update(assetJson(found.asset, bytes));
+    json["grid"] = found.gridName;
+    json["grid_type"] = found.gridType;
+    json["is_foreign"] = found.isForeign;
+    json["corner_index"] = {found.cornerIndex.x, found.cornerIndex.y, found.cornerIndex.z};
+    json["wall_s"] = wall;
+    console.people() << options.output << "\n";
+    printAsset(console.people(), json);
+    console.emit(json);
+}
+
+/// Set in the process that reads; its value says nothing.
+constexpr const char* kApart = "SHADOWDAG_IMPORT_APART";
+
+/// Runs the import in a process of its own: OpenVDB's reader may be led past its buffers by a
+/// damaged file, and what that ends is then not this process, which says so. A fork alone would not
+/// do: OpenVDB's logging has threads that it waits for at exit.
+void runImportApart(const ImportOptions& options) {
+    std::vector<std::string> texts = {"shadowdag",
+                                      "import",
+                                      "--output=" + options.output,
+                                      "--packing=" + options.packing,
+                                      "--threads=" + options.global.threads,
+                                      "--backend=" + options.global.backend};
+    if (!options.grid.empty())
+        texts.push_back("--grid=" + options.grid);
+    if (options.acceptEdited)
+        texts.push_back("--edited");
+    if (options.global.json)
+        texts.push_back("--json");
+    texts.insert(texts.end(), {"--", options.input});
+    std::vector<char*> arguments;
+    for (std::string& text : texts)
+        arguments.push_back(text.data());
+    arguments.push_back(nullptr);
+    setenv(kApart, "1", 1);
+    const pid_t parent = getpid(), child = fork();
+    if (child < 0)
+        throw Error(ErrorKind::kResource, std::string("cannot start a process to read '") +
+                                              options.input + "': " + std::strerror(errno));
+    if (child == 0) {
+        prctl(PR_SET_PDEATHSIG, SIGKILL);
+        if (getppid() == parent) {
+            execv("/proc/self/exe", arguments.data());
+            // Nothing that allocates: another thread may have held the heap's lock at the fork.
+            const char* const texts[] = {
+                "shadowdag: error: cannot start itself to read a grid from /proc/self/exe: ",
+                strerrordesc_np(errno), "; is /proc mounted?\n"};
+            for (const char* text : texts)
+                if (write(STDERR_FILENO, text, std::strlen(text)) < 0)
+                    break;
+        }
+        _exit(int(ErrorKind::kResource));
+    }
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR)
+        kill(child, SIGTERM);
+    if (WIFEXITED(status)) {
+        if (WEXITSTATUS(status) != 0)
+            std::exit(WEXITSTATUS(status)); // which it has explained
+        return;
+    }
+    const int signal = WTERMSIG(status);
+    if (signal == SIGINT || signal == SIGTERM) {
+        std::signal(signal, SIG_DFL);
+        std::raise(signal);
+    }
+    if (signal == SIGKILL)
+        throw Error(ErrorKind::kResource,
+                    options.input + ": reading it was killed; is memory short?");
+    throw Error(ErrorKind::kInput, options.input + ": reading it crashed (" + strsignal(signal) +
+                                       "); the file is damaged");
+}
+
+} // namespace
+
+std::function<void()> declareImport(CommandLine& commandLine) {
+    auto options = std::make_shared<ImportOptions>();
+    commandLine.text("FILE", options->input, "",
+                     "A .vdb (OpenVDB) or .nvdb (NanoVDB) file; what export wrote comes back as it "
+                     "was, of any other grid the active voxels are taken, in the smallest cube of "
+                     "a power of two",
+                     true);
+    commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
+    commandLine.text("--packing", options->packing, "P", kPackingHelp);
+    commandLine.text("--grid", options->grid, "NAME", "Which grid, where there are several");
+    commandLine.flag("--edited", options->acceptEdited,
+                     "Accept an exported grid that was edited since, as a foreign one");
+    options->global.declare(commandLine);
+    return [options] {
+        std::getenv(kApart) != nullptr ? runImport(*options) : runImportApart(*options);
+    };
+}
+
+} // namespace shadowdag

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/commands/reevaluate_pairs.h"
+
+#include "cuda/parallel_for.h"
+#include "hybrid/frame/shade.h"
+
+namespace shadowdag {
+
+void leaveOut(const CellSetup& setup, Answers& answers) {
+    if (!setup.hasMovers)
+        answers.method.rays.movers = {};
+    answers.hasPlane = setup.hasPlane;
+}
+
+void askAgain(const World& world, Answers& answers) {
+    const PairList& pairs = answers.frame.pairs;
+    const size_t sampleCount = pairs.sampleStart.size() - 1;
+    std::vector<uint32_t> missing(sampleCount);
+    parallelFor<CpuTag>(
+        sampleCount,
+        [&](size_t sample) {
+            VisibilityCounts counts;
+            for (uint64_t p = pairs.sampleStart[sample]; p < pairs.sampleStart[sample + 1]; ++p)
+                answers.frame.visibility[p] = answerPair(
+                    answers.method, answers.frame.pairMap[p], pairs.light[p],
+                    world.lights()[pairs.light[p]], answers.gbuffer.positionWorld[sample],
+                    answers.hasPlane ? answers.gbuffer.normalWorld[sample] : glm::vec3(0.0f),
+                    answers.gbuffer.triangle[sample], counts);
+            missing[sample] = counts.missingTapCount;
+        },
+        64);
+    answers.missingTapCount = 0;
+    for (const uint32_t count : missing)
+        answers.missingTapCount += count;
+}
+
+} // namespace shadowdag

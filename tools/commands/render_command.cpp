@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag render`: frames of one method as pictures with AOVs.
+#include "tools/commands/commands.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/gl_support.h"
+#include "tools/settings/provenance.h"
+#include "tools/settings/variants.h"
+#include "tools/workspace/frame_channels.h"
+#include "tools/workspace/frame_json.h"
+#include "tools/workspace/image_io.h"
+#include "tools/workspace/single_frame.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+namespace shadowdag {
+
+namespace {
+
+struct RenderOptions {
+    GlobalOptions global;
+    CommonOptions common;
+    MethodOptions method{"hybrid"};
+    std::string scene, output;
+    bool perLight = false, truth = false, floatColor = false;
+};
+
+/// Returns the name of a frame's file: "a.exr", numbered "a.0007.exr" when there are several
+/// frames.
+std::string frameFile(const std::string& output, uint32_t frame, bool isNumbered) {
+    if (!isNumbered)
+        return output;
+    std::filesystem::path path(output);
+    char number[16];
+    std::snprintf(number, sizeof number, ".%04u", frame);
+    const std::string name = path.stem().string() + number + path.extension().string();
+    return (path.parent_path() / name).string();
+}
+
+/// Adds one channel a light: the visibility of every pixel's pair with it, 1 where it is no pair.
+void addLightChannels(std::vector<ExrChannel>& channels, const PairList& pairs,
+                      const std::vector<uint8_t>& visibility, size_t pixelCount,
+                      size_t lightCount) {
+    std::vector<ExrChannel> perLight(lightCount);
+    for (size_t light = 0; light < lightCount; ++light) {
+        char name[48];
+        std::snprintf(name, sizeof name, "visibility.light%04zu", light);
+        perLight[light] = {name, ExrChannel::Type::kHalf, std::vector<float>(pixelCount, 1.0f)};
+    }
+    for (size_t sample = 0; sample < pixelCount; ++sample)
+        for (uint64_t pair = pairs.sampleStart[sample]; pair < pairs.sampleStart[sample + 1];
+             ++pair)
+            perLight[pairs.light[pair]].values[sample] = float(visibility[pair]) / 255.0f;
+    for (ExrChannel& channel : perLight)
+        channels.push_back(std::move(channel));
+}
+
+/// Returns the channels of a frame: colour, visibility, share of rays, and errors when the truth is
+/// given.
+std::vector<ExrChannel> channelsOf(const RenderOptions& options, const SingleFrames& frames,
+                                   const FrameResult& result, const std::vector<glm::vec3>& color,
+                                   const std::vector<uint8_t>& visibility,
+                                   const std::vector<uint8_t>& truthVisibility) {
+    const std::vector<Route> none;
+    std::vector<ExrChannel> channels = frameChannels(
+        {"", color, options.floatColor ? ExrChannel::Type::kFloat : ExrChannel::Type::kHalf,
+         frames.renderer().gbuffer(), result.pairs, visibility,
+         options.method.method == "embree" ? none : result.pairRoute, truthVisibility});
+    if (options.perLight)
+        addLightChannels(channels, result.pairs, visibility, color.size(),
+                         frames.world().lights().size());
+    return channels;
+}
+
+void runRender(const RenderOptions& options, const CommandLine& commandLine) {
+    const Console console(options.global.json);
+    Experiment experiment = options.common.experiment(commandLine, false);
+    options.method.check(commandLine, kMethods);
+    const std::string extension = std::filesystem::path(options.output).extension().string();
+    if (extension != ".exr" && extension != ".png")
+        throw Error(ErrorKind::kUsage,
+                    "-o '" + options.output + "': pictures are .exr or .png; end the name so");
+    for (const char* option : {"--per-light", "--float"})
+        if (extension == ".png" && commandLine.given(option))
+            throw Error(ErrorKind::kUsage,
+                        std::string(option) + " needs channels that a .png has not; write an .exr");
+    if (extension != ".png" && commandLine.given("--exposure"))
+        throw Error(ErrorKind::kUsage, "--exposure is for a .png; an .exr holds the radiance as it "
+                                       "is; drop it");
+    if (extension == ".png" && options.truth)
+        throw Error(ErrorKind::kUsage,
+                    "--truth adds channels that a .png has not; write an .exr, or see validate -o");
+    if (options.truth && options.method.method == "embree")
+        throw Error(ErrorKind::kUsage,
+                    "--truth is for methods that can be wrong, not for 'embree'; drop it");
+    if (commandLine.given("--route-margin")) {
+        if (options.method.method != "hybrid")
+            throw Error(ErrorKind::kUsage, "--route-margin is for hybrid, not for '" +
+                                               options.method.method + "'; drop it");
+        if (!options.method.variant.empty() &&
+            parseVariant("--variant", options.method.variant).routeMargin)
+            throw Error(ErrorKind::kUsage, "--route-margin and --variant '" +
+                                               options.method.variant +
+                                               "' contradict each other: the name says it; drop "
+                                               "one of them");
+        if (experiment.frames.size() < 2)
+            throw Error(ErrorKind::kUsage,
+                        "--route-margin is for frames that follow each other; name several with "
+                        "--frames, or drop it");
+    }
+    checkWritable(options.output);
+    const Backend backend = options.global.apply(console, true);
+    followGlPages(experiment, backend, commandLine);
+    refuseOnGl(experiment, backend, options.method.method, options.method.variant);
+
+    const bool isEmbree = options.method.method == "embree";
+    SingleFrames frames(options.scene, options.common, experiment, options.method,
+                        options.truth || isEmbree, backend, console);
+    const size_t lightCount = frames.world().lights().size();
+    if (options.perLight && lightCount > 1000)
+        throw Error(ErrorKind::kUsage,
+                    "--per-light with " + std::to_string(lightCount) +
+                        " lights: 1000 channels at most; place fewer with --lights");
+    const bool isNumbered = commandLine.given("--frames");
+    const Progress progress = console.progress("render " + frames.scene().name);
+    Json list = Json::array();
+    for (size_t i = 0; i < experiment.frames.size(); ++i) {
+        progress(double(i) / double(experiment.frames.size()));
+        const uint32_t frame = experiment.frames[i];
+        const float time =
+            isNumbered ? experiment.timeOfFrame(frame) : options.common.timeSeconds(experiment);
+        const FrameResult& result = frames.render(time, frame);
+        std::vector<uint8_t> truthVisibility;
+        if (options.truth || isEmbree)
+            truthVisibility = frames.truthVisibility(result);
+        const std::vector<uint8_t>& visibility = isEmbree ? truthVisibility : result.visibility;
+        const std::vector<glm::vec3> color =
+            isEmbree
+                ? shadePairs(frames.renderer().gbuffer(), frames.world(), result.pairs, visibility)
+                : result.color;
+
+        const std::string file = frameFile(options.output, frame, isNumbered);
+        if (extension == ".png")
+            writePng(file, experiment.width, experiment.height,
+                     toneMap(color, experiment.exposureOf(color)));
+        else
+            writeExr(file, experiment.width, experiment.height,
+                     channelsOf(options, frames, result, color, visibility, truthVisibility),
+                     {{"scene", frames.scene().name},
+                      {"method", options.method.method},
+                      {"commit", programCommit()}});
+        const double timeMs = result.stages.totalMs();
+        Json entry = {{"frame", frame}, {"time_s", time}, {"output", file}};
+        if (!isEmbree) { // the truth's picture has pairs, and no frame
+            entry["time_ms"] = timeMs;
+            entry["stages_ms"] = toJson(result.stages);
+            entry.update(toJson(result.counts));
+            // Like times they depend on what moved before, so reports do not hold them.
+            const HostCopyCounts& copies = result.counts.hostCopies;
+            entry["host_copy_count"] = copies.uploadCount + copies.readbackCount;
+            entry["host_readback_count"] = copies.readbackCount;
+        }
+        entry["pair_count"] = result.pairs.count();
+        list.push_back(std::move(entry));
+        console.people() << file << ": " << result.pairs.count() << " pairs, "
+                         << (isEmbree ? lightCount : lightsJson(result.maps).size()) << " lights";
+        if (!isEmbree)
+            console.people() << ", " << result.counts.tracedLightCount << " traced, "
+                             << result.counts.mappedLightCount << " by map, " << timeMs << " ms";
+        console.people() << "\n";
+        if (const std::string note = poolNote(result.counts); !isEmbree && !note.empty())
+            console.people() << "  " << note << "; give more with --pool\n";
+    }
+    progress(1.0);
+    console.emit({{"scene", frames.scene().name},
+                  {"method", options.method.method},
+                  {"frames", std::move(list)}});
+}
+
+} // namespace
+
+std::function<void()> declareRender(CommandLine& commandLine) {
+    auto options = std::make_shared<RenderOptions>();
+    commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
+    commandLine.text("-o,--output", options->output, "F.exr|F.png",
+                     "The picture; with --frames numbered F.0007.exr. EXR channels: R G B (linear "
+                     "radiance), visibility.mean, "
+                     "method.rayShare, depth.Z; PNG: the colour, exposed and tone mapped",
+                     true);
+    commandLine.flag("--per-light", options->perLight,
+                     "Add a channel a light: visibility.light0000, ...");
+    commandLine.flag("--truth", options->truth,
+                     "Add channels of the error against Embree: error.*");
+    commandLine.flag("--float", options->floatColor, "Colour as 32-bit floats instead of halves");
+    options->method.declare(commandLine, "embree|dag|dag-exact|maps|hybrid");
+    options->common.declareRoutes(commandLine);
+    options->common.declareView(commandLine, false);
+    options->common.declareExposure(commandLine);
+    options->common.declareLights(commandLine);
+    options->common.declareVoxels(commandLine, false);
+    options->common.declareRays(commandLine, false);
+    options->common.declareMaps(commandLine, false);
+    options->global.declare(commandLine);
+    return [options, &commandLine] {
+        options->method.takeVariant(commandLine);
+        runRender(*options, commandLine);
+    };
+}
+
+} // namespace shadowdag

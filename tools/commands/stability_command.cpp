@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag compare stability`: bands of errors in time, under perturbation, numerically and over
+// resolution, as a report.
+#include "tools/studies/stability.h"
+
+#include "tools/report/charts_run.h"
+#include "tools/report/report.h"
+#include "tools/report/report_run.h"
+#include "tools/settings/parse.h"
+#include "tools/settings/provenance.h"
+
+#include <fstream>
+#include <ostream>
+
+namespace shadowdag {
+
+void runStability(const StabilityCommand& command, const Console& console) {
+    StabilityRequest request;
+    request.backend = command.backend;
+    if (!command.names.empty())
+        request.names = parseList("--only", command.names);
+    stabilityGroupsNamed(request.names); // refused before anything is put away
+    const std::string script =
+        command.noCharts ? "" : findCharts("stability_chart.py", "pass --no-charts");
+    const ReportRun run(command.output, "stability", console);
+    request.progress = run.progress();
+    const Json measured = measureStability(request);
+    const Json provenance = buildProvenance(command.backend);
+    const std::vector<std::string> broken = unstableLines(measured);
+    Json results = {{"provenance", provenance}};
+    results.update(measured);
+    results["broken"] = broken;
+    run.write("stability.json", jsonText(results));
+    run.write("stability.csv", flatCsv(measured["checks"]));
+    Json charts;
+    if (!script.empty()) {
+        drawCharts(script, run.partial() + "/stability.json", run.partial() + "/charts");
+        std::ifstream file(run.partial() + "/charts/charts.json");
+        charts = Json::parse(file);
+    }
+    run.write("index.html", stabilityHtml(measured, provenance, charts));
+    const std::string report = run.publish();
+
+    for (const std::string& line : broken)
+        console.people() << line << "\n";
+    console.people() << measured["checks"].size() << " checks, " << broken.size()
+                     << " do not hold; report: " << report << "\n";
+    console.emit({{"report", report},
+                  {"results", command.output + "/stability.json"},
+                  {"check_count", measured["checks"].size()},
+                  {"broken", broken},
+                  {"wall_s", run.wallSeconds()}});
+    if (!broken.empty())
+        throw NotHeld(
+            std::to_string(broken.size()) + " of " + std::to_string(measured["checks"].size()) +
+            " checks do not hold, the first: " + broken.front() + "; all stand in " + report);
+}
+
+} // namespace shadowdag

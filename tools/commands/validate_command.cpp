@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag validate`: one method's shadows against Embree, pair by pair and light by light.
+#include "tools/commands/commands.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/gl_support.h"
+#include "tools/settings/provenance.h"
+#include "tools/workspace/error_image.h"
+#include "tools/workspace/frame_json.h"
+#include "tools/workspace/image_io.h"
+#include "tools/workspace/single_frame.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+namespace shadowdag {
+
+namespace {
+
+struct ValidateOptions {
+    GlobalOptions global;
+    CommonOptions common;
+    MethodOptions method{"dag"};
+    std::string scene, output;
+};
+
+void printHeader(std::ostream& out) {
+    char line[160];
+    std::snprintf(line, sizeof line, "%8s %10s %8s %14s %13s %12s %9s %8s %8s\n", "light", "pairs",
+                  "dark %", "false shadow %", "false light %", "unexplained", "acne", "contact",
+                  "error");
+    out << line;
+}
+
+void printCounts(std::ostream& out, const std::string& name, const ErrorCounts& c) {
+    const double pairs = c.pairCount > 0 ? double(c.pairCount) : 1.0;
+    char line[200];
+    std::snprintf(line, sizeof line, "%8s %10llu %8.2f %14.3f %13.3f %12llu %9llu %8llu %8.5f\n",
+                  name.c_str(), static_cast<unsigned long long>(c.pairCount),
+                  100.0 * double(c.occludedCount) / pairs,
+                  100.0 * double(c.falseShadowCount) / pairs,
+                  100.0 * double(c.falseLightCount) / pairs,
+                  static_cast<unsigned long long>(c.unexplainedFalseShadowCount +
+                                                  c.unexplainedFalseLightCount),
+                  static_cast<unsigned long long>(c.acneCount),
+                  static_cast<unsigned long long>(c.contactCount), c.meanAbsVisibilityError());
+    out << line;
+}
+
+/// Writes error.png, truth.png, method.png and errors.exr into the directory.
+void writeMaps(const std::string& directory, const SingleFrames& frames, const FrameResult& result,
+               const std::vector<uint8_t>& truthVisibility, const Experiment& experiment) {
+    const FrameOptions& size = frames.frameOptions();
+    const std::vector<glm::vec3> truthColor =
+        shadePairs(frames.renderer().gbuffer(), frames.world(), result.pairs, truthVisibility);
+    const float exposure = experiment.exposureOf(truthColor);
+    const std::vector<glm::vec3> truthDisplay = toneMap(truthColor, exposure);
+    PixelErrors errors = countPixelErrors(result.pairs, result.visibility, truthVisibility);
+    writePng(directory + "/truth.png", size.width, size.height, truthDisplay);
+    writePng(directory + "/method.png", size.width, size.height, toneMap(result.color, exposure));
+    writePng(directory + "/error.png", size.width, size.height, errorPicture(truthDisplay, errors));
+    writeExr(directory + "/errors.exr", size.width, size.height,
+             {{"error.pairCount", ExrChannel::Type::kFloat, std::move(errors.pairCount)},
+              {"error.falseShadowCount", ExrChannel::Type::kFloat, std::move(errors.falseShadow)},
+              {"error.falseLightCount", ExrChannel::Type::kFloat, std::move(errors.falseLight)}});
+}
+
+void runValidate(const ValidateOptions& options, const CommandLine& commandLine) {
+    const Console console(options.global.json);
+    Experiment experiment = options.common.experiment(commandLine, false);
+    options.method.check(commandLine, {"dag", "dag-exact", "maps", "hybrid"});
+    if (experiment.frames.size() > 1)
+        throw Error(ErrorKind::kUsage, "--frames '" + experiment.framesText +
+                                           "': validate looks at one frame; compare takes several");
+    if (options.output.empty() && commandLine.given("--exposure"))
+        throw Error(ErrorKind::kUsage,
+                    "--exposure says nothing without -o; name a directory for pictures or drop it");
+    if (!options.output.empty()) {
+        std::error_code failed;
+        std::filesystem::create_directories(options.output, failed);
+        if (failed)
+            throw Error(ErrorKind::kResource, options.output + ": cannot be created: " +
+                                                  failed.message() + "; choose another directory");
+        checkWritable(options.output + "/error.png");
+    }
+    const Backend backend = options.global.apply(console, true);
+    followGlPages(experiment, backend, commandLine);
+    refuseOnGl(experiment, backend, options.method.method, options.method.variant);
+    SingleFrames frames(options.scene, options.common, experiment, options.method, true, backend,
+                        console);
+    const FrameResult& result =
+        frames.render(options.common.timeSeconds(experiment), experiment.frames.front());
+    checkInterrupted();
+    const std::vector<uint8_t> truthVisibility = frames.truthVisibility(result);
+    const ErrorReport report = computeError(frames.renderer(), result, frames.world(),
+                                            frames.truth(), truthVisibility, frames.errorOptions());
+    checkInterrupted();
+    if (!options.output.empty())
+        writeMaps(options.output, frames, result, truthVisibility, experiment);
+
+    printHeader(console.people());
+    Json lights = Json::array();
+    for (size_t light = 0; light < report.perLight.size(); ++light) {
+        const ErrorCounts& counts = report.perLight[light];
+        if (counts.pairCount > 0)
+            printCounts(console.people(), std::to_string(light), counts);
+        Json entry = {{"light", light}};
+        entry.update(toJson(counts));
+        lights.push_back(std::move(entry));
+    }
+    printCounts(console.people(), "all", report.total);
+    console.people() << "null rate " << report.nullRate << ": share of " << report.nullSampleCount
+                     << " right answers that the 32 rays which explain errors would flip\n";
+    if (const std::string note = poolNote(result.counts); !note.empty())
+        console.people() << note << "; give more with --pool\n";
+    const ErrorCounts& total = report.total;
+    if (const uint64_t settled = total.settledFalseShadowCount + total.settledFalseLightCount)
+        console.people() << "of the unexplained, " << settled
+                         << " are settled: " << settled - total.tapSettledCount
+                         << " by a shift aimed at the blocker, " << total.tapSettledCount
+                         << " by the truth along the taps' own rays, which agrees with the "
+                            "method\n";
+    if (report.tapNullSampleCount > 0)
+        console.people() << "null rate of the taps' rays " << report.tapNullRate << ": share of "
+                         << report.tapNullSampleCount
+                         << " right answers by maps whose reverse they would settle; "
+                         << report.tapOnlyNullRate << " where none of the 32 rays would\n";
+    Json json = {{"scene", frames.scene().name}, {"method", options.method.method}};
+    json.update(toJson(report.total));
+    json.update(nullRatesJson(report));
+    json["lights"] = std::move(lights);
+    json["provenance"] = buildProvenance(backend);
+    console.emit(json);
+}
+
+} // namespace
+
+std::function<void()> declareValidate(CommandLine& commandLine) {
+    auto options = std::make_shared<ValidateOptions>();
+    commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
+    commandLine.text("-o,--output", options->output, "DIR",
+                     "Write error maps there: error.png (vermilion: false shadow, blue: false "
+                     "light), truth.png, "
+                     "method.png, errors.exr");
+    options->method.declare(commandLine, "dag|dag-exact|maps|hybrid");
+    options->common.declareView(commandLine, false);
+    options->common.declareExposure(commandLine);
+    options->common.declareLights(commandLine);
+    options->common.declareVoxels(commandLine, false);
+    options->common.declareRays(commandLine, false);
+    options->common.declareMaps(commandLine, false);
+    options->global.declare(commandLine);
+    return [options, &commandLine] {
+        options->method.takeVariant(commandLine);
+        runValidate(*options, commandLine);
+    };
+}
+
+} // namespace shadowdag

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag view`: the window.
+#include "tools/commands/commands.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/gl_support.h"
+#include "tools/settings/provenance.h"
+#include "tools/window/view_window.h"
+#include "tools/workspace/cost_file.h"
+
+#include <memory>
+
+namespace shadowdag {
+
+namespace {
+
+struct ViewOptions {
+    GlobalOptions global;
+    CommonOptions common;
+    std::string method = "dag", model, costs;
+    std::string scene, right, saveDirectory = ".", log, target = "22";
+};
+
+/// Throws Error kUsage for a method or a model that is none. Options of any method are welcome:
+/// each may be chosen in the window.
+void checkSides(const ViewOptions& options) {
+    checkMethod("--method", options.method);
+    if (!options.right.empty())
+        checkMethod("--right", options.right);
+    const std::unique_ptr<CostModel> model = makeCostModel(modelText("hybrid", options.model));
+    if (options.costs.empty())
+        giveCalibration(*model, {}); // what is missing is told before any work
+}
+
+void runView(const ViewOptions& options, const CommandLine& commandLine) {
+    const Console console(options.global.json);
+    Experiment experiment = options.common.experiment(commandLine, false);
+    checkSides(options);
+    if (experiment.frames.size() > 1)
+        throw Error(ErrorKind::kUsage, "--frames '" + options.common.frames +
+                                           "': the window starts at one frame; name one");
+    ViewWindowOptions view;
+    view.scene = options.scene;
+    view.width = experiment.width;
+    view.height = experiment.height;
+    view.targetMs = parseNumber("--target", options.target, 1, 10000);
+    for (ViewSide& side : view.sides)
+        side = {options.method, modelText("hybrid", options.model)};
+    view.sides[1].method = "embree";
+    if (!options.right.empty()) {
+        view.sides[1].method = options.right;
+        view.isSplit = true;
+    }
+    view.settings.backend = options.global.apply(console, true);
+    followGlPages(experiment, view.settings.backend, commandLine);
+    refuseOnGl(experiment, view.settings.backend, options.method, ""); // others in the window
+    refuseOnGl(experiment, view.settings.backend, options.right, "", "--right");
+    view.frame = baseOptions(experiment);
+    view.firstFrame = experiment.frames.front();
+    view.resolutionLog2 = experiment.resolutionLog2.front();
+    if (!options.common.voxels.empty())
+        view.assetPath = options.common.voxels.front();
+    view.saveDirectory = options.saveDirectory;
+    view.logPath = options.log;
+    view.settings.experiment = experiment;
+    view.settings.cacheDirectory = options.common.cache;
+    view.settings.allowStale = options.common.allowStale;
+    if (!options.costs.empty()) {
+        view.settings.costs = readCostSource(options.costs, buildProvenance(view.settings.backend));
+        giveCalibration(*makeCostModel(modelText("hybrid", options.model)), view.settings.costs);
+        if (!view.settings.costs.otherMachine.empty())
+            console.note("warning: --costs " + options.costs + " are of " +
+                         view.settings.costs.otherMachine);
+    }
+    runViewWindow(view);
+    console.emit({{"scene", options.scene}});
+}
+
+} // namespace
+
+std::function<void()> declareView(CommandLine& commandLine) {
+    auto options = std::make_shared<ViewOptions>();
+    options->common.size = "1280x720";
+    commandLine.text("SCENE", options->scene, "",
+                     "A .glb or .gltf file, or builtin:NAME; without one, drop a file on the "
+                     "window");
+    commandLine.heading("Method");
+    commandLine.text("--method", options->method, "embree|dag|dag-exact|maps|hybrid",
+                     "What the window starts with [dag]");
+    commandLine.text("--model", options->model, "M",
+                     "Of hybrid: texels:N, cost, oracle, expr:EXPRESSION [texels:96]");
+    commandLine.text("--costs", options->costs, "F",
+                     "Costs for the models cost and oracle, as calibrate and compare write them");
+    commandLine.text("--right", options->right, "METHOD",
+                     "Split the picture; what the right side shows [embree, once it is split]");
+    commandLine.heading("Window");
+    commandLine.text("--save-to", options->saveDirectory, "DIR",
+                     "Where F12 writes view-NNNN.png, .exr and .experiment.json [.]");
+    commandLine.text("--target", options->target, "MS",
+                     "What a picture may take while it moves; its resolution follows [22]");
+    commandLine.text("--log", options->log, "F.jsonl",
+                     "Write a line of JSON for every picture, file, error and change of layout");
+    options->common.isWindow = true;
+    options->common.declareView(commandLine, true);
+    options->common.declareExposure(commandLine);
+    options->common.declareLights(commandLine);
+    options->common.declareVoxels(commandLine, false);
+    options->common.declareRays(commandLine, false);
+    options->common.declareMaps(commandLine, false);
+    options->global.declare(commandLine);
+    return [options, &commandLine] { runView(*options, commandLine); };
+}
+
+} // namespace shadowdag

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every result line carries: which program, built how, ran on what.
+#pragma once
+
+#include "cuda/backend.h"
+#include "tools/settings/json.h"
+
+#include <string>
+
+namespace shadowdag {
+
+/// Returns the program's version, as in "0.1.0".
+std::string programVersion();
+/// Returns the commit that the program was built from, with "+dirty" when files differed from it,
+/// or "unknown" outside a git checkout. Asked anew by every build.
+std::string programCommit();
+/// Returns a hash of the sources that voxel assets depend on; part of the cache's key, so that a
+/// changed voxelizer never answers with an asset of the old one.
+std::string voxelSourceHash();
+
+/// Returns commit, version, preset, build type, compiler, flags, processor, device and
+/// its driver's CUDA version (null on the CPU), backend and thread count as JSON.
+Json buildProvenance(Backend backend);
+
+/// Returns 16 hex digits of the 64-bit FNV-1a hash of a text.
+/// Source: Fowler, Noll, Vo, draft-eastlake-fnv, sec. 2.
+std::string textHash(const std::string& text);
+
+} // namespace shadowdag

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+// The settings of the matrix' cells: the one table of keys, and texts to what is rendered.
+#include "tools/studies/failures.h"
+
+#include "cuda/error.h"
+#include "hybrid/routing/resolution.h"
+#include "tools/settings/lod_option.h"
+#include "tools/settings/parse.h"
+
+#include <algorithm>
+#include <initializer_list>
+#include <sstream>
+
+namespace shadowdag {
+
+namespace {
+
+constexpr MatrixMethod kMaps = MatrixMethod::kMaps, kDag = MatrixMethod::kDag,
+                       kHybrid = MatrixMethod::kHybrid;
+
+bool isOn(const std::string& key, const std::string& value) {
+    if (value != "on" && value != "off")
+        throw Error(ErrorKind::kUsage, key + " '" + value + "': must be on or off");
+    return value == "on";
+}
+
+uint32_t whole(const std::string& key, const std::string& value, uint32_t min, uint32_t max) {
+    return uint32_t(parseInteger(key, value, min, max));
+}
+
+/// Returns which of the names a value is. Throws Error kUsage with all of them.
+size_t oneOf(const std::string& key, const std::string& value,
+             std::initializer_list<const char*> names) {
+    std::string all;
+    size_t index = 0;
+    for (const char* name : names) {
+        if (value == name)
+            return index;
+        all += (all.empty() ? "" : ", ") + std::string(name);
+        ++index;
+    }
+    throw Error(ErrorKind::kUsage, key + " '" + value + "': must be one of " + all);
+}
+
+struct Key {
+    FailureSetting setting;
+    void (*apply)(CellSetup& setup, const std::string& key, const std::string& value);
+};
+
+using Text = const std::string&;
+
+const std::vector<Key>& keys() {
+    static const std::vector<Key> all = {
+        {{"resolution", "--resolution: voxels an axis", {kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.resolutionLog2 = parsePowerOfTwo(k, v, 16, 4096); }},
+        {{"offset", "--offset: of rays, in units of the derived offset", {kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.rays.offset = float(parseNumber(k, v, 0, 64));
+         }},
+        {{"confirm", "on: method dag-exact, hits are confirmed by the triangles", {kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.rays.kind = isOn(k, v) ? RayKind::kExact : RayKind::kVoxels;
+         }},
+        {{"lod", "--lod: level of detail of rays", {kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { parseLod(k, v).apply(s.frame.rays); }},
+        {{"ray_batch", "RayOptions::batch: how many rays are asked together", {kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.rays.batch = RayBatch(oneOf(k, v, {"single", "stream", "shaft"}));
+         }},
+        {{"movers", "off: rays are not held against what moves (no option)", {kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.hasMovers = isOn(k, v); }},
+        {{"cluster_bounds", "parts EB, TB of --variants: boxes of clusters", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.clusterBounds = ClusterBounds(oneOf(k, v, {"implicit", "explicit", "tight"}));
+         }},
+        {{"normal_clusters", "part Nk of --variants: directions an edge", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.frame.normalClusters = whole(k, v, 0, 16); }},
+        {{"light_order",
+          "part RL of --variants: light lists by index or along a curve",
+          {kMaps, kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.reorderLights = oneOf(k, v, {"index", "curve"}) == 1;
+         }},
+        {{"page_pruning", "parts FP, LP of --variants: who needs no page", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.pruning = PairPruning(oneOf(k, v, {"none", "facing", "lit"}));
+         }},
+        {{"culling", "MapCulling: what is drawn into which face", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             constexpr MapCulling kKinds[] = {MapCulling::kSphere, MapCulling::kFaceMask,
+                                              MapCulling::kProjectionMap, MapCulling::kMaximumDepth,
+                                              MapCulling::kCellDepth};
+             s.frame.maps.culling = kKinds[oneOf(k, v, {"sphere", "cfm", "pmc", "pmcd", "pmcc"})];
+         }},
+        {{"rasterizer",
+          "ShadowMapOptions::useAtomicRasterizer: the one text, or the CPU's own kernel",
+          {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.maps.useAtomicRasterizer = oneOf(k, v, {"cpu", "atomic"}) == 1;
+         }},
+        {{"undersample", "--undersample: divides the resolution asked for", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.undersample = float(parseNumber(k, v, 1.0 / 64, 1024));
+         }},
+        {{"resolution_rule", "part RP of --variants: who asks for texels", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.resolutionRule = ResolutionRule(oneOf(k, v, {"sphere", "plane"}));
+         }},
+        {{"min_face_texels", "FrameOptions::minFaceTexels: the least map", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.frame.minFaceTexels = whole(k, v, 1, 2048); }},
+        {{"maps_per_light", "--maps-per-light", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.mapsPerLight = whole(k, v, 1, kMaxMapsPerLight);
+         }},
+        {{"pool", "--pool: budget of pages", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.frame.maps.poolBytes = parseBytes(k, v); }},
+        {{"page_size", "--page-size: texels a side of a page", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.maps.pageTexels = 1u << parsePowerOfTwo(k, v, 16, 256);
+         }},
+        {{"bias", "--bias: texels forgiven before the receiver", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.bias.constantTexels = float(parseNumber(k, v, 0, 64));
+         }},
+        {{"taps", "--taps of the filter", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.bias.taps = s.frame.maps.taps = whole(k, v, 1, 9);
+         }},
+        {{"polygon_lod", "--polygon-lod: texels a triangle may deviate", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.maps.lodTexels = float(parseNumber(k, v, 0, 64));
+         }},
+        {{"static_optimization",
+          "part SO of --variants: keeps maps of earlier frames",
+          {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.frame.maps.useStaticOptimization = isOn(k, v); }},
+        {{"retained_pages",
+          "part SOR of --variants: kept maps keep pages that nobody needs",
+          {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.frame.maps.retainsPages = isOn(k, v); }},
+        {{"receiver_plane",
+          "off: taps are compared with the receiver's distance (no option)",
+          {kMaps}},
+         [](CellSetup& s, Text k, Text v) { s.hasPlane = isOn(k, v); }},
+        {{"redraw", "off: maps of the frame before answer (no option)", {kMaps}},
+         [](CellSetup& s, Text k, Text v) { s.redraws = isOn(k, v); }},
+        {{"hysteresis", "on: --sequence; off: every frame stands for itself", {kMaps, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.keepsFrames = isOn(k, v); }},
+        {{"threshold", "--model texels:T of the hybrid", {kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.hybridTexels = float(parseNumber(k, v, 0, 8192)); }},
+        {{"route_margin", "--route-margin: a map changes its method only for that much", {kHybrid}},
+         [](CellSetup& s, Text k, Text v) {
+             s.frame.routeMargin = float(parseNumber(k, v, 0, 16));
+         }},
+    };
+    return all;
+}
+
+/// Calls visit(key, value) for each "key=value" of a text.
+template <class Visit> void forSettings(const std::string& text, const Visit& visit) {
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+        const size_t sign = word.find('=');
+        const std::string name = word.substr(0, sign);
+        const auto found = std::find_if(keys().begin(), keys().end(),
+                                        [&](const Key& key) { return key.setting.key == name; });
+        if (sign == std::string::npos || found == keys().end())
+            throw Error(ErrorKind::kUsage, "setting '" + word + "' of '" + text +
+                                               "': must be KEY=VALUE with a key of "
+                                               "failureSettings()");
+        visit(*found, word.substr(sign + 1));
+    }
+}
+
+} // namespace
+
+const std::vector<FailureSetting>& failureSettings() {
+    static const std::vector<FailureSetting> settings = [] {
+        std::vector<FailureSetting> list;
+        for (const Key& key : keys())
+            list.push_back(key.setting);
+        return list;
+    }();
+    return settings;
+}
+
+std::unique_ptr<CostModel> modelOf(MatrixMethod method, CellSetup& setup) {
+    if (method == MatrixMethod::kDagExact)
+        setup.frame.rays.kind = RayKind::kExact;
+    return makeCostModel(method == MatrixMethod::kMaps ? "texels:0"
+                         : method == MatrixMethod::kHybrid
+                             ? "texels:" + numberText(setup.hybridTexels)
+                             : "texels:inf");
+}
+
+CellSetup cellSetup(const std::vector<std::string>& settings) {
+    CellSetup setup;
+    setup.frame.width = 256;
+    setup.frame.height = 144;
+    setup.frame.maps.poolBytes = 128ull << 20;
+    for (const std::string& text : settings)
+        forSettings(text, [&](const Key& key, const std::string& value) {
+            key.apply(setup, key.setting.key, value);
+        });
+    return setup;
+}
+
+bool readsAny(MatrixMethod method, const std::string& settings) {
+    bool reads = false;
+    forSettings(settings, [&](const Key& key, const std::string&) {
+        const std::vector<MatrixMethod>& readBy = key.setting.readBy;
+        reads |= std::find(readBy.begin(), readBy.end(), method) != readBy.end();
+    });
+    return reads;
+}
+
+CellCounts boundOf(const CellCounts& known) {
+    CellCounts bound = known;
+    for (int m = 0; m < kCellMeasureCount; ++m)
+        bound[size_t(m)] +=
+            known[size_t(m)] / 20 + (CellMeasure(m) == CellMeasure::kMeanError ? 20 : 3);
+    return bound;
+}
+
+} // namespace shadowdag

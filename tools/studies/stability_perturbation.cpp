@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stability under perturbation: a scene moved by a thousandth of a voxel or texel, shifted far from
+// the origin, scaled and turned; the error of every method beside the unperturbed one.
+#include "tools/studies/stability.h"
+#include "tools/studies/stability_stage.h"
+
+#include "cuda/error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace shadowdag {
+
+namespace {
+
+/// The lengths that tiny motions are measured in, scene units.
+struct Units {
+    double voxel, texel;
+};
+
+struct Perturbation {
+    std::string name, kind;
+    SceneMotion motion;
+};
+
+std::vector<Perturbation> perturbations(const Units& units) {
+    std::vector<Perturbation> all = {{"unperturbed", "unperturbed", {}}};
+    // A direction along no axis and no diagonal, of length 1.
+    const glm::dvec3 aside(0.6, 0.48, 0.64);
+    for (const auto& [unit, length] : {std::pair("voxel", units.voxel), {"texel", units.texel}})
+        for (const auto& [part, member] : {std::pair("light", &SceneMotion::lightShift),
+                                           {"camera", &SceneMotion::cameraShift},
+                                           {"scene", &SceneMotion::geometryShift}}) {
+            SceneMotion motion;
+            motion.*member = aside * (0.001 * length);
+            all.push_back({std::string(part) + " by " + unit + " / 1000", "tiny", motion});
+        }
+    for (const int exponent : {3, 4, 5}) {
+        SceneMotion motion;
+        motion.shift = glm::dvec3(2, 1, -2) * (std::pow(10.0, exponent) / 3.0);
+        all.push_back({"shifted by 1e" + std::to_string(exponent), "shifted", motion});
+    }
+    for (const int exponent : {-3, 3}) {
+        SceneMotion motion;
+        motion.scale = std::pow(10.0, exponent);
+        all.push_back({"scaled by 1e" + std::to_string(exponent), "scaled", motion});
+    }
+    for (const auto& [axis, direction] : {std::pair("x", glm::dvec3(1, 0, 0)), {"y", {0, 1, 0}}})
+        for (const double degrees : {1.0, 17.3, 45.0}) {
+            SceneMotion motion;
+            motion.rotation = glm::angleAxis(glm::radians(degrees), direction);
+            std::string text = std::to_string(degrees);
+            text.erase(text.find_last_not_of('0') + 1);
+            if (text.back() == '.')
+                text.pop_back();
+            all.push_back({"turned by " + text + " about " + axis, "turned", motion});
+        }
+    return all;
+}
+
+/// Returns the texel of light 0's finest map at the mean sample's distance, scene units.
+double texelOf(const ShadowMapView& maps, const World& world, const GBufferView& gbuffer) {
+    const glm::vec3 light = world.lights().at(0).positionWorld;
+    glm::dvec3 mean(0.0);
+    double count = 0;
+    for (size_t i = 0; i < gbuffer.count(); ++i)
+        if (gbuffer.triangle[i] != kBackground) {
+            mean += glm::dvec3(gbuffer.positionWorld[i]);
+            ++count;
+        }
+    uint32_t faceTexels = 1;
+    for (size_t m = 0; m < maps.maps.count; ++m)
+        if (maps.maps[m].lightPositionWorld == light)
+            faceTexels = std::max(faceTexels, maps.maps[m].faceTexels);
+    return 2.0 * glm::length(mean / std::max(count, 1.0) - glm::dvec3(light)) / faceTexels;
+}
+
+/// Returns the spacing of floats at the largest coordinate of the bounds.
+double spacingAt(const Box& bounds) {
+    const glm::vec3 largest = glm::max(glm::abs(bounds.min), glm::abs(bounds.max));
+    const float m = std::max(largest.x, std::max(largest.y, largest.z));
+    return double(std::nextafter(m, INFINITY)) - double(m);
+}
+
+} // namespace
+
+void measurePerturbation(const StabilityGroup& group, const StabilityRequest& request,
+                         Json& results) {
+    const Scene scene = stabilityScene(group);
+    // Voxels of about 20 mm in scenes of 10 m.
+    const std::vector<std::string> settings = stabilitySettings(group, request);
+    const uint32_t resolutionLog2 = cellSetup(settings).resolutionLog2,
+                   taps = cellSetup(settings).frame.bias.taps;
+    Units units{};
+    {
+        StabilityStage stage(scene, request.backend);
+        std::vector<uint8_t> truth;
+        units.voxel = stage.grid(resolutionLog2).voxelSizeWorld;
+        StabilityMethod(MatrixMethod::kMaps, settings, request.width)
+            .measure(stage, truth, [&](const ErrorInputs& inputs) {
+                units.texel = texelOf(inputs.method.maps, stage.world(), inputs.gbuffer);
+            });
+    }
+    struct Base {
+        double wrongShare, meanError, unexplained, unnamed, texels;
+    };
+    std::vector<Base> bases;
+    for (const Perturbation& p : perturbations(units)) {
+        StabilityStage stage(movedScene(scene, p.motion), request.backend);
+        std::vector<uint8_t> truth;
+        const double voxel = stage.grid(resolutionLog2).voxelSizeWorld / p.motion.scale;
+        const double spacing = spacingAt(stage.world().boundsWorld()) / p.motion.scale;
+        for (int m = 0; m < kMatrixMethodCount; ++m) {
+            const MatrixMethod method = MatrixMethod(m);
+            stage.renderer(resolutionLog2).reset();
+            const StabilityFrame result =
+                StabilityMethod(method, settings, request.width).measure(stage, truth);
+            const ErrorCounts& e = result.errors;
+            const double pairs = double(e.pairCount);
+            double texels = 0;
+            for (const MapRecord& map : result.frame.maps)
+                texels = std::max(texels, double(map.quantities.faceTexels));
+            Json row = {{"group", group.name},
+                        {"case", p.name},
+                        {"kind", p.kind + group.kind},
+                        {"method", kMatrixMethodNames[m]}};
+            requireEvidence(row, e.pairCount, e.occludedCount);
+            const uint64_t unexplained =
+                               e.unexplainedFalseShadowCount + e.unexplainedFalseLightCount,
+                           settled = e.settledFalseShadowCount + e.settledFalseLightCount;
+            const Base now{double(e.falseShadowCount + e.falseLightCount) / pairs,
+                           e.meanAbsVisibilityError(), double(unexplained) / pairs,
+                           double(unexplained - settled) / pairs, std::max(texels, 1.0)};
+            if (p.kind == "unperturbed")
+                bases.push_back(now);
+            const Base& base = bases[size_t(m)];
+            row.update({{"pair_count", e.pairCount},
+                        {"false_shadow_count", e.falseShadowCount},
+                        {"false_light_count", e.falseLightCount},
+                        {"unexplained_count", unexplained},
+                        {"settled_count", settled},
+                        {"acne_count", e.acneCount},
+                        {"contact_count", e.contactCount},
+                        {"wrong_share", now.wrongShare},
+                        {"mean_error", now.meanError},
+                        {"unexplained_share", now.unexplained},
+                        {"unnamed_share", now.unnamed},
+                        {"wrong_share_unperturbed", base.wrongShare},
+                        {"mean_error_unperturbed", base.meanError},
+                        {"voxel_scene", voxel},
+                        {"texel_scene", units.texel * base.texels / now.texels},
+                        {"float_spacing_scene", spacing},
+                        {"largest_face_texels", texels},
+                        {"drawn_map_count", result.frame.counts.drawnMapCount},
+                        {"traced_map_count", result.frame.counts.tracedMapCount},
+                        {"least_served_count", std::min(result.frame.counts.drawnMapCount,
+                                                        result.frame.counts.tracedMapCount)}});
+            BandInputs inputs;
+            inputs.count = pairs;
+            addChecks(results["checks"], group.part, row, "least_served_count",
+                      row["least_served_count"].get<double>(), inputs);
+            if (p.kind != "unperturbed") {
+                inputs.outlineCount = std::max(1, group.outlineCount);
+                inputs.voxelSpacing = spacing / voxel;
+                inputs.texelSpacing = spacing / units.texel;
+                inputs.voxelRatio = voxel / units.voxel;
+                inputs.texelRatio = base.texels / now.texels;
+                inputs.reachTexels = 1.0 + std::sqrt(0.5) * (filterSide(taps) - 1);
+                inputs.wrongShare = base.wrongShare;
+                inputs.base = base.wrongShare;
+                addChecks(results["checks"], group.part, row, "wrong_share", now.wrongShare,
+                          inputs);
+                inputs.base = base.meanError;
+                addChecks(results["checks"], group.part, row, "mean_error", now.meanError, inputs);
+                inputs.base = base.unexplained;
+                addChecks(results["checks"], group.part, row, "unexplained_share", now.unexplained,
+                          inputs);
+                inputs.base = base.unnamed;
+                addChecks(results["checks"], group.part, row, "unnamed_share", now.unnamed, inputs);
+            }
+            results["perturbation"].push_back(std::move(row));
+        }
+    }
+}
+
+} // namespace shadowdag

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stability in time: answers that change from a frame to the next where Embree's do not, along a
+// camera path and under moving lights, with what keeps maps and routes from wavering on and off.
+#include "tools/studies/stability.h"
+#include "tools/studies/stability_stage.h"
+
+#include "hybrid/judge/flicker.h"
+
+#include <algorithm>
+
+namespace shadowdag {
+
+namespace {
+
+constexpr int kFrameCount = 16;
+constexpr double kStepSeconds = 0.1;
+constexpr uint32_t kPointCount = 6000;
+
+/// One way to run a method through the frames.
+struct TimeCase {
+    MatrixMethod method;
+    std::string name, settings;
+};
+
+const TimeCase kCases[] = {
+    {MatrixMethod::kMaps, "every frame for itself", "hysteresis=off"},
+    {MatrixMethod::kMaps, "resolutions held", "hysteresis=on"},
+    {MatrixMethod::kDag, "every frame for itself", "hysteresis=off"},
+    {MatrixMethod::kDagExact, "every frame for itself", "hysteresis=off"},
+    {MatrixMethod::kHybrid, "every frame for itself", "hysteresis=off"},
+    {MatrixMethod::kHybrid, "resolutions held", "hysteresis=on route_margin=0"},
+    {MatrixMethod::kHybrid, "resolutions and routes held", "hysteresis=on route_margin=0.25"},
+};
+
+} // namespace
+
+void measureTime(const StabilityGroup& group, const StabilityRequest& request, Json& results) {
+    StabilityStage stage(stabilityScene(group), request.backend);
+    std::vector<std::vector<uint8_t>> truths(kFrameCount);
+    double before = 0; // flicker at switches of the method with less held
+    for (const TimeCase& run : kCases) {
+        std::vector<std::string> settings = stabilitySettings(group, request);
+        settings.push_back(run.settings);
+        const StabilityMethod method(run.method, settings, request.width / 2);
+        FlickerMeter meter(stage.truth(), 1, kPointCount);
+        FlickerCounts flicker;
+        ErrorCounts errors;
+        uint64_t traced = 0, drawn = 0;
+        stage.renderer(method.setup().resolutionLog2).reset();
+        for (int f = 0; f < kFrameCount; ++f) {
+            stage.show(f * kStepSeconds);
+            const StabilityFrame frame =
+                method.measure(stage, truths[size_t(f)], [&](const ErrorInputs& inputs) {
+                    flicker.add(meter.add({inputs, stage.camera()}));
+                });
+            errors.add(frame.errors);
+            traced += frame.frame.counts.tracedMapCount;
+            drawn += frame.frame.counts.drawnMapCount;
+        }
+        stage.show(0);
+        const FlickerCounts::Class total = flicker.total();
+        const bool isFirst = run.name == "every frame for itself";
+        Json row = {{"group", group.name},
+                    {"case", run.name},
+                    {"kind", group.kind},
+                    {"method", kMatrixMethodNames[size_t(run.method)]},
+                    {"settings", run.settings},
+                    {"frame_count", kFrameCount},
+                    {"pair_count", errors.pairCount},
+                    {"answer_count", total.answerCount},
+                    {"flicker_count", total.flickerCount},
+                    {"truth_change_count", flicker.truthChangeCount},
+                    {"unanswered_count", flicker.unansweredCount},
+                    {"missing_tap_count", flicker.missingTapCount},
+                    {"drawn_map_count", drawn},
+                    {"traced_map_count", traced}};
+        requireEvidence(row, errors.pairCount, errors.occludedCount);
+        row["wrong_share"] = shareOf(row, "pairs", errors.falseShadowCount + errors.falseLightCount,
+                                     errors.pairCount);
+        const char* const names[kFlickerChangeCount] = {"held", "resolution_switch",
+                                                        "method_switch"};
+        for (int c = 0; c < kFlickerChangeCount; ++c) {
+            const FlickerCounts::Class& one = flicker.byChange[size_t(c)];
+            const std::string stem = names[c];
+            row[stem + "_answer_count"] = one.answerCount;
+            row[stem + "_flicker_count"] = one.flickerCount;
+            row[stem + "_unexplained_count"] =
+                one.flickerCount - one.explainedCount - one.contactCount - one.acneCount;
+        }
+        BandInputs inputs;
+        inputs.count = double(total.answerCount);
+        inputs.truthChange =
+            shareOf(row, "followed answers", flicker.truthChangeCount, total.answerCount);
+        inputs.outlineCount = std::max(1, group.outlineCount);
+        const FlickerCounts::Class& held = flicker.of(FlickerChange::kHeld);
+        row["held_flicker_share"] =
+            shareOf(row, "held answers", held.flickerCount, held.answerCount);
+        row["flicker_share"] =
+            shareOf(row, "followed answers", total.flickerCount, total.answerCount);
+        row["switch_flicker_share"] = shareOf(
+            row, "followed answers", total.flickerCount - held.flickerCount, total.answerCount);
+        Json& checks = results["checks"];
+        addChecks(checks, group.part, row, "held_flicker_share",
+                  row["held_flicker_share"].get<double>(), inputs);
+        inputs.base = before;
+        if (!isFirst)
+            addChecks(checks, group.part, row, "switch_flicker_share",
+                      row["switch_flicker_share"].get<double>(), inputs);
+        else
+            for (const char* measure :
+                 {"resolution_switch_answer_count", "method_switch_answer_count"})
+                addChecks(checks, group.part, row, measure, row[measure].get<double>(), inputs);
+        before = row["switch_flicker_share"].get<double>();
+        results["time"].push_back(std::move(row));
+    }
+}
+
+} // namespace shadowdag

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/window/view_display.h"
+
+#include "cuda/error.h"
+
+#include <X11/Xlib.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <iostream>
+
+namespace shadowdag {
+
+void endWithTheDisplay() {
+    std::signal(SIGPIPE, SIG_IGN); // writing to a server that is gone is an error as reading is
+    XSetIOErrorHandler([](Display*) -> int {
+        std::cerr << "shadowdag: error: the display is gone; the window ends with it" << std::endl;
+        _exit(int(ErrorKind::kDevice));
+    });
+}
+
+} // namespace shadowdag

@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// What keys, the mouse and files that are named or dropped do.
+#include "tools/settings/parse.h"
+#include "tools/window/view_viewer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+namespace shadowdag {
+
+namespace {
+
+constexpr double kRadiansPerPixel = 0.004;
+
+} // namespace
+
+void Viewer::takeModel() {
+    const std::string& model = ui_.request.sides[0].model;
+    if (model.starts_with("texels:")) {
+        ui_.modelKind = ModelKind::kTexels;
+        ui_.threshold = parseThresholds("--model", model.substr(7))[0];
+    } else if (model.starts_with("expr:")) {
+        ui_.modelKind = ModelKind::kExpression;
+        ui_.expression = model.substr(5);
+    } else {
+        ui_.modelKind = model == "cost" ? ModelKind::kCost : ModelKind::kOracle;
+    }
+}
+
+void Viewer::changeThreshold(double factor) {
+    if (ui_.modelKind != ModelKind::kTexels)
+        return;
+    const double from = std::isfinite(ui_.threshold) ? double(ui_.threshold) : 4096;
+    // By a texel at least, or small thresholds would stay what they are.
+    const double to =
+        factor > 1 ? std::max(from * factor, from + 1) : std::min(from * factor, from - 1);
+    ui_.threshold = float(std::clamp(std::round(to), 0.0, 4096.0));
+    for (ViewSide& side : ui_.request.sides)
+        side.model = "texels:" + numberText(double(ui_.threshold));
+    ui_.hasChanged = true;
+}
+
+void Viewer::onKey(int key, int action, int mods) {
+    touch();
+    if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput)
+        return;
+    ViewRequest& r = ui_.request;
+    const bool isShift = (mods & GLFW_MOD_SHIFT) != 0;
+    if (key >= GLFW_KEY_1 && key <= GLFW_KEY_5) {
+        r.sides[isShift ? 1 : 0].method = kMethods[size_t(key - GLFW_KEY_1)];
+        r.isSplit = r.isSplit || isShift;
+        ui_.hasChanged = true;
+        return;
+    }
+    switch (key) {
+    case GLFW_KEY_SPACE:
+        ui_.isPlaying = !ui_.isPlaying && ui_.scene.isAnimated();
+        break;
+    case GLFW_KEY_COMMA:
+    case GLFW_KEY_PERIOD:
+        if (ui_.scene.isAnimated()) {
+            r.frame = key == GLFW_KEY_PERIOD ? std::min(r.frame + 1, ui_.scene.frameCount - 1)
+                                             : r.frame - std::min(r.frame, 1u);
+            ui_.playedFrame = double(r.frame);
+            ui_.hasChanged = true;
+        }
+        break;
+    case GLFW_KEY_LEFT_BRACKET:
+        changeThreshold(1 / std::sqrt(2.0));
+        break;
+    case GLFW_KEY_RIGHT_BRACKET:
+        changeThreshold(std::sqrt(2.0));
+        break;
+    case GLFW_KEY_TAB:
+        r.isSplit = !r.isSplit;
+        ui_.hasChanged = true;
+        break;
+    case GLFW_KEY_O:
+        r.overlay = ViewOverlay((int(r.overlay) + (isShift ? int(kOverlayNames.size()) - 1 : 1)) %
+                                int(kOverlayNames.size()));
+        ui_.hasChanged = true;
+        break;
+    case GLFW_KEY_L:
+        ui_.showsLights = !ui_.showsLights;
+        break;
+    case GLFW_KEY_F:
+        ui_.wantsFreeze = true;
+        break;
+    case GLFW_KEY_C:
+        if (!ui_.scene.cameras.empty()) {
+            camera_ = (camera_ + 1) % ui_.scene.cameras.size();
+            r.camera = ui_.scene.cameras[camera_];
+            ui_.isFlying = false;
+            ui_.hasChanged = true;
+        }
+        break;
+    case GLFW_KEY_HOME:
+        takeFirstCamera();
+        ui_.hasChanged = true;
+        break;
+    case GLFW_KEY_ESCAPE:
+        r.pixel.reset();
+        ui_.pixel.reset();
+        ui_.message.clear();
+        session_.clearErrors();
+        ui_.hasChanged = true;
+        break;
+    case GLFW_KEY_F1:
+        ui_.showsPanel = !ui_.showsPanel;
+        break;
+    case GLFW_KEY_F12:
+        ui_.wantsSave = true;
+        break;
+    default:
+        break;
+    }
+}
+
+void Viewer::onButton(int button, int action) {
+    touch();
+    // The mouse may be elsewhere by the time the next step looks: what counts is where it was.
+    if (action != GLFW_PRESS)
+        return;
+    if (button == GLFW_MOUSE_BUTTON_LEFT)
+        pressed_ = mouse_;
+    else if (button == GLFW_MOUSE_BUTTON_RIGHT)
+        lookPressed_ = mouse_;
+}
+
+/// Carries out a press on the picture: takes the divider, or asks about a pixel.
+void Viewer::takePress() {
+    const std::optional<ImVec2> at = std::exchange(pressed_, std::nullopt);
+    if (!at || ImGui::GetIO().WantCaptureMouse || !ui_.hasScene || at->x < pictureFrom_.x ||
+        at->x >= pictureTo_.x)
+        return;
+    const float width = pictureTo_.x - pictureFrom_.x, height = pictureTo_.y - pictureFrom_.y;
+    const float splitX = pictureFrom_.x + width * ui_.request.split;
+    if (ui_.request.isSplit && std::abs(at->x - splitX) < 8.0f) {
+        isSplitDragged_ = true;
+    } else {
+        ui_.request.pixel =
+            glm::vec2((at->x - pictureFrom_.x) / width, (at->y - pictureFrom_.y) / height);
+        ui_.pixel.reset(); // that was another one's
+        ui_.hasChanged = true;
+    }
+}
+
+void Viewer::onDrop(int count, const char** paths) {
+    touch();
+    openFiles({paths, paths + count});
+}
+
+void Viewer::openFiles(const std::vector<std::string>& paths) {
+    std::string scene, asset, costs;
+    ui_.message.clear();
+    for (const std::string& path : paths) {
+        std::string extension = std::filesystem::path(path).extension().string();
+        std::transform(extension.begin(), extension.end(), extension.begin(),
+                       [](unsigned char c) { return char(std::tolower(c)); });
+        if (extension == ".glb" || extension == ".gltf" || path.starts_with("builtin:"))
+            scene = path;
+        else if (extension == ".svdag")
+            asset = path;
+        else if (extension == ".json")
+            costs = path;
+        else
+            ui_.message =
+                path + ": neither a scene (.glb, .gltf), nor voxels (.svdag), nor costs (.json)";
+    }
+    if (!costs.empty())
+        session_.setCosts(costs);
+    if (!scene.empty() || !asset.empty())
+        session_.open(scene, "", options_.resolutionLog2, asset);
+    log_.write("drop",
+               {{"scene", scene}, {"asset", asset}, {"costs", costs}, {"message", ui_.message}});
+}
+
+/// Returns whether it flies now: not before the camera that it starts from is known.
+bool Viewer::startFlying() {
+    if (!ui_.isFlying) {
+        if (!ui_.picture || ui_.picture->request.camera != ui_.request.camera)
+            return false;
+        ui_.camera = FlyCamera(ui_.picture->camera);
+        ui_.isFlying = true;
+    }
+    ui_.request.camera = ui_.camera.text();
+    return true;
+}
+
+/// Goes to the first view of the scene.
+void Viewer::takeFirstCamera() {
+    ui_.isFlying = ui_.scene.isPlaced; // no text but numbers means a camera that was found
+    ui_.camera = FlyCamera(ui_.scene.camera);
+    ui_.request.camera = ui_.isFlying ? ui_.camera.text() : ui_.scene.cameraText;
+}
+
+void Viewer::fly(double seconds) {
+    const ImGuiIO& io = ImGui::GetIO();
+    const auto isHeld = [&](int key) {
+        return glfwGetKey(window_.handle, key) == GLFW_PRESS ? 1.0f : 0.0f;
+    };
+    FlyInput input;
+    if (!io.WantTextInput)
+        input.along = {isHeld(GLFW_KEY_D) - isHeld(GLFW_KEY_A),
+                       isHeld(GLFW_KEY_E) - isHeld(GLFW_KEY_Q),
+                       isHeld(GLFW_KEY_W) - isHeld(GLFW_KEY_S)};
+    input.isFast = isHeld(GLFW_KEY_LEFT_SHIFT) > 0 || isHeld(GLFW_KEY_RIGHT_SHIFT) > 0;
+    const bool isOver = !io.WantCaptureMouse && io.MousePos.x >= pictureFrom_.x;
+    if (const std::optional<ImVec2> at = std::exchange(lookPressed_, std::nullopt);
+        at && at->x >= pictureFrom_.x && isOver)
+        isLookDragged_ = true;
+    if (!ImGui::IsMouseDown(ImGuiMouseButton_Right))
+        isLookDragged_ = false;
+    if (isLookDragged_)
+        input.turn = {io.MouseDelta.x, io.MouseDelta.y};
+    if (isOver && io.MouseWheel != 0.0f)
+        ui_.speed = std::clamp(ui_.speed * std::pow(1.25, double(io.MouseWheel)), 1e-4, 1e6);
+    if (!input.any() || !ui_.hasScene || !startFlying())
+        return;
+    ui_.camera.step(input, seconds, ui_.speed, kRadiansPerPixel);
+    ui_.request.camera = ui_.camera.text();
+    ui_.hasChanged = ui_.isDragged = true;
+}
+
+} // namespace shadowdag

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// The picture that a window shows: what refining it, drawing it anew and saving it need. Not for
+// other files than view_*.
+#pragma once
+
+#include "tools/window/view_overlay.h"
+#include "tools/window/view_renderer.h"
+#include "tools/window/view_truth.h"
+
+#include <array>
+#include <chrono>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace shadowdag {
+
+inline bool isTruth(const ViewSide& side) {
+    return side.method == "embree";
+}
+
+struct ViewShown {
+    ViewRequest request;
+    float scale = 1;
+    bool isWhole = false; ///< it was rendered by itself, at its full size
+    Camera camera, look;  ///< of the frame, of the picture
+    std::array<FrameOptions, 2> options;
+    std::array<FrameResult, 2> frames; ///< of the sides by a method
+    std::array<double, 2> truthMs{};
+    std::vector<std::string> notes; ///< of rendering it
+    PairList truthPairs;            ///< where no side recorded them
+    const PairList* pairs = nullptr;
+    GBufferView gbuffer;
+    TruthRefinement refinement;
+    bool asksTruth = false;
+    std::array<ViewErrors, 2> errors;
+    /// What does not change as the truth is refined, once it is drawn.
+    struct Drawn {
+        std::vector<uint8_t> rgba;
+        ViewLegend legend;
+    };
+    std::array<Drawn, 2> drawn;
+    UnfoldedMap map;
+    std::optional<PixelReport> pixel;
+    std::chrono::steady_clock::time_point start;
+
+    bool shows(size_t side) const { return side == 0 || request.isSplit; }
+    bool hasFrame(size_t side) const { return shows(side) && !isTruth(request.sides[side]); }
+    /// Returns whether the frames know their pairs.
+    bool hasPairs() const {
+        for (size_t side = 0; side < 2; ++side)
+            if (hasFrame(side) && frames[side].pairs.sampleStart.empty())
+                return false;
+        return true;
+    }
+    /// Returns whether a side's picture is the same until the next request.
+    bool staysAsItIs(size_t side) const {
+        return request.overlay == ViewOverlay::kVoxels ||
+               (!isTruth(request.sides[side]) && !needsTruth(request.overlay));
+    }
+    bool hasErrors(size_t side) const {
+        return asksTruth && hasFrame(side) && pairs != nullptr &&
+               frames[side].visibility.size() == pairs->count();
+    }
+};
+
+} // namespace shadowdag

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// A frame seen by another camera than its own: what the frozen camera saw, its clusters as boxes.
+#pragma once
+
+#include "hybrid/clusters/clusters.h"
+#include "hybrid/gbuffer/view_rays.h"
+#include "scenes/camera.h"
+
+#include <vector>
+
+namespace shadowdag {
+
+/// Returns where a world point lies for a camera: x and y in pixels, 0 at the centre of the first,
+/// and z in metres along its forward axis; x and y mean nothing where z <= 0.
+glm::dvec3 pixelOfPoint(const ViewRays& view, const glm::dvec3& pointWorld);
+
+/// Returns the observer's display picture: samples that the frozen camera saw have its picture's
+/// colour, others are grey by how they face the observer; boxes of clusters and the frozen camera's
+/// frustum are drawn as lines over them, hidden or not.
+/// @param observed,observer the samples that the observer sees, and its camera
+/// @param frozen,frozenCamera,frozenDisplay the frame; its G-buffer and its picture, same size
+/// @param boxesWorld the clusters' boxes; empty: none are drawn
+std::vector<glm::vec3> drawObserved(const GBufferView& observed, const Camera& observer,
+                                    const GBufferView& frozen, const Camera& frozenCamera,
+                                    const std::vector<glm::vec3>& frozenDisplay,
+                                    View<const Box> boxesWorld);
+
+} // namespace shadowdag

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of what a frame did: clusters, resolutions, pages, voxels, steps, errors.
+#pragma once
+
+#include "hybrid/frame.h"
+#include "tools/window/view_request.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace shadowdag {
+
+/// A frame, and what the truth has said of it so far.
+struct OverlayInputs {
+    const FrameRenderer& renderer; ///< whose last frame it is
+    const World& world;
+    const FrameResult& frame;
+    const FrameOptions& options; ///< as it was rendered
+    const ViewRequest& request;
+    const Camera& camera;
+    /// The lit scene as displayed, width * height.
+    const std::vector<glm::vec3>& display;
+    /// Per pair of the frame, or empty: the truth, and the frame's own answer where that is not
+    /// known yet.
+    const std::vector<uint8_t>& truth;
+};
+
+/// A display picture and what its colours mean.
+struct OverlayPicture {
+    std::vector<glm::vec3> display;
+    ViewLegend legend;
+};
+
+/// Returns the picture that request.overlay asks for; kNone: the lit scene. What an overlay needs
+/// and the frame has not (voxels, a drawn map, pairs) leaves the scene in grey, and the legend says
+/// what is missing.
+OverlayPicture drawOverlay(const OverlayInputs& inputs);
+
+/// One map, its six faces unfolded (+x and -x beside +z, -z; +y above, -y below) or the one window
+/// of a sun; rgba empty: the light has no drawn map.
+struct UnfoldedMap {
+    std::vector<uint8_t> rgba;
+    uint32_t width = 0, height = 0;
+    std::string title;
+};
+
+/// Returns the map of request.light as overlays choose it: nearer is brighter; pages without memory
+/// dark blue, with a grid where they end; cells of the projection map that no receiver is in are
+/// darkened.
+UnfoldedMap drawUnfoldedMap(const OverlayInputs& inputs);
+
+/// Returns a colour for a number in [0, 1]: dark blue over grey to yellow, rising in lightness,
+/// told apart by colour-blind eyes.
+glm::vec3 rampColor(float t);
+/// Returns one of many well told apart colours for a number.
+glm::vec3 hashColor(uint32_t number);
+
+} // namespace shadowdag

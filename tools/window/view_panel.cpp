@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: Apache-2.0
+// The panel: what is shown, how it is made, what it took.
+#include "tools/settings/experiment.h"
+#include "tools/settings/parse.h"
+#include "tools/window/view_ui.h"
+
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+
+namespace shadowdag {
+
+namespace {
+
+/// Shows a list of names to choose from; returns whether another one was.
+bool chooseName(const char* label, const std::vector<std::string>& names, std::string& chosen) {
+    bool hasChanged = false;
+    if (ImGui::BeginCombo(label, chosen.c_str())) {
+        for (const std::string& name : names)
+            if (ImGui::Selectable(name.c_str(), name == chosen) && name != chosen) {
+                chosen = name;
+                hasChanged = true;
+            }
+        ImGui::EndCombo();
+    }
+    return hasChanged;
+}
+
+std::string modelText(const ViewUi& ui) {
+    switch (ui.modelKind) {
+    case ModelKind::kTexels:
+        return "texels:" + numberText(double(ui.threshold));
+    case ModelKind::kCost:
+        return "cost";
+    case ModelKind::kOracle:
+        return "oracle";
+    case ModelKind::kExpression:
+        return "expr:" + ui.expression;
+    }
+    return "texels:96";
+}
+
+bool isAboutModel(const std::string& note) {
+    return note.starts_with("oracle");
+}
+
+void drawScene(ViewUi& ui) {
+    if (!ui.hasScene)
+        ImGui::TextWrapped("No scene is open. Drop a .glb or .gltf file here, or name one.");
+    if (ImGui::InputTextWithHint("open", ".glb .svdag costs.json", &ui.path,
+                                 ImGuiInputTextFlags_EnterReturnsTrue))
+        ui.wantsPath = true;
+    ui.mark("path");
+    if (!ui.hasScene)
+        return;
+    const ViewSceneInfo& scene = ui.scene;
+    ImGui::TextWrapped("%s", scene.argument.c_str());
+    ImGui::Text("%llu triangles, %zu %s", static_cast<unsigned long long>(scene.triangleCount),
+                scene.lights.size(), scene.lights.size() == 1 ? "light" : "lights");
+    std::vector<std::string> names;
+    for (int log2 = 6; log2 <= int(scene.largestLog2); ++log2)
+        names.push_back(std::to_string(1 << log2));
+    std::string chosen = std::to_string(scene.voxelResolution);
+    if (chooseName("voxels an axis", names, chosen)) {
+        ui.resolutionLog2 = int(std::lround(std::log2(std::stod(chosen))));
+        ui.wantsVoxels = true;
+    }
+    ui.mark("voxels");
+    if (chooseName("runs on", {"cpu", "gl", "cuda"}, ui.backend))
+        ui.wantsBackend = ui.hasChanged = true;
+    ui.mark("backend");
+    ImGui::Text("DAG %s", bytesText(double(scene.voxelBytes)).c_str());
+}
+
+void drawMethods(ViewUi& ui) {
+    ViewRequest& r = ui.request;
+    ui.hasChanged |= chooseName(r.isSplit ? "left" : "method", kMethods, r.sides[0].method);
+    ui.mark("left");
+    ui.hasChanged |= ImGui::Checkbox("split (Tab)", &r.isSplit);
+    ui.mark("split");
+    if (r.isSplit) {
+        ui.hasChanged |= chooseName("right", kMethods, r.sides[1].method);
+        ui.mark("right");
+    }
+    const bool isHybrid =
+        r.sides[0].method == "hybrid" || (r.isSplit && r.sides[1].method == "hybrid");
+    if (!isHybrid)
+        return;
+    static const char* const kKinds[] = {"texels", "cost", "oracle", "expr"};
+    int kind = int(ui.modelKind);
+    bool hasChanged = ImGui::Combo("model", &kind, kKinds, 4);
+    ui.mark("model");
+    ui.modelKind = ModelKind(kind);
+    if (ui.modelKind == ModelKind::kTexels) {
+        if (ImGui::SliderFloat("threshold", &ui.threshold, 0.0f, 4096.0f, "%.0f texels",
+                               ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp)) {
+            ui.threshold = std::round(ui.threshold);
+            hasChanged = true;
+        }
+        ui.mark("threshold");
+        ui.isDragged |= ImGui::IsItemActive();
+    } else if (ui.modelKind == ModelKind::kExpression) {
+        hasChanged |=
+            ImGui::InputText("rays where", &ui.expression, ImGuiInputTextFlags_EnterReturnsTrue);
+        ui.mark("expression");
+    } else {
+        ImGui::TextWrapped("%s", ui.costs.empty() ? "costs: none; name or drop a file of them"
+                                                  : ("costs of " + ui.costs).c_str());
+    }
+    if (ui.picture)
+        for (const std::string& note : ui.picture->notes)
+            if (isAboutModel(note))
+                ImGui::TextWrapped("%s", note.c_str());
+    if (hasChanged) {
+        for (ViewSide& side : r.sides)
+            side.model = modelText(ui);
+        ui.hasChanged = true;
+    }
+}
+
+void drawTime(ViewUi& ui) {
+    if (!ui.scene.isAnimated())
+        return;
+    if (ImGui::Button(ui.isPlaying ? "pause" : "play "))
+        ui.isPlaying = !ui.isPlaying;
+    ui.mark("play");
+    ImGui::SameLine();
+    const int last = int(ui.scene.frameCount) - 1;
+    int frame = int(ui.request.frame);
+    ImGui::SetNextItemWidth(-60);
+    if (ImGui::SliderInt("frame", &frame, 0, last)) {
+        ui.request.frame = uint32_t(std::clamp(frame, 0, last));
+        ui.playedFrame = double(ui.request.frame);
+        ui.hasChanged = true;
+    }
+    ui.isDragged |= ImGui::IsItemActive();
+    ui.mark("frame");
+}
+
+void drawOverlayChoice(ViewUi& ui) {
+    ViewRequest& r = ui.request;
+    int overlay = int(r.overlay);
+    if (ImGui::Combo("show (O)", &overlay, kOverlayNames.data(), int(kOverlayNames.size()))) {
+        r.overlay = ViewOverlay(overlay);
+        ui.hasChanged = true;
+    }
+    ui.mark("overlay");
+    if (r.overlay == ViewOverlay::kVoxels) {
+        int level = int(r.voxelLevel);
+        const int top = std::max(1, int(std::bit_width(ui.scene.voxelResolution)) - 1);
+        if (ImGui::SliderInt("level", &level, 0, top)) {
+            r.voxelLevel = uint32_t(std::clamp(level, 0, top));
+            ui.hasChanged = true;
+        }
+        ui.isDragged |= ImGui::IsItemActive();
+        ui.mark("level");
+    }
+    int light = r.light;
+    if (ImGui::SliderInt("light", &light, -1, std::max(0, int(ui.scene.lights.size()) - 1),
+                         light < 0 ? "any" : "%d")) {
+        r.light = std::clamp(light, -1, int(ui.scene.lights.size()) - 1);
+        ui.hasChanged = true;
+    }
+    ui.isDragged |= ImGui::IsItemActive();
+    ui.mark("light");
+    ImGui::Checkbox("lights and ranges (L)", &ui.showsLights);
+    ui.mark("lights");
+    bool isFrozen = !r.frozen.empty();
+    if (ImGui::Checkbox("freeze the observer (F)", &isFrozen)) {
+        ui.wantsFreeze = true;
+    }
+    ui.mark("freeze");
+    ui.hasChanged |= ImGui::Checkbox("ask the truth at rest", &r.wantsError);
+    ui.mark("truth");
+    ui.hasChanged |= ImGui::SliderFloat("exposure", &r.exposureStops, -6.0f, 6.0f, "%+.1f stops");
+    ui.isDragged |= ImGui::IsItemActive();
+    ui.mark("exposure");
+}
+
+void drawOptions(ViewUi& ui) {
+    FrameOptions& o = ui.request.options;
+    const auto choose = [&](const char* label, const std::vector<std::string>& names, auto& value) {
+        std::string chosen = numberText(double(value));
+        if (chooseName(label, names, chosen)) {
+            value = std::remove_reference_t<decltype(value)>(std::stod(chosen));
+            ui.hasChanged = true;
+        }
+    };
+    choose("undersample", {"1", "2", "4", "8"}, o.undersample);
+    ui.mark("undersample");
+    choose("maps a light", {"1", "2", "4", "8", "16"}, o.mapsPerLight);
+    uint32_t side = ui.picture ? ui.picture->devicePageTexels : 0;
+    ImGui::BeginDisabled(side > 0); // sparse textures have the device's
+    choose("page texels", {"16", "32", "64", "128", "256"}, side > 0 ? side : o.maps.pageTexels);
+    ImGui::EndDisabled();
+    ui.mark("page texels");
+    choose("taps", {"1", "4", "9"}, o.bias.taps);
+    o.maps.taps = o.bias.taps;
+    uint32_t pool = uint32_t(o.maps.poolBytes >> 20);
+    choose("pool, MiB", {"16", "64", "256", "1024"}, pool);
+    o.maps.poolBytes = uint64_t(pool) << 20;
+    ui.hasChanged |=
+        ImGui::Checkbox("keep maps of what stands still", &o.maps.useStaticOptimization);
+}
+
+void drawNumbers(const ViewUi& ui) {
+    if (!ui.picture)
+        return;
+    const ViewPicture& p = *ui.picture;
+    ImGui::Text("%u x %u, scale %.3g%s", p.width, p.height, double(p.scale),
+                p.isFinal ? "" : ", more to come");
+    ImGui::Text("interface %.0f Hz", ui.interfaceFps);
+    if (ui.latencyMs > 0) {
+        ImGui::SameLine(0, 0);
+        ImGui::Text(", last move to picture %.0f ms", ui.latencyMs);
+    }
+    for (size_t side = 0; side < 2; ++side) {
+        const SideReport& report = p.sides[side];
+        if (report.rgba.empty())
+            continue;
+        ImGui::Separator();
+        ImGui::Text("%s  %.1f ms", p.request.sides[side].method.c_str(), report.stages.totalMs());
+        const FrameCounts& c = report.counts;
+        if (c.pairCount > 0) {
+            ImGui::Text("%.2f M pairs: %.2f rays, %.2f lookups", double(c.pairCount) * 1e-6,
+                        double(c.rayCount) * 1e-6, double(c.lookupCount) * 1e-6);
+            ImGui::Text("%u maps drawn, %llu pages, %s", c.drawnMapCount,
+                        static_cast<unsigned long long>(c.maps.pageCount),
+                        bytesText(double(c.maps.mapBytes)).c_str());
+        }
+        if (report.errors && report.errors->pairCount > 0) {
+            const double n = double(report.errors->pairCount);
+            ImGui::Text("false shadow %.3f %%, light %.3f %%",
+                        100.0 * double(report.errors->falseShadowCount) / n,
+                        100.0 * double(report.errors->falseLightCount) / n);
+            if (report.errors->doneShare < 1.0)
+                ImGui::Text("of the first %.0f %% of samples", 100.0 * report.errors->doneShare);
+        }
+    }
+    for (const std::vector<std::string>* notes : {&p.notes, &ui.notes})
+        for (const std::string& note : *notes)
+            if (!isAboutModel(note))
+                ImGui::TextWrapped("%s", note.c_str());
+}
+
+} // namespace
+
+void ViewUi::mark(const char* name) {
+    const ImVec2 from = ImGui::GetItemRectMin(), to = ImGui::GetItemRectMax();
+    layout[name] = {int(from.x), int(from.y), int(to.x - from.x), int(to.y - from.y)};
+}
+
+void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture) {
+    ImGui::SetNextWindowPos({0, 0});
+    ImGui::SetNextWindowSize({width, height});
+    ImGui::Begin("ShadowDAG", nullptr,
+                 ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    ImGui::PushItemWidth(width * 0.5f);
+    ImGui::PushAllowKeyboardFocus(false); // Tab is a key of the window's
+    drawScene(ui);
+    if (ui.hasScene) {
+        ImGui::Separator();
+        drawMethods(ui);
+        drawTime(ui);
+        ImGui::Separator();
+        drawOverlayChoice(ui);
+        if (ImGui::Button("save (F12)"))
+            ui.wantsSave = true;
+        ui.mark("save");
+        ImGui::Separator();
+        if (ImGui::CollapsingHeader("numbers", ImGuiTreeNodeFlags_DefaultOpen))
+            drawNumbers(ui);
+        ui.showsGraphs = ImGui::CollapsingHeader("graphs", ImGuiTreeNodeFlags_DefaultOpen);
+        if (ui.showsGraphs)
+            drawGraphs(ui, width - 30, 76);
+        if (ImGui::CollapsingHeader("maps"))
+            drawOptions(ui);
+        ui.mark("maps");
+        const bool showsMap = ImGui::CollapsingHeader("a light's map");
+        ui.hasChanged |= showsMap && !ui.request.wantsMap;
+        ui.request.wantsMap = showsMap;
+        ui.mark("map");
+        if (showsMap && ui.picture && ui.picture->mapWidth > 0) {
+            const float scale = (width - 30) / float(ui.picture->mapWidth);
+            ImGui::Image(reinterpret_cast<ImTextureID>(uintptr_t(mapTexture)),
+                         {width - 30, float(ui.picture->mapHeight) * scale});
+            ImGui::TextWrapped("%s", ui.picture->mapTitle.c_str());
+        } else if (showsMap) {
+            ImGui::TextUnformatted("no map of that light is drawn");
+        }
+        if (ImGui::CollapsingHeader("keys"))
+            ImGui::TextUnformatted("W A S D, Q E    fly, Shift: faster\n"
+                                   "right drag      look\n"
+                                   "wheel           speed\n"
+                                   "left click      a pixel's pairs; Esc: none\n"
+                                   "Space , .       play, step\n"
+                                   "1 to 5          method; Shift: of the right\n"
+                                   "[ ]             threshold\n"
+                                   "Tab O L F       split, show, lights, freeze\n"
+                                   "C Home          next camera, first view\n"
+                                   "F1 F12          panel, save");
+    }
+    ImGui::PopAllowKeyboardFocus();
+    ImGui::PopItemWidth();
+    ImGui::End();
+}
+
+} // namespace shadowdag

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/window/view_scene.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace shadowdag {
+
+namespace {
+
+/// Returns half of the machine's memory: the other half is for what is open.
+uint64_t memoryToBuildIn() {
+    const long pages = sysconf(_SC_PHYS_PAGES), bytes = sysconf(_SC_PAGESIZE);
+    return pages > 0 && bytes > 0 ? uint64_t(pages) * uint64_t(bytes) / 2 : 0;
+}
+
+} // namespace
+
+uint32_t largestVoxelsLog2(uint32_t log2, uint64_t bytes, uint64_t memoryBytes) {
+    constexpr uint32_t kLeast = 12, kMost = 17;
+    uint32_t largest = kLeast;
+    if (bytes == 0)
+        return largest;
+    const auto needed = [&](uint32_t at) {
+        return 4.0 * double(bytes) * std::pow(4.0, double(at) - double(log2));
+    };
+    while (largest < kMost && needed(largest + 1) <= double(memoryBytes))
+        ++largest;
+    return largest;
+}
+
+void ViewScene::makeRenderers(Backend backend, std::unique_ptr<Dag> ofDag) {
+    const Dag& read = ofDag ? *ofDag : *dag;
+    wholeRenderers = {std::make_unique<FrameRenderer>(backend, *scene.world, read), nullptr};
+    quickRenderers = {};
+    observer.reset();
+    if (ofDag)
+        dag = std::move(ofDag);
+    measured.reset();
+}
+
+FrameRenderer& ViewScene::renderer(size_t side, bool isWhole) {
+    std::unique_ptr<FrameRenderer>& made = (isWhole ? wholeRenderers : quickRenderers)[side];
+    if (!made)
+        made = wholeRenderers[0]->shareScene();
+    return *made;
+}
+
+FrameRenderer& ViewScene::observerNow() {
+    if (!observer)
+        observer = wholeRenderers[0]->shareScene();
+    return *observer;
+}
+
+void ViewScene::giveVoxels(const ViewSettings& settings, uint32_t resolutionLog2,
+                           const std::string& asset, const Console& console) {
+    VoxelSource source{{}, settings.cacheDirectory, settings.allowStale};
+    if (!asset.empty())
+        source.assetPaths.push_back(asset);
+    auto made = std::make_unique<Dag>(
+        std::move(obtainDags(scene, {resolutionLog2}, source, console).front()));
+    makeRenderers(settings.backend, std::move(made));
+    assetPath = asset;
+}
+
+void ViewScene::moveTo(uint32_t to, const Experiment& experiment) {
+    if (to == frame)
+        return;
+    const std::vector<uint32_t> moved = scene.world->setTime(experiment.timeOfFrame(to));
+    moved_.insert(moved_.end(), moved.begin(), moved.end());
+    isTruthOld_ = isTruthOld_ || !moved.empty();
+    wholeRenderers[0]->worldChanged(moved_); // for all that share the scene
+    moved_.clear();
+    frame = to;
+}
+
+Truth& ViewScene::truthNow() {
+    if (!truth_)
+        truth_ = std::make_unique<Truth>(*scene.world);
+    else if (isTruthOld_)
+        truth_->update(*scene.world);
+    isTruthOld_ = false;
+    return *truth_;
+}
+
+CostModel& ViewScene::model(const ViewSide& side, const CostSource& costs) {
+    const std::string text = modelText(side.method, side.model);
+    std::unique_ptr<CostModel>& kept = models[text];
+    if (!kept) {
+        std::unique_ptr<CostModel> made = makeCostModel(text);
+        giveCalibration(*made, costs);
+        kept = std::move(made);
+    }
+    return *kept;
+}
+
+Camera ViewScene::camera(const std::string& text) {
+    if (text == "auto" || (text.empty() && scene.world->cameras().empty()))
+        return placed_.at(*scene.world);
+    return chooseCamera(*scene.world, text);
+}
+
+ViewSceneInfo ViewScene::info(const Experiment& experiment) {
+    const World& world = *scene.world;
+    ViewSceneInfo info;
+    info.serial = serial;
+    info.argument = scene.argument;
+    info.triangleCount = world.triangles().count();
+    info.voxelResolution = dag->isBuilt() ? dag->grid.resolution() : 0;
+    info.voxelBytes = dag->words.size() * sizeof(uint32_t);
+    if (dag->isBuilt())
+        info.largestLog2 =
+            largestVoxelsLog2(dag->grid.resolutionLog2, info.voxelBytes, memoryToBuildIn());
+    info.lights = world.lights();
+    // Of several with one name --camera finds the first; numbers and "auto" mean something else.
+    for (const std::string& name : cameraNames(world))
+        if (!name.empty() && name != "auto" && name.find(',') == std::string::npos &&
+            std::find(info.cameras.begin(), info.cameras.end(), name) == info.cameras.end())
+            info.cameras.push_back(name);
+    info.cameraText = cameraText;
+    info.camera = camera(cameraText);
+    info.isPlaced = cameraText == "auto" || (cameraText.empty() && world.cameras().empty());
+    info.bounds = world.boundsWorld();
+    info.frameCount =
+        uint32_t(std::floor(double(world.scene().durationSeconds()) * experiment.fps)) + 1;
+    return info;
+}
+
+} // namespace shadowdag

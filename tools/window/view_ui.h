@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// The window's state and its parts. Of the window's own thread; not for other files than view_*.
+#pragma once
+
+#include "tools/window/view_camera.h"
+#include "tools/window/view_request.h"
+
+#include <array>
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+struct ImVec2;
+
+namespace shadowdag {
+
+/// What one side took and how it erred, picture by picture: what graphs are drawn from.
+struct ViewSample {
+    std::array<std::vector<float>, 2> groupsMs; ///< by side and group (kStageGroups); or empty
+    std::array<float, 2> falseShadow{-1, -1}, falseLight{-1, -1}; ///< shares; -1: not known
+    float scale = 1;
+};
+
+constexpr size_t kHistoryLength = 180;
+
+/// Returns a colour as Dear ImGui packs it.
+uint32_t packedColor(const glm::vec3& display, float alpha = 1.0f);
+
+/// Stages as graphs show them: what goes together is added up.
+struct StageGroup {
+    const char* name;
+    glm::vec3 color; ///< Okabe and Ito's
+};
+constexpr size_t kStageGroupCount = 8;
+extern const std::array<StageGroup, kStageGroupCount> kStageGroups;
+/// Returns the group of a stage.
+size_t stageGroup(const std::string& stage);
+
+/// How a cost model is chosen in the panel.
+enum class ModelKind { kTexels, kCost, kOracle, kExpression };
+
+struct ViewUi {
+    ViewRequest request;
+    FlyCamera camera;
+    bool isFlying = false; ///< the camera is `camera`, else request.camera names one
+    double speed = 1;      ///< metres a second
+    ViewSceneInfo scene;
+    bool hasScene = false;
+    std::shared_ptr<const ViewPicture> picture;
+    std::deque<ViewSample> history;
+
+    bool isPlaying = false;
+    double playedFrame = 0;
+    float threshold = 96; ///< of both sides' texels models
+    ModelKind modelKind = ModelKind::kTexels;
+    std::string expression = "texels < 96";
+    int resolutionLog2 = 10;
+    bool showsPanel = true, showsLights = false, showsGraphs = true;
+    bool wantsSave = false;
+    bool wantsFreeze = false; ///< freeze, or leave it
+    bool wantsVoxels = false; ///< resolutionLog2 was changed
+    std::string path;         ///< as typed: a scene, voxels or costs
+    bool wantsPath = false;   ///< path is to be opened
+    std::string costs;        ///< the file that models route by; "": none
+    std::string backend = "cpu";
+    bool wantsBackend = false;                ///< backend was changed
+    std::string message;                      ///< files written, what went wrong with a drop
+    std::vector<std::string> notes;           ///< remarks of opening the scene
+    std::shared_ptr<const PixelReport> pixel; ///< the last that was told of request.pixel
+    std::string statusWork, statusError;
+    double statusFraction = 0;
+    double interfaceFps = 0;
+    double latencyMs = 0;    ///< of the last moving picture
+    float fontScale = 1;     ///< of a display with small pixels
+    bool hasChanged = false; ///< the request was, since it was last asked
+    bool isDragged = false;  ///< by something that is still held
+
+    /// Where widgets stand, by name: x, y, width, height. For --log.
+    std::map<std::string, std::array<int, 4>> layout;
+    /// Notes where the last widget stands.
+    void mark(const char* name);
+};
+
+/// Draws the panel of that many pixels at the window's left and carries out what is done there.
+void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture);
+/// Draws what lies over the picture, which fills the rectangle: split, names, lights, legend,
+/// pixel, messages.
+void drawOverPicture(ViewUi& ui, const ImVec2& from, const ImVec2& to);
+/// Adds a picture's numbers to the history.
+void noteHistory(ViewUi& ui, const ViewPicture& picture);
+/// Draws the graphs of stage times and of errors, each of that size.
+void drawGraphs(const ViewUi& ui, float width, float height);
+
+} // namespace shadowdag

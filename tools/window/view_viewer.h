@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// The window while it is open: its loop (view_window.cpp), what keys, mouse and drops do
+// (view_events.cpp), what it asks its worker and takes from it (view_asking.cpp). Not for other
+// files than these.
+#pragma once
+
+#include "tools/window/view_host.h"
+#include "tools/window/view_log.h"
+#include "tools/window/view_session.h"
+#include "tools/window/view_texture.h"
+#include "tools/window/view_ui.h"
+#include "tools/window/view_window.h"
+
+#include <imgui.h>
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace shadowdag {
+
+/// The window while it is open.
+class Viewer {
+public:
+    explicit Viewer(const ViewWindowOptions& options);
+    void run();
+
+private:
+    static Viewer& of(GLFWwindow* window) {
+        return *static_cast<Viewer*>(glfwGetWindowUserPointer(window));
+    }
+    void touch() { touched_ = glfwGetTime(); }
+
+    /// Returns whether the interface has to be drawn at its full rate.
+    bool isLively(double now) const;
+    bool heldKeys() const;
+    /// Takes events until the interface, drawn at `last`, is due to be drawn again: at `due`, or
+    /// as soon as may be where there is a picture to show; while nothing happens, when something
+    /// does, or for interrupts now and then.
+    void waitUntil(double last, double due);
+
+    void onKey(int key, int action, int mods);
+    void onButton(int button, int action);
+    void takePress();
+    void onDrop(int count, const char** paths);
+    /// Opens scenes, voxels and costs, told apart by their extensions.
+    void openFiles(const std::vector<std::string>& paths);
+    void takeModel();
+    void changeThreshold(double factor);
+    void takeResults();
+    void fly(double seconds);
+    void step(double now, double seconds);
+    void showPicture();
+    void draw();
+    void ask(double now);
+    void countRate(double now);
+    bool startFlying();
+    void takeFirstCamera();
+    void logPicture(double now);
+
+    const ViewWindowOptions options_;
+    ViewLog log_;
+    ViewHost window_;
+    ViewSession session_;
+    ViewUi ui_;
+    std::array<ViewTexture, 2> textures_;
+    ViewTexture mapTexture_;
+    ImVec2 pictureFrom_{0, 0}, pictureTo_{1, 1};
+    double touched_ = 0, changed_ = -1e9; // seconds
+    ImVec2 mouse_{0, 0};                  // where it was at the last event
+    std::optional<ImVec2> pressed_;       // left button, since the last step: where
+    std::optional<ImVec2> lookPressed_;   // right button
+    bool isMoving_ = false, isSplitDragged_ = false, isLookDragged_ = false;
+    bool wasAskedMoving_ = false, isAskDue_ = false, isPictureNew_ = false;
+    double dueSeconds_ = 0; // since when isAskDue_
+    uint64_t serial_ = 0;
+    size_t camera_ = 0; // the scene's, by C
+    double rateStart_ = 0;
+    int rateCount_ = 0;
+    std::map<std::string, std::array<int, 4>> loggedLayout_;
+    std::string loggedError_, loggedWork_;
+};
+
+} // namespace shadowdag

@@ -1,0 +1,402 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/workspace/cost_file.h"
+
+#include "cuda/error.h"
+#include "tools/settings/json_file.h"
+#include "tools/settings/parse.h"
+
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+#include <tuple>
+
+namespace shadowdag {
+
+namespace {
+
+constexpr const char* kRemedy =
+    "give a cost file, as compare writes costs.json and calibrate -o C.json";
+
+/// Returns the complaint about a file whose JSON is something else, or holds less.
+Error notACostFile(const std::string& path, const std::string& what) {
+    return Error(ErrorKind::kInput, path + ": is no cost file: " + what + "; " + kRemedy);
+}
+
+/// Returns what a complaint of the JSON library says without the library's own name and number.
+std::string detailOf(const Json::exception& error) {
+    const std::string text = error.what();
+    const size_t end = text.find("] ");
+    return end == std::string::npos ? text : text.substr(end + 2);
+}
+
+/// Returns a member that is a whole number. Throws Error kInput naming it.
+template <class Int> Int wholeNumber(const Json& json, const char* key, const std::string& where) {
+    const Json& value = json.at(key);
+    if (!value.is_number_unsigned() || value.get<uint64_t>() > std::numeric_limits<Int>::max())
+        throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
+                                           "; it must be a whole number from 0 to " +
+                                           std::to_string(std::numeric_limits<Int>::max()) +
+                                           ": measure anew");
+    return value.get<Int>();
+}
+
+/// Returns a member that is a finite number >= 0. Throws Error kInput naming it.
+double amount(const Json& json, const char* key, const std::string& where) {
+    const Json& value = json.at(key);
+    if (!value.is_number() || !std::isfinite(value.get<double>()) || value.get<double>() < 0)
+        throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
+                                           "; it must be a number of 0 or more: measure anew");
+    return value.get<double>();
+}
+
+CostTable tableFromJson(const Json& json, const std::string& path) {
+    CostTable table;
+    if (!json.is_object() || !json.contains("costs") || !json["costs"].is_array())
+        throw notACostFile(path, "it has neither \"costs\", a list, nor \"calibration\"");
+    try {
+        for (const Json& entry : json.at("costs")) {
+            FrameCosts costs;
+            costs.frame = wholeNumber<uint32_t>(entry, "frame", path);
+            costs.raysScale = entry.contains("rays_scale") ? amount(entry, "rays_scale", path) : 1;
+            costs.mapsScale = entry.contains("maps_scale") ? amount(entry, "maps_scale", path) : 1;
+            std::tuple<int64_t, uint32_t> last{-1, 0};
+            for (const Json& map : entry.at("maps")) {
+                const MapCost cost{
+                    wholeNumber<uint32_t>(map, "light", path),
+                    map.contains("octave") ? wholeNumber<uint32_t>(map, "octave", path) : 0,
+                    amount(map, "rays_ms", path), amount(map, "map_ms", path)};
+                const std::tuple<int64_t, uint32_t> next{cost.light, cost.octave};
+                if (next <= last)
+                    throw Error(ErrorKind::kInput, path + ": light " + std::to_string(cost.light) +
+                                                       ": lights must ascend; measure anew");
+                last = next;
+                costs.maps.push_back(cost);
+            }
+            table[{entry.at("scene").get<std::string>(), costs.frame}] = std::move(costs);
+        }
+    } catch (const Json::exception& error) {
+        throw notACostFile(path, detailOf(error));
+    }
+    return table;
+}
+
+Json sumJson(const std::vector<CostSummand>& sum) {
+    Json list = Json::array();
+    for (const CostSummand& summand : sum)
+        list.push_back({{"term", summand.term->name}, {"ms", summand.ms}});
+    return list;
+}
+
+std::vector<CostSummand> sumFromJson(const Json& json, const std::string& where) {
+    std::vector<CostSummand> sum;
+    for (const Json& entry : json) {
+        const std::string name = entry.at("term").get<std::string>();
+        const CostSummand summand{findCostTerm(name), entry.at("ms").get<double>()};
+        if (summand.term == nullptr) {
+            std::string known;
+            for (const CostTerm& term : costTerms())
+                known += (known.empty() ? "" : ", ") + std::string(term.name);
+            throw Error(ErrorKind::kInput, where + ": unknown term '" + name + "'; there are " +
+                                               known + "; calibrate again");
+        }
+        if (!std::isfinite(summand.ms) || summand.ms < 0)
+            throw Error(ErrorKind::kInput, where + ": a unit of '" + name + "' takes " +
+                                               entry.at("ms").dump() +
+                                               " ms, which is no cost; calibrate again");
+        sum.push_back(summand);
+    }
+    if (sum.empty())
+        throw Error(ErrorKind::kInput, where + ": a cost without terms; calibrate again");
+    return sum;
+}
+
+Json toJson(const Regret& regret) {
+    return {{"mean", regret.mean}, {"standard_error", regret.standardError}};
+}
+
+/// Returns null where nothing could be held out.
+Json toJson(const std::optional<Regret>& regret) {
+    return regret ? toJson(*regret) : Json();
+}
+
+/// What times depend on, of provenance.
+constexpr const char* kMachineKeys[] = {"cpu", "device", "backend", "thread_count"};
+
+/// Returns what tells two machines apart, and what they call it.
+std::string otherMachine(const Json& fitted, const Json& here) {
+    std::string text;
+    for (const char* key : kMachineKeys) {
+        const Json there = fitted.value(key, Json()), now = here.value(key, Json());
+        if (there != now)
+            text += (text.empty() ? "" : ", ") + std::string(key) + " " + there.dump() +
+                    " instead of " + now.dump();
+    }
+    return text;
+}
+
+} // namespace
+
+Json toJson(const CostTable& costs) {
+    Json list = Json::array();
+    for (const auto& [key, frameCosts] : costs) {
+        Json maps = Json::array();
+        for (const MapCost& map : frameCosts.maps)
+            maps.push_back({{"light", map.light},
+                            {"octave", map.octave},
+                            {"rays_ms", map.raysMs},
+                            {"map_ms", map.mapMs}});
+        list.push_back({{"scene", key.first},
+                        {"frame", key.second},
+                        {"rays_scale", frameCosts.raysScale},
+                        {"maps_scale", frameCosts.mapsScale},
+                        {"maps", std::move(maps)}});
+    }
+    return {{"costs", std::move(list)}};
+}
+
+Json toJson(const CostTable& costs, const Json& provenance) {
+    Json json = toJson(costs);
+    for (const char* key : kMachineKeys)
+        json["provenance"][key] = provenance.value(key, Json());
+    return json;
+}
+
+CostTable readCosts(const std::string& path) {
+    return tableFromJson(readJsonFile(path, kRemedy), path);
+}
+
+const FrameCosts& findCosts(const CostTable& costs, const std::string& path,
+                            const std::string& scene, uint32_t frame) {
+    const auto found = costs.find({scene, frame});
+    if (found == costs.end())
+        throw Error(ErrorKind::kInput, path + ": has no costs of " + scene + " frame " +
+                                           std::to_string(frame) +
+                                           "; measure them with the same scenes and frames");
+    return found->second;
+}
+
+Json toJson(const CostCalibration& calibration) {
+    return {{"rays", sumJson(calibration.rays)}, {"map", sumJson(calibration.map)}};
+}
+
+CostCalibration calibrationFromJson(const Json& json, const std::string& where) {
+    try {
+        return {sumFromJson(json.at("rays"), where), sumFromJson(json.at("map"), where)};
+    } catch (const Json::exception& error) {
+        throw Error(ErrorKind::kInput,
+                    where + ": is no calibration: " + detailOf(error) + "; calibrate again");
+    }
+}
+
+CostSource readCostSource(const std::string& path, const Json& provenance) {
+    const Json json = readJsonFile(path, kRemedy);
+    CostSource source;
+    source.path = path;
+    if (json.is_object() && json.contains("calibration")) {
+        source.calibration = calibrationFromJson(json["calibration"], path);
+        const Json fitted = json.value("provenance", Json::object());
+        source.otherMachine =
+            otherMachine(fitted.is_object() ? fitted : Json::object(), provenance);
+        if (json.contains("experiment") && json["experiment"].is_object()) {
+            source.fittedWith = json["experiment"];
+            source.fittedWith["sizes"] = json.value("sizes", Json());
+        }
+    } else {
+        source.table = tableFromJson(json, path);
+        if (json.contains("provenance") && json["provenance"].is_object())
+            source.otherMachine = otherMachine(json["provenance"], provenance);
+    }
+    return source;
+}
+
+std::string otherSettings(const CostSource& source, const RunParameters& run) {
+    std::string text;
+    const auto compare = [&](const char* name, const Json& fitted, const Json& here) {
+        if (!fitted.is_array() || fitted.empty() ||
+            std::find(fitted.begin(), fitted.end(), here) != fitted.end())
+            return;
+        std::string list;
+        for (const Json& value : fitted)
+            list += (list.empty() ? "" : " or ") +
+                    (value.is_string() ? value.get<std::string>() : jsonLine(value));
+        text += (text.empty() ? "" : ", ") + std::string(name) + " " +
+                (here.is_string() ? here.get<std::string>() : jsonLine(here)) + " instead of " +
+                list;
+    };
+    if (!source.fittedWith.is_object())
+        return text;
+    const Json parameters = run.toJson();
+    const auto find = [](const Json& json, const char* key) {
+        return json.contains(key) ? json[key] : Json();
+    };
+    Json sizes = Json::array();
+    if (const Json fitted = find(source.fittedWith, "sizes"); fitted.is_string())
+        for (const std::string& size : parseList("sizes", fitted.get<std::string>()))
+            sizes.push_back(size);
+    compare("size", sizes,
+            std::to_string(run.frame.width) + "x" + std::to_string(run.frame.height));
+    for (const auto& [name, fittedKey] : std::initializer_list<std::pair<const char*, const char*>>{
+             {"resolution", "resolutions"},
+             {"lod", "lod"},
+             {"undersample", "undersample"},
+             {"maps_per_light", "maps_per_light"},
+             {"page_size", "page_size"},
+             {"taps", "taps"},
+             {"polygon_lod", "polygon_lod"}})
+        if (parameters.contains(name))
+            compare(name, find(source.fittedWith, fittedKey), parameters[name]);
+    return text;
+}
+
+namespace {
+
+bool needsCalibration(const RunParameters& run) {
+    return run.method == "hybrid" && makeCostModel(run.model)->needsCalibration();
+}
+
+} // namespace
+
+void refuseUnheeded(const CostSource& source, const std::vector<RunParameters>& runs) {
+    if (source.calibration && std::none_of(runs.begin(), runs.end(), needsCalibration))
+        throw Error(ErrorKind::kUsage, "--costs " + source.path +
+                                           ": is a calibration, by which no run here routes; add "
+                                           "--model cost, or give a costs.json of compare, or "
+                                           "drop it");
+}
+
+std::vector<std::string> remarksOn(const CostSource& source,
+                                   const std::vector<RunParameters>& runs) {
+    std::vector<std::string> remarks;
+    if (!source.otherMachine.empty())
+        remarks.push_back(
+            source.path + ": was " + (source.calibration ? "calibrated" : "measured") +
+            " elsewhere (" + source.otherMachine + "); " +
+            (source.calibration ? "calibrate" : "measure") + " here for routes that pay here");
+    for (const RunParameters& run : runs)
+        if (const std::string other = otherSettings(source, run);
+            needsCalibration(run) && !other.empty()) {
+            const std::string remark = source.path + ": was calibrated with other settings (" +
+                                       other + "); calibrate with these for routes that pay";
+            if (std::find(remarks.begin(), remarks.end(), remark) == remarks.end())
+                remarks.push_back(remark);
+        }
+    return remarks;
+}
+
+void giveCalibration(CostModel& model, const CostSource& source) {
+    if (!model.needsCalibration())
+        return;
+    if (!source.calibration)
+        throw Error(ErrorKind::kUsage,
+                    source.path.empty()
+                        ? std::string("--model cost routes by measured costs; give --costs C.json, "
+                                      "as shadowdag calibrate -o C.json writes it")
+                        : "--costs " + source.path +
+                              ": holds costs of maps for --model oracle; --model cost needs what "
+                              "shadowdag calibrate -o C.json writes");
+    model.setCalibration(*source.calibration);
+}
+
+Json toJson(const std::vector<ObservedFrame>& frames) {
+    Json list = Json::array();
+    for (const ObservedFrame& frame : frames) {
+        Json maps = Json::array();
+        for (size_t m = 0; m < frame.maps.size(); ++m) {
+            const MapQuantities& q = frame.maps[m];
+            maps.push_back({{"light", q.light},
+                            {"octave", q.octave},
+                            {"texels", q.texels},
+                            {"face_texels", q.faceTexels},
+                            {"pages", q.pages},
+                            {"samples", q.samples},
+                            {"clusters", q.clusters},
+                            {"triangles", q.triangles},
+                            {"batches", q.batches},
+                            {"lights", q.lights},
+                            {"range", q.range},
+                            {"pairs", q.pairs},
+                            {"movers", q.movers},
+                            {"mover_crossings", q.moverCrossings},
+                            {"rays_ms", frame.costs[m].raysMs},
+                            {"map_ms", frame.costs[m].mapMs}});
+        }
+        Json countMs = Json::object();
+        for (size_t k = 0; k < kCountNameCount; ++k)
+            countMs[kCountNames[k]] = frame.countMs[k];
+        list.push_back({{"scene", frame.scene},
+                        {"view", frame.view},
+                        {"frame", frame.frame},
+                        {"count_ms", std::move(countMs)},
+                        {"maps", std::move(maps)}});
+    }
+    return list;
+}
+
+std::vector<ObservedFrame> observationsFromJson(const Json& json, const std::string& where) {
+    std::vector<ObservedFrame> frames;
+    try {
+        for (const Json& entry : json) {
+            ObservedFrame frame;
+            frame.scene = entry.at("scene").get<std::string>();
+            frame.view = entry.at("view").get<std::string>();
+            frame.frame = wholeNumber<uint32_t>(entry, "frame", where);
+            for (size_t k = 0; k < kCountNameCount; ++k)
+                frame.countMs[k] = amount(entry.at("count_ms"), kCountNames[k], where);
+            for (const Json& map : entry.at("maps")) {
+                MapQuantities q;
+                q.light = wholeNumber<uint32_t>(map, "light", where);
+                q.octave = wholeNumber<uint32_t>(map, "octave", where);
+                q.texels = float(amount(map, "texels", where));
+                q.faceTexels = wholeNumber<uint32_t>(map, "face_texels", where);
+                q.pages = wholeNumber<uint32_t>(map, "pages", where);
+                q.samples = wholeNumber<uint64_t>(map, "samples", where);
+                q.clusters = wholeNumber<uint32_t>(map, "clusters", where);
+                q.triangles = wholeNumber<uint64_t>(map, "triangles", where);
+                q.batches = wholeNumber<uint32_t>(map, "batches", where);
+                q.lights = wholeNumber<uint32_t>(map, "lights", where);
+                q.range = float(amount(map, "range", where));
+                q.pairs = wholeNumber<uint64_t>(map, "pairs", where);
+                q.movers = wholeNumber<uint32_t>(map, "movers", where);
+                q.moverCrossings = float(amount(map, "mover_crossings", where));
+                const MapCost cost{q.light, q.octave, amount(map, "rays_ms", where),
+                                   amount(map, "map_ms", where)};
+                frame.maps.push_back(q);
+                frame.costs.push_back(cost);
+            }
+            frames.push_back(std::move(frame));
+        }
+    } catch (const Json::exception& error) {
+        throw Error(ErrorKind::kInput, where + ": is no list of observations: " + detailOf(error) +
+                                           "; measure anew with calibrate "
+                                           "--observations");
+    }
+    return frames;
+}
+
+Json toJson(const CostFit& fit) {
+    Json trials = Json::array();
+    for (const FitTrial& trial : fit.trials)
+        trials.push_back({{"rays", formText(trial.form.rays)},
+                          {"map", formText(trial.form.map)},
+                          {"by_scene", toJson(trial.byScene)},
+                          {"by_frame", toJson(trial.byFrame)},
+                          {"gain", toJson(trial.gain)},
+                          {"is_kept", trial.isKept}});
+    Json others = {{"rays", toJson(fit.rays)},
+                   {"maps", toJson(fit.maps)},
+                   {"texels:96", toJson(fit.texels96)},
+                   {"best_threshold_by_scene", toJson(fit.thresholdByScene)},
+                   {"best_threshold_by_frame", toJson(fit.thresholdByFrame)}};
+    return {
+        {"judged_by", !fit.judgedBy                       ? Json()
+                      : *fit.judgedBy == HeldOut::kScenes ? Json("scene")
+                                                          : Json("frame")},
+        {"by_scene", toJson(fit.byScene)},
+        {"by_frame", toJson(fit.byFrame)},
+        {"others", std::move(others)},
+        {"best_threshold_texels", std::isinf(fit.threshold) ? Json("inf") : Json(fit.threshold)},
+        {"trials", std::move(trials)}};
+}
+
+} // namespace shadowdag

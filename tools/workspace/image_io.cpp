@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/workspace/image_io.h"
+
+#include "cuda/error.h"
+#include "cuda/macros.h"
+#include "scenes/output_file.h"
+
+#include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfHeader.h>
+#include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfStringAttribute.h>
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#include <stb_image_write.h>
+
+#include <algorithm>
+
+namespace shadowdag {
+
+namespace {
+
+/// Returns the Imf type of a channel.
+Imf::PixelType imfType(ExrChannel::Type type) {
+    return type == ExrChannel::Type::kHalf ? Imf::HALF : Imf::FLOAT;
+}
+
+/// Writes three bytes a pixel.
+void writeRgb(const std::string& path, uint32_t width, uint32_t height,
+              const std::vector<uint8_t>& bytes) {
+    OutputFile file(path);
+    const auto append = [](void* context, void* data, int size) {
+        static_cast<std::string*>(context)->append(static_cast<const char*>(data), size_t(size));
+    };
+    std::string encoded;
+    if (!stbi_write_png_to_func(append, &encoded, int(width), int(height), 3, bytes.data(),
+                                int(width) * 3))
+        throw Error(ErrorKind::kResource, path + ": not enough memory to encode the picture");
+    file.write(encoded);
+    file.commit();
+}
+
+} // namespace
+
+void addColorChannels(std::vector<ExrChannel>& channels, const std::string& prefix,
+                      ExrChannel::Type type, const std::vector<glm::vec3>& pixels) {
+    for (int c = 0; c < 3; ++c) {
+        ExrChannel channel{prefix + "RGB" [c], type, {}};
+        channel.values.reserve(pixels.size());
+        for (const glm::vec3& pixel : pixels)
+            channel.values.push_back(pixel[c]);
+        channels.push_back(std::move(channel));
+    }
+}
+
+void writeExr(const std::string& path, uint32_t width, uint32_t height,
+              const std::vector<ExrChannel>& channels,
+              const std::vector<std::pair<std::string, std::string>>& attributes) {
+    OutputFile file(path);
+    try {
+        Imf::Header header{int(width), int(height)};
+        header.compression() = Imf::ZIP_COMPRESSION;
+        for (const auto& [name, text] : attributes)
+            header.insert(name, Imf::StringAttribute(text));
+        Imf::FrameBuffer frameBuffer;
+        std::vector<std::vector<Imath::half>> halves(channels.size());
+        for (size_t i = 0; i < channels.size(); ++i) {
+            const ExrChannel& channel = channels[i];
+            SDAG_ASSERT(channel.values.size() == size_t(width) * height);
+            header.channels().insert(channel.name, Imf::Channel(imfType(channel.type)));
+            char* data = nullptr;
+            size_t size = sizeof(float);
+            if (channel.type == ExrChannel::Type::kHalf) {
+                halves[i].assign(channel.values.begin(), channel.values.end());
+                data = reinterpret_cast<char*>(halves[i].data());
+                size = sizeof(Imath::half);
+            } else {
+                data = const_cast<char*>(
+                    reinterpret_cast<const char*>(channel.values.data())); // only read
+            }
+            frameBuffer.insert(channel.name,
+                               Imf::Slice(imfType(channel.type), data, size, size * width));
+        }
+        Imf::OutputFile exr(file.temporaryPath().c_str(), header);
+        exr.setFrameBuffer(frameBuffer);
+        exr.writePixels(int(height));
+    } catch (const std::exception& error) {
+        std::string reason = error.what(); // OpenEXR names the file that it was given
+        if (const size_t at = reason.find(file.temporaryPath()); at != std::string::npos)
+            reason.replace(at, file.temporaryPath().size(), path);
+        throw Error(ErrorKind::kResource, path + ": cannot be written as EXR: " + reason +
+                                              "; free some disk space or choose another place");
+    }
+    file.commit();
+}
+
+void writePng(const std::string& path, uint32_t width, uint32_t height,
+              const std::vector<glm::vec3>& display) {
+    SDAG_ASSERT(display.size() == size_t(width) * height);
+    std::vector<uint8_t> bytes;
+    bytes.reserve(display.size() * 3);
+    for (const glm::vec3& pixel : display)
+        for (int c = 0; c < 3; ++c)
+            bytes.push_back(uint8_t(std::clamp(pixel[c], 0.0f, 1.0f) * 255.0f + 0.5f));
+    writeRgb(path, width, height, bytes);
+}
+
+void writePngBytes(const std::string& path, uint32_t width, uint32_t height,
+                   const std::vector<uint8_t>& rgba) {
+    SDAG_ASSERT(rgba.size() == 4 * size_t(width) * height);
+    std::vector<uint8_t> bytes;
+    bytes.reserve(rgba.size() / 4 * 3);
+    for (size_t i = 0; i < rgba.size(); ++i)
+        if (i % 4 != 3)
+            bytes.push_back(rgba[i]);
+    writeRgb(path, width, height, bytes);
+}
+
+} // namespace shadowdag

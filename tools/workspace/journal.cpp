@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/workspace/journal.h"
+
+#include "cuda/error.h"
+#include "scenes/content_hash.h"
+#include "scenes/output_file.h"
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+namespace shadowdag {
+
+namespace {
+
+std::optional<std::string> fileBytes(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    std::stringstream text;
+    if (!file || !(text << file.rdbuf()))
+        return std::nullopt;
+    return std::move(text).str();
+}
+
+std::string hashText(const std::optional<std::string>& bytes) {
+    if (!bytes)
+        return "missing";
+    std::string text;
+    for (const uint8_t byte : contentHash(bytes->data(), bytes->size()))
+        for (const int digit : {byte >> 4, byte & 15})
+            text += "0123456789abcdef"[digit];
+    return text;
+}
+
+/// Returns the text of a URI with its %XX decoded.
+std::string decoded(const std::string& uri) {
+    std::string text;
+    for (size_t i = 0; i < uri.size(); ++i) {
+        const std::string digits = uri.substr(i + 1, 2);
+        if (uri[i] == '%' && digits.size() == 2 &&
+            digits.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos) {
+            text += char(std::stoi(digits, nullptr, 16));
+            i += 2;
+        } else {
+            text += uri[i];
+        }
+    }
+    return text;
+}
+
+/// Returns the files beside a .gltf or .glb that it refers to. Source: glTF 2.0, sec. 2.8 and 4.4.
+std::vector<std::string> referredFiles(const std::string& path, const std::string& bytes) {
+    std::string text = bytes;
+    uint32_t length = 0;
+    if (bytes.starts_with("glTF") && bytes.size() > 20) {
+        std::memcpy(&length, bytes.data() + 12, sizeof length);
+        text = bytes.substr(20, length);
+    }
+    const Json json = Json::parse(text, nullptr, false);
+    std::vector<std::string> files;
+    for (const char* list : {"buffers", "images"})
+        if (json.is_object() && json.contains(list) && json[list].is_array())
+            for (const Json& item : json[list])
+                if (item.is_object() && item.contains("uri") && item["uri"].is_string())
+                    if (const std::string uri = item["uri"]; !uri.starts_with("data:"))
+                        files.push_back(
+                            (std::filesystem::path(path).parent_path() / decoded(uri)).string());
+    return files;
+}
+
+} // namespace
+
+Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::string>& files) {
+    Json hashes = {{"program", hashText(fileBytes("/proc/self/exe"))}};
+    for (const std::string& scene : scenes) {
+        if (scene.starts_with("builtin:")) {
+            hashes[scene] = "program"; // its text is part of it
+            continue;
+        }
+        const std::optional<std::string> bytes = fileBytes(scene);
+        hashes[scene] = hashText(bytes);
+        if (bytes)
+            for (const std::string& file : referredFiles(scene, *bytes))
+                hashes[file] = hashText(fileBytes(file));
+    }
+    for (const std::string& file : files)
+        hashes[file] = hashText(fileBytes(file));
+    return hashes;
+}
+
+Journal::Journal(std::string path, std::string key, bool resume) : path_(std::move(path)) {
+    content_ = {{"key", key}, {"parts", Json::object()}};
+    std::ifstream file(path_, std::ios::binary);
+    if (!resume || !file) {
+        save();
+        return;
+    }
+    std::stringstream text;
+    text << file.rdbuf();
+    Json found = Json::parse(text.str(), nullptr, false);
+    if (found.is_discarded() || !found.is_object() || !found.contains("key") ||
+        !found.contains("parts") || !found["parts"].is_object())
+        throw Error(ErrorKind::kInput, path_ + ": is damaged; delete it, or run without --resume");
+    if (found["key"] != content_["key"])
+        throw Error(
+            ErrorKind::kUsage,
+            path_ + ": belongs to another compare (program, experiment, scenes, assets, "
+                    "costs or backend differ); run without --resume, or into another directory");
+    content_ = std::move(found);
+    takenUpCount_ = content_["parts"].size();
+}
+
+const Json* Journal::find(const std::string& part) const {
+    const Json& parts = content_["parts"];
+    const auto found = parts.find(part);
+    return found == parts.end() ? nullptr : &*found;
+}
+
+void Journal::set(const std::string& part, Json value) {
+    content_["parts"][part] = std::move(value);
+    save();
+}
+
+void Journal::save() const {
+    if (path_.empty())
+        return;
+    OutputFile file(path_);
+    file.write(content_.dump(-1, ' ', false, Json::error_handler_t::replace));
+    file.commit();
+}
+
+} // namespace shadowdag

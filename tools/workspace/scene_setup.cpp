@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/workspace/scene_setup.h"
+
+#include "cuda/error.h"
+#include "scenes/builtin.h"
+#include "scenes/output_file.h"
+#include "tools/settings/parse.h"
+#include "tools/settings/provenance.h"
+#include "voxel/voxelize.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+
+namespace shadowdag {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Returns the node indices whose cameras World::cameras() lists, in its order: those reachable
+/// from the roots, ascending.
+std::vector<uint32_t> cameraNodes(const Scene& scene) {
+    std::vector<char> reachable(scene.nodes.size(), 0);
+    std::vector<int> open = scene.roots;
+    while (!open.empty()) {
+        const int node = open.back();
+        open.pop_back();
+        reachable[size_t(node)] = 1;
+        for (const int child : scene.nodes[size_t(node)].children)
+            open.push_back(child);
+    }
+    std::vector<uint32_t> nodes;
+    for (size_t node = 0; node < scene.nodes.size(); ++node)
+        if (reachable[node] && scene.nodes[node].camera != kNone)
+            nodes.push_back(uint32_t(node));
+    return nodes;
+}
+
+Camera cameraFromNumbers(const std::string& text, const std::vector<double>& numbers) {
+    Camera camera;
+    camera.positionWorld = {float(numbers[0]), float(numbers[1]), float(numbers[2])};
+    const glm::vec3 to =
+        glm::vec3(float(numbers[3]), float(numbers[4]), float(numbers[5])) - camera.positionWorld;
+    const float length = glm::length(to);
+    if (!(length > 0))
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text + "': position and target are the same point; move one");
+    camera.forward = to / length;
+    const glm::vec3 aside =
+        std::abs(camera.forward.y) > 0.999f ? glm::vec3(0, 0, 1) : glm::vec3(0, 1, 0);
+    const glm::vec3 right = glm::normalize(glm::cross(camera.forward, aside));
+    camera.up = glm::cross(right, camera.forward);
+    if (numbers.size() > 6)
+        camera.yfov = float(numbers[6] * 3.14159265358979323846 / 180.0);
+    if (numbers.size() > 7) {
+        camera.znear = float(numbers[7]);
+        camera.zfar = float(numbers[8]);
+    }
+    if (numbers.size() > 9) {
+        const double roll = numbers[9] * 3.14159265358979323846 / 180.0;
+        camera.up = float(std::cos(roll)) * camera.up + float(std::sin(roll)) * right;
+    }
+    return camera;
+}
+
+} // namespace
+
+std::vector<std::string> sceneNames(const std::vector<std::string>& arguments) {
+    std::vector<std::string> paths, names;
+    for (const std::string& argument : arguments) {
+        const fs::path path = fs::path(argument).lexically_normal();
+        const bool isBuiltin = argument.starts_with("builtin:");
+        paths.push_back(isBuiltin ? argument : path.string());
+        names.push_back(isBuiltin ? argument : path.filename().string());
+        if (std::count(paths.begin(), paths.end(), paths.back()) > 1)
+            throw Error(ErrorKind::kUsage,
+                        "SCENE '" + argument + "' is given twice; name each scene once");
+    }
+    std::vector<std::string> unique;
+    for (size_t i = 0; i < names.size(); ++i)
+        unique.push_back(std::count(names.begin(), names.end(), names[i]) > 1 ? paths[i]
+                                                                              : names[i]);
+    return unique;
+}
+
+LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, uint64_t lightSeed,
+                              bool needsLights, const Console& console) {
+    LoadedScene loaded;
+    loaded.argument = sceneArgument;
+    loaded.name = sceneNames({sceneArgument}).front();
+    loaded.scene = std::make_unique<Scene>(loadScene(sceneArgument));
+    checkInterrupted();
+    for (const std::string& warning : loaded.scene->warnings)
+        console.note(loaded.name + ": warning: " + warning);
+    WorldOptions options;
+    options.placedLightCount = lightCount;
+    options.seed = lightSeed;
+    loaded.world = std::make_unique<World>(*loaded.scene, options);
+    checkInterrupted();
+    loaded.geometryHash = loaded.world->geometryHash();
+    checkInterrupted();
+    if (needsLights && lightCount == 0)
+        throw Error(ErrorKind::kUsage, "--lights '0': leaves " + sceneArgument +
+                                           " without a light; ask for 1 or more, or for -1, the "
+                                           "scene's own");
+    if (needsLights && loaded.world->lights().empty())
+        throw Error(ErrorKind::kInput,
+                    sceneArgument +
+                        ": has no light that we support; place some with --lights 32 where "
+                        "the command takes that");
+    return loaded;
+}
+
+Camera cameraFromText(const std::string& text) {
+    std::vector<double> numbers;
+    size_t begin = 0;
+    for (; begin <= text.size();) {
+        const size_t end = std::min(text.find(',', begin), text.size());
+        numbers.push_back(parseNumber("--camera", text.substr(begin, end - begin), -1e9, 1e9));
+        begin = end + 1;
+    }
+    if (numbers.size() != 6 && numbers.size() != 7 && numbers.size() != 9 && numbers.size() != 10)
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text +
+                        "': must be six numbers px,py,pz,tx,ty,tz, seven with the vertical angle "
+                        "in degrees, nine with the near and far plane in metres, or ten with the "
+                        "roll in degrees, not " +
+                        std::to_string(numbers.size()));
+    if (numbers.size() > 6 && !(numbers[6] >= 1 && numbers[6] <= 170))
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text + "': the angle must be from 1 to 170 degrees");
+    if (numbers.size() > 7 && !(numbers[7] > 0 && numbers[7] < numbers[8]))
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text + "': the planes must be 0 < near < far");
+    if (numbers.size() > 9 && !(std::abs(numbers[9]) <= 180))
+        throw Error(ErrorKind::kUsage,
+                    "--camera '" + text + "': the roll must be from -180 to 180 degrees");
+    return cameraFromNumbers(text, numbers);
+}
+
+Camera chooseCamera(const World& world, const std::string& text) {
+    const std::vector<Camera>& cameras = world.cameras();
+    if (text == "auto" || (text.empty() && cameras.empty())) {
+        checkInterrupted();
+        const Camera placed = placeCamera(world);
+        checkInterrupted();
+        return placed;
+    }
+    if (text.empty())
+        return cameras.front();
+
+    if (text.find(',') != std::string::npos)
+        return cameraFromText(text);
+
+    const std::vector<std::string> names = cameraNames(world);
+    const Scene& scene = world.scene();
+    const std::vector<uint32_t> nodes = cameraNodes(scene);
+    std::string known = "auto";
+    for (size_t i = 0; i < names.size() && i < cameras.size(); ++i) {
+        if (names[i] == text || scene.cameras[size_t(scene.nodes[nodes[i]].camera)].name == text)
+            return cameras[i];
+        known += ", " + names[i];
+    }
+    throw Error(ErrorKind::kUsage,
+                "--camera '" + text + "': no camera of that name; there are: " + known +
+                    ", or give px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]");
+}
+
+std::vector<std::string> cameraNames(const World& world) {
+    const Scene& scene = world.scene();
+    std::vector<std::string> names;
+    for (const uint32_t index : cameraNodes(scene)) {
+        const Node& node = scene.nodes[index];
+        names.push_back(node.name.empty() ? scene.cameras[size_t(node.camera)].name : node.name);
+    }
+    return names;
+}
+
+Camera FrameCamera::at(const World& world) {
+    if (placed_)
+        return *placed_;
+    const Camera camera = chooseCamera(world, text_);
+    if (text_ == "auto" || (text_.empty() && world.cameras().empty()))
+        placed_ = camera;
+    return camera;
+}
+
+VoxelGrid sceneGrid(const World& world, uint32_t resolutionLog2) {
+    return gridAround(world.staticBoundsWorld(), resolutionLog2);
+}
+
+std::string cacheDirectory(const std::string& asked) {
+    if (!asked.empty())
+        return asked;
+    if (const char* cache = std::getenv("XDG_CACHE_HOME"); cache != nullptr && *cache == '/')
+        return std::string(cache) + "/shadowdag";
+    if (const char* home = std::getenv("HOME"); home != nullptr && *home != 0)
+        return std::string(home) + "/.cache/shadowdag";
+    return "";
+}
+
+AssetProvenance assetProvenance(const LoadedScene& scene) {
+    return {scene.name, scene.geometryHash, programVersion(), ""};
+}
+
+Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSource& source,
+              const Console& console) {
+    const std::string directory = cacheDirectory(source.cacheDirectory);
+    const std::string path = directory + "/" + scene.geometryHash + "-" +
+                             std::to_string(1u << resolutionLog2) + "-" + voxelSourceHash() +
+                             ".svdag";
+    std::error_code ignored;
+    if (!directory.empty() && fs::exists(path, ignored)) {
+        try {
+            Asset asset = readAsset(path);
+            if (asset.provenance.sceneHash == scene.geometryHash &&
+                asset.dag.grid == sceneGrid(*scene.world, resolutionLog2))
+                return std::move(asset.dag);
+            console.note("cache: " + path + " holds another scene or grid; built anew");
+        } catch (const Error& error) {
+            console.note(std::string("cache: ") + error.what() + "; built anew");
+        }
+    }
+
+    Asset asset;
+    asset.provenance = assetProvenance(scene);
+    const std::string what =
+        "voxelize " + scene.name + " " + std::to_string(1u << resolutionLog2) + "^3";
+    asset.dag = voxelize(scene.world->triangles(), viewOf(scene.world->staticTriangles()),
+                         sceneGrid(*scene.world, resolutionLog2), console.progress(what));
+    if (!directory.empty()) {
+        try {
+            fs::create_directories(directory, ignored);
+            writeAsset(asset, path, AssetPacking::kFast);
+        } catch (const Error& error) {
+            console.note(std::string("cache: ") + error.what() + "; the asset is not kept");
+        }
+    }
+    return std::move(asset.dag);
+}
+
+Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStale,
+               const Console& console) {
+    Asset asset = readAsset(path);
+    std::string text;
+    if (asset.provenance.sceneHash != scene.geometryHash)
+        text = path + ": was built from " + asset.provenance.sceneName + " (hash " +
+               asset.provenance.sceneHash + "), not from " + scene.name + " as it is now (hash " +
+               scene.geometryHash + ")";
+    else if (!(asset.dag.grid == sceneGrid(*scene.world, asset.dag.grid.resolutionLog2)))
+        text = path + ": its grid is not the one around what never moves in " + scene.name;
+    if (!text.empty()) {
+        if (!allowStale)
+            throw Error(ErrorKind::kInput,
+                        text + "; build it again with shadowdag voxelize, or pass --allow-stale");
+        console.note("warning: " + text + "; used all the same");
+    }
+    return std::move(asset.dag);
+}
+
+void refuseStaleExact(bool isExact, bool allowStale) {
+    if (isExact && allowStale)
+        throw Error(ErrorKind::kUsage,
+                    "--allow-stale is not for dag-exact, whose voxels must be those of the "
+                    "scene's own triangles; voxelize the scene, or use method dag");
+}
+
+std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t>& resolutionLog2,
+                            const VoxelSource& source, const Console& console) {
+    std::vector<Dag> dags;
+    if (!source.assetPaths.empty()) {
+        for (const std::string& path : source.assetPaths) {
+            dags.push_back(readDagFor(scene, path, source.allowStale, console));
+            for (size_t i = 0; i + 1 < dags.size(); ++i)
+                if (dags[i].grid.resolutionLog2 == dags.back().grid.resolutionLog2)
+                    throw Error(ErrorKind::kUsage,
+                                "--voxels '" + path + "': has the resolution of '" +
+                                    source.assetPaths[i] + "', " +
+                                    std::to_string(dags[i].grid.resolution()) +
+                                    ", by which runs are told apart; give one of them a compare");
+        }
+        return dags;
+    }
+    for (const uint32_t log2 : resolutionLog2)
+        dags.push_back(cachedDag(scene, log2, source, console));
+    return dags;
+}
+
+void checkWritable(const std::string& path) {
+    const fs::path parent = fs::path(path).parent_path();
+    const std::string directory = parent.empty() ? "." : parent.string();
+    std::error_code ignored;
+    if (!fs::is_directory(directory, ignored))
+        throw Error(ErrorKind::kResource,
+                    path + ": there is no directory " + directory + "; create it first");
+    if (fs::is_directory(path, ignored))
+        throw Error(ErrorKind::kResource, path + ": is a directory; give the name of a file");
+    if (access(directory.c_str(), W_OK) != 0)
+        throw Error(ErrorKind::kResource,
+                    path + ": the directory " + directory +
+                        " is not writable; choose another or change its mode");
+}
+
+} // namespace shadowdag
