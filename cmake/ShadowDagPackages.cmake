@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # Every third-party library and the target it gives. packages.txt names the Debian package of each.
-# Which folder may include which library is ARCHITECTURE's table, enforced by tests/house.
+# docs/method.md says which folder may include which library; tests/house/include_order.py enforces it.
 find_package(Threads REQUIRED)                 # Threads::Threads
 find_package(TBB CONFIG REQUIRED)              # TBB::tbb; must stay before OpenVDB, whose modules shadow its config
 find_package(glm CONFIG REQUIRED)              # glm::glm

@@ -31,7 +31,7 @@ struct FrameOptions {
     uint32_t mapsPerLight =
         1; ///< 1..kMaxMapsPerLight: by octaves of what clusters ask for (4SM = 4)
     uint32_t minFaceTexels =
-        16; ///< allocated resolution is clamped to this from below (failure 10)
+        16; ///< lower limit of the allocated resolution, so that thin walls do not leak light
     uint32_t maxFaceTexels = 2048; ///< and to this from above, kMaxFaceTexels at most
     ClusterBounds clusterBounds = ClusterBounds::kTight;
     /// The k of Nk clustering, k x k cells of normals on every face of a cube, at most

@@ -14,7 +14,7 @@
 // Derivation: tessellated or doubled flat surfaces are flat only to the rounding of their vertices.
 // World::setTime adds rotated vertices (error about 4 u L) to a translation (u M, half an ulp); a
 // plane through three of them is off by sqrt(3) of that, two planes by 2 sqrt(3) < 4 times. Below c
-// surfaces are the same surface (failure 27), above they shadow each other.
+// surfaces count as one surface (`fail-coplanar`), above they shadow each other.
 //
 // Embree's distances along the ray are float, at slivers and grazing rays arbitrarily wrong: each
 // hit that it reports is confirmed in double, 0 < t < end, so what touches only an end never

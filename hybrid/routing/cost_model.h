@@ -93,11 +93,11 @@ public:
     /// as the model knows: over 1 where rays are cheaper, infinity where they are beyond doubt, 0
     /// where the map is.
     virtual std::vector<double> weigh(const std::vector<MapQuantities>& maps) const = 0;
-    /// Returns the route of every map, in order: rays where they are cheaper (a tie goes to the
-    /// map). A map that was served in the frame before stays with its method until the other one is
-    /// cheaper by more than the factor 1 + margin: lights do not flap between methods while costs
-    /// waver by less (failure 23).
-    /// @param margin >= 0; 0 asks nothing of the past
+    /// Returns the route of every map, in order: rays where they are cheaper, the map at a tie. A
+    /// map that had a route in the last frame keeps it until the other method is cheaper by more
+    /// than the factor 1 + margin, so that smaller changes of the costs do not switch methods, which
+    /// would be visible as popping.
+    /// @param margin >= 0; 0 ignores earlier routes
     std::vector<Route> route(const std::vector<MapQuantities>& maps, double margin = 0) const;
     /// Returns whether route() needs costs measured or replayed for this frame first (see
     /// setCosts).
