@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The functions that the folders' CMakeLists.txt are written in.
 
-# sdag_add_library(sdag_x a.cpp b_cpu.cpp ... LIBS sdag_cuda glm::glm ... PRIVATE_LIBS zstd::libzstd_shared ...)
+# sdag_add_library(sdag_x a.cpp b.cpp ... LIBS sdag_cuda glm::glm ... PRIVATE_LIBS zstd::libzstd_shared ...)
 # adds a static library with our flags, the alias ShadowDAG::sdag_x, and its installation. LIBS are public.
 function(sdag_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LIBS;PRIVATE_LIBS")
@@ -16,6 +16,18 @@ function(sdag_add_cuda_sources target)
   if(SDAG_WITH_CUDA)
     target_sources(${target} PRIVATE ${ARGN})
     target_link_libraries(${target} PRIVATE CUDA::cudart_static)
+  endif()
+endfunction()
+
+# sdag_add_passes(target passes.cpp) adds a file that registers passes (cuda/pass_launch.h): as C++ for the CPU, and,
+# where CUDA is on, once more through a .cu file of the build folder that includes it.
+function(sdag_add_passes target file)
+  target_sources(${target} PRIVATE ${file})
+  if(SDAG_WITH_CUDA)
+    file(RELATIVE_PATH path ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+    string(REGEX REPLACE "\\.cpp$" ".cu" name ${file})
+    file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${name} CONTENT "#include \"${path}\"\n")
+    sdag_add_cuda_sources(${target} ${CMAKE_CURRENT_BINARY_DIR}/${name})
   endif()
 endfunction()
 

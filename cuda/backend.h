@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two processors, how one is chosen at run time, and how a pass is dispatched to it.
+// The two processors, and how one is chosen at run time.
 #pragma once
 
 #include "cuda/error.h"
@@ -60,15 +60,17 @@ int threadCount();
 struct CpuTag {};
 struct CudaTag {};
 
-} // namespace shadowdag
-
-/// Calls cpu::pass(...) or cuda::pass(...) of the enclosing namespace. Every x_pass.h declares
-/// both; x_cpu.cpp and x_cuda.cu define them.
+/// Returns f(CpuTag{}) or f(CudaTag{}), as `backend` says (kGl: the CPU's): the one place that
+/// chooses. Throws Error kDevice for CUDA in a program built without it.
+template <class F> auto withBackend(Backend backend, const F& f) {
+    if (backend == Backend::kCuda) {
 #if defined(SDAG_WITH_CUDA)
-#define SDAG_DISPATCH(backend, pass, ...)                                                          \
-    ((backend) == ::shadowdag::Backend::kCuda ? cuda::pass(__VA_ARGS__) : cpu::pass(__VA_ARGS__))
+        return f(CudaTag{});
 #else
-#define SDAG_DISPATCH(backend, pass, ...)                                                          \
-    ((backend) == ::shadowdag::Backend::kCuda ? ::shadowdag::throwBuiltWithoutCuda() : void(0),    \
-     cpu::pass(__VA_ARGS__))
+        throwBuiltWithoutCuda();
 #endif
+    }
+    return f(CpuTag{});
+}
+
+} // namespace shadowdag

@@ -89,13 +89,13 @@ void detail::countReadback(size_t bytes) {
     readbackCount += bytes > 0;
 }
 
-uint64_t freeBytes(Backend backend) {
+uint64_t availableBytes(Backend backend) {
     if (backend == Backend::kCuda)
-        return device::freeBytes();
+        return device::availableBytes();
 #if defined(__linux__)
-    return uint64_t(sysconf(_SC_AVPHYS_PAGES)) * uint64_t(sysconf(_SC_PAGESIZE));
+    return detail::bytesOfPages(sysconf(_SC_AVPHYS_PAGES), sysconf(_SC_PAGESIZE));
 #else
-    return uint64_t(1) << 62;
+    return detail::bytesOfPages(-1, -1);
 #endif
 }
 
@@ -119,7 +119,14 @@ void* allocateElements(Backend backend, const std::string& name, size_t count,
     return data;
 }
 
-void freeBytes(Backend backend, const std::string& name, void* data, size_t bytes) {
+uint64_t bytesOfPages(long pageCount, long pageBytes) {
+    if (pageCount < 0 || pageBytes < 0)
+        throw Error(ErrorKind::kDevice, "the system does not tell how much memory is available on "
+                                        "cpu; state a budget in bytes instead");
+    return uint64_t(pageCount) * uint64_t(pageBytes);
+}
+
+void releaseElements(Backend backend, const std::string& name, void* data, size_t bytes) {
     if (backend == Backend::kCuda)
         device::release(data);
     else

@@ -27,8 +27,9 @@ struct LedgerEntry {
 std::vector<LedgerEntry> bufferLedger();
 
 /// Returns how many bytes new buffers may take on a backend at present, as far as the system knows:
-/// what other programs hold or take is theirs. Throws Error kDevice.
-uint64_t freeBytes(Backend backend);
+/// what other programs hold or take is theirs. Throws Error kDevice, also where the system does not
+/// tell: for the CPU elsewhere than on Linux.
+uint64_t availableBytes(Backend backend);
 
 /// How often the host has copied to and from backends since the program began: Buffer's upload,
 /// download and at, Readback, resident copies of host arrays, and the totals that scans return. On
@@ -45,7 +46,10 @@ namespace detail {
 void countUpload(size_t bytes);
 void countReadback(size_t bytes);
 void* allocateElements(Backend backend, const std::string& name, size_t count, size_t elementBytes);
-void freeBytes(Backend backend, const std::string& name, void* data, size_t bytes);
+void releaseElements(Backend backend, const std::string& name, void* data, size_t bytes);
+/// Returns the bytes of memory pages. Throws Error kDevice for counts below 0: the system does not
+/// tell.
+uint64_t bytesOfPages(long pageCount, long pageBytes);
 /// Adds bytes that live elsewhere to the ledger, or, negative, takes them out.
 void noteBytes(Backend backend, const std::string& name, int64_t bytes);
 void copyBytes(Backend to, void* dst, Backend from, const void* src, size_t bytes);
@@ -123,7 +127,7 @@ public:
 private:
     void release() {
         if (data_)
-            detail::freeBytes(backend_, name_, data_, capacity_ * sizeof(T));
+            detail::releaseElements(backend_, name_, data_, capacity_ * sizeof(T));
         data_ = nullptr;
         count_ = capacity_ = 0;
     }

@@ -21,7 +21,7 @@ std::string driverVersion();
 void* allocate(size_t bytes);
 
 /// Returns how many bytes allocate may still give, as far as the driver knows.
-size_t freeBytes();
+size_t availableBytes();
 
 /// Gives back what allocate returned, after the work queued before. Never throws.
 void release(void* data) noexcept;

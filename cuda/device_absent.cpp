@@ -23,7 +23,7 @@ std::string driverVersion() {
 void* allocate(size_t) {
     throwBuiltWithoutCuda();
 }
-size_t freeBytes() {
+size_t availableBytes() {
     throwBuiltWithoutCuda();
 }
 void release(void*) noexcept {}

@@ -75,7 +75,7 @@ void* allocate(size_t bytes) {
     return data;
 }
 
-size_t freeBytes() {
+size_t availableBytes() {
     size_t unusedBytes = 0, totalBytes = 0;
     CUDA_CHECK(cudaMemGetInfo(&unusedBytes, &totalBytes));
     if (!usesPool())

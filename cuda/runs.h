@@ -32,6 +32,8 @@ struct MarkRunStarts {
     uint32_t shift;
     View<uint32_t> marks;
 
+    size_t itemCount() const { return keys.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         marks[i] = i == 0 || keys[i] >> shift != keys[i - 1] >> shift;
     }
@@ -42,6 +44,8 @@ struct ListRunStarts {
     View<const uint32_t> next;
     View<uint32_t> start;
 
+    size_t itemCount() const { return next.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         if (i + 1 == next.count || next[i + 1] != next[i])
             start[next[i]] = uint32_t(i);

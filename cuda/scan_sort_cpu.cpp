@@ -97,11 +97,7 @@ template <class Key> void radixSort(View<Key> keys, View<uint32_t> values) {
     }
 }
 
-} // namespace
-
-namespace cpu {
-
-uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out) {
+uint64_t exclusiveScan(CpuTag, View<const uint32_t> in, View<uint32_t> out) {
     SDAG_ASSERT(in.count == out.count);
     const size_t count = in.count;
     std::vector<uint64_t> blockSums(blockCountOf(count, kScanBlock));
@@ -122,31 +118,28 @@ uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out) {
     return total;
 }
 
-void prefixSums(View<const uint32_t> in, View<uint32_t> out) {
-    exclusiveScan(in, out);
+void prefixSums(CpuTag tag, View<const uint32_t> in, View<uint32_t> out) {
+    exclusiveScan(tag, in, out);
 }
 
-void sortPairs(View<uint64_t> keys, View<uint32_t> values) {
-    radixSort(keys, values);
-}
-void sortPairs(View<uint32_t> keys, View<uint32_t> values) {
+template <class Key> void sortPairs(CpuTag, View<Key> keys, View<uint32_t> values) {
     radixSort(keys, values);
 }
 
-} // namespace cpu
+} // namespace
 
 void prefixSums(Backend backend, View<const uint32_t> in, View<uint32_t> out) {
-    SDAG_DISPATCH(backend, prefixSums, in, out);
+    withBackend(backend, [&](auto tag) { prefixSums(tag, in, out); });
 }
 uint64_t exclusiveScan(Backend backend, View<const uint32_t> in, View<uint32_t> out) {
     detail::countReadback(in.count);
-    return SDAG_DISPATCH(backend, exclusiveScan, in, out);
+    return withBackend(backend, [&](auto tag) { return exclusiveScan(tag, in, out); });
 }
 void sortPairs(Backend backend, View<uint64_t> keys, View<uint32_t> values) {
-    SDAG_DISPATCH(backend, sortPairs, keys, values);
+    withBackend(backend, [&](auto tag) { sortPairs(tag, keys, values); });
 }
 void sortPairs(Backend backend, View<uint32_t> keys, View<uint32_t> values) {
-    SDAG_DISPATCH(backend, sortPairs, keys, values);
+    withBackend(backend, [&](auto tag) { sortPairs(tag, keys, values); });
 }
 
 } // namespace shadowdag

@@ -9,7 +9,7 @@
 #include <cub/device/device_reduce.cuh>
 #include <cub/device/device_scan.cuh>
 
-namespace shadowdag::cuda {
+namespace shadowdag {
 
 namespace {
 
@@ -71,7 +71,7 @@ template <class Key> void radixSort(View<Key> keys, View<uint32_t> values) {
 
 } // namespace
 
-void prefixSums(View<const uint32_t> in, View<uint32_t> out) {
+void prefixSums(CudaTag, View<const uint32_t> in, View<uint32_t> out) {
     SDAG_ASSERT(in.count == out.count);
     if (in.count == 0)
         return;
@@ -80,7 +80,7 @@ void prefixSums(View<const uint32_t> in, View<uint32_t> out) {
     });
 }
 
-uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out) {
+uint64_t exclusiveScan(CudaTag, View<const uint32_t> in, View<uint32_t> out) {
     SDAG_ASSERT(in.count == out.count);
     if (in.count == 0)
         return 0;
@@ -89,17 +89,17 @@ uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out) {
     runCub([&](void* memory, size_t& bytes) {
         return cub::DeviceReduce::Sum(memory, bytes, in.data, total.view().data, in.count);
     });
-    prefixSums(in, out);
+    prefixSums(CudaTag{}, in, out);
     uint64_t sum = 0;
     detail::copyBytes(Backend::kCpu, &sum, Backend::kCuda, total.view().data, sizeof sum);
     return sum;
 }
 
-void sortPairs(View<uint64_t> keys, View<uint32_t> values) {
+void sortPairs(CudaTag, View<uint64_t> keys, View<uint32_t> values) {
     radixSort(keys, values);
 }
-void sortPairs(View<uint32_t> keys, View<uint32_t> values) {
+void sortPairs(CudaTag, View<uint32_t> keys, View<uint32_t> values) {
     radixSort(keys, values);
 }
 
-} // namespace shadowdag::cuda
+} // namespace shadowdag

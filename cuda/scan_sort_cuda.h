@@ -2,13 +2,14 @@
 // The CUDA side of scan_sort.h, for its dispatcher alone.
 #pragma once
 
+#include "cuda/backend.h"
 #include "cuda/view.h"
 
-namespace shadowdag::cuda {
+namespace shadowdag {
 
-void prefixSums(View<const uint32_t> in, View<uint32_t> out);
-uint64_t exclusiveScan(View<const uint32_t> in, View<uint32_t> out);
-void sortPairs(View<uint64_t> keys, View<uint32_t> values);
-void sortPairs(View<uint32_t> keys, View<uint32_t> values);
+void prefixSums(CudaTag, View<const uint32_t> in, View<uint32_t> out);
+uint64_t exclusiveScan(CudaTag, View<const uint32_t> in, View<uint32_t> out);
+void sortPairs(CudaTag, View<uint64_t> keys, View<uint32_t> values);
+void sortPairs(CudaTag, View<uint32_t> keys, View<uint32_t> values);
 
-} // namespace shadowdag::cuda
+} // namespace shadowdag

@@ -127,6 +127,8 @@ struct GatherBlock {
     View<uint32_t> cells;
     View<uint32_t> blocks;
 
+    size_t itemCount() const { return blocks.count; }
+    size_t grain() const { return 1024; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t face = uint32_t(i) / kBlocksPerFace, block = uint32_t(i) % kBlocksPerFace;
         const uint32_t first = cellIndex(0, face, (block % kBlocksPerSide) << kBlockCellsLog2,

@@ -153,6 +153,8 @@ struct CountReached {
     View<uint32_t> reachedCounts; ///< by item
     View<CullCounts> counts;
 
+    size_t itemCount() const { return reachedCounts.count; }
+    size_t grain() const { return 4; }
     SDAG_HD void operator()(size_t i) const {
         CullCounts found{};
         uint32_t reached = 0;
@@ -184,6 +186,8 @@ struct ListReached {
     View<const uint32_t> firstReached; ///< exclusive scan of CountReached, the total last
     View<BatchDraw> reached;           ///< may have room to spare
 
+    size_t itemCount() const { return firstReached.count - 1; }
+    size_t grain() const { return 4; }
     SDAG_HD void operator()(size_t i) const {
         const ItemRange range = rangeOf(firstReached, i, reached.count);
         if (range.begin == range.end)
@@ -196,6 +200,8 @@ struct ListReached {
     }
 };
 
+struct CountDrawsOfEntry;
+
 /// Holds what was reached against its map's masks: writes the faces of each, which of them are
 /// drawn at all, and the counts.
 struct CountDraws {
@@ -205,6 +211,10 @@ struct CountDraws {
     View<uint32_t> isDrawn;  ///< by entry of reached, and one more
     View<CullCounts> counts; ///< written by CountReached; the rest is filled in
 
+    size_t itemCount() const { return counts.count; }
+    size_t grain() const { return 4; }
+    /// An item may have reached thousands: CUDA takes them entry by entry.
+    CountDrawsOfEntry shortItems() const;
     /// Does all that item i reached.
     SDAG_HD void operator()(size_t i) const {
         const ItemRange range = rangeOf(firstReached, i, reached.count);
@@ -255,6 +265,17 @@ private:
     }
 };
 
+/// The same by entry.
+struct CountDrawsOfEntry {
+    CountDraws work;
+
+    size_t itemCount() const { return work.reached.count; }
+    SDAG_HD void operator()(size_t at) const { work.testEntry(at); }
+};
+inline CountDrawsOfEntry CountDraws::shortItems() const {
+    return {*this};
+}
+
 /// Writes entry i of what was reached to the draws, if it is one and there is room. Those that the
 /// list has room to spare for are of no face, as they were before.
 struct ListDraws {
@@ -262,6 +283,8 @@ struct ListDraws {
     View<const uint32_t> drawOf;   ///< by entry: exclusive scan of CountDraws, the total last
     View<BatchDraw> draws;
 
+    size_t itemCount() const { return reached.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         if (drawOf[i] != drawOf[i + 1] && drawOf[i] < draws.count)
             draws[drawOf[i]] = reached[i];
@@ -276,6 +299,7 @@ struct NoteCullLengths {
     View<const uint32_t> firstReached, drawOf; ///< the total last
     View<uint32_t> lengths;                    ///< kCullLengths
 
+    size_t itemCount() const { return 1; }
     SDAG_HD void operator()(size_t) const {
         lengths[kReachedLength] = firstReached[firstReached.count - 1];
         lengths[kDrawLength] = drawOf[drawOf.count - 1];

@@ -43,6 +43,8 @@ struct EmptySlots {
     View<const uint32_t> freshSlots;
     DrawnView drawn;
 
+    size_t itemCount() const { return freshSlots.count * kCellsPerMap; }
+    size_t grain() const { return kCellsPerMap; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t slot = freshSlots[i / kCellsPerMap], cell = uint32_t(i % kCellsPerMap);
         drawn.cells[slot * kCellsPerMap + cell] = 0;
@@ -72,6 +74,7 @@ struct ResetCells {
     DrawnView drawn;
     uint32_t pageTexelsLog2;
 
+    size_t itemCount() const { return freshEntries.count; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t entry = freshEntries[i];
         const uint32_t mapIndex = mapOfWord(maps, entry / 32);
@@ -94,6 +97,7 @@ struct PrepareBlock {
     DrawnView drawn;
     View<uint32_t> openBlocks; ///< greatest need of cells that are not drawn as deep
 
+    size_t itemCount() const { return openBlocks.count; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t face = uint32_t(i) / kBlocksPerFace, block = uint32_t(i) % kBlocksPerFace;
         const uint32_t mapIndex = face / kFaceCount;
@@ -143,6 +147,7 @@ struct LowerCells {
     CellDepthView needed;       ///< of the first maps; the others are needed nowhere
     DrawnView drawn;
 
+    size_t itemCount() const { return maps.count * boxesWorld.count; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t mapIndex = uint32_t(i / boxesWorld.count);
         const ShadowMapInfo& map = maps[mapIndex];
@@ -178,6 +183,8 @@ struct ListOpenPages {
     View<uint32_t> openTable;
     uint32_t pageTexelsLog2;
 
+    size_t itemCount() const { return openTable.count / 32; }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t mapIndex = mapOfWord(maps, i);
         const ShadowMapInfo& map = maps[mapIndex];
@@ -211,6 +218,7 @@ struct RaiseDrawn {
     View<const uint32_t> cells; ///< needed, rounded
     DrawnView drawn;
 
+    size_t itemCount() const { return cells.count / kProjectionMapSize; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t face = uint32_t(i) / kProjectionMapSize;
         const uint32_t slot = drawn.slots[face / kFaceCount];

@@ -30,6 +30,7 @@ struct CarryPages {
     View<const uint32_t> before;
     View<uint32_t> pageTable; ///< 32 a word
 
+    size_t itemCount() const { return pageTable.count / 32; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t map = mapOfWord(maps, i);
         const uint32_t start = startBefore[map];
@@ -50,6 +51,7 @@ struct MarkUnder {
     View<uint32_t> marked; ///< bits in the page table's order; start at 0
     uint32_t pageTexelsLog2;
 
+    size_t itemCount() const { return maps.count * boxesWorld.count; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t mapIndex = uint32_t(i / boxesWorld.count);
         const ShadowMapInfo& map = maps[mapIndex];
@@ -99,6 +101,7 @@ struct SortOutPages {
     uint32_t now;
     bool retains;
 
+    size_t itemCount() const { return pageTable.count / 32; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t neededBits = i < needed.count ? needed[i] : 0;
         const uint32_t staleBits = stale.empty() ? 0 : stale[i];
@@ -145,6 +148,7 @@ struct AssignPages {
     uint32_t poolPages;
     uint32_t now;
 
+    size_t itemCount() const { return needed.count; }
     SDAG_HD void operator()(size_t i) const {
         uint32_t rank = firstPage[i];
         for (uint32_t bits = needed[i], bit = 0; bits; bits >>= 1, ++bit) {
@@ -176,6 +180,7 @@ struct ClearPages {
     uint32_t pageTexelsLog2;
 
     SDAG_HD uint32_t runsLog2() const { return 2 * pageTexelsLog2 - kClearedTexelsLog2; }
+    size_t itemCount() const { return freshEntries.count << runsLog2(); }
     SDAG_HD void operator()(size_t i) const {
         const size_t page = pageTable[freshEntries[i >> runsLog2()]];
         const size_t run = i & ((size_t(1) << runsLog2()) - 1);
@@ -190,6 +195,7 @@ struct ClearPages {
 struct NumberPages {
     View<uint32_t> order;
 
+    size_t itemCount() const { return order.count; }
     SDAG_HD void operator()(size_t i) const { order[i] = uint32_t(i); }
 };
 

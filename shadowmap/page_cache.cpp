@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shadowmap/page_cache.h"
 
+#include "cuda/pass.h"
 #include "cuda/scan_sort.h"
-#include "shadowmap/kept_pages_pass.h"
+#include "shadowmap/drawn_cells.h"
 #include "shadowmap/map_drawer.h"
 
 #include <algorithm>
@@ -226,13 +227,14 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
     growKeeping(drawnCells_, slotCount * kCellsPerMap);
     growKeeping(drawnDepths_, slotCount * kFaceCount);
     freshSlots_.upload(freshSlotsHost_);
-    emptySlots(backend_, {std::as_const(freshSlots_).view(), drawn()});
-    carryPages(backend_, {maps, std::as_const(startBefore_).view(),
-                          std::as_const(tableBefore_).view(), pageTable_.view()});
+    runPass(backend_, EmptySlots{std::as_const(freshSlots_).view(), drawn()});
+    runPass(backend_, CarryPages{maps, std::as_const(startBefore_).view(),
+                                 std::as_const(tableBefore_).view(), pageTable_.view()});
     if (movedBefore_.size()) {
         zero(marked_, pageTable_.size() / 32);
-        markUnder(backend_, {maps, std::as_const(slots_).view(), std::as_const(drawnDepths_).view(),
-                             std::as_const(movedBefore_).view(), marked_.view(), pageTexelsLog2_});
+        runPass(backend_,
+                MarkUnder{maps, std::as_const(slots_).view(), std::as_const(drawnDepths_).view(),
+                          std::as_const(movedBefore_).view(), marked_.view(), pageTexelsLog2_});
     }
     const size_t poolPages = pageStamps_.size();
     zero(pageKeys_, poolPages);
@@ -240,10 +242,10 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
     missing_.resize(needed.count);
     zero(keptPerMap_, maps.count);
     zero(keptCounts_, kKeptPageCounts);
-    sortOutPages(backend_,
-                 {maps, needed, std::as_const(marked_).view(), pageTable_.view(),
-                  pageStamps_.view(), pageKeys_.view(), pageEntries_.view(), missing_.view(),
-                  keptPerMap_.view(), keptCounts_.view(), now_, retains_});
+    runPass(backend_,
+            SortOutPages{maps, needed, std::as_const(marked_).view(), pageTable_.view(),
+                         pageStamps_.view(), pageKeys_.view(), pageEntries_.view(), missing_.view(),
+                         keptPerMap_.view(), keptCounts_.view(), now_, retains_});
 }
 
 void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
@@ -283,7 +285,7 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
             }
             if (fresh && held) {
                 order_.resize(pageKeys_.size());
-                numberPages(backend_, {order_.view()});
+                runPass(backend_, NumberPages{order_.view()});
                 sortPairs(backend_, pageKeys_.view(), order_.view());
                 assign.order = std::as_const(order_).view();
                 assign.pageKeys = std::as_const(pageKeys_).view();
@@ -309,7 +311,7 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
         freshEntries_.resize(fresh);
         assign.freshEntries = freshEntries_.view();
         assign.poolPages = uint32_t(fresh);
-        assignPages(backend_, assign);
+        runPass(backend_, assign);
         isCommitted = drawer_ && drawer_->commit(maps, std::as_const(freshEntries_).view(),
                                                  std::as_const(pageTable_).view(), commits);
     }
@@ -318,14 +320,12 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
         if (drawer_)
             drawer_->clear(std::as_const(freshEntries_).view(), std::as_const(pageTable_).view());
         else
-            clearPages(backend_,
-                       {std::as_const(freshEntries_).view(), std::as_const(pageTable_).view(),
-                        pool_.view(), pageTexelsLog2_},
-                       fresh);
+            runPass(backend_,
+                    ClearPages{std::as_const(freshEntries_).view(),
+                               std::as_const(pageTable_).view(), pool_.view(), pageTexelsLog2_});
         if (keeps_)
-            resetCells(backend_,
-                       {maps, std::as_const(freshEntries_).view(), drawn(), pageTexelsLog2_},
-                       fresh);
+            runPass(backend_, ResetCells{maps, std::as_const(freshEntries_).view(), drawn(),
+                                         pageTexelsLog2_});
     }
 
     counts.pageCount = pages;
@@ -348,30 +348,32 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
 KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
                                    MapCulling culling) {
     openBlocks_.resize(masks.blocks.count);
-    prepareBlocks(backend_, {masks, culling, drawn(), openBlocks_.view()});
+    runPass(backend_, PrepareBlock{masks, culling, drawn(), openBlocks_.view()});
     if (movedNow_.size()) {
-        lowerCells(backend_,
-                   {maps, std::as_const(movedNow_).view(), {masks.cells, masks.blocks}, drawn()});
+        runPass(backend_,
+                LowerCells{
+                    maps, std::as_const(movedNow_).view(), {masks.cells, masks.blocks}, drawn()});
         zero(marked_, pageTable_.size() / 32);
-        markUnder(backend_, {maps,
-                             std::as_const(slots_).view(),
-                             {},
-                             std::as_const(movedNow_).view(),
-                             marked_.view(),
-                             pageTexelsLog2_});
+        runPass(backend_, MarkUnder{maps,
+                                    std::as_const(slots_).view(),
+                                    {},
+                                    std::as_const(movedNow_).view(),
+                                    marked_.view(),
+                                    pageTexelsLog2_});
     }
     const size_t entries = requestCount_ < maps.count && requestCount_ > 0
                                ? kept_[requestCount_].info.pageTableStart
                                : pageTable_.size();
     openTable_.resize(requestCount_ > 0 ? entries : 0);
-    listOpenPages(backend_, {maps, masks.cells, drawn(), std::as_const(marked_).view(),
-                             std::as_const(pageTable_).view(), openTable_.view(), pageTexelsLog2_});
+    runPass(backend_,
+            ListOpenPages{maps, masks.cells, drawn(), std::as_const(marked_).view(),
+                          std::as_const(pageTable_).view(), openTable_.view(), pageTexelsLog2_});
     return {std::as_const(drawnCells_).view(), std::as_const(slots_).view(),
             std::as_const(openBlocks_).view(), std::as_const(movedBits_).view()};
 }
 
 void PageCache::noteDrawn(View<const uint32_t> cells) {
-    raiseDrawn(backend_, {cells, drawn()});
+    runPass(backend_, RaiseDrawn{cells, drawn()});
 }
 
 } // namespace shadowdag

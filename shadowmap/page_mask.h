@@ -94,6 +94,7 @@ struct MarkReceiver {
     uint32_t pageTexelsLog2;
     uint32_t taps;
 
+    size_t itemCount() const { return receivers.count; }
     SDAG_HD void operator()(size_t i) const {
         const MapReceiver receiver = receivers[i];
         if (receiver.map == kNoMap)
@@ -150,6 +151,8 @@ struct CountPages {
     View<const uint32_t> pages;
     View<uint32_t> counts;
 
+    size_t itemCount() const { return pages.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         uint32_t bits = pages[i], count = 0;
         for (; bits; bits &= bits - 1)
@@ -164,6 +167,8 @@ struct CountPagesOfMaps {
     View<const uint32_t> pages; ///< PageMaskView::pages
     View<uint32_t> counts;      ///< a map each
 
+    size_t itemCount() const { return maps.count; }
+    size_t grain() const { return 4; }
     SDAG_HD void operator()(size_t m) const {
         const ShadowMapInfo& map = maps[m];
         const uint32_t first = map.pageTableStart / 32;

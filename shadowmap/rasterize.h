@@ -356,6 +356,8 @@ struct RasterizeTriangle {
     RasterView view;
     SplitWorkView large; ///< a: the draw; b: the triangle within its batch, times 8, and the face
 
+    size_t itemCount() const { return view.draws.count * view.slotsPerDraw; }
+    size_t grain() const { return 4 * view.slotsPerDraw; }
     SDAG_HD void operator()(size_t i) const {
         const size_t drawIndex = i / view.slotsPerDraw;
         const BatchDraw draw = view.draws[drawIndex];
@@ -388,6 +390,7 @@ struct RasterizeTriangle {
 /// kGroupLanes-th row, or, of pages with fewer rows, a part of one.
 struct RasterizeLargeTriangle {
     RasterView view;
+    SplitWorkView parts;
 
     SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
         const BatchDraw draw = view.draws[item.a];

@@ -2,7 +2,7 @@
 // The rasterization passes; see rasterize.h for the fill rule and the depth convention.
 #pragma once
 
-#include "cuda/backend.h"
+#include "cuda/pass.h"
 #include "cuda/split_work.h"
 #include "shadowmap/rasterize.h"
 
@@ -24,8 +24,8 @@ void rasterizeLargeTriangles(const SplitWorkView& large, const RasterizeLargeTri
 /// on the backend, and so does `large`, which is overwritten.
 inline void rasterizeTriangles(Backend backend, const RasterView& view, SplitWork& large) {
     const SplitWorkView list = large.begin();
-    SDAG_DISPATCH(backend, rasterizeTriangles, {view, list});
-    SDAG_DISPATCH(backend, rasterizeLargeTriangles, list, {view});
+    runPass(backend, RasterizeTriangle{view, list});
+    runPass(backend, RasterizeLargeTriangle{view, list});
 }
 
 /// Draws the same on the CPU, bit for bit, without atomics: an item a face of a map, which one

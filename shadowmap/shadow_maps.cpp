@@ -4,12 +4,13 @@
 #include "shadowmap/shadow_maps.h"
 
 #include "cuda/list_length.h"
+#include "cuda/pass.h"
 #include "cuda/readback.h"
 #include "cuda/scan_sort.h"
-#include "shadowmap/cull_pass.h"
+#include "shadowmap/cull.h"
 #include "shadowmap/map_drawer.h"
 #include "shadowmap/page_cache.h"
-#include "shadowmap/page_mask_pass.h"
+#include "shadowmap/page_mask.h"
 #include "shadowmap/rasterize_pass.h"
 
 #include <cmath>
@@ -188,9 +189,9 @@ struct ShadowMaps::State {
         PageMaskView marked = masks();
         if (options.culling < MapCulling::kCellDepth)
             marked.cells = {}; // written later, from what is coarser
-        markReceivers(backend, {std::as_const(maps).view(), boxes, pairs, marked, pageTexelsLog2(),
-                                options.taps});
-        countPages(backend, {std::as_const(pageBits).view(), firstPage.view()});
+        runPass(backend, MarkReceiver{std::as_const(maps).view(), boxes, pairs, marked,
+                                      pageTexelsLog2(), options.taps});
+        runPass(backend, CountPages{std::as_const(pageBits).view(), firstPage.view()});
         return exclusiveScan(backend, std::as_const(firstPage).view(), firstPage.view());
     }
 
@@ -280,7 +281,7 @@ struct ShadowMaps::State {
                 cull.kept =
                     cache.prepareCulling(std::as_const(maps).view(), masks(), options.culling);
             else
-                gatherBlocks(backend, {cells.view(), blocks.view()});
+                runPass(backend, GatherBlock{cells.view(), blocks.view()});
             cull.cells = {std::as_const(cells).view(), std::as_const(blocks).view()};
         }
         return cull;
@@ -296,22 +297,24 @@ struct ShadowMaps::State {
         {
             const StageTimer timer(backend, stages, "culling query");
             zero(firstReached, items + 1);
-            countReached(backend, {cull, {firstReached.view().data, items}, cullCounts.view()});
+            runPass(backend,
+                    CountReached{cull, {firstReached.view().data, items}, cullCounts.view()});
             placeList(firstReached, reached, isGuessed ? reachedGuess.get() : 0);
-            listReached(backend, {cull, std::as_const(firstReached).view(), reached.view()});
+            runPass(backend, ListReached{cull, std::as_const(firstReached).view(), reached.view()});
         }
         const StageTimer timer(backend, stages, "culling tests");
         const View<const uint32_t> firstOfItem = std::as_const(firstReached).view();
         zero(drawOf, reached.size() + 1);
-        countDraws(backend, {cull, firstOfItem, reached.view(), drawOf.view(), cullCounts.view()});
+        runPass(backend,
+                CountDraws{cull, firstOfItem, reached.view(), drawOf.view(), cullCounts.view()});
         placeList(drawOf, draws, isGuessed ? drawGuess.get() : 0);
         if (isGuessed)
             draws.fill(0); // of no face
-        listDraws(backend,
-                  {std::as_const(reached).view(), std::as_const(drawOf).view(), draws.view()});
+        runPass(backend, ListDraws{std::as_const(reached).view(), std::as_const(drawOf).view(),
+                                   draws.view()});
         if (isGuessed) {
-            noteCullLengths(backend,
-                            {firstOfItem, std::as_const(drawOf).view(), cullLengths.view()});
+            runPass(backend,
+                    NoteCullLengths{firstOfItem, std::as_const(drawOf).view(), cullLengths.view()});
             lengthsReadback->request(std::as_const(cullLengths).view());
         } else if (!infos.empty()) {
             reachedGuess.note(reached.size());

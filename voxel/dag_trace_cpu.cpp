@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-namespace shadowdag::cpu {
+namespace shadowdag {
 
 namespace {
 
@@ -33,14 +33,12 @@ struct TraceSegmentStreams {
 
 } // namespace
 
-void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t level,
-                   View<uint32_t> bits) {
-    if (level == 0)
-        parallelFor<CpuTag>((segments.count + kBlock - 1) / kBlock,
-                            TraceSegmentStreams{dag, segments, bits}, 1);
+void launchPass(CpuTag, const TraceSegments& work) {
+    if (work.level == 0)
+        parallelFor<CpuTag>((work.segments.count + kBlock - 1) / kBlock,
+                            TraceSegmentStreams{work.dag, work.segments, work.bits}, 1);
     else
-        parallelFor<CpuTag>((segments.count + 31) / 32, TraceSegments{dag, segments, level, bits},
-                            32);
+        parallelFor<CpuTag>(work.itemCount(), work, 32);
 }
 
-} // namespace shadowdag::cpu
+} // namespace shadowdag

@@ -2,7 +2,7 @@
 // Pass: answers a list of segments against one DAG.
 #pragma once
 
-#include "cuda/backend.h"
+#include "cuda/pass.h"
 #include "voxel/dag_trace.h"
 
 namespace shadowdag {
@@ -15,6 +15,7 @@ struct TraceSegments {
     uint32_t level;
     View<uint32_t> bits;
 
+    size_t itemCount() const { return (segments.count + 31) / 32; }
     SDAG_HD void operator()(size_t word) const {
         uint32_t result = 0;
         const size_t first = word * 32;
@@ -25,14 +26,8 @@ struct TraceSegments {
     }
 };
 
-namespace cpu {
-void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t level,
-                   View<uint32_t> bits);
-}
-namespace cuda {
-void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t level,
-                   View<uint32_t> bits);
-}
+/// On the CPU streams answer at level 0: dag_trace_cpu.cpp.
+void launchPass(CpuTag, const TraceSegments& work);
 
 /// Answers every segment: bit i % 32 of bits[i / 32] is set where occluded() is true, bits past the
 /// last segment are zero.
@@ -41,7 +36,7 @@ void traceSegments(const DagView& dag, View<const DagSegment> segments, uint32_t
 inline void traceSegments(Backend backend, const DagView& dag, View<const DagSegment> segments,
                           uint32_t level, View<uint32_t> bits) {
     SDAG_ASSERT(bits.count >= (segments.count + 31) / 32);
-    SDAG_DISPATCH(backend, traceSegments, dag, segments, level, bits);
+    runPass(backend, TraceSegments{dag, segments, level, bits});
 }
 
 } // namespace shadowdag

@@ -2,6 +2,7 @@
 // Lists of a build by passes, taken from a budget and given back to it. Not for other folders.
 #pragma once
 
+#include "cuda/pass.h"
 #include "cuda/runs.h"
 #include "cuda/scan_sort.h"
 #include "voxel/unique_nodes_pass.h"
@@ -111,7 +112,7 @@ struct PassMemory {
     /// Returns 0, 1, ...
     Words counting(const char* name, size_t count) {
         Words order = words(name, count);
-        SDAG_DISPATCH(backend, countUp, {order.view()});
+        runPass(backend, CountUp{order.view()});
         return order;
     }
     /// Runs, and what of the budget they take at most.

@@ -10,34 +10,33 @@ Words joinLevel(PassMemory& memory, LongWords& keys, Words& nodeOfCell) {
     const size_t count = held->runs.count();
     LongWords keysAbove = memory.longWords("voxelize cell keys", count);
     Words children = memory.words("voxelize cell children", count * kChildCount);
-    SDAG_DISPATCH(memory.backend, gatherChildren,
-                  {std::as_const(keys).view(), std::as_const(nodeOfCell).view(),
-                   held->runs.start.view(), keysAbove.view(), children.view()});
+    runPass(memory.backend,
+            GatherChildren{std::as_const(keys).view(), std::as_const(nodeOfCell).view(),
+                           held->runs.start.view(), keysAbove.view(), children.view()});
     held.reset();
     keys = std::move(keysAbove);
     Words order = memory.counting("voxelize cell order", count);
     {
         LongWords packed = memory.longWords("voxelize node keys", count);
         for (uint32_t key = 0; key < kNodeKeyCount; ++key) {
-            SDAG_DISPATCH(
-                memory.backend, packNodeKeys,
-                {std::as_const(children).view(), std::as_const(order).view(), key, packed.view()});
+            runPass(memory.backend, PackNodeKeys{std::as_const(children).view(),
+                                                 std::as_const(order).view(), key, packed.view()});
             memory.sort(packed, order);
         }
     }
     PassMemory::HeldRuns distinct(memory, count);
     distinct.runs.next.resize(count + 1);
-    SDAG_DISPATCH(
-        memory.backend, markDistinctNodes,
-        {std::as_const(children).view(), std::as_const(order).view(), distinct.runs.next.view()});
+    runPass(memory.backend,
+            MarkDistinctNodes{std::as_const(children).view(), std::as_const(order).view(),
+                              distinct.runs.next.view()});
     listMarkedRuns(memory.backend, distinct.runs);
     Words nodes = memory.words("voxelize nodes", distinct.runs.count() * kChildCount);
-    SDAG_DISPATCH(memory.backend, listDistinctNodes,
-                  {std::as_const(children).view(), std::as_const(order).view(),
-                   distinct.runs.start.view(), nodes.view()});
+    runPass(memory.backend,
+            ListDistinctNodes{std::as_const(children).view(), std::as_const(order).view(),
+                              distinct.runs.start.view(), nodes.view()});
     Words nodeOfAbove = memory.words("voxelize node of cell", count);
-    SDAG_DISPATCH(memory.backend, numberByRun,
-                  {std::as_const(order).view(), distinct.runs.next.view(), nodeOfAbove.view()});
+    runPass(memory.backend, NumberByRun{std::as_const(order).view(), distinct.runs.next.view(),
+                                        nodeOfAbove.view()});
     nodeOfCell = std::move(nodeOfAbove);
     return nodes;
 }
@@ -75,10 +74,10 @@ PassNodes buildNodes(PassMemory& memory, std::optional<PassLeaves> leaves, uint3
         memory.sort(sorted, order);
         const PassMemory::HeldRuns held = memory.runsOf(sorted, 0);
         nodes.leaves.emplace(memory.longWords("voxelize leaves", held.runs.count()));
-        SDAG_DISPATCH(memory.backend, listRunValues,
-                      {std::as_const(sorted).view(), held.runs.start.view(), nodes.leaves->view()});
-        SDAG_DISPATCH(memory.backend, numberByRun,
-                      {std::as_const(order).view(), held.runs.next.view(), nodeOfCell.view()});
+        runPass(memory.backend, ListRunValues{std::as_const(sorted).view(), held.runs.start.view(),
+                                              nodes.leaves->view()});
+        runPass(memory.backend,
+                NumberByRun{std::as_const(order).view(), held.runs.next.view(), nodeOfCell.view()});
     }
     for (uint32_t level = kLeafLog2 + 1; level <= topLevel; ++level)
         nodes.inner.push_back(joinLevel(memory, keys, nodeOfCell));
@@ -120,35 +119,35 @@ std::vector<uint32_t> canonicalWords(PassMemory& memory, const PassNodes& nodes)
         const View<const uint32_t> children = nodes.inner[i].view();
         const View<const uint32_t> order = std::as_const(here.order).view();
         here.first.emplace(memory.places("voxelize first edge", order.count));
-        SDAG_DISPATCH(memory.backend, countEdges, {children, order, here.first->view()});
+        runPass(memory.backend, CountEdges{children, order, here.first->view()});
         const size_t edgeCount = memory.scan(*here.first);
         here.base = nextBase(wordCount, order.count + edgeCount);
         const size_t belowCount =
             i > 0 ? nodes.inner[i - 1].size() / kChildCount : nodes.leaves->size();
         Words firstEdge = memory.words("voxelize first visits", belowCount);
         firstEdge.buffer().fill(0xff);
-        SDAG_DISPATCH(memory.backend, visitEdges,
-                      {children, order, std::as_const(*here.first).view(), firstEdge.view()});
+        runPass(memory.backend,
+                VisitEdges{children, order, std::as_const(*here.first).view(), firstEdge.view()});
         Words below = memory.counting("voxelize canonical order", belowCount);
         {
             const Reservation scratch(memory.budget, 2 * belowCount * sizeof(uint32_t));
             sortPairs(memory.backend, firstEdge.view(), below.view());
         }
         Words rank = memory.words("voxelize ranks", belowCount);
-        SDAG_DISPATCH(memory.backend, rankNodes, {std::as_const(below).view(), rank.view()});
+        runPass(memory.backend, RankNodes{std::as_const(below).view(), rank.view()});
         levels.push_back({std::move(below), {}, 0});
         ranks.push_back(std::move(rank));
     }
     levels.back().base = nextBase(wordCount, 2 * uint64_t(nodes.leaves->size()));
     Words all = memory.words("voxelize words", wordCount);
     for (size_t k = 0; k + 1 < levels.size(); ++k)
-        SDAG_DISPATCH(memory.backend, writeInnerNodes,
-                      {nodes.inner[nodes.inner.size() - 1 - k].view(),
-                       std::as_const(levels[k].order).view(), levels[k].place(),
-                       levels[k + 1].place(), std::as_const(ranks[k + 1]).view(), all.view()});
-    SDAG_DISPATCH(memory.backend, writeLeaves,
-                  {nodes.leaves->view(), std::as_const(levels.back().order).view(),
-                   levels.back().place(), all.view()});
+        runPass(memory.backend, WriteInnerNodes{nodes.inner[nodes.inner.size() - 1 - k].view(),
+                                                std::as_const(levels[k].order).view(),
+                                                levels[k].place(), levels[k + 1].place(),
+                                                std::as_const(ranks[k + 1]).view(), all.view()});
+    runPass(memory.backend,
+            WriteLeaves{nodes.leaves->view(), std::as_const(levels.back().order).view(),
+                        levels.back().place(), all.view()});
     return all.buffer().download();
 }
 

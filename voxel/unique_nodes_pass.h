@@ -5,6 +5,7 @@
 #pragma once
 
 #include "cuda/atomics.h"
+#include "cuda/pass.h"
 #include "cuda/runs.h"
 #include "voxel/bits.h"
 #include "voxel/dag.h"
@@ -20,6 +21,8 @@ constexpr uint32_t kNodeKeyCount = kChildCount / 2; ///< 64-bit keys a node is s
 struct CountUp {
     View<uint32_t> order;
 
+    size_t itemCount() const { return order.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const { order[i] = uint32_t(i); }
 };
 
@@ -29,6 +32,8 @@ struct ListRunValues {
     View<const uint32_t> runStart;
     View<uint64_t> values; ///< a run each
 
+    size_t itemCount() const { return values.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t run) const { values[run] = words[runStart[run]]; }
 };
 
@@ -38,6 +43,8 @@ struct NumberByRun {
     View<const uint32_t> next;  ///< Runs::next
     View<uint32_t> nodeOfCell;
 
+    size_t itemCount() const { return order.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const { nodeOfCell[order[i]] = runOf(next, i); }
 };
 
@@ -50,6 +57,8 @@ struct GatherChildren {
     View<uint64_t> keys;
     View<uint32_t> children;
 
+    size_t itemCount() const { return keys.count; }
+    size_t grain() const { return 1024; }
     SDAG_HD void operator()(size_t cell) const {
         uint32_t* const of = children.data + cell * kChildCount;
         for (uint32_t c = 0; c < kChildCount; ++c)
@@ -68,6 +77,8 @@ struct PackNodeKeys {
     uint32_t key;
     View<uint64_t> keys;
 
+    size_t itemCount() const { return keys.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t* const of = children.data + size_t(order[i]) * kChildCount + 2 * key;
         keys[i] = of[0] | uint64_t(of[1]) << 32;
@@ -80,6 +91,8 @@ struct MarkDistinctNodes {
     View<const uint32_t> order;
     View<uint32_t> marks;
 
+    size_t itemCount() const { return order.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         bool differs = i == 0;
         for (uint32_t c = 0; c < kChildCount && !differs; ++c)
@@ -96,6 +109,8 @@ struct ListDistinctNodes {
     View<const uint32_t> runStart;
     View<uint32_t> distinct; ///< kChildCount a run
 
+    size_t itemCount() const { return distinct.count / kChildCount; }
+    size_t grain() const { return 1024; }
     SDAG_HD void operator()(size_t run) const {
         const size_t from = size_t(order[runStart[run]]) * kChildCount;
         for (uint32_t c = 0; c < kChildCount; ++c)
@@ -109,6 +124,8 @@ struct CountEdges {
     View<const uint32_t> order;
     View<uint32_t> first;
 
+    size_t itemCount() const { return order.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         uint32_t count = 0;
         for (uint32_t c = 0; c < kChildCount; ++c)
@@ -124,6 +141,8 @@ struct VisitEdges {
     View<const uint32_t> first; ///< the exclusive scan of CountEdges
     View<uint32_t> firstEdge;
 
+    size_t itemCount() const { return order.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         uint32_t edge = first[i];
         for (uint32_t c = 0; c < kChildCount; ++c) {
@@ -139,6 +158,8 @@ struct RankNodes {
     View<const uint32_t> order;
     View<uint32_t> rank;
 
+    size_t itemCount() const { return order.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const { rank[order[i]] = uint32_t(i); }
 };
 
@@ -161,6 +182,8 @@ struct WriteInnerNodes {
     View<const uint32_t> rankBelow;
     View<uint32_t> words;
 
+    size_t itemCount() const { return order.count; }
+    size_t grain() const { return 1024; }
     SDAG_HD void operator()(size_t i) const {
         uint32_t mask = 0, at = here.address(uint32_t(i));
         const uint32_t head = at++;
@@ -182,6 +205,8 @@ struct WriteLeaves {
     LevelWords here;
     View<uint32_t> words;
 
+    size_t itemCount() const { return order.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         const uint64_t bits = voxels[order[i]];
         const uint32_t at = here.address(uint32_t(i));
@@ -189,34 +214,5 @@ struct WriteLeaves {
         words[at + 1] = uint32_t(bits >> 32);
     }
 };
-
-namespace cpu {
-void countUp(const CountUp& work);
-void listRunValues(const ListRunValues& work);
-void numberByRun(const NumberByRun& work);
-void gatherChildren(const GatherChildren& work);
-void packNodeKeys(const PackNodeKeys& work);
-void markDistinctNodes(const MarkDistinctNodes& work);
-void listDistinctNodes(const ListDistinctNodes& work);
-void countEdges(const CountEdges& work);
-void visitEdges(const VisitEdges& work);
-void rankNodes(const RankNodes& work);
-void writeInnerNodes(const WriteInnerNodes& work);
-void writeLeaves(const WriteLeaves& work);
-} // namespace cpu
-namespace cuda {
-void countUp(const CountUp& work);
-void listRunValues(const ListRunValues& work);
-void numberByRun(const NumberByRun& work);
-void gatherChildren(const GatherChildren& work);
-void packNodeKeys(const PackNodeKeys& work);
-void markDistinctNodes(const MarkDistinctNodes& work);
-void listDistinctNodes(const ListDistinctNodes& work);
-void countEdges(const CountEdges& work);
-void visitEdges(const VisitEdges& work);
-void rankNodes(const RankNodes& work);
-void writeInnerNodes(const WriteInnerNodes& work);
-void writeLeaves(const WriteLeaves& work);
-} // namespace cuda
 
 } // namespace shadowdag

@@ -49,7 +49,7 @@ std::vector<Subtree> buildTasks(VoxelTasks& tasks, size_t first, size_t last, Da
 Dag voxelize(const TriangleView& triangles, View<const uint32_t> which, const VoxelGrid& grid,
              const Progress& progress, Backend backend) {
     if (backend == Backend::kCuda)
-        return voxelizeByPasses(backend, triangles, which, grid, freeBytes(backend) / 4 * 3,
+        return voxelizeByPasses(backend, triangles, which, grid, availableBytes(backend) / 4 * 3,
                                 progress);
     try {
         VoxelTasks tasks(triangles, which, grid, progress);

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "cuda/atomics.h"
+#include "cuda/pass.h"
 #include "cuda/runs.h"
 #include "scenes/morton.h"
 #include "voxel/bits.h"
@@ -55,6 +56,8 @@ struct MarkInside {
     View<uint32_t> marks;
     View<uint32_t> firstBad;
 
+    size_t itemCount() const { return which.count; }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t i) const {
         const TriangleSetup s = scene.setup(which[i]);
         const double limit = double(scene.grid.resolution());
@@ -75,6 +78,8 @@ struct ListMarked {
     View<const uint32_t> next;
     View<uint32_t> marked;
 
+    size_t itemCount() const { return list.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         if (next[i + 1] != next[i])
             marked[next[i]] = list[i];
@@ -87,6 +92,8 @@ struct MarkChild {
     uint32_t child;
     View<uint32_t> marks;
 
+    size_t itemCount() const { return childMask.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const { marks[i] = childMask[i] >> child & 1u; }
 };
 
@@ -108,6 +115,8 @@ struct CountChildren {
     View<uint32_t> childMask;
     View<uint32_t> counts;
 
+    size_t itemCount() const { return pairs.triangles.count; }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t i) const {
         const TriangleSetup s = scene.setup(pairs.triangles[i]);
         const glm::uvec3 cell = unpackCell(pairs.cell(i));
@@ -133,6 +142,8 @@ struct ListChildren {
     View<uint32_t> triangles;
     View<PackedCell> cells;
 
+    size_t itemCount() const { return pairs.triangles.count; }
+    size_t grain() const { return 1024; }
     SDAG_HD void operator()(size_t i) const {
         const glm::uvec3 cell = unpackCell(pairs.cell(i));
         uint32_t next = first[i];
@@ -226,6 +237,8 @@ struct ListLeaves {
     View<uint64_t> keys;
     View<uint64_t> voxels;
 
+    size_t itemCount() const { return bricks.triangles.count; }
+    size_t grain() const { return 16; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t triangle = bricks.triangles[i];
         const TriangleSetup s = scene.setup(triangle);
@@ -264,6 +277,8 @@ struct JoinLeaves {
     View<uint64_t> leafKeys;
     View<uint64_t> leafVoxels;
 
+    size_t itemCount() const { return leafKeys.count; }
+    size_t grain() const { return 1024; }
     SDAG_HD void operator()(size_t run) const {
         uint64_t joined = 0;
         for (uint32_t i = runStart[run]; i < runStart[run + 1]; ++i)
@@ -272,24 +287,5 @@ struct JoinLeaves {
         leafVoxels[run] = joined;
     }
 };
-
-namespace cpu {
-void markInside(const MarkInside& work);
-void listMarked(const ListMarked& work);
-void markChild(const MarkChild& work);
-void countChildren(const CountChildren& work);
-void listChildren(const ListChildren& work);
-void listLeaves(const ListLeaves& work);
-void joinLeaves(const JoinLeaves& work);
-} // namespace cpu
-namespace cuda {
-void markInside(const MarkInside& work);
-void listMarked(const ListMarked& work);
-void markChild(const MarkChild& work);
-void countChildren(const CountChildren& work);
-void listChildren(const ListChildren& work);
-void listLeaves(const ListLeaves& work);
-void joinLeaves(const JoinLeaves& work);
-} // namespace cuda
 
 } // namespace shadowdag

@@ -134,7 +134,7 @@ private:
         Words marks = memory_.places("voxelize marks", which_.count),
               bad = memory_.words("voxelize bad", 1);
         bad.buffer().fill(0xff);
-        SDAG_DISPATCH(backend_, markInside, {scene_, which_, marks.view(), bad.view()});
+        runPass(backend_, MarkInside{scene_, which_, marks.view(), bad.view()});
         if (const uint32_t at = bad.buffer().at(0); at != 0xffffffffu)
             throw Error(ErrorKind::kInput,
                         "triangle " + std::to_string(listed(at).at(0)) +
@@ -143,7 +143,7 @@ private:
         if (count == 0)
             return {};
         Words inside = memory_.words("voxelize inside", count);
-        SDAG_DISPATCH(backend_, listMarked, {which_, std::as_const(marks).view(), inside.view()});
+        runPass(backend_, ListMarked{which_, std::as_const(marks).view(), inside.view()});
         return inside;
     }
     /// Returns a copy of one entry of the list of triangles.
@@ -174,11 +174,10 @@ private:
         const size_t count = tile.triangles.count;
         Words childMask = memory_.words("voxelize children", count),
               marks = memory_.places("voxelize child marks", count);
-        SDAG_DISPATCH(backend_, countChildren,
-                      {scene_, pairs, tile.level, childMask.view(), marks.view()});
+        runPass(backend_, CountChildren{scene_, pairs, tile.level, childMask.view(), marks.view()});
         uint32_t addresses[8];
         for (uint32_t c = 0; c < 8; ++c) {
-            SDAG_DISPATCH(backend_, markChild, {std::as_const(childMask).view(), c, marks.view()});
+            runPass(backend_, MarkChild{std::as_const(childMask).view(), c, marks.view()});
             detail::fillBytes(backend_, marks.view().data + count, 0, sizeof(uint32_t));
             const size_t childCount = memory_.scan(marks);
             addresses[c] = kNoNode;
@@ -187,8 +186,7 @@ private:
                 continue;
             }
             Words of = memory_.words("voxelize child triangles", childCount);
-            SDAG_DISPATCH(backend_, listMarked,
-                          {tile.triangles, std::as_const(marks).view(), of.view()});
+            runPass(backend_, ListMarked{tile.triangles, std::as_const(marks).view(), of.view()});
             addresses[c] = buildTile({tile.level - 1, packCell(childCell(unpackCell(tile.cell), c)),
                                       std::as_const(of).view()},
                                      merged, share / 8);
@@ -209,15 +207,15 @@ private:
             const size_t count = pairs.view.triangles.count;
             Words childMask = memory_.words("voxelize children", count),
                   first = memory_.places("voxelize first child", count);
-            SDAG_DISPATCH(backend_, countChildren,
-                          {scene_, pairs.view, level, childMask.view(), first.view()});
+            runPass(backend_,
+                    CountChildren{scene_, pairs.view, level, childMask.view(), first.view()});
             const size_t total = memory_.scan(first);
             Words triangles = memory_.words("voxelize pair triangles", total);
             LongWords cells = memory_.longWords("voxelize pair cells", total);
             if (total > 0)
-                SDAG_DISPATCH(backend_, listChildren,
-                              {pairs.view, std::as_const(childMask).view(),
-                               std::as_const(first).view(), triangles.view(), cells.view()});
+                runPass(backend_,
+                        ListChildren{pairs.view, std::as_const(childMask).view(),
+                                     std::as_const(first).view(), triangles.view(), cells.view()});
             pairs.triangles = std::move(triangles);
             pairs.cells = std::move(cells);
             pairs.view = {std::as_const(*pairs.triangles).view(),
@@ -236,15 +234,14 @@ private:
         if (pairCount == 0)
             return {};
         std::optional<Words> first(memory_.places("voxelize first leaf", pairCount));
-        SDAG_DISPATCH(backend_, listLeaves,
-                      {scene_, pairs->view, brickLevel, first->view(), {}, {}});
+        runPass(backend_, ListLeaves{scene_, pairs->view, brickLevel, first->view(), {}, {}});
         const size_t total = memory_.scan(*first);
         if (total == 0)
             return {};
         LongWords keys = memory_.longWords("voxelize leaf keys", total),
                   voxels = memory_.longWords("voxelize leaf voxels", total);
-        SDAG_DISPATCH(backend_, listLeaves,
-                      {scene_, pairs->view, brickLevel, first->view(), keys.view(), voxels.view()});
+        runPass(backend_, ListLeaves{scene_, pairs->view, brickLevel, first->view(), keys.view(),
+                                     voxels.view()});
         first.reset();
         pairs.reset();
         Words order = memory_.counting("voxelize leaf order", total);
@@ -253,10 +250,9 @@ private:
         const size_t count = held.runs.count();
         PassLeaves leaves{memory_.longWords("voxelize joined keys", count),
                           memory_.longWords("voxelize joined voxels", count)};
-        SDAG_DISPATCH(backend_, joinLeaves,
-                      {std::as_const(keys).view(), std::as_const(order).view(),
-                       std::as_const(voxels).view(), held.runs.start.view(), leaves.keys.view(),
-                       leaves.voxels.view()});
+        runPass(backend_, JoinLeaves{std::as_const(keys).view(), std::as_const(order).view(),
+                                     std::as_const(voxels).view(), held.runs.start.view(),
+                                     leaves.keys.view(), leaves.voxels.view()});
         return leaves;
     }
 

@@ -129,6 +129,8 @@ struct BoundByCell {
     View<const uint32_t> cell;
     View<Box> boxesWorld;
 
+    size_t itemCount() const { return cell.count; }
+    size_t grain() const { return 256; }
     SDAG_HD void operator()(size_t cluster) const {
         boxesWorld[cluster] =
             cell[cluster] == kNoCluster ? Box{} : implicitBounds(grid, view, cell[cluster]);
@@ -154,6 +156,8 @@ struct BoundBySamples {
         boxesWorld[cluster].min = box.min + 0.0f;
         boxesWorld[cluster].max = box.max + 0.0f;
     }
+    size_t itemCount() const { return clusters.count(); }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const { store(cluster, part(cluster, 0, 1)); }
 };
 
@@ -163,6 +167,8 @@ struct JoinTenths {
     ClusterView clusters; ///< boxesWorld: implicit
     View<uint32_t> words; ///< clusterCount
 
+    size_t itemCount() const { return clusters.samples.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         if (!clusters.isEntry(i))
             return;
@@ -178,6 +184,8 @@ struct ShrinkBounds {
     View<const uint32_t> words;
     View<Box> boxesWorld; ///< implicit before
 
+    size_t itemCount() const { return boxesWorld.count; }
+    size_t grain() const { return 1024; }
     SDAG_HD void operator()(size_t cluster) const {
         boxesWorld[cluster] = shrinkToTenths(boxesWorld[cluster], words[cluster]);
     }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cluster passes on CUDA: a thread an item, a warp where an item has many samples.
+// The cluster passes whose items have many samples, on CUDA: a warp an item.
 #include "hybrid/clusters/cluster_pass.h"
 
 #include "cuda/parallel_for.h"
 
-namespace shadowdag::cuda {
+namespace shadowdag {
 
 namespace {
 
@@ -54,39 +54,16 @@ __global__ void boundBySamplesKernel(BoundBySamples work) {
 
 } // namespace
 
-void countCellSamples(const CountCellSamples& work) {
-    parallelFor<CudaTag>(work.gbuffer.count(), work);
-}
-void markOccupiedCells(const MarkOccupiedCells& work) {
-    parallelFor<CudaTag>(work.cellSamples.count, work);
-}
-void compactCells(const CompactCells& work) {
-    parallelFor<CudaTag>(work.cellSamples.count, work);
-}
-void fillTiles(const FillTile& work) {
-    fillTilesKernel<<<blocksOfWarps(work.grid.tileCount()), kBlockSize>>>(work);
+void launchPass(CudaTag, const FillTile& work) {
+    fillTilesKernel<<<blocksOfWarps(work.itemCount()), kBlockSize>>>(work);
     CUDA_CHECK(cudaGetLastError());
-}
-void countNormalCells(const CountNormalCells& work) {
-    parallelFor<CudaTag>(work.clusters.count(), work);
-}
-void splitByNormals(const SplitByNormals& work) {
-    parallelFor<CudaTag>(work.clusters.count(), work);
-}
-void boundByCell(const BoundByCell& work) {
-    parallelFor<CudaTag>(work.cell.count, work);
-}
-void boundBySamples(const BoundBySamples& work) {
-    if (work.clusters.count() == 0)
-        return;
-    boundBySamplesKernel<<<blocksOfWarps(work.clusters.count()), kBlockSize>>>(work);
-    CUDA_CHECK(cudaGetLastError());
-}
-void joinTenths(const JoinTenths& work) {
-    parallelFor<CudaTag>(work.clusters.samples.count, work);
-}
-void shrinkBounds(const ShrinkBounds& work) {
-    parallelFor<CudaTag>(work.boxesWorld.count, work);
 }
 
-} // namespace shadowdag::cuda
+void launchPass(CudaTag, const BoundBySamples& work) {
+    if (work.itemCount() == 0)
+        return;
+    boundBySamplesKernel<<<blocksOfWarps(work.itemCount()), kBlockSize>>>(work);
+    CUDA_CHECK(cudaGetLastError());
+}
+
+} // namespace shadowdag

@@ -2,6 +2,7 @@
 // Gathers the samples of a G-buffer into clusters.
 #pragma once
 
+#include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "hybrid/clusters/cluster_bounds.h"
 #include "hybrid/clusters/normal_clusters.h"
@@ -52,30 +53,9 @@ struct ClusterSet {
     }
 };
 
-namespace cpu {
-void countCellSamples(const CountCellSamples& work);
-void markOccupiedCells(const MarkOccupiedCells& work);
-void compactCells(const CompactCells& work);
-void fillTiles(const FillTile& work);
-void countNormalCells(const CountNormalCells& work);
-void splitByNormals(const SplitByNormals& work);
-void boundByCell(const BoundByCell& work);
-void boundBySamples(const BoundBySamples& work);
-void joinTenths(const JoinTenths& work);
-void shrinkBounds(const ShrinkBounds& work);
-} // namespace cpu
-namespace cuda {
-void countCellSamples(const CountCellSamples& work);
-void markOccupiedCells(const MarkOccupiedCells& work);
-void compactCells(const CompactCells& work);
-void fillTiles(const FillTile& work);
-void countNormalCells(const CountNormalCells& work);
-void splitByNormals(const SplitByNormals& work);
-void boundByCell(const BoundByCell& work);
-void boundBySamples(const BoundBySamples& work);
-void joinTenths(const JoinTenths& work);
-void shrinkBounds(const ShrinkBounds& work);
-} // namespace cuda
+/// A warp a tile, and a warp a cluster: cluster_cuda.cu.
+void launchPass(CudaTag, const FillTile& work);
+void launchPass(CudaTag, const BoundBySamples& work);
 
 /// Parts the clusters by position of `set` by the normals of their samples.
 /// @param k 1..kMaxNormalCellsPerEdge
@@ -87,18 +67,18 @@ inline void partByNormals(Backend backend, const GBufferView& gbuffer, uint32_t 
     parts.normalCellOfEntry.resize(sampleCount);
     parts.start.resize(before + 1);
     parts.start.fill(0);
-    SDAG_DISPATCH(backend, countNormalCells,
-                  {gbuffer, set.view(), k, parts.normalCellOfEntry.view(), parts.start.view()});
+    runPass(backend, CountNormalCells{gbuffer, set.view(), k, parts.normalCellOfEntry.view(),
+                                      parts.start.view()});
     const size_t count = exclusiveScan(backend, parts.start.view(), parts.start.view());
     parts.cell.resize(count);
     set.normalCell.resize(count);
     parts.sampleStart.resize(count + 1);
     parts.sampleStart.fill(0); // where there is no cluster, nobody writes the end
     parts.samples.resize(sampleCount);
-    SDAG_DISPATCH(backend, splitByNormals,
-                  {set.view(), parts.normalCellOfEntry.view(), parts.start.view(),
-                   parts.cell.view(), set.normalCell.view(), parts.sampleStart.view(),
-                   parts.samples.view(), set.clusterOfSample.view()});
+    runPass(backend,
+            SplitByNormals{set.view(), parts.normalCellOfEntry.view(), parts.start.view(),
+                           parts.cell.view(), set.normalCell.view(), parts.sampleStart.view(),
+                           parts.samples.view(), set.clusterOfSample.view()});
     std::swap(set.cell, parts.cell);
     std::swap(set.sampleStart, parts.sampleStart);
     std::swap(set.samples, parts.samples);
@@ -110,16 +90,16 @@ inline void boundClusters(Backend backend, const GBufferView& gbuffer, const Clu
                           const ViewRays& view, ClusterBounds bounds, ClusterSet& set) {
     set.boxesWorld.resize(set.cell.size());
     if (bounds == ClusterBounds::kTight) {
-        SDAG_DISPATCH(backend, boundBySamples, {gbuffer, set.view(), set.boxesWorld.view()});
+        runPass(backend, BoundBySamples{gbuffer, set.view(), set.boxesWorld.view()});
         return;
     }
-    SDAG_DISPATCH(backend, boundByCell, {grid, view, set.cell.view(), set.boxesWorld.view()});
+    runPass(backend, BoundByCell{grid, view, set.cell.view(), set.boxesWorld.view()});
     if (bounds == ClusterBounds::kImplicit)
         return;
     set.tenths.resize(set.cell.size());
     set.tenths.fill(0);
-    SDAG_DISPATCH(backend, joinTenths, {gbuffer, set.view(), set.tenths.view()});
-    SDAG_DISPATCH(backend, shrinkBounds, {set.tenths.view(), set.boxesWorld.view()});
+    runPass(backend, JoinTenths{gbuffer, set.view(), set.tenths.view()});
+    runPass(backend, ShrinkBounds{set.tenths.view(), set.boxesWorld.view()});
 }
 
 /// Replaces `set` by the clusters of a G-buffer of the same view. Every sample that sees geometry
@@ -144,11 +124,10 @@ inline View<const uint32_t> buildClusters(Backend backend, const GBufferView& gb
     Buffer<uint32_t>& cellOfSample =
         backend == Backend::kCuda ? set.cellOfSample : set.clusterOfSample;
     cellOfSample.resize(gbuffer.count());
-    SDAG_DISPATCH(backend, countCellSamples,
-                  {gbuffer, grid, cellOfSample.view(), set.cellSamples.view()});
+    runPass(backend, CountCellSamples{gbuffer, grid, cellOfSample.view(), set.cellSamples.view()});
 
     set.clusterOfCell.resize(grid.cellCount() + 1);
-    SDAG_DISPATCH(backend, markOccupiedCells, {set.cellSamples.view(), set.clusterOfCell.view()});
+    runPass(backend, MarkOccupiedCells{set.cellSamples.view(), set.clusterOfCell.view()});
     prefixSums(backend, set.clusterOfCell.view(), set.clusterOfCell.view());
     const bool isGuessed = guess > 0 && normalCellsPerEdge == 0;
     const size_t count = isGuessed ? std::min({guess, size_t(grid.cellCount()), gbuffer.count()})
@@ -160,17 +139,16 @@ inline View<const uint32_t> buildClusters(Backend backend, const GBufferView& gb
     // One element more here, too.
     set.sampleStart.resize(count + 1);
     set.sampleStart.fill(0);
-    SDAG_DISPATCH(backend, compactCells,
-                  {set.cellSamples.view(), set.clusterOfCell.view(), set.cell.view(),
-                   set.sampleStart.view()});
+    runPass(backend, CompactCells{set.cellSamples.view(), set.clusterOfCell.view(), set.cell.view(),
+                                  set.sampleStart.view()});
     prefixSums(backend, set.sampleStart.view(), set.sampleStart.view());
 
     set.samples.resize(isGuessed ? gbuffer.count() : set.sampleStart.at(count));
     set.filledCount.resize(count);
     set.filledCount.fill(0);
-    SDAG_DISPATCH(backend, fillTiles,
-                  {grid, cellOfSample.view(), set.clusterOfSample.view(), set.clusterOfCell.view(),
-                   set.sampleStart.view(), set.filledCount.view(), set.samples.view()});
+    runPass(backend, FillTile{grid, cellOfSample.view(), set.clusterOfSample.view(),
+                              set.clusterOfCell.view(), set.sampleStart.view(),
+                              set.filledCount.view(), set.samples.view()});
 
     set.normalCell.resize(0);
     set.normalCellsPerEdge = 0;

@@ -71,6 +71,8 @@ struct CountCellSamples {
     View<uint32_t> cellOfSample;
     View<uint32_t> cellSamples;
 
+    size_t itemCount() const { return gbuffer.count(); }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         if (gbuffer.triangle[i] == kBackground) {
             cellOfSample[i] = kNoCluster;
@@ -88,6 +90,8 @@ struct MarkOccupiedCells {
     View<const uint32_t> cellSamples;
     View<uint32_t> clusterOfCell;
 
+    size_t itemCount() const { return cellSamples.count; }
+    size_t grain() const { return 16384; }
     SDAG_HD void operator()(size_t cell) const { clusterOfCell[cell] = cellSamples[cell] != 0; }
 };
 
@@ -98,6 +102,8 @@ struct CompactCells {
     View<uint32_t> cell;
     View<uint32_t> sampleCount;
 
+    size_t itemCount() const { return cellSamples.count; }
+    size_t grain() const { return 16384; }
     SDAG_HD void operator()(size_t c) const {
         if (cellSamples[c] == 0 || clusterOfCell[c] >= cell.count)
             return;
@@ -154,6 +160,8 @@ struct FillTile {
             filledCount[placed.cluster] = placed.filledCount;
     }
 
+    size_t itemCount() const { return grid.tileCount(); }
+    size_t grain() const { return 8; }
     /// Does a whole tile.
     SDAG_HD void operator()(size_t tile) const {
         for (uint32_t block = 0; block < kBlockCount; ++block)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuda/buffer.h"
+#include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "hybrid/gbuffer/lights.h"
 
@@ -24,21 +25,6 @@ struct ClusterLights {
     ClusterLightsView view() const { return {start.view(), lights.view(), record.view()}; }
 };
 
-namespace cpu {
-void countClusterLights(const CountClusterLights& work);
-void fillClusterLights(const FillClusterLights& work);
-void clampStarts(const ClampStarts& work);
-void rankLights(const RankLights& work);
-void orderClusterLights(const OrderClusterLights& work);
-} // namespace cpu
-namespace cuda {
-void countClusterLights(const CountClusterLights& work);
-void fillClusterLights(const FillClusterLights& work);
-void clampStarts(const ClampStarts& work);
-void rankLights(const RankLights& work);
-void orderClusterLights(const OrderClusterLights& work);
-} // namespace cuda
-
 /// Replaces the lists by those of these clusters. Deterministic. Throws Error kResource when there
 /// are 2^32 (cluster, light) pairs or more. All views live on the backend.
 /// @param normals drops lights that a cluster faces away from; empty: none
@@ -54,8 +40,8 @@ inline bool assignLights(Backend backend, View<const Box> clusterBoxes, const Wi
     const bool isGuessed = guess > 0 && most > 0 && most <= 0xffffffffull;
     lists.start.resize(count + 1);
     lists.start.fill(0);
-    SDAG_DISPATCH(backend, countClusterLights,
-                  {clusterBoxes, lightBvh, lights, normals, lists.start.view()});
+    runPass(backend,
+            CountClusterLights{clusterBoxes, lightBvh, lights, normals, lists.start.view()});
     uint64_t total = std::min(uint64_t(guess), most);
     if (isGuessed)
         prefixSums(backend, lists.start.view(), lists.start.view());
@@ -68,12 +54,10 @@ inline bool assignLights(Backend backend, View<const Box> clusterBoxes, const Wi
     lists.lights.resize(total);
     lists.record.resize(total);
     lists.record.fill(0);
-    SDAG_DISPATCH(
-        backend, fillClusterLights,
-        {clusterBoxes, lightBvh, lights, normals, lists.start.view(), lists.lights.view()});
+    runPass(backend, FillClusterLights{clusterBoxes, lightBvh, lights, normals, lists.start.view(),
+                                       lists.lights.view()});
     if (isGuessed)
-        SDAG_DISPATCH(backend, clampStarts,
-                      {lists.start.view(), uint32_t(total), lists.length.view()});
+        runPass(backend, ClampStarts{lists.start.view(), uint32_t(total), lists.length.view()});
     return isGuessed;
 }
 
@@ -103,9 +87,9 @@ inline ClusterLightsView orderLights(Backend backend, const ClusterLightsView& l
     ordered.rank.resize(lightCount);
     ordered.lights.resize(lists.lights.count);
     ordered.record.resize(lists.lights.count);
-    SDAG_DISPATCH(backend, rankLights, {lightBvh.items, ordered.rank.view()});
-    SDAG_DISPATCH(backend, orderClusterLights,
-                  {lists, ordered.rank.view(), ordered.lights.view(), ordered.record.view()});
+    runPass(backend, RankLights{lightBvh.items, ordered.rank.view()});
+    runPass(backend, OrderClusterLights{lists, ordered.rank.view(), ordered.lights.view(),
+                                        ordered.record.view()});
     return {lists.start, ordered.lights.view(), ordered.record.view()};
 }
 

@@ -32,6 +32,8 @@ struct CountNormalCells {
     View<uint32_t> normalCellOfEntry; ///< by entry of clusters.samples
     View<uint32_t> partCount;
 
+    size_t itemCount() const { return clusters.count(); }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const {
         NormalCellSet found;
         for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1];
@@ -55,6 +57,8 @@ struct SplitByNormals {
     View<uint32_t> samples;
     View<uint32_t> clusterOfSample;
 
+    size_t itemCount() const { return clusters.count(); }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const {
         const uint32_t begin = clusters.sampleStart[cluster];
         const uint32_t end = clusters.sampleStart[cluster + 1];

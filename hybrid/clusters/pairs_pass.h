@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuda/buffer.h"
+#include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "hybrid/clusters/pairs.h"
 #include "hybrid/gbuffer/lights.h"
@@ -18,6 +19,8 @@ struct ListPairs {
     View<uint32_t> start; ///< width * height + 1; counts are written there, starts read
     View<uint32_t> light; ///< pairCount, or empty
 
+    size_t itemCount() const { return gbuffer.count(); }
+    size_t grain() const { return 1024; }
     SDAG_HD void operator()(size_t sample) const {
         const uint32_t cluster = clusters.clusterOfSample[sample];
         uint32_t count = 0;
@@ -48,6 +51,8 @@ struct EstimatePairs {
     View<const Light> lights;
     View<uint32_t> pairCount; ///< by record, zero before
 
+    size_t itemCount() const { return clusters.count(); }
+    size_t grain() const { return 16; }
     SDAG_HD void operator()(size_t cluster) const {
         const uint32_t first = clusters.sampleStart[cluster],
                        end = clusters.sampleStart[cluster + 1];
@@ -76,18 +81,9 @@ struct PairSet {
     Buffer<uint32_t> light;
 };
 
-namespace cpu {
-void listPairs(const ListPairs& work);
-void estimatePairs(const EstimatePairs& work);
-} // namespace cpu
-namespace cuda {
-void listPairs(const ListPairs& work);
-void estimatePairs(const EstimatePairs& work);
-} // namespace cuda
-
 /// Does EstimatePairs for all clusters. All views live on the backend.
 inline void estimatePairs(Backend backend, const EstimatePairs& work) {
-    SDAG_DISPATCH(backend, estimatePairs, work);
+    runPass(backend, work);
 }
 
 /// Replaces `set` by the pairs of a frame. Deterministic. Throws Error kResource when there are
@@ -96,7 +92,7 @@ inline void listPairs(Backend backend, const GBufferView& gbuffer, const Cluster
                       const ClusterLightsView& lists, View<const Light> lights, PairSet& set) {
     set.start.resize(gbuffer.count() + 1);
     set.start.fill(0);
-    SDAG_DISPATCH(backend, listPairs, {gbuffer, clusters, lists, lights, set.start.view(), {}});
+    runPass(backend, ListPairs{gbuffer, clusters, lists, lights, set.start.view(), {}});
     const uint64_t total = exclusiveScan(backend, set.start.view(), set.start.view());
     if (total > 0xffffffffull)
         throw Error(ErrorKind::kResource,
@@ -105,8 +101,8 @@ inline void listPairs(Backend backend, const GBufferView& gbuffer, const Cluster
                         "use fewer lights or a smaller image");
     set.light.resize(total);
     if (total > 0)
-        SDAG_DISPATCH(backend, listPairs,
-                      {gbuffer, clusters, lists, lights, set.start.view(), set.light.view()});
+        runPass(backend,
+                ListPairs{gbuffer, clusters, lists, lights, set.start.view(), set.light.view()});
 }
 
 } // namespace shadowdag

@@ -30,6 +30,8 @@ SDAG_HD inline bool hasPair(const GBufferView& gbuffer, const ClusterView& clust
     return false;
 }
 
+struct PruneEntry;
+
 /// Gives every entry of a cluster without a pair the record kProvenLit, all others 0.
 struct PruneFacing {
     GBufferView gbuffer;
@@ -38,6 +40,10 @@ struct PruneFacing {
     View<const Light> lights;
     View<uint32_t> record;
 
+    size_t itemCount() const { return clusters.count(); }
+    size_t grain() const { return 16; }
+    /// A cluster may have a thousand samples and as many lights: CUDA takes pair by pair.
+    PruneEntry shortItems() const;
     SDAG_HD void operator()(size_t cluster) const {
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i)
             pruneEntry(cluster, i);
@@ -51,6 +57,7 @@ struct PruneFacing {
 struct PruneEntry {
     PruneFacing work;
 
+    size_t itemCount() const { return work.lists.lights.count; }
     SDAG_HD void operator()(size_t i) const {
         const View<const uint32_t> start = work.lists.start;
         size_t first = 0, end = start.count - 1; // the last cluster that starts at i or before
@@ -63,5 +70,9 @@ struct PruneEntry {
         work.pruneEntry(first, i);
     }
 };
+
+inline PruneEntry PruneFacing::shortItems() const {
+    return {*this};
+}
 
 } // namespace shadowdag

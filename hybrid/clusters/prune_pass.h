@@ -2,22 +2,15 @@
 // The pruning passes.
 #pragma once
 
-#include "cuda/backend.h"
+#include "cuda/pass.h"
 #include "hybrid/clusters/prune.h"
 #include "hybrid/rays/shadow_rays.h"
 
 namespace shadowdag {
 
-namespace cpu {
-void pruneFacing(const PruneFacing& work);
-} // namespace cpu
-namespace cuda {
-void pruneFacing(const PruneFacing& work);
-} // namespace cuda
-
 /// Does PruneFacing for all clusters. All views live on the backend.
 inline void pruneFacing(Backend backend, const PruneFacing& work) {
-    SDAG_DISPATCH(backend, pruneFacing, work);
+    runPass(backend, work);
 }
 
 /// Gives the record kProvenLit to those of the other entries (record != kProvenLit) whose pairs are

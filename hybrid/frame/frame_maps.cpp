@@ -7,7 +7,7 @@
 #include "hybrid/rays/mover_rays.h"
 #include "hybrid/routing/resolution_steps.h"
 #include "shadowmap/cull.h"
-#include "shadowmap/page_mask_pass.h"
+#include "shadowmap/page_mask.h"
 
 #include <glm/gtc/constants.hpp>
 
@@ -39,12 +39,12 @@ void countPagesOf(FrameState& state, const FrameOptions& options, std::vector<Ma
     depths.resize(records.size() * kFaceCount);
     for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths})
         words->fill(0);
-    markReceivers(
-        state.backend,
-        {maps.view(), state.clusters.boxesWorld.view(), state.receivers.list.view(),
-         PageMaskView{pages.view(), projection.view(), faces.view(), depths.view(), {}, {}},
-         pageTexelsLog2, options.maps.taps});
-    countPagesOfMaps(state.backend, {maps.view(), pages.view(), counts.view()});
+    runPass(state.backend,
+            MarkReceiver{
+                maps.view(), state.clusters.boxesWorld.view(), state.receivers.list.view(),
+                PageMaskView{pages.view(), projection.view(), faces.view(), depths.view(), {}, {}},
+                pageTexelsLog2, options.maps.taps});
+    runPass(state.backend, CountPagesOfMaps{maps.view(), pages.view(), counts.view()});
     const std::vector<uint32_t> found = counts.download();
     for (size_t m = 0; m < records.size(); ++m)
         records[m].quantities.pages = found[m];

@@ -23,6 +23,8 @@ struct CountMapReceivers {
     MapOfRecord maps;
     View<uint32_t> counts;
 
+    size_t itemCount() const { return lists.start.count - 1; }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const {
         uint32_t count = 0;
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i)
@@ -39,6 +41,8 @@ struct ListMapReceivers {
     View<const uint32_t> first; ///< the exclusive scan of the counts
     View<MapReceiver> receivers;
 
+    size_t itemCount() const { return lists.start.count - 1; }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const {
         uint32_t next = first[cluster];
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i) {

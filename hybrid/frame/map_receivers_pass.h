@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cuda/buffer.h"
+#include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "hybrid/frame/map_receivers.h"
 
@@ -17,15 +18,6 @@ struct MapReceivers {
     Buffer<MapReceiver> list;
 };
 
-namespace cpu {
-void countMapReceivers(const CountMapReceivers& work);
-void listMapReceivers(const ListMapReceivers& work);
-} // namespace cpu
-namespace cuda {
-void countMapReceivers(const CountMapReceivers& work);
-void listMapReceivers(const ListMapReceivers& work);
-} // namespace cuda
-
 /// Replaces the list by the receivers of these lists of lights, by cluster. Deterministic. All
 /// views live on the backend.
 /// @param isPadded makes room for every (cluster, light) pair instead of asking how many there are
@@ -33,7 +25,7 @@ inline void listReceivers(Backend backend, const ClusterLightsView& lists, const
                           MapReceivers& receivers, bool isPadded = false) {
     receivers.first.resize(lists.start.count);
     receivers.first.fill(0);
-    SDAG_DISPATCH(backend, countMapReceivers, {lists, maps, receivers.first.view()});
+    runPass(backend, CountMapReceivers{lists, maps, receivers.first.view()});
     if (isPadded) {
         prefixSums(backend, receivers.first.view(), receivers.first.view());
         receivers.list.resize(lists.lights.count);
@@ -42,8 +34,7 @@ inline void listReceivers(Backend backend, const ClusterLightsView& lists, const
         receivers.list.resize(
             exclusiveScan(backend, receivers.first.view(), receivers.first.view()));
     }
-    SDAG_DISPATCH(backend, listMapReceivers,
-                  {lists, maps, receivers.first.view(), receivers.list.view()});
+    runPass(backend, ListMapReceivers{lists, maps, receivers.first.view(), receivers.list.view()});
 }
 
 } // namespace shadowdag

@@ -11,7 +11,7 @@
 #include <mutex>
 #include <vector>
 
-namespace shadowdag::cpu {
+namespace shadowdag {
 
 namespace {
 
@@ -95,12 +95,8 @@ private:
 
 } // namespace
 
-void shadeUnlit(const ShadeSamples& work) {
-    parallelFor<CpuTag>(
-        work.gbuffer.count(), [&work](size_t i) { work.shadeUnlit(i); }, 4096);
-}
-
-void shadeLights(const ShadeSamples& work) {
+void launchPass(CpuTag, const ShadeLights& pass) {
+    const ShadeSamples& work = pass.work;
     if (!isBatched(work.visibility.rays.options)) {
         parallelFor<CpuTag>(
             work.clusters.count(), [&work](size_t c) { work.shadeCluster(c); }, 1);
@@ -118,4 +114,4 @@ void shadeLights(const ShadeSamples& work) {
     });
 }
 
-} // namespace shadowdag::cpu
+} // namespace shadowdag

@@ -2,7 +2,7 @@
 // Draws the world as the camera sees it into a G-buffer.
 #pragma once
 
-#include "cuda/backend.h"
+#include "cuda/pass.h"
 #include "cuda/split_work.h"
 #include "hybrid/gbuffer/gbuffer_raster.h"
 
@@ -51,18 +51,6 @@ struct GBuffer {
 /// How the CPU draws: its own way, or as a GPU does, by the same text (same bits).
 enum class GBufferDraw : uint8_t { kByBatch, kBySlot };
 
-namespace cpu {
-void rasterizeBatches(const RasterizeBatches& work);
-void rasterizeSlots(const RasterizeSlots& work);
-void rasterizeLarge(const SplitWorkView& large, const RasterizeLarge& work);
-void resolveSamples(const ResolveSamples& work);
-} // namespace cpu
-namespace cuda {
-void rasterizeSlots(const RasterizeSlots& work);
-void rasterizeLarge(const SplitWorkView& large, const RasterizeLarge& work);
-void resolveSamples(const ResolveSamples& work);
-} // namespace cuda
-
 /// Fills the G-buffer with what the view sees: two-sided triangles, by the fill rule of
 /// gbuffer_raster.h. Deterministic. `batches` holds every triangle once and lives on the G-buffer's
 /// backend; its hierarchy is not used.
@@ -76,11 +64,11 @@ inline void drawGBuffer(Backend backend, const TriangleView& triangles, const Ba
         triangles, batches.batches,          batches.boxesWorld, batches.triangles,
         view,      gbuffer.visibility.view()};
     if (backend == Backend::kCpu && draw == GBufferDraw::kByBatch) {
-        cpu::rasterizeBatches(seen);
+        launchPass(CpuTag{}, seen);
     } else {
         const SplitWorkView large = gbuffer.large.begin();
-        SDAG_DISPATCH(backend, rasterizeSlots, {seen, batches.maxTriangleCount, large});
-        SDAG_DISPATCH(backend, rasterizeLarge, large, {seen});
+        runPass(backend, RasterizeSlots{seen, batches.maxTriangleCount, large});
+        runPass(backend, RasterizeLarge{seen, large});
     }
     const ResolveSamples resolve{triangles,
                                  view,
@@ -89,7 +77,7 @@ inline void drawGBuffer(Backend backend, const TriangleView& triangles, const Ba
                                  gbuffer.normalWorld.view(),
                                  gbuffer.depthView.view(),
                                  gbuffer.triangle.view()};
-    SDAG_DISPATCH(backend, resolveSamples, resolve);
+    runPass(backend, resolve);
 }
 
 } // namespace shadowdag

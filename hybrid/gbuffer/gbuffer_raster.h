@@ -183,6 +183,8 @@ struct RasterizeBatches {
     ViewRays view;
     View<uint64_t> visibility;
 
+    size_t itemCount() const { return batches.count; }
+    size_t grain() const { return 8; }
     SDAG_HD void operator()(size_t b) const {
         if (!mayBeSeen(batchBoxes[b], view))
             return;
@@ -203,6 +205,7 @@ struct RasterizeSlots {
     uint32_t slotsPerBatch; ///< no batch holds more triangles
     SplitWorkView large;    ///< a: the triangle
 
+    size_t itemCount() const { return batches.batches.count * slotsPerBatch; }
     SDAG_HD void operator()(size_t i) const {
         const size_t b = i / slotsPerBatch;
         const uint32_t slot = uint32_t(i % slotsPerBatch);
@@ -229,6 +232,7 @@ struct RasterizeSlots {
 /// Draws a column of a tile of a triangle that RasterizeSlots put on the list.
 struct RasterizeLarge {
     RasterizeBatches batches;
+    SplitWorkView parts;
 
     SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
         SeenTriangle seen;
@@ -255,6 +259,8 @@ struct ResolveSamples {
     View<float> depthView;
     View<uint32_t> triangle;
 
+    size_t itemCount() const { return visibility.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         if (visibility[i] == kNothingSeen) {
             positionWorld[i] = normalWorld[i] = glm::vec3(0.0f);

@@ -92,6 +92,8 @@ struct CountClusterLights {
     ClusterNormalsView normals;
     View<uint32_t> count;
 
+    size_t itemCount() const { return boxesWorld.count; }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const {
         uint32_t found = 0;
         if (!boxesWorld[cluster].empty())
@@ -111,6 +113,8 @@ struct FillClusterLights {
     View<const uint32_t> start;
     View<uint32_t> clusterLights;
 
+    size_t itemCount() const { return boxesWorld.count; }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const {
         if (start[cluster + 1] > clusterLights.count) {
             for (size_t i = start[cluster]; i < clusterLights.count; ++i)
@@ -134,6 +138,8 @@ struct ClampStarts {
     uint32_t limit;
     View<uint32_t> length; ///< 1
 
+    size_t itemCount() const { return start.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t at = start[i];
         if (i + 1 == start.count)
@@ -148,6 +154,8 @@ struct RankLights {
     View<const uint32_t> items; ///< WideBvhView::items
     View<uint32_t> rank;        ///< by light
 
+    size_t itemCount() const { return items.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         if (items[i] != kNoBvhItem)
             rank[items[i]] = uint32_t(i);
@@ -163,6 +171,8 @@ struct OrderClusterLights {
     View<uint32_t> lights;
     View<uint32_t> record;
 
+    size_t itemCount() const { return lists.start.count - 1; }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const {
         const uint32_t begin = lists.start[cluster], end = lists.start[cluster + 1];
         for (uint32_t i = begin; i < end; ++i) {

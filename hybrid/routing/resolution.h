@@ -94,6 +94,8 @@ struct DemandResolution {
     ResolutionRule rule = ResolutionRule::kSphere;
     GBufferView gbuffer = {}; ///< not read by kSphere
 
+    size_t itemCount() const { return clusters.count(); }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const {
         if (lists.start[cluster] == lists.start[cluster + 1])
             return;
@@ -144,6 +146,8 @@ struct DemandMaps {
     uint32_t mapsPerLight; ///< 1..kMaxMapsPerLight
     View<const Light> lights;
 
+    size_t itemCount() const { return clusters.count(); }
+    size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t cluster) const {
         const uint32_t samples = clusters.sampleCount(cluster);
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i) {
@@ -175,6 +179,8 @@ struct MarkOccupiedSlots {
     View<const uint32_t> mapClusterCount;
     View<uint32_t> recordOfSlot;
 
+    size_t itemCount() const { return recordOfSlot.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t slot) const { recordOfSlot[slot] = mapClusterCount[slot] != 0; }
 };
 
@@ -191,6 +197,7 @@ struct NoteLengths {
     View<const uint32_t> clusterCount, sampleCount, clusterLightCount; ///< 1 each
     View<uint32_t> lengths;                                            ///< kGatheredLengths
 
+    size_t itemCount() const { return 1; }
     SDAG_HD void operator()(size_t) const {
         lengths[kClusterLength] = clusterCount[0];
         lengths[kSampleLength] = sampleCount[0];
@@ -203,6 +210,8 @@ struct NumberPairs {
     View<const uint32_t> recordOfSlot;
     View<uint32_t> record; ///< a slot before
 
+    size_t itemCount() const { return record.count; }
+    size_t grain() const { return 4096; }
     SDAG_HD void operator()(size_t i) const {
         if (record[i] != kProvenLit)
             record[i] = recordOfSlot[record[i]];

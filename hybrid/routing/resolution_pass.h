@@ -2,6 +2,7 @@
 // Gathers what every light's clusters ask of its shadow maps, and numbers the maps.
 #pragma once
 
+#include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "hybrid/clusters/light_assign_pass.h"
 #include "hybrid/routing/resolution.h"
@@ -36,24 +37,9 @@ private:
     }
 };
 
-namespace cpu {
-void noteLengths(const NoteLengths& work);
-void demandResolution(const DemandResolution& work);
-void demandMaps(const DemandMaps& work);
-void markOccupiedSlots(const MarkOccupiedSlots& work);
-void numberPairs(const NumberPairs& work);
-} // namespace cpu
-namespace cuda {
-void noteLengths(const NoteLengths& work);
-void demandResolution(const DemandResolution& work);
-void demandMaps(const DemandMaps& work);
-void markOccupiedSlots(const MarkOccupiedSlots& work);
-void numberPairs(const NumberPairs& work);
-} // namespace cuda
-
 /// Copies the lengths of gathering's lists to where they are fetched.
 inline void noteLengths(Backend backend, const NoteLengths& work) {
-    SDAG_DISPATCH(backend, noteLengths, work);
+    runPass(backend, work);
 }
 
 /// Replaces the demands by those of these clusters and writes lists.record, which assignLights made
@@ -72,16 +58,14 @@ inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLi
     demand.ofMaps.resize(3 * slotCount + kGatheredLengths);
     demand.ofMaps.fill(0);
     demand.wantedSquared.resize(lists.lights.size());
-    SDAG_DISPATCH(backend, demandResolution,
-                  {clusters, lists.view(), lights, view, demand.view(), rule, gbuffer});
-    SDAG_DISPATCH(backend, demandMaps,
-                  {clusters, lists.view(), demand.view(), lists.record.view(),
-                   1.0f / (undersample * undersample), mapsPerLight, lights});
+    runPass(backend,
+            DemandResolution{clusters, lists.view(), lights, view, demand.view(), rule, gbuffer});
+    runPass(backend, DemandMaps{clusters, lists.view(), demand.view(), lists.record.view(),
+                                1.0f / (undersample * undersample), mapsPerLight, lights});
     demand.recordOfSlot.resize(slotCount);
-    SDAG_DISPATCH(backend, markOccupiedSlots,
-                  {demand.view().mapClusterCount, demand.recordOfSlot.view()});
+    runPass(backend, MarkOccupiedSlots{demand.view().mapClusterCount, demand.recordOfSlot.view()});
     prefixSums(backend, demand.recordOfSlot.view(), demand.recordOfSlot.view());
-    SDAG_DISPATCH(backend, numberPairs, {demand.recordOfSlot.view(), lists.record.view()});
+    runPass(backend, NumberPairs{demand.recordOfSlot.view(), lists.record.view()});
 }
 
 } // namespace shadowdag

@@ -97,8 +97,19 @@ TEST_P(BufferOn, MoreThanThereIsIsAResourceErrorThatNamesTheBuffer) {
     EXPECT_EQ(buffer.size(), 3u);
 }
 
-TEST_P(BufferOn, WhatIsFreeIsSomeOfIt) {
-    const uint64_t bytes = freeBytes(GetParam());
+TEST(AvailableBytes, AreRefusedWhereTheSystemDoesNotTell) {
+    EXPECT_EQ(detail::bytesOfPages(3, 4096), 12288u);
+    try {
+        detail::bytesOfPages(-1, 4096);
+        FAIL() << "taken for a number";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kDevice);
+        EXPECT_THAT(error.what(), HasSubstr("does not tell how much memory is available on cpu"));
+    }
+}
+
+TEST_P(BufferOn, AvailableBytesAreWhatIsThere) {
+    const uint64_t bytes = availableBytes(GetParam());
     EXPECT_GT(bytes, 1u << 20);
     EXPECT_LT(bytes, uint64_t(1) << 50);
     EXPECT_NO_THROW(Buffer<uint8_t>(GetParam(), "test/free", size_t(bytes / 64)));

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The smallest complete pass: one functor, two backends. It shows how a pass is written, and its
+// The smallest complete pass: one functor, two backends, one
+// registration. It shows how a pass is written, and its
 // test shows that both backends give the same floats, bit for bit.
 #pragma once
 
-#include "cuda/backend.h"
+#include "cuda/pass.h"
 #include "cuda/view.h"
 
 #include <cmath>
@@ -17,22 +18,16 @@ struct Probe {
     View<const float> b;
     View<float> out;
 
+    size_t itemCount() const { return out.count; }
     SDAG_HD void operator()(size_t i) const {
         const float product = a[i] * b[i] + a[i];
         out[i] = sqrtf(product * product + b[i] * b[i]) / (1.0f + b[i] * product);
     }
 };
 
-namespace cpu {
-void probe(View<const float> a, View<const float> b, View<float> out);
-}
-namespace cuda {
-void probe(View<const float> a, View<const float> b, View<float> out);
-}
-
 /// Runs Probe over all elements; the three views have one count and live on `backend`.
 inline void probe(Backend backend, View<const float> a, View<const float> b, View<float> out) {
-    SDAG_DISPATCH(backend, probe, a, b, out);
+    runPass(backend, Probe{a, b, out});
 }
 
 } // namespace shadowdag

@@ -2,7 +2,8 @@
 #include "shadowmap/cell_depth.h"
 
 #include "cuda/buffer.h"
-#include "shadowmap/cull_pass.h"
+#include "cuda/pass.h"
+#include "shadowmap/cull.h"
 
 #include <gtest/gtest.h>
 
@@ -59,7 +60,7 @@ TEST(CellDepth, AsksAreAnsweredAsByLookingAtEveryCell) {
                     cell = std::max(cell, bits);
                 }
         }
-        gatherBlocks(Backend::kCpu, {cells.view(), blocks.view()});
+        runPass(Backend::kCpu, GatherBlock{cells.view(), blocks.view()});
         const CellDepthView view{std::as_const(cells).view(), std::as_const(blocks).view()};
         ASSERT_EQ(cells.download(), expectedCells);
         size_t yes = 0, no = 0;

@@ -4,9 +4,10 @@
 #include "tests/cuda/backends.h"
 #include "tests/cuda/parity.h"
 
+#include "cuda/pass.h"
 #include "cuda/scan_sort.h"
-#include "shadowmap/cull_pass.h"
-#include "shadowmap/page_mask_pass.h"
+#include "shadowmap/cull.h"
+#include "shadowmap/page_mask.h"
 #include "shadowmap/rasterize_pass.h"
 #include "tests/shadowmap/kept_maps.h"
 
@@ -62,19 +63,19 @@ Snapshot passesOf(Backend backend, const Animation& a, MapCulling culling, bool 
                      blocks = zeros(backend, count * kBlocksPerMap);
     const PageMaskView masks{pages.view(),  projection.view(), faces.view(),
                              depths.view(), cells.view(),      blocks.view()};
-    markReceivers(backend,
-                  {maps.view(), boxes.view(), receivers.view(), masks, kPageTexelsLog2, 4});
+    runPass(backend,
+            MarkReceiver{maps.view(), boxes.view(), receivers.view(), masks, kPageTexelsLog2, 4});
     snapshot.add("pages", pages);
     snapshot.add("projection", projection);
     snapshot.add("faces", faces);
     snapshot.add("depth limits", depths);
     snapshot.add("cells", cells);
     Buffer<uint32_t> first = zeros(backend, layout.maskWordCount);
-    countPages(backend, {std::as_const(pages).view(), first.view()});
+    runPass(backend, CountPages{std::as_const(pages).view(), first.view()});
     const uint64_t pageCount = exclusiveScan(backend, std::as_const(first).view(), first.view());
     snapshot.add("first page", first);
     snapshot.add("page count", pageCount);
-    gatherBlocks(backend, {cells.view(), blocks.view()});
+    runPass(backend, GatherBlock{cells.view(), blocks.view()});
     snapshot.add("blocks", blocks);
 
     const BatchView host = a.batches->view();
@@ -95,11 +96,11 @@ Snapshot passesOf(Backend backend, const Animation& a, MapCulling culling, bool 
     // One element more than there are items: scans then end with the total.
     Buffer<uint32_t> firstReached = zeros(backend, items + 1);
     Buffer<CullCounts> counts(backend, "test/cull counts", items);
-    countReached(backend, {cull, {firstReached.view().data, items}, counts.view()});
+    runPass(backend, CountReached{cull, {firstReached.view().data, items}, counts.view()});
     const uint64_t reachedCount =
         exclusiveScan(backend, std::as_const(firstReached).view(), firstReached.view());
     Buffer<BatchDraw> reached(backend, "test/reached", reachedCount);
-    listReached(backend, {cull, std::as_const(firstReached).view(), reached.view()});
+    runPass(backend, ListReached{cull, std::as_const(firstReached).view(), reached.view()});
     snapshot.add("reached", reached);
     Buffer<uint32_t> drawOf = zeros(backend, reachedCount + 1);
     const CountDraws countAll{cull, std::as_const(firstReached).view(), reached.view(),
@@ -108,11 +109,12 @@ Snapshot passesOf(Backend backend, const Animation& a, MapCulling culling, bool 
         for (size_t i = reachedCount; i-- > 0;)
             countAll.testEntry(i);
     else
-        countDraws(backend, countAll);
+        runPass(backend, countAll);
     snapshot.add("cull counts", counts);
     Buffer<BatchDraw> draws(backend, "test/draws",
                             exclusiveScan(backend, std::as_const(drawOf).view(), drawOf.view()));
-    listDraws(backend, {std::as_const(reached).view(), std::as_const(drawOf).view(), draws.view()});
+    runPass(backend,
+            ListDraws{std::as_const(reached).view(), std::as_const(drawOf).view(), draws.view()});
     snapshot.add("draws", draws);
 
     std::vector<uint32_t> table(layout.maskWordCount * 32, kNoPage);

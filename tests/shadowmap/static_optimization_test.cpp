@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Maps that are kept from frame to frame over animations, held against maps drawn from nothing.
-#include "shadowmap/cull_pass.h"
-#include "shadowmap/page_mask_pass.h"
+#include "cuda/pass.h"
+#include "shadowmap/cull.h"
+#include "shadowmap/page_mask.h"
 #include "shadowmap/shadow_maps.h"
 
 #include "tests/shadowmap/kept_maps.h"
@@ -27,11 +28,11 @@ std::vector<uint32_t> neededDepths(const Animation& a, const ShadowMapView& view
         blocks(Backend::kCpu, "blocks", maps * kBlocksPerMap);
     for (Buffer<uint32_t>* words : {&pages, &projection, &faces, &depths, &cells, &blocks})
         words->fill(0);
-    markReceivers(Backend::kCpu, {view.maps, viewOf(a.boxes), viewOf(a.receivers),
-                                  PageMaskView{pages.view(), projection.view(), faces.view(),
-                                               depths.view(), cells.view(), blocks.view()},
-                                  view.pageTexelsLog2, options.taps});
-    gatherBlocks(Backend::kCpu, {cells.view(), blocks.view()});
+    runPass(Backend::kCpu, MarkReceiver{view.maps, viewOf(a.boxes), viewOf(a.receivers),
+                                        PageMaskView{pages.view(), projection.view(), faces.view(),
+                                                     depths.view(), cells.view(), blocks.view()},
+                                        view.pageTexelsLog2, options.taps});
+    runPass(Backend::kCpu, GatherBlock{cells.view(), blocks.view()});
     return cells.download();
 }
 

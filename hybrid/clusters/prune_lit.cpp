@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pruning on the CPU, and the proofs of light, which only the CPU has.
+// Pruning by proofs of light, which only the CPU has.
 #include "hybrid/clusters/prune_pass.h"
 
 #include "cuda/parallel_for.h"
@@ -8,14 +8,6 @@
 #include <vector>
 
 namespace shadowdag {
-
-namespace cpu {
-
-void pruneFacing(const PruneFacing& work) {
-    parallelFor<CpuTag>(work.clusters.count(), work, 16);
-}
-
-} // namespace cpu
 
 namespace {
 

@@ -1,30 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs on the CPU, and the order of the steps on both.
-#include "cuda/parallel_for.h"
-#include "cuda/runs_pass.h"
+#include "cuda/runs.h"
+
+#include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 
 #include <string>
 
 namespace shadowdag {
 
-namespace cpu {
-
-void markRunStarts(const MarkRunStarts& work) {
-    parallelFor<CpuTag>(work.keys.count, work, 4096);
-}
-void listRunStarts(const ListRunStarts& work) {
-    parallelFor<CpuTag>(work.next.count, work, 4096);
-}
-
-} // namespace cpu
-
 void listRuns(Backend backend, View<const uint64_t> keys, uint32_t shift, Runs& runs) {
     if (keys.count >= 0xffffffffull)
         throw Error(ErrorKind::kResource, "runs of " + std::to_string(keys.count) +
                                               " keys exceed 32-bit indices; give fewer at a time");
     runs.next.resize(keys.count + 1);
-    SDAG_DISPATCH(backend, markRunStarts, {keys, shift, runs.next.view()});
+    runPass(backend, MarkRunStarts{keys, shift, runs.next.view()});
     listMarkedRuns(backend, runs);
 }
 
@@ -36,7 +25,7 @@ void listMarkedRuns(Backend backend, Runs& runs) {
     const uint64_t count =
         exclusiveScan(backend, std::as_const(runs.next).view(), runs.next.view());
     runs.start.resize(count + 1);
-    SDAG_DISPATCH(backend, listRunStarts, {std::as_const(runs.next).view(), runs.start.view()});
+    runPass(backend, ListRunStarts{std::as_const(runs.next).view(), runs.start.view()});
 }
 
 } // namespace shadowdag

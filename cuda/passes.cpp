@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
+// The passes of this folder.
+#include "cuda/pass_launch.h"
+#include "cuda/runs.h"
+
+SDAG_PASS(MarkRunStarts)
+SDAG_PASS(ListRunStarts)

@@ -1,0 +1,9 @@
+// SPDX-License-Identifier: Apache-2.0
+// The passes of this room.
+#include "cuda/pass_launch.h"
+#include "hybrid/gbuffer/gbuffer_raster.h"
+
+SDAG_CPU_PASS(RasterizeBatches) // a GPU draws by slots
+SDAG_PASS(RasterizeSlots)
+SDAG_PASS(RasterizeLarge)
+SDAG_PASS(ResolveSamples)

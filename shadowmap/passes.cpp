@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The passes of this folder.
+#include "cuda/pass_launch.h"
+#include "shadowmap/cull.h"
+#include "shadowmap/drawn_cells.h"
+#include "shadowmap/kept_pages.h"
+#include "shadowmap/page_mask.h"
+#include "shadowmap/rasterize.h"
+
+// page_mask.h, cell_depth.h
+SDAG_PASS(MarkReceiver)
+SDAG_PASS(CountPages)
+SDAG_PASS(CountPagesOfMaps)
+SDAG_PASS(GatherBlock)
+
+// cull.h
+SDAG_PASS(CountReached)
+SDAG_PASS(ListReached)
+SDAG_PASS(CountDraws)
+SDAG_PASS(ListDraws)
+SDAG_PASS(NoteCullLengths)
+
+// kept_pages.h
+SDAG_PASS(CarryPages)
+SDAG_PASS(MarkUnder)
+SDAG_PASS(SortOutPages)
+SDAG_PASS(NumberPages)
+SDAG_PASS(AssignPages)
+SDAG_PASS(ClearPages)
+
+// drawn_cells.h
+SDAG_PASS(EmptySlots)
+SDAG_PASS(ResetCells)
+SDAG_PASS(PrepareBlock)
+SDAG_PASS(LowerCells)
+SDAG_PASS(ListOpenPages)
+SDAG_PASS(RaiseDrawn)
+
+// rasterize.h
+SDAG_PASS(RasterizeTriangle)
+SDAG_PASS(RasterizeLargeTriangle)
