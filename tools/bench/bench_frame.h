@@ -6,8 +6,8 @@
 
 #include "hybrid/judge/embree_baseline.h"
 #include "tools/bench/bench_view.h"
+#include "tools/settings/console.h"
 #include "tools/settings/json.h"
-#include "tools/workspace/console.h"
 #include "voxel/dag.h"
 
 #include <ostream>

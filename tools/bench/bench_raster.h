@@ -5,8 +5,8 @@
 
 #include "scenes/world.h"
 #include "shadowmap/shadow_maps.h"
+#include "tools/settings/console.h"
 #include "tools/settings/json.h"
-#include "tools/workspace/console.h"
 
 #include <vector>
 

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "tools/bench/bench_view.h"
+#include "tools/settings/console.h"
 #include "tools/settings/json.h"
-#include "tools/workspace/console.h"
 
 #include <string>
 

@@ -4,9 +4,9 @@
 #include "cuda/error.h"
 #include "gl/slices.h"
 #include "tools/commands/commands.h"
+#include "tools/settings/console.h"
 #include "tools/settings/provenance.h"
 #include "tools/studies/failures.h"
-#include "tools/workspace/console.h"
 
 #include <csignal>
 #include <exception>

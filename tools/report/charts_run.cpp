@@ -2,7 +2,7 @@
 #include "tools/report/charts_run.h"
 
 #include "cuda/error.h"
-#include "tools/workspace/console.h"
+#include "tools/settings/console.h"
 
 #include <fcntl.h>
 #include <spawn.h>

@@ -2,7 +2,7 @@
 // A compare that writes one report: its directory from the lock to the swap, its progress and time.
 #pragma once
 
-#include "tools/workspace/console.h"
+#include "tools/settings/console.h"
 #include "tools/workspace/journal.h"
 #include "tools/workspace/report_directory.h"
 

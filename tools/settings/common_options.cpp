@@ -4,8 +4,8 @@
 #include "cuda/error.h"
 #include "hybrid/routing/resolution.h"
 #include "shadowmap/gl_pages.h"
+#include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
-#include "tools/workspace/scene_setup.h"
 
 #include <algorithm>
 #include <tuple>

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "tools/settings/command_line.h"
+#include "tools/settings/console.h"
 #include "tools/settings/experiment.h"
 #include "tools/settings/parse.h"
-#include "tools/workspace/console.h"
 
 #include <string>
 #include <vector>

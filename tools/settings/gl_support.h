@@ -4,8 +4,8 @@
 #pragma once
 
 #include "tools/settings/command_line.h"
+#include "tools/settings/console.h"
 #include "tools/settings/experiment.h"
-#include "tools/workspace/console.h"
 
 #include <string>
 #include <vector>

@@ -6,11 +6,11 @@
 #include "hybrid/gl/gl_options.h"
 #include "hybrid/judge/flicker.h"
 #include "scenes/fail_scenes.h"
-#include "tools/commands/reevaluate_pairs.h"
 #include "tools/settings/parse.h"
 #include "tools/workspace/error_image.h"
 #include "tools/workspace/frame_json.h"
 #include "tools/workspace/image_io.h"
+#include "tools/workspace/reevaluate_pairs.h"
 #include "tools/workspace/scene_setup.h"
 #include "voxel/voxelize.h"
 
@@ -148,7 +148,7 @@ private:
                         setup_.frame.bias};
         }
         a.missingTapCount = a.frame.counts.missingTapCount;
-        leaveOut(setup_, a);
+        leaveOut(setup_.hasMovers, setup_.hasPlane, a);
         if (asksOldMaps || !setup_.hasMovers || !setup_.hasPlane)
             askAgain(stage_.world(), a);
         hasMaps_ = true;

@@ -5,11 +5,11 @@
 
 #include "cuda/error.h"
 #include "hybrid/judge/flicker.h"
-#include "tools/commands/reevaluate_pairs.h"
+#include "tools/settings/console.h"
 #include "tools/settings/parse.h"
 #include "tools/studies/mechanisms_scene.h"
-#include "tools/workspace/console.h"
 #include "tools/workspace/frame_json.h"
+#include "tools/workspace/reevaluate_pairs.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,7 +107,7 @@ public:
             answers.method = {renderer().rayInputs(setup_.frame.rays), renderer().shadowMaps(),
                               setup_.frame.bias};
             if (!hasAll()) {
-                leaveOut(setup_, answers);
+                leaveOut(setup_.hasMovers, setup_.hasPlane, answers);
                 askAgain(scene_.world(), answers);
             }
             judge(f, answers, flicker, f >= 0, reading);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/window/view_window.h"
 
+#include "tools/settings/console.h"
 #include "tools/window/view_viewer.h"
-#include "tools/workspace/console.h"
 
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>

@@ -2,8 +2,8 @@
 // What a build cost: time, processor time, memory.
 #pragma once
 
+#include "tools/settings/console.h"
 #include "tools/settings/json.h"
-#include "tools/workspace/console.h"
 
 #include <chrono>
 

@@ -2,7 +2,7 @@
 #include "tools/workspace/calibration.h"
 
 #include "cuda/statistics.h"
-#include "tools/workspace/console.h"
+#include "tools/settings/console.h"
 
 #include <algorithm>
 #include <array>

@@ -3,7 +3,7 @@
 // measurements of compare (measure.h).
 #pragma once
 
-#include "tools/workspace/console.h"
+#include "tools/settings/console.h"
 #include "tools/workspace/fit_space.h"
 #include "tools/workspace/measure.h"
 

@@ -3,7 +3,7 @@
 
 #include "cuda/error.h"
 #include "hybrid/judge/error.h"
-#include "tools/workspace/console.h"
+#include "tools/settings/console.h"
 #include "tools/workspace/error_image.h"
 #include "tools/workspace/frame_json.h"
 #include "tools/workspace/image_io.h"

@@ -4,14 +4,13 @@
 #include "cuda/error.h"
 #include "scenes/builtin.h"
 #include "scenes/output_file.h"
-#include "tools/settings/parse.h"
+#include "tools/settings/camera_text.h"
 #include "tools/settings/provenance.h"
 #include "voxel/voxelize.h"
 
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 
@@ -38,33 +37,6 @@ std::vector<uint32_t> cameraNodes(const Scene& scene) {
         if (reachable[node] && scene.nodes[node].camera != kNone)
             nodes.push_back(uint32_t(node));
     return nodes;
-}
-
-Camera cameraFromNumbers(const std::string& text, const std::vector<double>& numbers) {
-    Camera camera;
-    camera.positionWorld = {float(numbers[0]), float(numbers[1]), float(numbers[2])};
-    const glm::vec3 to =
-        glm::vec3(float(numbers[3]), float(numbers[4]), float(numbers[5])) - camera.positionWorld;
-    const float length = glm::length(to);
-    if (!(length > 0))
-        throw Error(ErrorKind::kUsage,
-                    "--camera '" + text + "': position and target are the same point; move one");
-    camera.forward = to / length;
-    const glm::vec3 aside =
-        std::abs(camera.forward.y) > 0.999f ? glm::vec3(0, 0, 1) : glm::vec3(0, 1, 0);
-    const glm::vec3 right = glm::normalize(glm::cross(camera.forward, aside));
-    camera.up = glm::cross(right, camera.forward);
-    if (numbers.size() > 6)
-        camera.yfov = float(numbers[6] * 3.14159265358979323846 / 180.0);
-    if (numbers.size() > 7) {
-        camera.znear = float(numbers[7]);
-        camera.zfar = float(numbers[8]);
-    }
-    if (numbers.size() > 9) {
-        const double roll = numbers[9] * 3.14159265358979323846 / 180.0;
-        camera.up = float(std::cos(roll)) * camera.up + float(std::sin(roll)) * right;
-    }
-    return camera;
 }
 
 } // namespace
@@ -115,31 +87,13 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
     return loaded;
 }
 
-Camera cameraFromText(const std::string& text) {
-    std::vector<double> numbers;
-    size_t begin = 0;
-    for (; begin <= text.size();) {
-        const size_t end = std::min(text.find(',', begin), text.size());
-        numbers.push_back(parseNumber("--camera", text.substr(begin, end - begin), -1e9, 1e9));
-        begin = end + 1;
-    }
-    if (numbers.size() != 6 && numbers.size() != 7 && numbers.size() != 9 && numbers.size() != 10)
-        throw Error(ErrorKind::kUsage,
-                    "--camera '" + text +
-                        "': must be six numbers px,py,pz,tx,ty,tz, seven with the vertical angle "
-                        "in degrees, nine with the near and far plane in metres, or ten with the "
-                        "roll in degrees, not " +
-                        std::to_string(numbers.size()));
-    if (numbers.size() > 6 && !(numbers[6] >= 1 && numbers[6] <= 170))
-        throw Error(ErrorKind::kUsage,
-                    "--camera '" + text + "': the angle must be from 1 to 170 degrees");
-    if (numbers.size() > 7 && !(numbers[7] > 0 && numbers[7] < numbers[8]))
-        throw Error(ErrorKind::kUsage,
-                    "--camera '" + text + "': the planes must be 0 < near < far");
-    if (numbers.size() > 9 && !(std::abs(numbers[9]) <= 180))
-        throw Error(ErrorKind::kUsage,
-                    "--camera '" + text + "': the roll must be from -180 to 180 degrees");
-    return cameraFromNumbers(text, numbers);
+LoadedScene loadedScene(Scene scene, const WorldOptions& options) {
+    LoadedScene loaded;
+    loaded.argument = loaded.name = scene.name;
+    loaded.scene = std::make_unique<Scene>(std::move(scene));
+    loaded.world = std::make_unique<World>(*loaded.scene, options);
+    loaded.geometryHash = loaded.world->geometryHash();
+    return loaded;
 }
 
 Camera chooseCamera(const World& world, const std::string& text) {

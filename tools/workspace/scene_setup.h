@@ -3,8 +3,8 @@
 #pragma once
 
 #include "hybrid/frame.h"
+#include "tools/settings/console.h"
 #include "tools/settings/experiment.h"
-#include "tools/workspace/console.h"
 #include "voxel/asset.h"
 
 #include <memory>
@@ -32,9 +32,8 @@ std::vector<std::string> sceneNames(const std::vector<std::string>& arguments);
 LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, uint64_t lightSeed,
                               bool needsLights, const Console& console);
 
-/// Returns the camera of px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]: what --camera
-/// takes. Throws Error kUsage naming what is wrong with them.
-Camera cameraFromText(const std::string& text);
+/// Returns a scene that was made rather than read, with its world, under its own name.
+LoadedScene loadedScene(Scene scene, const WorldOptions& options = {});
 
 /// Returns the camera that --camera asks for, at the world's current time; "" is the scene's first,
 /// else auto. Throws Error kUsage for an unknown name, listing those that are there, and for bad

@@ -3,7 +3,7 @@
 
 #include "cuda/error.h"
 #include "hybrid/judge/flicker.h"
-#include "tools/workspace/console.h"
+#include "tools/settings/console.h"
 #include "tools/workspace/frame_json.h"
 #include "tools/workspace/timing.h"
 

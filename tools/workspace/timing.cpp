@@ -29,4 +29,26 @@ Json Timing::toJson() const {
             {"stages_ms", std::move(stages)}};
 }
 
+double msSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+}
+
+void runInTurn(size_t count, size_t round, const std::function<void(size_t)>& run) {
+    for (size_t i = 0; i < count; ++i)
+        run((i + round) % count);
+}
+
+std::vector<Timing> timeInTurn(size_t count, int warmups, int repeats,
+                               const std::function<StageTimes(size_t)>& run) {
+    std::vector<Timing> timings(count);
+    for (int round = 0; round < warmups + repeats; ++round)
+        runInTurn(count, size_t(round), [&](size_t i) {
+            const StageTimes stages = run(i);
+            if (round >= warmups)
+                timings[i].add(stages);
+        });
+    return timings;
+}
+
 } // namespace shadowdag

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The times of one configuration over repeated runs.
+// The clock: configurations run in turn, warm-ups, repeats, and what their times give.
 #pragma once
 
 #include "cuda/timer.h"
 #include "tools/settings/json.h"
 
+#include <chrono>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,5 +24,17 @@ struct Timing {
     /// runs that had the stage). At least one run must have been added.
     Json toJson() const;
 };
+
+/// Returns the time since then.
+double msSince(std::chrono::steady_clock::time_point start);
+
+/// Calls run(i) for each i below `count`, beginning with the i that `round` names: of rounds each
+/// begins with another one, so that a machine that slows down slows all alike.
+void runInTurn(size_t count, size_t round, const std::function<void(size_t i)>& run);
+
+/// Runs `count` configurations in turn, `warmups` rounds that are not counted and `repeats` that
+/// are, and returns the times of each.
+std::vector<Timing> timeInTurn(size_t count, int warmups, int repeats,
+                               const std::function<StageTimes(size_t i)>& run);
 
 } // namespace shadowdag

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/commands/reevaluate_pairs.h"
+#include "tools/workspace/reevaluate_pairs.h"
 
 #include "cuda/parallel_for.h"
 #include "hybrid/frame/shade.h"
 
 namespace shadowdag {
 
-void leaveOut(const CellSetup& setup, Answers& answers) {
-    if (!setup.hasMovers)
+void leaveOut(bool hasMovers, bool hasPlane, Answers& answers) {
+    if (!hasMovers)
         answers.method.rays.movers = {};
-    answers.hasPlane = setup.hasPlane;
+    answers.hasPlane = hasPlane;
 }
 
 void askAgain(const World& world, Answers& answers) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/workspace/console.h"
+#include "tools/settings/console.h"
 
 #include <csignal>
 #include <unistd.h>

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// The judge: the truth asked once a frame, the same counts as the error analysis gives.
+#include "tools/workspace/judge.h"
+
+#include "tests/tools/workspace/sliding_scene.h"
+#include "tools/workspace/reevaluate_pairs.h"
+
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+
+namespace {
+
+constexpr uint32_t kLog2 = 5;
+
+class JudgeTest : public testing::Test {
+protected:
+    JudgeTest() {
+        options_.width = 96;
+        options_.height = 64;
+    }
+
+    Answers render(const char* model) {
+        FrameRenderer& renderer = workspace_.renderer(kLog2);
+        renderer.reset();
+        return answersOf(renderer.render(workspace_.camera(), *makeCostModel(model), options_),
+                         renderer, options_);
+    }
+
+    Workspace workspace_{slidingScene(), {Backend::kCpu, "0.5,3,7,0,0,0", {}, nullptr}};
+    FrameOptions options_;
+};
+
+} // namespace
+
+TEST_F(JudgeTest, CountsAreThoseOfTheErrorAnalysis) {
+    Judge judge(workspace_, 7, 500);
+    const Answers answers = render("texels:inf");
+    const ErrorReport report = judge.judge(0, answers);
+    ErrorOptions options;
+    options.seed = 7;
+    options.nullSampleCount = 500;
+    options.rays = options_.rays;
+    options.bias = options_.bias;
+    const std::vector<uint8_t> visibility = workspace_.truth().visibility(
+        answers.gbuffer, workspace_.world().lights(), answers.frame.pairs);
+    const ErrorReport asked =
+        computeError(workspace_.renderer(kLog2), answers.frame, workspace_.world(),
+                     workspace_.truth(), visibility, options);
+    EXPECT_GT(report.total.falseShadowCount, 0u);
+    EXPECT_EQ(report.total.falseShadowCount, asked.total.falseShadowCount);
+    EXPECT_EQ(report.verdicts, asked.verdicts);
+    EXPECT_EQ(report.nullRate, asked.nullRate);
+    EXPECT_EQ(report.perLight.size(), 1u);
+    const ErrorCounts counted =
+        countWrong(answers.frame.pairs, answers.frame.visibility, visibility);
+    EXPECT_EQ(counted.pairCount, report.total.pairCount);
+    EXPECT_EQ(counted.occludedCount, report.total.occludedCount);
+    EXPECT_EQ(counted.falseShadowCount, report.total.falseShadowCount);
+    EXPECT_EQ(counted.falseLightCount, report.total.falseLightCount);
+    EXPECT_EQ(counted.meanAbsVisibilityError(), report.total.meanAbsVisibilityError());
+}
+
+TEST_F(JudgeTest, TheTruthIsAskedOnceAFrame) {
+    Judge judge(workspace_);
+    const Answers rays = render("texels:inf");
+    const FrameTruth& first = judge.truth(3, rays.gbuffer, rays.frame.pairs);
+    const Answers maps = render("texels:0");
+    EXPECT_EQ(&judge.truth(3, maps.gbuffer, maps.frame.pairs), &first);
+    const std::vector<uint8_t> before = first.visibility;
+    workspace_.setTime(3);
+    const Answers later = render("texels:0");
+    EXPECT_NE(judge.truth(4, later.gbuffer, later.frame.pairs).visibility, before);
+    EXPECT_EQ(judge.truth(3, later.gbuffer, later.frame.pairs).visibility, before);
+    judge.forget();
+    EXPECT_NE(judge.truth(3, later.gbuffer, later.frame.pairs).visibility, before);
+}
+
+TEST_F(JudgeTest, ThePictureIsThatOfTheTruth) {
+    Judge judge(workspace_);
+    const Answers answers = render("texels:0");
+    const FrameTruth& found = judge.picture(0, answers.gbuffer, answers.frame.pairs);
+    const std::vector<glm::vec3> color =
+        shadePairs(answers.gbuffer, workspace_.world(), answers.frame.pairs, found.visibility);
+    EXPECT_EQ(found.exposure, autoExposure(color));
+    EXPECT_EQ(found.display, toneMap(color, found.exposure));
+    EXPECT_EQ(judge.picture(1, answers.gbuffer, answers.frame.pairs, 2.0f).exposure, 2.0f);
+}
+
+TEST_F(JudgeTest, PairsAnsweredAgainAnswerAlike) {
+    Answers answers = render("texels:inf");
+    const std::vector<uint8_t> visibility = answers.frame.visibility;
+    askAgain(workspace_.world(), answers);
+    EXPECT_EQ(answers.frame.visibility, visibility);
+    leaveOut(false, true, answers); // the crate that slides no longer casts a shadow
+    askAgain(workspace_.world(), answers);
+    EXPECT_NE(answers.frame.visibility, visibility);
+}
+
+} // namespace shadowdag

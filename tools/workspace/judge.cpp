@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/workspace/judge.h"
+
+#include <cstdlib>
+#include <utility>
+
+namespace shadowdag {
+
+Answers answersOf(FrameResult frame, const FrameRenderer& renderer, const FrameOptions& options) {
+    Answers answers;
+    answers.missingTapCount = frame.counts.missingTapCount;
+    answers.frame = std::move(frame);
+    answers.gbuffer = renderer.gbuffer();
+    answers.method = {renderer.rayInputs(options.rays), renderer.shadowMaps(), options.bias};
+    return answers;
+}
+
+ErrorInputs errorInputs(const World& world, const Answers& answers) {
+    return {answers.gbuffer,          world.triangles(),
+            viewOf(world.lights()),   answers.frame.pairs,
+            answers.frame.visibility, answers.frame.pairRoute,
+            answers.frame.pairMap,    answers.method};
+}
+
+ErrorCounts countWrong(const PairList& pairs, const std::vector<uint8_t>& visibility,
+                       const std::vector<uint8_t>& truthVisibility) {
+    ErrorCounts counts;
+    counts.pairCount = pairs.count();
+    uint64_t difference = 0; // in 255ths: exact
+    for (size_t p = 0; p < pairs.count(); ++p) {
+        const bool isDark = visibility[p] < kHalfLit, isTrulyDark = truthVisibility[p] < kHalfLit;
+        counts.occludedCount += isTrulyDark;
+        counts.falseShadowCount += isDark && !isTrulyDark;
+        counts.falseLightCount += !isDark && isTrulyDark;
+        difference += uint64_t(std::abs(int(visibility[p]) - int(truthVisibility[p])));
+    }
+    counts.absVisibilityErrorSum = double(difference) / double(kLit);
+    return counts;
+}
+
+const FrameTruth& Judge::truth(int64_t frame, const GBufferView& gbuffer, const PairList& pairs) {
+    const auto [found, isNew] = truths_.try_emplace(frame);
+    if (isNew) {
+        try {
+            found->second.visibility =
+                workspace_.truth().visibility(gbuffer, workspace_.world().lights(), pairs);
+        } catch (...) {
+            truths_.erase(found);
+            throw;
+        }
+    }
+    return found->second;
+}
+
+const FrameTruth& Judge::picture(int64_t frame, const GBufferView& gbuffer, const PairList& pairs,
+                                 float exposure) {
+    truth(frame, gbuffer, pairs);
+    FrameTruth& of = truths_.at(frame);
+    if (of.display.empty()) {
+        const std::vector<glm::vec3> color =
+            shadePairs(gbuffer, workspace_.world(), pairs, of.visibility);
+        of.exposure = exposure > 0 ? exposure : autoExposure(color);
+        of.display = toneMap(color, of.exposure);
+    }
+    return of;
+}
+
+ErrorReport Judge::judge(int64_t frame, const Answers& answers) {
+    const std::vector<uint8_t>& visibility =
+        truth(frame, answers.gbuffer, answers.frame.pairs).visibility;
+    ErrorOptions options;
+    options.seed = seed_;
+    options.nullSampleCount = nullSampleCount_;
+    return computeError(errorInputs(workspace_.world(), answers), workspace_.truth(), visibility,
+                        options);
+}
+
+} // namespace shadowdag
