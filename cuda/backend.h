@@ -27,7 +27,7 @@ constexpr Backend passBackend(Backend backend) {
 /// for "gl" without OpenGL 4.5, with the driver's own message.
 Backend chooseBackend(const std::string& name);
 
-/// What a backend that lives in a room of its own answers.
+/// The functions that an optional backend, which another folder implements, registers.
 struct BackendRoom {
     bool (*isPresent)(std::string& why) = nullptr;
     std::string (*deviceName)() = nullptr;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the host files of cuda/ ask of the device. device_cuda.cu answers where CUDA is compiled in,
-// device_absent.cpp elsewhere: there every call but the first throws. Not for other folders.
+// The device functions that the host files of cuda/ call. device_cuda.cu implements them where CUDA
+// is compiled in, device_absent.cpp elsewhere: there every call but the first throws. Internal to
+// this folder.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one exception type: what went wrong, with what value, where, and what to do about it.
+// The exception type of the project: what went wrong, with what value, where, and what to do.
 #pragma once
 
 #include <stdexcept>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How [0, count) is cut into ranges for the CPU threads; shared by the two back ends. Not for other
-// folders.
+// How [0, count) is split into ranges for the CPU threads; used by both backends. Internal to this
+// folder.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a pass is run on the backend that is chosen at run time. A pass is a functor over plain views:
+// How a pass is run on the backend that is chosen at run time. A pass is a functor over plain
+// views:
 //
 //     struct Work {
 //         View<...> ...;

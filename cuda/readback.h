@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A copy to the host that is asked for early and awaited late: what is queued in between runs
-// meanwhile, and the device does not stand still while the host learns what it needs.
+// A copy to the host that is requested early and awaited late: work that is queued in between runs
+// meanwhile, so that the device is not idle while the host waits for the values.
 #pragma once
 
 #include "cuda/timer.h"

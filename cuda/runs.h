@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs of equal neighbours in a sorted array: what "unique" and "reduce by key" are made of. A
-// run's items stand together, so whoever reduces them loops over them, in their order, on any
-// processor.
+// Runs of equal neighbours in a sorted array, from which "unique" and "reduce by key" are built.
+// The items of a run are adjacent, so a reduction loops over them in their order, on any processor.
 #pragma once
 
 #include "cuda/buffer.h"

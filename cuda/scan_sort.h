@@ -12,7 +12,7 @@ namespace shadowdag {
 /// overflow.
 uint64_t exclusiveScan(Backend backend, View<const uint32_t> in, View<uint32_t> out);
 
-/// Does the same and returns nothing, so that nobody waits for it on CUDA.
+/// Does the same and returns nothing, so that the host does not wait for it on CUDA.
 void prefixSums(Backend backend, View<const uint32_t> in, View<uint32_t> out);
 
 /// Sorts the keys ascending in place and moves `values` along (both of the same count). Stable:

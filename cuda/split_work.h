@@ -47,7 +47,7 @@ private:
 };
 
 #if defined(__CUDACC__)
-/// A warp takes every so manieth part: how many there are, only the device knows.
+/// A warp takes parts with a stride: only the device knows how many there are.
 template <class Tag, class F> __global__ void sharePartsKernel(SplitWorkView work, F functor) {
     static_assert(std::is_same_v<Tag, CudaTag>);
     const uint64_t groupCount = uint64_t(gridDim.x) * (blockDim.x / kGroupLanes);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Items of very unequal size: what is too large for one thread goes, in parts, on a list, and a
-// second pass gives every part to a group of lanes. So a triangle that covers the picture keeps no
-// thread of a GPU busy while all others wait. Source: the split of small and large triangles in
-// Laine, Karras, High-Performance Software Rasterization on GPUs, HPG 2011, sec. 4.
+// Items of very unequal size: an item that is too large for one thread is put on a list, in parts,
+// and a second pass assigns each part to a group of lanes. So all threads of a GPU share the work
+// of a triangle that covers the picture. Source: the split of small and large triangles in Laine,
+// Karras, High-Performance Software Rasterization on GPUs, HPG 2011, sec. 4.
 #pragma once
 
 #include "cuda/atomics.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What repeated measurements are summed up in.
+// Summary statistics of repeated measurements.
 #pragma once
 
 #include "cuda/macros.h"

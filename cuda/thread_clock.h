@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Processor time of the calling thread: what rates a core are measured with, since another
-// program's load then costs caches but no seconds.
+// Processor time of the calling thread. Rates per core are measured with it, because the load of
+// other programs then affects only caches and not the time itself.
 #pragma once
 
 #include <time.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage times of a frame: wall-clock on the CPU; on CUDA, when the device passed a stage's begin
-// and end, so that nobody waits between stages.
+// and end, so that the host does not wait between stages.
 #pragma once
 
 #include "cuda/backend.h"

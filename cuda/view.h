@@ -11,7 +11,7 @@
 
 namespace shadowdag {
 
-/// `count` elements at `data`, owned by somebody else and living on one backend; empty: null and 0.
+/// A non-owning view of `count` elements at `data` on one backend; empty: null and 0.
 template <class T> struct View {
     T* data = nullptr;
     size_t count = 0;

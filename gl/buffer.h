@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Named arrays in OpenGL's memory, in the ledger of cuda/buffer.h. Every call needs the context
-// current that the buffer was made with.
+// Named arrays in OpenGL's memory, recorded in the ledger of cuda/buffer.h. The context that the
+// buffer was created with must be current in every call.
 #pragma once
 
 #include "cuda/view.h"

@@ -22,8 +22,7 @@ bool GlDeviceChoice::open(const std::vector<Candidate>& candidates, std::string&
         return false;
     throw Error(ErrorKind::kDevice,
                 "OpenGL ran on EGL's " + chosen_ + " so far, which does not answer again" +
-                    missing +
-                    "; no other device is taken in its place: start anew, or use --backend cpu");
+                    missing + "; no other device is used instead: restart, or use --backend cpu");
 }
 
 } // namespace shadowdag

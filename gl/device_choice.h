@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of several devices a process uses: the first that answers, and that one ever after.
+// Which of several devices a process uses: the first one that works, for its whole lifetime.
 #pragma once
 
 #include <functional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where triangles are drawn to, and drawing them by lists of commands. Every call needs the context
-// current that the objects were made with.
+// Render targets, and drawing triangles by lists of commands. The context that the objects were
+// created with must be current in every call.
 #pragma once
 
 #include "gl/buffer.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// GLSL texts: files of the rooms whose methods they hold, put into the program when it is built
-// (cmake/ShadowDagGlsl.cmake), so that nothing is looked for when it runs.
+// GLSL sources. Each belongs to the folder of its method and is embedded into the program when it
+// is built (cmake/ShadowDagGlsl.cmake), so that no file is needed at run time.
 #pragma once
 
 #include <map>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A compute shader answers beside the processor, on numbers from a seeded generator.
+// A compute shader and the processor compute the same expressions on numbers from a seeded
+// generator.
 #include "gl/numerics.h"
 
 #include "gl/buffer.h"

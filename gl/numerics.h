@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a device computes, found by computing.
+// Properties of a device's arithmetic, determined by computing on it.
 #pragma once
 
 namespace shadowdag {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs from GLSL texts. Every call needs the context current that the program was made with.
+// Programs from GLSL sources. The context that a program was created with must be current in every
+// call.
 #pragma once
 
 #include "gl/glsl.h"
@@ -52,7 +53,7 @@ private:
     uint32_t object_ = 0;
 };
 
-/// The texts of this room: gl/groups.glsl.
+/// The GLSL sources of this folder: gl/groups.glsl.
 GlslTexts glGlsl();
 
 /// Returns `a` and what follows.

@@ -9,7 +9,7 @@ namespace shadowdag {
 
 namespace {
 
-constexpr uint64_t kFirstShare = 64; // of all: what the first piece is, whose time nobody knows
+constexpr uint64_t kFirstShare = 64; // share of the first piece, whose time is not known yet
 constexpr double kMostGrowth = 32;   // a short piece's time is mostly its call's
 
 std::mutex pollMutex;

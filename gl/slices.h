@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Long work in pieces, so that somebody can end it: a driver by the processor takes half a minute
-// for what one call asks of it, and nobody is heard meanwhile.
+// Splits long work so that it can be cancelled: a software driver may take half a minute for one
+// call, during which no interrupt is handled.
 #pragma once
 
 #include "gl/context.h"
@@ -12,7 +12,7 @@
 namespace shadowdag {
 
 /// Sets what is called between pieces, on the thread that submits them; what it throws ends the
-/// work, which leaves its results undefined. Of the whole process; empty: nobody asks.
+/// work, which leaves its results undefined. Of the whole process; empty: work is never cancelled.
 void setGlPoll(std::function<void()> poll);
 
 /// Parts [0, count) into pieces of about kSliceMs, by what the ones before took: a device that is

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A texture of many layers that has memory only where it is told to: ARB_sparse_texture. Every call
-// needs the context current that the texture was made with.
+// A texture of many layers with memory only where pages are committed: ARB_sparse_texture. The
+// context that the texture was created with must be current in every call.
 #pragma once
 
 #include <cstdint>

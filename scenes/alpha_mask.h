@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Alpha masks: materials that are cut out by the alpha of their texture, as opaque or not, texel by
-// texel. The one text that the G-buffer, maps, exact rays and Embree's filter ask, so that all see
-// the same holes; voxels are made from it conservatively (voxel/cut_voxels.h).
-// Source: Khronos, glTF 2.0 specification, sec. 3.9.4 (alphaMode MASK), 3.8.4 (wrap modes).
+// texel. The G-buffer, maps, exact rays and Embree's filter all use this one source, so that they
+// see the same holes; voxels are made from it conservatively (voxel/cut_voxels.h). Source: Khronos,
+// glTF 2.0 specification, sec. 3.9.4 (alphaMode MASK), 3.8.4 (wrap modes).
 //
 // A texel is opaque or not as a whole: alpha is compared with the cutoff at texel centres, and the
 // nearest texel answers. A bilinear outline would be smoother by up to half a texel; texels are

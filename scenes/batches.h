@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Batches of 128 triangles, unless told otherwise: the unit in which geometry is culled and drawn
+// Batches of 128 triangles by default: the unit in which geometry is culled and drawn
 // into shadow maps. Source: Olsson et al., More Efficient Virtual Shadow Maps for Many Lights, TVCG
 // 2015, sec. IV-G.
 #pragma once

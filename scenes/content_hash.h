@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checksums of bytes: XXH3, 128 bits. Not cryptographic: it finds accidents, not attackers.
+// Checksums of bytes: XXH3, 128 bits. Not cryptographic: it detects accidental damage, not
+// manipulation.
 #pragma once
 
 #include <array>

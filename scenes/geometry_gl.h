@@ -8,7 +8,7 @@
 
 namespace shadowdag {
 
-/// The texts of this room: scenes/geometry.glsl.
+/// The GLSL sources of this folder: scenes/geometry.glsl.
 GlslTexts scenesGlsl();
 
 /// Positions, triangles, their order in batches, and masks. Needs the context current, always.

@@ -88,7 +88,7 @@ struct MaterialMasks {
     std::vector<MaterialMask> materials; ///< one a material of the document
     std::vector<uint8_t> isTextureUsed;  ///< one a texture: a mask is made from it
     uint64_t unreadableCount = 0;        ///< masks taken as opaque: neither PNG nor JPEG
-    uint64_t colorCount = 0;             ///< images with colours, which nobody uses
+    uint64_t colorCount = 0;             ///< images with colours, which are not used
 };
 
 /// Appends the masks of all materials of alphaMode MASK to `masks`, equal ones once, and returns

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Punctual lights in world space, and the light that one sends to a point without shadows. A sun is
-// one of them: the rays that reach a point from it are parallel, all else asks through the
-// functions here.
+// a directional light: its rays are parallel. Other code uses the functions here and does not
+// distinguish it.
 #pragma once
 
 #include "cuda/macros.h"

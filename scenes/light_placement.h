@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Seeded point lights for scenes that bring none, and for `--lights N --seed S`, which replaces a
-// sun, too.
+// Seeded point lights for scenes without lights, and for `--lights N --seed S`, which also replaces
+// a sun.
 #pragma once
 
 #include "scenes/light.h"

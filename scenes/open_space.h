@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of a scene in which one would stand: not the gap between two walls, not the inside of a
-// solid, not the outside of a sealed map. Where cameras are tried and lights hung.
+// The part of a scene in which a person could stand: not the gap between two walls, not the inside
+// of a solid, not the outside of a closed map. Cameras and lights are placed there.
 #pragma once
 
 #include "scenes/triangle_grid.h"

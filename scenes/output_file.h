@@ -8,7 +8,7 @@
 
 namespace shadowdag {
 
-/// Writes beside the final name and renames on commit(); destroyed without commit, it removes what
+/// Writes next to the final name and renames on commit(); destroyed without commit, it removes what
 /// it wrote and leaves an old file of that name alone. Throws Error kResource naming path and
 /// reason.
 class OutputFile {

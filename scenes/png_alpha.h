@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The alpha of PNG images, in and out: the only door to stb in scenes/. Not a general image reader:
-// what is read is what alpha masks need, and damage is refused rather than shown.
+// Reads and writes the alpha channel of PNG images; the only user of stb in scenes/. Not a general
+// image reader: it reads what alpha masks need and rejects damaged images.
 // Source: W3C, Portable Network Graphics (PNG) Specification, second edition.
 #pragma once
 

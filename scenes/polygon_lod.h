@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Polygon level of detail: every part of an instance at several triangle counts, over the same
-// vertices, for maps that need no more. Not for the view, rays or the truth: they see the full
-// triangles.
+// vertices, for maps that need no more. The view, rays and the truth always use the full detail.
 #pragma once
 
 #include "scenes/batches.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is lit, and where it is: the scene as authored (meshes, nodes, lights, cameras, animations).
+// The scene as authored: meshes, nodes, lights, cameras, animations.
 // scenes/world.h turns it into triangles and lights in world space at one time.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A segment against boxes, in double, never missing a box that it touches.
+// Tests a segment against boxes, in double; never misses a box that the segment touches.
 #pragma once
 
 #include "scenes/box.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The implicit 32-wide bounding volume hierarchy over boxes sorted along the Morton curve that
-// lights and batches share. Source: Olsson et al. 2015, sec. IV-G and V-C; Olsson et al., Clustered
+// The implicit 32-wide bounding volume hierarchy over boxes sorted along the Morton curve, used for
+// lights and for batches. Source: Olsson et al. 2015, sec. IV-G and V-C; Olsson et al., Clustered
 // Deferred and Forward Shading, HPG 2012, sec. 4.4.
 #pragma once
 
@@ -85,7 +85,7 @@ SDAG_HD void traverse(const WideBvhView& bvh, const Test& test, const Hit& hit) 
 struct BvhUpdateCounts {
     uint32_t sortedKeyCount = 0; ///< Morton codes that changed, and so places along the curve
     uint32_t boxCount = 0;       ///< boxes written, of all levels
-    bool isRebuilt = false;      ///< everything was sorted anew: a new mover, or a new grid
+    bool isRebuilt = false;      ///< everything was sorted again: a new mover, or a new grid
 };
 
 /// Owns a hierarchy on the host. Deterministic: its arrays are a function of the boxes and of which

@@ -63,7 +63,7 @@ public:
     World(const Scene& scene, const WorldOptions& options);
 
     /// Moves everything to `timeSeconds`; returns the indices of moving instances, ascending, whose
-    /// vertices were computed anew. Corner order stays that of time 0. Depends on the time alone,
+    /// vertices were recomputed. Corner order stays that of time 0. Depends on the time alone,
     /// not on earlier calls. Throws as the constructor does; the world is then unusable.
     std::vector<uint32_t> setTime(float timeSeconds);
 

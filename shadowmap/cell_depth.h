@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How deep receivers lie under every cell of a projection map, and the question that culling asks
-// of it: does any cell of a rectangle need what lies this deep? Our answer to what Olsson et al.
-// 2015, sec. VIII, leave open ("better max-depth culling"): there, one depth serves a face.
+// The depth of the farthest receiver in every cell of a projection map, and the test that culling
+// needs: does any cell of a rectangle have a receiver this deep? Olsson et al. 2015 use one depth
+// per face and name "better max-depth culling" as future work (sec. VIII).
 #pragma once
 
 #include "cuda/atomics.h"
@@ -18,7 +18,7 @@ constexpr uint32_t kProjectionWordsPerMap = kFaceCount * kProjectionMapSize;
 constexpr uint32_t kCellsPerFace = kProjectionMapSize * kProjectionMapSize;
 constexpr uint32_t kCellsPerMap = kFaceCount * kCellsPerFace;
 
-/// Blocks of 4 x 4 cells are the level above, so that wide rectangles are settled by 64 of them.
+/// Blocks of 4 x 4 cells are the level above, so that wide rectangles need to test only 64 of them.
 constexpr uint32_t kBlockCellsLog2 = 2;
 constexpr uint32_t kBlocksPerSide = kProjectionMapSize >> kBlockCellsLog2;
 constexpr uint32_t kBlocksPerFace = kBlocksPerSide * kBlocksPerSide;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which batches are drawn into which faces of which map; one part of the batch hierarchy for one
-// map an item. First the hierarchy is asked which batches a map reaches, then each of these is held
-// against the map's masks, once. Source: Olsson et al. 2015, sec. IV-G and V-A, V-B.
+// Which batches are drawn into which faces of which map; an item is one part of the batch hierarchy
+// for one map. First the hierarchy is queried for the batches that a map reaches, then each of
+// these is tested once against the map's masks. Source: Olsson et al. 2015, sec. IV-G and V-A, V-B.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -184,7 +184,7 @@ SDAG_HD inline ItemRange rangeOf(View<const uint32_t> first, size_t i, size_t li
 struct ListReached {
     CullView cull;
     View<const uint32_t> firstReached; ///< exclusive scan of CountReached, the total last
-    View<BatchDraw> reached;           ///< may have room to spare
+    View<BatchDraw> reached;           ///< may have unused entries at its end
 
     size_t itemCount() const { return firstReached.count - 1; }
     size_t grain() const { return 4; }

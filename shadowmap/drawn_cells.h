@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How deep a kept map has been drawn, cell by cell of its projection map, and so which batches need
 // not be drawn again. Source: Olsson et al. 2015, sec. V-D (static optimization); there a batch is
-// held against the last frame's projection map and a clear mask, here both are one depth a cell,
+// tested against the last frame's projection map and a clear mask, here both are one depth a cell,
 // which also remembers frames before the last.
 //
 // V(c), the drawn depth of cell c: every batch over the cell that stands still and is no deeper
@@ -13,7 +13,7 @@
 // 0 where a page gets memory, and where a batch moved to and was not drawn it falls below the
 // batch's depth. The six conditions of the paper: (1) the light and (6) the resolution make the map
 // another one when they change; (2) moved batches ignore V; (3) V is what was drawn; (4) pages
-// under the old place of what moved give up their memory (kept_pages.h) and (5) pages with new
+// under the old place of what moved release their memory (kept_pages.h) and (5) pages with new
 // memory reset V.
 #pragma once
 

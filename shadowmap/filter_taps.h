@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the filters of cube maps and of suns' windows share: how a receiver is compared, and what a
-// tap is and says.
+// What the filters of cube maps and of directional lights' windows share: how a receiver is
+// compared, and the result of a tap.
 #pragma once
 
 #include "cuda/macros.h"
@@ -28,11 +28,11 @@ SDAG_HD inline uint32_t filterSide(uint32_t taps) {
     return taps >= 9 ? 3 : taps >= 4 ? 2 : 1;
 }
 
-/// A tap whose ray meets the receiver's plane more than this many texels before the receiver tells
-/// of another place and is left out (see lookupVisibility). Measured in FILTERS.md.
+/// A tap whose ray meets the receiver's plane more than this many texels before the receiver tests
+/// another place and is omitted (see lookupVisibility). Measured in FILTERS.md.
 constexpr float kLowTapTexels = 6.0f;
 
-/// What a tap says.
+/// The result of a tap.
 enum class TapAnswer : uint8_t { kLit, kDark, kMissing };
 
 } // namespace shadowdag

@@ -20,12 +20,12 @@ enum class GlPages {
 /// Side of a page in dense layers, texels.
 constexpr uint32_t kDensePageTexels = 128;
 
-/// Chooses what renderers made from now on have, for the whole process; kAuto at first.
+/// Sets what renderers that are created later use, for the whole process; initially kAuto.
 void setGlPages(GlPages pages);
 /// Returns what was asked for last.
 GlPages askedGlPages();
 
-/// Returns what `asked` comes to on a device: anything but kAuto. Throws Error kDevice for kSparse
+/// Returns what `asked` resolves to on a device, never kAuto. Throws Error kDevice for kSparse
 /// where there are no sparse textures with square pages.
 GlPages chooseGlPages(GlPages asked, const GlInfo& info);
 
@@ -39,7 +39,7 @@ uint32_t askedGlPageTexels();
 /// write them by atomics. @param pages not kAuto
 bool drawsLayers(GlPages pages, const GlInfo& info);
 
-/// Returns a sentence for people: the device, where pages are, and why.
+/// Returns a sentence to print: the device, where pages are, and why.
 std::string describeGlPages(GlPages asked, const GlInfo& info);
 
 } // namespace shadowdag

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages that outlive a frame: which are carried over, which are stale, who gives up memory, what is
-// cleared. Source: Olsson et al. 2015, sec. V-D; there a page is freed when a frame does not need
-// it (sec. VII-b), here when its memory is needed elsewhere.
+// Pages that outlive a frame: which are carried over, which are stale, which release their memory,
+// and what is cleared. Source: Olsson et al. 2015, sec. V-D; there a page is freed when a frame
+// does not need it (sec. VII-b), here when its memory is needed elsewhere.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -85,11 +85,11 @@ enum KeptPageCount : uint32_t {
     kKeptPageCounts
 };
 
-/// Decides about the pages of word i: what is stale or neither needed nor retained gives up its
-/// memory.
+/// Decides about the pages of word i: those that are stale, or neither needed nor retained, release
+/// their memory.
 struct SortOutPages {
     View<const ShadowMapInfo> maps;
-    View<const uint32_t> needed; ///< bits; words beyond are needed by nobody
+    View<const uint32_t> needed; ///< bits; words beyond are not needed
     View<const uint32_t> stale;  ///< bits; empty: none
     View<uint32_t> pageTable;
     View<uint32_t> pageStamps;  ///< a pool page: when it was last needed, 1 or later
@@ -158,7 +158,7 @@ struct AssignPages {
             if (rank < poolPages) {
                 const uint32_t page = order.empty() ? rank : order[rank];
                 if (!pageKeys.empty() && pageKeys[rank] != 0)
-                    pageTable[pageEntries[page]] = kNoPage; // of a word's page that nobody needs
+                    pageTable[pageEntries[page]] = kNoPage; // of a page that is not needed
                 if (!pageStamps.empty())
                     pageStamps[page] = now;
                 pageTable[entry] = page;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who draws shadow maps elsewhere: ShadowMaps then decides what is needed, where it lies and what
-// is drawn into it, and has neither a pool of its own nor a rasterizer.
+// An external drawer of shadow maps. ShadowMaps then decides which pages are needed, where they are
+// and what is drawn into them, but has neither a pool nor a rasterizer.
 #pragma once
 
 #include "shadowmap/rasterize.h"
@@ -13,8 +13,9 @@ struct PageCommits {
     uint64_t committedCount = 0, freedCount = 0;
 };
 
-/// What stands between the passes of ShadowMaps::build and a pool of pages that they do not reach.
-/// Calls come in the order of the functions here, each once a build; all views are the host's.
+/// The interface between the passes of ShadowMaps::build and a pool of pages that they cannot
+/// access. Calls come in the order of the functions here, each once a build; all views are the
+/// host's.
 class MapDrawer {
 public:
     virtual ~MapDrawer() = default;
@@ -23,7 +24,7 @@ public:
     virtual void makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) = 0;
 
     /// Gives the pages of `pageTable` memory, those and no others. Returns true and what that came
-    /// to where memory is had from the driver; false where the pool has it.
+    /// to if the driver allocates memory; false if the pool has it.
     /// @param freshEntries entries whose texels are not those of an earlier build
     virtual bool commit(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
                         View<const uint32_t> pageTable, PageCommits& commits) = 0;

@@ -94,7 +94,7 @@ void PageCache::forget() {
     drawnCells_.resize(0);
     drawnDepths_.resize(0);
     batchBoxes_.clear();
-    pageStamps_.resize(0); // the pool is made anew
+    pageStamps_.resize(0); // the pool is created again
     now_ = 0;
 }
 
@@ -295,7 +295,7 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
             assign.pageStamps = pageStamps_.view();
             const uint64_t free = pageStamps_.size() - held;
             retained = found[kPagesRetained] - (fresh > free ? fresh - free : 0);
-            // Only maps that nobody asks for are asked whether they still have pages.
+            // Only maps that are not requested are checked for remaining pages.
             const std::vector<uint32_t> keptPages =
                 requestCount_ < kept_.size() ? keptPerMap_.download() : std::vector<uint32_t>{};
             for (size_t i = 0; i < kept_.size(); ++i)

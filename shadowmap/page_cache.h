@@ -15,7 +15,7 @@ namespace shadowdag {
 
 class MapDrawer;
 
-/// Not for other folders.
+/// Internal to this folder.
 class PageCache {
 public:
     /// @param drawer who holds the pool; null: this
@@ -27,7 +27,7 @@ public:
     void reset();
 
     /// Starts a frame. With `keeps`, finds the kept maps of the requests, and appends to `maps` and
-    /// `wordCount` those that nobody asks for and that may stay; otherwise gives up all.
+    /// `wordCount` those that are not requested and may stay; otherwise releases all.
     /// @param requests,maps the same maps, `maps` with the resolutions that fit
     /// @param wordCount of the page masks, 32 pages a word
     void begin(const std::vector<MapRequest>& requests, std::vector<ShadowMapInfo>& maps,
@@ -82,7 +82,7 @@ private:
     uint64_t capacityPages_ = 0;
     uint32_t now_ = 0;        // frames kept
     uint64_t heldPages_ = 0;  // pages with memory after the last frame
-    size_t requestCount_ = 0; // the first maps; the rest is asked for by nobody
+    size_t requestCount_ = 0; // the first maps; the others are not requested
     size_t keptRequestCount_ = 0;
     std::vector<KeptMap> kept_; // in the order of the last frame's maps
     std::vector<uint8_t> isSlotUsed_;

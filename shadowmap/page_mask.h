@@ -18,8 +18,8 @@ constexpr uint32_t kLeastMaskedFaceTexels = 8;
 /// Which batches are drawn into which faces; each tests what the one before does, and more. The
 /// paper's names in brackets.
 enum class MapCulling : uint8_t {
-    kSphere,   ///< batches in the light's sphere into all six faces: what culling is held against
-    kFaceMask, ///< faces that receivers reach (CFM)
+    kSphere,        ///< batches in the light's sphere into all six faces: the baseline of culling
+    kFaceMask,      ///< faces that receivers reach (CFM)
     kProjectionMap, ///< and projection maps that overlap (PMC)
     kMaximumDepth,  ///< and no batch behind the farthest receiver of a face (PMCD)
     kCellDepth,     ///< and none behind the farthest receivers of all cells that it covers (ours)
@@ -28,7 +28,7 @@ enum class MapCulling : uint8_t {
 /// A receiver box (cluster bounds) that will be looked up in a map.
 struct MapReceiver {
     uint32_t box; ///< index into the frame's receiver boxes
-    uint32_t map; ///< index into the requests, or kNoMap: an entry to spare
+    uint32_t map; ///< index into the requests, or kNoMap: an unused entry
 };
 constexpr uint32_t kNoMap = 0xffffffffu;
 
@@ -37,7 +37,7 @@ constexpr uint32_t kNoMap = 0xffffffffu;
 /// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face
 /// mask, a word a map; depths: kFaceCount a map, the farthest depth at which a blocker can matter,
 /// as float bits; cells: the same a cell, as raiseCells leaves it, and blocks
-/// of them; both empty when nobody asks.
+/// of them; both empty if not requested.
 struct PageMaskView {
     View<uint32_t> pages;
     View<uint32_t> projection;

@@ -190,7 +190,7 @@ SDAG_HD inline void narrowSpan(double ex, double r, double tolerance, double rEx
         return;
     }
     const double end = 0.5 * ((-tolerance - r) * rEx + double(n) - 1.0);
-    // The comparisons send a NaN (0 times infinity) to one end, whence the loops walk.
+    // The comparisons send a NaN (0 times infinity) to one end, from which the loops start.
     int32_t x = end > double(first) ? end < double(last) ? int32_t(end) : last : first;
     if (ex > 0.0) {
         while (x > first && inside(x - 1))

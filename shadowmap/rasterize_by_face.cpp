@@ -46,7 +46,7 @@ void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo
                     StoreGreater{view.depths.data});
 }
 
-/// Draws a batch into one face of a map, whose pages nobody else writes.
+/// Draws a batch into one face of a map, whose pages no other thread writes.
 void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& map,
                uint32_t face) {
     const uint32_t* const triangles = &view.batchTriangles[batch.first];

@@ -18,7 +18,7 @@
 
 namespace shadowdag {
 
-/// The texts of this room.
+/// The GLSL sources of this folder.
 GlslTexts shadowmapGlsl();
 
 /// A map as shadowmap/cube_face.glsl takes it apart.

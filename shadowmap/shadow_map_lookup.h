@@ -27,7 +27,7 @@ struct ShadowMapView {
     uint32_t pageTexelsLog2 = 6;
 };
 
-/// What a lookup found beside its answer.
+/// What a lookup returns besides its answer.
 struct ShadowMapTrace {
     glm::vec3 blockerWorld{0.0f}; ///< a point of the nearest blocking texel; meaningless when lit
     float texelWorld = 0.0f;      ///< side of a texel at the blocker, world
@@ -259,11 +259,11 @@ struct MapTaps {
 /// e). Raising k by t instead left acne: along the ray that surface is e |d| / h away.
 ///
 /// Low taps. On a slope a tap on the low side passes under what stands before the receiver: its ray
-/// ends on the plane nearer to the light, and there it tells of that place and not of this. Taps
-/// that end more than kLowTapTexels before the receiver are left out and the others weighted up:
-/// light at 76 degrees and more. The taps' weighted mean is the receiver itself, so some tap with
-/// weight ends behind it and stays. Planes lose nothing: every tap of a lit plane is lit. Measured
-/// in FILTERS.md: a tenth less false light, false shadow as before.
+/// ends on the plane nearer to the light, and there it tests another place than the receiver's.
+/// Taps that end more than kLowTapTexels before the receiver are left out and the others weighted
+/// up: light at 76 degrees and more. The taps' weighted mean is the receiver itself, so some tap
+/// with weight ends behind it and stays. Planes lose nothing: every tap of a lit plane is lit.
+/// Measured in FILTERS.md: a tenth less false light, false shadow as before.
 /// @param positionWorld,normalWorld the receiver and its unit geometric normal on the light's side;
 /// a normal that does
 ///        not face the light is replaced by the direction to it

@@ -87,12 +87,12 @@ struct ShadowMapCounts {
     uint64_t texelCount = 0;     ///< pageCount * pageTexels^2
     uint64_t batchFaceCount = 0; ///< (batch, face) pairs drawn
     uint64_t batchFaceSphereCount =
-        0; ///< the same by sphere x six faces, no masks: what culling is held against
+        0; ///< the same by sphere x six faces, no masks: the baseline of culling
     uint64_t triangleDrawCount = 0;    ///< triangles of the pairs drawn
     uint64_t triangleSphereCount = 0;  ///< triangles of batches in the sphere times six faces
     uint64_t pagesCommittedCount = 0;  ///< got memory in this build
     uint64_t pagesFreedCount = 0;      ///< had memory after the last build, and no longer
-    uint64_t pagesRetainedCount = 0;   ///< have memory, but nobody needs them now
+    uint64_t pagesRetainedCount = 0;   ///< have memory but are not needed now
     uint64_t pagesClearedCount = 0;    ///< committed, or emptied because something moved there
     uint64_t keptMapCount = 0;         ///< requests answered by a map of an earlier build
     uint64_t batchFaceKeptCount = 0;   ///< (batch, face) pairs not drawn as they are there already
@@ -124,7 +124,7 @@ public:
 
     /// Marks pages, allocates them, culls batches and draws depth. All integers are deterministic;
     /// with static optimization they depend on the builds since the last forget() as well, but no
-    /// lookup does: it answers as if everything had been drawn anew.
+    /// lookup does: it answers as if everything had been redrawn.
     /// When the pool is too small, face resolutions are divided by a common divisor in steps of
     /// sqrt(2) until it fits, which counts() says; pages that do not fit even then get no memory
     /// and are counted. Replaces the maps of the last frame. Empty inputs are valid: no requests,

@@ -6,7 +6,7 @@
 //
 // Faces stand in arrays of textures by size, a power of two, so that little address space is
 // wasted; an array has at most kMaxArrayBytes of it. A size has one array that grows, by half at
-// least, and full ones before it; one that nobody used for a while is dropped. A face keeps its
+// least, and full ones before it; one that was not used for a while is dropped. A face keeps its
 // layer while pages of it are kept from build to build.
 #pragma once
 
@@ -72,7 +72,7 @@ private:
                     View<const uint32_t> pageTable);
     /// Takes array a away; no page is kept there.
     void drop(uint32_t a, PageCommits& commits);
-    /// Drops what nobody used for kIdleBuilds builds. @param wanted layers to be taken, by side
+    /// Drops what was not used for kIdleBuilds builds. @param wanted layers to be taken, by side
     void dropIdle(const std::map<uint32_t, uint32_t>& wanted, PageCommits& commits);
     /// Makes `wantedCount` layers of a side free; arrays keep their places, but those that it drops
     /// for the sake of others, of which none is `wanted`.

@@ -8,7 +8,8 @@
 
 namespace shadowdag {
 
-/// Where an asset comes from. No time, no thread count: the same input gives the same file.
+/// Provenance of an asset. It contains no time and no thread count, so that the same input gives
+/// the same file.
 struct AssetProvenance {
     std::string sceneName; ///< as the user named it, without directories
     std::string sceneHash; ///< World::geometryHash()
@@ -21,9 +22,10 @@ struct Asset {
     AssetProvenance provenance;
 };
 
-/// How a file holds its nodes; either is read alike. LAYOUT.md has bytes against seconds.
+/// How a file encodes its nodes; both are read by the same function. LAYOUT.md compares their sizes
+/// and times.
 enum class AssetPacking {
-    kFast,    ///< asset_encoding.h and zstd: read sixty times as fast
+    kFast,    ///< asset_encoding.h and zstd: sixty times as fast to read
     kCompact, ///< compact_encoding.h: about half the bytes, for files that are kept or sent
 };
 
@@ -32,8 +34,7 @@ enum class AssetPacking {
 uint64_t writeAsset(const Asset& asset, const std::string& path,
                     AssetPacking packing = AssetPacking::kCompact);
 
-/// Returns the memory, in bytes, that writeAsset takes besides the DAG: an estimate, meant to be
-/// above it.
+/// Returns an estimate, from above, of the bytes of memory that writeAsset takes besides the DAG.
 /// @param wordCount of the DAG @param largestLevelWords of its largest level
 uint64_t writingBytes(AssetPacking packing, uint64_t wordCount, uint64_t largestLevelWords);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The DAG as it stands in an asset file: shorter than in memory, and right by construction once
-// decoded.
+// The encoding of a DAG in an asset file: smaller than in memory, and valid by construction once it
+// is decoded.
 #pragma once
 
 #include "voxel/dag.h"
@@ -11,7 +11,7 @@
 
 namespace shadowdag {
 
-/// How many there are of each kind of thing in an encoded DAG; what sizes its streams.
+/// The counts of an encoded DAG, which determine the sizes of its streams.
 struct EncodedCounts {
     uint64_t innerCount = 0;     ///< inner nodes
     uint64_t pointerCount = 0;   ///< children of inner nodes

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Counting bits, with one spelling for both processors.
+// Bit counting functions for the CPU and CUDA.
 #pragma once
 
 #include "cuda/macros.h"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Headers of files as bytes: what assets and part files are written and read with. Little endian,
-// no padding.
+// Reading and writing the headers of assets and part files as bytes. Little endian, no padding.
 #pragma once
 
 #include "cuda/error.h"

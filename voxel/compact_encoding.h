@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The DAG in the fewest bytes: what stands in an asset file that is kept. Reading it takes sixty
-// times as long as asset_encoding's streams, which take 1.9 times the bytes (LAYOUT.md).
+// The smallest encoding of a DAG, for asset files that are kept. Reading it takes sixty times as
+// long as asset_encoding's streams, which are 1.9 times as large (LAYOUT.md).
 #pragma once
 
 #include "voxel/asset_encoding.h"
 
 namespace shadowdag {
 
-/// Returns the most words that so many bytes may decode to: bounds what is allocated on a file's
-/// word. encodeCompact adds zeros where less would hold more.
+/// Returns the maximum number of words that so many bytes may decode to, which bounds the memory
+/// that a damaged file can make the reader allocate. encodeCompact pads with zeros where needed.
 constexpr uint64_t compactWordLimit(uint64_t byteCount) {
     return 16384 + 16 * byteCount;
 }

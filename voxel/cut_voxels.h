@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which voxels the opaque part of a triangle touches that an alpha mask cuts: of the voxels that
-// the triangle touches those in which the mask is opaque somewhere. The part of the triangle within
-// a voxel is clipped, its texture coordinates are bounded by a rectangle, and the mask is asked for
-// any opaque texel in it. So a voxel may stay that the triangle's opaque part misses by less than
-// the rectangle exceeds the part (never one voxel further); none is lost that an opaque point
-// touches.
+// The voxels of a triangle with an alpha mask: those of its voxels in which the mask is opaque
+// somewhere. The triangle is clipped to the voxel, its texture coordinates there are bounded by a
+// rectangle, and the voxel is kept if the rectangle contains an opaque texel. A voxel may thus be
+// kept although the opaque part misses it, by less than the rectangle exceeds the clipped part and
+// never by more than one voxel; no voxel that an opaque point touches is lost.
 #pragma once
 
 #include "voxel/mask_pyramid.h"

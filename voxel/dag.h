@@ -55,8 +55,8 @@ struct DagView {
 constexpr uint32_t kNoNode = 0xffffffffu;
 
 /// Numbers of a DAG by level. Level convention of `nodeCounts`: index 0 is the root, every cell
-/// down to the 2^3 voxel cells is a node (so that other programs' counts can be held against them),
-/// although this layout stores 4^3 leaves.
+/// down to the 2^3 voxel cells is a node (so that they can be compared with the counts of other
+/// programs), although this layout stores 4^3 leaves.
 struct DagStats {
     uint64_t voxelCount = 0;             ///< occupied voxels (saturates nowhere: 2^51 at most)
     std::vector<uint64_t> nodeCounts;    ///< unique nodes per level, root first, 2^3 cells last
@@ -75,8 +75,8 @@ struct Dag {
     DagView view() const { return {viewOf(words), rootAddress, grid}; }
     /// Returns whether no voxel is occupied.
     bool empty() const { return rootAddress == kNoNode; }
-    /// Returns whether something was voxelized into it, be it nothing but moving triangles, which
-    /// leaves no voxel. False as default-constructed: empty over a grid of one voxel.
+    /// Returns whether something was voxelized into it, even if it was only moving triangles, which
+    /// produce no voxels. False if default-constructed: empty over a grid of one voxel.
     bool isBuilt() const { return !empty() || grid.resolutionLog2 > 0; }
 };
 

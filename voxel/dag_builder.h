@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Merges equal subtrees while a DAG is built bottom-up: one table of unique nodes a level, then the
-// canonical order.
+// Merges equal subtrees while a DAG is built bottom-up: one table of unique nodes per level, which
+// is then put into the canonical order.
 #pragma once
 
 #include "voxel/dag.h"
@@ -13,9 +13,9 @@
 
 namespace shadowdag {
 
-/// The unique nodes of one level. A node is 1 or more words of known count, a prefix-free code:
-/// equal first words mean equal counts (dag.h's layouts are). Equality is that of the words; hashes
-/// only find candidates.
+/// The unique nodes of one level. A node is one or more words whose count its first word
+/// determines: equal first words mean equal counts (dag.h's layouts are). Equality is that of the
+/// words; hashes only find candidates.
 class NodeTable {
 public:
     using Hash = uint32_t (*)(const uint32_t* node, uint32_t wordCount);

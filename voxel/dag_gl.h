@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tracer's GLSL.
+// The ray tracer in GLSL.
 #pragma once
 
 #include "gl/program.h"
@@ -8,7 +8,7 @@
 
 namespace shadowdag {
 
-/// The texts of this room: voxel/dag_trace.glsl, compiled with dagDefines.
+/// The GLSL sources of this folder: voxel/dag_trace.glsl, compiled with dagDefines.
 GlslTexts voxelGlsl();
 
 /// Returns the definitions of voxel/dag_trace.glsl. @param binding of the DAG's words

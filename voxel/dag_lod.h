@@ -117,7 +117,7 @@ SDAG_HD inline uint32_t coverageThreshold(float share) {
 
 namespace detail {
 
-/// Returns whether a coverage is enough; 0 stands for none known.
+/// Returns whether a coverage is at least the threshold; 0 means that it is unknown.
 SDAG_HD inline bool isEnough(uint32_t coverage, uint32_t threshold) {
     return coverage >= threshold || coverage == 0;
 }
@@ -206,7 +206,7 @@ SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segme
             .isDark(r, rootLevel);
 #endif
     const uint32_t* words = dag.words.data;
-    // From the light's end when nobody asks where: as occluded().
+    // From the light's end if no hit is requested, as in occluded().
     const slabs::Tester tester(r, hit == nullptr);
     slabs::Corner corner;
     uint32_t address = dag.rootAddress, cellLevel = rootLevel;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The traversal of dag_lod.h in AVX2 over the wide form of a DAG. The same bits, because the
-// definition there asks cells, not orders. What dag_lod.h needs of it; not for others.
+// definition there does not depend on the order of visits. Used by dag_lod.h only.
 //
 // A node's 64 cells are of level C, its eight children of level C + 1. Both can stop a segment:
 // the children through their cells, all eight of a child set where one is, because a box is met

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Streams of rays through a DAG on the CPU: the predicate of dag_trace.h for many segments at a
-// time, in the widest instructions that the processor has. The same bits as one by one.
+// time, with the widest vector instructions of the processor. Gives the same bits as single rays.
 #pragma once
 
 #include "voxel/dag.h"
@@ -8,7 +8,8 @@
 
 namespace shadowdag {
 
-/// What streams are compiled for. Chosen at run time: the program itself may be compiled for less.
+/// The instruction sets that streams are compiled for. One is chosen at run time; the rest of the
+/// program may be compiled for an older processor.
 enum class StreamIsa : uint8_t { kPortable, kAvx2, kAvx512 };
 
 /// Returns the widest that this processor and this build have.

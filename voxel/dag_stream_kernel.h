@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one text of ray streams, over a vector type V that the files which include it bring: packets
+// The source of ray streams, over a vector type V that the including file defines: packets
 // of V::kWidth rays of one octant through the wide form of a DAG (dag.h). Only dag_stream_*.cpp
 // include it, each compiled for its processor: everything is in an anonymous namespace and nothing
 // inline of other headers is used (dag_stream_work.h says why).

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What dag_stream.cpp hands to the files that are compiled for one kind of processor each. Plain
 // pointers: such a file must not instantiate inline functions of other headers, because the linker
-// keeps one copy of each for the whole program, be it the one that only a newer processor can run.
+// keeps one copy of each for the whole program, which may be one that needs a newer processor.
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Builds that hold a memory limit and can be gone on with: finished subtrees go to part files in a
-// scratch folder beside the output and are merged from there, level by level. Several times the
+// scratch folder next to the output and are merged from there, level by level. Several times the
 // work of voxelize() on nodes, none on voxels; the results are the same bit for bit.
 #pragma once
 
@@ -42,7 +42,7 @@ PartHeader voxelizePartLimited(const TriangleView& triangles, View<const uint32_
                                const ScratchFolder& folder, const BuildLimits& limits,
                                const Progress& progress = {});
 
-/// As mergeParts(). Only the memory limit is heeded.
+/// As mergeParts(). Only the memory limit is used.
 CountedDag mergePartsLimited(const std::vector<PartReader>& parts, const ScratchFolder& folder,
                              const BuildLimits& limits, const Progress& progress = {});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// NanoVDB's shadow rays through the voxels of a DAG: what our tracer is held against.
+// NanoVDB's shadow rays through the voxels of a DAG, for comparison with our tracer.
 // Source: Museth, NanoVDB: A GPU-Friendly and Portable VDB Data Structure, SIGGRAPH 2021 Talks;
 // Museth, Hierarchical Digital Differential Analyzer, SIGGRAPH 2014 Talks.
 #pragma once

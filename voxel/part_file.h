@@ -96,7 +96,7 @@ public:
 private:
     uint64_t levelOffset(uint32_t level) const;
 
-    std::string path_; // opened anew by what reads, so that many parts need no open files
+    std::string path_; // reopened for each read, so that many parts need no open files
     PartHeader header_;
     uint64_t payloadOffset_ = 0;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists of a build by passes, taken from a budget and given back to it. Not for other folders.
+// The lists of a build by passes, allocated from a budget. Internal to this folder.
 #pragma once
 
 #include "cuda/pass.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a build keeps what does not fit into memory: a folder beside its output.
+// The folder next to its output where a build keeps what does not fit into memory.
 #pragma once
 
 #include <cstddef>

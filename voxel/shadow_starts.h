@@ -12,7 +12,7 @@ namespace shadowdag {
 /// Samples with their lifted starts. Level 0 only. Reused from cluster to cluster; not thread safe.
 class ShadowStarts {
 public:
-    /// Starts anew, without samples. @param offset as shadowSegment's
+    /// Starts over, without samples. @param offset as shadowSegment's
     void reset(const VoxelGrid& grid, float offset);
 
     /// Adds a sample. @param normalWorld unit, on the light's side

@@ -183,7 +183,7 @@ private:
     size_t at(uint64_t context) const { return size_t(context * 0x9e3779b97f4a7c15u >> shift_); }
     /// What is known around the octant at (x, y, z), in cells: what touches its near sides and
     /// edges, what its coarser neighbours say at the far ones. Every cell more was tried and lost:
-    /// surroundings that are told apart are each learned anew.
+    /// each distinct surrounding is learned separately.
     uint64_t octantContext(uint32_t s, int x, int y, int z) const {
         uint64_t k = known.row(s, x, y - 1, z - 1) >> 1 & 3u;
         k = k << 4 | (known.row(s, x, y, z - 1) & 15u);

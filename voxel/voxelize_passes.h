@@ -18,7 +18,7 @@ struct PassBuildCounts {
 
 /// Returns the very DAG that voxelize() returns on the CPU (see there for the arguments and
 /// errors), built by passes on `backend`. A cell of the octree whose lists would take more than
-/// `budgetBytes` is parted into its children, which are built one after the other and merged on the
+/// `budgetBytes` is split into its children, which are built one after the other and merged on the
 /// host; the result depends on none of that. Throws Error kResource when not even a brick of 64^3
 /// voxels fits.
 /// @param triangles on the host; @param budgetBytes for lists, besides the triangles themselves and

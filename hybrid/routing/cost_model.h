@@ -95,8 +95,8 @@ public:
     virtual std::vector<double> weigh(const std::vector<MapQuantities>& maps) const = 0;
     /// Returns the route of every map, in order: rays where they are cheaper, the map at a tie. A
     /// map that had a route in the last frame keeps it until the other method is cheaper by more
-    /// than the factor 1 + margin, so that smaller changes of the costs do not switch methods, which
-    /// would be visible as popping.
+    /// than the factor 1 + margin, so that smaller changes of the costs do not switch methods,
+    /// which would be visible as popping.
     /// @param margin >= 0; 0 ignores earlier routes
     std::vector<Route> route(const std::vector<MapQuantities>& maps, double margin = 0) const;
     /// Returns whether route() needs costs measured or replayed for this frame first (see
