@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The camera that keys and mouse fly, and its text, from which every program makes the same camera.
+// The camera that keys and mouse control, and its text form, which gives the same camera in every
+// program.
 #pragma once
 
 #include "scenes/camera.h"
@@ -8,7 +9,7 @@
 
 namespace shadowdag {
 
-/// Keys that are held and what the mouse did since the last step.
+/// The keys that are held and the mouse movement since the last step.
 struct FlyInput {
     glm::vec3 along{0.0f}; ///< right, up, forward; each -1, 0 or 1
     glm::vec2 turn{0.0f};  ///< of the mouse, pixels: right and down are positive
@@ -20,8 +21,8 @@ struct FlyInput {
 class FlyCamera {
 public:
     FlyCamera() = default;
-    /// Takes over position, direction, roll, field of view and planes; what looks straight up or
-    /// down is tilted by 4 degrees.
+    /// Copies position, direction, roll, field of view and planes of a camera; one that looks
+    /// straight up or down is tilted by 4 degrees.
     explicit FlyCamera(const Camera& camera);
 
     /// Moves and turns, as the picture has right and up; E and Q rise and fall in the world.
@@ -30,8 +31,8 @@ public:
     void step(const FlyInput& input, double seconds, double metresPerSecond,
               double radiansPerPixel);
 
-    /// Returns px,py,pz,tx,ty,tz,fovDegrees,near,far and, where it has some, the roll: what
-    /// --camera takes. The target is one metre ahead. Equal texts give equal cameras in every
+    /// Returns px,py,pz,tx,ty,tz,fovDegrees,near,far and, if it is not zero, the roll, as
+    /// --camera accepts it. The target is one metre ahead. Equal texts give equal cameras in every
     /// program.
     std::string text() const;
 

@@ -14,7 +14,7 @@ namespace shadowdag {
 void endWithTheDisplay() {
     std::signal(SIGPIPE, SIG_IGN); // writing to a server that is gone is an error as reading is
     XSetIOErrorHandler([](Display*) -> int {
-        std::cerr << "shadowdag: error: the display is gone; the window ends with it" << std::endl;
+        std::cerr << "shadowdag: error: the connection to the display was lost" << std::endl;
         _exit(int(ErrorKind::kDevice));
     });
 }

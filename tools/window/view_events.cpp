@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What keys, the mouse and files that are named or dropped do.
+// Handles keys, the mouse, and files that are named or dropped.
 #include "tools/settings/parse.h"
 #include "tools/window/view_viewer.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture that a window shows: what refining it, drawing it anew and saving it need. Not for
-// other files than view_*.
+// The picture that a window shows, with what is needed to refine, redraw and save it. Internal to
+// view_*.
 #pragma once
 
 #include "tools/window/view_overlay.h"
@@ -22,7 +22,7 @@ inline bool isTruth(const ViewSide& side) {
 struct ViewShown {
     ViewRequest request;
     float scale = 1;
-    bool isWhole = false; ///< it was rendered by itself, at its full size
+    bool isWhole = false; ///< it was rendered independently, at its full size
     Camera camera, look;  ///< of the frame, of the picture
     std::array<FrameOptions, 2> options;
     std::array<FrameResult, 2> frames; ///< of the sides by a method

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Graphs over the last pictures: what stages took, stacked; how the sides err.
+// Graphs over the last pictures: stacked stage times, and the errors of both sides.
 #include "tools/settings/parse.h"
 #include "tools/window/view_ui.h"
 #include "tools/workspace/error_image.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the window stands on: GLFW's window and its context, Dear ImGui.
+// The window's libraries: GLFW's window and its context, Dear ImGui.
 #pragma once
 
 #define GLFW_INCLUDE_NONE // epoxy declares OpenGL
@@ -12,13 +12,13 @@ namespace shadowdag {
 /// GLFW, its window with a context that is current, and Dear ImGui on both.
 class ViewHost {
 public:
-    /// Throws Error kDevice where no window can be had, with GLFW's own message.
+    /// Throws Error kDevice with GLFW's message if no window can be opened.
     ViewHost(uint32_t width, uint32_t height);
     ~ViewHost();
     ViewHost(const ViewHost&) = delete;
     ViewHost& operator=(const ViewHost&) = delete;
 
-    /// After the window's own callbacks are set: ImGui's call them on.
+    /// Call after the window's own callbacks are set: ImGui's callbacks forward to them.
     void startInterface();
 
     GLFWwindow* handle = nullptr;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies over the picture: the split, names, lights, the legend, a pixel's pairs, messages.
+// What is drawn over the picture: the split, names, lights, the legend, a pixel's pairs, messages.
 #include "tools/window/view_observer.h"
 #include "tools/window/view_overlay.h"
 #include "tools/window/view_ui.h"
@@ -113,8 +113,8 @@ void drawLights(const ViewPicture& p, const ViewUi& ui, const ImVec2& from, cons
     }
     list->PopClipRect();
     label({from.x + 8, to.y - 24},
-          "lights: by rays sky blue, by maps orange, both white, none grey; arrows: where a "
-          "sun's light goes");
+          "lights: sky blue by rays, orange by maps, white by both, grey by neither; arrows: "
+          "direction of a sun's light");
 }
 
 void drawLegend(const ViewLegend& legend, const ImVec2& from, const ImVec2& to) {
@@ -156,7 +156,7 @@ void drawPixel(ViewUi& ui, const PixelReport& pixel, const ImVec2& from, const I
                                  int(ImGui::GetWindowSize().x), int(ImGui::GetWindowSize().y)};
     ImGui::Text("pixel %u, %u", pixel.x, pixel.y);
     if (!pixel.hasSample) {
-        ImGui::TextUnformatted("background: nothing is seen there");
+        ImGui::TextUnformatted("background: no surface at this pixel");
     } else {
         ImGui::TextWrapped("%s", pixel.surface.c_str());
         ImGui::Text("at %.4g %.4g %.4g m, cluster %u, %zu pairs", double(pixel.positionWorld.x),
@@ -183,7 +183,7 @@ void drawPixel(ViewUi& ui, const PixelReport& pixel, const ImVec2& from, const I
                     if (i == 0)
                         ImGui::Text("%s", pair.servedBy.c_str());
                     else if (i == 1 && pair.faceTexels > 0)
-                        ImGui::Text("asks %.0f, has %u", double(pair.requestedTexels),
+                        ImGui::Text("requested %.0f, allocated %u", double(pair.requestedTexels),
                                     pair.faceTexels);
                     ImGui::TableNextColumn();
                     ImGui::TextUnformatted(answer.method.c_str());
@@ -239,7 +239,9 @@ void drawOverPicture(ViewUi& ui, const ImVec2& from, const ImVec2& to) {
         }
     }
     if (!ui.request.frozen.empty())
-        y += label({from.x + 8, y}, "frozen: the frame is of the camera at F; you look on").y + 4;
+        y += label({from.x + 8, y}, "frozen: shows the frame of the camera at which F was pressed")
+                 .y +
+             4;
     if (!ui.statusWork.empty()) {
         char text[320];
         if (ui.statusFraction < 0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// --log of the window: a line of JSON for everything that happens, for scripts and tests.
+// --log of the window: one line of JSON per event, for scripts and tests.
 #pragma once
 
 #include "tools/settings/json.h"
@@ -9,7 +9,7 @@
 
 namespace shadowdag {
 
-/// Writes lines as they come. Does nothing without a path.
+/// Writes lines immediately. Does nothing without a path.
 class ViewLog {
 public:
     /// Throws Error kResource when the file cannot be written.

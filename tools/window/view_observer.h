@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A frame seen by another camera than its own: what the frozen camera saw, its clusters as boxes.
+// Shows a frame from another camera than its own: what the frozen camera saw, and its clusters as
+// boxes.
 #pragma once
 
 #include "hybrid/clusters/clusters.h"
@@ -10,8 +11,8 @@
 
 namespace shadowdag {
 
-/// Returns where a world point lies for a camera: x and y in pixels, 0 at the centre of the first,
-/// and z in metres along its forward axis; x and y mean nothing where z <= 0.
+/// Returns a world point in a camera's picture: x and y in pixels, 0 at the centre of the first,
+/// and z in metres along the forward axis; x and y are meaningless if z <= 0.
 glm::dvec3 pixelOfPoint(const ViewRays& view, const glm::dvec3& pointWorld);
 
 /// Returns the observer's display picture: samples that the frozen camera saw have its picture's

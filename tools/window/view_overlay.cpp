@@ -65,7 +65,7 @@ OverlayPicture drawClusters(const OverlayInputs& in) {
         return glm::mix(greyOf(in.display[s]), hashColor(cluster), 0.6f);
     });
     picture.legend.title =
-        "a colour a cluster, " + std::to_string(in.renderer.clusters().count()) + " of them";
+        "one colour per cluster, " + std::to_string(in.renderer.clusters().count()) + " of them";
     return picture;
 }
 
@@ -286,7 +286,7 @@ OverlayPicture drawSteps(const OverlayInputs& in) {
         return shaded(rampColor(t), in.display[s]);
     });
     picture.legend.title =
-        "nodes and leaves that rays to a pixel's lights read or would read, mean";
+        "nodes and leaves read by rays to a pixel's lights, mean (also for lights that use maps)";
     picture.legend.ticks = powerTicks(kFirst, kLast);
     return picture;
 }

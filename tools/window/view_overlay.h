@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of what a frame did: clusters, resolutions, pages, voxels, steps, errors.
+// Pictures of the internals of a frame: clusters, resolutions, pages, voxels, steps, errors.
 #pragma once
 
 #include "hybrid/frame.h"
@@ -10,7 +10,7 @@
 
 namespace shadowdag {
 
-/// A frame, and what the truth has said of it so far.
+/// A frame, and the answers of the truth that are known so far.
 struct OverlayInputs {
     const FrameRenderer& renderer; ///< whose last frame it is
     const World& world;
@@ -31,9 +31,9 @@ struct OverlayPicture {
     ViewLegend legend;
 };
 
-/// Returns the picture that request.overlay asks for; kNone: the lit scene. What an overlay needs
-/// and the frame has not (voxels, a drawn map, pairs) leaves the scene in grey, and the legend says
-/// what is missing.
+/// Returns the picture that request.overlay selects; kNone: the lit scene. If the frame lacks what
+/// the overlay needs (voxels, a drawn map, pairs), the scene is grey and the legend says what is
+/// missing.
 OverlayPicture drawOverlay(const OverlayInputs& inputs);
 
 /// One map, its six faces unfolded (+x and -x beside +z, -z; +y above, -y below) or the one window
@@ -49,10 +49,10 @@ struct UnfoldedMap {
 /// darkened.
 UnfoldedMap drawUnfoldedMap(const OverlayInputs& inputs);
 
-/// Returns a colour for a number in [0, 1]: dark blue over grey to yellow, rising in lightness,
-/// told apart by colour-blind eyes.
+/// Returns a colour for a number in [0, 1]: from dark blue through grey to yellow, of increasing
+/// lightness, safe for colour-blind readers.
 glm::vec3 rampColor(float t);
-/// Returns one of many well told apart colours for a number.
+/// Returns one of many clearly distinct colours for a number.
 glm::vec3 hashColor(uint32_t number);
 
 } // namespace shadowdag

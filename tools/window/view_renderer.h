@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the window's worker runs: opens scenes, renders requests at a scale, refines the truth while
-// nothing else is asked. Not thread safe: one thread at a time.
+// The renderer of the window's worker: opens scenes, renders requests at a scale, refines the truth
+// while there is no request. Not thread safe: one thread at a time.
 #pragma once
 
 #include "tools/window/view_request.h"
@@ -33,13 +33,14 @@ struct SavedView {
     std::string backend; ///< that rendered it, by its name
 };
 
-/// Thrown where a picture is not wanted any more.
+/// Thrown when a picture is no longer wanted.
 struct PictureGivenUp {};
 
-/// Who is asked and told while a picture is made; each may be empty.
+/// Callbacks while a picture is rendered; each may be empty.
 struct ViewHooks {
-    std::function<bool()> isUnwanted;                   ///< asked between stages
-    std::function<void(const std::string& work)> tells; ///< what takes longer than a picture does
+    std::function<bool()> isUnwanted; ///< called between stages
+    std::function<void(const std::string& work)>
+        tells; ///< announces work that takes longer than a picture
 };
 
 /// The scene that is open and what renders it.
@@ -48,54 +49,54 @@ public:
     explicit ViewRenderer(ViewSettings settings);
     ~ViewRenderer();
 
-    /// Opens SCENE with voxels of a resolution or, where `assetPath` is not empty, of a file. The
-    /// scene before stays open, as it is, when this throws, as loadSceneAndWorld, chooseCamera and
-    /// obtainDags do.
+    /// Opens SCENE with voxels of a resolution or, if `assetPath` is not empty, of a file. Throws
+    /// what loadSceneAndWorld, chooseCamera and obtainDags throw; the previous scene then stays
+    /// open.
     /// @param camera of the first view, as --camera takes it
-    /// @param console hears what takes time; it may throw to give up
+    /// @param console receives progress; it may throw to cancel
     ViewSceneInfo open(const std::string& scene, const std::string& camera, uint32_t resolutionLog2,
                        const std::string& assetPath, const Console& console);
-    /// Gives the scene that is open other voxels. As open().
+    /// Replaces the voxels of the open scene. Throws as open().
     ViewSceneInfo setVoxels(uint32_t resolutionLog2, const std::string& assetPath,
                             const Console& console);
-    /// Renders on another backend from now on; with a scene open, its renderers are made anew.
-    /// Stays with the one before where that throws.
+    /// Switches to another backend; if a scene is open, its renderers are created again. If that
+    /// throws, the previous backend stays.
     void setBackend(Backend backend);
     Backend backend() const { return settings_.backend; }
-    /// Gives up the scene and what renders it. Renderers on OpenGL end on a thread that may make
-    /// their context current: that which used them, not one that has a window's.
+    /// Closes the scene and its renderers. Renderers on OpenGL must be closed on a thread that may
+    /// make their context current: the one that used them, not one with a window's context.
     void close();
     bool isOpen() const { return open_ != nullptr; }
     /// Returns whether requests of a scene, by its number, are of the one that is open; 0 is any.
     bool shows(uint64_t scene) const;
-    /// Routes by other costs from now on.
+    /// Uses other costs for routing.
     void setCosts(CostSource costs);
 
-    /// Returns whether a side that is shown routes by costs that would be measured first.
+    /// Returns whether a visible side routes by costs that must be measured first.
     bool measures(const ViewRequest& request);
 
-    /// Renders a request at a scale of its size. Every side but the truth's is whole; the truth's
-    /// whole where the request moves, else what isFinal = false says is refined by refine(). At a
-    /// scale below 1 the picture is one of the smaller size, in its maps and routes, too. A model
-    /// whose costs are to be measured gets them where the picture rests at its full size, and keeps
-    /// them until something changes; elsewhere kStandInModel routes, and the notes say so. Where
-    /// canRedraw(), the frames of the last picture are drawn again. Throws what
-    /// FrameRenderer::render throws, and PictureGivenUp where it is unwanted: then there is no last
-    /// picture, but of one that was drawn again and given up, whose frames stay.
+    /// Renders a request at a scale of its size. All sides are complete except the truth's: it is
+    /// complete if the request moves; otherwise isFinal is false and refine() completes it. At a
+    /// scale below 1 maps and routes are also those of the smaller picture. Costs that a model
+    /// needs are measured when the picture rests at its full size, and kept until something
+    /// changes; until then kStandInModel routes, and the notes say so. Where canRedraw(), the
+    /// frames of the last picture are drawn again. Throws what FrameRenderer::render throws, and
+    /// PictureGivenUp where it is unwanted: then there is no last picture, but of one that was
+    /// drawn again and given up, whose frames stay.
     std::shared_ptr<ViewPicture> render(const ViewRequest& request, float scale,
                                         const ViewHooks& hooks = {});
     /// Returns whether the last picture's frames are those of a request, and what they know is
     /// enough to draw it: it then comes at once, at full size, with the truth found so far.
     bool canRedraw(const ViewRequest& request) const;
     /// Asks the truth for more samples of the last picture, for about `budgetMs`. Returns whether
-    /// there is more to ask.
+    /// samples remain.
     bool refine(double budgetMs);
     /// Returns whether there is a last picture.
     bool hasPicture() const;
     /// Returns whether refine() has something to do.
     bool canRefine() const;
-    /// Returns the last picture anew, with what refine() found since. Throws PictureGivenUp where
-    /// it is unwanted; it can be asked for again.
+    /// Returns the last picture again, with what refine() found since. Throws PictureGivenUp if it
+    /// is unwanted; it can be requested again.
     std::shared_ptr<ViewPicture> picture(const ViewHooks& hooks = {});
 
     /// Renders a request at its full size, by itself (nothing kept from frames before, the truth

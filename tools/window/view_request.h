@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the window asks its renderer for, and what comes back. Values only: they pass between
+// The requests of the window to its renderer, and the replies. Values only: they are passed between
 // threads.
 #pragma once
 
@@ -18,7 +18,7 @@ enum class ViewOverlay : uint8_t {
     kNone,
     kClusters,    ///< every cluster in a colour of its own
     kMethods,     ///< which method answered: share of pairs by rays
-    kRequested,   ///< face resolution that a sample's cluster asks of a light
+    kRequested,   ///< face resolution that a sample's cluster requests of a light
     kAllocated,   ///< face resolution that the light's map has
     kPages,       ///< pages of the selected light's map
     kProjections, ///< cells of its projection map, bright where culling keeps them
@@ -46,7 +46,7 @@ struct ViewSide {
     bool operator==(const ViewSide&) const = default;
 };
 
-/// One picture asked for.
+/// A request for one picture.
 struct ViewRequest {
     uint64_t serial = 0;       ///< ascending
     uint64_t scene = 0;        ///< ViewSceneInfo::serial; 0: whichever is open
@@ -64,22 +64,22 @@ struct ViewRequest {
     int light = -1;          ///< of kRequested, kAllocated: -1 for the most of any; of kPages,
                              ///< kProjections: -1 for the light with most samples
     FrameOptions options;    ///< width and height are the window's picture, before scaling
-    bool isMoving = false;   ///< more follows at once: answer at a scale that keeps up
-    bool wantsMap = false;   ///< the selected light's map is to be unfolded, while it rests
-    bool wantsError = false; ///< the truth is to be asked while it rests
+    bool isMoving = false;   ///< more requests follow at once: render at a scale that keeps up
+    bool wantsMap = false;   ///< unfold the selected light's map, while the view rests
+    bool wantsError = false; ///< ask the truth while the view rests
     float exposureStops = 0; ///< on top of the exposure found for the first picture of a scene
-    std::optional<glm::vec2> pixel; ///< of the picture, [0, 1): whose pairs are told
+    std::optional<glm::vec2> pixel; ///< of the picture, [0, 1): its pairs are reported
 };
 
 /// How one method answers one pair.
 struct PairAnswer {
     std::string method;     ///< as in kMethods
-    int visibility = -1;    ///< 0 dark .. 255 lit; -1: not at hand
-    double nanoseconds = 0; ///< of asking once more, median of many
-    std::string blocker;    ///< what it says stands in the way; "" when lit
+    int visibility = -1;    ///< 0 dark .. 255 lit; -1: not available
+    double nanoseconds = 0; ///< of one more evaluation, median of many
+    std::string blocker;    ///< what blocks the light, according to the method; "" if lit
 };
 
-/// One light of a pixel that was asked about.
+/// One light of the selected pixel.
 struct PixelPair {
     uint32_t light = 0;
     float distanceWorld = 0; ///< metres
@@ -100,13 +100,13 @@ struct PixelReport {
     std::vector<PixelPair> pairs;
 };
 
-/// Wrong pairs over those that the truth has answered so far.
+/// Wrong pairs among those that the truth has answered so far.
 struct ViewErrors {
     uint64_t pairCount = 0, falseShadowCount = 0, falseLightCount = 0;
     double doneShare = 0; ///< of the picture's samples
 };
 
-/// What one side tells beside its picture.
+/// The picture of one side, with its times and errors.
 struct SideReport {
     std::vector<uint8_t> rgba; ///< width * height * 4, display values; empty: not shown
     StageTimes stages;         ///< milliseconds; of the truth "embree"
@@ -115,7 +115,7 @@ struct SideReport {
     std::optional<ViewErrors> errors;
 };
 
-/// What a scale of colours means.
+/// The legend of a colour scale.
 struct ViewLegend {
     std::string title;
     /// Position in [0, 1] from left to right, and what stands there.
@@ -124,12 +124,12 @@ struct ViewLegend {
     std::vector<std::pair<glm::vec3, std::string>> swatches;
 };
 
-/// An answer to a request.
+/// The reply to a request.
 struct ViewPicture {
     ViewRequest request;
     uint32_t width = 0, height = 0; ///< as rendered
     float scale = 1;                ///< of the picture's sides to what was asked
-    bool isFinal = false;           ///< nothing of this request will come any more
+    bool isFinal = false;           ///< no further picture of this request follows
     double workMs = 0;              ///< from taking the request to this picture
     Camera camera;
     std::array<SideReport, 2> sides;
@@ -140,24 +140,24 @@ struct ViewPicture {
     std::vector<uint8_t> mapRgba;
     uint32_t mapWidth = 0, mapHeight = 0;
     std::string mapTitle;
-    std::vector<std::string> notes; ///< what was not as asked: a full pool
+    std::vector<std::string> notes; ///< deviations from the request, such as a full pool
     std::string backend;            ///< backendName
     uint32_t devicePageTexels = 0;  ///< side of pages that the backend has; 0: any
 };
 
-/// What is known of the scene that is open.
+/// Information on the open scene.
 struct ViewSceneInfo {
     uint64_t serial = 0; ///< ascending with every scene that is opened, not with its voxels
     std::string argument;
     uint64_t triangleCount = 0;
     uint32_t voxelResolution = 0; ///< 0: no voxels
     uint64_t voxelBytes = 0;
-    uint32_t largestLog2 = 12;        ///< voxels an axis that memory should do for, log2
+    uint32_t largestLog2 = 12;        ///< log2 of the voxels per axis that should fit into memory
     std::vector<Light> lights;        ///< at time 0
     std::vector<std::string> cameras; ///< those that --camera can name
     std::string cameraText;           ///< of the first view, as --camera takes it
     Camera camera;                    ///< the first view
-    bool isPlaced = false;            ///< it was found, not named: no text but numbers means it
+    bool isPlaced = false;            ///< it was computed, not named: only numbers denote it
     Box bounds;
     uint32_t frameCount = 1; ///< up to the end of the longest animation, by the clock's rate
     bool isAnimated() const { return frameCount > 1; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the window asks its worker for and takes from it, and what its log says of that.
+// The window's requests to its worker, the worker's replies, and their log.
 #include "tools/window/view_viewer.h"
 #include "tools/workspace/frame_json.h"
 
@@ -61,7 +61,7 @@ void Viewer::takeResults() {
                       ", .exr, .experiment.json; rendered again by compare "
                       "--experiment with --backend " +
                       saved->backend;
-        ui_.hasChanged = true; // saving rendered by itself; what is kept for the view starts anew
+        ui_.hasChanged = true; // saving rendered by itself; what is kept for the view starts over
         log_.write("saved", {{"png", saved->png},
                              {"exr", saved->exr},
                              {"experiment", saved->experiment},
@@ -70,7 +70,8 @@ void Viewer::takeResults() {
     if (std::optional<TakenCosts> costs = session_.takeCosts()) {
         ui_.costs = costs->path;
         if (!costs->otherMachine.empty())
-            ui_.message = "warning: the costs of " + costs->path + " are of " + costs->otherMachine;
+            ui_.message =
+                "warning: the costs of " + costs->path + " were measured on " + costs->otherMachine;
         ui_.hasChanged = true;
         log_.write("costs", {{"path", costs->path}, {"other_machine", costs->otherMachine}});
     }

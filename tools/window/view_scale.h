@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// How large the picture is rendered while it moves, so that it keeps up.
+// The size at which a moving picture is rendered, so that it keeps up with the camera.
 #pragma once
 
 namespace shadowdag {
 
-/// Chooses the scale of the next picture from how long those before took. What a picture costs is
-/// taken for a part that does not depend on its size and a part that goes with its pixels, told
-/// apart by the last two scales. Where the first alone is over the target, pixels may cost half as
-/// much again: making the picture smaller still would gain little.
+/// Chooses the scale of the next picture from the times of the previous ones. The cost of a picture
+/// is modelled as a constant plus a term proportional to its pixels, fitted to the last two scales.
+/// If the constant alone exceeds the target, the pixels may cost half of it in addition, because a
+/// smaller picture would gain little.
 class RenderScale {
 public:
     static constexpr float kLeast = 0.125f;
@@ -15,11 +15,11 @@ public:
     /// @param targetMs what a moving picture may take
     explicit RenderScale(double targetMs) : targetMs_(targetMs) {}
 
-    /// Notes what a picture of a scale took.
+    /// Records the time of a picture at a scale.
     void note(float scale, double timeMs);
     /// Returns the scale of the next moving picture, from kLeast to 1, in steps of an eighth.
     float next() const { return scale_; }
-    /// Forgets: what is rendered now is something else.
+    /// Forgets the recorded times, when something else is rendered.
     void reset() { *this = RenderScale(targetMs_); }
 
 private:

@@ -18,7 +18,7 @@ namespace {
 /// Thrown through whatever is being done when the window closes or another scene is wanted.
 struct GivenUp {};
 
-/// How often the truth's picture is drawn anew while it is refined.
+/// How often the truth's picture is redrawn while it is refined.
 constexpr double kRefinedPictureMs = 60;
 
 /// Lets the window's own thread go first: the worker's threads take all processors otherwise.
@@ -211,7 +211,7 @@ template <class F> void ViewSession::attempt(const char* kind, const F& step) {
 void ViewSession::openScene(const OpenWork& work) {
     report(work.scene.empty() ? "voxels" : "open " + work.scene, 0);
     if (work.scene.empty() && !renderer_.isOpen())
-        throw Error(ErrorKind::kUsage, "voxels need their scene; open that first");
+        throw Error(ErrorKind::kUsage, "voxels need their scene; open the scene first");
     ViewSceneInfo info = work.scene.empty()
                              ? renderer_.setVoxels(work.resolutionLog2, work.assetPath, console())
                              : renderer_.open(work.scene, work.camera, work.resolutionLog2,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window's worker: one thread that opens scenes, renders and refines, while the window goes on.
+// The window's worker: a thread that opens scenes, renders and refines while the window stays
+// responsive.
 #pragma once
 
 #include "tools/window/view_renderer.h"
@@ -17,12 +18,12 @@
 
 namespace shadowdag {
 
-/// What the worker is about, for the window's status line.
+/// The state of the worker, for the window's status line.
 struct ViewStatus {
     std::string work;    ///< "voxelize atrium 1024^3"; "" while nothing long is done
     double fraction = 0; ///< of it; below 0: not known
-    /// What went wrong, a line each for opening, saving, the backend and the picture; each stays
-    /// until the same goes well, or clearErrors().
+    /// Errors, one line each for opening, saving, the backend and the picture; each stays until the
+    /// same operation succeeds, or until clearErrors().
     std::string error;
     std::vector<std::string> notes; ///< remarks of opening the scene
 };
@@ -38,24 +39,25 @@ public:
     /// @param wake is called from the worker's thread whenever something has changed; may be empty
     /// @param targetMs what a moving picture may take
     ViewSession(ViewSettings settings, double targetMs, std::function<void()> wake);
-    /// Gives up what is being done, at its next report of progress or, of a picture, between two
-    /// stages, and waits for that. Work that reports none (reading a file, building batches, asking
-    /// the truth for a view's files) is finished first.
+    /// Cancels the current work, at its next report of progress or, for a picture, between two
+    /// stages, and waits for that. Work that reports no progress (reading a file, building batches,
+    /// asking the truth for a view's files) is finished first.
     ~ViewSession();
 
-    /// Opens a scene, or gives the open one other voxels where `scene` is empty; the newest counts.
+    /// Opens a scene or, if `scene` is empty, other voxels of the open one; the newest request
+    /// counts.
     /// @param camera of a scene's first view, as --camera takes it
     void open(const std::string& scene, const std::string& camera, uint32_t resolutionLog2,
               const std::string& assetPath);
-    /// Renders on another backend from now on, by its name (chooseBackend).
+    /// Switches to another backend, by its name (chooseBackend).
     void setBackend(const std::string& name);
-    /// Routes by the costs of a file from now on, as --costs names it; takeCosts() tells once it is
-    /// read.
+    /// Uses the costs of a file, as --costs names it, for routing; takeCosts() returns them once
+    /// the file is read.
     void setCosts(const std::string& path);
-    /// Asks for a picture; the newest counts. Without a scene nothing comes. A full-size picture
-    /// that is being made is given up for it, between two stages.
+    /// Requests a picture; the newest request counts. Without a scene there is no reply. A
+    /// full-size picture that is being rendered is cancelled, between two stages.
     void ask(const ViewRequest& request);
-    /// Asks for a view's files, after everything asked before.
+    /// Requests a view's files, after all earlier requests.
     void save(const ViewRequest& request, const std::string& directory);
 
     /// Return what is new since the last call, else null or nothing.
@@ -68,10 +70,10 @@ public:
 
     /// Returns whether takePicture() has one to give.
     bool hasPicture() const;
-    /// Returns whether a picture is being made of which nothing has been shown yet. One that is
-    /// asked for and not begun is not: the next takes its place.
+    /// Returns whether a picture is being rendered of which nothing has been shown yet. A request
+    /// that has not been started does not count: the next one replaces it.
     bool isAnswering() const;
-    /// Returns whether nothing is asked for that is not done, refining included.
+    /// Returns whether all requests are done, including refinement.
     bool isIdle() const;
 
 private:
@@ -90,7 +92,7 @@ private:
         std::optional<SaveWork> save;
         std::optional<ViewRequest> ask;
         bool any() const { return backend || costs || open || save || ask; }
-        /// Returns whether the picture that is being made is of no use for it.
+        /// Returns whether the picture that is being rendered is no longer useful.
         bool endsPicture() const { return backend || costs || open || ask; }
     };
 

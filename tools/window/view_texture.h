@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A picture on its way to the screen.
+// A texture for showing a picture.
 #pragma once
 
 #include <cstdint>

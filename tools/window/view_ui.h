@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window's state and its parts. Of the window's own thread; not for other files than view_*.
+// The window's state and its parts. Used by the window's own thread only; internal to view_*.
 #pragma once
 
 #include "tools/window/view_camera.h"
@@ -16,7 +16,7 @@ struct ImVec2;
 
 namespace shadowdag {
 
-/// What one side took and how it erred, picture by picture: what graphs are drawn from.
+/// Times and errors of both sides, picture by picture, for the graphs.
 struct ViewSample {
     std::array<std::vector<float>, 2> groupsMs; ///< by side and group (kStageGroups); or empty
     std::array<float, 2> falseShadow{-1, -1}, falseLight{-1, -1}; ///< shares; -1: not known
@@ -28,7 +28,7 @@ constexpr size_t kHistoryLength = 180;
 /// Returns a colour as Dear ImGui packs it.
 uint32_t packedColor(const glm::vec3& display, float alpha = 1.0f);
 
-/// Stages as graphs show them: what goes together is added up.
+/// Groups of stages for the graphs; the stages of a group are added.
 struct StageGroup {
     const char* name;
     glm::vec3 color; ///< Okabe and Ito's

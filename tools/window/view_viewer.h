@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The window while it is open: its loop (view_window.cpp), what keys, mouse and drops do
-// (view_events.cpp), what it asks its worker and takes from it (view_asking.cpp). Not for other
-// files than these.
+// (view_events.cpp), and its requests to the worker (view_requests.cpp). Internal to these files.
 #pragma once
 
 #include "tools/window/view_host.h"
@@ -36,9 +35,9 @@ private:
     /// Returns whether the interface has to be drawn at its full rate.
     bool isLively(double now) const;
     bool heldKeys() const;
-    /// Takes events until the interface, drawn at `last`, is due to be drawn again: at `due`, or
-    /// as soon as may be where there is a picture to show; while nothing happens, when something
-    /// does, or for interrupts now and then.
+    /// Handles events until the interface, last drawn at `last`, must be drawn again: at `due`, or
+    /// as soon as possible if there is a picture to show. While nothing happens it waits for the
+    /// next event, and wakes up now and then to handle interrupts.
     void waitUntil(double last, double due);
 
     void onKey(int key, int action, int mods);

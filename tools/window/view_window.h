@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window: GLFW for events, OpenGL to show what the worker rendered, Dear ImGui over it.
+// The window: GLFW for events, OpenGL to show the worker's pictures, Dear ImGui for the interface.
 #pragma once
 
 #include "tools/window/view_renderer.h"
@@ -9,7 +9,7 @@
 
 namespace shadowdag {
 
-/// What a window starts with.
+/// The initial state of a window.
 struct ViewWindowOptions {
     ViewSettings settings;
     std::string scene; ///< "": none is open until one is dropped
@@ -25,9 +25,9 @@ struct ViewWindowOptions {
     double targetMs = 22; ///< what a moving picture may take
 };
 
-/// Opens the window and returns when it was closed. Throws Error kDevice where no window can be
-/// had, with GLFW's own message; kResource where the log cannot be written; Interrupted after
-/// SIGINT or SIGTERM.
+/// Opens the window and returns after it was closed. Throws Error kDevice with GLFW's message if no
+/// window can be opened, kResource if the log cannot be written, Interrupted after SIGINT or
+/// SIGTERM.
 void runViewWindow(const ViewWindowOptions& options);
 
 } // namespace shadowdag

@@ -504,7 +504,7 @@ TEST(ViewWindow, EndsWhereTheDisplayIsGoneWhateverTheWorkerDoes) {
                          .is_null());
         view.display.endServer();
         EXPECT_EQ(view.waitForEnd(), 4);
-        EXPECT_THAT(view.errors(), HasSubstr("the display is gone"));
+        EXPECT_THAT(view.errors(), HasSubstr("the connection to the display was lost"));
     }
 }
 
