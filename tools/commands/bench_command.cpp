@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag bench`: our rates beside Embree's and NanoVDB's in one run, after checking the
+// `shadowdag bench`: measures our rates, Embree's and NanoVDB's in one run, after checking the
 // answers.
 #include "tools/bench/bench_raster.h"
 #include "tools/bench/bench_voxel.h"
@@ -68,7 +68,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     Json result = isVoxel ? runVoxelBench(*scene.world, camera, voxel, console)
                           : runRasterBench(*scene.world, camera, raster, console);
     if (isVoxel && !result.contains("nanovdb_bytes"))
-        console.note("NanoVDB is left out above --nanovdb-limit " + options.nanoVdbLimit);
+        console.note("NanoVDB is omitted above --nanovdb-limit " + options.nanoVdbLimit);
     console.people() << scene.name << " at " << options.size << "\n";
     isVoxel ? printVoxelBench(console.people(), result)
             : printRasterBench(console.people(), result);
@@ -85,36 +85,36 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
 
 std::function<void()> declareBench(CommandLine& commandLine) {
     auto options = std::make_shared<BenchOptions>();
-    commandLine.text("NAME", options->name, "",
-                     "voxel: voxelizing and shadow rays beside Embree and NanoVDB; raster: shadow "
-                     "maps stage by stage "
-                     "beside Embree",
-                     true);
+    commandLine.text(
+        "NAME", options->name, "",
+        "voxel: voxelization and shadow rays, compared with Embree and NanoVDB; raster: "
+        "shadow maps stage by stage, compared with Embree",
+        true);
     commandLine.text("SCENE", options->scene, "",
                      "A .glb or .gltf file, or builtin:NAME [builtin:atrium]");
     commandLine.heading("View");
     commandLine.text("--size", options->size, "WxH",
-                     "Size of the view whose pairs are asked [320x180]");
+                     "Size of the view whose pairs are traced [320x180]");
     commandLine.text("--camera", options->camera, "auto|NAME|NUMBERS",
                      "As for render [the scene's first, else auto]");
     commandLine.text("--lights", options->lights, "N",
-                     "Replace the scene's lights by N placed ones [-1: keep them]");
-    commandLine.text("--seed", options->seed, "S", "Where they are placed [1]");
+                     "Replace the scene's lights by N generated lights [-1: keep them]");
+    commandLine.text("--seed", options->seed, "S", "Seed of the generated lights [1]");
     commandLine.text("--repeats", options->repeats, "N",
-                     "Times that all is measured; the median is given [5]");
+                     "Number of repetitions; the median is reported [5]");
     commandLine.heading("voxel");
     commandLine.text("--resolution", options->resolution, "N",
-                     "Voxels an axis, a power of two [1024]");
+                     "Voxels per axis, a power of two [1024]");
     commandLine.text("--nanovdb-limit", options->nanoVdbLimit, "N",
-                     "Leave NanoVDB out at resolutions above N, whose grids are large [2048]");
+                     "Omit NanoVDB above this resolution, because its grids become large [2048]");
     commandLine.text("--frame-size", options->frameSize, "WxH",
-                     "Size of the frame whose pairs are asked as a whole [as --size]");
+                     "Size of the frame all of whose pairs are traced [as --size]");
     commandLine.heading("raster");
     commandLine.text("--maps", options->maps, "N", "Draw the maps of this many lights [40]");
     commandLine.text("--face", options->faceTexels, "N",
-                     "Texels a side of the largest map's faces [512]");
+                     "Texels per side of the largest map's faces [512]");
     commandLine.text("--page-size", options->pageSize, "N",
-                     "Texels a side of a page, 16 to 256 [" + options->pageSize + "]");
+                     "Texels per side of a page, 16 to 256 [" + options->pageSize + "]");
     options->global.declare(commandLine);
     return [options, &commandLine] { runBench(*options, commandLine); };
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag export`: an asset as an OpenVDB or NanoVDB grid.
+// `shadowdag export`: writes an asset as an OpenVDB or NanoVDB grid.
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/parse.h"
@@ -54,10 +54,11 @@ void runExport(const ExportOptions& options) {
 std::function<void()> declareExport(CommandLine& commandLine) {
     auto options = std::make_shared<ExportOptions>();
     commandLine.text("F.svdag", options->input, "", "The asset to export", true);
-    commandLine.text("-o,--output", options->output, "F.vdb|F.nvdb",
-                     "The grid to write: OpenVDB or NanoVDB by its ending, the occupied voxels "
-                     "active in a mask grid; import gives the same asset back",
-                     true);
+    commandLine.text(
+        "-o,--output", options->output, "F.vdb|F.nvdb",
+        "The file to write, OpenVDB or NanoVDB by its extension: a mask grid whose active "
+        "voxels are the occupied ones; import restores the same asset",
+        true);
     options->global.declare(commandLine);
     return [options] { runExport(*options); };
 }

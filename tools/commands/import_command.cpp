@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag import`: the active voxels of an OpenVDB or NanoVDB grid as an asset.
+// `shadowdag import`: makes an asset of the active voxels of an OpenVDB or NanoVDB grid.
 #include "cuda/error.h"
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
@@ -133,15 +133,16 @@ void runImportApart(const ImportOptions& options) {
 std::function<void()> declareImport(CommandLine& commandLine) {
     auto options = std::make_shared<ImportOptions>();
     commandLine.text("FILE", options->input, "",
-                     "A .vdb (OpenVDB) or .nvdb (NanoVDB) file; what export wrote comes back as it "
-                     "was, of any other grid the active voxels are taken, in the smallest cube of "
-                     "a power of two",
+                     "A .vdb (OpenVDB) or .nvdb (NanoVDB) file. A file that export wrote gives the "
+                     "same asset again; of any other grid the active voxels are used, in the "
+                     "smallest cube whose side is a power of two",
                      true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
     commandLine.text("--packing", options->packing, "P", kPackingHelp);
-    commandLine.text("--grid", options->grid, "NAME", "Which grid, where there are several");
-    commandLine.flag("--edited", options->acceptEdited,
-                     "Accept an exported grid that was edited since, as a foreign one");
+    commandLine.text("--grid", options->grid, "NAME", "The grid to read, if the file has several");
+    commandLine.flag(
+        "--edited", options->acceptEdited,
+        "Accept an exported grid that was edited since, as if another program wrote it");
     options->global.declare(commandLine);
     return [options] {
         std::getenv(kApart) != nullptr ? runImport(*options) : runImportApart(*options);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag info`: what an asset or a scene holds.
+// `shadowdag info`: describes an asset or a scene.
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/parse.h"
@@ -94,12 +94,13 @@ void infoScene(const InfoOptions& options, const Console& console) {
 std::function<void()> declareInfo(CommandLine& commandLine) {
     auto options = std::make_shared<InfoOptions>();
     commandLine.text("FILE", options->what, "", "An asset (.svdag) or a SCENE", true);
-    commandLine.flag("--verify", options->verify,
-                     "Say that every checksum and address of an asset was checked (reading one "
-                     "always checks them)");
+    commandLine.flag(
+        "--verify", options->verify,
+        "Report that all checksums and addresses of an asset are valid (reading an asset "
+        "always checks them)");
     commandLine.text("--lights", options->lights, "N",
-                     "Of a scene: replace its lights by N placed ones [-1]");
-    commandLine.text("--seed", options->seed, "S", "Where they are placed [1]");
+                     "For a scene: replace its lights by N generated lights [-1]");
+    commandLine.text("--seed", options->seed, "S", "Seed of the generated lights [1]");
     options->global.declare(commandLine);
     return [options, &commandLine] {
         const Console console(options->global.json);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag merge`: joins the parts of a build to its asset.
+// `shadowdag merge`: joins the parts of a build into its asset.
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/parse.h"
@@ -75,11 +75,11 @@ void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
 std::function<void()> declareMerge(CommandLine& commandLine) {
     auto options = std::make_shared<MergeOptions>();
     commandLine.texts("PART", options->parts, "",
-                      "The .svpart files of one build, each of its parts once, in any order", true);
+                      "The .svpart files of one build, each part once, in any order", true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
     commandLine.text("--packing", options->packing, "P", kPackingHelp);
     commandLine.text("--memory-limit", options->memoryLimit, "BYTES",
-                     "Keep the process below so much memory, as in 4G, with scratch files in "
+                     "Limit the memory of the process, as in 4G; uses scratch files in "
                      "F.svdag.scratch; slower [no limit]");
     options->global.declare(commandLine);
     return [options, &commandLine] { runMerge(*options, commandLine); };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag scene`: writes a built-in scene as .glb, or lists them.
+// `shadowdag scene`: writes a built-in scene as .glb, or lists the built-in scenes.
 #include "scenes/builtin.h"
 #include "scenes/gltf.h"
 #include "tools/commands/commands.h"

@@ -144,20 +144,23 @@ std::function<void()> declareVoxelize(CommandLine& commandLine) {
                      "The asset to write, or with --part the .svpart file", true);
     commandLine.text(
         "--resolution", options->resolution, "N",
-        "Voxels an axis, a power of two from 4 to 131072; the cube is centred on what never "
-        "moves and as long as its longest side [1024]");
+        "Voxels per axis, a power of two from 4 to 131072; the grid is a cube around the static "
+        "geometry, as long as its longest side [1024]");
     commandLine.text("--packing", options->packing, "P", kPackingHelp);
-    commandLine.text("--part", options->part, "K/N",
-                     "Build only part K of N, which may run anywhere; shadowdag merge joins all N "
-                     "to the very asset that one build makes");
+    commandLine.text(
+        "--part", options->part, "K/N",
+        "Build only part K of N; parts may be built on different machines. shadowdag merge "
+        "joins all N into the same asset that a single build makes");
     commandLine.text("--memory-limit", options->memoryLimit, "BYTES",
-                     "Keep the process below so much memory, as in 4G: finished subtrees go to "
-                     "F.svdag.scratch, which is removed in the end; slower [no limit]");
-    commandLine.flag("--resume", options->resume,
-                     "Go on from what a build of the same left in F.svdag.scratch, and leave it "
-                     "there when this one is interrupted");
-    commandLine.text("--checkpoint", options->checkpoint, "SECONDS",
-                     "With --resume or --memory-limit: how often finished work goes to disk [60]");
+                     "Limit the memory of the process, as in 4G: finished subtrees are written to "
+                     "F.svdag.scratch, which is removed at the end; slower [no limit]");
+    commandLine.flag(
+        "--resume", options->resume,
+        "Continue an interrupted build from F.svdag.scratch, and keep that folder if this "
+        "build is interrupted");
+    commandLine.text(
+        "--checkpoint", options->checkpoint, "SECONDS",
+        "With --resume or --memory-limit: how often finished work is written to disk [60]");
     options->global.declare(commandLine);
     return [options, &commandLine] { runVoxelize(*options, commandLine); };
 }
