@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "gl/slices.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/exit_message.h"
 #include "tools/settings/console.h"
 #include "tools/settings/provenance.h"
 #include "tools/studies/failures.h"
@@ -11,7 +12,6 @@
 #include <csignal>
 #include <exception>
 #include <iostream>
-#include <new>
 
 namespace {
 
@@ -61,16 +61,11 @@ int main(int argc, char** argv) {
         complain("interrupted; files are whole or not there", 1);
         std::signal(interrupted.signal, SIG_DFL);
         std::raise(interrupted.signal); // so that shells see what ended us
-    } catch (const Error& error) {
-        return complain(error.what(), int(error.kind()));
     } catch (const NotHeld& notHeld) {
         return complain(notHeld.what(), NotHeld::kExitStatus);
-    } catch (const std::bad_alloc&) {
-        return complain(
-            "not enough memory; try a smaller --size, --resolution or --pool, or fewer frames",
-            int(ErrorKind::kResource));
     } catch (const std::exception& error) {
-        return complain(error.what(), int(ErrorKind::kInput));
+        const ExitMessage exit = exitMessageOf(error);
+        return complain(exit.message, exit.status);
     }
     return 1;
 }

@@ -6,6 +6,7 @@
 #include "tools/settings/provenance.h"
 #include "tools/window/view_window.h"
 #include "tools/workspace/cost_file.h"
+#include "tools/workspace/scene_setup.h"
 
 #include <memory>
 
@@ -60,6 +61,9 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     if (!options.common.voxels.empty())
         view.assetPath = options.common.voxels.front();
     view.saveDirectory = options.saveDirectory;
+    if (commandLine.given(
+            "--save-to")) // without it, a window over a read-only folder may be opened
+        checkWritable(view.saveDirectory + "/view-0000.png");
     view.logPath = options.log;
     view.settings.experiment = experiment;
     view.settings.cacheDirectory = options.common.cache;

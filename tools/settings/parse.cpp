@@ -27,6 +27,11 @@ template <class T> bool readWhole(const std::string& text, T& value) {
     return error == std::errc() && at == end && !text.empty();
 }
 
+std::string withoutBlanks(const std::string& text) {
+    const size_t begin = std::min(text.find_first_not_of(" \t"), text.size());
+    return text.substr(begin, text.find_last_not_of(" \t") + 1 - begin);
+}
+
 } // namespace
 
 int64_t parseInteger(const std::string& option, const std::string& text, int64_t min, int64_t max) {
@@ -66,7 +71,7 @@ std::vector<std::string> parseList(const std::string& option, const std::string&
         size_t end = begin;
         for (int depth = 0; end < text.size() && (text[end] != ',' || depth > 0); ++end)
             depth += text[end] == '(' ? 1 : text[end] == ')' ? -1 : 0;
-        const std::string part = text.substr(begin, end - begin);
+        const std::string part = withoutBlanks(text.substr(begin, end - begin));
         if (part.empty())
             refuse(option, text, "a part of the list is empty; separate values by single commas");
         if (!seen.insert(part).second)

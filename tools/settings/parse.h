@@ -21,8 +21,8 @@ int64_t parseInteger(const std::string& option, const std::string& text, int64_t
 double parseNumber(const std::string& option, const std::string& text, double min, double max);
 /// Returns (width, height) of "WxH".
 std::pair<uint32_t, uint32_t> parseSize(const std::string& option, const std::string& text);
-/// Returns the parts of a comma-separated list, none of them empty or twice. Commas in parentheses
-/// do not part.
+/// Returns the parts of a comma-separated list, none of them empty or twice, without the blanks
+/// around them. Commas in parentheses do not separate.
 std::vector<std::string> parseList(const std::string& option, const std::string& text);
 /// Returns the frames of "A", "A:B" or "A:B:STEP" (both ends included), or a comma-separated list
 /// of such.

@@ -29,6 +29,15 @@ template <class F> std::string usageMessage(const F& call) {
 
 } // namespace
 
+TEST(Parse, ListsTakeBlanksAroundTheirParts) {
+    const std::vector<std::string> parts = {"acne", "full pool", "expr:max(1, 2)"};
+    EXPECT_EQ(parseList("--only", "acne,full pool,expr:max(1, 2)"), parts);
+    EXPECT_EQ(parseList("--only", "  acne ,\tfull pool,  expr:max(1, 2) "), parts);
+    EXPECT_THROW(parseList("--only", "acne, ,leak"), Error);
+    EXPECT_THROW(parseList("--only", "acne, acne"), Error);
+    EXPECT_THROW(parseList("--only", ""), Error);
+}
+
 TEST(Parse, SizeTakesSidesWithinLimitsOnly) {
     EXPECT_EQ(parseSize("--size", "640x360"), std::make_pair(640u, 360u));
     EXPECT_EQ(parseSize("--size", "1x1"), std::make_pair(1u, 1u));

@@ -571,6 +571,15 @@ TEST(ViewCommand, RefusesWhatItCannotShow) {
     EXPECT_EQ(runShadowdag(directory, {"view", "--exposure", "-1"}).status, 1);
 }
 
+TEST(ViewCommand, TellsAtItsStartThatFilesCannotBeSaved) {
+    TemporaryDirectory directory;
+    const ProgramResult result =
+        runShadowdag(directory, {"view", "--save-to", directory / "missing"});
+    EXPECT_EQ(result.status, 3);
+    EXPECT_THAT(result.err, HasSubstr("missing"));
+    EXPECT_THAT(result.err, HasSubstr("there is no directory"));
+}
+
 TEST(ViewCommand, PlaysAtItsOwnRateAndSaysWhatSizeIs) {
     TemporaryDirectory directory;
     unsetenv("DISPLAY");

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/commands/exit_message.h"
+
+#include "cuda/error.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <new>
+#include <stdexcept>
+
+namespace shadowdag {
+
+using testing::HasSubstr;
+
+TEST(ExitMessage, AnErrorKeepsItsMessageAndItsKind) {
+    for (const ErrorKind kind :
+         {ErrorKind::kUsage, ErrorKind::kInput, ErrorKind::kResource, ErrorKind::kDevice}) {
+        const ExitMessage exit = exitMessageOf(Error(kind, "a.glb: is empty"));
+        EXPECT_EQ(exit.status, int(kind));
+        EXPECT_EQ(exit.message, "a.glb: is empty");
+    }
+}
+
+TEST(ExitMessage, AMistakeInTheProgramIsNotCalledBadInput) {
+    for (const ExitMessage& exit : {exitMessageOf(std::logic_error("pairs differ")),
+                                    exitMessageOf(std::out_of_range("pairs differ"))}) {
+        EXPECT_EQ(exit.status, 6);
+        EXPECT_THAT(exit.message, HasSubstr("a defect of shadowdag"));
+        EXPECT_THAT(exit.message, HasSubstr("pairs differ"));
+    }
+}
+
+TEST(ExitMessage, MissingMemoryIsAResourceAndWhatLibrariesThrowIsBadInput) {
+    EXPECT_EQ(exitMessageOf(std::bad_alloc()).status, int(ErrorKind::kResource));
+    EXPECT_THAT(exitMessageOf(std::bad_alloc()).message, HasSubstr("--resolution"));
+    const ExitMessage exit = exitMessageOf(std::runtime_error("unexpected end"));
+    EXPECT_EQ(exit.status, int(ErrorKind::kInput));
+    EXPECT_EQ(exit.message, "unexpected end");
+}
+
+} // namespace shadowdag
