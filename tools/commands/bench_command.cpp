@@ -5,6 +5,7 @@
 #include "tools/bench/bench_voxel.h"
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
+#include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "tools/workspace/scene_setup.h"
 

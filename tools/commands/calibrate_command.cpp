@@ -5,6 +5,7 @@
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
 #include "tools/settings/json_file.h"
+#include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "tools/workspace/calibration.h"
 #include "tools/workspace/cost_file.h"
@@ -108,7 +109,8 @@ Measured measure(const CalibrateOptions& options, const Experiment& e,
                 if (row.degradeDivisor > 1)
                     throw Error(ErrorKind::kUsage,
                                 names[s] + " frame " + std::to_string(frame) +
-                                    ": the maps do not fit a pool of " + options.common.pool +
+                                    ": the maps do not fit a pool of " +
+                                    options.common.text("--pool") +
                                     " and would be measured coarser than they are asked for; give "
                                     "--pool more, or a smaller --size");
                 row.observed.scene = names[s];
@@ -175,50 +177,56 @@ Measured readObservations(const std::string& path, Json& provenance) {
     return measured;
 }
 
+/// What measuring takes of the settings.
+constexpr SettingGroup kGroups[] = {SettingGroup::kLights, SettingGroup::kVoxels,
+                                    SettingGroup::kRays, SettingGroup::kMaps};
+constexpr const char* kViewOptions[] = {"--camera", "--frames", "--fps"};
+
 Experiment experimentOf(CalibrateOptions& options, const CommandLine& commandLine) {
     if (!commandLine.given("--frames"))
-        options.common.frames = options.quick ? kQuickFrames : kFrames;
+        options.common.text("--frames") = options.quick ? kQuickFrames : kFrames;
     if (!commandLine.given("--resolution"))
-        options.common.resolution = options.quick ? kQuickResolution : kResolution;
+        options.common.text("--resolution") = options.quick ? kQuickResolution : kResolution;
     if (!commandLine.given("--size") && options.quick)
         options.sizes = kQuickSizes;
     if (!commandLine.given("--repeats") && options.quick)
         options.repeats = kQuickRepeats;
     // A full pool divides all resolutions: no map would cost what it costs by itself.
     if (!commandLine.given("--pool"))
-        options.common.pool = "1G";
+        options.common.text("--pool") = "1G";
     Experiment e = options.common.experiment(commandLine, true); // frames are a list, others not
-    for (const auto& [option, count] : std::initializer_list<std::pair<const char*, size_t>>{
-             {"--resolution", e.resolutionLog2.size()},
-             {"--voxels", std::max<size_t>(options.common.voxels.size(), 1)},
-             {"--undersample", e.undersample.size()},
-             {"--maps-per-light", e.mapsPerLight.size()},
-             {"--page-size", e.pageTexels.size()},
-             {"--bias", e.bias.size()},
-             {"--taps", e.taps.size()},
-             {"--polygon-lod", e.polygonLod.size()},
-             {"--offset", e.offset.size()},
-             {"--lod", e.lod.size()}})
+    const auto refuseSeveral = [](const std::string& option, size_t count) {
         if (count > 1)
             throw Error(ErrorKind::kUsage,
-                        std::string(option) + ": calibrate takes one value; compare takes lists");
+                        option + ": calibrate takes one value; compare takes lists");
+    };
+    refuseSeveral("--voxels", options.common.voxels.size());
+    refuseSeveral("--resolution", e.resolutionLog2.size());
+    for (const Setting* setting : frameSettings())
+        refuseSeveral(setting->option, setting->texts(e).size());
     e.scenes = options.scenes.empty() ? kScenes : options.scenes;
     return e;
+}
+
+/// Returns the options that say what is measured, and how.
+std::vector<std::string> optionsOfMeasuring() {
+    std::vector<std::string> options{"SCENE",   "--size",  "--voxels",      "--repeats",
+                                     "--quick", "--cache", "--allow-stale", "--observations"};
+    for (const SettingGroup group : kGroups)
+        for (const Setting& setting : settings())
+            if (setting.group == group)
+                options.push_back(setting.option);
+    for (const char* option : kViewOptions)
+        options.push_back(option);
+    return options;
 }
 
 void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     if (!options.from.empty())
-        for (const char* option : {"SCENE",        "--size",         "--frames",
-                                   "--resolution", "--voxels",       "--repeats",
-                                   "--quick",      "--observations", "--camera",
-                                   "--fps",        "--lights",       "--seed",
-                                   "--cache",      "--allow-stale",  "--undersample",
-                                   "--page-size",  "--pool",         "--maps-per-light",
-                                   "--max-face",   "--bias",         "--taps",
-                                   "--offset",     "--lod",          "--polygon-lod"})
+        for (const std::string& option : optionsOfMeasuring())
             if (commandLine.given(option))
-                throw Error(ErrorKind::kUsage, std::string(option) +
+                throw Error(ErrorKind::kUsage, option +
                                                    " and --from contradict each other: the maps "
                                                    "are measured; drop one of them");
     Experiment e = experimentOf(options, commandLine);
@@ -291,16 +299,10 @@ std::function<void()> declareCalibrate(CommandLine& commandLine) {
     commandLine.heading("View");
     commandLine.text("--size", options->sizes, "WxH,...",
                      "Picture sizes that every frame is measured at [320x180,640x360]");
-    commandLine.text("--camera", options->common.camera, "auto|NAME|NUMBERS",
-                     "As for render [the scene's first, else auto]");
-    commandLine.text("--frames", options->common.frames, "A:B[:STEP]",
-                     "Frames that are measured [0:300:100]");
-    commandLine.text("--fps", options->common.fps, "RATE",
-                     "Frame f shows the scene at f / RATE seconds [30]");
-    options->common.declareLights(commandLine);
-    options->common.declareVoxels(commandLine, false);
-    options->common.declareRays(commandLine, false);
-    options->common.declareMaps(commandLine, false);
+    options->common.text("--frames") = kFrames;
+    for (const char* option : kViewOptions)
+        options->common.declare(commandLine, settingOf(option), true);
+    options->common.declare(commandLine, {std::begin(kGroups), std::end(kGroups)}, false);
     options->global.declare(commandLine);
     return [options, &commandLine] { runCalibrate(*options, commandLine); };
 }

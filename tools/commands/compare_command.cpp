@@ -36,62 +36,45 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What names of variants say, or take the place of.
-constexpr const char* kFixedByVariants[] = {"--methods",       "--thresholds",     "--model",
-                                            "--no-oracle",     "--dag-resolution", "--undersample",
-                                            "--maps-per-light"};
-
 Experiment experimentOf(const CompareOptions& options, const CommandLine& commandLine) {
     if (options.experiment.empty()) {
         Experiment e = options.common.experiment(commandLine, true);
-        e.title = options.title;
         e.scenes = options.scenes;
-        if (!options.variants.empty()) {
+        if (commandLine.given("--variants")) {
             if (!commandLine.given("--taps"))
                 e.taps = {kPaperTaps};
-            for (const char* option : kFixedByVariants)
+            const auto refuseSaid = [&](const std::string& option) {
                 if (commandLine.given(option))
                     throw Error(ErrorKind::kUsage,
-                                std::string(option) +
-                                    " and --variants contradict each other: the names say it; "
-                                    "drop one of them");
-            e.variants = parseVariants("--variants", parseList("--variants", options.variants),
+                                option + " and --variants contradict each other: the names say "
+                                         "it; drop one of them");
+            };
+            for (const Setting& setting : settings())
+                if (setting.isSaidByVariants)
+                    refuseSaid(setting.option);
+            refuseSaid("--no-oracle");
+            e.variants = parseVariants("--variants",
+                                       parseList("--variants", options.common.text("--variants")),
                                        baseOptions(e));
+            e.methods = {"embree"};
             e.thresholds.clear();
             e.models.clear();
         }
-        for (const char* option : {"--lead-in", "--flicker-points"})
-            if (commandLine.given(option) && !options.isSequence)
-                throw Error(ErrorKind::kUsage,
-                            std::string(option) + " is for --sequence; add that or drop it");
-        e.isSequence = options.isSequence;
-        e.leadIn = uint32_t(parseInteger("--lead-in", options.leadIn, 0, 1000));
-        e.flickerPoints =
-            uint32_t(parseInteger("--flicker-points", options.flickerPoints, 0, 10'000'000));
-        e.methods = options.variants.empty() ? parseList("--methods", options.methods)
-                                             : std::vector<std::string>{"embree"};
-        for (const std::string& method : e.methods)
-            if (std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end())
-                throw Error(ErrorKind::kUsage,
-                            "--methods '" + method +
-                                "': must be some of embree, dag, dag-exact, maps, hybrid");
         // No frame of a sequence has its costs measured.
-        if (options.common.models.empty() && (options.noOracle || options.isSequence))
+        if (options.common.models().empty() && (options.noOracle || e.isSequence))
             e.models.clear();
-        e.repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
-        e.warmups = int(parseInteger("--warmups", options.warmups, 0, 1000));
         if (e.scenes.empty())
             throw Error(
                 ErrorKind::kUsage,
                 "compare needs a SCENE or --experiment F.json; see shadowdag compare --help");
-        refuseUnheeded(e, options.common.voxels.size(), options.experiment, commandLine);
+        refuseUnused(e, options.common.voxels.size(), options.experiment, commandLine);
         return e;
     }
-    for (const char* option : kFixedByExperiment)
+    for (const std::string& option : optionsOfExperiments())
         if (commandLine.given(option))
             throw Error(ErrorKind::kUsage,
-                        std::string(option) + " and --experiment contradict each other: " +
-                            options.experiment + " fixes it; edit a copy of the file or drop one");
+                        option + " and --experiment contradict each other: " + options.experiment +
+                            " fixes it; edit a copy of the file or drop one");
     Experiment e = readExperiment(options.experiment);
     if (!e.scenes.empty() && !options.scenes.empty())
         throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes[0] +
@@ -102,7 +85,7 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
     if (e.scenes.empty())
         throw Error(ErrorKind::kUsage,
                     options.experiment + " names no scenes: give SCENE... on the command line");
-    refuseUnheeded(e, options.common.voxels.size(), options.experiment, commandLine);
+    refuseUnused(e, options.common.voxels.size(), options.experiment, commandLine);
     return e;
 }
 
@@ -203,7 +186,7 @@ void publishPart(const CompareOptions& options, const CompareFindings& found,
 void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
     const auto start = std::chrono::steady_clock::now();
     const Console console(options.global.json);
-    std::vector<std::string> measured(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    std::vector<std::string> measured = optionsOfExperiments();
     measured.insert(measured.end(), {"--experiment", "--part", "--resume", "--voxels", "--costs"});
     for (const std::string& option : measured)
         if (commandLine.given(option))
@@ -237,11 +220,11 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     Experiment experiment = experimentOf(options, commandLine);
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
-    const std::vector<std::string> leftOut =
-        leaveOutOnGl(experiment, backend, commandLine,
-                     options.variants.empty() ? std::vector<std::string>{}
-                                              : parseList("--variants", options.variants),
-                     console);
+    const std::vector<std::string> leftOut = leaveOutOnGl(
+        experiment, backend, commandLine,
+        commandLine.given("--variants") ? parseList("--variants", options.common.text("--variants"))
+                                        : std::vector<std::string>{},
+        console);
     if (experiment.isSequence && !options.part.empty())
         throw Error(ErrorKind::kUsage, "--part '" + options.part +
                                            "': frames of a sequence follow each other and cannot "
@@ -372,49 +355,17 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
                      "Make the report of parts: SCENE... are the directories of all of them");
     commandLine.flag("--no-charts", options->noCharts,
                      "Leave out the charts (they need python3-matplotlib)");
-    commandLine.heading("Sweep");
-    commandLine.text("--methods", options->methods, "M,...",
-                     "Some of embree, dag, dag-exact, maps, hybrid [all but dag-exact]");
-    commandLine.text(
-        "--thresholds", options->common.thresholds, "T,...",
-        "For hybrid: maps that require fewer texels are traced; 0 is maps alone, inf rays alone "
-        "[0,8,16,32,64,96,192,inf]");
-    commandLine.texts(
-        "--model", options->common.models, "M",
-        "A further cost model for hybrid: texels:N, expr:EXPRESSION, cost, oracle; may be "
-        "given several times [oracle]");
-    commandLine.flag("--no-oracle", options->noOracle,
-                     "Leave out the model oracle where --model is not given");
-    commandLine.text("--variants", options->variants, "NAME,...",
-                     "Instead: variants by name, as in PMCD-EB-SO-4SM-u2, or paper for all that "
-                     "the paper measured. Parts, in any order: Sphere, CFM, PMC, PMCD, PMCC "
-                     "(culling); EB, TB (cluster bounds); SO, SOR (static optimization); Nk<k>; "
-                     "PLOD<texels>; FP, LP (pages only for pairs that face, that are not proven "
-                     "lit); RP (resolution rule); RL (light order); <n>SM [4SM]; u<d> [u1]; "
-                     "T<taps>; RT (all rays); Hybrid[:MODEL]; RH[<margin>] (routes held)");
-    commandLine.flag("--sequence", options->isSequence,
-                     "Frames in order, keeping what is kept from frame to frame; else every frame "
-                     "stands for itself");
-    commandLine.text("--lead-in", options->leadIn, "N",
-                     "Of a sequence: so many frames before each are rendered uncounted [1]");
-    commandLine.text("--flicker-points", options->flickerPoints, "N",
-                     "Of a sequence: surface points whose answers are followed [20000]");
     commandLine.text(
         "--costs", options->costs, "F",
         "Replay the maps' isolated costs of a costs.json instead of measuring them; or, "
         "for --model cost, what calibrate wrote");
-    commandLine.text("--repeats", options->repeats, "N",
-                     "Timed runs of every configuration, interleaved [5]");
-    commandLine.text("--warmups", options->warmups, "N",
-                     "Runs before them that are not counted [1]");
-    commandLine.text("--title", options->title, "TEXT", "Heads the report");
-    options->common.declareRoutes(commandLine);
-    options->common.declareView(commandLine, true);
-    options->common.declareExposure(commandLine);
-    options->common.declareLights(commandLine);
-    options->common.declareVoxels(commandLine, true);
-    options->common.declareRays(commandLine, true);
-    options->common.declareMaps(commandLine, true);
+    commandLine.flag("--no-oracle", options->noOracle,
+                     "Leave out the model oracle where --model is not given");
+    options->common.declare(commandLine,
+                            {SettingGroup::kSweep, SettingGroup::kRoutes, SettingGroup::kView,
+                             SettingGroup::kPictures, SettingGroup::kLights, SettingGroup::kVoxels,
+                             SettingGroup::kRays, SettingGroup::kMaps},
+                            true);
     options->global.declare(commandLine);
     return [options, &commandLine] {
         if (runNamedCompare(*options, commandLine))

@@ -9,7 +9,6 @@
 #include "cuda/error.h"
 
 #include <filesystem>
-#include <iterator>
 
 namespace shadowdag {
 
@@ -24,7 +23,7 @@ bool isMeant(const CompareOptions& options, const char* name) {
 /// @param rows what it has, for people @param takesCharts whether --no-charts is heeded
 void refuseBeside(const CompareOptions& options, const CommandLine& commandLine,
                   const std::string& name, const std::string& rows, bool takesCharts) {
-    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    std::vector<std::string> fixed = optionsOfExperiments();
     fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--voxels",
                                "--costs", "--cache", "--allow-stale"});
     if (!takesCharts)
@@ -49,7 +48,7 @@ void refuseGl(const CompareOptions& options, const std::string& name, const std:
 }
 
 void runRealScenes(const CompareOptions& options, const CommandLine& commandLine) {
-    std::vector<std::string> fixed(std::begin(kFixedByExperiment), std::end(kFixedByExperiment));
+    std::vector<std::string> fixed = optionsOfExperiments();
     fixed.insert(fixed.end(), {"--experiment", "--resume", "--part", "--join", "--no-charts",
                                "--voxels", "--costs", "--allow-stale", "--only"});
     for (const std::string& option : fixed)
@@ -67,6 +66,14 @@ void runRealScenes(const CompareOptions& options, const CommandLine& commandLine
 }
 
 } // namespace
+
+std::vector<std::string> optionsOfExperiments() {
+    std::vector<std::string> options{"--no-oracle"};
+    for (const Setting& setting : settings())
+        if (!setting.option.empty())
+            options.push_back(setting.option);
+    return options;
+}
 
 bool runNamedCompare(const CompareOptions& options, const CommandLine& commandLine) {
     if (isMeant(options, "real")) {

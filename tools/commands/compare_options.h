@@ -16,21 +16,12 @@ struct CompareOptions {
     GlobalOptions global;
     CommonOptions common;
     std::vector<std::string> scenes;
-    std::string output, experiment, methods = "embree,dag,maps,hybrid", repeats = "5",
-                                    warmups = "1", costs, title, part, variants, leadIn = "1",
-                                    flickerPoints = "20000", only;
-    bool resume = false, isSequence = false, noCharts = false, noOracle = false, join = false;
+    std::string output, experiment, costs, part, only;
+    bool resume = false, noCharts = false, noOracle = false, join = false;
 };
 
-/// Options that an experiment file fixes; what it leaves to the command line is not listed.
-inline constexpr const char* kFixedByExperiment[] = {
-    "--size",       "--camera",    "--exposure",       "--frames",         "--fps",
-    "--lights",     "--seed",      "--resolution",     "--dag-resolution", "--thresholds",
-    "--model",      "--no-oracle", "--methods",        "--undersample",    "--page-size",
-    "--pool",       "--max-face",  "--bias",           "--taps",           "--offset",
-    "--lod",        "--repeats",   "--warmups",        "--title",          "--variants",
-    "--sequence",   "--lead-in",   "--flicker-points", "--maps-per-light", "--route-margin",
-    "--polygon-lod"};
+/// Returns the options that an experiment file fixes: those of settings, and --no-oracle.
+std::vector<std::string> optionsOfExperiments();
 
 /// Runs `compare failures`, `stability`, `mechanisms` or `real` where a scene of that name stands
 /// first (a file of that name is ./NAME); returns whether one was. Throws Error kUsage for options

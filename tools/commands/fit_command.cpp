@@ -46,19 +46,22 @@ struct FitOptions {
     CommonOptions common;
     std::vector<std::string> scenes;
     std::string output, experimentOutput, metric = "false", bound = "0.02", objective = "time",
-                                          methods = "dag,maps,dag-exact,hybrid", repeats = "5",
-                                          warmups = "1", costs;
+                                          costs;
     bool noCharts = false;
 
     FitOptions() {
-        common.size = "320x180";
-        common.frames = "0,60,120";
-        common.resolution = "256,512,1024,2048,4096";
-        common.lod = "0"; // levels above do not pay: voxel/LAYOUT.md
-        common.undersample = "1,2,4";
-        common.taps = "1,4,9";
-        common.mapsPerLight = "1,4";
-        common.thresholds = "128,512";
+        for (const auto& [option, text] :
+             std::initializer_list<std::pair<const char*, const char*>>{
+                 {"--size", "320x180"},
+                 {"--frames", "0,60,120"},
+                 {"--resolution", "256,512,1024,2048,4096"},
+                 {"--lod", "0"}, // levels above do not pay: voxel/LAYOUT.md
+                 {"--undersample", "1,2,4"},
+                 {"--taps", "1,4,9"},
+                 {"--maps-per-light", "1,4"},
+                 {"--thresholds", "128,512"},
+                 {"--methods", "dag,maps,dag-exact,hybrid"}})
+            common.text(option) = text;
     }
 };
 
@@ -101,25 +104,20 @@ T choiceOf(const char* option, const std::string& text,
 Experiment sweepOf(const FitOptions& options, const CommandLine& commandLine) {
     Experiment e = options.common.experiment(commandLine, true);
     e.scenes = expandFolders(options.scenes);
-    e.methods = parseList("--methods", options.methods);
     for (const std::string& method : e.methods)
-        if (method == "embree" ||
-            std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end())
-            throw Error(ErrorKind::kUsage,
-                        "--methods '" + method + "': must be some of dag, dag-exact, maps, hybrid");
-    for (const auto& [option, count] : {std::pair<const char*, size_t>{"--bias", e.bias.size()},
-                                        {"--offset", e.offset.size()},
-                                        {"--polygon-lod", e.polygonLod.size()}})
-        if (count > 1)
+        checkMethod("--methods", method, {"dag", "dag-exact", "maps", "hybrid"});
+    for (const char* option : {"--bias", "--offset", "--polygon-lod", "--pool", "--max-face"})
+        if (settingOf(option).texts(e).size() > 1)
             throw Error(ErrorKind::kUsage,
                         std::string(option) + ": fit does not vary it; give one value");
     std::sort(e.resolutionLog2.begin(), e.resolutionLog2.end());
-    e.repeats = int(parseInteger("--repeats", options.repeats, 2, 1000));
-    e.warmups = int(parseInteger("--warmups", options.warmups, 0, 1000));
-    e.models = options.common.models;
+    if (e.repeats < 2)
+        throw Error(ErrorKind::kUsage, "--repeats '" + options.common.text("--repeats") +
+                                           "': must be a whole number from 2 to 1000");
+    e.models = options.common.models();
     if (!options.costs.empty() && e.models.empty())
         e.models = {"cost"};
-    refuseUnheeded(e, 0, "", commandLine);
+    refuseUnused(e, 0, "", commandLine);
     for (const std::string& model : e.models)
         if (makeCostModel(model)->needsCosts())
             throw Error(
@@ -326,30 +324,16 @@ std::function<void()> declareFit(CommandLine& commandLine) {
                      "standard error the simpler is taken: see simplicity_order in the result "
                      "[time]");
     commandLine.heading("Models");
-    commandLine.text("--methods", options->methods, "M,...",
-                     "Some of dag, maps, dag-exact, hybrid [all]");
-    commandLine.text("--resolution", options->common.resolution, "N,...",
-                     "Voxels an axis, powers of two up to 131072; built when needed and cached [" +
-                         options->common.resolution + "]");
-    commandLine.text("--thresholds", options->common.thresholds, "T,...",
-                     "Routers of hybrid: maps that require fewer texels are traced [" +
-                         options->common.thresholds + "]");
-    commandLine.texts("--model", options->common.models, "M",
-                      "A further router of hybrid: cost, texels:N, expr:EXPRESSION; may be given "
-                      "several times [cost with --costs]");
-    commandLine.text("--costs", options->costs, "C.json", "What calibrate wrote, for --model cost");
-    commandLine.text(
-        "--repeats", options->repeats, "N",
-        "Timed runs of the models that are left at the end, interleaved, 2 or more [5]");
-    commandLine.text("--warmups", options->warmups, "N",
-                     "Runs before them that are not counted [1]");
-    commandLine.text(
-        "--cache", options->common.cache, "DIR",
-        "Where built assets are kept [$XDG_CACHE_HOME/shadowdag or ~/.cache/shadowdag]");
-    options->common.declareView(commandLine, true);
-    options->common.declareLights(commandLine);
-    options->common.declareRays(commandLine, true);
-    options->common.declareMaps(commandLine, true);
+    for (const char* option :
+         {"--methods", "--resolution", "--thresholds", "--model", "--repeats", "--warmups"})
+        options->common.declare(commandLine, settingOf(option), true);
+    commandLine.text("--costs", options->costs, "C.json",
+                     "What calibrate wrote; without --model, of model cost");
+    options->common.declareCache(commandLine);
+    options->common.declare(
+        commandLine,
+        {SettingGroup::kView, SettingGroup::kLights, SettingGroup::kRays, SettingGroup::kMaps},
+        true);
     options->global.declare(commandLine);
     return [options, &commandLine] { runFit(*options, commandLine); };
 }

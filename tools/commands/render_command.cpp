@@ -195,13 +195,11 @@ std::function<void()> declareRender(CommandLine& commandLine) {
                      "Add channels of the error against Embree: error.*");
     commandLine.flag("--float", options->floatColor, "Colour as 32-bit floats instead of halves");
     options->method.declare(commandLine, "embree|dag|dag-exact|maps|hybrid");
-    options->common.declareRoutes(commandLine);
-    options->common.declareView(commandLine, false);
-    options->common.declareExposure(commandLine);
-    options->common.declareLights(commandLine);
-    options->common.declareVoxels(commandLine, false);
-    options->common.declareRays(commandLine, false);
-    options->common.declareMaps(commandLine, false);
+    options->common.declare(commandLine,
+                            {SettingGroup::kRoutes, SettingGroup::kView, SettingGroup::kPictures,
+                             SettingGroup::kLights, SettingGroup::kVoxels, SettingGroup::kRays,
+                             SettingGroup::kMaps},
+                            false);
     options->global.declare(commandLine);
     return [options, &commandLine] {
         options->method.takeVariant(commandLine);

@@ -144,12 +144,10 @@ std::function<void()> declareValidate(CommandLine& commandLine) {
                      "light), truth.png, "
                      "method.png, errors.exr");
     options->method.declare(commandLine, "dag|dag-exact|maps|hybrid");
-    options->common.declareView(commandLine, false);
-    options->common.declareExposure(commandLine);
-    options->common.declareLights(commandLine);
-    options->common.declareVoxels(commandLine, false);
-    options->common.declareRays(commandLine, false);
-    options->common.declareMaps(commandLine, false);
+    options->common.declare(commandLine,
+                            {SettingGroup::kView, SettingGroup::kPictures, SettingGroup::kLights,
+                             SettingGroup::kVoxels, SettingGroup::kRays, SettingGroup::kMaps},
+                            false);
     options->global.declare(commandLine);
     return [options, &commandLine] {
         options->method.takeVariant(commandLine);

@@ -3,6 +3,7 @@
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
+#include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "tools/window/view_window.h"
 #include "tools/workspace/cost_file.h"
@@ -37,7 +38,7 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     Experiment experiment = options.common.experiment(commandLine, false);
     checkSides(options);
     if (experiment.frames.size() > 1)
-        throw Error(ErrorKind::kUsage, "--frames '" + options.common.frames +
+        throw Error(ErrorKind::kUsage, "--frames '" + options.common.text("--frames") +
                                            "': the window starts at one frame; name one");
     ViewWindowOptions view;
     view.scene = options.scene;
@@ -83,7 +84,7 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
 
 std::function<void()> declareView(CommandLine& commandLine) {
     auto options = std::make_shared<ViewOptions>();
-    options->common.size = "1280x720";
+    options->common.text("--size") = "1280x720";
     commandLine.text("SCENE", options->scene, "",
                      "A .glb or .gltf file, or builtin:NAME; without one, drop a file on the "
                      "window");
@@ -104,12 +105,11 @@ std::function<void()> declareView(CommandLine& commandLine) {
     commandLine.text("--log", options->log, "F.jsonl",
                      "Write a line of JSON for every picture, file, error and change of layout");
     options->common.isWindow = true;
-    options->common.declareView(commandLine, true);
-    options->common.declareExposure(commandLine);
-    options->common.declareLights(commandLine);
-    options->common.declareVoxels(commandLine, false);
-    options->common.declareRays(commandLine, false);
-    options->common.declareMaps(commandLine, false);
+    options->common.declare(commandLine, {SettingGroup::kView, SettingGroup::kPictures}, true);
+    options->common.declare(
+        commandLine,
+        {SettingGroup::kLights, SettingGroup::kVoxels, SettingGroup::kRays, SettingGroup::kMaps},
+        false);
     options->global.declare(commandLine);
     return [options, &commandLine] { runView(*options, commandLine); };
 }

@@ -2,15 +2,58 @@
 #include "tools/settings/common_options.h"
 
 #include "cuda/error.h"
-#include "hybrid/routing/resolution.h"
 #include "shadowmap/gl_pages.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
 
-#include <algorithm>
-#include <tuple>
-
 namespace shadowdag {
+
+namespace {
+
+/// Two options of which one contradicts or needs the other.
+struct OptionRule {
+    const char* option;
+    const char* other;
+    const char* text; ///< of a contradiction the remedy, else what `option` is without the other
+};
+
+constexpr OptionRule kContradictions[] = {
+    {"--voxels", "--resolution", "an asset has its resolution; drop one of them"},
+    {"--voxels", "--cache", "an asset is read from where it is; drop one of them"},
+    {"--time", "--frames", "a frame has its time; drop one of them"},
+};
+constexpr OptionRule kNeeds[] = {
+    {"--fps", "--frames", "says nothing without "},
+    {"--seed", "--lights", "says nothing without "},
+    {"--allow-stale", "--voxels", "says nothing without "},
+    {"--lead-in", "--sequence", "is for "},
+    {"--flicker-points", "--sequence", "is for "},
+};
+
+const char* headingOf(SettingGroup group) {
+    switch (group) {
+    case SettingGroup::kSweep:
+        return "Sweep";
+    case SettingGroup::kRoutes:
+        return "Routes";
+    case SettingGroup::kView:
+    case SettingGroup::kPictures:
+        return "View";
+    case SettingGroup::kLights:
+        return "Lights";
+    case SettingGroup::kVoxels:
+        return "Voxels";
+    case SettingGroup::kRays:
+        return "Rays";
+    case SettingGroup::kMaps:
+        return "Maps";
+    case SettingGroup::kNone:
+        break;
+    }
+    return "Options";
+}
+
+} // namespace
 
 void GlobalOptions::declare(CommandLine& commandLine) {
     commandLine.heading("Everywhere");
@@ -64,210 +107,122 @@ void followGlPages(Experiment& experiment, Backend backend, const CommandLine& c
     experiment.pageTexels = own;
 }
 
-void CommonOptions::declareView(CommandLine& commandLine, bool isSweep) {
-    commandLine.heading("View");
-    commandLine.text("--size", size, "WxH",
-                     isWindow ? "Size of the window in pixels; the picture has what the panel "
-                                "leaves [" +
-                                    size + "]"
-                              : "Picture size in pixels [" + size + "]");
-    commandLine.text("--camera", camera, "auto|NAME|NUMBERS",
-                     "auto places one; NAME is a camera of the scene; NUMBERS are "
-                     "px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]: position, target, "
-                     "vertical angle, planes in metres, by how much its up leans to its right [the "
-                     "scene's first, else auto]");
-    if (!isSweep)
-        commandLine.text("--time", time, "SECONDS", "Time of the scene's animations [0]");
-    const std::string from = " [" + (frames.empty() ? "0" : frames) + "]";
-    commandLine.text("--frames", frames, isWindow ? "F" : "A:B",
-                     (isWindow ? "Frame that the window starts at"
-                               : "Frames A to B, both included, or A:B:STEP") +
-                         from);
-    commandLine.text("--fps", fps, "RATE", "Frame f shows the scene at f / RATE seconds [30]");
+CommonOptions::CommonOptions() {
+    for (const Setting& setting : settings())
+        if (!setting.option.empty())
+            texts_[setting.option] = setting.defaultText();
 }
 
-void CommonOptions::declareExposure(CommandLine& commandLine) {
-    commandLine.text("--exposure", exposure, "E",
-                     "What pictures multiply radiance by before they are tone mapped; 0: what puts "
-                     "the log-average luminance at 0.18 [0]");
+std::string& CommonOptions::text(const std::string& option) {
+    return texts_.at(settingOf(option).option);
 }
 
-void CommonOptions::declareLights(CommandLine& commandLine) {
-    commandLine.heading("Lights");
-    commandLine.text("--lights", lights, "N",
-                     "Replace the scene's lights by N placed ones [-1: keep the scene's]");
-    commandLine.text("--seed", seed, "S", "Where they are placed [1]");
+const std::string& CommonOptions::text(const std::string& option) const {
+    return texts_.at(settingOf(option).option);
 }
 
-void CommonOptions::declareVoxels(CommandLine& commandLine, bool isSweep) {
-    commandLine.heading("Voxels");
-    commandLine.texts("--voxels", voxels, "F.svdag",
-                      isSweep ? "A built asset instead of --resolution; may be given several times"
-                              : "A built asset instead of --resolution");
-    commandLine.text(
-        "--resolution", resolution, isSweep ? "N,..." : "N",
-        "Voxels an axis, a power of two up to 131072; built when needed and cached [1024]");
-    if (isSweep)
-        commandLine.text("--dag-resolution", dagResolution, "N,...",
-                         "More resolutions, for method dag alone: how its error falls");
+void CommonOptions::declare(CommandLine& commandLine, const Setting& setting, bool isSweep) {
+    if (setting.form == JsonForm::kFlag) {
+        commandLine.flag(setting.option, isSequence_, setting.help);
+        return;
+    }
+    std::string& text = texts_.at(setting.option);
+    const std::string shown = text == setting.defaultText() && !setting.shownDefault.empty()
+                                  ? setting.shownDefault
+                                  : text;
+    std::string kind = setting.kind, help = setting.help;
+    if (isWindow && setting.option == "--size")
+        help = "Size of the window in pixels; the picture has what the panel leaves";
+    if (isWindow && setting.option == "--frames") {
+        kind = "F";
+        help = "Frame that the window starts at";
+    }
+    if (!shown.empty())
+        help += " [" + shown + "]";
+    if (setting.option == "--model")
+        commandLine.texts(setting.option, models_, kind, help);
+    else
+        commandLine.text(setting.option, text, kind + (isSweep && setting.isVaried ? ",..." : ""),
+                         help);
+}
+
+void CommonOptions::declare(CommandLine& commandLine, const std::vector<SettingGroup>& groups,
+                            bool isSweep) {
+    for (const SettingGroup group : groups) {
+        commandLine.heading(headingOf(group));
+        if (group == SettingGroup::kVoxels)
+            commandLine.texts("--voxels", voxels, "F.svdag",
+                              isSweep
+                                  ? "A built asset instead of --resolution; may be given several "
+                                    "times"
+                                  : "A built asset instead of --resolution");
+        for (const Setting& setting : settings())
+            if (setting.group == group && !setting.option.empty())
+                declare(commandLine, setting, isSweep);
+        if (group == SettingGroup::kView && !isSweep)
+            commandLine.text("--time", time, "SECONDS", "Time of the scene's animations [0]");
+        if (group == SettingGroup::kVoxels) {
+            declareCache(commandLine);
+            commandLine.flag("--allow-stale", allowStale,
+                             "Accept an asset that was built from another scene");
+        }
+    }
+}
+
+void CommonOptions::declareCache(CommandLine& commandLine) {
     commandLine.text(
         "--cache", cache, "DIR",
         "Where built assets are kept [$XDG_CACHE_HOME/shadowdag or ~/.cache/shadowdag]");
-    commandLine.flag("--allow-stale", allowStale,
-                     "Accept an asset that was built from another scene");
-}
-
-void CommonOptions::declareMaps(CommandLine& commandLine, bool isSweep) {
-    const std::string list = isSweep ? ",..." : "";
-    commandLine.heading("Maps");
-    commandLine.text("--undersample", undersample, "U" + list,
-                     "Divisor of the required resolution [" + undersample + "]");
-    commandLine.text("--maps-per-light", mapsPerLight, "N" + list,
-                     "The most maps a light may have, by what its clusters ask for, 1 to " +
-                         std::to_string(kMaxMapsPerLight) + " [" + mapsPerLight + "]");
-    commandLine.text("--page-size", pageSize, "TEXELS" + list,
-                     "Side of a page, a power of two from 16 to 256 [" + pageSize + "]");
-    commandLine.text("--pool", pool, "BYTES",
-                     "Budget of the page pool, whole MiB, as in 256M [256M]");
-    commandLine.text("--max-face", maxFace, "TEXELS",
-                     "The most texels across a face of a map, 16 to " +
-                         std::to_string(kMaxFaceTexels) + " [" + maxFace + "]");
-    commandLine.text("--bias", bias, "B" + list, "Depth bias in texels [" + bias + "]");
-    commandLine.text("--taps", taps, "1|4|9" + list,
-                     "Taps of the percentage-closer filter [" + taps + "]");
-    commandLine.text("--polygon-lod", polygonLod, "T" + list,
-                     "Draw what is simplified by less than so many texels, 0 for full detail; "
-                     "receivers are lifted by as much [" +
-                         polygonLod + "]");
-}
-
-void CommonOptions::declareRays(CommandLine& commandLine, bool isSweep) {
-    const std::string list = isSweep ? ",..." : "";
-    commandLine.heading("Rays");
-    commandLine.text("--offset", offset, "O" + list,
-                     "How far a ray's ends leave the surface, in units of the derived offset [" +
-                         offset + "]");
-    commandLine.text("--lod", lod, "L" + list,
-                     "Level of detail of rays: L for cells of 2^L voxels; footprint[:SCALE] for "
-                     "cells as wide as the pixel's ray; coverage[:SHARE[:SCALE]] for those of them "
-                     "of which that share is covered [" +
-                         lod + "]");
-}
-
-void CommonOptions::declareRoutes(CommandLine& commandLine) {
-    commandLine.heading("Routes");
-    commandLine.text("--route-margin", routeMargin, "M",
-                     "For hybrid, over frames in sequence: a map changes its method only when the "
-                     "other is cheaper by more than the factor 1 + M, 0 to " +
-                         numberText(kMaxRouteMargin) + " [" + routeMargin + "]");
 }
 
 Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSweep) const {
     // Commands declare what they can do: of several of these, none.
-    const auto given = [&](const char* option) {
+    const auto given = [&](const std::string& option) {
         return commandLine.declares(option) && commandLine.given(option);
     };
-    const auto contradict = [&](const char* a, const char* b, const char* remedy) {
-        if (given(a) && given(b))
+    for (const auto& [option, other, remedy] : kContradictions)
+        if (given(option) && given(other))
+            throw Error(ErrorKind::kUsage, std::string(option) + " and " + other +
+                                               " contradict each other: " + remedy);
+    for (const auto& [option, other, what] : kNeeds)
+        if (given(option) && !given(other) && !(isWindow && option == std::string("--fps")))
             throw Error(ErrorKind::kUsage,
-                        std::string(a) + " and " + b + " contradict each other: " + remedy);
-    };
-    contradict("--voxels", "--resolution", "an asset has its resolution; drop one of them");
-    contradict("--voxels", "--cache", "an asset is read from where it is; drop one of them");
-    if (!isSweep)
-        contradict("--time", "--frames", "a frame has its time; drop one of them");
-    const auto needs = [&](const char* a, const char* b) {
-        if (given(a) && !given(b))
-            throw Error(ErrorKind::kUsage,
-                        std::string(a) + " says nothing without " + b + "; add that or drop it");
-    };
-    if (!isWindow)
-        needs("--fps", "--frames");
-    needs("--seed", "--lights");
-    needs("--allow-stale", "--voxels");
+                        std::string(option) + " " + what + other + "; add that or drop it");
     if (!isSweep && voxels.size() > 1)
         throw Error(ErrorKind::kUsage,
                     "--voxels '" + voxels[1] +
                         "': this command takes one asset; compare takes several");
-
-    // A command that is no sweep takes one value where compare takes a list.
-    const auto list = [&](const char* option, const std::string& text) {
-        const std::vector<std::string> parts = parseList(option, text);
-        if (!isSweep && parts.size() > 1)
-            throw Error(ErrorKind::kUsage,
-                        std::string(option) + " '" + text +
-                            "': this command takes one value; compare takes a list");
-        return parts;
-    };
-    const auto numbers = [&](const char* option, const std::string& text, double min, double max) {
-        std::vector<float> values;
-        for (const std::string& part : list(option, text)) {
-            const float value = float(parseNumber(option, part, min, max));
-            if (std::find(values.begin(), values.end(), value) != values.end())
-                throw Error(ErrorKind::kUsage, std::string(option) + " '" + text +
-                                                   "': " + numberText(value) +
-                                                   " stands there twice; name each value once");
-            values.push_back(value);
-        }
-        return values;
-    };
-
-    Experiment e;
-    std::tie(e.width, e.height) = parseSize("--size", size);
+    const std::string& camera = text("--camera");
     if (given("--camera") && camera.empty())
         throw Error(ErrorKind::kUsage,
                     "--camera '': is empty; give auto, a camera's name or px,py,pz,tx,ty,tz");
     if (camera.find(',') != std::string::npos)
         (void)cameraFromText(camera); // told before anything is opened
-    e.camera = camera;
-    e.exposure = parseNumber("--exposure", exposure, 0, kMaxExposure);
-    if (!frames.empty()) {
-        e.framesText = frames;
-        e.frames = parseFrames("--frames", frames);
-    }
     if (!time.empty())
         parseNumber("--time", time, -1e6, 1e6);
-    e.fps = parseNumber("--fps", fps, 0.001, 1e6);
-    e.lightCount = int(parseInteger("--lights", lights, -1, 100000));
-    e.lightSeed = uint64_t(parseInteger("--seed", seed, 0, 9'000'000'000'000'000));
-    e.resolutionLog2.clear();
-    for (const std::string& part : list("--resolution", resolution))
-        e.resolutionLog2.push_back(parsePowerOfTwo("--resolution", part, 4, 131072));
-    if (!dagResolution.empty())
-        for (const std::string& part : list("--dag-resolution", dagResolution))
-            e.dagResolutionLog2.push_back(parsePowerOfTwo("--dag-resolution", part, 4, 131072));
-    e.thresholds = parseThresholds("--thresholds", thresholds);
-    e.undersample = numbers("--undersample", undersample, 1, 1024);
-    e.mapsPerLight.clear();
-    for (const std::string& part : list("--maps-per-light", mapsPerLight))
-        e.mapsPerLight.push_back(
-            uint32_t(parseInteger("--maps-per-light", part, 1, kMaxMapsPerLight)));
-    e.pageTexels.clear();
-    for (const std::string& part : list("--page-size", pageSize))
-        e.pageTexels.push_back(1u << parsePowerOfTwo("--page-size", part, 16, 256));
-    const uint64_t poolBytes = parseBytes("--pool", pool);
-    if (poolBytes < (1u << 20) || poolBytes % (1u << 20) != 0 || poolBytes >> 20 > (1u << 20))
-        throw Error(ErrorKind::kUsage,
-                    "--pool '" + pool + "': must be whole MiB from 1M to 1024G, as in 256M");
-    e.poolMib = uint32_t(poolBytes >> 20);
-    e.maxFaceTexels = uint32_t(parseInteger("--max-face", maxFace, 16, kMaxFaceTexels));
-    e.bias = numbers("--bias", bias, 0, 100);
-    e.taps.clear();
-    for (const std::string& part : list("--taps", taps)) {
-        e.taps.push_back(uint32_t(parseInteger("--taps", part, 1, 9)));
-        if (e.taps.back() != 1 && e.taps.back() != 4 && e.taps.back() != 9)
-            throw Error(ErrorKind::kUsage, "--taps '" + part + "': must be 1, 4 or 9");
+
+    Experiment e;
+    for (const Setting& setting : settings()) {
+        if (setting.option.empty() || setting.form == JsonForm::kFlag ||
+            setting.option == "--model")
+            continue;
+        const std::string& text = texts_.at(setting.option);
+        std::vector<std::string> values;
+        if (!setting.isVaried)
+            values = {text};
+        else if (!text.empty())
+            values = parseList(setting.option, text);
+        // A command that is no sweep takes one value where compare takes a list.
+        if (!isSweep && values.size() > 1 && commandLine.declares(setting.option))
+            throw Error(ErrorKind::kUsage,
+                        setting.option + " '" + text +
+                            "': this command takes one value; compare takes a list");
+        if (setting.option != "--variants") // named beside what they may leave out
+            setting.set(e, setting.option, values);
     }
-    e.routeMargin = float(parseNumber("--route-margin", routeMargin, 0, kMaxRouteMargin));
-    e.polygonLod = numbers("--polygon-lod", polygonLod, 0, 1024);
-    e.offset = numbers("--offset", offset, 0, 100);
-    e.lod.clear();
-    for (const std::string& part : list("--lod", lod))
-        addLod(e.lod, "--lod", part);
-    if (!models.empty())
-        e.models = models;
-    for (const std::string& model : models)
-        makeCostModel(model); // throws for an unknown one, before any work
+    e.isSequence = isSequence_;
+    if (!models_.empty())
+        settingOf("--model").set(e, "--model", models_);
     return e;
 }
 

@@ -5,8 +5,9 @@
 #include "tools/settings/command_line.h"
 #include "tools/settings/console.h"
 #include "tools/settings/experiment.h"
-#include "tools/settings/parse.h"
+#include "tools/settings/setting.h"
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -31,44 +32,42 @@ struct GlobalOptions {
 /// device's. Throws Error kUsage for another one that was asked for.
 void followGlPages(Experiment& experiment, Backend backend, const CommandLine& commandLine);
 
-/// The texts of the shared options. A list is what `compare` takes; the others want one value of
-/// each.
-struct CommonOptions {
-    std::string size = "640x360", camera, time, frames, fps = "30", exposure = "0";
-    bool isWindow = false; ///< --size is a window's, --fps what it plays by
-    std::string lights = "-1", seed = "1";
+/// The options of settings, and those that belong to them: texts until `experiment` reads them.
+class CommonOptions {
+public:
     std::vector<std::string> voxels;
-    std::string resolution = "1024", dagResolution, cache;
+    std::string cache, time;
     bool allowStale = false;
-    std::string thresholds = "0,8,16,32,64,96,192,inf";
-    // Defaults come from where the methods state theirs: one text.
-    std::string undersample = "1", mapsPerLight = std::to_string(FrameOptions{}.mapsPerLight),
-                pageSize = std::to_string(ShadowMapOptions{}.pageTexels), pool = "256M",
-                maxFace = std::to_string(FrameOptions{}.maxFaceTexels);
-    std::string bias = numberText(ShadowMapBias{}.constantTexels),
-                taps = std::to_string(ShadowMapBias{}.taps),
-                polygonLod = numberText(ShadowMapOptions{}.lodTexels);
-    std::string offset = numberText(RayOptions{}.offset), lod = "0";
-    std::string routeMargin = numberText(FrameOptions{}.routeMargin);
-    std::vector<std::string> models;
-    std::string costs;
+    bool isWindow = false; ///< --size is a window's, --fps what it plays by
 
-    void declareView(CommandLine& commandLine, bool isSweep);
-    /// For commands that write or show pictures.
-    void declareExposure(CommandLine& commandLine);
-    void declareLights(CommandLine& commandLine);
-    void declareVoxels(CommandLine& commandLine, bool isSweep);
-    void declareMaps(CommandLine& commandLine, bool isSweep);
-    void declareRays(CommandLine& commandLine, bool isSweep);
-    /// For commands that show frames one after the other.
-    void declareRoutes(CommandLine& commandLine);
+    CommonOptions();
 
-    /// Returns the options as an experiment (scenes, methods, repeats left at their defaults). With
-    /// `isSweep` false a list in any of them is Error kUsage. Contradictions are Error kUsage
-    /// naming both options.
+    /// Returns the text of a setting's option, its default until the command line is read; another
+    /// default is assigned before `declare`.
+    std::string& text(const std::string& option);
+    const std::string& text(const std::string& option) const;
+    /// Returns what was given of --model, which may be given several times.
+    const std::vector<std::string>& models() const { return models_; }
+
+    /// Declares the options of the groups, each under its heading, in order.
+    /// @param isSweep what a sweep varies takes a list
+    void declare(CommandLine& commandLine, const std::vector<SettingGroup>& groups, bool isSweep);
+    /// Declares one setting's option under the present heading.
+    void declare(CommandLine& commandLine, const Setting& setting, bool isSweep);
+    /// Declares --cache under the present heading.
+    void declareCache(CommandLine& commandLine);
+
+    /// Returns the options as an experiment; settings whose options were not declared have the
+    /// defaults of this object. With `isSweep` false a list in any of them is Error kUsage.
+    /// Contradictions are Error kUsage naming both options.
     Experiment experiment(const CommandLine& commandLine, bool isSweep) const;
     /// Returns the time to show: --time, or that of --frames' first; for commands that show one.
     float timeSeconds(const Experiment& experiment) const;
+
+private:
+    std::map<std::string, std::string> texts_; ///< by option
+    std::vector<std::string> models_;
+    bool isSequence_ = false;
 };
 
 } // namespace shadowdag

@@ -3,7 +3,7 @@
 
 #include "cuda/error.h"
 #include "hybrid/gl/gl_options.h"
-#include "tools/settings/parse.h"
+#include "tools/settings/setting.h"
 #include "tools/settings/variants.h"
 
 #include <algorithm>
@@ -19,15 +19,10 @@ std::string whyNotMethod(const std::string& method) {
     return unfollowedByGl(options);
 }
 
-std::string whyNotLod(const LodChoice& lod) {
+/// Returns why gl does not follow a setting's value, "" where it does.
+std::string whyNotValue(const Setting& setting, const std::string& text) {
     FrameOptions options;
-    lod.apply(options.rays);
-    return unfollowedByGl(options);
-}
-
-std::string whyNotPolygonLod(float texels) {
-    FrameOptions options;
-    options.maps.lodTexels = texels;
+    setting.setFrame(options, setting.option, text);
     return unfollowedByGl(options);
 }
 
@@ -82,19 +77,20 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
     if (!leftOut.empty() && experiment.methods.empty() && experiment.variants.empty())
         throw Error(ErrorKind::kUsage, leftOut.back() + ", and nothing else is asked for; use "
                                                         "--backend cpu or cuda");
-    // Every run has one of these: where none is left, what experiments start with, which gl
-    // follows.
-    const auto lodText = [](const LodChoice& lod) { return lod.text(); };
-    const auto texelsText = [](float texels) { return numberText(texels); };
-    const Experiment fresh;
-    if (takeOut(experiment.lod, "--lod", "level of detail", lodText, whyNotLod, given("--lod"))) {
-        experiment.lod = fresh.lod;
-        leftOut.back() += "; " + lodText(fresh.lod.front()) + " in its place";
-    }
-    if (takeOut(experiment.polygonLod, "--polygon-lod", "polygon level of detail", texelsText,
-                whyNotPolygonLod, given("--polygon-lod"))) {
-        experiment.polygonLod = fresh.polygonLod;
-        leftOut.back() += "; " + texelsText(fresh.polygonLod.front()) + " in its place";
+    // Every run has a value of each: where none is left, the default, which gl follows.
+    for (const Setting* setting : frameSettings()) {
+        std::vector<std::string> values = setting->texts(experiment);
+        const size_t count = values.size();
+        const bool isEmpty = takeOut(
+            values, setting->option, setting->key, same,
+            [&](const std::string& text) { return whyNotValue(*setting, text); },
+            given(setting->option.c_str()));
+        if (isEmpty) {
+            values = {setting->texts(Experiment()).front()};
+            leftOut.back() += "; " + values[0] + " in its place";
+        }
+        if (values.size() != count || isEmpty)
+            setting->set(experiment, setting->option, values);
     }
     for (const std::string& text : leftOut)
         console.note("left out: " + text);
@@ -110,12 +106,10 @@ void refuseOnGl(const Experiment& experiment, Backend backend, const std::string
     if (!variant.empty())
         if (const std::string why = whyNotVariant(variant); !why.empty())
             refuse("--variant '" + variant + "'", why);
-    for (const LodChoice& lod : experiment.lod)
-        if (const std::string why = whyNotLod(lod); !why.empty())
-            refuse("--lod '" + lod.text() + "'", why);
-    for (const float texels : experiment.polygonLod)
-        if (const std::string why = whyNotPolygonLod(texels); !why.empty())
-            refuse("--polygon-lod '" + numberText(texels) + "'", why);
+    for (const Setting* setting : frameSettings())
+        for (const std::string& text : setting->texts(experiment))
+            if (const std::string why = whyNotValue(*setting, text); !why.empty())
+                refuse(setting->option + " '" + text + "'", why);
 }
 
 } // namespace shadowdag

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options of `compare` that change nothing because no run that was asked for has a use for them.
+// Options that change nothing because no configuration that was asked for reads them.
 #pragma once
 
 #include "tools/settings/command_line.h"
@@ -11,10 +11,13 @@
 namespace shadowdag {
 
 /// Throws Error kUsage naming the first option on the command line that no configuration of the
-/// experiment heeds, and options of `compare` that contradict each other about it.
+/// experiment reads, and options of a sweep that contradict each other about it.
 /// @param assetCount of --voxels
-/// @param experimentFile that fixed the runs; "": options did
-void refuseUnheeded(const Experiment& experiment, size_t assetCount,
-                    const std::string& experimentFile, const CommandLine& commandLine);
+/// @param experimentFile that fixed the configurations; "": options did
+void refuseUnused(const Experiment& experiment, size_t assetCount,
+                  const std::string& experimentFile, const CommandLine& commandLine);
+
+/// The same of one configuration, for commands that render one method.
+void refuseUnread(const RunParameters& run, const CommandLine& commandLine);
 
 } // namespace shadowdag

@@ -294,6 +294,15 @@ std::string modelPart(const std::string& model) {
 
 } // namespace
 
+std::string variantsHelp() {
+    return "Instead: variants by name, as in PMCD-EB-SO-4SM-u2, or paper for all that the paper "
+           "measured. Parts, in any order: Sphere, CFM, PMC, PMCD, PMCC (culling); EB, TB (cluster "
+           "bounds); SO, SOR (static optimization); Nk<k>; PLOD<texels>; FP, LP (pages only for "
+           "pairs that face, that are not proven lit); RP (resolution rule); RL (light order); "
+           "<n>SM [4SM]; u<d> [u1]; T<taps>; RT (all rays); Hybrid[:MODEL]; RH[<margin>] (routes "
+           "held)";
+}
+
 Variant parseVariant(const std::string& option, const std::string& name) {
     return NameReader(option, name).read();
 }
@@ -336,6 +345,10 @@ std::string variantName(const Variant& v) {
     if (v.routeMargin)
         add(*v.routeMargin == kUsualRouteMargin ? "RH" : "RH" + numberText(*v.routeMargin));
     return name;
+}
+
+bool saysSetting(const Variant& variant, const std::string& key) {
+    return key == "taps" ? variant.taps != 0 : key == "route_margin" && variant.routeMargin;
 }
 
 std::vector<std::string> parseVariants(const std::string& option,

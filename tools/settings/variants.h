@@ -42,6 +42,9 @@
 
 namespace shadowdag {
 
+/// Returns what --help says of names of variants, their parts included.
+std::string variantsHelp();
+
 /// Taps where neither a name nor --taps says them: the paper's.
 constexpr uint32_t kPaperTaps = 9;
 
@@ -75,6 +78,10 @@ Variant parseVariant(const std::string& option, const std::string& name);
 /// Returns the one name of a variant, parts in the order of this file's head, defaults left out:
 /// parseVariant gives the variant back, and all spellings of a variant have one name.
 std::string variantName(const Variant& variant);
+
+/// Returns whether a variant's name says the setting of that key, of those that names may leave to
+/// options ("taps", "route_margin").
+bool saysSetting(const Variant& variant, const std::string& key);
 
 /// Returns the names that a list of variants means, canonical, in order, each once: `paper` stands
 /// for those of paperVariants() that the list does not name itself. Throws as parseVariant does,

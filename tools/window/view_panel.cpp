@@ -2,6 +2,7 @@
 // The panel: what is shown, how it is made, what it took.
 #include "tools/settings/experiment.h"
 #include "tools/settings/parse.h"
+#include "tools/settings/setting.h"
 #include "tools/window/view_ui.h"
 
 #include <imgui.h>
@@ -181,30 +182,30 @@ void drawOverlayChoice(ViewUi& ui) {
     ui.mark("exposure");
 }
 
+/// Draws a control for every setting that offers choices.
 void drawOptions(ViewUi& ui) {
-    FrameOptions& o = ui.request.options;
-    const auto choose = [&](const char* label, const std::vector<std::string>& names, auto& value) {
-        std::string chosen = numberText(double(value));
-        if (chooseName(label, names, chosen)) {
-            value = std::remove_reference_t<decltype(value)>(std::stod(chosen));
+    FrameOptions& options = ui.request.options;
+    const uint32_t deviceSide = ui.picture ? ui.picture->devicePageTexels : 0;
+    for (const Setting* setting : frameSettings()) {
+        if (setting->choices.empty())
+            continue;
+        std::string chosen = setting->frameText(options);
+        // Sparse textures have pages of the device's size.
+        const bool isFixed = setting->key == "page_size" && deviceSide > 0;
+        if (isFixed)
+            chosen = std::to_string(deviceSide);
+        ImGui::BeginDisabled(isFixed);
+        if (chooseName(setting->panelLabel.c_str(), setting->choices, chosen)) {
+            setting->setFrame(options, setting->option, chosen);
             ui.hasChanged = true;
         }
-    };
-    choose("undersample", {"1", "2", "4", "8"}, o.undersample);
-    ui.mark("undersample");
-    choose("maps a light", {"1", "2", "4", "8", "16"}, o.mapsPerLight);
-    uint32_t side = ui.picture ? ui.picture->devicePageTexels : 0;
-    ImGui::BeginDisabled(side > 0); // sparse textures have the device's
-    choose("page texels", {"16", "32", "64", "128", "256"}, side > 0 ? side : o.maps.pageTexels);
-    ImGui::EndDisabled();
-    ui.mark("page texels");
-    choose("taps", {"1", "4", "9"}, o.bias.taps);
-    o.maps.taps = o.bias.taps;
-    uint32_t pool = uint32_t(o.maps.poolBytes >> 20);
-    choose("pool, MiB", {"16", "64", "256", "1024"}, pool);
-    o.maps.poolBytes = uint64_t(pool) << 20;
+        ImGui::EndDisabled();
+        if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
+            ImGui::SetTooltip("%s (%s)", setting->help.c_str(), setting->option.c_str());
+        ui.mark(setting->panelLabel.c_str());
+    }
     ui.hasChanged |=
-        ImGui::Checkbox("keep maps of what stands still", &o.maps.useStaticOptimization);
+        ImGui::Checkbox("keep maps of what stands still", &options.maps.useStaticOptimization);
 }
 
 void drawNumbers(const ViewUi& ui) {

@@ -80,15 +80,15 @@ Experiment experimentOf(const ViewRequest& request, const Experiment& base,
         e.thresholds = {0};
     e.variants.clear();
     e.isSequence = false;
-    e.routeMargin = 0; // the view is rendered by itself, without frames before
+    e.routeMargin = {0}; // the view is rendered by itself, without frames before
     if (dag.isBuilt())
         e.resolutionLog2 = {dag.grid.resolutionLog2};
     e.dagResolutionLog2.clear();
     e.undersample = {options.undersample};
     e.mapsPerLight = {options.mapsPerLight};
     e.pageTexels = {options.maps.pageTexels};
-    e.poolMib = uint32_t(options.maps.poolBytes >> 20);
-    e.maxFaceTexels = options.maxFaceTexels;
+    e.poolMib = {uint32_t(options.maps.poolBytes >> 20)};
+    e.maxFaceTexels = {options.maxFaceTexels};
     e.bias = {options.bias.constantTexels};
     e.taps = {options.bias.taps};
     e.polygonLod = {options.maps.lodTexels};

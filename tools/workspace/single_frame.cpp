@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "tools/settings/provenance.h"
+#include "tools/settings/unused_options.h"
 #include "tools/settings/variants.h"
 
 #include <algorithm>
@@ -69,25 +70,9 @@ void MethodOptions::check(const CommandLine& commandLine,
                     "--costs is for --method hybrid --model cost or oracle; drop it");
     if (costs.empty())
         giveCalibration(*chosen, {}); // what is missing is told before any work
-    const bool usesMaps = method == "maps" || method == "hybrid";
-    for (const char* option : {"--offset", "--lod"})
-        if (method == "dag-exact" && commandLine.given(option))
-            throw Error(ErrorKind::kUsage, std::string(option) +
-                                               " is for rays that stop at voxels, not for "
-                                               "'dag-exact', which confirms every hit; drop it");
-    const std::optional<RunParameters> run = named({});
-    const bool usesVoxels = methodUsesVoxels(method) || (run && run->usesRays());
-    for (const char* option : {"--voxels", "--resolution", "--offset", "--lod"})
-        if (!usesVoxels && commandLine.given(option))
-            throw Error(ErrorKind::kUsage, std::string(option) +
-                                               " is for methods that trace voxels, not for '" +
-                                               method + "'; drop it");
-    for (const char* option : {"--page-size", "--pool", "--max-face", "--bias", "--taps",
-                               "--undersample", "--maps-per-light", "--polygon-lod"})
-        if (!usesMaps && commandLine.given(option))
-            throw Error(ErrorKind::kUsage, std::string(option) +
-                                               " is for methods that draw maps, not for '" +
-                                               method + "'; drop it");
+    RunParameters run = named({}).value_or(RunParameters());
+    run.method = method;
+    refuseUnread(run, commandLine);
 }
 
 std::unique_ptr<CostModel> MethodOptions::makeModel() const {
@@ -108,25 +93,15 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     }
     scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true,
                                console);
-    frameOptions_.routeMargin = experiment.routeMargin;
     const std::optional<RunParameters> named = method.named({});
     if (methodUsesVoxels(method.method) || (named && named->usesRays())) {
         refuseStaleExact(method.method == "dag-exact", options.allowStale);
         const VoxelSource source{options.voxels, options.cache, options.allowStale};
         dag_ = std::move(obtainDags(scene_, experiment.resolutionLog2, source, console).front());
     }
-    frameOptions_.width = experiment.width;
-    frameOptions_.height = experiment.height;
-    frameOptions_.undersample = experiment.undersample[0];
-    frameOptions_.maxFaceTexels = experiment.maxFaceTexels;
-    frameOptions_.mapsPerLight = experiment.mapsPerLight[0];
-    frameOptions_.maps.pageTexels = experiment.pageTexels[0];
-    frameOptions_.maps.poolBytes = uint64_t(experiment.poolMib) << 20;
-    frameOptions_.maps.taps = frameOptions_.bias.taps = method.taps.value_or(experiment.taps[0]);
-    frameOptions_.bias.constantTexels = experiment.bias[0];
-    frameOptions_.maps.lodTexels = experiment.polygonLod[0];
-    frameOptions_.rays.offset = experiment.offset[0];
-    experiment.lod[0].apply(frameOptions_.rays);
+    frameOptions_ = baseOptions(experiment);
+    if (method.taps)
+        frameOptions_.maps.taps = frameOptions_.bias.taps = *method.taps;
     if (method.method == "dag-exact")
         frameOptions_.rays.kind = RayKind::kExact;
     if (const std::optional<RunParameters> run = method.named(frameOptions_))

@@ -184,7 +184,7 @@ TEST(ProgramVariants, WrongUsesAreRefusedByName) {
           "e.json: key \"variants\" 'PMCX': part 1"},
          {{"compare", "-o", out, "--experiment", directory / "f.json"},
           2,
-          "contradicts \"variants\", which name their methods"},
+          "contradicts \"variants\", whose names say it"},
          {{"compare", "-o", out, "--experiment", directory / "g.json"}, 2, "must be true or false"},
          {{"compare", "-o", out, "--experiment", directory / "h.json"},
           2,
@@ -230,7 +230,7 @@ TEST(ProgramVariants, OptionsThatNoRunHeedsAreRefused) {
           "--pool is for methods that draw maps, which --variants leaves out"},
          {compare({"--methods", "dag", "--bias", "1"}), 1, "--bias is for methods that draw maps"},
          {compare({"--variants", "PMCD-T1,RT", "--taps", "4"}), 1,
-          "--taps is for maps whose names do not say their taps"},
+          "--taps is for maps whose names do not say it"},
          {compare({"--methods", "dag,maps", "--thresholds", "32"}), 1,
           "--thresholds is for method hybrid"},
          {compare({"--methods", "dag,maps", "--model", "oracle"}), 1, "--model is for method"},
@@ -241,7 +241,7 @@ TEST(ProgramVariants, OptionsThatNoRunHeedsAreRefused) {
          {compare({"--variants", "PMCD,RT", "--sequence", "--route-margin", "0.2"}), 1,
           "--route-margin is for hybrids"},
          {compare({"--variants", "Hybrid-RH", "--sequence", "--route-margin", "0.2"}), 1,
-          "whose names do not say their margin"},
+          "whose names do not say it"},
          {compare({"--sequence", "--route-margin", "-1"}), 1, "--route-margin '-1'"},
          {compare({"--sequence", "--route-margin", "nan"}), 1, "--route-margin 'nan'"},
          {compare({"--seed", "3"}), 1, "--seed says nothing without --lights"},
@@ -273,7 +273,7 @@ TEST(ProgramVariants, OptionsThatNoRunHeedsAreRefused) {
           "--taps and --variant 'PMCD-T1' contradict"},
          {{"validate", "builtin:atrium", "--variant", "PMCD", "--offset", "2"},
           1,
-          "--offset is for methods that trace voxels"}});
+          "--offset is for rays that stop at voxels"}});
     for (const char* option : {"--variants", "--costs", "--experiment", "--title", "--model"})
         expectRefused(directory,
                       {{compare({option, ""}), 1, std::string(option) + " '': is empty"}});

@@ -130,7 +130,7 @@ TEST(Experiment, AMarginOfRoutesIsForSequencesAndForWhatDoesNotNameItsOwn) {
         HasSubstr("key \"variants\" 'Hybrid-RH0.2': is the variant 'Hybrid'"));
     Experiment swept;
     swept.isSequence = true;
-    swept.routeMargin = 0.5f;
+    swept.routeMargin = {0.5f};
     swept.methods = {"hybrid"};
     swept.thresholds = {32};
     swept.models.clear();

@@ -1,0 +1,506 @@
+// SPDX-License-Identifier: Apache-2.0
+// The table of settings. Its order is that of experiment files; settings of frames are varied in it,
+// the first slowest.
+#include "cuda/error.h"
+#include "hybrid/routing/resolution.h"
+#include "tools/settings/setting.h"
+#include "tools/settings/setting_codec.h"
+#include "tools/settings/variants.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <tuple>
+
+namespace shadowdag {
+
+namespace {
+
+using Group = SettingGroup;
+using Frame = FrameOptions;
+
+constexpr uint32_t kMaxResolution = 131072;
+
+Codec<float> thresholdCodec() {
+    return {[](const std::string& name, const std::string& text) {
+                return parseThresholds(name, text).at(0);
+            },
+            [](const float& value) { return numberText(double(value)); },
+            [](const float& value) { return decimalJson(double(value)); }};
+}
+
+Codec<LodChoice> lodCodec() {
+    return {[](const std::string& name, const std::string& text) { return parseLod(name, text); },
+            [](const LodChoice& lod) { return lod.text(); },
+            // Fixed levels as numbers, the others as their texts.
+            [](const LodChoice& lod) {
+                return lod.rule == LodRule::kFixed ? Json(lod.level) : Json(lod.text());
+            }};
+}
+
+Codec<uint32_t> tapsCodec() {
+    Codec<uint32_t> codec = wholeCodec<uint32_t>(1, 9);
+    codec.parse = [](const std::string& name, const std::string& text) {
+        const uint32_t taps = uint32_t(parseInteger(name, text, 1, 9));
+        if (taps != 1 && taps != 4 && taps != 9)
+            throw Error(ErrorKind::kUsage, name + " '" + text + "': must be 1, 4 or 9");
+        return taps;
+    };
+    return codec;
+}
+
+/// MiB: numbers in files, bytes with a unit as options.
+Codec<uint32_t> poolCodec() {
+    return {[](const std::string& name, const std::string& text) {
+                const bool isOption = name[0] == '-';
+                if (!isOption)
+                    return uint32_t(parseInteger(name, text, 1, 1 << 20));
+                const uint64_t bytes = parseBytes(name, text);
+                if (bytes < (1u << 20) || bytes % (1u << 20) != 0 || bytes >> 20 > (1u << 20))
+                    throw Error(ErrorKind::kUsage,
+                                name + " '" + text +
+                                    "': must be whole MiB from 1M to 1024G, as in 256M");
+                return uint32_t(bytes >> 20);
+            },
+            [](const uint32_t& mib) { return std::to_string(mib) + "M"; },
+            [](const uint32_t& mib) { return Json(mib); }};
+}
+
+Codec<std::string> methodCodec() {
+    Codec<std::string> codec = textCodec();
+    codec.parse = [](const std::string& name, const std::string& text) {
+        checkMethod(name, text);
+        return text;
+    };
+    return codec;
+}
+
+Codec<std::string> modelCodec() {
+    Codec<std::string> codec = textCodec();
+    codec.parse = [](const std::string& name, const std::string& text) {
+        try {
+            makeCostModel(text); // throws for an unknown one, before any work
+        } catch (const Error& error) {
+            if (name[0] == '-')
+                throw;
+            throw Error(ErrorKind::kUsage,
+                        name + " '" + text + "': is no cost model: " + error.what());
+        }
+        return text;
+    };
+    return codec;
+}
+
+Setting sizeSetting() {
+    Setting row{.key = "size",
+                .option = "--size",
+                .group = Group::kView,
+                .kind = "WxH",
+                .help = "Picture size in pixels",
+                .form = JsonForm::kText};
+    row.set = [](Experiment& e, const std::string& name, const std::vector<std::string>& texts) {
+        std::tie(e.width, e.height) = parseSize(name, texts.at(0));
+    };
+    row.texts = [](const Experiment& e) {
+        return std::vector<std::string>{std::to_string(e.width) + "x" + std::to_string(e.height)};
+    };
+    row.json = [texts = row.texts](const Experiment& e) { return Json(texts(e)[0]); };
+    return row;
+}
+
+Setting framesSetting() {
+    Setting row{.key = "frames",
+                .option = "--frames",
+                .group = Group::kView,
+                .kind = "A:B",
+                .help = "Frames A to B, both included, or A:B:STEP",
+                .form = JsonForm::kText};
+    row.set = [](Experiment& e, const std::string& name, const std::vector<std::string>& texts) {
+        e.frames = parseFrames(name, texts.at(0));
+        e.framesText = texts.at(0);
+    };
+    row.texts = [](const Experiment& e) { return std::vector<std::string>{e.framesText}; };
+    row.json = [](const Experiment& e) { return Json(e.framesText); };
+    return row;
+}
+
+Setting sequenceSetting() {
+    Setting row{.key = "sequence",
+                .option = "--sequence",
+                .group = Group::kSweep,
+                .help = "Frames in order, keeping what is kept from frame to frame; else every "
+                        "frame stands for itself",
+                .form = JsonForm::kFlag};
+    row.set = [](Experiment& e, const std::string&, const std::vector<std::string>& texts) {
+        e.isSequence = texts.at(0) == "true";
+    };
+    row.texts = [](const Experiment& e) {
+        return std::vector<std::string>{e.isSequence ? "true" : "false"};
+    };
+    row.json = [](const Experiment& e) { return Json(e.isSequence); };
+    return row;
+}
+
+std::vector<Setting> makeSettings() {
+    std::vector<Setting> t;
+    t.push_back(oneValue({.key = "title",
+                          .option = "--title",
+                          .group = Group::kSweep,
+                          .kind = "TEXT",
+                          .help = "Heads the report",
+                          .form = JsonForm::kText},
+                         &Experiment::title, textCodec()));
+    t.push_back(listOf({.key = "scenes", .form = JsonForm::kText, .isList = true,
+                        .mayBeEmpty = true},
+                       &Experiment::scenes, textCodec()));
+    t.push_back(sizeSetting());
+    t.push_back(oneValue({.key = "camera",
+                          .option = "--camera",
+                          .group = Group::kView,
+                          .kind = "auto|NAME|NUMBERS",
+                          .help = "auto places one; NAME is a camera of the scene; NUMBERS are "
+                                  "px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]: "
+                                  "position, target, vertical angle, planes in metres, by how "
+                                  "much its up leans to its right",
+                          .shownDefault = "the scene's first, else auto",
+                          .form = JsonForm::kText},
+                         &Experiment::camera, textCodec()));
+    t.push_back(oneValue({.key = "exposure",
+                          .option = "--exposure",
+                          .group = Group::kPictures,
+                          .kind = "E",
+                          .help = "What pictures multiply radiance by before they are tone "
+                                  "mapped; 0: what puts the log-average luminance at 0.18"},
+                         &Experiment::exposure, numberCodec<double>(0, kMaxExposure)));
+    t.push_back(framesSetting());
+    t.push_back(oneValue({.key = "fps",
+                          .option = "--fps",
+                          .group = Group::kView,
+                          .kind = "RATE",
+                          .help = "Frame f shows the scene at f / RATE seconds"},
+                         &Experiment::fps, numberCodec<double>(0.001, 1e6)));
+    t.push_back(oneValue({.key = "lights",
+                          .option = "--lights",
+                          .group = Group::kLights,
+                          .kind = "N",
+                          .help = "Replaces the scene's lights by N placed ones",
+                          .shownDefault = "-1: keep the scene's"},
+                         &Experiment::lightCount, wholeCodec<int>(-1, 100000)));
+    t.push_back(oneValue({.key = "light_seed",
+                          .option = "--seed",
+                          .group = Group::kLights,
+                          .kind = "S",
+                          .help = "Where they are placed"},
+                         &Experiment::lightSeed,
+                         wholeCodec<uint64_t>(0, 9'000'000'000'000'000)));
+    t.push_back(listOf({.key = "resolutions",
+                        .option = "--resolution",
+                        .group = Group::kVoxels,
+                        .kind = "N",
+                        .help = "Voxels an axis, a power of two up to 131072; built when needed "
+                                "and cached",
+                        .readBy = ReadBy::kVoxels,
+                        .isList = true,
+                        .isVaried = true},
+                       &Experiment::resolutionLog2, powerCodec(4, kMaxResolution, true)));
+    t.push_back(listOf({.key = "dag_resolutions",
+                        .option = "--dag-resolution",
+                        .group = Group::kSweep,
+                        .kind = "N",
+                        .help = "More resolutions, for method dag alone: how its error falls",
+                        .shownDefault = "none",
+                        .readBy = ReadBy::kRaysAlone,
+                        .isList = true,
+                        .isVaried = true,
+                        .mayBeEmpty = true,
+                        .isSaidByVariants = true},
+                       &Experiment::dagResolutionLog2, powerCodec(4, kMaxResolution, true)));
+    t.push_back(listOf({.key = "methods",
+                        .option = "--methods",
+                        .group = Group::kSweep,
+                        .kind = "M",
+                        .help = "Some of " + methodNames(),
+                        .form = JsonForm::kText,
+                        .isList = true,
+                        .isVaried = true,
+                        .mayBeEmpty = true,
+                        .isSaidByVariants = true},
+                       &Experiment::methods, methodCodec()));
+    t.push_back(listOf({.key = "thresholds",
+                        .option = "--thresholds",
+                        .group = Group::kSweep,
+                        .kind = "T",
+                        .help = "For hybrid: maps that require fewer texels are traced; 0 is maps "
+                                "alone, inf rays alone",
+                        .readBy = ReadBy::kHybrid,
+                        .form = JsonForm::kNumberOrInfinity,
+                        .isList = true,
+                        .isVaried = true,
+                        .mayBeEmpty = true,
+                        .isSaidByVariants = true},
+                       &Experiment::thresholds, thresholdCodec()));
+    t.back().set = [set = t.back().set](Experiment& e, const std::string& name,
+                                        const std::vector<std::string>& texts) {
+        set(e, name, texts);
+        std::sort(e.thresholds.begin(), e.thresholds.end());
+    };
+    t.push_back(listOf({.key = "models",
+                        .option = "--model",
+                        .group = Group::kSweep,
+                        .kind = "M",
+                        .help = "A further cost model for hybrid: texels:N, expr:EXPRESSION, cost, "
+                                "oracle; may be given several times",
+                        .readBy = ReadBy::kHybrid,
+                        .form = JsonForm::kText,
+                        .isList = true,
+                        .mayBeEmpty = true,
+                        .isSaidByVariants = true},
+                       &Experiment::models, modelCodec()));
+    t.push_back(listOf({.key = "variants",
+                        .option = "--variants",
+                        .group = Group::kSweep,
+                        .kind = "NAME",
+                        .help = variantsHelp(),
+                        .shownDefault = "none",
+                        .form = JsonForm::kText,
+                        .isList = true,
+                        .isVaried = true,
+                        .mayBeEmpty = true},
+                       &Experiment::variants, textCodec()));
+    t.push_back(sequenceSetting());
+    t.push_back(oneValue({.key = "lead_in",
+                          .option = "--lead-in",
+                          .group = Group::kSweep,
+                          .kind = "N",
+                          .help = "Of a sequence: so many frames before each are rendered "
+                                  "uncounted"},
+                         &Experiment::leadIn, wholeCodec<uint32_t>(0, 1000)));
+    t.push_back(oneValue({.key = "flicker_points",
+                          .option = "--flicker-points",
+                          .group = Group::kSweep,
+                          .kind = "N",
+                          .help = "Of a sequence: surface points whose answers are followed"},
+                         &Experiment::flickerPoints, wholeCodec<uint32_t>(0, 10'000'000)));
+    t.push_back(frameValue({.key = "route_margin",
+                            .option = "--route-margin",
+                            .group = Group::kRoutes,
+                            .kind = "M",
+                            .help = "For hybrid, over frames in sequence: a map changes its "
+                                    "method only when the other is cheaper by more than the "
+                                    "factor 1 + M, 0 to " +
+                                    numberText(kMaxRouteMargin),
+                            .readBy = ReadBy::kHybrid,
+                            .mayBeSaidByVariants = true,
+                            .label = " margin #",
+                            .parameter = "route_margin"},
+                           &Experiment::routeMargin, numberCodec<float>(0, kMaxRouteMargin),
+                           [](const Frame& f) { return f.routeMargin; },
+                           [](Frame& f, float margin) { f.routeMargin = margin; }));
+    t.push_back(frameValue({.key = "undersample",
+                            .option = "--undersample",
+                            .group = Group::kMaps,
+                            .kind = "U",
+                            .help = "Divisor of the required resolution",
+                            .readBy = ReadBy::kMaps,
+                            .isList = true,
+                            .isSaidByVariants = true,
+                            .label = " u#",
+                            .parameter = "undersample",
+                            .choices = {"1", "2", "4", "8"},
+                            .panelLabel = "undersample"},
+                           &Experiment::undersample, numberCodec<float>(1, 1024),
+                           [](const Frame& f) { return f.undersample; },
+                           [](Frame& f, float divisor) { f.undersample = divisor; }));
+    t.push_back(frameValue({.key = "maps_per_light",
+                            .option = "--maps-per-light",
+                            .group = Group::kMaps,
+                            .kind = "N",
+                            .help = "The most maps a light may have, by what its clusters ask "
+                                    "for, 1 to " +
+                                    std::to_string(kMaxMapsPerLight),
+                            .readBy = ReadBy::kMaps,
+                            .isList = true,
+                            .isSaidByVariants = true,
+                            .label = " #SM",
+                            .parameter = "maps_per_light",
+                            .choices = {"1", "2", "4", "8", "16"},
+                            .panelLabel = "maps a light"},
+                           &Experiment::mapsPerLight, wholeCodec<uint32_t>(1, kMaxMapsPerLight),
+                           [](const Frame& f) { return f.mapsPerLight; },
+                           [](Frame& f, uint32_t count) { f.mapsPerLight = count; }));
+    t.push_back(frameValue({.key = "page_size",
+                            .option = "--page-size",
+                            .group = Group::kMaps,
+                            .kind = "TEXELS",
+                            .help = "Side of a page, a power of two from 16 to 256",
+                            .readBy = ReadBy::kMaps,
+                            .isList = true,
+                            .label = " pages #",
+                            .parameter = "page_size",
+                            .choices = {"16", "32", "64", "128", "256"},
+                            .panelLabel = "page texels"},
+                           &Experiment::pageTexels, powerCodec(16, 256, false),
+                           [](const Frame& f) { return f.maps.pageTexels; },
+                           [](Frame& f, uint32_t side) { f.maps.pageTexels = side; }));
+    t.push_back(frameValue({.key = "pool_mib",
+                            .option = "--pool",
+                            .group = Group::kMaps,
+                            .kind = "BYTES",
+                            .help = "Budget of the page pool, whole MiB, as in 256M",
+                            .readBy = ReadBy::kMaps,
+                            .label = " pool #",
+                            .parameter = "pool_bytes",
+                            .choices = {"16M", "64M", "256M", "1024M"},
+                            .panelLabel = "pool"},
+                           &Experiment::poolMib, poolCodec(),
+                           [](const Frame& f) { return uint32_t(f.maps.poolBytes >> 20); },
+                           [](Frame& f, uint32_t mib) { f.maps.poolBytes = uint64_t(mib) << 20; }));
+    t.back().frameJson = [](const Frame& f) { return Json(f.maps.poolBytes); };
+    t.push_back(frameValue({.key = "max_face_texels",
+                            .option = "--max-face",
+                            .group = Group::kMaps,
+                            .kind = "TEXELS",
+                            .help = "The most texels across a face of a map, 16 to " +
+                                    std::to_string(kMaxFaceTexels),
+                            .readBy = ReadBy::kMaps,
+                            .label = " max face #",
+                            .parameter = "max_face_texels"},
+                           &Experiment::maxFaceTexels, wholeCodec<uint32_t>(16, kMaxFaceTexels),
+                           [](const Frame& f) { return f.maxFaceTexels; },
+                           [](Frame& f, uint32_t texels) { f.maxFaceTexels = texels; }));
+    t.push_back(frameValue({.key = "bias",
+                            .option = "--bias",
+                            .group = Group::kMaps,
+                            .kind = "B",
+                            .help = "Depth bias in texels",
+                            .readBy = ReadBy::kMaps,
+                            .isList = true,
+                            .label = " bias #",
+                            .parameter = "bias"},
+                           &Experiment::bias, numberCodec<float>(0, 100),
+                           [](const Frame& f) { return f.bias.constantTexels; },
+                           [](Frame& f, float texels) { f.bias.constantTexels = texels; }));
+    t.push_back(frameValue({.key = "taps",
+                            .option = "--taps",
+                            .group = Group::kMaps,
+                            .kind = "1|4|9",
+                            .help = "Taps of the percentage-closer filter",
+                            .readBy = ReadBy::kMaps,
+                            .isList = true,
+                            .mayBeSaidByVariants = true,
+                            .label = " taps #",
+                            .parameter = "taps",
+                            .choices = {"1", "4", "9"},
+                            .panelLabel = "taps"},
+                           &Experiment::taps, tapsCodec(),
+                           [](const Frame& f) { return f.bias.taps; },
+                           [](Frame& f, uint32_t taps) { f.bias.taps = f.maps.taps = taps; }));
+    t.push_back(frameValue({.key = "polygon_lod",
+                            .option = "--polygon-lod",
+                            .group = Group::kMaps,
+                            .kind = "T",
+                            .help = "Draw what is simplified by less than so many texels, 0 for "
+                                    "full detail; receivers are lifted by as much",
+                            .readBy = ReadBy::kMaps,
+                            .isList = true,
+                            .label = " polygon lod #",
+                            .parameter = "polygon_lod"},
+                           &Experiment::polygonLod, numberCodec<float>(0, 1024),
+                           [](const Frame& f) { return f.maps.lodTexels; },
+                           [](Frame& f, float texels) { f.maps.lodTexels = texels; }));
+    t.push_back(frameValue({.key = "offset",
+                            .option = "--offset",
+                            .group = Group::kRays,
+                            .kind = "O",
+                            .help = "How far a ray's ends leave the surface, in units of the "
+                                    "derived offset",
+                            .readBy = ReadBy::kVoxelRays,
+                            .isList = true,
+                            .label = " offset #",
+                            .parameter = "offset"},
+                           &Experiment::offset, numberCodec<float>(0, 100),
+                           [](const Frame& f) { return f.rays.offset; },
+                           [](Frame& f, float offset) { f.rays.offset = offset; }));
+    t.push_back(frameValue({.key = "lod",
+                            .option = "--lod",
+                            .group = Group::kRays,
+                            .kind = "L",
+                            .help = "Level of detail of rays: L for cells of 2^L voxels; "
+                                    "footprint[:SCALE] for cells as wide as the pixel's ray; "
+                                    "coverage[:SHARE[:SCALE]] for those of them of which that "
+                                    "share is covered",
+                            .readBy = ReadBy::kVoxelRays,
+                            .form = JsonForm::kNumberOrText,
+                            .isList = true,
+                            .label = " lod #",
+                            .parameter = "lod"},
+                           &Experiment::lod, lodCodec(),
+                           [](const Frame& f) { return LodChoice(f.rays); },
+                           [](Frame& f, const LodChoice& lod) { lod.apply(f.rays); }));
+    t.push_back(oneValue({.key = "repeats",
+                          .option = "--repeats",
+                          .group = Group::kSweep,
+                          .kind = "N",
+                          .help = "Timed runs of every configuration, interleaved"},
+                         &Experiment::repeats, wholeCodec<int>(1, 1000)));
+    t.push_back(oneValue({.key = "warmups",
+                          .option = "--warmups",
+                          .group = Group::kSweep,
+                          .kind = "N",
+                          .help = "Runs before them that are not counted"},
+                         &Experiment::warmups, wholeCodec<int>(0, 1000)));
+    t.push_back(oneValue({.key = "error_seed"}, &Experiment::errorSeed,
+                         wholeCodec<uint64_t>(0, 9'000'000'000'000'000)));
+    return t;
+}
+
+} // namespace
+
+const std::vector<Setting>& settings() {
+    static const std::vector<Setting> kTable = makeSettings();
+    return kTable;
+}
+
+const Setting& settingOf(const std::string& option) {
+    for (const Setting& setting : settings())
+        if (setting.option == option)
+            return setting;
+    throw std::logic_error("no setting has the option " + option);
+}
+
+const std::vector<const Setting*>& frameSettings() {
+    static const std::vector<const Setting*> kOfFrames = [] {
+        std::vector<const Setting*> list;
+        for (const Setting& setting : settings())
+            if (setting.isOfFrame())
+                list.push_back(&setting);
+        return list;
+    }();
+    return kOfFrames;
+}
+
+std::string Setting::defaultText() const {
+    std::string joined;
+    for (const std::string& text : texts(Experiment()))
+        joined += (joined.empty() ? "" : ",") + text;
+    return joined;
+}
+
+bool reads(const RunParameters& run, ReadBy readBy) {
+    switch (readBy) {
+    case ReadBy::kAll:
+        return true;
+    case ReadBy::kVoxelRays:
+        return run.usesVoxelRays();
+    case ReadBy::kVoxels:
+        return run.usesRays();
+    case ReadBy::kRaysAlone:
+        return run.method == "dag" || run.method == "dag-exact";
+    case ReadBy::kMaps:
+        return run.usesMaps();
+    case ReadBy::kHybrid:
+        return run.method == "hybrid";
+    }
+    return false;
+}
+
+} // namespace shadowdag
