@@ -285,20 +285,21 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
 std::function<void()> declareCalibrate(CommandLine& commandLine) {
     auto options = std::make_shared<CalibrateOptions>();
     commandLine.texts("SCENE", options->scenes, "",
-                      "What is measured: .glb or .gltf files, or builtin:NAME [builtin:atrium "
+                      "Scenes to measure: .glb or .gltf files, or builtin:NAME [builtin:atrium "
                       "builtin:houses builtin:necropolis]");
     commandLine.text("-o,--output", options->output, "C.json",
-                     "What maps cost on this machine, for --model cost --costs C.json", true);
-    commandLine.flag("--quick", options->quick,
-                     "Small pictures, coarse voxels, two frames: seconds instead of minutes, to "
-                     "try it out");
+                     "The costs of maps on this machine, for --model cost --costs C.json", true);
+    commandLine.flag(
+        "--quick", options->quick,
+        "Small pictures, coarse voxels, two frames: takes seconds instead of minutes, for a trial");
     commandLine.text("--repeats", options->repeats, "N", "Measurements of every map [3]");
     commandLine.text("--observations", options->observations, "F.json",
-                     "Write what was measured of every map as well");
-    commandLine.text("--from", options->from, "F.json", "Fit to such a file instead of measuring");
+                     "Also write the measurements of every map");
+    commandLine.text("--from", options->from, "F.json",
+                     "Fit to the measurements in this file instead of measuring");
     commandLine.heading("View");
     commandLine.text("--size", options->sizes, "WxH,...",
-                     "Picture sizes that every frame is measured at [320x180,640x360]");
+                     "Picture sizes at which every frame is measured [320x180,640x360]");
     options->common.text("--frames") = kFrames;
     for (const char* option : kViewOptions)
         options->common.declare(commandLine, settingOf(option), true);

@@ -307,15 +307,13 @@ std::function<void()> declareFit(CommandLine& commandLine) {
     commandLine.text("--experiment-out", options->experimentOutput, "E.json",
                      "The choice as an experiment that compare replays [F.experiment.json]");
     commandLine.flag("--no-charts", options->noCharts,
-                     "Leave out the chart (it needs python3-matplotlib)");
-    commandLine.heading("What is asked for");
+                     "Do not draw the chart (which needs python3-matplotlib)");
+    commandLine.heading("Goal");
     commandLine.text(
         "--metric", options->metric, "false|visibility|flip",
-        "Error, of which the worst frame of all scenes counts: share of the pairs that "
-        "are false shadow or false light; mean absolute error of visibility; mean "
-        "FLIP of the picture [false]");
-    commandLine.text("--max", options->bound, "E",
-                     "The error that may not be exceeded, 0 to 1 [0.02]");
+        "Error; that of the worst frame of all scenes counts: share of pairs that are false shadow "
+        "or false light; mean absolute error of visibility; mean FLIP of the picture [false]");
+    commandLine.text("--max", options->bound, "E", "The largest allowed error, 0 to 1 [0.02]");
     commandLine.text("--minimise", options->objective, "time|bytes",
                      "What is to be least: the frame's time, the mean of all frames (which models "
                      "are timed there, the first frame of the first scene tells: put the one that "

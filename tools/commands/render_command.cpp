@@ -190,7 +190,7 @@ std::function<void()> declareRender(CommandLine& commandLine) {
                      "method.rayShare, depth.Z; PNG: the colour, exposed and tone mapped",
                      true);
     commandLine.flag("--per-light", options->perLight,
-                     "Add a channel a light: visibility.light0000, ...");
+                     "Add one channel per light: visibility.light0000, ...");
     commandLine.flag("--truth", options->truth,
                      "Add channels of the error against Embree: error.*");
     commandLine.flag("--float", options->floatColor, "Colour as 32-bit floats instead of halves");

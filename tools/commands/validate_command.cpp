@@ -140,7 +140,7 @@ std::function<void()> declareValidate(CommandLine& commandLine) {
     auto options = std::make_shared<ValidateOptions>();
     commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
     commandLine.text("-o,--output", options->output, "DIR",
-                     "Write error maps there: error.png (vermilion: false shadow, blue: false "
+                     "Directory for error maps: error.png (vermilion: false shadow, blue: false "
                      "light), truth.png, "
                      "method.png, errors.exr");
     options->method.declare(commandLine, "dag|dag-exact|maps|hybrid");

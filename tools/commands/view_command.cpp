@@ -90,18 +90,18 @@ std::function<void()> declareView(CommandLine& commandLine) {
                      "window");
     commandLine.heading("Method");
     commandLine.text("--method", options->method, "embree|dag|dag-exact|maps|hybrid",
-                     "What the window starts with [dag]");
+                     "Initial method [dag]");
     commandLine.text("--model", options->model, "M",
-                     "Of hybrid: texels:N, cost, oracle, expr:EXPRESSION [texels:96]");
+                     "Cost model of hybrid: texels:N, cost, oracle, expr:EXPRESSION [texels:96]");
     commandLine.text("--costs", options->costs, "F",
                      "Costs for the models cost and oracle, as calibrate and compare write them");
     commandLine.text("--right", options->right, "METHOD",
-                     "Split the picture; what the right side shows [embree, once it is split]");
+                     "Split the picture; method of the right side [embree, once it is split]");
     commandLine.heading("Window");
     commandLine.text("--save-to", options->saveDirectory, "DIR",
-                     "Where F12 writes view-NNNN.png, .exr and .experiment.json [.]");
+                     "Directory in which F12 writes view-NNNN.png, .exr and .experiment.json [.]");
     commandLine.text("--target", options->target, "MS",
-                     "What a picture may take while it moves; its resolution follows [22]");
+                     "Time limit of a picture while the camera moves; its size adapts to it [22]");
     commandLine.text("--log", options->log, "F.jsonl",
                      "Write a line of JSON for every picture, file, error and change of layout");
     options->common.isWindow = true;

@@ -62,13 +62,13 @@ void GlobalOptions::declare(CommandLine& commandLine) {
         "Write exactly one JSON object to standard output, all else to standard error");
     commandLine.text("--threads", threads, "N",
                      "Processor threads, 0 for all; never changes a result [0]");
-    commandLine.text("--backend", backend, "auto|cpu|cuda|gl",
-                     "Where frames are made; auto says what it chose, cuda without a device and gl "
-                     "without OpenGL 4.5 are errors; with gl, what draws no frames runs on the "
-                     "processor [auto]");
+    commandLine.text(
+        "--backend", backend, "auto|cpu|cuda|gl",
+        "Where frames are rendered; auto reports its choice; cuda without a device and gl without "
+        "OpenGL 4.5 are errors; with gl, all other work runs on the processor [auto]");
     commandLine.text("--gl-pages", glPages, "auto|sparse|atlas",
                      "Where --backend gl keeps pages of maps: sparse textures, whose pages the "
-                     "driver commits, or one atlas; auto takes sparse where it is [auto]");
+                     "driver commits, or one atlas; auto uses sparse textures if available [auto]");
 }
 
 Backend GlobalOptions::apply(const Console& console, bool announce, bool drawsFrames) const {
@@ -132,10 +132,10 @@ void CommonOptions::declare(CommandLine& commandLine, const Setting& setting, bo
                                   : text;
     std::string kind = setting.kind, help = setting.help;
     if (isWindow && setting.option == "--size")
-        help = "Size of the window in pixels; the picture has what the panel leaves";
+        help = "Size of the window in pixels, including the panel";
     if (isWindow && setting.option == "--frames") {
         kind = "F";
-        help = "Frame that the window starts at";
+        help = "First frame of the window";
     }
     if (!shown.empty())
         help += " [" + shown + "]";

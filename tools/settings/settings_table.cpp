@@ -153,24 +153,25 @@ std::vector<Setting> makeSettings() {
                         .mayBeEmpty = true},
                        &Experiment::scenes, textCodec()));
     t.push_back(sizeSetting());
-    t.push_back(oneValue({.key = "camera",
-                          .option = "--camera",
-                          .group = Group::kView,
-                          .kind = "auto|NAME|NUMBERS",
-                          .help = "auto places one; NAME is a camera of the scene; NUMBERS are "
-                                  "px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]: "
-                                  "position, target, vertical angle, planes in metres, by how "
-                                  "much its up leans to its right",
-                          .shownDefault = "the scene's first, else auto",
-                          .form = JsonForm::kText},
-                         &Experiment::camera, textCodec()));
-    t.push_back(oneValue({.key = "exposure",
-                          .option = "--exposure",
-                          .group = Group::kPictures,
-                          .kind = "E",
-                          .help = "What pictures multiply radiance by before they are tone "
-                                  "mapped; 0: what puts the log-average luminance at 0.18"},
-                         &Experiment::exposure, numberCodec<double>(0, kMaxExposure)));
+    t.push_back(oneValue(
+        {.key = "camera",
+         .option = "--camera",
+         .group = Group::kView,
+         .kind = "auto|NAME|NUMBERS",
+         .help = "auto places one; NAME is a camera of the scene; NUMBERS are "
+                 "px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]: "
+                 "position, target, vertical field of view, planes in metres, roll to the right",
+         .shownDefault = "the scene's first, else auto",
+         .form = JsonForm::kText},
+        &Experiment::camera, textCodec()));
+    t.push_back(oneValue(
+        {.key = "exposure",
+         .option = "--exposure",
+         .group = Group::kPictures,
+         .kind = "E",
+         .help =
+             "Factor on radiance before tone mapping; 0: maps the log-average luminance to 0.18"},
+        &Experiment::exposure, numberCodec<double>(0, kMaxExposure)));
     t.push_back(framesSetting());
     t.push_back(oneValue({.key = "fps",
                           .option = "--fps",
@@ -182,38 +183,38 @@ std::vector<Setting> makeSettings() {
                           .option = "--lights",
                           .group = Group::kLights,
                           .kind = "N",
-                          .help = "Replaces the scene's lights by N placed ones",
+                          .help = "Replaces the scene's lights by N generated lights",
                           .shownDefault = "-1: keep the scene's"},
                          &Experiment::lightCount, wholeCodec<int>(-1, 100000)));
     t.push_back(oneValue({.key = "light_seed",
                           .option = "--seed",
                           .group = Group::kLights,
                           .kind = "S",
-                          .help = "Where they are placed"},
-                         &Experiment::lightSeed,
-                         wholeCodec<uint64_t>(0, 9'000'000'000'000'000)));
-    t.push_back(listOf({.key = "resolutions",
-                        .option = "--resolution",
-                        .group = Group::kVoxels,
-                        .kind = "N",
-                        .help = "Voxels an axis, a power of two up to 131072; built when needed "
-                                "and cached",
-                        .readBy = ReadBy::kVoxels,
-                        .isList = true,
-                        .isVaried = true},
-                       &Experiment::resolutionLog2, powerCodec(4, kMaxResolution, true)));
-    t.push_back(listOf({.key = "dag_resolutions",
-                        .option = "--dag-resolution",
-                        .group = Group::kSweep,
-                        .kind = "N",
-                        .help = "More resolutions, for method dag alone: how its error falls",
-                        .shownDefault = "none",
-                        .readBy = ReadBy::kRaysAlone,
-                        .isList = true,
-                        .isVaried = true,
-                        .mayBeEmpty = true,
-                        .isSaidByVariants = true},
-                       &Experiment::dagResolutionLog2, powerCodec(4, kMaxResolution, true)));
+                          .help = "Seed of the generated lights"},
+                         &Experiment::lightSeed, wholeCodec<uint64_t>(0, 9'000'000'000'000'000)));
+    t.push_back(listOf(
+        {.key = "resolutions",
+         .option = "--resolution",
+         .group = Group::kVoxels,
+         .kind = "N",
+         .help = "Voxels per axis, a power of two up to 131072; built when needed and cached",
+         .readBy = ReadBy::kVoxels,
+         .isList = true,
+         .isVaried = true},
+        &Experiment::resolutionLog2, powerCodec(4, kMaxResolution, true)));
+    t.push_back(
+        listOf({.key = "dag_resolutions",
+                .option = "--dag-resolution",
+                .group = Group::kSweep,
+                .kind = "N",
+                .help = "More resolutions for method dag only, to show how its error decreases",
+                .shownDefault = "none",
+                .readBy = ReadBy::kRaysAlone,
+                .isList = true,
+                .isVaried = true,
+                .mayBeEmpty = true,
+                .isSaidByVariants = true},
+               &Experiment::dagResolutionLog2, powerCodec(4, kMaxResolution, true)));
     t.push_back(listOf({.key = "methods",
                         .option = "--methods",
                         .group = Group::kSweep,
@@ -267,19 +268,20 @@ std::vector<Setting> makeSettings() {
                         .mayBeEmpty = true},
                        &Experiment::variants, textCodec()));
     t.push_back(sequenceSetting());
-    t.push_back(oneValue({.key = "lead_in",
-                          .option = "--lead-in",
-                          .group = Group::kSweep,
-                          .kind = "N",
-                          .help = "Of a sequence: so many frames before each are rendered "
-                                  "uncounted"},
-                         &Experiment::leadIn, wholeCodec<uint32_t>(0, 1000)));
-    t.push_back(oneValue({.key = "flicker_points",
-                          .option = "--flicker-points",
-                          .group = Group::kSweep,
-                          .kind = "N",
-                          .help = "Of a sequence: surface points whose answers are followed"},
-                         &Experiment::flickerPoints, wholeCodec<uint32_t>(0, 10'000'000)));
+    t.push_back(
+        oneValue({.key = "lead_in",
+                  .option = "--lead-in",
+                  .group = Group::kSweep,
+                  .kind = "N",
+                  .help = "For a sequence: frames rendered before each frame and not counted"},
+                 &Experiment::leadIn, wholeCodec<uint32_t>(0, 1000)));
+    t.push_back(
+        oneValue({.key = "flicker_points",
+                  .option = "--flicker-points",
+                  .group = Group::kSweep,
+                  .kind = "N",
+                  .help = "For a sequence: number of surface points whose answers are followed"},
+                 &Experiment::flickerPoints, wholeCodec<uint32_t>(0, 10'000'000)));
     t.push_back(frameValue({.key = "route_margin",
                             .option = "--route-margin",
                             .group = Group::kRoutes,
@@ -310,23 +312,23 @@ std::vector<Setting> makeSettings() {
                            &Experiment::undersample, numberCodec<float>(1, 1024),
                            [](const Frame& f) { return f.undersample; },
                            [](Frame& f, float divisor) { f.undersample = divisor; }));
-    t.push_back(frameValue({.key = "maps_per_light",
-                            .option = "--maps-per-light",
-                            .group = Group::kMaps,
-                            .kind = "N",
-                            .help = "The most maps a light may have, by what its clusters ask "
-                                    "for, 1 to " +
-                                    std::to_string(kMaxMapsPerLight),
-                            .readBy = ReadBy::kMaps,
-                            .isList = true,
-                            .isSaidByVariants = true,
-                            .label = " #SM",
-                            .parameter = "maps_per_light",
-                            .choices = {"1", "2", "4", "8", "16"},
-                            .panelLabel = "maps a light"},
-                           &Experiment::mapsPerLight, wholeCodec<uint32_t>(1, kMaxMapsPerLight),
-                           [](const Frame& f) { return f.mapsPerLight; },
-                           [](Frame& f, uint32_t count) { f.mapsPerLight = count; }));
+    t.push_back(frameValue(
+        {.key = "maps_per_light",
+         .option = "--maps-per-light",
+         .group = Group::kMaps,
+         .kind = "N",
+         .help = "Maximum number of maps per light, by what its clusters request, 1 to " +
+                 std::to_string(kMaxMapsPerLight),
+         .readBy = ReadBy::kMaps,
+         .isList = true,
+         .isSaidByVariants = true,
+         .label = " #SM",
+         .parameter = "maps_per_light",
+         .choices = {"1", "2", "4", "8", "16"},
+         .panelLabel = "maps a light"},
+        &Experiment::mapsPerLight, wholeCodec<uint32_t>(1, kMaxMapsPerLight),
+        [](const Frame& f) { return f.mapsPerLight; },
+        [](Frame& f, uint32_t count) { f.mapsPerLight = count; }));
     t.push_back(frameValue({.key = "page_size",
                             .option = "--page-size",
                             .group = Group::kMaps,
@@ -355,18 +357,19 @@ std::vector<Setting> makeSettings() {
                            [](const Frame& f) { return uint32_t(f.maps.poolBytes >> 20); },
                            [](Frame& f, uint32_t mib) { f.maps.poolBytes = uint64_t(mib) << 20; }));
     t.back().frameJson = [](const Frame& f) { return Json(f.maps.poolBytes); };
-    t.push_back(frameValue({.key = "max_face_texels",
-                            .option = "--max-face",
-                            .group = Group::kMaps,
-                            .kind = "TEXELS",
-                            .help = "The most texels across a face of a map, 16 to " +
-                                    std::to_string(kMaxFaceTexels),
-                            .readBy = ReadBy::kMaps,
-                            .label = " max face #",
-                            .parameter = "max_face_texels"},
-                           &Experiment::maxFaceTexels, wholeCodec<uint32_t>(16, kMaxFaceTexels),
-                           [](const Frame& f) { return f.maxFaceTexels; },
-                           [](Frame& f, uint32_t texels) { f.maxFaceTexels = texels; }));
+    t.push_back(frameValue(
+        {.key = "max_face_texels",
+         .option = "--max-face",
+         .group = Group::kMaps,
+         .kind = "TEXELS",
+         .help = "Maximum number of texels across a face of a map, 16 to " +
+                 std::to_string(kMaxFaceTexels),
+         .readBy = ReadBy::kMaps,
+         .label = " max face #",
+         .parameter = "max_face_texels"},
+        &Experiment::maxFaceTexels, wholeCodec<uint32_t>(16, kMaxFaceTexels),
+        [](const Frame& f) { return f.maxFaceTexels; },
+        [](Frame& f, uint32_t texels) { f.maxFaceTexels = texels; }));
     t.push_back(frameValue({.key = "bias",
                             .option = "--bias",
                             .group = Group::kMaps,
@@ -394,48 +397,48 @@ std::vector<Setting> makeSettings() {
                            &Experiment::taps, tapsCodec(),
                            [](const Frame& f) { return f.bias.taps; },
                            [](Frame& f, uint32_t taps) { f.bias.taps = f.maps.taps = taps; }));
-    t.push_back(frameValue({.key = "polygon_lod",
-                            .option = "--polygon-lod",
-                            .group = Group::kMaps,
-                            .kind = "T",
-                            .help = "Draw what is simplified by less than so many texels, 0 for "
-                                    "full detail; receivers are lifted by as much",
-                            .readBy = ReadBy::kMaps,
-                            .isList = true,
-                            .label = " polygon lod #",
-                            .parameter = "polygon_lod"},
-                           &Experiment::polygonLod, numberCodec<float>(0, 1024),
-                           [](const Frame& f) { return f.maps.lodTexels; },
-                           [](Frame& f, float texels) { f.maps.lodTexels = texels; }));
-    t.push_back(frameValue({.key = "offset",
-                            .option = "--offset",
-                            .group = Group::kRays,
-                            .kind = "O",
-                            .help = "How far a ray's ends leave the surface, in units of the "
-                                    "derived offset",
-                            .readBy = ReadBy::kVoxelRays,
-                            .isList = true,
-                            .label = " offset #",
-                            .parameter = "offset"},
-                           &Experiment::offset, numberCodec<float>(0, 100),
-                           [](const Frame& f) { return f.rays.offset; },
-                           [](Frame& f, float offset) { f.rays.offset = offset; }));
-    t.push_back(frameValue({.key = "lod",
-                            .option = "--lod",
-                            .group = Group::kRays,
-                            .kind = "L",
-                            .help = "Level of detail of rays: L for cells of 2^L voxels; "
-                                    "footprint[:SCALE] for cells as wide as the pixel's ray; "
-                                    "coverage[:SHARE[:SCALE]] for those of them of which that "
-                                    "share is covered",
-                            .readBy = ReadBy::kVoxelRays,
-                            .form = JsonForm::kNumberOrText,
-                            .isList = true,
-                            .label = " lod #",
-                            .parameter = "lod"},
-                           &Experiment::lod, lodCodec(),
-                           [](const Frame& f) { return LodChoice(f.rays); },
-                           [](Frame& f, const LodChoice& lod) { lod.apply(f.rays); }));
+    t.push_back(frameValue(
+        {.key = "polygon_lod",
+         .option = "--polygon-lod",
+         .group = Group::kMaps,
+         .kind = "T",
+         .help = "Draw simplified triangles whose error is below T texels, 0 for full detail; "
+                 "receivers are lifted by as much",
+         .readBy = ReadBy::kMaps,
+         .isList = true,
+         .label = " polygon lod #",
+         .parameter = "polygon_lod"},
+        &Experiment::polygonLod, numberCodec<float>(0, 1024),
+        [](const Frame& f) { return f.maps.lodTexels; },
+        [](Frame& f, float texels) { f.maps.lodTexels = texels; }));
+    t.push_back(frameValue(
+        {.key = "offset",
+         .option = "--offset",
+         .group = Group::kRays,
+         .kind = "O",
+         .help = "Distance of a ray's ends from the surface, in units of the derived offset",
+         .readBy = ReadBy::kVoxelRays,
+         .isList = true,
+         .label = " offset #",
+         .parameter = "offset"},
+        &Experiment::offset, numberCodec<float>(0, 100),
+        [](const Frame& f) { return f.rays.offset; },
+        [](Frame& f, float offset) { f.rays.offset = offset; }));
+    t.push_back(frameValue(
+        {.key = "lod",
+         .option = "--lod",
+         .group = Group::kRays,
+         .kind = "L",
+         .help = "Level of detail of rays: L for cells of 2^L voxels; "
+                 "footprint[:SCALE] for cells as wide as the pixel's ray; "
+                 "coverage[:SHARE[:SCALE]] for those of them that are covered to at least SHARE",
+         .readBy = ReadBy::kVoxelRays,
+         .form = JsonForm::kNumberOrText,
+         .isList = true,
+         .label = " lod #",
+         .parameter = "lod"},
+        &Experiment::lod, lodCodec(), [](const Frame& f) { return LodChoice(f.rays); },
+        [](Frame& f, const LodChoice& lod) { lod.apply(f.rays); }));
     t.push_back(oneValue({.key = "repeats",
                           .option = "--repeats",
                           .group = Group::kSweep,
@@ -446,7 +449,7 @@ std::vector<Setting> makeSettings() {
                           .option = "--warmups",
                           .group = Group::kSweep,
                           .kind = "N",
-                          .help = "Runs before them that are not counted"},
+                          .help = "Warm-up runs before them, not counted"},
                          &Experiment::warmups, wholeCodec<int>(0, 1000)));
     t.push_back(oneValue({.key = "error_seed"}, &Experiment::errorSeed,
                          wholeCodec<uint64_t>(0, 9'000'000'000'000'000)));
