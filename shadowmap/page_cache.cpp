@@ -12,15 +12,6 @@
 namespace shadowdag {
 namespace {
 
-/// Uploads what is not there yet. @param before what was uploaded last
-template <class T>
-void uploadChanged(Buffer<T>& buffer, std::vector<T>& before, std::vector<T> now) {
-    if (now == before && buffer.size() == now.size())
-        return;
-    buffer.upload(now);
-    before = std::move(now);
-}
-
 /// Makes a buffer hold `count` elements at least and keeps what it holds.
 template <class T> void growKeeping(Buffer<T>& buffer, size_t count) {
     if (count <= buffer.size())
@@ -83,8 +74,8 @@ PageCache::PageCache(Backend backend, MapDrawer* drawer)
 
 void PageCache::reset() {
     forget();
-    for (std::vector<uint32_t>* before : {&slotsHost_, &startBeforeHost_, &movedBitsHost_})
-        before->clear(); // what is uploaded next follows from what is asked next
+    for (Resident<uint32_t>* before : {&slots_, &startBefore_, &movedBits_})
+        before->forget(); // what is uploaded next follows from what is asked next
     heldPages_ = 0;
 }
 
@@ -177,8 +168,8 @@ void PageCache::begin(const std::vector<MapRequest>& requests, std::vector<Shado
         std::vector<uint32_t> slots;
         for (const KeptMap& map : next)
             slots.push_back(map.slot);
-        uploadChanged(slots_, slotsHost_, std::move(slots));
-        uploadChanged(startBefore_, startBeforeHost_, std::move(startBefore));
+        slots_.take(std::move(slots));
+        startBefore_.take(std::move(startBefore));
         kept_ = std::move(next);
     }
     std::swap(pageTable_, tableBefore_);
@@ -217,7 +208,7 @@ void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> mo
             now.push_back(hostBatches.boxesWorld[batch]);
             batchBoxes_[batch] = now.back();
         }
-    uploadChanged(movedBits_, movedBitsHost_, std::move(bits));
+    movedBits_.take(std::move(bits));
     movedBefore_.upload(before);
     movedNow_.upload(now);
 }
@@ -228,12 +219,12 @@ void PageCache::sortOut(View<const ShadowMapInfo> maps, View<const uint32_t> nee
     growKeeping(drawnDepths_, slotCount * kFaceCount);
     freshSlots_.upload(freshSlotsHost_);
     runPass(backend_, EmptySlots{std::as_const(freshSlots_).view(), drawn()});
-    runPass(backend_, CarryPages{maps, std::as_const(startBefore_).view(),
-                                 std::as_const(tableBefore_).view(), pageTable_.view()});
+    runPass(backend_, CarryPages{maps, startBefore_.view(), std::as_const(tableBefore_).view(),
+                                 pageTable_.view()});
     if (movedBefore_.size()) {
         zero(marked_, pageTable_.size() / 32);
         runPass(backend_,
-                MarkUnder{maps, std::as_const(slots_).view(), std::as_const(drawnDepths_).view(),
+                MarkUnder{maps, slots_.view(), std::as_const(drawnDepths_).view(),
                           std::as_const(movedBefore_).view(), marked_.view(), pageTexelsLog2_});
     }
     const size_t poolPages = pageStamps_.size();
@@ -355,7 +346,7 @@ KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMas
                     maps, std::as_const(movedNow_).view(), {masks.cells, masks.blocks}, drawn()});
         zero(marked_, pageTable_.size() / 32);
         runPass(backend_, MarkUnder{maps,
-                                    std::as_const(slots_).view(),
+                                    slots_.view(),
                                     {},
                                     std::as_const(movedNow_).view(),
                                     marked_.view(),
@@ -368,8 +359,8 @@ KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMas
     runPass(backend_,
             ListOpenPages{maps, masks.cells, drawn(), std::as_const(marked_).view(),
                           std::as_const(pageTable_).view(), openTable_.view(), pageTexelsLog2_});
-    return {std::as_const(drawnCells_).view(), std::as_const(slots_).view(),
-            std::as_const(openBlocks_).view(), std::as_const(movedBits_).view()};
+    return {std::as_const(drawnCells_).view(), slots_.view(), std::as_const(openBlocks_).view(),
+            movedBits_.view()};
 }
 
 void PageCache::noteDrawn(View<const uint32_t> cells) {

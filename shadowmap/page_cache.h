@@ -5,7 +5,7 @@
 // drawn_cells.h).
 #pragma once
 
-#include "cuda/buffer.h"
+#include "cuda/resident.h"
 #include "shadowmap/cull.h"
 #include "shadowmap/shadow_maps.h"
 
@@ -87,11 +87,10 @@ private:
     std::vector<KeptMap> kept_; // in the order of the last frame's maps
     std::vector<uint8_t> isSlotUsed_;
     std::vector<uint32_t> freshSlotsHost_;
-    std::vector<uint32_t> slotsHost_, startBeforeHost_, movedBitsHost_; // as uploaded last
-    std::vector<Box> batchBoxes_;                                       // of the last frame
+    std::vector<Box> batchBoxes_; // of the last frame
 
     // mapCount * start in tableBefore_ or kNoPage; slot.
-    Buffer<uint32_t> startBefore_, slots_;
+    Resident<uint32_t> startBefore_, slots_;
     Buffer<uint32_t> freshSlots_;
     // Entries: 32 a word; pool page or kNoPage.
     Buffer<uint32_t> pageTable_, tableBefore_, openTable_;
@@ -99,7 +98,7 @@ private:
     Buffer<uint32_t> marked_;
     // What moved: boxes before and now; a bit a batch.
     Buffer<Box> movedBefore_, movedNow_;
-    Buffer<uint32_t> movedBits_;
+    Resident<uint32_t> movedBits_;
     // poolPages * see SortOutPages.
     Buffer<uint32_t> pageStamps_, pageKeys_, pageEntries_, order_;
     Buffer<uint32_t> missing_, keptPerMap_, keptCounts_, freshEntries_;

@@ -6,7 +6,9 @@
 #include "cuda/list_length.h"
 #include "cuda/pass.h"
 #include "cuda/readback.h"
+#include "cuda/resident.h"
 #include "cuda/scan_sort.h"
+#include "scenes/resident_geometry.h"
 #include "shadowmap/cull.h"
 #include "shadowmap/map_drawer.h"
 #include "shadowmap/page_cache.h"
@@ -18,18 +20,6 @@
 
 namespace shadowdag {
 namespace {
-
-/// Returns host data where the backend can read it: as it is on the CPU, as a copy in `buffer`
-/// otherwise.
-template <class T> View<const T> place(Buffer<T>& buffer, View<const T> host) {
-    if (buffer.backend() == Backend::kCpu)
-        return host;
-    buffer.resize(host.count);
-    detail::countUpload(host.count * sizeof(T));
-    detail::copyBytes(buffer.backend(), buffer.view().data, Backend::kCpu, host.data,
-                      host.count * sizeof(T));
-    return std::as_const(buffer).view();
-}
 
 template <class T> void zero(Buffer<T>& buffer, size_t count) {
     buffer.resize(count);
@@ -107,31 +97,17 @@ struct ShadowMaps::State {
     ShadowMapCounts counts;
     size_t batchCount = 0;
     std::vector<uint32_t> pagesPerMap, trianglesPerMap;
-    std::vector<ShadowMapInfo> infos;    // of the requests
-    std::vector<ShadowMapInfo> mapsHost; // as uploaded last
-    uint32_t cullParts = 0;              // items of a map
-    bool isCounted = true;               // the last build's culling, and pages a map
+    std::vector<ShadowMapInfo> infos; // of the requests
+    uint32_t cullParts = 0;           // items of a map
+    bool isCounted = true;            // the last build's culling, and pages a map
 
-    // Copies of host inputs, used by CUDA only. count * type: receivers, boxes, vertices,
-    // triangles, batches.
-    Buffer<Box> receiverBoxes{backend, "shadowmap receiver boxes"};
-    Buffer<MapReceiver> receivers{backend, "shadowmap receivers"};
-    Buffer<glm::vec3> positions{backend, "shadowmap positions"};
-    Buffer<glm::uvec3> triangles{backend, "shadowmap triangles"};
-    Buffer<uint32_t> triangleCut{backend, "shadowmap triangle cuts"};
-    Buffer<CutTriangle> cuts{backend, "shadowmap cut triangles"};
-    Buffer<MaskInfo> alphaMasks{backend, "shadowmap alpha masks"};
-    Buffer<uint32_t> maskWords{backend, "shadowmap alpha mask words"};
-    Buffer<Batch> batches{backend, "shadowmap batches"};
-    Buffer<Box> batchBoxes{backend, "shadowmap batch boxes"};
-    Buffer<uint32_t> batchTriangles{backend, "shadowmap batch triangles"};
-    Buffer<Box> bvhBoxes{backend, "shadowmap hierarchy boxes"};
-    Buffer<uint32_t> bvhItems{backend, "shadowmap hierarchy items"};
-    Buffer<Box> partBoxes{backend, "shadowmap part boxes"};
-    Buffer<float> levelErrors{backend, "shadowmap level errors"};
+    // Inputs of the host.
+    Resident<Box> receiverBoxes{backend, "shadowmap receiver boxes"};
+    Resident<MapReceiver> receivers{backend, "shadowmap receivers"};
+    ResidentGeometry geometry{backend, "shadowmap"};
+    Resident<ShadowMapInfo> maps{backend, "shadowmap maps"}; // the requests', then those kept
 
     // Written by page masks: see PageMaskView.
-    Buffer<ShadowMapInfo> maps{backend, "shadowmap maps"};
     Buffer<uint32_t> pageBits{backend, "shadowmap page masks"};
     Buffer<uint32_t> projection{backend, "shadowmap projection maps"};
     Buffer<uint32_t> faces{backend, "shadowmap face masks"};
@@ -167,16 +143,9 @@ struct ShadowMaps::State {
                 depthLimits.view(), cells.view(),      blocks.view()};
     }
 
-    void uploadMaps(const std::vector<ShadowMapInfo>& all) {
-        if (all == mapsHost && maps.size() == all.size())
-            return;
-        maps.upload(all);
-        mapsHost = all;
-    }
-
     /// Marks the pages of all receivers at the resolutions of `infos`; returns how many there are.
     uint64_t mark(View<const Box> boxes, View<const MapReceiver> pairs, uint64_t words) {
-        uploadMaps(infos);
+        maps.take(infos);
         zero(pageBits, words);
         zero(projection, infos.size() * kProjectionWordsPerMap);
         zero(faces, infos.size());
@@ -189,8 +158,8 @@ struct ShadowMaps::State {
         PageMaskView marked = masks();
         if (options.culling < MapCulling::kCellDepth)
             marked.cells = {}; // written later, from what is coarser
-        runPass(backend, MarkReceiver{std::as_const(maps).view(), boxes, pairs, marked,
-                                      pageTexelsLog2(), options.taps});
+        runPass(backend,
+                MarkReceiver{maps.view(), boxes, pairs, marked, pageTexelsLog2(), options.taps});
         runPass(backend, CountPages{std::as_const(pageBits).view(), firstPage.view()});
         return exclusiveScan(backend, std::as_const(firstPage).view(), firstPage.view());
     }
@@ -208,12 +177,12 @@ struct ShadowMaps::State {
             const StageTimer timer(backend, stages, "page commit");
             cache.begin(requests, all, words, options,
                         options.useStaticOptimization && !requests.empty() && wanted <= capacity);
-            uploadMaps(all);
+            maps.take(all);
             if (cache.keeps())
                 cache.noteMotion(hostBatches, movedBatches);
         }
-        cache.allocate(std::as_const(maps).view(), std::as_const(pageBits).view(),
-                       std::as_const(firstPage).view(), wanted, counts, stages);
+        cache.allocate(maps.view(), std::as_const(pageBits).view(), std::as_const(firstPage).view(),
+                       wanted, counts, stages);
     }
 
     /// Fetches what the last build counted on the backend.
@@ -278,8 +247,7 @@ struct ShadowMaps::State {
         const StageTimer timer(backend, stages, "culling masks");
         if (cells.size()) {
             if (cache.keeps())
-                cull.kept =
-                    cache.prepareCulling(std::as_const(maps).view(), masks(), options.culling);
+                cull.kept = cache.prepareCulling(maps.view(), masks(), options.culling);
             else
                 runPass(backend, GatherBlock{cells.view(), blocks.view()});
             cull.cells = {std::as_const(cells).view(), std::as_const(blocks).view()};
@@ -404,23 +372,16 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests,
     MapInputs inputs{{}, {}, geometry, batches};
     {
         const StageTimer timer(s.backend, stages, "page masks");
-        inputs.receiverBoxes = place(s.receiverBoxes, viewOf(receiverBoxes));
-        inputs.receivers = place(s.receivers, viewOf(receivers));
+        s.receiverBoxes.set(receiverBoxes);
+        s.receivers.set(receivers);
+        inputs.receiverBoxes = s.receiverBoxes.view();
+        inputs.receivers = s.receivers.view();
     }
     if (s.backend != Backend::kCpu) {
         const StageTimer timer(s.backend, stages, "geometry copy");
-        const AlphaMaskView& masks = geometry.masks;
-        inputs.geometry = {place(s.positions, geometry.positions),
-                           place(s.triangles, geometry.triangles),
-                           {place(s.triangleCut, masks.triangleCut), place(s.cuts, masks.cuts),
-                            place(s.alphaMasks, masks.masks), place(s.maskWords, masks.words)}};
-        inputs.batches.batches = place(s.batches, batches.batches);
-        inputs.batches.boxesWorld = place(s.batchBoxes, batches.boxesWorld);
-        inputs.batches.triangles = place(s.batchTriangles, batches.triangles);
-        inputs.batches.bvh.boxes = place(s.bvhBoxes, batches.bvh.boxes);
-        inputs.batches.bvh.items = place(s.bvhItems, batches.bvh.items);
-        inputs.batches.levels.partBoxes = place(s.partBoxes, batches.levels.partBoxes);
-        inputs.batches.levels.errorsWorld = place(s.levelErrors, batches.levels.errorsWorld);
+        s.geometry.set(geometry, batches);
+        inputs.geometry = s.geometry.triangles();
+        inputs.batches = s.geometry.batches(batches);
     }
     build(requests, inputs, batches, options, stages, movedBatches);
     stages.settle();
@@ -520,7 +481,7 @@ ShadowMapView ShadowMaps::view() const {
 
 void ShadowMaps::forget() {
     state_->cache.reset();
-    state_->mapsHost.clear();
+    state_->maps.forget();
 }
 
 View<const uint32_t> ShadowMaps::projectionMaps() const {

@@ -6,6 +6,7 @@
 #include "voxel/voxelize_passes.h"
 
 #include "cuda/error.h"
+#include "cuda/resident.h"
 #include "voxel/dag_builder.h"
 #include "voxel/pass_nodes.h"
 #include "voxel/voxel_tasks.h"
@@ -19,39 +20,25 @@
 namespace shadowdag {
 namespace {
 
-/// A copy of a host array on a backend; on the CPU the array itself.
-template <class T> class Placed {
-public:
-    Placed(Backend backend, const std::string& name, View<const T> host)
-        : copy_(backend, name), view_(host) {
-        if (backend == Backend::kCpu)
-            return;
-        copy_.resize(host.count);
-        detail::copyBytes(backend, copy_.view().data, Backend::kCpu, host.data,
-                          host.count * sizeof(T));
-        view_ = std::as_const(copy_).view();
-    }
-    View<const T> view() const { return view_; }
-
-private:
-    Buffer<T> copy_;
-    View<const T> view_;
-};
-
 /// The scene that is voxelized, on a backend.
-class PlacedScene {
+class ResidentScene {
 public:
-    PlacedScene(Backend backend, const TriangleView& triangles, View<const uint32_t> which,
-                const VoxelGrid& grid)
+    ResidentScene(Backend backend, const TriangleView& triangles, View<const uint32_t> which,
+                  const VoxelGrid& grid)
         : pyramids_(triangles.masks.masks, triangles.masks.words), grid_(grid),
-          positions_(backend, "voxelize positions", triangles.positions),
-          triangles_(backend, "voxelize triangles", triangles.triangles),
-          which_(backend, "voxelize list", which),
-          triangleCut_(backend, "voxelize triangle cuts", triangles.masks.triangleCut),
-          cuts_(backend, "voxelize cut triangles", triangles.masks.cuts),
-          masks_(backend, "voxelize masks", viewOf(std::as_const(pyramids_.masks))),
-          levels_(backend, "voxelize mask levels", viewOf(std::as_const(pyramids_.levels))),
-          words_(backend, "voxelize mask words", viewOf(std::as_const(pyramids_.words))) {}
+          positions_(backend, "voxelize positions"), triangles_(backend, "voxelize triangles"),
+          which_(backend, "voxelize list"), triangleCut_(backend, "voxelize triangle cuts"),
+          cuts_(backend, "voxelize cut triangles"), masks_(backend, "voxelize masks"),
+          levels_(backend, "voxelize mask levels"), words_(backend, "voxelize mask words") {
+        positions_.set(triangles.positions);
+        triangles_.set(triangles.triangles);
+        which_.set(which);
+        triangleCut_.set(triangles.masks.triangleCut);
+        cuts_.set(triangles.masks.cuts);
+        masks_.set(pyramids_.masks);
+        levels_.set(pyramids_.levels);
+        words_.set(pyramids_.words);
+    }
 
     VoxelScene view() const {
         return {{positions_.view(),
@@ -65,13 +52,13 @@ public:
 private:
     MaskPyramids pyramids_;
     VoxelGrid grid_;
-    Placed<glm::vec3> positions_;
-    Placed<glm::uvec3> triangles_;
-    Placed<uint32_t> which_, triangleCut_;
-    Placed<CutTriangle> cuts_;
-    Placed<MaskPyramidInfo> masks_;
-    Placed<MaskLevel> levels_;
-    Placed<uint32_t> words_;
+    Resident<glm::vec3> positions_;
+    Resident<glm::uvec3> triangles_;
+    Resident<uint32_t> which_, triangleCut_;
+    Resident<CutTriangle> cuts_;
+    Resident<MaskPyramidInfo> masks_;
+    Resident<MaskLevel> levels_;
+    Resident<uint32_t> words_;
 };
 
 /// A cell that is built by itself, and the triangles that touch it.
@@ -83,7 +70,7 @@ struct Tile {
 
 class PassVoxelizer {
 public:
-    PassVoxelizer(Backend backend, const PlacedScene& scene, const VoxelGrid& grid,
+    PassVoxelizer(Backend backend, const ResidentScene& scene, const VoxelGrid& grid,
                   uint64_t budgetBytes, const Progress& progress, PassBuildCounts& counts)
         : backend_(backend), memory_(backend, budgetBytes), scene_(scene.view()),
           which_(scene.which()), grid_(grid), progress_(progress), counts_(counts) {}
@@ -277,7 +264,7 @@ Dag voxelizeByPasses(Backend backend, const TriangleView& triangles, View<const 
                      PassBuildCounts* counts) {
     PassBuildCounts ignored;
     try {
-        const PlacedScene scene(backend, triangles, which, grid);
+        const ResidentScene scene(backend, triangles, which, grid);
         PassBuildCounts& filled = counts ? *counts : ignored;
         filled = {};
         return PassVoxelizer(backend, scene, grid, budgetBytes, progress, filled).build();

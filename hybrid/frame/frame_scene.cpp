@@ -28,7 +28,7 @@ FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag,
         hostMaterials_.push_back({material.baseColor, material.emission});
     materials_.set(hostMaterials_);
     triangleMaterial_.set(world.triangleMaterial());
-    geometry_.set({world.triangles(), batchSet_.view()});
+    geometry_.set(world.triangles(), batchSet_.view());
     dagWords_.set(hostDag_.words);
     if (isGl)
         gl_ = std::make_unique<GlScene>(world_.triangles(), batchSet_.view().triangles,
@@ -67,9 +67,9 @@ void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes&
             mark(listener->levels_, polygonLod_->batchSet());
     }
     const StageTimer timer(backend_, stages, "scene update");
-    geometry_.setMoved({world_.triangles(), batchSet_.view()});
+    geometry_.setMoved(world_.triangles(), batchSet_.view());
     if (polygonLod_)
-        levelGeometry_.setMoved({polygonLod_->triangles(), polygonLod_->batches(0.0f)});
+        levelGeometry_.setMoved(polygonLod_->triangles(), polygonLod_->batches(0.0f));
     setMoving();
 }
 
@@ -78,7 +78,7 @@ MapGeometry FrameScene::mapGeometry(float lodTexels) {
         return {world_.triangles(), hostBatches()};
     if (!polygonLod_) {
         polygonLod_ = std::make_unique<PolygonLod>(world_, batchOptions_);
-        levelGeometry_.set({polygonLod_->triangles(), polygonLod_->batches(0.0f)});
+        levelGeometry_.set(polygonLod_->triangles(), polygonLod_->batches(0.0f));
     }
     return {polygonLod_->triangles(), polygonLod_->batches(lodTexels)};
 }
@@ -87,38 +87,6 @@ MapGeometry FrameScene::mapGeometryOnBackend(float lodTexels) {
     const BatchView host = mapGeometry(lodTexels).batches;
     const ResidentGeometry& resident = lodTexels > 0.0f ? levelGeometry_ : geometry_;
     return {resident.triangles(), resident.batches(host)};
-}
-
-void ResidentGeometry::set(const MapGeometry& host) {
-    triangles_.set(host.triangles.triangles);
-    triangleCut_.set(host.triangles.masks.triangleCut);
-    cuts_.set(host.triangles.masks.cuts);
-    masks_.set(host.triangles.masks.masks);
-    maskWords_.set(host.triangles.masks.words);
-    batches_.set(host.batches.batches);
-    batchTriangles_.set(host.batches.triangles);
-    setMoved(host);
-}
-
-void ResidentGeometry::setMoved(const MapGeometry& host) {
-    positions_.set(host.triangles.positions);
-    boxes_.set(host.batches.boxesWorld);
-    bvhBoxes_.set(host.batches.bvh.boxes);
-    bvhItems_.set(host.batches.bvh.items);
-    partBoxes_.set(host.batches.levels.partBoxes);
-    levelErrors_.set(host.batches.levels.errorsWorld);
-}
-
-BatchView ResidentGeometry::batches(const BatchView& host) const {
-    BatchView view = host;
-    view.batches = batches_.view();
-    view.boxesWorld = boxes_.view();
-    view.triangles = batchTriangles_.view();
-    view.bvh.boxes = bvhBoxes_.view();
-    view.bvh.items = bvhItems_.view();
-    view.levels.partBoxes = partBoxes_.view();
-    view.levels.errorsWorld = levelErrors_.view();
-    return view;
 }
 
 MovedBatches::MovedBatches(FrameScene& scene) : scene_(scene) {

@@ -5,9 +5,9 @@
 #include "hybrid/gbuffer/shade_model.h"
 #include "hybrid/rays/exact_tree.h"
 #include "hybrid/rays/mover_set.h"
-#include "hybrid/rays/resident.h"
 #include "scenes/batches.h"
 #include "scenes/polygon_lod.h"
+#include "scenes/resident_geometry.h"
 #include "scenes/world.h"
 #include "voxel/dag.h"
 
@@ -23,48 +23,6 @@ struct MapGeometry {
 };
 
 class GlScene;
-
-/// Triangles and batches of the host where passes read them.
-class ResidentGeometry {
-public:
-    explicit ResidentGeometry(Backend backend, const std::string& name)
-        : positions_(backend, name + " positions"), triangles_(backend, name + " triangles"),
-          triangleCut_(backend, name + " triangle cuts"), cuts_(backend, name + " cut triangles"),
-          masks_(backend, name + " alpha masks"), maskWords_(backend, name + " alpha mask words"),
-          batches_(backend, name + " batches"), boxes_(backend, name + " batch boxes"),
-          batchTriangles_(backend, name + " batch triangles"),
-          bvhBoxes_(backend, name + " hierarchy boxes"),
-          bvhItems_(backend, name + " hierarchy items"), partBoxes_(backend, name + " part boxes"),
-          levelErrors_(backend, name + " level errors") {}
-
-    /// Makes all of it available.
-    void set(const MapGeometry& host);
-    /// The same where only places changed.
-    void setMoved(const MapGeometry& host);
-
-    TriangleView triangles() const {
-        return {positions_.view(),
-                triangles_.view(),
-                {triangleCut_.view(), cuts_.view(), masks_.view(), maskWords_.view()}};
-    }
-    /// Returns what `host` shows, of which set() was given last.
-    BatchView batches(const BatchView& host) const;
-
-private:
-    Resident<glm::vec3> positions_;
-    Resident<glm::uvec3> triangles_;
-    Resident<uint32_t> triangleCut_;
-    Resident<CutTriangle> cuts_;
-    Resident<MaskInfo> masks_;
-    Resident<uint32_t> maskWords_;
-    Resident<Batch> batches_;
-    Resident<Box> boxes_;
-    Resident<uint32_t> batchTriangles_;
-    Resident<Box> bvhBoxes_;
-    Resident<uint32_t> bvhItems_;
-    Resident<Box> partBoxes_;
-    Resident<float> levelErrors_;
-};
 
 /// Triangles, batches, lights, their hierarchy, materials and the DAG. World and dag outlive it.
 /// Renderers that share one each have a MovedBatches of it.

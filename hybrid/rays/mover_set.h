@@ -2,8 +2,8 @@
 // What moves in a world, kept current for rays.
 #pragma once
 
+#include "cuda/resident.h"
 #include "hybrid/rays/mover_rays.h"
-#include "hybrid/rays/resident.h"
 
 #include <vector>
 

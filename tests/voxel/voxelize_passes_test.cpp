@@ -180,6 +180,15 @@ uint64_t heldLists(Backend backend) {
     return bytes;
 }
 
+TEST_P(VoxelizePassesOn, CountTheCopiesOfTheScene) {
+    std::mt19937 random(98);
+    const Soup soup = randomSoup(60, 1.0f, random);
+    const HostCopyCounts before = hostCopyCounts();
+    voxelizeByPasses(GetParam(), soup.view(), soup.all(), gridAround(soup.bounds(), 6), kRoomy);
+    EXPECT_EQ(hostCopyCounts().uploadCount - before.uploadCount, 3u)
+        << "positions, triangles, which of them; no masks";
+}
+
 // The lists of the ledger are those that the budget counts, and all are given back.
 TEST_P(VoxelizePassesOn, HoldNoMoreListsThanTheBudgetSays) {
     std::mt19937 random(98);

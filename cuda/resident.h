@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// A host array as passes read it: itself on the CPU, a copy elsewhere.
+#pragma once
+
+#include "cuda/buffer.h"
+
+#include <utility>
+#include <vector>
+
+namespace shadowdag {
+
+/// Keeps one host array available on a backend, under a name in the ledger. Copies are counted as
+/// uploads (HostCopyCounts), on the CPU as well, where none is made. Move-only.
+template <class T> class Resident {
+public:
+    Resident(Backend backend, std::string name) : copy_(backend, std::move(name)) {}
+
+    /// Makes an array of the caller's available, which outlives this or the next set; on the CPU it
+    /// must also stay in place. Copies it every time: call again when its contents or place
+    /// changed.
+    void set(View<const T> host) {
+        isTaken_ = false;
+        refer(host);
+    }
+    void set(const std::vector<T>& host) { set(viewOf(host)); }
+
+    /// Takes an array over and makes it available. Copies it only if it differs from the one that
+    /// was taken before. Cost: a comparison of all elements.
+    void take(std::vector<T> host) {
+        if (isTaken_ && host == host_)
+            return;
+        host_ = std::move(host);
+        isTaken_ = true;
+        refer(viewOf(std::as_const(host_)));
+    }
+    /// Copies the array that is taken next even if it is the same.
+    void forget() { isTaken_ = false; }
+
+    View<const T> view() const { return view_; }
+    size_t size() const { return view_.count; }
+
+private:
+    void refer(View<const T> host) {
+        view_ = host;
+        detail::countUpload(host.count * sizeof(T));
+        if (copy_.backend() == Backend::kCpu)
+            return;
+        copy_.resize(host.count);
+        detail::copyBytes(copy_.backend(), copy_.view().data, Backend::kCpu, host.data,
+                          host.count * sizeof(T));
+        view_ = std::as_const(copy_).view();
+    }
+
+    Buffer<T> copy_;       // elsewhere than on the CPU
+    std::vector<T> host_;  // that take() was given last
+    bool isTaken_ = false; // host_ is what is available
+    View<const T> view_;
+};
+
+} // namespace shadowdag

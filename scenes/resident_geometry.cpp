@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/resident_geometry.h"
+
+namespace shadowdag {
+
+ResidentGeometry::ResidentGeometry(Backend backend, const std::string& name)
+    : positions_(backend, name + " positions"), triangles_(backend, name + " triangles"),
+      triangleCut_(backend, name + " triangle cuts"), cuts_(backend, name + " cut triangles"),
+      masks_(backend, name + " alpha masks"), maskWords_(backend, name + " alpha mask words"),
+      batches_(backend, name + " batches"), boxes_(backend, name + " batch boxes"),
+      batchTriangles_(backend, name + " batch triangles"),
+      bvhBoxes_(backend, name + " hierarchy boxes"), bvhItems_(backend, name + " hierarchy items"),
+      partBoxes_(backend, name + " part boxes"), levelErrors_(backend, name + " level errors") {}
+
+void ResidentGeometry::set(const TriangleView& triangles, const BatchView& batches) {
+    triangles_.set(triangles.triangles);
+    triangleCut_.set(triangles.masks.triangleCut);
+    cuts_.set(triangles.masks.cuts);
+    masks_.set(triangles.masks.masks);
+    maskWords_.set(triangles.masks.words);
+    batches_.set(batches.batches);
+    batchTriangles_.set(batches.triangles);
+    setMoved(triangles, batches);
+}
+
+void ResidentGeometry::setMoved(const TriangleView& triangles, const BatchView& batches) {
+    positions_.set(triangles.positions);
+    boxes_.set(batches.boxesWorld);
+    bvhBoxes_.set(batches.bvh.boxes);
+    bvhItems_.set(batches.bvh.items);
+    partBoxes_.set(batches.levels.partBoxes);
+    levelErrors_.set(batches.levels.errorsWorld);
+}
+
+TriangleView ResidentGeometry::triangles() const {
+    return {positions_.view(),
+            triangles_.view(),
+            {triangleCut_.view(), cuts_.view(), masks_.view(), maskWords_.view()}};
+}
+
+BatchView ResidentGeometry::batches(const BatchView& host) const {
+    BatchView view = host;
+    view.batches = batches_.view();
+    view.boxesWorld = boxes_.view();
+    view.triangles = batchTriangles_.view();
+    view.bvh.boxes = bvhBoxes_.view();
+    view.bvh.items = bvhItems_.view();
+    view.levels.partBoxes = partBoxes_.view();
+    view.levels.errorsWorld = levelErrors_.view();
+    return view;
+}
+
+} // namespace shadowdag

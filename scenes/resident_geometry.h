@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// Triangles and batches of the host where passes read them.
+#pragma once
+
+#include "cuda/resident.h"
+#include "scenes/batches.h"
+
+#include <string>
+
+namespace shadowdag {
+
+/// Copies of what a TriangleView and a BatchView show, on one backend; on the CPU the arrays
+/// themselves, which outlive this in place. Hierarchy and levels of detail included.
+class ResidentGeometry {
+public:
+    /// @param name what the names in the ledger begin with
+    ResidentGeometry(Backend backend, const std::string& name);
+
+    /// Makes all of it available.
+    void set(const TriangleView& triangles, const BatchView& batches);
+    /// The same where only places changed since set().
+    void setMoved(const TriangleView& triangles, const BatchView& batches);
+
+    TriangleView triangles() const;
+    /// Returns what `host` shows, of which set() was given last.
+    BatchView batches(const BatchView& host) const;
+
+private:
+    Resident<glm::vec3> positions_;
+    Resident<glm::uvec3> triangles_;
+    Resident<uint32_t> triangleCut_;
+    Resident<CutTriangle> cuts_;
+    Resident<MaskInfo> masks_;
+    Resident<uint32_t> maskWords_;
+    Resident<Batch> batches_;
+    Resident<Box> boxes_;
+    Resident<uint32_t> batchTriangles_;
+    Resident<Box> bvhBoxes_;
+    Resident<uint32_t> bvhItems_;
+    Resident<Box> partBoxes_;
+    Resident<float> levelErrors_;
+};
+
+} // namespace shadowdag
