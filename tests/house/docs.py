@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the documents: README's size, every relative link, every mentioned file, the steps of docs/developing.md, and
-the numbers of README's claims.
+"""Checks the documents: README's size, every relative link, every mentioned file, the steps of docs/developing.md, the
+numbers of README's claims, and that no merge conflict is left.
 
     docs.py SOURCE_DIR      checks the tree, after checking itself on planted violations
 """
@@ -14,6 +14,7 @@ from sources import CODE_SUFFIXES, expect, project_files, read, report
 
 README_LINES, README_COLUMNS = 150, 120
 DEVELOPING = "docs/developing.md"
+MARKER = re.compile(r"^(?:<{7} |={7}$|>{7} )", re.MULTILINE)
 LINK = re.compile(r"\]\(([^()\s#]*)(#[^()\s]*)?\)")
 HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 # A step of docs/developing.md: a numbered item that starts with a link names the file and, in brackets, an anchor: text
@@ -131,6 +132,8 @@ def check(root, claims):
     violations = []
     for path in files:
         text = read(root, path)
+        if MARKER.search(text):
+            violations.append(f"{path}: holds the markers of a merge conflict")
         if path.suffix == ".md":
             violations += check_links(root, path, text)
         if path.parts[:2] != ("tests", "house"):  # the checks plant what they look for
@@ -149,7 +152,7 @@ def self_test():
     planted = {
         "README.md": "short\nthe claim\nholds [x](docs/x.md#the-x-y)\n",
         "docs/developing.md": developing,
-        "docs/x.md": "# The `X` y\n[gone](gone.png), [here](#nowhere), [far](https://example.org/gone)\nSee tools/gone.cpp and tools/NAME.cpp.\n",
+        "docs/x.md": "# The `X` y\n[gone](gone.png), [here](#nowhere), [far](https://example.org/gone)\nSee tools/gone.cpp and tools/NAME.cpp.\n" + "<" * 7 + " ours\n",
         "tools/a.cpp": "int kRows; // see tools/a.cpp, not tools/old.h (" + "failure" + " 12)\nconst char* f = \"tools/made.json\";\n",
     }
     with tempfile.TemporaryDirectory() as folder:
@@ -161,7 +164,7 @@ def self_test():
         expected = ["'kGone'", "names 'tools/b.cpp'", "names no anchor", "says 'tools/c.h'", "'Add nothing' has no step",
                     "'gone.png'", "'#nowhere'", "'tools/gone.cpp'", "'tools/old.h'", "cites 'failure", "'another claim'"]
         # The links of the planted steps to files that do not exist are found as links, too.
-        expected += ["links to '../tools/b.cpp'"]
+        expected += ["links to '../tools/b.cpp'", "docs/x.md: holds the markers"]
         expect(checked == len(planted), f"{checked} files seen")
         for part in expected:
             expect(sum(part in v for v in violations) == 1, f"wanted one violation with {part}, got {violations}")
