@@ -21,10 +21,13 @@ struct Generator {
 
 /// The explicit table of everything but the failure scenes that `builtin:NAME` can mean.
 const Generator kGenerators[] = {
-    {"atrium", "two-storey colonnaded court after Crytek Sponza, 65 lamps", makeAtrium},
-    {"houses", "a village at night, 256 lamps of like size, a camera from far to near", makeHouses},
-    {"houses-by-day", "the same village under a sun instead of its lamps", makeHousesByDay},
-    {"necropolis", "tombs among trees, 275 lights of very unequal range and 101 moving ones",
+    {"atrium", "a two-storey court with colonnades, similar to Crytek Sponza, with 65 lamps",
+     makeAtrium},
+    {"houses",
+     "a village at night with 256 lamps of similar size; the camera moves from far to near",
+     makeHouses},
+    {"houses-by-day", "the same village lit by a sun instead of its lamps", makeHousesByDay},
+    {"necropolis", "tombs among trees, 275 static lights of very unequal range and 101 moving ones",
      makeNecropolis},
 };
 

@@ -24,8 +24,8 @@ FailBox floorBox(double halfX, double halfZ) {
 
 FailScene acne() {
     return {"fail-acne",
-            "row 1: depths quantised at texel centres shadow a floor under a grazing light; all of "
-            "it is lit",
+            "acne: depths sampled at texel centres shadow a floor under grazing light, although "
+            "all of it is lit",
             {floorBox(10, 10)},
             {{{-9.5, 0.4, 0.3}, 30.0, 6.0}},
             {0, 5, 12},
@@ -35,7 +35,7 @@ FailScene acne() {
 FailScene detachedShadow() {
     return {
         "fail-detached-shadow",
-        "row 2: a bias in world units detaches shadows from a wall's foot (Dou et al., I3D 2014)",
+        "a bias in world units detaches shadows from the foot of a wall (Dou et al., I3D 2014)",
         {floorBox(5, 5), box({-2, 0, -0.05}, {2, 1, 0.05}), box({2.5, 0, -1}, {2.54, 0.5, 1}, 3)},
         {{{0.5, 3.0, -2.5}, 12.0, 8.0}, {{-3.5, 2.0, 0.8}, 12.0, 5.0}},
         {2, 3, 5},
@@ -44,7 +44,7 @@ FailScene detachedShadow() {
 
 FailScene filterAcne() {
     FailScene s{"fail-filter-acne",
-                "row 3: filter taps on slopes of 30 to 80 degrees compare with the wrong plane",
+                "filter taps on slopes of 30 to 80 degrees compare with the wrong plane",
                 {floorBox(8, 4)},
                 {{{0.0, 5.0, 3.0}, 15.0, 14.0}},
                 {0, 4, 9},
@@ -57,26 +57,26 @@ FailScene filterAcne() {
 }
 
 FailScene obliqueUndersampling() {
-    FailScene s{"fail-oblique-undersampling",
-                "row 4: equation 1 asks for too few texels where light grazes the receiver (Olsson "
-                "2015, fig. 3b)",
-                {floorBox(20, 3)},
-                {{{-19.0, 0.6, 0.0}, 45.0, 20.0}},
-                {10, 2.5, 6},
-                {6, 0, 0}};
+    FailScene s{
+        "fail-oblique-undersampling",
+        "equation 1 requests too few texels where light grazes the receiver (Olsson 2015, fig. 3b)",
+        {floorBox(20, 3)},
+        {{{-19.0, 0.6, 0.0}, 45.0, 20.0}},
+        {10, 2.5, 6},
+        {6, 0, 0}};
     for (int i = 0; i < 24; ++i)
         s.boxes.push_back(box({-17.5, 0.0, -2.9 + 0.24 * i}, {-17.4, 0.5, -2.78 + 0.24 * i}));
     return s;
 }
 
 FailScene missingTap() {
-    FailScene s{"fail-missing-tap",
-                "row 5: filter taps fall on pages that no cluster asked for; small shadows on a "
-                "large floor",
-                {floorBox(12, 12)},
-                {{{0.0, 6.0, 0.0}, 25.0, 25.0}},
-                {0, 2.0, 5},
-                {0, 0, 0}};
+    FailScene s{
+        "fail-missing-tap",
+        "filter taps fall on pages that no cluster requested; small shadows on a large floor",
+        {floorBox(12, 12)},
+        {{{0.0, 6.0, 0.0}, 25.0, 25.0}},
+        {0, 2.0, 5},
+        {0, 0, 0}};
     for (int i = 0; i < 7; ++i)
         for (int j = 0; j < 7; ++j)
             s.boxes.push_back(box({-6 + 2.0 * i - 0.15, 2.0, -6 + 2.0 * j - 0.15},
@@ -85,14 +85,13 @@ FailScene missingTap() {
 }
 
 FailScene cubeSeam() {
-    FailScene s{
-        "fail-cube-seam",
-        "row 8: bars across the edges and corners of the cube map's faces, as seen from the light",
-        {box({-4, -0.5, -4}, {4, 0, 4}, 1), box({-4, 6, -4}, {4, 6.5, 4}, 1),
-         box({-4.5, -0.5, -4}, {-4, 6.5, 4}, 1), box({-4, -0.5, -4.5}, {4, 6.5, -4}, 1)},
-        {{{0.0, 3.0, 0.0}, 12.0, 8.0}},
-        {3.5, 4.5, 3.5},
-        {-2, 2, -2}};
+    FailScene s{"fail-cube-seam",
+                "bars across the edges and corners of the cube map's faces, as seen from the light",
+                {box({-4, -0.5, -4}, {4, 0, 4}, 1), box({-4, 6, -4}, {4, 6.5, 4}, 1),
+                 box({-4.5, -0.5, -4}, {-4, 6.5, 4}, 1), box({-4, -0.5, -4.5}, {4, 6.5, -4}, 1)},
+                {{{0.0, 3.0, 0.0}, 12.0, 8.0}},
+                {3.5, 4.5, 3.5},
+                {-2, 2, -2}};
     for (int a = 0; a < 3; ++a)
         for (int k = 0; k < 4; ++k) { // a bar of four across each of the 12 face edges
             dvec3 c(0.0), h(0.35);
@@ -113,8 +112,8 @@ FailScene cubeSeam() {
 
 FailScene lightTouching() {
     return {"fail-light-touching",
-            "row 9: lights on a face, a centimetre off it and in a narrow gap; the near plane must "
-            "not cut",
+            "lights on a face, a centimetre off it and in a narrow gap; the near plane must not "
+            "cut blockers off",
             {floorBox(4, 4), box({-4, 0, -4.3}, {4, 3, -4}, 1), box({-0.3, 0, -0.3}, {0.3, 1, 0.3}),
              box({1.5, 0, -1}, {1.7, 1.5, 1}, 3), box({1.8, 0, -1}, {2.0, 1.5, 1}, 3)},
             {{{0.0, 1.0, 0.0}, 10.0, 4.0},
@@ -126,7 +125,7 @@ FailScene lightTouching() {
 
 FailScene thinWall() {
     return {"fail-thin-wall",
-            "row 10: light leaks through a wall of 2 cm when texels or offsets are larger than it",
+            "light leaks through a wall of 2 cm when texels or offsets are larger than it",
             {floorBox(5, 4), box({-0.01, 0, -4}, {0.01, 3, 4}), box({-5, 3, -4}, {5, 3.2, 4}, 1),
              box({-5.2, -0.5, -4}, {-5, 3.2, 4}, 1), box({5, -0.5, -4}, {5.2, 3.2, 4}, 1),
              box({-5, -0.5, -4.2}, {5, 3.2, -4}, 1)},
@@ -136,13 +135,13 @@ FailScene thinWall() {
 }
 
 FailScene wires() {
-    FailScene s{"fail-wires",
-                "row 11: conservative voxels thicken wires of 12 mm until a grate stops every ray "
-                "(Kaempe 2013)",
-                {floorBox(4, 4)},
-                {{{0.3, 3.5, 0.2}, 12.0, 9.0}},
-                {0, 2.5, 5},
-                {0, 0.5, 0}};
+    FailScene s{
+        "fail-wires",
+        "conservative voxels thicken wires of 12 mm until a grate stops every ray (Kaempe 2013)",
+        {floorBox(4, 4)},
+        {{{0.3, 3.5, 0.2}, 12.0, 9.0}},
+        {0, 2.5, 5},
+        {0, 0.5, 0}};
     for (int i = 0; i < 40; ++i) {
         const double t = -1.95 + 0.1 * i;
         s.boxes.push_back(box({t - 0.006, 1.2, -2}, {t + 0.006, 1.212, 2}));
@@ -153,7 +152,7 @@ FailScene wires() {
 
 FailScene selfShadow() {
     FailScene s{
-        "fail-self-shadow", "row 12: voxels as thick as a tile shadow the tile they were made from",
+        "fail-self-shadow", "voxels as thick as a tile shadow the tile from which they were made",
         {floorBox(6, 6)},   {{{0.0, 4.0, 0.0}, 14.0, 12.0}},
         {0, 6, 8},          {0, 0.5, 0}};
     for (int i = 0; i < 24; ++i) {
@@ -169,12 +168,10 @@ FailScene selfShadow() {
 }
 
 FailScene contact() {
-    FailScene s{"fail-contact",
-                "row 13: shadows of steps of 2 mm to 128 mm are lost within the ray's offset",
-                {floorBox(4, 2)},
-                {{{-4.5, 1.2, 0.0}, 14.0, 6.0}},
-                {0, 1.5, 2.8},
-                {0, 0, 0}};
+    FailScene s{
+        "fail-contact",   "shadows of steps of 2 mm to 128 mm are lost within the ray's offset",
+        {floorBox(4, 2)}, {{{-4.5, 1.2, 0.0}, 14.0, 6.0}},
+        {0, 1.5, 2.8},    {0, 0, 0}};
     for (int i = 0; i < 7; ++i)
         s.boxes.push_back(box({-3 + 0.9 * i, 0.0, -1.0}, {-2.8 + 0.9 * i, 0.002 * (1 << i), 1.0}));
     return s;
@@ -182,7 +179,7 @@ FailScene contact() {
 
 FailScene silhouette() {
     FailScene s{"fail-silhouette",
-                "rows 14, 15: outlines grow by up to a voxel; cubes of 0.5 m to 8 mm over a floor",
+                "silhouettes grow by up to a voxel; cubes of 0.5 m to 8 mm over a floor",
                 {floorBox(5, 2.5)},
                 {{{0.0, 5.0, 0.0}, 14.0, 16.0}},
                 {0, 3.2, 4.5},
@@ -199,13 +196,12 @@ FailScene silhouette() {
 FailScene farOrigin() {
     // Every coordinate is a multiple of 1/64, which floats still hold at 1e5.
     const dvec3 o(100000.0, 0.0, -100000.0);
-    FailScene s{
-        "fail-far-origin",
-        "row 18: the same wall and floor 100 km from the origin, where a float's last bit is 8 mm",
-        {},
-        {{o + dvec3(0.5, 3.0, -2.5), 12.0, 8.0}},
-        o + dvec3(2, 3, 5),
-        o};
+    FailScene s{"fail-far-origin",
+                "a wall and a floor 100 km from the origin, where the last bit of a float is 8 mm",
+                {},
+                {{o + dvec3(0.5, 3.0, -2.5), 12.0, 8.0}},
+                o + dvec3(2, 3, 5),
+                o};
     for (FailBox b : {floorBox(5, 5), box({-2, 0, -0.125}, {2, 1, 0.125}),
                       box({2.5, 0, -1}, {2.75, 0.5, 1}, 3)}) {
         b.center += o;
@@ -217,8 +213,7 @@ FailScene farOrigin() {
 FailScene axisAligned() {
     FailScene s{
         "fail-axis-aligned",
-        "rows 16, 17, 19: rays with zero components and at 45 degrees, along faces and edges of "
-        "cubes",
+        "rays with zero components and at 45 degrees, along faces and edges of cubes",
         {floorBox(4, 4)},
         {{{0.0, 3.0, 0.0}, 10.0, 7.0}, {{-3.0, 0.5, 0.0}, 10.0, 4.0}, {{3.0, 3.0, 3.0}, 10.0, 7.0}},
         {2.5, 4, 5},
@@ -232,12 +227,9 @@ FailScene axisAligned() {
 }
 
 FailScene mover() {
-    FailScene s{"fail-mover",
-                "row 25: a box that moves is missing from the voxels; its shadow must move with it",
-                {floorBox(5, 3)},
-                {{{0.0, 4.0, 0.0}, 12.0, 12.0}},
-                {0, 3.5, 5},
-                {0, 0.3, 0}};
+    FailScene s{"fail-mover",     "a moving box is not in the voxels; its shadow must move with it",
+                {floorBox(5, 3)}, {{{0.0, 4.0, 0.0}, 12.0, 12.0}},
+                {0, 3.5, 5},      {0, 0.3, 0}};
     FailBox b = box({-2.5, 0.8, -0.5}, {-1.5, 1.3, 0.5});
     b.velocity = {1.0, 0.0, 0.0};
     s.boxes.push_back(b);
@@ -248,7 +240,7 @@ FailScene mover() {
 FailScene unequalRanges() {
     FailScene s{
         "fail-unequal-ranges",
-        "row 26: one light over everything among many small ones takes the resolution of all",
+        "one light over the whole scene among many small ones takes the resolution from all others",
         {floorBox(30, 30)},
         {{{-25.0, 14.0, -25.0}, 200.0, 180.0}},
         {6, 5, 12},
@@ -264,7 +256,7 @@ FailScene unequalRanges() {
 
 FailScene coplanar() {
     FailScene s{"fail-coplanar",
-                "row 27: doubled, degenerate and flipped triangles, an open sheet with a hole",
+                "duplicate, degenerate and flipped triangles, and an open sheet with a hole",
                 {floorBox(4, 4), box({-1.5, 0, -0.5}, {-0.5, 1, 0.5})},
                 {{{0.0, 3.0, 1.0}, 10.0, 8.0}},
                 {2, 3, 5},
@@ -280,7 +272,7 @@ FailScene coplanar() {
 
 FailScene borderLight() {
     FailScene s{"fail-border-light",
-                "row 28: lights at the borders of pages and clusters, a range that ends on a wall",
+                "lights at the borders of pages and clusters, and a range that ends on a wall",
                 {floorBox(4, 4), box({4, -0.5, -4}, {4.5, 4, 4}, 1)},
                 {{{0.0, 2.0, 0.0}, 4.0, 5.0}, {{-2.0, 1.0, 2.0}, 6.0, 4.0}},
                 {-2, 3, 5},
@@ -292,8 +284,8 @@ FailScene borderLight() {
 
 FailScene alphaMask() {
     FailScene s{"fail-alpha",
-                "holes cut by a texture's alpha: a board that lies, one that leans, one that moves "
-                "(Olsson 2015, sec. VI: no alpha masks)",
+                "holes cut by the alpha channel of a texture, in a lying, a leaning and a moving "
+                "board (Olsson 2015, sec. VI: no alpha masks)",
                 {floorBox(5, 3)},
                 {{{0.3, 4.0, 0.2}, 14.0, 12.0}, {{-3.5, 2.2, 1.5}, 10.0, 5.0}},
                 {0.4, 3.4, 6},
@@ -313,8 +305,8 @@ FailScene alphaMask() {
 /// e long. A bridge blocks from high above, a box moves through the sun.
 FailScene sun() {
     FailScene s{"fail-sun",
-                "beyond the paper (weakness 11): a sun has no place and no range; parallel shadows "
-                "of posts, of a bridge high above and of what moves",
+                "a sun, which the paper does not have: no position and no range; parallel shadows "
+                "of posts, of a high bridge and of moving objects",
                 {floorBox(12, 12), box({-0.1, 0, -0.1}, {0.1, 2.0, 0.1}),
                  box({-4.15, 0, 1.9}, {-4.05, 3.0, 2.0}, 3), box({-9, 8, -6}, {-5, 8.4, 6})},
                 {{dvec3(0.0), 0.0, 3.0, {0.6, -0.48, 0.64}}},
@@ -327,7 +319,7 @@ FailScene sun() {
 FailScene stalePages() {
     FailScene s{
         "fail-stale-pages",
-        "row 7: shadow maps kept from frame to frame hold what stood there before a box and a "
+        "shadow maps that are kept from frame to frame still show the state before a box and a "
         "light moved",
         {floorBox(5, 3), box({1.4, 0.0, -1.2}, {1.7, 0.8, -0.9}, 3)},
         {{{0.0, 4.0, 0.0}, 12.0, 12.0}, {{-3.0, 2.0, 1.5}, 9.0, 6.0, dvec3(0.0), {0.4, 0, 0}}},
@@ -343,7 +335,7 @@ FailScene stalePages() {
 /// step.
 FailScene popping() {
     FailScene s{"fail-popping",
-                "row 23: as the camera sways, resolutions waver between two steps and shadows pop",
+                "resolutions alternate between two steps as the camera sways, and shadows pop",
                 {floorBox(6, 6)},
                 {},
                 {0.5, 2.4, 6.5},
@@ -366,9 +358,8 @@ FailScene popping() {
 FailScene methodSwitch() {
     FailScene s = popping();
     s.name = "fail-method-switch";
-    s.description =
-        "row 24: rays and maps lose unlike contact shadows and outlines, which shows where a "
-        "map that wavers about the threshold changes its method";
+    s.description = "rays and maps have different errors at contacts and silhouettes, which is "
+                    "visible when a map near the threshold changes its method";
     s.boxes.resize(1);
     for (int i = 0; i < 14; ++i) {
         const double t = 0.04 + i * 0.38, r = 0.6 + 0.33 * i;
@@ -380,14 +371,13 @@ FailScene methodSwitch() {
 }
 
 FailScene severalMaps() {
-    FailScene s{
-        "fail-several-maps",
-        "ours: of several maps a light, each as fine as its own clusters ask for, the coarse ones "
-        "answer where one map for all would be fine",
-        {floorBox(3, 16)},
-        {{{0.4, 3.2, 2.0}, 24.0, 14.0}},
-        {0.6, 1.5, 8.0},
-        {0, 0.4, -2}};
+    FailScene s{"fail-several-maps",
+                "several maps per light, each at the resolution that its clusters request: the "
+                "coarse ones answer where a single map would be finer",
+                {floorBox(3, 16)},
+                {{{0.4, 3.2, 2.0}, 24.0, 14.0}},
+                {0.6, 1.5, 8.0},
+                {0, 0.4, -2}};
     for (int i = 0; i < 26; ++i) {
         const double x = i % 2 ? 1.2 : -1.2, z = 6.0 - 0.8 * i;
         s.boxes.push_back(box({x - 0.04, 0.0, z - 0.04}, {x + 0.04, 1.0, z + 0.04}, 2 + i % 2));
@@ -396,14 +386,13 @@ FailScene severalMaps() {
 }
 
 FailScene sunSteps() {
-    FailScene s{
-        "fail-sun-steps",
-        "ours: a low sun's windows are two octaves apart; where one takes over from the next, and "
-        "on ground that it grazes, shadows of posts come out coarser",
-        {floorBox(8, 24)},
-        {{dvec3(0.0), 0.0, 3.0, {0.85, -0.25, -0.2}}},
-        {0.5, 1.8, 10.0},
-        {0, 0.2, 2}};
+    FailScene s{"fail-sun-steps",
+                "the windows of a low sun are two octaves apart: shadows of posts become coarser "
+                "where the next window begins, and on ground at grazing light",
+                {floorBox(8, 24)},
+                {{dvec3(0.0), 0.0, 3.0, {0.85, -0.25, -0.2}}},
+                {0.5, 1.8, 10.0},
+                {0, 0.2, 2}};
     for (int i = 0; i < 18; ++i) {
         const double x = -2.5 + 1.7 * (i % 3), z = 7.5 - 1.5 * i;
         s.boxes.push_back(box({x - 0.06, 0.0, z - 0.06}, {x + 0.06, 0.7, z + 0.06}, 2 + i % 2));
@@ -413,14 +402,13 @@ FailScene sunSteps() {
 }
 
 FailScene polygonLod() {
-    FailScene s{
-        "fail-polygon-lod",
-        "ours: a level of detail that a map is drawn with shadows the finer surface that is "
-        "seen, or lets its outline shrink",
-        {floorBox(4, 3)},
-        {{{-1.5, 3.0, 1.5}, 12.0, 9.0}},
-        {0, 2.2, 4.6},
-        {0, 0.5, 0}};
+    FailScene s{"fail-polygon-lod",
+                "the simplified triangles in a map shadow the full-detail surface that is seen, or "
+                "shrink its silhouette",
+                {floorBox(4, 3)},
+                {{{-1.5, 3.0, 1.5}, 12.0, 9.0}},
+                {0, 2.2, 4.6},
+                {0, 0.5, 0}};
     for (int i = 0; i < 4; ++i)
         s.balls.push_back({{-1.8 + 1.2 * i, 0.6, 0.3 * (i % 2)}, 0.22 + 0.06 * i});
     return s;
