@@ -12,14 +12,20 @@ usage: ./do COMMAND
 
   report [ARG...]   installs missing packages, builds the program and writes report/index.html: the three
                     methods, time against error, on the built-in atrium. Arguments go to `shadowdag compare`.
-  test [ARG...]     installs missing packages, builds everything and runs every test. Arguments go to ctest.
-  build [PRESET]    configures and builds a preset (release): dev, release, cuda, asan, tsan, ci.
+  test [--quick] [ARG...]
+                    installs missing packages, builds everything and runs every test. Arguments go to ctest.
+                    --quick leaves out what starts the program, draws by OpenGL or renders for seconds.
+  check [--all]     installs missing packages of development, then checks without building: format, clang-tidy
+                    (of what changed since origin/HEAD; --all: of every source), and what tests/house checks:
+                    headers alone, include order, settings, documents.
+  build [PRESET]    configures and builds a preset (release): dev, release, cuda, asan, tsan, ci, werror.
   packages [dev]    installs the missing ones of packages.txt; with dev those for development too.
   format            formats all sources with clang-format.
   help              prints this.
 
 environment:
   SDAG_JOBS            parallel compilers and tests; default: cores, but one per 1.5 GiB of memory
+  SDAG_PRESET          what test builds instead of ci
   SDAG_SKIP_PACKAGES   set to 1 to leave packages alone (on other systems than Debian 12)
 END
 }
@@ -92,9 +98,23 @@ case $command in
         printf './do: open %s\n' "$root/report/index.html"
         ;;
     test)
+        preset=${SDAG_PRESET:-ci}
+        if [[ ${1:-} == --quick ]]; then
+            shift
+            set -- -L '^unit$' "$@"
+        fi
         installPackages
-        build ci
-        ctest --preset ci --parallel "$(jobs)" "$@"
+        build "$preset"
+        ctest --preset "$preset" --parallel "$(jobs)" "$@"
+        ;;
+    check)
+        [[ $# == 0 || $* == --all ]] || fail "check takes nothing or '--all', not '$*'"
+        installPackages dev
+        git ls-files -z -- '*.h' '*.cpp' '*.cu' | xargs -0 clang-format --dry-run -Werror
+        cmake --preset werror
+        cmake --build --preset werror --target sdag_provenance
+        python3 tests/house/tidy.py "$root" build/werror --jobs "$(jobs)" "$@"
+        ctest --preset werror -L '^check$'
         ;;
     build)
         installPackages

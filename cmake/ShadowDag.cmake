@@ -31,14 +31,22 @@ function(sdag_add_passes target file)
   endif()
 endfunction()
 
-# sdag_add_test(name a_test.cpp ... LIBS sdag_voxel ... [TIMEOUT seconds] [PROCESSORS n]) adds a GoogleTest binary,
-# each of its tests a test of ctest. gtest_main is linked. A GTEST_SKIP shows as skipped in ctest's summary. PROCESSORS:
-# how many of ctest's jobs a test takes, for those that measure.
+# sdag_add_test(name a_test.cpp ... LIBS sdag_voxel ... [TIMEOUT seconds] [PROCESSORS n] [LABEL label])
+# adds a GoogleTest binary, each of its tests a test of ctest. gtest_main is linked. A GTEST_SKIP shows as skipped in
+# ctest's summary. PROCESSORS: how many of ctest's jobs a test takes, for those that measure. LABEL, of
+# which each test has one: unit (the default), program (starts the program), gl (draws by OpenGL), slow (renders for
+# seconds). `./do test --quick` runs what is labelled unit.
 function(sdag_add_test name)
   if(NOT SDAG_TESTS)
     return()
   endif()
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;PROCESSORS" "LIBS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;PROCESSORS;LABEL" "LIBS")
+  if(NOT arg_LABEL)
+    set(arg_LABEL unit)
+  endif()
+  if(NOT arg_LABEL MATCHES "^(unit|program|gl|slow)$")
+    message(FATAL_ERROR "${name} is labelled '${arg_LABEL}'; the labels are unit, program, gl and slow")
+  endif()
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)
   endif()
@@ -52,7 +60,7 @@ function(sdag_add_test name)
   target_compile_options(${name} PRIVATE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
   target_compile_definitions(${name} PRIVATE SDAG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-                       PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS})
+                       PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS ${arg_LABEL})
 endfunction()
 
 # sdag_add_bench(name a_bench.cpp ... LIBS sdag_voxel ...) adds a benchmark binary; not run by ctest.

@@ -19,14 +19,17 @@ check() {
 }
 
 bash -n "$script"
-bash -n "$1/.ci/run"
-[[ -x $script && -x $1/.ci/run ]] || { echo "FAILED: ./do and .ci/run must be executable"; failures=1; }
+for ci in run cuda; do
+    bash -n "$1/.ci/$ci"
+    [[ -x $script && -x $1/.ci/$ci ]] || { echo "FAILED: ./do and .ci/$ci must be executable"; failures=1; }
+done
 
 cd -- "$stage" # any directory
 check "help" 0 "report [ARG...]" "$script" help
-check "nothing is help" 0 "test [ARG...]" "$script"
+check "nothing is help" 0 "test [--quick]" "$script"
 check "unknown command" 1 "unknown command 'frobnicate'" "$script" frobnicate
 check "packages refuses nonsense" 1 "not 'everything'" "$script" packages everything
+check "check refuses nonsense" 1 "not '--some'" "$script" check --some
 
 # A machine made of stubs: only the tools of a bare system, and no apt.
 mkdir bin
