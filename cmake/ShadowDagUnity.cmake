@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: Apache-2.0
+# SDAG_UNITY: the files of a folder are compiled together, up to eight at a time. Headers, of which JSON's alone take
+# two seconds, are then read and instantiated once for eight files. What a file hides in an anonymous namespace must
+# therefore have a name of its own within its folder.
+set(SDAG_UNITY_SIZE 8)
+# Files that share such names, as the built-in scenes do their Materials, those that register passes, and the one
+# with the macros of X11: compiled alone.
+string(JOIN "|" SDAG_UNITY_ALONE
+  scenes/builtin_ scenes/triangle_grid
+  voxel/asset voxel/compact_encoding voxel/part_file voxel/openvdb_file voxel/nanovdb_file
+  hybrid/frame/frame_state hybrid/judge/flicker hybrid/judge/truth[.]cpp
+  shadowmap/shadow_maps[.]cpp
+  tools/bench/bench_voxel tools/commands/fit_command tools/report/ tools/studies/ tools/window/view_display
+  "[a-z/]*passes[.]cpp")
+
+# sdag_unite(target) groups the target's C++ sources by folder. Sources with options of their own stay alone: CMake
+# leaves those out itself.
+function(sdag_unite target)
+  get_target_property(sources ${target} SOURCES)
+  get_target_property(targetFolder ${target} SOURCE_DIR)
+  foreach(source ${sources})
+    cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${targetFolder} NORMALIZE)
+    cmake_path(IS_PREFIX PROJECT_SOURCE_DIR "${source}" NORMALIZE isOurs)
+    cmake_path(IS_PREFIX PROJECT_BINARY_DIR "${source}" NORMALIZE isGenerated)
+    if(NOT isOurs OR isGenerated OR NOT source MATCHES "[.]cpp$" OR source MATCHES "/(${SDAG_UNITY_ALONE})")
+      continue()
+    endif()
+    cmake_path(GET source PARENT_PATH folder)
+    cmake_path(GET folder FILENAME room)
+    math(EXPR group "${count_${room}} + 0")
+    math(EXPR number "${group} / ${SDAG_UNITY_SIZE}")
+    math(EXPR count_${room} "${group} + 1")
+    set_property(SOURCE ${source} TARGET_DIRECTORY ${target} PROPERTY UNITY_GROUP ${room}_${number})
+  endforeach()
+  # GCC takes a type that one of the files defines for a header's, and warns of its members from anonymous namespaces.
+  target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+endfunction()
