@@ -4,18 +4,18 @@
 #pragma once
 
 #include "cuda/timer.h"
+#include "hybrid/clusters/cluster_lights.h"
 #include "hybrid/clusters/clusters.h"
 #include "hybrid/clusters/pairs.h"
 #include "hybrid/clusters/prune.h"
 #include "hybrid/gbuffer/gbuffer.h"
-#include "hybrid/gbuffer/lights.h"
-#include "hybrid/gbuffer/pixel_footprint.h"
 #include "hybrid/rays/shadow_rays.h"
 #include "hybrid/routing/cost_model.h"
+#include "hybrid/routing/pair_server.h"
+#include "hybrid/routing/pixel_footprint.h"
 #include "scenes/batches.h"
 #include "scenes/world.h"
 #include "shadowmap/shadow_maps.h"
-#include "voxel/shaft_counts.h"
 
 #include <functional>
 #include <memory>
@@ -72,9 +72,8 @@ struct FrameCounts {
     uint64_t pairCount = 0;               ///< exact pairs
     uint64_t rayCount = 0;
     uint64_t moverTestCount = 0; ///< rays that voxels left lit and that were held against movers
-    ShaftCounts shafts;          ///< of traced lights on the CPU
     /// Ray-traced pairs in (cluster, light) pairs that are wholly lit, wholly dark, neither: what
-    /// shafts could prove without parting clusters (only with recordPairs).
+    /// proofs could answer without parting clusters (only with recordPairs).
     uint64_t wholeLitPairCount = 0, wholeDarkPairCount = 0, mixedPairCount = 0;
     uint64_t lookupCount = 0;
     uint64_t provenPairCount = 0;  ///< pairs lit by proof: neither a ray nor a lookup
@@ -96,8 +95,8 @@ struct FrameResult {
     std::vector<uint8_t> visibility; ///< with recordPairs; per pair
     std::vector<Route> pairRoute;    ///< with recordPairs; per pair, which method answered (kRays
                                      ///< for proofs, which voxels give)
-    std::vector<int> pairMap;        ///< with recordPairs; per pair, as answerPair takes it
-    std::vector<MapRecord> maps;     ///< ascending light, then octave
+    std::vector<PairServer> pairServer; ///< with recordPairs; per pair
+    std::vector<MapRecord> maps;        ///< ascending light, then octave
     StageTimes stages;   ///< of the frame proper: without recording, truth, host copies for reports
     StageTimes counting; ///< of the quantities that models count (kCountNames), read or not; with
                          ///< recordQuantities
@@ -107,9 +106,9 @@ struct FrameResult {
 /// Returns the time of the stages whose work depends on the routes, milliseconds.
 double servingMs(const StageTimes& stages);
 
-/// Returns of every record which of FrameRenderer::shadowMaps() it is: those that are drawn, in
-/// order; kByRays of one that is traced.
-std::vector<int> drawnMaps(const std::vector<MapRecord>& maps);
+/// Returns who serves every record: rays, or which of FrameRenderer::shadowMaps(), those that are
+/// drawn, in order.
+std::vector<PairServer> serversOf(const std::vector<MapRecord>& maps);
 
 /// Renders frames of one world on one backend. Keeps what persists between frames (allocated
 /// resolutions and routes for hysteresis, shadow maps with static optimization, buffers).
@@ -177,7 +176,7 @@ public:
     ExactView exact() const;
     /// Lists the triangles near voxels, which exact rays need, once; does nothing without voxels.
     void prepareExact();
-    /// Returns maps of the last frame for the error analysis (FrameResult::pairMap indexes them);
+    /// Returns maps of the last frame for the error analysis (FrameResult::pairServer names them);
     /// valid until the next.
     ShadowMapView shadowMaps() const;
     /// Returns the clusters of the last frame and the lights of each, on the host; valid until the

@@ -47,38 +47,6 @@ inline uint64_t maskAt(const uint32_t* words, uint32_t address) {
     return words[address] | uint64_t(words[address + 1]) << 32;
 }
 
-/// Returns the seeds and all that is joined to them within a row of free cells.
-inline uint64_t spreadInRow(uint64_t seeds, uint64_t free) {
-    uint64_t up = seeds, down = seeds, upFree = free, downFree = free;
-    for (int step = 1; step < 64; step *= 2) {
-        up |= upFree & up << step;
-        down |= downFree & down >> step;
-        upFree &= upFree << step;
-        downFree &= downFree >> step;
-    }
-    return up | down;
-}
-
-/// Adds to what is reached all free cells that are joined to it, side by side.
-void spread(uint64_t* reached, const uint64_t* free, int rowCount) {
-    for (bool isChanged = true; isChanged;) {
-        isChanged = false;
-        for (int pass = 0; pass < 2; ++pass)
-            for (int i = 0; i < rowCount; ++i) {
-                const int r = pass == 0 ? i : rowCount - 1 - i;
-                const int neighbour = pass == 0 ? r - 1 : r + 1;
-                uint64_t seeds = reached[r];
-                if (neighbour >= 0 && neighbour < rowCount)
-                    seeds |= reached[neighbour] & free[r];
-                if (seeds == 0)
-                    continue;
-                const uint64_t all = spreadInRow(seeds, free[r]);
-                isChanged |= all != reached[r];
-                reached[r] = all;
-            }
-    }
-}
-
 } // namespace
 
 void AbovePlane::make(const glm::vec3& normal) {
@@ -102,9 +70,8 @@ void AbovePlane::make(const glm::vec3& normal) {
 bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, View<const uint32_t> asked,
                  const glm::vec3& lightWorld) {
     const VoxelGrid& grid = starts.grid();
-    light_ = grid.voxelFromWorld(glm::dvec3(lightWorld));
-    offset_ = double(starts.offset());
-    const glm::dvec3& l = light_;
+    const glm::dvec3 l = grid.voxelFromWorld(glm::dvec3(lightWorld));
+    const double offset = double(starts.offset());
     const double excess = starts.lightExcess(l);
 
     for (int a = 0; a < 3; ++a) { // NaN is refused here, comparisons below would pass it
@@ -127,20 +94,22 @@ bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, View<const u
         separation[a][1] = greatest - l[a];
     }
     scale = scale * (1 + 1e-6) + excess;
-    nearest_ = 0;
+    int axis = 0;       // the main one
+    double nearest = 0; // least distance between light and base along it
+    double sign = 1;    // the base lies on this side of the light along it
     for (int a = 0; a < 3; ++a) {
         const double away = std::max(separation[a][0], -separation[a][1]);
-        if (away > nearest_) {
-            nearest_ = away;
-            axis_ = a;
-            sign_ = separation[a][0] > 0 ? 1.0 : -1.0;
+        if (away > nearest) {
+            nearest = away;
+            axis = a;
+            sign = separation[a][0] > 0 ? 1.0 : -1.0;
         }
     }
-    if (!(nearest_ > 1.0 + excess))
+    if (!(nearest > 1.0 + excess))
         return false;
 
     // Starts are drawn towards the light by at least so much, which lifts them so far.
-    const double back = offset_ * 1.7320508075688772;
+    const double back = offset * 1.7320508075688772;
     double lowest = 1e300, furthest = 0;
     glm::dvec3 middle(0.0);
     for (const glm::dvec3& c : base.corner) {
@@ -157,7 +126,7 @@ bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, View<const u
         for (const uint32_t i : asked)
             if (!(glm::dot(starts.normal(i), l - starts.liftedStart(i)) - 2 * excess > kLowest))
                 return false;
-    const double drawn = std::max(std::min(offset_, 0.5 * (nearest_ - excess - back)), 0.0);
+    const double drawn = std::max(std::min(offset, 0.5 * (nearest - excess - back)), 0.0);
     const double gain = drawn * std::max(lowest, 0.0) / furthest;
     // Ends stay `back` short of the light: so far before a plane across the shaft. No direction's
     // cosine is less than the least height over the greatest length.
@@ -166,20 +135,22 @@ bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, View<const u
     for (const glm::dvec3& c : base.corner)
         height = std::min(height, glm::dot(middle, c - l));
     const double before =
-        std::max(height, 0.0) / furthest * std::min(back, std::max(nearest_ - excess, 0.0));
+        std::max(height, 0.0) / furthest * std::min(back, std::max(nearest - excess, 0.0));
 
-    const int w = axis_, u = (w + 1) % 3, v = (w + 2) % 3;
+    const int w = axis, u = (w + 1) % 3, v = (w + 2) % 3;
+    // Of (x, y, x + y, x - y) / |w| from the light to the base's corners.
+    double low[4], high[4];
     for (int k = 0; k < 4; ++k) {
-        low_[k] = 1e300;
-        high_[k] = -1e300;
+        low[k] = 1e300;
+        high[k] = -1e300;
     }
     for (const glm::dvec3& c : base.corner) {
         const double inverse = 1.0 / std::fabs(c[w] - l[w]);
         const double x = (c[u] - l[u]) * inverse, y = (c[v] - l[v]) * inverse;
         const double of[4] = {x, y, x + y, x - y};
         for (int k = 0; k < 4; ++k) {
-            low_[k] = std::min(low_[k], of[k]);
-            high_[k] = std::max(high_[k], of[k]);
+            low[k] = std::min(low[k], of[k]);
+            high[k] = std::max(high[k], of[k]);
         }
     }
 
@@ -191,9 +162,9 @@ bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, View<const u
         along[u] = k == 1 ? 0 : 1;
         along[v] = k == 0 ? 0 : k == 3 ? -1 : 1;
         n[2 * k] = along;
-        n[2 * k][w] = -low_[k] * sign_;
+        n[2 * k][w] = -low[k] * sign;
         n[2 * k + 1] = -along;
-        n[2 * k + 1][w] = high_[k] * sign_;
+        n[2 * k + 1][w] = high[k] * sign;
     }
     n[8] = base.normal;
     for (int a = 0; a < 3; ++a) {
@@ -239,7 +210,6 @@ bool Shaft::make(const ShadowStarts& starts, const ShaftBase& base, View<const u
             planes_.place[i][p] = planes_.n[0][p] * x + planes_.n[1][p] * y + planes_.n[2][p] * z;
     }
     above_ = base.above;
-    slack_ = scale * 4 * 5.9604644775390625e-8 + excess;
     return true;
 }
 
@@ -283,213 +253,31 @@ uint64_t Shaft::cellsInside(const float corner[3], float side, uint64_t cells) c
     return inside;
 }
 
-void Shaft::expand(const WideDagView& dag, const WideCell& cell, uint64_t cells,
-                   std::vector<WideCell>& to) const {
+bool Shaft::isEmpty(const WideDagView& dag) {
     const uint32_t* words = dag.words.data;
-    const float side = float(1u << (cell.level - 2));
-    const uint64_t mask = maskAt(words, cell.address);
-    for (uint64_t in = cellsInside(cell.corner, side, mask & cells); in; in &= in - 1) {
-        const uint32_t i = uint32_t(std::countr_zero(in));
-        const uint32_t rank = uint32_t(std::popcount(mask & ((uint64_t(1) << i) - 1)));
-        const glm::uvec3 p = placeOf(i);
-        to.push_back({words[cell.address + 2 + rank],
-                      cell.level - 2,
-                      {cell.corner[0] + side * float(p.x), cell.corner[1] + side * float(p.y),
-                       cell.corner[2] + side * float(p.z)}});
-    }
-}
-
-bool Shaft::isEmpty(const WideDagView& dag, const std::vector<WideCell>& from,
-                    std::vector<WideCell>& cut) {
-    cut.clear();
-    now_ = from; // a stack
-    while (!now_.empty()) {
-        const WideCell cell = now_.back();
-        now_.pop_back();
-        if (cell.level > kLeafLog2) {
-            expand(dag, cell, ~uint64_t(0), now_);
-        } else if (cellsInside(cell.corner, 1.0f, maskAt(dag.words.data, cell.address)) != 0) {
-            if (cut.size() == kCutLeaves) {
-                cut.clear();
+    open_.assign(1, WideCell{dag.rootAddress, dag.rootLevel, {0, 0, 0}}); // a stack
+    while (!open_.empty()) {
+        const WideCell cell = open_.back();
+        open_.pop_back();
+        const uint64_t mask = maskAt(words, cell.address);
+        if (cell.level <= kLeafLog2) {
+            if (cellsInside(cell.corner, 1.0f, mask) != 0)
                 return false;
-            }
-            cut.push_back(cell);
-        }
-    }
-    return cut.empty();
-}
-
-uint64_t Shaft::cellsInSlab(const WideCell& cell, int low, int high) const {
-    const int side = 1 << (cell.level - 2), corner = int(cell.corner[axis_]);
-    uint64_t cells = 0;
-    for (int i = 0; i < 4; ++i)
-        if (corner + i * side <= high && corner + (i + 1) * side > low) {
-            // Bits of cells with coordinate i along the axis.
-            const uint64_t low1[3] = {0x5555555555555555u, 0x3333333333333333u,
-                                      0x0f0f0f0f0f0f0f0fu};
-            const uint64_t high1[3] = {0x00ff00ff00ff00ffu, 0x0000ffff0000ffffu,
-                                       0x00000000ffffffffu};
-            cells |=
-                ((i & 1) ? ~low1[axis_] : low1[axis_]) & ((i & 2) ? ~high1[axis_] : high1[axis_]);
-        }
-    return cells;
-}
-
-bool Shaft::isParted(const WideDagView& dag, const std::vector<WideCell>& from,
-                     const glm::uvec3& voxel) {
-    // One slice to either side of the voxel, and what else its leaves hold: a wall across the shaft
-    // fills so few. Walls that slant need more slices (24 to either side: twice as many shafts
-    // found, at four times the cost of this, more than their rays').
-    constexpr int kReach = 1;
-    constexpr size_t kMostLeaves = 100;
-    const int low = int(voxel[axis_]) - kReach, high = int(voxel[axis_]) + kReach;
-    leaves_.clear();
-    now_ = from;
-    while (!now_.empty()) {
-        const WideCell cell = now_.back();
-        now_.pop_back();
-        if (cell.level > kLeafLog2) {
-            expand(dag, cell, cellsInSlab(cell, low, high), now_);
-        } else {
-            if (leaves_.size() == kMostLeaves)
-                return false;
-            leaves_.push_back(cell);
-        }
-    }
-    return parts(dag, leaves_);
-}
-
-// Why a parted shaft is dark. A segment that meets no occupied voxel by the predicate touches none
-// exactly (the predicate takes all that it touches). At any point it then lies in closed voxels all
-// of which are free; so it goes from one voxel to the next through a face, or through an edge or a
-// corner whose voxels around are all free, which is a way through faces as well. All these voxels
-// meet the shaft, and where the slices lie between all ends and all starts the segment crosses each
-// of them from the light's side to the other. So if no chain of free voxels of the shaft, face to
-// face, crosses a run of slices, there is no such segment. Chains are held slice by slice: what is
-// reached from the light's side, spread within the slice. A chain that goes back to an earlier
-// slice need not be followed: segments are monotone along the axis.
-bool Shaft::parts(const WideDagView& dag, const std::vector<WideCell>& leaves) {
-    constexpr int kSide = 64; // of a slice at most
-    const int w = axis_, u = (w + 1) % 3, v = (w + 2) % 3;
-    const glm::dvec3& l = light_;
-    const double first = offset_ * 1.7320508075688772 + slack_; // between ends and starts
-    const double last = nearest_ - offset_ - slack_;
-    const auto slabOf = [&](const WideCell& cell) {
-        const int slab = int(cell.corner[w]) >> kLeafLog2;
-        return sign_ > 0 ? slab : -slab;
-    };
-    // Bits of a leaf's mask along one axis.
-    const auto bitsAt = [](int axis, uint32_t i) {
-        return (i & 1) << axis | (i >> 1) << (3 + axis);
-    };
-    const uint64_t rowBits = uint64_t(1) | uint64_t(1) << (1u << u) | uint64_t(1) << (8u << u) |
-                             uint64_t(1) << (9u << u);
-    order_.resize(leaves.size());
-    for (uint32_t i = 0; i < order_.size(); ++i)
-        order_[i] = i;
-    std::sort(order_.begin(), order_.end(), [&](uint32_t a, uint32_t b) {
-        const int slabA = slabOf(leaves[a]), slabB = slabOf(leaves[b]);
-        return slabA != slabB ? slabA < slabB : a < b;
-    });
-
-    uint64_t occupied[4][kSide], reached[kSide], before[kSide];
-    bool isReset = true; // everything is reached
-    int slabBefore = 0, x0 = 0, y0 = 0, rowCount = 0;
-    for (size_t begin = 0, end; begin < order_.size(); begin = end) {
-        const int slab = slabOf(leaves[order_[begin]]);
-        for (end = begin; end < order_.size() && slabOf(leaves[order_[end]]) == slab;)
-            ++end;
-        if (begin > 0 && slab != slabBefore + 1)
-            isReset = true;
-        slabBefore = slab;
-        // Distances of the leaves' four slices from the light, and the section's bounds in them.
-        const double corner = double(sign_ > 0 ? slab : -slab) * 4;
-        const double near = sign_ > 0 ? corner - l[w] : l[w] - corner - 4;
-        const double tLow = std::max(near, first), tHigh = std::min(near + 4, last);
-        if (tHigh - tLow < 1) {
-            isReset = true;
             continue;
         }
-        const auto lowest = [&](int k, double t0, double t1) {
-            return std::min(low_[k] * t0, low_[k] * t1) - slack_;
-        };
-        const auto highest = [&](int k, double t0, double t1) {
-            return std::max(high_[k] * t0, high_[k] * t1) + slack_;
-        };
-        const int xLow = int(std::floor(l[u] + lowest(0, tLow, tHigh))) & ~3;
-        const int yLow = int(std::floor(l[v] + lowest(1, tLow, tHigh))) & ~3;
-        const int xCount = int(std::floor(l[u] + highest(0, tLow, tHigh))) - xLow + 1;
-        const int yCount = int(std::floor(l[v] + highest(1, tLow, tHigh))) - yLow + 1;
-        if (xCount > kSide || yCount > kSide) {
-            isReset = true;
-            continue;
-        }
-        if (!isReset) { // bring what was reached to the new origin
-            const int dx = xLow - x0, dy = yLow - y0;
-            for (int r = 0; r < yCount; ++r) {
-                const int old = r + dy;
-                const uint64_t bits = old >= 0 && old < rowCount ? reached[old] : 0;
-                before[r] = dx >= 64 || dx <= -64 ? 0 : dx >= 0 ? bits >> dx : bits << -dx;
-            }
-            std::copy(before, before + yCount, reached);
-        }
-        x0 = xLow;
-        y0 = yLow;
-        rowCount = yCount;
-        for (auto& slice : occupied)
-            std::fill(slice, slice + rowCount, 0);
-        for (size_t i = begin; i < end; ++i) {
-            const WideCell& cell = leaves[order_[i]];
-            const int x = int(cell.corner[u]) - x0, y = int(cell.corner[v]) - y0;
-            if (x < 0 || x >= kSide || y < 0 || y >= rowCount)
-                continue;
-            const uint64_t mask = maskAt(dag.words.data, cell.address);
-            for (uint32_t j = 0; j < 4; ++j)
-                for (uint32_t r = 0; r < 4 && y + int(r) < rowCount; ++r) {
-                    const uint64_t row = mask >> (bitsAt(w, j) + bitsAt(v, r)) & rowBits;
-                    const uint64_t nibble = (row & 1) | (row >> (1u << u) & 1) << 1 |
-                                            (row >> (8u << u) & 1) << 2 |
-                                            (row >> (9u << u) & 1) << 3;
-                    occupied[j][y + r] |= nibble << x;
-                }
-        }
-        for (uint32_t i = 0; i < 4; ++i) {
-            const uint32_t j = sign_ > 0 ? i : 3 - i;
-            const double t0 = near + double(i), t1 = t0 + 1;
-            if (t0 < first || t1 > last) {
-                isReset = true;
-                continue;
-            }
-            uint64_t free[kSide], any = 0;
-            double least[4], most[4];
-            for (int k = 0; k < 4; ++k) {
-                least[k] = lowest(k, t0, t1);
-                most[k] = highest(k, t0, t1);
-            }
-            for (int r = 0; r < rowCount; ++r) {
-                const double dy0 = y0 + r - l[v], dy1 = dy0 + 1; // the row's reach, from the light
-                free[r] = 0;
-                if (dy1 < least[1] || dy0 > most[1]) {
-                    reached[r] = 0;
-                    continue;
-                }
-                const double from = std::max(std::max(least[0], least[2] - dy1), least[3] + dy0);
-                const double to = std::min(std::min(most[0], most[2] - dy0), most[3] + dy1);
-                const int b0 = std::max(int(std::floor(l[u] + from)) - x0, 0);
-                const int b1 = std::min(int(std::floor(l[u] + to)) - x0, kSide - 1);
-                if (b0 <= b1)
-                    free[r] = (~uint64_t(0) >> (63 - b1) & ~uint64_t(0) << b0) & ~occupied[j][r];
-                reached[r] = isReset ? free[r] : reached[r] & free[r];
-                any |= reached[r];
-            }
-            if (any == 0)
-                return true;
-            if (!isReset)
-                spread(reached, free, rowCount);
-            isReset = false;
+        const float side = float(1u << (cell.level - 2));
+        for (uint64_t in = cellsInside(cell.corner, side, mask); in; in &= in - 1) {
+            const uint32_t i = uint32_t(std::countr_zero(in));
+            const uint32_t rank = uint32_t(std::popcount(mask & ((uint64_t(1) << i) - 1)));
+            const glm::uvec3 p = placeOf(i);
+            open_.push_back(
+                {words[cell.address + 2 + rank],
+                 cell.level - 2,
+                 {cell.corner[0] + side * float(p.x), cell.corner[1] + side * float(p.y),
+                  cell.corner[2] + side * float(p.z)}});
         }
     }
-    return false;
+    return true;
 }
 
 } // namespace shadowdag

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shafts: what all shadow segments of a group of samples towards one light say together. A shaft is
 // a convex region that holds every one of the segments. When no occupied voxel meets it, all are
-// lit; when the occupied voxels in it part its one end from the other, all are dark; else the cells
-// in it are where their rays may be traced from. Answers are those of occluded(), proven, never
-// guessed: the predicate of dag_trace.h does not depend on the order in which it is asked.
-// Sources: Haines, Wallace, Shaft Culling for Efficient Ray-Traced Radiosity, 1991; Reshetov et
-// al., Multi-Level Ray Tracing Algorithm, SIGGRAPH 2005 (entry points).
+// lit. That is what occluded() says of each, proven: the predicate of dag_trace.h does not depend
+// on the order in which it is asked.
+// Source: Haines, Wallace, Shaft Culling for Efficient Ray-Traced Radiosity, 1991.
 #pragma once
 
 #include "voxel/dag_stream.h"
@@ -48,13 +46,6 @@ struct ShaftBase {
     const AbovePlane* above;    ///< of `normal`, rounded to float
 };
 
-/// What is known of all segments of a shaft.
-enum class ShaftAnswer : uint8_t {
-    kMixed, ///< nothing
-    kLit,   ///< occluded() is false for every one
-    kDark,  ///< occluded() is true for every one
-};
-
 /// The half-spaces that bound a shaft, 16 of them, in float: a point is inside when n . x + d >= 0
 /// for all. Some are there twice or bound nothing.
 struct ShaftPlanes {
@@ -76,38 +67,15 @@ public:
     bool make(const ShadowStarts& starts, const ShaftBase& base, View<const uint32_t> asked,
               const glm::vec3& lightWorld);
 
-    /// Returns whether no voxel below `from` is in the shaft, so that all segments are lit. Else
-    /// `cut` holds the leaves that have such voxels if they are no more than kCutLeaves, or
-    /// nothing.
-    bool isEmpty(const WideDagView& dag, const std::vector<WideCell>& from,
-                 std::vector<WideCell>& cut);
-
-    /// Returns whether the occupied voxels around a plane across the shaft part the light from the
-    /// starts, so that all segments are dark. Not every dark shaft is found.
-    /// @param voxel one that stops a segment: where to look
-    bool isParted(const WideDagView& dag, const std::vector<WideCell>& from,
-                  const glm::uvec3& voxel);
-
-    static constexpr size_t kCutLeaves = 16;
+    /// Returns whether no voxel is in the shaft, so that all segments are lit.
+    bool isEmpty(const WideDagView& dag);
 
 private:
     uint64_t cellsInside(const float corner[3], float side, uint64_t cells) const;
-    void expand(const WideDagView& dag, const WideCell& cell, uint64_t cells,
-                std::vector<WideCell>& to) const;
-    uint64_t cellsInSlab(const WideCell& cell, int low, int high) const;
-    bool parts(const WideDagView& dag, const std::vector<WideCell>& leaves);
 
     ShaftPlanes planes_;
     const AbovePlane* above_ = nullptr;
-    std::vector<WideCell> now_, leaves_;
-    glm::dvec3 light_;
-    int axis_ = 0;            ///< the main axis
-    double sign_ = 1;         ///< the base lies on this side of the light along it
-    double low_[4], high_[4]; ///< of (x, y, x + y, x - y) / |w| from the light to base corners
-    double nearest_ = 0;      ///< least distance between light and base along the axis
-    double slack_ = 0;        ///< segments may leave the hull by as much per axis
-    double offset_ = 1;
-    std::vector<uint32_t> order_; ///< of cells, by slab
+    std::vector<WideCell> open_;
 };
 
 } // namespace shadowdag

@@ -5,7 +5,7 @@
 #include "cuda/buffer.h"
 #include "cuda/pass.h"
 #include "cuda/scan_sort.h"
-#include "hybrid/gbuffer/lights.h"
+#include "hybrid/clusters/cluster_lights.h"
 
 #include <algorithm>
 

@@ -5,8 +5,8 @@
 #include "cuda/buffer.h"
 #include "cuda/pass.h"
 #include "cuda/scan_sort.h"
+#include "hybrid/clusters/cluster_lights.h"
 #include "hybrid/clusters/pairs.h"
-#include "hybrid/gbuffer/lights.h"
 
 namespace shadowdag {
 

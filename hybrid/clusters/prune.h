@@ -4,8 +4,8 @@
 // for, so that they raise no map's resolution and mark no page.
 #pragma once
 
+#include "hybrid/clusters/cluster_lights.h"
 #include "hybrid/clusters/pairs.h"
-#include "hybrid/gbuffer/lights.h"
 
 namespace shadowdag {
 

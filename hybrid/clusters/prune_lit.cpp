@@ -3,7 +3,8 @@
 #include "hybrid/clusters/prune_pass.h"
 
 #include "cuda/parallel_for.h"
-#include "hybrid/clusters/cluster_receivers.h"
+#include "hybrid/clusters/cluster_rays.h"
+#include "voxel/lit_proof.h"
 
 #include <vector>
 
@@ -25,8 +26,10 @@ public:
             if (work_.record[i] == kProvenLit || rays_.movers.mayShadow(light) ||
                 work_.lights[light].kind == Light::kSun) // shafts end at one point
                 continue;
-            if (!isPrepared)
+            if (!isPrepared) {
                 setReceivers(work_.gbuffer, samples_, rays_, receivers_);
+                proof_.reset(receivers_);
+            }
             isPrepared = true;
             if (isLit(work_.lights[light]))
                 work_.record[i] = kProvenLit;
@@ -36,12 +39,13 @@ public:
 private:
     bool isLit(const Light& light) {
         markPairs(work_.gbuffer, samples_, light, isAsked_);
-        return receivers_.provesLit(rays_.dag, light.positionWorld, viewOf(isAsked_));
+        return proof_.provesLit(rays_.dag, light.positionWorld, viewOf(isAsked_));
     }
 
     const PruneFacing& work_;
     const RayInputs& rays_;
-    ShaftReceivers receivers_;
+    ReceiverGroups receivers_;
+    LitProof proof_;
     View<const uint32_t> samples_; ///< of the cluster
     std::vector<uint8_t> isAsked_;
 };

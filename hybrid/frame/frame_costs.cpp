@@ -96,16 +96,16 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
             for (const Route route : {Route::kRays, Route::kMap}) {
                 StageTimes times;
                 times.beforeStage = beforeStage;
-                state.drawnMap.assign(1, kByRays);
+                state.servers.assign(1, PairServer::rays());
                 if (route == Route::kMap) {
-                    state.drawnMap[0] = 0;
+                    state.servers[0] = PairServer::drawnMap(0);
                     state.maps.build(request,
                                      {std::as_const(state.clusters.boxesWorld).view(),
                                       std::as_const(receivers).view(), drawn.triangles,
                                       drawn.batches},
                                      hostBatches, mapOptions, times);
                 }
-                state.drawnMapOnBackend.set(state.drawnMap);
+                state.serversOnBackend.set(state.servers);
                 ShadeSamples shading = prepareShading(state, options);
                 shading.clusters = one.clusters.view();
                 shading.lists = one.lists.view();

@@ -241,12 +241,13 @@ std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps) {
     return quantities;
 }
 
-std::vector<int> drawnMaps(const std::vector<MapRecord>& maps) {
-    std::vector<int> drawn;
-    int count = 0;
+std::vector<PairServer> serversOf(const std::vector<MapRecord>& maps) {
+    std::vector<PairServer> servers;
+    uint32_t drawnCount = 0;
     for (const MapRecord& map : maps)
-        drawn.push_back(map.route == Route::kMap ? count++ : kByRays);
-    return drawn;
+        servers.push_back(map.route == Route::kMap ? PairServer::drawnMap(drawnCount++)
+                                                   : PairServer::rays());
+    return servers;
 }
 
 void holdMaps(FrameState& state, const std::vector<MapRecord>& maps) {
@@ -267,7 +268,7 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
     std::vector<MapRequest> requests;
     {
         const StageTimer timer(state.backend, stages, "routing");
-        state.drawnMap = drawnMaps(records);
+        state.servers = serversOf(records);
         for (size_t r = 0; r < records.size(); ++r) {
             if (records[r].route == Route::kMap) {
                 requests.push_back(requestOf(lights, records[r]));
@@ -278,11 +279,11 @@ void buildMaps(FrameState& state, const std::vector<MapRecord>& records,
                                 "scene, or route every light to maps with texels:0");
             }
         }
-        state.drawnMapOnBackend.set(state.drawnMap);
+        state.serversOnBackend.set(state.servers);
         if (requests.empty())
             state.receivers.list.resize(0);
         else
-            listReceivers(state.backend, state.lists.view(), {state.drawnMapOnBackend.view()},
+            listReceivers(state.backend, state.lists.view(), {state.serversOnBackend.view()},
                           state.receivers, state.isGuessing);
     }
     const MapGeometry onBackend = state.scene.mapGeometryOnBackend(options.maps.lodTexels);

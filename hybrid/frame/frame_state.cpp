@@ -45,7 +45,7 @@ FrameState::FrameState(std::shared_ptr<FrameScene> ofScene)
       lookupCount(backend, "lookup counts"), provenCount(backend, "proven pair counts"),
       missingTapCount(backend, "missing tap counts"), moverTestCount(backend, "mover test counts"),
       pairs(backend), nextPair(backend, "pair cursor"), pairVisibility(backend, "pair visibility"),
-      pairMap(backend, "pair maps"), drawnMapOnBackend(backend, "drawn maps") {
+      pairServer(backend, "pair servers"), serversOnBackend(backend, "servers of maps") {
     guessLengths(backend == Backend::kCuda);
 }
 
@@ -104,7 +104,6 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
         counts->resize(state.clusters.cell.size());
         counts->fill(0);
     }
-    state.shaftCounts = {};
     const bool isExact = options.rays.kind == RayKind::kExact;
     if (isExact)
         state.scene.prepareExact();
@@ -118,7 +117,7 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
             state.clusters.view(),
             state.lists.view(),
             scene.lights(),
-            state.drawnMapOnBackend.view(),
+            state.serversOnBackend.view(),
             VisibilityInputs{
                 RayInputs{options.rays.lod == LodRule::kCoverage ? scene.coveredDag() : scene.dag(),
                           options.rays, scene.movers(), isExact ? scene.exact() : ExactView{},
@@ -130,8 +129,7 @@ ShadeSamples prepareShading(FrameState& state, const FrameOptions& options) {
             state.provenCount.view(),
             state.missingTapCount.view(),
             state.moverTestCount.view(),
-            {},
-            &state.shaftCounts};
+            {}};
 }
 
 namespace {
@@ -213,17 +211,17 @@ void recordPairs(FrameState& state, const ShadeSamples& shading,
     result.pairs = findPairs(state);
     state.nextPair.upload(state.pairs.start.download());
     state.pairVisibility.resize(result.pairs.count());
-    state.pairMap.resize(result.pairs.count());
+    state.pairServer.resize(result.pairs.count());
     ShadeSamples recording = shading;
-    recording.recorder = {state.nextPair.view(), state.pairVisibility.view(), state.pairMap.view()};
-    recording.shaftCounts = nullptr;
+    recording.recorder = {state.nextPair.view(), state.pairVisibility.view(),
+                          state.pairServer.view()};
     shade(state, recording);
     result.visibility = state.pairVisibility.download();
-    result.pairMap = state.pairMap.download();
+    result.pairServer = state.pairServer.download();
     result.pairRoute.clear();
-    result.pairRoute.reserve(result.pairMap.size());
-    for (const int map : result.pairMap)
-        result.pairRoute.push_back(map < 0 ? Route::kRays : Route::kMap);
+    result.pairRoute.reserve(result.pairServer.size());
+    for (const PairServer& server : result.pairServer)
+        result.pairRoute.push_back(server.isMap() ? Route::kMap : Route::kRays);
     const HostLists lists(state);
     countPairsOfMaps(lists, records, result);
     countWholeClusters(lists, result);
@@ -242,7 +240,6 @@ void countFrame(const FrameState& state, const std::vector<uint32_t>& records,
     counts.provenPairCount = sum(state.provenCount);
     counts.pairCount = counts.rayCount + counts.lookupCount + counts.provenPairCount;
     counts.missingTapCount = sum(state.missingTapCount);
-    counts.shafts = state.shaftCounts;
     counts.moverTestCount = sum(state.moverTestCount);
     std::vector<uint8_t> served(state.scene.world().lights().size(), 0); // bit 0: rays, 1: maps
     for (const MapRecord& map : result.maps) {

@@ -65,14 +65,13 @@ struct FrameState {
     Buffer<glm::vec3> color;
     Buffer<uint32_t> rayCount, lookupCount, provenCount, missingTapCount,
         moverTestCount; ///< by cluster
-    ShaftCounts shaftCounts;
     PairSet pairs;
     Buffer<uint32_t> nextPair;
     Buffer<uint8_t> pairVisibility;
-    Buffer<int> pairMap;
+    Buffer<PairServer> pairServer;
 
-    std::vector<int> drawnMap; ///< of the last frame, by record: index into its maps, or kByRays
-    Resident<int> drawnMapOnBackend;
+    std::vector<PairServer> servers; ///< of the last frame, by record
+    Resident<PairServer> serversOnBackend;
     /// By slot (LightDemandView), what the last frame allocated; 0 for none: hysteresis.
     std::vector<uint32_t> heldFaceTexels;
     /// By slot, who served it in the last frame: hysteresis.

@@ -2,25 +2,27 @@
 // Which clusters read which shadow maps: the (cluster, light) pairs whose map is drawn.
 #pragma once
 
-#include "hybrid/gbuffer/lights.h"
+#include "hybrid/clusters/cluster_lights.h"
+#include "hybrid/routing/pair_server.h"
 #include "shadowmap/page_mask.h"
 
 namespace shadowdag {
 
-/// Which map serves a record: an index >= 0, or none. mapOfRecord: by record; empty: its own
-/// number.
-struct MapOfRecord {
-    View<const int> mapOfRecord;
+/// Who serves a record. servers: by record; empty: a map of the record's own number.
+struct ServerOfRecord {
+    View<const PairServer> servers;
 
-    SDAG_HD int operator()(uint32_t record) const {
-        return record == kProvenLit ? -1 : mapOfRecord.empty() ? int(record) : mapOfRecord[record];
+    SDAG_HD PairServer operator()(uint32_t record) const {
+        return record == kProvenLit ? PairServer::proof()
+               : servers.empty()    ? PairServer::drawnMap(record)
+                                    : servers[record];
     }
 };
 
 /// Counts the maps that every cluster reads. counts: clusterCount + 1; the last is not written.
 struct CountMapReceivers {
     ClusterLightsView lists;
-    MapOfRecord maps;
+    ServerOfRecord servers;
     View<uint32_t> counts;
 
     size_t itemCount() const { return lists.start.count - 1; }
@@ -28,7 +30,7 @@ struct CountMapReceivers {
     SDAG_HD void operator()(size_t cluster) const {
         uint32_t count = 0;
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i)
-            count += maps(lists.record[i]) >= 0;
+            count += servers(lists.record[i]).isMap();
         counts[cluster] = count;
     }
 };
@@ -37,7 +39,7 @@ struct CountMapReceivers {
 /// beyond the last are of no map (kNoMap, as the list was before).
 struct ListMapReceivers {
     ClusterLightsView lists;
-    MapOfRecord maps;
+    ServerOfRecord servers;
     View<const uint32_t> first; ///< the exclusive scan of the counts
     View<MapReceiver> receivers;
 
@@ -46,9 +48,9 @@ struct ListMapReceivers {
     SDAG_HD void operator()(size_t cluster) const {
         uint32_t next = first[cluster];
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i) {
-            const int map = maps(lists.record[i]);
-            if (map >= 0)
-                receivers[next++] = {uint32_t(cluster), uint32_t(map)};
+            const PairServer server = servers(lists.record[i]);
+            if (server.isMap())
+                receivers[next++] = {uint32_t(cluster), server.map()};
         }
     }
 };

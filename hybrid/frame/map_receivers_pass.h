@@ -21,11 +21,12 @@ struct MapReceivers {
 /// Replaces the list by the receivers of these lists of lights, by cluster. Deterministic. All
 /// views live on the backend.
 /// @param isPadded makes room for every (cluster, light) pair instead of asking how many there are
-inline void listReceivers(Backend backend, const ClusterLightsView& lists, const MapOfRecord& maps,
-                          MapReceivers& receivers, bool isPadded = false) {
+inline void listReceivers(Backend backend, const ClusterLightsView& lists,
+                          const ServerOfRecord& servers, MapReceivers& receivers,
+                          bool isPadded = false) {
     receivers.first.resize(lists.start.count);
     receivers.first.fill(0);
-    runPass(backend, CountMapReceivers{lists, maps, receivers.first.view()});
+    runPass(backend, CountMapReceivers{lists, servers, receivers.first.view()});
     if (isPadded) {
         prefixSums(backend, receivers.first.view(), receivers.first.view());
         receivers.list.resize(lists.lights.count);
@@ -34,7 +35,7 @@ inline void listReceivers(Backend backend, const ClusterLightsView& lists, const
         receivers.list.resize(
             exclusiveScan(backend, receivers.first.view(), receivers.first.view()));
     }
-    runPass(backend, ListMapReceivers{lists, maps, receivers.first.view(), receivers.list.view()});
+    runPass(backend, ListMapReceivers{lists, servers, receivers.first.view(), receivers.list.view()});
 }
 
 } // namespace shadowdag

@@ -2,20 +2,14 @@
 // Shading: one text for lights that are traced and lights that have a map, in one pass.
 #pragma once
 
+#include "hybrid/clusters/cluster_lights.h"
 #include "hybrid/clusters/pairs.h"
-#include "hybrid/gbuffer/lights.h"
 #include "hybrid/gbuffer/shade_model.h"
 #include "hybrid/rays/shadow_rays.h"
-#include "hybrid/routing/cost_model.h"
+#include "hybrid/routing/pair_server.h"
 #include "shadowmap/shadow_map_lookup.h"
 
 namespace shadowdag {
-
-struct ShaftCounts;
-
-/// What serves a pair instead of a drawn map, next to indices into ShadowMapView::maps.
-constexpr int kByRays = kNone;  ///< voxels, and whatever else RayInputs names
-constexpr int kLitByProof = -2; ///< nothing: its cluster and light were proven to see each other
 
 /// Everything that decides whether a sample sees a light.
 struct VisibilityInputs {
@@ -35,17 +29,16 @@ struct VisibilityCounts {
 };
 
 /// Returns the visibility of a pair by the method that serves its light, 255 lit .. 0 dark.
-/// @param map index into inputs.maps.maps, kByRays or kLitByProof
 /// @param receiver the sample's world triangle
-SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, int map, uint32_t lightIndex,
-                                  const Light& light, const glm::vec3& positionWorld,
-                                  const glm::vec3& normalWorld, uint32_t receiver,
-                                  VisibilityCounts& counts) {
-    if (map == kLitByProof) {
+SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, PairServer server,
+                                  uint32_t lightIndex, const Light& light,
+                                  const glm::vec3& positionWorld, const glm::vec3& normalWorld,
+                                  uint32_t receiver, VisibilityCounts& counts) {
+    switch (server.by()) {
+    case ServedBy::kProof:
         ++counts.provenCount;
         return kLit;
-    }
-    if (map < 0) {
+    case ServedBy::kRays: {
         ++counts.rayCount;
         const ShadowPair pair{positionWorld, normalWorld, pointAtLight(light, positionWorld),
                               receiver,      lightIndex,  light.kind == Light::kSun};
@@ -53,28 +46,31 @@ SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, int map, uint3
                    ? uint8_t(0)
                    : kLit;
     }
+    case ServedBy::kMap:
+        break;
+    }
     ++counts.lookupCount;
     ShadowMapTrace trace{};
-    const uint8_t visibility = lookupVisibility(inputs.maps, uint32_t(map), positionWorld,
+    const uint8_t visibility = lookupVisibility(inputs.maps, server.map(), positionWorld,
                                                 normalWorld, inputs.bias, &trace);
     counts.missingTapCount += trace.missingTapCount;
     return visibility;
 }
 
 /// Where recorded answers go, by pair; empty views: nothing is recorded.
-/// nextPair: sampleCount, the sample's first pair before, its last but one after; visibility, map
-/// (as answerPair takes it): pairCount.
+/// nextPair: sampleCount, the sample's first pair before, its last but one after; visibility,
+/// server: pairCount.
 struct PairRecorder {
     View<uint32_t> nextPair;
     View<uint8_t> visibility;
-    View<int> map;
+    View<PairServer> server;
 
-    SDAG_HD void add(uint32_t sample, uint8_t value, int by) const {
+    SDAG_HD void add(uint32_t sample, uint8_t value, PairServer by) const {
         if (nextPair.empty())
             return;
         const uint32_t pair = nextPair[sample]++;
         visibility[pair] = value;
-        map[pair] = by;
+        server[pair] = by;
     }
 };
 
@@ -87,7 +83,7 @@ struct ShadeSamples {
     ClusterView clusters;
     ClusterLightsView lists;
     View<const Light> lights;
-    View<const int> drawnMap; ///< by record: index into visibility.maps.maps, or kByRays
+    View<const PairServer> servers; ///< by record
     VisibilityInputs visibility;
     View<glm::vec3> color;   ///< width * height, linear radiance; zero where nothing is seen
     View<uint32_t> rayCount; ///< these five: clusterCount, zero before
@@ -96,30 +92,29 @@ struct ShadeSamples {
     View<uint32_t> missingTapCount;
     View<uint32_t> moverTestCount;
     PairRecorder recorder;
-    ShaftCounts* shaftCounts = nullptr; ///< on the host; the CPU adds what its shafts did, or null
 
-    /// Returns what serves entry `entry` of the lists, as answerPair takes it.
-    SDAG_HD int mapOf(uint32_t entry) const {
+    /// Returns what serves entry `entry` of the lists.
+    SDAG_HD PairServer serverOf(uint32_t entry) const {
         const uint32_t record = lists.record[entry];
-        return record == kProvenLit ? kLitByProof : drawnMap[record];
+        return record == kProvenLit ? PairServer::proof() : servers[record];
     }
 
     /// Returns what a light adds to a sample.
-    SDAG_HD glm::vec3 shadePair(uint32_t sample, int map, uint32_t lightIndex, const Light& light,
-                                VisibilityCounts& counts) const {
+    SDAG_HD glm::vec3 shadePair(uint32_t sample, PairServer server, uint32_t lightIndex,
+                                const Light& light, VisibilityCounts& counts) const {
         const glm::vec3 position = gbuffer.positionWorld[sample];
         const glm::vec3 normal = gbuffer.normalWorld[sample];
         if (!isPair(light, position, normal))
             return glm::vec3(0.0f);
-        const uint8_t seen = answerPair(visibility, map, lightIndex, light, position, normal,
+        const uint8_t seen = answerPair(visibility, server, lightIndex, light, position, normal,
                                         gbuffer.triangle[sample], counts);
-        return shadeAnswered(sample, map, light, seen);
+        return shadeAnswered(sample, server, light, seen);
     }
 
     /// Records the visibility of a pair and returns what the light then adds to the sample.
-    SDAG_HD glm::vec3 shadeAnswered(uint32_t sample, int map, const Light& light,
+    SDAG_HD glm::vec3 shadeAnswered(uint32_t sample, PairServer server, const Light& light,
                                     uint8_t seen) const {
-        recorder.add(sample, seen, map);
+        recorder.add(sample, seen, server);
         if (seen == 0)
             return glm::vec3(0.0f);
         const SurfaceColor& surface = materials[triangleMaterial[gbuffer.triangle[sample]]];
@@ -142,11 +137,11 @@ struct ShadeSamples {
         for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
             const uint32_t lightIndex = lists.lights[l];
             const Light light = lights[lightIndex];
-            const int map = mapOf(l);
+            const PairServer server = serverOf(l);
             for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1];
                  ++i) {
                 const uint32_t sample = clusters.samples[i];
-                color[sample] += shadePair(sample, map, lightIndex, light, counts);
+                color[sample] += shadePair(sample, server, lightIndex, light, counts);
             }
         }
         addCounts(cluster, counts);
@@ -161,7 +156,7 @@ struct ShadeSamples {
         VisibilityCounts counts;
         glm::vec3 sum = color[sample];
         for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l)
-            sum += shadePair(sample, mapOf(l), lists.lights[l], lights[lists.lights[l]], counts);
+            sum += shadePair(sample, serverOf(l), lists.lights[l], lights[lists.lights[l]], counts);
         color[sample] = sum;
         addCounts(cluster, counts);
     }

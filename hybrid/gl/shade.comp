@@ -29,16 +29,15 @@ layout(std430, binding = 0) readonly buffer Samples { Sample samples[]; };
 layout(std430, binding = 2) readonly buffer Lights { Light lights[]; };
 layout(std430, binding = 3) readonly buffer Surfaces { Surface surfaces[]; };
 layout(std430, binding = 4) readonly buffer ClusterStarts { uint clusterStarts[]; };
-layout(std430, binding = 7) readonly buffer ClusterLights { ivec2 clusterLights[]; }; // light, map
+layout(std430, binding = 7) readonly buffer ClusterLights { uvec2 clusterLights[]; }; // light, PairServer
 layout(std430, binding = 8) writeonly buffer Colors { float colors[]; };    // three a pixel
 layout(std430, binding = 9) buffer Counts { uint counts[]; }; // SDAG_COUNTS_PER_CLUSTER each
-// By pair: its light before; SDAG_ANSWERED, the map that answered and its visibility after.
+// By pair: its light before; SDAG_ANSWERED, its PairServer and its visibility after.
 layout(std430, binding = 10) buffer Pairs { uint pairs[]; };
 uniform uint sampleCount, isRecording;
 uniform float rayOffset;
 
 const uint kPoint = 0u, kSpot = 1u, kSun = 2u;
-const int kLitByProof = -2;
 const uint kRayCount = 0u, kLookupCount = 1u, kProvenCount = 2u, kMissingTapCount = 3u,
            kMoverTestCount = 4u;
 
@@ -115,8 +114,8 @@ void main() {
         counted[i] = 0u;
     uint nextPair = s.firstPair;
     for (uint l = clusterStarts[s.cluster]; l < clusterStarts[s.cluster + 1u]; ++l) {
-        int map = clusterLights[l].y;
-        uint lightIndex = uint(clusterLights[l].x);
+        uint lightIndex = clusterLights[l].x, server = clusterLights[l].y;
+        uint servedBy = server & ((1u << SDAG_SERVER_METHOD_BITS) - 1u);
         Light light = lights[lightIndex];
         // What the processor listed decides when it listed, so that answers stand where it looks.
         bool isAsked = isRecording != 0u
@@ -125,21 +124,20 @@ void main() {
         if (!isAsked)
             continue;
         uint visibility = 255u;
-        if (map == kLitByProof) {
+        if (servedBy == SDAG_SERVED_BY_PROOF) {
             ++counted[kProvenCount];
-        } else if (map < 0) {
+        } else if (servedBy == SDAG_SERVED_BY_RAYS) {
             ++counted[kRayCount];
             visibility = isDarkByRays(light, lightIndex, s.triangle, point, normal, counted[kMoverTestCount])
                              ? 0u
                              : 255u;
         } else {
             ++counted[kLookupCount];
-            visibility = lookupVisibility(uint(map), point, normal);
+            visibility = lookupVisibility(server >> SDAG_SERVER_METHOD_BITS, point, normal);
             counted[kMissingTapCount] += missingTapCount;
         }
         if (isRecording != 0u)
-            pairs[nextPair++] = SDAG_ANSWERED |
-                                uint(map + int(SDAG_MAP_OFFSET)) << SDAG_VISIBILITY_BITS | visibility;
+            pairs[nextPair++] = SDAG_ANSWERED | server << SDAG_VISIBILITY_BITS | visibility;
         if (visibility != 0u)
             sum += reflectedRadiance(light, point, normal, albedo, visibility);
     }

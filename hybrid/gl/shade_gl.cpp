@@ -32,9 +32,8 @@ constexpr uint32_t kCountsPerCluster = 5;
 constexpr uint32_t kDagBinding = 12, kPositionsBinding = 13, kTrianglesBinding = 14,
                    kMoversBinding = 15;
 static_assert(int(kMoversBinding) < kGlBindings); // the greatest of shade.comp's
-// Of a recorded pair's word, whose lower bits are those of answerPair's map + 2 and its visibility.
-constexpr uint32_t kAnswered = 1u << 31, kVisibilityBits = 8, kMapOffset = 2;
-static_assert(kMapOffset >= uint32_t(-kLitByProof));
+// Of a recorded pair's word, whose lower bits are those of its PairServer and its visibility.
+constexpr uint32_t kAnswered = 1u << 31, kVisibilityBits = 8;
 
 GlDefines shadeDefines(GlPages pages, const GlInfo& info) {
     GlDefines defines = numericDefines(info);
@@ -51,7 +50,9 @@ GlDefines shadeDefines(GlPages pages, const GlInfo& info) {
     add("SDAG_COUNTS_PER_CLUSTER", kCountsPerCluster);
     add("SDAG_ANSWERED", kAnswered);
     add("SDAG_VISIBILITY_BITS", kVisibilityBits);
-    add("SDAG_MAP_OFFSET", kMapOffset);
+    add("SDAG_SERVED_BY_RAYS", uint32_t(ServedBy::kRays));
+    add("SDAG_SERVED_BY_PROOF", uint32_t(ServedBy::kProof));
+    add("SDAG_SERVER_METHOD_BITS", PairServer::kMethodBits);
     return defines;
 }
 
@@ -97,9 +98,9 @@ void GlShading::upload(const ShadeSamples& work, View<const uint32_t> pairLights
     lights_.upload(work.lights);
     surfaces_.upload(work.materials);
     clusterStarts_.upload(work.lists.start);
-    std::vector<glm::ivec2> entries(work.lists.lights.count);
+    std::vector<glm::uvec2> entries(work.lists.lights.count);
     for (size_t l = 0; l < entries.size(); ++l)
-        entries[l] = {int(work.lists.lights[l]), work.mapOf(uint32_t(l))};
+        entries[l] = {work.lists.lights[l], work.serverOf(uint32_t(l)).word};
     clusterLights_.upload(entries);
     colors_.resize(work.color.count * sizeof(glm::vec3));
     colors_.fill(0);
@@ -135,7 +136,7 @@ void GlShading::download(const ShadeSamples& work) {
         [&](size_t pair) {
             const uint32_t answer = answers[pair] & ~kAnswered;
             work.recorder.visibility[pair] = uint8_t(answer & ((1u << kVisibilityBits) - 1));
-            work.recorder.map[pair] = int(answer >> kVisibilityBits) - int(kMapOffset);
+            work.recorder.server[pair].word = answer >> kVisibilityBits;
         },
         65536);
 }

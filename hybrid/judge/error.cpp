@@ -47,7 +47,7 @@ std::vector<Case> sampleRightPairs(const PairList& pairs, const std::vector<uint
 void checkSizes(const ErrorInputs& inputs, const std::vector<uint8_t>& truthVisibility) {
     const size_t count = inputs.pairs.count();
     for (const size_t size : {inputs.visibility.size(), inputs.pairRoute.size(),
-                              inputs.pairMap.size(), truthVisibility.size()})
+                              inputs.pairServer.size(), truthVisibility.size()})
         if (size != count)
             throw Error(ErrorKind::kUsage, "the error of " + std::to_string(count) +
                                                " pairs needs one answer a pair, got " +
@@ -153,7 +153,7 @@ ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame
     const ErrorInputs inputs{renderer.gbuffer(),     world.triangles(),
                              viewOf(world.lights()), frame.pairs,
                              frame.visibility,       frame.pairRoute,
-                             frame.pairMap,          {rays, renderer.shadowMaps(), options.bias}};
+                             frame.pairServer,       {rays, renderer.shadowMaps(), options.bias}};
     return computeError(inputs, truth, truthVisibility, options);
 }
 

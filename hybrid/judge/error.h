@@ -73,7 +73,7 @@ struct ErrorOptions {
 };
 
 /// A frame's answers and everything needed to ask again, as views on the host.
-/// visibility, pairRoute, pairMap: one per pair (FrameResult). triangles: what the DAG and the
+/// visibility, pairRoute, pairServer: one per pair (FrameResult). triangles: what the DAG and the
 /// truth were built from.
 struct ErrorInputs {
     GBufferView gbuffer;
@@ -82,7 +82,7 @@ struct ErrorInputs {
     const PairList& pairs;
     const std::vector<uint8_t>& visibility;
     const std::vector<Route>& pairRoute;
-    const std::vector<int>& pairMap;
+    const std::vector<PairServer>& pairServer;
     VisibilityInputs method;
 };
 

@@ -149,7 +149,7 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
         return q;
     }
-    q.map = uint32_t(inputs_.pairMap[pair]);
+    q.map = inputs_.pairServer[pair].map();
     const ShadowMapInfo& map = method.maps.maps[q.map];
     double texelWorld;
     if (isDark) {

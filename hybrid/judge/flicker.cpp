@@ -20,10 +20,16 @@ constexpr uint32_t kDrawnPerPoint = 2;
 // What serves an answer: a face resolution in texels, or one of these.
 constexpr uint32_t kServedByRays = 0, kServedByProof = 0xffffffffu;
 
-uint32_t servedBy(const ErrorInputs& inputs, int map) {
-    if (map == kLitByProof)
+uint32_t servedBy(const ErrorInputs& inputs, PairServer server) {
+    switch (server.by()) {
+    case ServedBy::kProof:
         return kServedByProof;
-    return map < 0 ? kServedByRays : inputs.method.maps.maps[size_t(map)].faceTexels;
+    case ServedBy::kRays:
+        return kServedByRays;
+    case ServedBy::kMap:
+        break;
+    }
+    return inputs.method.maps.maps[server.map()].faceTexels;
 }
 
 FlickerChange changeBetween(uint32_t before, uint32_t after) {
@@ -118,7 +124,7 @@ struct PointPairs {
     PairList pairs{{0}, {}};
     std::vector<uint8_t> visibility;
     std::vector<Route> route;
-    std::vector<int> map;
+    std::vector<PairServer> server;
 
     void addPoint(const glm::vec3& position, const glm::vec3& normal, uint32_t onTriangle) {
         positionWorld.push_back(position);
@@ -126,11 +132,11 @@ struct PointPairs {
         depthView.push_back(0.0f);
         triangle.push_back(onTriangle);
     }
-    void addPair(uint32_t light, uint8_t answer, int by) {
+    void addPair(uint32_t light, uint8_t answer, PairServer by) {
         pairs.light.push_back(light);
         visibility.push_back(answer);
-        route.push_back(by < 0 ? Route::kRays : Route::kMap);
-        map.push_back(by);
+        route.push_back(by.isMap() ? Route::kMap : Route::kRays);
+        server.push_back(by);
     }
     void endPoint() { pairs.sampleStart.push_back(pairs.light.size()); }
     GBufferView gbuffer() const {
@@ -139,7 +145,7 @@ struct PointPairs {
     }
     ErrorInputs inputs(const ErrorInputs& frame) const {
         return {gbuffer(),  frame.triangles, frame.lights, pairs,
-                visibility, route,           map,          frame.method};
+                visibility, route,           server,       frame.method};
     }
 };
 
@@ -186,7 +192,7 @@ void FlickerMeter::skip() {
 FlickerCounts FlickerMeter::add(const FlickerFrame& frame) {
     const ErrorInputs& inputs = frame.inputs;
     const size_t count = inputs.pairs.count();
-    if (inputs.visibility.size() != count || inputs.pairMap.size() != count ||
+    if (inputs.visibility.size() != count || inputs.pairServer.size() != count ||
         inputs.pairRoute.size() != count)
         throw Error(ErrorKind::kUsage,
                     "flicker of " + std::to_string(count) + " pairs needs one answer a pair, got " +
@@ -228,7 +234,7 @@ void FlickerMeter::draw(const FlickerFrame& frame) {
         list.addPoint(point.positionWorld, point.normalWorld, triangle);
         for (uint64_t p = inputs.pairs.sampleStart[sample];
              p < inputs.pairs.sampleStart[sample + 1]; ++p) {
-            list.addPair(inputs.pairs.light[p], inputs.visibility[p], inputs.pairMap[p]);
+            list.addPair(inputs.pairs.light[p], inputs.visibility[p], inputs.pairServer[p]);
             framePair.push_back(p);
             ++point.answerCount;
         }
@@ -243,7 +249,8 @@ void FlickerMeter::draw(const FlickerFrame& frame) {
         for (size_t i = begin; i < end; ++i)
             for (uint64_t p = list.pairs.sampleStart[i]; p < list.pairs.sampleStart[i + 1]; ++p) {
                 const bool dark = isDark(list.visibility[p]), truthDark = isDark(truth[p]);
-                answers_[p] = {list.pairs.light[p], servedBy(inputs, list.map[p]), dark, truthDark,
+                answers_[p] = {list.pairs.light[p], servedBy(inputs, list.server[p]), dark,
+                               truthDark,
                                dark == truthDark ? PairVerdict::kRight
                                                  : judge.judge(samples[i], framePair[p], dark)};
             }
@@ -317,13 +324,13 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
             }
             VisibilityCounts asked;
             const uint8_t visibility =
-                answerPair(inputs.method, inputs.pairMap[pair], lightIndex, light,
+                answerPair(inputs.method, inputs.pairServer[pair], lightIndex, light,
                            point.positionWorld, point.normalWorld, point.triangle, asked);
             if (asked.missingTapCount > 0) {
                 ++counts.missingTapCount;
                 continue;
             }
-            list.addPair(lightIndex, visibility, inputs.pairMap[pair]);
+            list.addPair(lightIndex, visibility, inputs.pairServer[pair]);
             before.push_back(a);
         }
         list.endPoint();
@@ -341,8 +348,8 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
                 continue;
             }
             const bool dark = isDark(list.visibility[p]);
-            FlickerCounts::Class& of =
-                counts.byChange[size_t(changeBetween(was.servedBy, servedBy(inputs, list.map[p])))];
+            FlickerCounts::Class& of = counts.byChange[size_t(
+                changeBetween(was.servedBy, servedBy(inputs, list.server[p])))];
             ++of.answerCount;
             if (dark == was.isDark)
                 continue;

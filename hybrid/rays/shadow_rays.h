@@ -21,9 +21,8 @@ enum class RayKind : uint8_t {
 
 /// How many rays are asked together on the CPU. Changes no answer.
 enum class RayBatch : uint8_t {
-    kSingle, ///< one by one, as those to suns always
+    kSingle, ///< one by one
     kStream, ///< those of a cluster and a light in streams
-    kShaft   ///< the same behind shafts, which prove whole clusters and parts of them lit or dark
 };
 
 /// How the rays of a frame are asked; the same for all of them.
@@ -31,8 +30,7 @@ struct RayOptions {
     float offset = 1.0f;             ///< in units of the derived offset, dag_trace.h
     uint32_t level = 0;              ///< level of detail: cells of 2^level voxels; kFixed only
     RayKind kind = RayKind::kVoxels; ///< exact rays use neither offset nor level of detail
-    /// Of voxel rays of level 0, kFixed; others go one by one. Streams alone are the faster by a
-    /// tenth where they were measured (`bench voxel`, section frame).
+    /// Of voxel rays of level 0, kFixed; others go one by one.
     RayBatch batch = RayBatch::kStream;
     LodRule lod = LodRule::kFixed;
     float footprintScale = 1.0f; ///< kFootprint, kCoverage: footprints are multiplied by this

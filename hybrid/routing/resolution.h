@@ -22,8 +22,8 @@
 // infinite resolution, with it one texel for its pixel.
 #pragma once
 
-#include "hybrid/gbuffer/lights.h"
-#include "hybrid/gbuffer/pixel_footprint.h"
+#include "hybrid/clusters/cluster_lights.h"
+#include "hybrid/routing/pixel_footprint.h"
 #include "shadowmap/sun_window.h"
 
 #include <bit>

@@ -253,13 +253,13 @@ AskedAgain askMapsAgain(const FailStage& stage, const FailOutcome& outcome,
     AskedAgain asked{};
     uint64_t darkCount = 0;
     forPairs(outcome.frame.pairs, [&](size_t sample, uint64_t pair, uint32_t) {
-        const int map = outcome.frame.pairMap[pair];
-        ASSERT_NE(map, kNone);
+        const PairServer server = outcome.frame.pairServer[pair];
+        ASSERT_TRUE(server.isMap());
         ShadowMapTrace trace;
         const glm::vec3 normal =
             withNormals ? glm::vec3(gbuffer.normalWorld[sample]) : glm::vec3(0.0f);
         const uint8_t visibility =
-            lookupVisibility(stage.renderer->shadowMaps(), uint32_t(map),
+            lookupVisibility(stage.renderer->shadowMaps(), server.map(),
                              gbuffer.positionWorld[sample], normal, bias, &trace);
         darkCount += visibility < kHalfLit && outcome.truth[pair] >= kHalfLit;
         asked.missingTapCount += trace.missingTapCount;

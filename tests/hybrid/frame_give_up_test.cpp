@@ -53,7 +53,7 @@ void expectEqual(const FrameResult& a, const FrameResult& b) {
     EXPECT_EQ(a.pairs.sampleStart, b.pairs.sampleStart);
     EXPECT_EQ(a.pairs.light, b.pairs.light);
     EXPECT_EQ(a.visibility, b.visibility);
-    EXPECT_EQ(a.pairMap, b.pairMap);
+    EXPECT_EQ(a.pairServer, b.pairServer);
     ASSERT_EQ(a.maps.size(), b.maps.size());
     for (size_t i = 0; i < a.maps.size(); ++i) {
         EXPECT_EQ(a.maps[i].route, b.maps[i].route) << i;

@@ -67,9 +67,9 @@ TEST(FrameInsight, ProjectionMapsHoldTheCellOfEveryPair) {
     EXPECT_LT(setCount, size_t(words.count) * 32) << "all cells are set: nothing is told";
     for (size_t s = 0; s < gbuffer.count(); ++s)
         for (uint64_t p = frame.pairs.sampleStart[s]; p < frame.pairs.sampleStart[s + 1]; ++p) {
-            const int map = frame.pairMap[p];
-            if (map < 0)
+            if (!frame.pairServer[p].isMap())
                 continue;
+            const uint32_t map = frame.pairServer[p].map();
             const glm::vec3 d = gbuffer.positionWorld[s] - maps.maps[map].lightPositionWorld;
             const uint32_t face = faceOf(d);
             const glm::vec3 q = faceFromLight(face, d);

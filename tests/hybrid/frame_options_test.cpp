@@ -115,7 +115,7 @@ TEST(Frame, SeveralMapsALightServeEveryPairByItsOctaveWithFewerTexels) {
     EXPECT_EQ(samples, sampleOfOne);
     EXPECT_EQ(pairs, four.pairs.count());
     for (size_t p = 0; p < four.pairs.count(); ++p)
-        ASSERT_EQ(four.maps[four.pairMap[p]].quantities.light, four.pairs.light[p]);
+        ASSERT_EQ(four.maps[four.pairServer[p].map()].quantities.light, four.pairs.light[p]);
 }
 
 TEST(Frame, ReorderedLightListsChangeNoAnswerAndColoursByRoundingAlone) {
@@ -133,7 +133,7 @@ TEST(Frame, ReorderedLightListsChangeNoAnswerAndColoursByRoundingAlone) {
         EXPECT_EQ(ordered.color, again.color);
         EXPECT_EQ(ordered.pairs.light, plain.pairs.light);
         EXPECT_EQ(ordered.visibility, plain.visibility);
-        EXPECT_EQ(ordered.pairMap, plain.pairMap);
+        EXPECT_EQ(ordered.pairServer, plain.pairServer);
         EXPECT_EQ(ordered.counts.pairCount, plain.counts.pairCount);
         for (size_t i = 0; i < plain.color.size(); ++i)
             for (int c = 0; c < 3; ++c)

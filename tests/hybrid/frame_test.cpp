@@ -128,7 +128,7 @@ TEST(Frame, MixesBothMethodsAsTheModelSays) {
     ASSERT_EQ(mixed.pairs.light, rays.pairs.light);
     for (size_t pair = 0; pair < mixed.pairs.count(); ++pair) {
         const bool isTraced = mixed.pairRoute[pair] == Route::kRays;
-        ASSERT_EQ(isTraced, mixed.pairMap[pair] == kByRays);
+        ASSERT_EQ(isTraced, mixed.pairServer[pair] == PairServer::rays());
         ASSERT_EQ(mixed.visibility[pair], (isTraced ? rays : maps).visibility[pair]);
     }
 }

@@ -63,7 +63,7 @@ struct HandFrame {
     PairList pairs;
     std::vector<uint8_t> visibility;
     std::vector<Route> route;
-    std::vector<int> pairMap;
+    std::vector<PairServer> pairServer;
     Dag dag;
     std::vector<ShadowMapInfo> maps;
     std::vector<uint32_t> pageTable, depths;
@@ -72,13 +72,14 @@ struct HandFrame {
     ShadowMapBias bias{0.0f, 1};
 
     HandFrame() { pairs.sampleStart.push_back(0); }
-    void add(const glm::vec3& sample, const glm::vec3& light, uint32_t receiver, int map = -1) {
+    void add(const glm::vec3& sample, const glm::vec3& light, uint32_t receiver,
+             PairServer server = PairServer::rays()) {
         row.add(sample, {0, 1, 0}, receiver);
         pairs.light.push_back(uint32_t(lights.size()));
         pairs.sampleStart.push_back(pairs.light.size());
         lights.push_back(pointLight(light));
-        pairMap.push_back(map);
-        route.push_back(map < 0 ? Route::kRays : Route::kMap);
+        pairServer.push_back(server);
+        route.push_back(server.isMap() ? Route::kMap : Route::kRays);
     }
     ErrorInputs inputs() const {
         return {row.view(),
@@ -87,7 +88,7 @@ struct HandFrame {
                 pairs,
                 visibility,
                 route,
-                pairMap,
+                pairServer,
                 {RayInputs{dag.view(), rays},
                  {viewOf(maps), viewOf(pageTable), viewOf(depths), pageTexelsLog2},
                  bias}};
@@ -97,7 +98,7 @@ struct HandFrame {
         VisibilityCounts counts;
         visibility.clear();
         for (size_t i = 0; i < lights.size(); ++i)
-            visibility.push_back(answerPair(inputs().method, pairMap[i], uint32_t(i), lights[i],
+            visibility.push_back(answerPair(inputs().method, pairServer[i], uint32_t(i), lights[i],
                                             row.position[i], row.normal[i], row.triangle[i],
                                             counts));
     }
@@ -132,7 +133,9 @@ struct MapFrame : HandFrame {
         const auto cell = [](float s) { return uint32_t((s / 10.0f + 1.0f) * 8.0f); };
         return 3 * kTexels * kTexels + cell(x) * kTexels + cell(z);
     }
-    void addPair(float x, float z) { add({x, 0, z}, {0, 10, 0}, z >= x ? 0 : 1, 0); }
+    void addPair(float x, float z) {
+        add({x, 0, z}, {0, 10, 0}, z >= x ? 0 : 1, PairServer::drawnMap(0));
+    }
     /// Stores a surface at depth z below the light.
     void store(float x, float z, float depth) {
         const float w = 1.0f / depth;

@@ -71,7 +71,7 @@ TEST_P(GuessedListsOn, GiveTheFramesOfListsThatAreAsked) {
                     EXPECT_EQ(a.color, g.color);
                     EXPECT_EQ(a.visibility, g.visibility);
                     EXPECT_EQ(a.pairs.light, g.pairs.light);
-                    EXPECT_EQ(a.pairMap, g.pairMap);
+                    EXPECT_EQ(a.pairServer, g.pairServer);
                     EXPECT_EQ(a.counts.sampleCount, g.counts.sampleCount);
                     EXPECT_EQ(a.counts.clusterCount, g.counts.clusterCount);
                     EXPECT_EQ(a.counts.clusterLightCount, g.counts.clusterLightCount);

@@ -53,7 +53,7 @@ void addShaded(Snapshot& snapshot, FrameState& state, const FrameOptions& option
     snapshot.add("pair start", result.pairs.sampleStart);
     snapshot.add("pair lights", result.pairs.light);
     snapshot.add("pair visibility", result.visibility);
-    snapshot.add("pair maps", result.pairMap);
+    snapshot.add("pair maps", result.pairServer);
     shading.lists = orderLights(state.backend, state.lists.view(), state.scene.lightBvh(),
                                 shading.lights.count, state.orderedLights);
     snapshot.add("ordered cluster lights", state.orderedLights.lights);
@@ -127,7 +127,7 @@ void addFrame(Snapshot& snapshot, const FrameResult& frame) {
     for (const Route route : frame.pairRoute)
         routes.push_back(uint32_t(route));
     snapshot.add("pair routes", routes);
-    snapshot.add("pair maps", frame.pairMap);
+    snapshot.add("pair maps", frame.pairServer);
     snapshot.add("visibility", frame.visibility);
     snapshot.addNear("colour", frame.color, kColorTolerance);
     const FrameCounts& counts = frame.counts;

@@ -71,7 +71,7 @@ TEST(SharedScene, RenderersFindWhatThoseOfTheirOwnFindFrameByFrame) {
             const FrameResult a = sharing[k]->render(roomCamera(), *model, options),
                               b = own[k]->render(roomCamera(), *model, options);
             EXPECT_EQ(a.visibility, b.visibility);
-            EXPECT_EQ(a.pairMap, b.pairMap);
+            EXPECT_EQ(a.pairServer, b.pairServer);
             EXPECT_EQ(a.color, b.color);
             EXPECT_EQ(a.counts.maps.triangleDrawCount, b.counts.maps.triangleDrawCount);
             EXPECT_EQ(a.counts.maps.keptMapCount, b.counts.maps.keptMapCount);

@@ -115,7 +115,7 @@ TEST(ExactTies, EveryTracerStopsExactlyWhatTouches) {
 // directions: what it proves holds exactly, ties included.
 TEST(ExactTies, ShaftsProveNothingThatIntegersDeny) {
     const TwoForms forms(clusterDag());
-    size_t lit = 0, dark = 0, made = 0;
+    size_t lit = 0, made = 0;
     for (const glm::vec3 target : {glm::vec3(10, 10, 10), {16, 16, 16}, {8, 24, 9}, {24, 8, 24}})
         for (int d = 0; d < 27; ++d) {
             if (d == 13)
@@ -156,31 +156,14 @@ TEST(ExactTies, ShaftsProveNothingThatIntegersDeny) {
             if (!shaft.make(starts, base, viewOf(all), light))
                 continue;
             ++made;
-            size_t touching = 0, near = 0;
-            for (const DagSegment& s : segments) {
-                touching += touchesExactly(s, 0);
-                near +=
-                    touchesExactly(s, 2.0 * double(slabMargin(segmentScale(forms.dag.grid, s))));
-            }
-            std::vector<WideCell> cut;
-            if (shaft.isEmpty(forms.wide.view(), forms.root(), cut)) {
-                EXPECT_EQ(touching, 0u) << "direction " << d;
-                ++lit;
+            if (!shaft.isEmpty(forms.wide.view()))
                 continue;
-            }
-            DagHit hit;
+            ++lit;
             for (const DagSegment& s : segments)
-                if (occluded(forms.view(), s, 0, &hit)) {
-                    if (shaft.isParted(forms.wide.view(), forms.root(), hit.cell)) {
-                        EXPECT_EQ(near, segments.size()) << "direction " << d;
-                        ++dark;
-                    }
-                    break;
-                }
+                EXPECT_EQ(touchesExactly(s, 0), 0u) << "direction " << d;
         }
     EXPECT_GT(made, 60u);
     EXPECT_GT(lit, 10u);
-    RecordProperty("proven_dark", int(dark));
 }
 
 } // namespace

@@ -2,9 +2,8 @@
 #include "tools/bench/bench_frame.h"
 
 #include "cuda/thread_clock.h"
-#include "hybrid/clusters/pairs.h"
-#include "hybrid/gbuffer/lights.h"
-#include "voxel/shaft_receivers.h"
+#include "hybrid/clusters/cluster_lights.h"
+#include "hybrid/clusters/cluster_rays.h"
 
 #include <cstdio>
 
@@ -23,9 +22,9 @@ struct ClusterLight {
     uint32_t pairCount;
 };
 
-/// What is asked: a sample and a light a pair, by cluster, light, then as shafts sort samples.
+/// What is asked: a sample and a light a pair, by cluster, light, then as streams sort samples.
 struct FramePairs {
-    std::vector<uint32_t> samples; ///< by cluster, in the order of shafts
+    std::vector<uint32_t> samples; ///< by cluster, in the order of ReceiverGroups
     std::vector<uint32_t> sampleStart;
     std::vector<ClusterLight> asked;
     std::vector<uint8_t> isAsked;
@@ -46,50 +45,25 @@ public:
     size_t clusterCount() const { return clusters_.count(); }
     size_t sampleCount() const { return pairs_.samples.size(); }
 
-    /// By shafts, parts of clusters and streams; where only proofs are asked for, kUnproven.
-    std::vector<uint8_t> byShafts(bool onlyProofs, double& seconds, ShaftCounts& counts) {
-        std::vector<uint8_t> answers(pairs_.pairCount);
-        std::vector<uint8_t> blocked;
-        const double start = threadSeconds();
-        for (size_t a = 0; a < pairs_.asked.size();) {
-            const uint32_t cluster = pairs_.asked[a].cluster;
-            prepare(cluster);
-            blocked.resize(receivers_.count());
-            for (; a < pairs_.asked.size() && pairs_.asked[a].cluster == cluster; ++a) {
-                const ClusterLight& c = pairs_.asked[a];
-                const View<const uint8_t> isAsked{&pairs_.isAsked[c.firstMask], blocked.size()};
-                receivers_.answer(
-                    dag_, world_.lights()[c.light].positionWorld, isAsked, viewOf(blocked), counts,
-                    onlyProofs ? ShaftReceivers::kOnlyProofs : ShaftReceivers::kProofsAndRays);
-                size_t next = c.firstPair;
-                for (size_t i = 0; i < blocked.size(); ++i)
-                    if (isAsked[i])
-                        answers[next++] = blocked[i];
-            }
-        }
-        seconds = threadSeconds() - start;
-        return answers;
-    }
-
-    /// By streams of the same segments, a cluster and light at a time.
+    /// By streams, a cluster and light at a time, as frames do.
     std::vector<uint8_t> byStreams(double& seconds) {
-        std::vector<uint8_t> answers(pairs_.pairCount);
-        std::vector<uint32_t> which;
-        std::vector<DagSegment> segments;
+        std::vector<uint8_t> answers(pairs_.pairCount), isDark;
+        const RayInputs inputs{dag_, {}};
+        ClusterRays rays(gbuffer_, inputs);
         const double start = threadSeconds();
         for (size_t a = 0; a < pairs_.asked.size();) {
             const uint32_t cluster = pairs_.asked[a].cluster;
-            prepare(cluster);
+            const View<const uint32_t> samples = samplesOf(cluster);
+            rays.setCluster(samples);
+            isDark.resize(samples.count);
             for (; a < pairs_.asked.size() && pairs_.asked[a].cluster == cluster; ++a) {
                 const ClusterLight& c = pairs_.asked[a];
-                which.clear();
-                for (uint32_t i = 0; i < receivers_.count(); ++i)
-                    if (pairs_.isAsked[c.firstMask + i])
-                        which.push_back(i);
-                segments.resize(which.size());
-                receivers_.starts().segments(world_.lights()[c.light].positionWorld, viewOf(which),
-                                             segments.data());
-                traceStream(dag_, viewOf(segments), {&answers[c.firstPair], which.size()});
+                const View<const uint8_t> isAsked{&pairs_.isAsked[c.firstMask], samples.count};
+                rays.answer(c.light, world_.lights()[c.light], isAsked, viewOf(isDark));
+                size_t next = c.firstPair;
+                for (size_t i = 0; i < samples.count; ++i)
+                    if (isAsked[i])
+                        answers[next++] = isDark[i];
             }
         }
         seconds = threadSeconds() - start;
@@ -106,8 +80,8 @@ public:
         return answers;
     }
 
-    /// By rtcOccluded16; of pairs already known (not kUnproven) nothing is asked.
-    std::vector<uint8_t> byEmbree(const std::vector<uint8_t>* known, double& seconds) {
+    /// By rtcOccluded16.
+    std::vector<uint8_t> byEmbree(double& seconds) {
         std::vector<uint8_t> answers(pairs_.pairCount);
         std::vector<WorldSegment> chunk;
         std::vector<size_t> pairOf;
@@ -124,14 +98,10 @@ public:
         };
         size_t pair = 0;
         forEachPair([&](const ClusterLight& c, uint32_t sample) {
-            if (known && (*known)[pair] != ShaftReceivers::kUnproven) {
-                answers[pair] = (*known)[pair];
-            } else {
-                const DagSegment s = segment(c, sample);
-                chunk.push_back({glm::vec3(dag_.grid.worldFromVoxel(glm::dvec3(s.from))),
-                                 glm::vec3(dag_.grid.worldFromVoxel(glm::dvec3(s.to)))});
-                pairOf.push_back(pair);
-            }
+            const DagSegment s = segment(c, sample);
+            chunk.push_back({glm::vec3(dag_.grid.worldFromVoxel(glm::dvec3(s.from))),
+                             glm::vec3(dag_.grid.worldFromVoxel(glm::dvec3(s.to)))});
+            pairOf.push_back(pair);
             ++pair;
             if (chunk.size() == kChunkRays)
                 flush();
@@ -151,37 +121,27 @@ public:
     }
 
 private:
-    void prepare(uint32_t cluster) {
-        receivers_.reset(dag_.grid, 1.0f);
-        for (uint32_t i = pairs_.sampleStart[cluster]; i < pairs_.sampleStart[cluster + 1]; ++i) {
-            const uint32_t s = pairs_.samples[i];
-            receivers_.add(gbuffer_.positionWorld[s], gbuffer_.normalWorld[s],
-                           s % gbuffer_.width % kTileSize, s / gbuffer_.width % kTileSize);
-        }
-        receivers_.build();
+    View<const uint32_t> samplesOf(uint32_t cluster) const {
+        const uint32_t begin = pairs_.sampleStart[cluster];
+        return {&pairs_.samples[begin], pairs_.sampleStart[cluster + 1] - begin};
     }
 
     void listPairs() {
         FramePairs& p = pairs_;
+        ReceiverGroups receivers;
         p.sampleStart.assign(1, 0);
         for (uint32_t cluster = 0; cluster < clusters_.count(); ++cluster) {
-            // Sorted as shafts sort: rays that are neighbours in a packet are then neighbours in
-            // an 8 x 8 block of pixels.
+            // Rays that are neighbours in a packet are then neighbours in an 8 x 8 block of pixels.
             const uint32_t begin = clusters_.sampleStart[cluster],
                            count = clusters_.sampleCount(cluster);
-            receivers_.reset(dag_.grid, 1.0f);
-            for (uint32_t i = begin; i < begin + count; ++i) {
-                const uint32_t s = clusters_.samples[i];
-                receivers_.add(gbuffer_.positionWorld[s], gbuffer_.normalWorld[s],
-                               s % gbuffer_.width % kTileSize, s / gbuffer_.width % kTileSize);
-            }
-            receivers_.build();
-            for (const uint32_t i : receivers_.order())
+            setReceivers(gbuffer_, {clusters_.samples.data + begin, count}, {dag_, {}}, receivers);
+            for (const uint32_t i : receivers.order())
                 p.samples.push_back(clusters_.samples[begin + i]);
             p.sampleStart.push_back(uint32_t(p.samples.size()));
             for (uint32_t l = 0; l < world_.lights().size(); ++l) {
                 const Light& light = world_.lights()[l];
-                if (light.kind == Light::kSun || // neither streams nor shafts are for suns
+                if (light.kind ==
+                        Light::kSun || // Embree is given finished segments: no end, no ray
                     !mayReach(light, clusters_.boxesWorld[cluster]))
                     continue;
                 ClusterLight asked{cluster, l, p.isAsked.size(), p.pairCount, 0};
@@ -222,7 +182,6 @@ private:
     DagView dag_;
     const EmbreeBaseline& embree_;
     FramePairs pairs_;
-    ShaftReceivers receivers_;
 };
 
 } // namespace
@@ -231,35 +190,24 @@ Json runFrameBench(const BenchView& view, const World& world, const DagView& dag
                    const EmbreeBaseline& embree, int repeats) {
     FrameBench bench(view, world, dag, embree);
     const double pairCount = double(bench.pairCount());
-    enum Method { kShafts, kStreams, kEmbree, kEmbreeShafts, kMethodCount };
-    const char* const names[] = {"shafts and streams", "streams", "rtcOccluded16",
-                                 "rtcOccluded16 behind shafts"};
+    enum Method { kStreams, kEmbree, kMethodCount };
+    const char* const names[] = {"streams", "rtcOccluded16"};
     std::vector<uint8_t> answers[kMethodCount];
-    std::vector<double> seconds[kMethodCount], proofSeconds;
-    ShaftCounts counts;
+    std::vector<double> seconds[kMethodCount];
     // The first time verifies and warms up.
     for (int r = -1; r < repeats; ++r) {
-        double s[kMethodCount], proofs;
-        ShaftCounts ignored;
-        answers[kShafts] = bench.byShafts(false, s[kShafts], r < 0 ? counts : ignored);
+        double s[kMethodCount];
         answers[kStreams] = bench.byStreams(s[kStreams]);
-        answers[kEmbree] = bench.byEmbree(nullptr, s[kEmbree]);
-        const std::vector<uint8_t> known = bench.byShafts(true, proofs, ignored);
-        answers[kEmbreeShafts] = bench.byEmbree(&known, s[kEmbreeShafts]);
-        s[kEmbreeShafts] += proofs;
+        answers[kEmbree] = bench.byEmbree(s[kEmbree]);
         checkInterrupted();
         if (r < 0) {
-            const std::vector<uint8_t> single = bench.bySingleRays();
-            for (const Method m : {kShafts, kStreams})
-                if (answers[m] != single)
-                    throw Error(ErrorKind::kInput,
-                                std::string("bench voxel: ") + names[m] +
-                                    " and occluded differ over a frame; please report the scene");
+            if (answers[kStreams] != bench.bySingleRays())
+                throw Error(ErrorKind::kInput, "bench voxel: streams and occluded differ over a "
+                                               "frame; please report the scene");
             continue;
         }
         for (int m = 0; m < kMethodCount; ++m)
             seconds[m].push_back(s[m]);
-        proofSeconds.push_back(proofs);
     }
 
     Json methods = Json::array();
@@ -280,28 +228,15 @@ Json runFrameBench(const BenchView& view, const World& world, const DagView& dag
              {"disagreement_share", pairCount > 0 ? double(differs) / pairCount : 0.0}});
     }
     uint64_t shares[3] = {};
-    bench.trueShares(answers[kShafts], shares);
+    bench.trueShares(answers[kStreams], shares);
     const auto share = [&](uint64_t count) {
         return pairCount > 0 ? double(count) / pairCount : 0.0;
     };
-    const double asked = double(bench.clusterLightCount());
-    return {{"pair_count", bench.pairCount()},
-            {"cluster_count", bench.clusterCount()},
-            {"sample_count", bench.sampleCount()},
-            {"cluster_light_count", bench.clusterLightCount()},
-            {"proven_lit_cluster_light_count", counts.litCount},
-            {"proven_dark_cluster_light_count", counts.darkCount},
-            {"proven_lit_share", share(counts.litPairCount)},
-            {"proven_dark_share", share(counts.darkPairCount)},
-            {"true_lit_share", share(shares[0])},
-            {"true_dark_share", share(shares[1])},
-            {"true_mixed_share", share(shares[2])},
-            {"shaft_count", counts.shaftCount},
-            {"mean_cut_cell_count",
-             counts.cutCount > 0 ? double(counts.cutCellCount) / double(counts.cutCount) : 0.0},
-            {"proof_us_per_cluster_light",
-             asked > 0 ? 1e6 * Spread::of(proofSeconds).median / asked : 0.0},
-            {"methods", std::move(methods)}};
+    return {
+        {"pair_count", bench.pairCount()},      {"cluster_count", bench.clusterCount()},
+        {"sample_count", bench.sampleCount()},  {"cluster_light_count", bench.clusterLightCount()},
+        {"true_lit_share", share(shares[0])},   {"true_dark_share", share(shares[1])},
+        {"true_mixed_share", share(shares[2])}, {"methods", std::move(methods)}};
 }
 
 void printFrameBench(std::ostream& out, const Json& result) {
@@ -316,18 +251,9 @@ void printFrameBench(std::ostream& out, const Json& result) {
         number(result, "cluster_count"));
     out << line;
     std::snprintf(line, sizeof line,
-                  "pairs in cluster-light pairs wholly lit %.1f %%, dark %.1f %%, mixed %.1f %%; "
-                  "pairs proven lit %.1f %%, dark %.1f %%\n",
+                  "pairs in cluster-light pairs wholly lit %.1f %%, dark %.1f %%, mixed %.1f %%\n",
                   100 * number(result, "true_lit_share"), 100 * number(result, "true_dark_share"),
-                  100 * number(result, "true_mixed_share"),
-                  100 * number(result, "proven_lit_share"),
-                  100 * number(result, "proven_dark_share"));
-    out << line;
-    std::snprintf(line, sizeof line,
-                  "proofs: %.2f us a cluster-light pair, %.2f shafts each; cuts of %.1f cells\n",
-                  number(result, "proof_us_per_cluster_light"),
-                  number(result, "shaft_count") / number(result, "cluster_light_count"),
-                  number(result, "mean_cut_cell_count"));
+                  100 * number(result, "true_mixed_share"));
     out << line;
     std::snprintf(line, sizeof line, "%-28s %9s %9s   %9s %9s %10s %12s\n", "one thread",
                   "ns / pair", "s (min", "median", "max)", "Embree/it", "disagreement");

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole-frame part of `shadowdag bench voxel`: all (sample, light) pairs of a frame on one
-// thread, by shafts and streams, by streams alone, by Embree's rtcOccluded16, and by that with our
-// shafts in front.
+// thread, by streams and by Embree's rtcOccluded16.
 #pragma once
 
 #include "hybrid/judge/embree_baseline.h"
@@ -17,7 +16,7 @@ namespace shadowdag {
 /// Verifies the answers, then measures seconds of processor for the visibility of all pairs of a
 /// view, methods interleaved. Ours starts from samples, normals and which lights a sample asks for;
 /// Embree from finished segments in packets of like rays: its packing is not timed. Returns the
-/// measurements as JSON. Throws Error kInput when an answer by shafts differs from the same ray's.
+/// measurements as JSON. Throws Error kInput when an answer by streams differs from the same ray's.
 /// @param dag as frames trace it, with its wide form
 /// @param embree over the triangles that the DAG holds
 Json runFrameBench(const BenchView& view, const World& world, const DagView& dag,

@@ -15,9 +15,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-COLORS = {"shafts and streams": "#0072B2", "streams": "#56B4E9", "rtcOccluded16": "#D55E00",
-          "rtcOccluded16 behind shafts": "#E69F00"}
-HATCHES = {"shafts and streams": "////", "streams": "", "rtcOccluded16": "", "rtcOccluded16 behind shafts": "////"}
+COLORS = {"streams": "#56B4E9", "rtcOccluded16": "#D55E00"}
 
 
 def main(arguments):
@@ -35,8 +33,8 @@ def main(arguments):
         start = y
         for method in frame["methods"]:
             name = method["method"]
-            axes.barh(y, method["ns_per_pair"], 0.85, color=COLORS[name], hatch=HATCHES[name], edgecolor="black",
-                      linewidth=0.4, label=name if result is results[0] else None)
+            axes.barh(y, method["ns_per_pair"], 0.85, color=COLORS[name], edgecolor="black", linewidth=0.4,
+                      label=name if result is results[0] else None)
             axes.annotate("{:.0f}".format(method["ns_per_pair"]), (method["ns_per_pair"], y), xytext=(2, 0),
                           textcoords="offset points", va="center", fontsize=6)
             y -= 1

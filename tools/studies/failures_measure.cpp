@@ -162,7 +162,7 @@ private:
                                  answers.frame.pairs,
                                  answers.frame.visibility,
                                  answers.frame.pairRoute,
-                                 answers.frame.pairMap,
+                                 answers.frame.pairServer,
                                  answers.method};
         ErrorOptions options;
         options.nullSampleCount = 0;

@@ -65,7 +65,7 @@ const std::vector<Key>& keys() {
          [](CellSetup& s, Text k, Text v) { parseLod(k, v).apply(s.frame.rays); }},
         {{"ray_batch", "RayOptions::batch: how many rays are asked together", {kDag, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
-             s.frame.rays.batch = RayBatch(oneOf(k, v, {"single", "stream", "shaft"}));
+             s.frame.rays.batch = RayBatch(oneOf(k, v, {"single", "stream"}));
          }},
         {{"movers", "off: rays are not held against what moves (no option)", {kDag, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.hasMovers = isOn(k, v); }},

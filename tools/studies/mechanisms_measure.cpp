@@ -158,7 +158,7 @@ private:
                                  result.pairs,
                                  result.visibility,
                                  result.pairRoute,
-                                 result.pairMap,
+                                 result.pairServer,
                                  answers.method};
         if (row_.metric == GainMetric::kFlicker)
             addFlicker(flicker.add({inputs, scene_.camera()}), reading);

@@ -176,7 +176,7 @@ private:
             frame_.pairs,
             frame_.visibility,
             frame_.pairRoute,
-            frame_.pairMap,
+            frame_.pairServer,
             {renderer.rayInputs(setup_.frame.rays), renderer.shadowMaps(), setup_.frame.bias}};
         ErrorOptions options;
         options.nullSampleCount = 0;
@@ -225,7 +225,7 @@ private:
                 }
                 if (inputs.pairRoute[p] != Route::kRays)
                     one["face_texels"] =
-                        inputs.method.maps.maps[size_t(inputs.pairMap[p])].faceTexels;
+                        inputs.method.maps.maps[inputs.pairServer[p].map()].faceTexels;
                 unnamed_.push_back(std::move(one));
             }
     }

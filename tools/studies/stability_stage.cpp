@@ -126,7 +126,7 @@ StabilityMethod::measure(StabilityStage& stage, std::vector<uint8_t>& truth,
         result.frame.pairs,
         result.frame.visibility,
         result.frame.pairRoute,
-        result.frame.pairMap,
+        result.frame.pairServer,
         {renderer.rayInputs(setup_.frame.rays), renderer.shadowMaps(), setup_.frame.bias}};
     ErrorOptions options;
     options.nullSampleCount = 0;

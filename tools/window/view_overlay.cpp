@@ -122,7 +122,7 @@ struct ChosenMap {
 
 ChosenMap chooseMap(const OverlayInputs& in) {
     ChosenMap chosen;
-    const std::vector<int> drawn = drawnMaps(in.frame.maps);
+    const std::vector<PairServer> servers = serversOf(in.frame.maps);
     uint64_t most = 0;
     for (size_t r = 0; r < in.frame.maps.size(); ++r) {
         const MapRecord& map = in.frame.maps[r];
@@ -132,7 +132,7 @@ ChosenMap chooseMap(const OverlayInputs& in) {
             in.request.light < 0 || map.quantities.light == uint32_t(in.request.light);
         if (isOf && (chosen.record < 0 || map.quantities.samples > most)) {
             most = map.quantities.samples;
-            chosen = {int(r), drawn[r]};
+            chosen = {int(r), int(servers[r].map())};
         }
     }
     return chosen;

@@ -48,14 +48,14 @@ public:
           rays_(renderer.rayInputs(voxelOptions(options))), exact_(renderer.exact()),
           maps_(renderer.shadowMaps()) {}
 
-    std::vector<PairAnswer> tell(const ShadowPair& pair, int map) const {
+    std::vector<PairAnswer> tell(const ShadowPair& pair, PairServer server) const {
         std::vector<PairAnswer> answers;
         if (rays_.dag.rootAddress != kNoNode)
             answers.push_back(byVoxels(pair));
         if (exact_.tree.words.count > 0)
             answers.push_back(byTriangles(pair));
-        answers.push_back(map >= 0 ? byMap(pair, map)
-                                   : PairAnswer{"maps", -1, 0, "no map of it is drawn"});
+        answers.push_back(server.isMap() ? byMap(pair, server.map())
+                                         : PairAnswer{"maps", -1, 0, "no map of it is drawn"});
         answers.push_back(byTruth(pair));
         return answers;
     }
@@ -101,13 +101,13 @@ private:
         return answer;
     }
 
-    PairAnswer byMap(const ShadowPair& pair, int map) const {
+    PairAnswer byMap(const ShadowPair& pair, uint32_t map) const {
         PairAnswer answer{"maps", 0, 0, ""};
         ShadowMapTrace trace{};
         uint8_t visibility = 0;
         answer.nanoseconds = timeOf([&] {
-            visibility = lookupVisibility(maps_, uint32_t(map), pair.positionWorld,
-                                          pair.normalWorld, options_.bias, &trace);
+            visibility = lookupVisibility(maps_, map, pair.positionWorld, pair.normalWorld,
+                                          options_.bias, &trace);
         });
         answer.visibility = visibility;
         if (visibility < kLit)
@@ -161,7 +161,7 @@ PixelReport reportPixel(FrameRenderer& renderer, const World& world, const Truth
     report.surface = surfaceName(world, gbuffer.triangle[sample]);
     report.cluster = renderer.clusters().clusterOfSample[sample];
 
-    const std::vector<int> drawn = drawnMaps(frame.maps);
+    const std::vector<PairServer> servers = serversOf(frame.maps);
     const ClusterLightsView lists = renderer.clusterLights();
     renderer.prepareExact();
     const PairTeller teller(renderer, world, truth, options);
@@ -177,7 +177,7 @@ PixelReport reportPixel(FrameRenderer& renderer, const World& world, const Truth
         pair.distanceWorld = light.kind == Light::kSun ? 0.0f : glm::length(way);
         pair.cosine = glm::dot(glm::normalize(way), report.normalWorld);
         const bool isProven = record == kProvenLit || record >= frame.maps.size();
-        pair.servedBy = isProven ? "proof" : drawn[record] < 0 ? "rays" : "map";
+        pair.servedBy = isProven ? "proof" : servers[record].isMap() ? "map" : "rays";
         if (!isProven) {
             pair.requestedTexels = frame.maps[record].quantities.texels;
             pair.faceTexels = frame.maps[record].quantities.faceTexels;
@@ -185,7 +185,7 @@ PixelReport reportPixel(FrameRenderer& renderer, const World& world, const Truth
         pair.answers = teller.tell({report.positionWorld, report.normalWorld,
                                     pointAtLight(light, report.positionWorld),
                                     gbuffer.triangle[sample], index, light.kind == Light::kSun},
-                                   isProven ? kByRays : drawn[record]);
+                                   isProven ? PairServer::rays() : servers[record]);
         report.pairs.push_back(std::move(pair));
     }
     return report;

@@ -19,7 +19,7 @@ ErrorInputs errorInputs(const World& world, const Answers& answers) {
     return {answers.gbuffer,          world.triangles(),
             viewOf(world.lights()),   answers.frame.pairs,
             answers.frame.visibility, answers.frame.pairRoute,
-            answers.frame.pairMap,    answers.method};
+            answers.frame.pairServer, answers.method};
 }
 
 ErrorCounts countWrong(const PairList& pairs, const std::vector<uint8_t>& visibility,

@@ -22,7 +22,7 @@ void askAgain(const World& world, Answers& answers) {
             VisibilityCounts counts;
             for (uint64_t p = pairs.sampleStart[sample]; p < pairs.sampleStart[sample + 1]; ++p)
                 answers.frame.visibility[p] = answerPair(
-                    answers.method, answers.frame.pairMap[p], pairs.light[p],
+                    answers.method, answers.frame.pairServer[p], pairs.light[p],
                     world.lights()[pairs.light[p]], answers.gbuffer.positionWorld[sample],
                     answers.hasPlane ? answers.gbuffer.normalWorld[sample] : glm::vec3(0.0f),
                     answers.gbuffer.triangle[sample], counts);

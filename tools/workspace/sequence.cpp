@@ -289,7 +289,7 @@ private:
                                      result.pairs,
                                      result.visibility,
                                      result.pairRoute,
-                                     result.pairMap,
+                                     result.pairServer,
                                      {player.renderer->rayInputs(player.options.rays),
                                       player.renderer->shadowMaps(), player.options.bias}};
             json.update(flickerJson(player.flicker.add({inputs, view_})));

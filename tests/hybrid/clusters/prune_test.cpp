@@ -79,7 +79,7 @@ TEST(PairPruning, ProvenPairsAreThoseThatVoxelRaysFindLitAndNeedNoPage) {
     ASSERT_EQ(lit.pairs.light, rays.pairs.light);
     uint64_t proven = 0;
     for (size_t p = 0; p < lit.pairs.count(); ++p)
-        if (lit.pairMap[p] == kLitByProof) {
+        if (lit.pairServer[p] == PairServer::proof()) {
             ++proven;
             ASSERT_EQ(lit.visibility[p], kLit);
             ASSERT_EQ(rays.visibility[p], kLit) << "pair " << p;
@@ -91,7 +91,7 @@ TEST(PairPruning, ProvenPairsAreThoseThatVoxelRaysFindLitAndNeedNoPage) {
     EXPECT_TRUE(moving.renderer->movers().mayShadow(0) && moving.renderer->movers().mayShadow(1));
     const FrameResult kept = frameOf(moving, PairPruning::kLit, "texels:0");
     for (size_t p = 0; p < kept.pairs.count(); ++p)
-        ASSERT_TRUE(kept.pairMap[p] != kLitByProof ||
+        ASSERT_TRUE(kept.pairServer[p].by() != ServedBy::kProof ||
                     !moving.renderer->movers().mayShadow(kept.pairs.light[p]));
 }
 

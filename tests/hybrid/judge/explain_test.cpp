@@ -104,7 +104,7 @@ TEST(Error, BlockersBeforeTheMapsBiasAreNoContactHoweverLowTheLight) {
         MapFrame f;
         f.bias.constantTexels = 1.0f;
         f.soup.addLevelSquare({0, 0, 0}, 200.0f);
-        f.add({80, 0, 0.1f}, {0, 10, 0}, 3, 0);
+        f.add({80, 0, 0.1f}, {0, 10, 0}, 3, PairServer::drawnMap(0));
         f.soup.addQuad({x, -1, -90}, {x, 30, -90}, {x, 30, 90}, {x, -1, 90});
         f.answer();
         ASSERT_EQ(f.visibility[0], kLit);
@@ -156,8 +156,8 @@ TEST(Error, TheTapsNullRateCountsRightAnswersWhoseReverseTheirRaysWouldSettle) {
     f.soup.addLevelSquare({0.3125f, 5.0f, 0.3125f}, 0.005f);
     f.addPair(6.0f, 6.0f); // a plate over its tap's ray at (2.8125, 5, 2.8125) and over some shifts
     f.soup.addLevelSquare({2.465f, 5.0f, 2.465f}, 0.465f);
-    f.addPair(-6.0f, -6.0f);              // nothing near
-    f.add({-6, 0, 6}, {0, 10, 0}, 0, -1); // a ray, which has no taps
+    f.addPair(-6.0f, -6.0f);          // nothing near
+    f.add({-6, 0, 6}, {0, 10, 0}, 0); // a ray, which has no taps
     f.answer();
     const ErrorReport report = f.judge();
     ASSERT_EQ(report.total.falseShadowCount + report.total.falseLightCount, 0u);
@@ -175,7 +175,7 @@ TEST(Error, LightThatOnlyTheBiasOnATapsRayLetsThroughIsContact) {
     MapFrame f;
     f.bias.constantTexels = 1.0f;
     f.soup.addLevelSquare({0, 0, 0}, 200.0f);
-    f.add({20.2f, 0, 0.1f}, {0, 10, 0}, 3, 0);
+    f.add({20.2f, 0, 0.1f}, {0, 10, 0}, 3, PairServer::drawnMap(0));
     f.soup.addQuad({17, -1, -90}, {17, 1.9f, -90}, {17, 1.9f, 90}, {17, -1, 90});
     f.soup.addQuad({19, -1, -90}, {19, 90, -90}, {19, 90, 90}, {19, -1, 90});
     f.answer();

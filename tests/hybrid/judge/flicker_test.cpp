@@ -82,7 +82,7 @@ struct Stage {
             renderer.gbuffer(),     world.triangles(),
             viewOf(world.lights()), frame.pairs,
             frame.visibility,       frame.pairRoute,
-            frame.pairMap,          {renderer.rayInputs(options.rays), maps, options.bias}};
+            frame.pairServer,       {renderer.rayInputs(options.rays), maps, options.bias}};
         return meter.add({inputs, camera});
     }
 
@@ -248,7 +248,7 @@ TEST(Flicker, AnswersWithoutASampleAndAnswersWithoutPagesAreCountedApart) {
                 halved.pairs.light.push_back(0);
                 halved.visibility.push_back(frame.visibility[p]);
                 halved.pairRoute.push_back(frame.pairRoute[p]);
-                halved.pairMap.push_back(frame.pairMap[p]);
+                halved.pairServer.push_back(frame.pairServer[p]);
             }
         halved.pairs.sampleStart.push_back(halved.pairs.light.size());
     }

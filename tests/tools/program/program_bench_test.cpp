@@ -61,15 +61,14 @@ TEST(ProgramBench, VoxelHoldsOursAgainstEmbreeAndNanoVdb) {
     EXPECT_EQ(tracers, expected);
     EXPECT_EQ(json["rates"].size(), 2 * tracers.size());
 
-    EXPECT_THAT(result.err, HasSubstr("rtcOccluded16 behind shafts"));
+    EXPECT_THAT(result.err, HasSubstr("wholly lit"));
     const Json& frame = json["frame"];
     EXPECT_EQ(frame["pair_count"], json["ray_count"]);
     EXPECT_EQ(frame["width"], json["width"]);
     EXPECT_NEAR(frame["true_lit_share"].get<double>() + frame["true_dark_share"].get<double>() +
                     frame["true_mixed_share"].get<double>(),
                 1.0, 1e-9);
-    EXPECT_TRUE(frame.contains("proof_us_per_cluster_light"));
-    ASSERT_EQ(frame["methods"].size(), 4u);
+    ASSERT_EQ(frame["methods"].size(), 2u);
     for (const Json& method : frame["methods"]) {
         EXPECT_GT(method["ns_per_pair"].get<double>(), 0.0);
         EXPECT_GE(method["disagreement_share"].get<double>(), 0.0);

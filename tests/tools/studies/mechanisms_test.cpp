@@ -188,11 +188,11 @@ TEST(Mechanisms, ARowSaysTheSameBesideOthers) {
 
 // Times of what should pay in time: every run of either side anew, in turn; others once.
 TEST(Mechanisms, TimesAreOfRunsInTurn) {
-    MechanismsRequest request = smallRequest({"ray-streams", "shafts", "face-masks"});
+    MechanismsRequest request = smallRequest({"ray-streams", "ray-lod-level", "face-masks"});
     EXPECT_THROW(compareMechanisms(request), Error) << "no times were asked for";
     request.repeats = 2;
     const Json results = compareMechanisms(request);
-    for (const char* name : {"ray-streams", "shafts"})
+    for (const char* name : {"ray-streams", "ray-lod-level"})
         for (const Json& scene : rowOf(results, name)["scenes"])
             for (const char* side : {"off", "on"}) {
                 const Json& ms = scene[side]["time_ms"];
@@ -202,7 +202,7 @@ TEST(Mechanisms, TimesAreOfRunsInTurn) {
             }
     // What two rows share is run for each: equal to the nanosecond it would be one run.
     EXPECT_NE(rowOf(results, "ray-streams")["scenes"][0]["on"]["time_ms"],
-              rowOf(results, "shafts")["scenes"][0]["off"]["time_ms"]);
+              rowOf(results, "ray-lod-level")["scenes"][0]["off"]["time_ms"]);
     EXPECT_THAT(rowOf(results, "face-masks")["scenes"][0]["on"]["time_ms"], SizeIs(1));
 }
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shafts: whatever they prove, every single ray says as well.
-#include "voxel/shaft_receivers.h"
+// Shafts and proofs of light: whatever they prove, every single ray says as well.
+#include "voxel/lit_proof.h"
 
 #include "tests/voxel/voxel_sets.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -115,9 +116,8 @@ std::vector<uint32_t> allOf(size_t count) {
     return all;
 }
 
-/// What a shaft over all samples proves; checks it against every ray.
-ShaftAnswer provenFor(const TwoForms& forms, const Samples& samples, const glm::vec3& light,
-                      size_t* cutCount = nullptr) {
+/// Returns whether a shaft over all samples proves them lit; checks it against every ray.
+bool isProvenLit(const TwoForms& forms, const Samples& samples, const glm::vec3& light) {
     ShadowStarts starts;
     starts.reset(forms.dag.grid, 1.0f);
     for (size_t i = 0; i < samples.count(); ++i)
@@ -125,37 +125,14 @@ ShaftAnswer provenFor(const TwoForms& forms, const Samples& samples, const glm::
     std::vector<DagSegment> segments(samples.count());
     const std::vector<uint32_t> all = allOf(samples.count());
     starts.segments(light, viewOf(all), segments.data());
-    std::vector<uint8_t> blocked(samples.count());
-    for (size_t i = 0; i < samples.count(); ++i)
-        blocked[i] = occluded(forms.view(), segments[i]);
-    const size_t dark = size_t(std::count(blocked.begin(), blocked.end(), 1));
-
     AbovePlane above;
     Shaft shaft;
-    const bool isMade = shaft.make(starts, baseAround(starts, above), viewOf(all), light);
-    if (!isMade || forms.wide.words.empty())
-        return ShaftAnswer::kMixed;
-    std::vector<WideCell> cut;
-    if (shaft.isEmpty(forms.wide.view(), forms.root(), cut)) {
-        EXPECT_EQ(dark, 0u);
-        return ShaftAnswer::kLit;
-    }
-    if (!cut.empty()) {
-        std::vector<uint8_t> fromCut(samples.count());
-        traceStream(forms.view(), viewOf(cut), viewOf(segments), viewOf(fromCut));
-        EXPECT_EQ(fromCut, blocked);
-        if (cutCount)
-            ++*cutCount;
-    }
-    DagHit hit;
+    if (!shaft.make(starts, baseAround(starts, above), viewOf(all), light) ||
+        forms.wide.words.empty() || !shaft.isEmpty(forms.wide.view()))
+        return false;
     for (const DagSegment& segment : segments)
-        if (occluded(forms.view(), segment, 0, &hit)) {
-            if (!shaft.isParted(forms.wide.view(), forms.root(), hit.cell))
-                break;
-            EXPECT_EQ(dark, samples.count());
-            return ShaftAnswer::kDark;
-        }
-    return ShaftAnswer::kMixed;
+        EXPECT_FALSE(occluded(forms.view(), segment));
+    return true;
 }
 
 TEST(ShadowStarts, GiveTheSegmentsOfShadowSegmentBitForBit) {
@@ -192,7 +169,7 @@ TEST(ShadowStarts, GiveTheSegmentsOfShadowSegmentBitForBit) {
 TEST(Shaft, ProvesNothingThatARayDenies) {
     constexpr uint32_t kSeed = 17;
     std::mt19937 random(kSeed);
-    size_t count[3] = {}, cutCount = 0;
+    size_t litCount = 0, openCount = 0;
     for (int round = 0; round < 60; ++round) {
         const uint32_t log2 = 4 + round % 4;
         DenseGrid grid = randomGrid(log2, round % 2 ? 0.0005 : 0.00002, random);
@@ -209,16 +186,13 @@ TEST(Shaft, ProvesNothingThatARayDenies) {
         for (int i = 0; i < 60; ++i) {
             const Samples samples = patch(float(grid.size()), 1 + random() % 8, random);
             const glm::vec3 light = lightFor(samples, float(grid.size()), random);
-            ++count[int(provenFor(forms, samples, light, &cutCount))];
+            ++(isProvenLit(forms, samples, light) ? litCount : openCount);
             if (HasFailure())
                 FAIL() << "seed " << kSeed << " round " << round << " patch " << i;
         }
     }
-    // Each kind of answer was put to the test.
-    EXPECT_GT(count[int(ShaftAnswer::kLit)], 100u);
-    EXPECT_GT(count[int(ShaftAnswer::kDark)], 100u);
-    EXPECT_GT(count[int(ShaftAnswer::kMixed)], 100u);
-    EXPECT_GT(cutCount, 100u);
+    EXPECT_GT(litCount, 100u);
+    EXPECT_GT(openCount, 100u);
 }
 
 /// A hall of 128 voxels with a floor at y = 0 and, if asked, a wall at x = 64.
@@ -241,26 +215,13 @@ Samples floorPatch() {
     return samples;
 }
 
-TEST(Shaft, AHallIsLitAWallMakesItDarkAHoleInItNeither) {
+TEST(Shaft, AHallIsLitAndAWallKeepsItFromBeingProven) {
     const glm::vec3 light(110, 50, 64);
-    EXPECT_EQ(provenFor(TwoForms(dagOf(hall(false, false))), floorPatch(), light),
-              ShaftAnswer::kLit);
-    EXPECT_EQ(provenFor(TwoForms(dagOf(hall(true, false))), floorPatch(), light),
-              ShaftAnswer::kDark);
-    EXPECT_EQ(provenFor(TwoForms(dagOf(hall(true, true))), floorPatch(), light),
-              ShaftAnswer::kMixed);
+    EXPECT_TRUE(isProvenLit(TwoForms(dagOf(hall(false, false))), floorPatch(), light));
+    EXPECT_FALSE(isProvenLit(TwoForms(dagOf(hall(true, false))), floorPatch(), light));
+    EXPECT_FALSE(isProvenLit(TwoForms(dagOf(hall(true, true))), floorPatch(), light));
     // The wall is past the light, or behind the receivers: it does not matter.
-    EXPECT_EQ(provenFor(TwoForms(dagOf(hall(true, false))), floorPatch(), {60, 50, 64}),
-              ShaftAnswer::kLit);
-}
-
-TEST(Shaft, ATiltedWallPartsTheLightAsWell) {
-    DenseGrid grid(7); // one voxel thick, joined by faces
-    for (uint32_t z = 0; z < 128; ++z)
-        for (uint32_t y = 0; y < 128; ++y)
-            for (const uint32_t dx : {0u, 1u})
-                grid.set(60 + y / 16 + dx * (y % 16 == 0), y, z);
-    EXPECT_EQ(provenFor(TwoForms(dagOf(grid)), floorPatch(), {110, 30, 64}), ShaftAnswer::kDark);
+    EXPECT_TRUE(isProvenLit(TwoForms(dagOf(hall(true, false))), floorPatch(), {60, 50, 64}));
 }
 
 TEST(Shaft, RefusesLightsThatItCannotHold) {
@@ -285,46 +246,41 @@ TEST(Shaft, RefusesLightsThatItCannotHold) {
     EXPECT_TRUE(shaft.make(starts, base, viewOf(all), {-900, 4000, 64})); // outside the grid
 }
 
-/// Asks a cluster by all modes; checks answers against single rays. Returns the counts.
-ShaftCounts askAll(const DagView& dag, const Samples& samples, const glm::vec3& light,
-                   uint32_t everyOther = 1) {
-    ShaftReceivers receivers;
-    receivers.reset(dag.grid, 1.0f);
-    for (size_t i = 0; i < samples.count(); ++i)
-        receivers.add(samples.position[i], samples.normal[i], samples.x[i], samples.y[i]);
-    receivers.build();
-    std::vector<uint8_t> isAsked(samples.count()), expected(samples.count(), 77);
-    for (size_t i = 0; i < samples.count(); ++i) {
-        isAsked[i] = i % everyOther == 0;
-        if (isAsked[i])
-            expected[i] = occluded(dag, shadowSegment(dag.grid, samples.position[i],
-                                                      samples.normal[i], light, 1.0f, 0));
-    }
-    ShaftCounts counts, ignored;
-    std::vector<uint8_t> blocked(samples.count(), 77);
-    receivers.answer(dag, light, viewOf(isAsked), viewOf(blocked), counts);
-    EXPECT_EQ(blocked, expected);
-    std::fill(blocked.begin(), blocked.end(), uint8_t(77));
-    receivers.answer(dag, light, viewOf(isAsked), viewOf(blocked), ignored, ShaftReceivers::kRays);
-    EXPECT_EQ(blocked, expected);
-    receivers.answer(dag, light, viewOf(isAsked), viewOf(blocked), ignored,
-                     ShaftReceivers::kOnlyProofs);
-    uint64_t proven = 0;
-    for (size_t i = 0; i < samples.count(); ++i)
-        if (isAsked[i] && blocked[i] != ShaftReceivers::kUnproven) {
-            EXPECT_EQ(blocked[i], expected[i]);
-            ++proven;
+/// Samples as a cluster sorts them, and which of them are asked.
+struct Cluster {
+    ReceiverGroups receivers;
+    std::vector<uint8_t> isAsked;
+
+    Cluster(const VoxelGrid& grid, const Samples& samples, uint32_t everyOther = 1) {
+        receivers.reset(grid, 1.0f);
+        for (size_t i = 0; i < samples.count(); ++i) {
+            receivers.add(samples.position[i], samples.normal[i], samples.x[i], samples.y[i]);
+            isAsked.push_back(i % everyOther == 0);
         }
-    EXPECT_EQ(proven, counts.litPairCount + counts.darkPairCount);
-    EXPECT_EQ(counts.pairCount, uint64_t(std::count(isAsked.begin(), isAsked.end(), 1)));
-    return counts;
+        receivers.build();
+    }
+};
+
+/// Returns whether the samples asked are proven lit; checks it against single rays.
+bool provesLit(const TwoForms& forms, const Samples& samples, const glm::vec3& light,
+               uint32_t everyOther = 1) {
+    const Cluster cluster(forms.dag.grid, samples, everyOther);
+    LitProof proof;
+    proof.reset(cluster.receivers);
+    if (!proof.provesLit(forms.view(), light, viewOf(cluster.isAsked)))
+        return false;
+    for (size_t i = 0; i < samples.count(); ++i)
+        EXPECT_FALSE(cluster.isAsked[i] &&
+                     occluded(forms.view(), shadowSegment(forms.dag.grid, samples.position[i],
+                                                          samples.normal[i], light, 1.0f, 0)));
+    return true;
 }
 
-TEST(ShaftReceivers, AnswerAsSingleRaysDo) {
+TEST(LitProof, ProvesNothingThatARayDenies) {
     constexpr uint32_t kSeed = 5;
     std::mt19937 random(kSeed);
-    ShaftCounts sum;
-    for (int round = 0; round < 12; ++round) {
+    size_t litCount = 0, openCount = 0;
+    for (int round = 0; round < 30; ++round) {
         DenseGrid grid = randomGrid(7, 0.00002, random);
         for (uint32_t b = 0; b < grid.size(); ++b)
             for (uint32_t a = 0; a < grid.size(); ++a) {
@@ -342,43 +298,65 @@ TEST(ShaftReceivers, AnswerAsSingleRaysDo) {
                     samples.normal[k] = other.normal[k];
                 }
             }
-            sum.add(askAll(forms.view(), samples, lightFor(samples, float(grid.size()), random),
-                           1 + random() % 3));
+            const glm::vec3 light = lightFor(samples, float(grid.size()), random);
+            ++(provesLit(forms, samples, light, 1 + random() % 3) ? litCount : openCount);
             if (HasFailure())
                 FAIL() << "seed " << kSeed << " round " << round << " cluster " << i;
         }
     }
-    EXPECT_EQ(sum.askedCount, 240u);
-    EXPECT_GT(sum.litCount, 5u);
-    EXPECT_GT(sum.litPairCount, 1000u);
-    EXPECT_GT(sum.darkPairCount, 1000u);
-    EXPECT_GT(sum.cutCount, 5u);
-    EXPECT_LT(sum.litPairCount + sum.darkPairCount, sum.pairCount);
+    EXPECT_GT(litCount, 5u);
+    EXPECT_GT(openCount, 5u);
 }
 
-TEST(ShaftReceivers, AnswerAtTheLimits) {
-    const TwoForms forms(dagOf(hall(true, true)));
+TEST(LitProof, HoldsAtTheLimits) {
+    const TwoForms open(dagOf(hall(false, false))), walled(dagOf(hall(true, true)));
     const Samples patch = floorPatch();
+    EXPECT_TRUE(provesLit(open, patch, {110, 50, 64}));
+    EXPECT_FALSE(provesLit(walled, patch, {110, 50, 64}));
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     for (const glm::vec3& light :
          {glm::vec3(28, 1.5f, 64), patch.position[40], glm::vec3(100, 0.5f, 64),
           glm::vec3(100, 0.6f, 64), glm::vec3(28, -20, 64), glm::vec3(-900, 4000, 64),
           glm::vec3(5e6f, 5e6f, 0), glm::vec3(kNan, 50, 64)})
-        askAll(forms.view(), patch, light);
+        provesLit(walled, patch, light);
 
-    Samples one;
+    Samples one; // fewer than a shaft is made for: its ray
     one.add({20, 0.5f, 60}, {0, 1, 0}, 31, 31);
-    askAll(forms.view(), one, {110, 50, 64});
-
-    const TwoForms empty(dagOf(DenseGrid(7)));
-    askAll(empty.view(), patch, {110, 50, 64});
-    Dag none;
-    askAll(none.view(), patch, {110, 50, 64});
+    EXPECT_TRUE(provesLit(open, one, {110, 50, 64}));
 
     DenseGrid tiny(2);
     tiny.set(1, 2, 3);
-    askAll(TwoForms(dagOf(tiny)).view(), patch, {110, 50, 64});
-    askAll(forms.dag.view(), patch, {110, 50, 64}); // without its wide form
+    provesLit(TwoForms(dagOf(tiny)), patch, {110, 50, 64});
+}
+
+TEST(ReceiverGroups, ListEverySampleOnceByFacetAndPart) {
+    constexpr uint32_t kSeed = 11;
+    std::mt19937 random(kSeed);
+    for (int round = 0; round < 20; ++round) {
+        SCOPED_TRACE("seed " + std::to_string(kSeed) + " round " + std::to_string(round));
+        const Samples samples = patch(128.0f, 1 + random() % 32, random);
+        const Cluster cluster(VoxelGrid{}, samples, 1 + random() % 3);
+        const ReceiverGroups& receivers = cluster.receivers;
+        std::vector<uint32_t> sorted = receivers.order();
+        EXPECT_TRUE(std::is_sorted(sorted.begin(), sorted.end(), [&](uint32_t a, uint32_t b) {
+            return receivers.binOf(a) != receivers.binOf(b)
+                       ? receivers.binOf(a) < receivers.binOf(b)
+                       : a < b;
+        }));
+        std::vector<uint32_t> asked, wanted;
+        std::vector<uint32_t> binStart(receivers.binCount() + 1);
+        receivers.listAsked(viewOf(cluster.isAsked), asked, binStart.data());
+        for (const uint32_t i : sorted)
+            if (cluster.isAsked[i])
+                wanted.push_back(i);
+        EXPECT_EQ(asked, wanted);
+        EXPECT_EQ(binStart.back(), asked.size());
+        for (uint32_t bin = 0; bin < receivers.binCount(); ++bin)
+            for (uint32_t k = binStart[bin]; k < binStart[bin + 1]; ++k)
+                EXPECT_EQ(receivers.binOf(asked[k]), bin);
+        std::sort(sorted.begin(), sorted.end());
+        EXPECT_EQ(sorted, allOf(samples.count()));
+    }
 }
 
 TEST(AbovePlane, LeavesOutNoCellThatMayBeAbove) {

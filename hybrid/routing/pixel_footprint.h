@@ -10,7 +10,7 @@
 // that very area of a sun, where R texels make the side of its square.
 #pragma once
 
-#include "hybrid/gbuffer/lights.h"
+#include "hybrid/clusters/cluster_lights.h"
 #include "shadowmap/sun_window.h"
 
 namespace shadowdag {

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid/clusters/cluster_rays.h"
+
+#include "voxel/dag_stream.h"
+
+namespace shadowdag {
+
+static_assert(ReceiverGroups::kTileSide == kTileSize);
+
+void setReceivers(const GBufferView& gbuffer, View<const uint32_t> samples, const RayInputs& rays,
+                  ReceiverGroups& receivers) {
+    receivers.reset(rays.dag.grid, rays.options.offset);
+    for (const uint32_t s : samples)
+        receivers.add(gbuffer.positionWorld[s], gbuffer.normalWorld[s],
+                      s % gbuffer.width % kTileSize, s / gbuffer.width % kTileSize);
+    receivers.build();
+}
+
+uint32_t markPairs(const GBufferView& gbuffer, View<const uint32_t> samples, const Light& light,
+                   std::vector<uint8_t>& isAsked) {
+    isAsked.resize(samples.count);
+    uint32_t count = 0;
+    for (size_t i = 0; i < samples.count; ++i) {
+        isAsked[i] =
+            isPair(light, gbuffer.positionWorld[samples[i]], gbuffer.normalWorld[samples[i]]);
+        count += isAsked[i];
+    }
+    return count;
+}
+
+bool ClusterRays::canStream(const RayOptions& options) {
+    return options.kind == RayKind::kVoxels && options.lod == LodRule::kFixed && options.level == 0;
+}
+
+void ClusterRays::setCluster(View<const uint32_t> samples) {
+    samples_ = samples;
+    isPrepared_ = false;
+    movers_.reset();
+}
+
+uint32_t ClusterRays::answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
+                             View<uint8_t> isDark) {
+    if (!isPrepared_)
+        setReceivers(gbuffer_, samples_, rays_, receivers_);
+    isPrepared_ = true;
+    receivers_.listAsked(isAsked, asked_);
+    segments_.resize(asked_.size());
+    if (light.kind == Light::kSun) // every ray has an end of its own
+        for (size_t i = 0; i < asked_.size(); ++i)
+            segments_[i] = pairSegment(rays_, pairOf(asked_[i], lightIndex, light)).segment;
+    else
+        receivers_.starts().segments(light.positionWorld, viewOf(asked_), segments_.data());
+    blocked_.resize(asked_.size());
+    traceStream(rays_.dag, viewOf(segments_), viewOf(blocked_));
+    for (size_t i = 0; i < asked_.size(); ++i)
+        isDark[asked_[i]] = blocked_[i];
+    return rays_.movers.mayShadow(lightIndex) ? askMovers(lightIndex, light, isAsked, isDark) : 0;
+}
+
+ShadowPair ClusterRays::pairOf(uint32_t i, uint32_t lightIndex, const Light& light) const {
+    const uint32_t s = samples_[i];
+    const glm::vec3& position = gbuffer_.positionWorld[s];
+    return {position,
+            gbuffer_.normalWorld[s],
+            pointAtLight(light, position),
+            gbuffer_.triangle[s],
+            lightIndex,
+            light.kind == Light::kSun};
+}
+
+uint32_t ClusterRays::askMovers(uint32_t lightIndex, const Light& light,
+                                View<const uint8_t> isAsked, View<uint8_t> isDark) {
+    if (light.kind != Light::kSun)
+        return movers_.answer(rays_.movers, gbuffer_, samples_, light.positionWorld, isAsked,
+                              isDark);
+    uint32_t count = 0;
+    for (const uint32_t i : asked_)
+        if (!isDark[i]) {
+            ++count;
+            isDark[i] = isDarkByMovers(rays_.movers, pairOf(i, lightIndex, light));
+        }
+    return count;
+}
+
+} // namespace shadowdag

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// The voxel rays of a cluster and a light together, in streams: the CPU's faster kernel of
+// isDarkByRays (shadow_rays.h), with its bits.
+#pragma once
+
+#include "hybrid/clusters/clusters.h"
+#include "hybrid/clusters/pairs.h"
+#include "hybrid/rays/mover_receivers.h"
+#include "hybrid/rays/shadow_rays.h"
+#include "voxel/receiver_groups.h"
+
+#include <vector>
+
+namespace shadowdag {
+
+/// Makes `receivers` those of a cluster's samples, in their order.
+void setReceivers(const GBufferView& gbuffer, View<const uint32_t> samples, const RayInputs& rays,
+                  ReceiverGroups& receivers);
+
+/// Sets isAsked[i] to whether sample i of a cluster and the light are a pair; returns how many are.
+uint32_t markPairs(const GBufferView& gbuffer, View<const uint32_t> samples, const Light& light,
+                   std::vector<uint8_t>& isAsked);
+
+/// Answers the rays of one cluster after the other. Not thread-safe: one a thread.
+class ClusterRays {
+public:
+    /// Returns whether rays of these options can be streamed: through voxels, at level 0.
+    static bool canStream(const RayOptions& options);
+
+    /// @param rays canStream(rays.options); outlives the answers
+    ClusterRays(const GBufferView& gbuffer, const RayInputs& rays)
+        : gbuffer_(gbuffer), rays_(rays) {}
+
+    /// Goes on to the samples of another cluster.
+    void setCluster(View<const uint32_t> samples);
+
+    /// Sets isDark[i] to isDarkByRays of the pair of sample i, for the samples with
+    /// isAsked[i] != 0; leaves the others alone.
+    /// @param isAsked,isDark by sample of the cluster
+    /// @return the pairs that were held against what moves
+    uint32_t answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
+                    View<uint8_t> isDark);
+
+private:
+    ShadowPair pairOf(uint32_t i, uint32_t lightIndex, const Light& light) const;
+    uint32_t askMovers(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
+                       View<uint8_t> isDark);
+
+    const GBufferView& gbuffer_;
+    const RayInputs& rays_;
+    View<const uint32_t> samples_; ///< of the cluster
+    bool isPrepared_ = false;      ///< receivers_ are those of the cluster
+    ReceiverGroups receivers_;
+    MoverReceivers movers_;
+    // Of the light that is asked for.
+    std::vector<uint32_t> asked_; ///< samples of the cluster, in the order in which they are traced
+    std::vector<DagSegment> segments_;
+    std::vector<uint8_t> blocked_;
+};
+
+} // namespace shadowdag
