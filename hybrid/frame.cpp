@@ -10,37 +10,32 @@ struct FrameRenderer::State : FrameState {
     using FrameState::FrameState;
 };
 
-namespace {
-
-// With OpenGL the passes of the CPU copy nothing.
-HostCopyCounts copiesSoFar(const FrameState& state) {
-    return state.gl ? glCopyCounts() : hostCopyCounts();
-}
-
-} // namespace
-
 FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
                                   const FrameOptions& asked,
                                   const std::function<void()>& beforeStage) {
     State& state = *state_;
-    const Backend backend = state.backend;
-    checkOptions(state, asked);
-    const FrameOptions options = state.followed(asked);
-    const auto current = state.makeCurrent();
+    const Backend backend = state.context.backend;
+    const FrameOptions options = state.accept(asked);
+    const auto current = state.device->makeCurrent();
     FrameResult result;
     StageTimes& stages = result.stages;
     stages.beforeStage = result.counting.beforeStage = beforeStage;
-    const HostCopyCounts before = copiesSoFar(state);
+    const HostCopyCounts before = state.device->copyCounts();
 
     // G-buffer -> clusters -> (cluster, light) pairs -> required resolution of every map.
     const ViewRays view = makeViewRays(camera, options.width, options.height);
-    gatherFrame(state, view, options, stages);
+    state.surface.draw(view, stages);
+    state.clusters.gather(state.surface, view, options, stages);
 
     // The cost model routes each map: rays or pages.
+    const auto countQuantities = [&](uint32_t counts) {
+        state.routing.count(state.surface, state.clusters, options, counts, result.maps,
+                            result.counting);
+    };
     {
         const StageTimer timer(backend, stages, "routing");
-        result.maps = describeMaps(state, options);
-        countQuantities(state, options, model.counts(), result.maps, result.counting);
+        result.maps = state.routing.describe(state.clusters, options);
+        countQuantities(model.counts());
         const std::vector<Route> routes =
             model.route(quantitiesOf(result.maps), options.routeMargin);
         for (size_t i = 0; i < routes.size(); ++i)
@@ -48,57 +43,52 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     }
 
     // Page masks -> pool -> cull batches -> rasterize, for the maps that are drawn.
-    buildMaps(state, result.maps, options, stages);
+    state.maps.build(state.clusters, result.maps, options, stages);
 
     // One pass shades with both: rays through the DAG, lookups in the maps.
-    ShadeSamples shading = prepareShading(state, options);
+    ShadeSamples shading = state.prepareShading(options);
     {
         const StageTimer timer(backend, stages, "shading");
         if (options.reorderLights)
-            shading.lists = orderLights(backend, shading.lists, state.scene.lightBvh(),
-                                        shading.lights.count, state.orderedLights);
-        shade(state, shading);
+            shading.lists = state.clusters.orderedLists();
+        state.shading.shade(shading);
     }
 
     // For reports, outside of the frame's time.
     stages.settle();
     result.counting.settle();
-    const HostCopyCounts after = copiesSoFar(state);
+    const HostCopyCounts after = state.device->copyCounts();
     result.counts.hostCopies = {after.uploadCount - before.uploadCount,
                                 after.readbackCount - before.readbackCount};
-    const std::vector<uint32_t> records = state.lists.record.download();
-    countFrame(state, records, result);
-    if (backend == Backend::kCuda)
-        result.counts.unsplitTriangleCount = state.gbuffer.large.grow();
-    result.counts.listRerunCount = state.listRerunCount + result.counts.maps.listRerunCount;
+    const std::vector<uint32_t> records = state.clusters.lights().record.download();
+    state.count(records, result);
     if (options.recordQuantities)
-        countQuantities(state, options, kCountsAll & ~model.counts(), result.maps, result.counting);
+        countQuantities(kCountsAll & ~model.counts());
     result.counting.settle();
-    result.color = state.color.download();
-    shading.lists = state.lists.view(); // pairs are recorded ascending
+    result.color = state.shading.color().download();
     if (options.recordPairs) {
         if (beforeStage)
             beforeStage();
-        recordPairs(state, shading, records, result);
+        shading.lists = state.clusters.lists(); // pairs are recorded ascending
+        state.shading.recordPairs(state.surface, state.clusters, shading, records, result);
     }
-    holdMaps(state, result.maps); // last: a frame that is given up holds nothing
+    state.routing.hold(state.clusters, result.maps); // last: a frame that is given up holds nothing
     stages.beforeStage = result.counting.beforeStage = nullptr;
     return result;
 }
 
-PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& options) {
-    checkOptions(*state_, options);
-    const auto current = state_->makeCurrent();
+PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& asked) {
+    const FrameOptions options = state_->accept(asked);
+    const auto current = state_->device->makeCurrent();
     StageTimes stages;
-    gatherFrame(*state_, makeViewRays(camera, options.width, options.height), options, stages);
-    return findPairs(*state_);
+    state_->gather(makeViewRays(camera, options.width, options.height), options, stages);
+    return state_->shading.findPairs(state_->surface, state_->clusters);
 }
 
 FrameCosts FrameRenderer::measureCosts(const Camera& camera, const FrameOptions& asked, int repeats,
                                        const std::function<void()>& beforeStage) {
-    checkOptions(*state_, asked);
-    const FrameOptions options = state_->followed(asked);
-    const auto current = state_->makeCurrent();
+    const FrameOptions options = state_->accept(asked);
+    const auto current = state_->device->makeCurrent();
     reset();
     try {
         FrameCosts costs =
@@ -128,7 +118,7 @@ std::unique_ptr<FrameRenderer> FrameRenderer::shareScene() const {
 StageTimes FrameRenderer::worldChanged(const std::vector<uint32_t>& movedInstances,
                                        StageTimes* ofLevels) {
     StageTimes stages;
-    state_->scene.update(movedInstances, stages, ofLevels != nullptr ? *ofLevels : stages);
+    state_->sharedScene->update(movedInstances, stages, ofLevels != nullptr ? *ofLevels : stages);
     stages.settle();
     if (ofLevels != nullptr)
         ofLevels->settle();
@@ -140,29 +130,24 @@ void FrameRenderer::guessLengths(bool isOn, size_t spare) {
 }
 
 void FrameRenderer::reset() {
-    state_->heldFaceTexels.clear();
-    state_->heldRoutes.clear();
-    for (SphereCount& sphere : state_->spheres)
-        if (sphere.hasMoved)
-            sphere.rangeWorld = -1; // what a light that moves costs is paid every frame
-    state_->maps.forget();
+    state_->forget();
 }
 
 GBufferView FrameRenderer::gbuffer() const {
-    return hostGBuffer(*state_);
+    return state_->surface.hostView();
 }
 
 MoverView FrameRenderer::movers() const {
-    return state_->scene.hostMovers();
+    return state_->sharedScene->hostMovers();
 }
 
 ExactView FrameRenderer::exact() const {
-    return state_->scene.hostExact();
+    return state_->sharedScene->hostExact();
 }
 
 void FrameRenderer::prepareExact() {
-    if (state_->scene.hasDag())
-        state_->scene.prepareExact();
+    if (state_->sharedScene->hasDag())
+        state_->sharedScene->prepareExact();
 }
 
 uint64_t FrameRenderer::exactBytes() const {
@@ -170,33 +155,31 @@ uint64_t FrameRenderer::exactBytes() const {
 }
 
 ShadowMapView FrameRenderer::shadowMaps() const {
-    return hostShadowMaps(*state_);
+    return state_->maps.hostView();
 }
 
 ClusterView FrameRenderer::clusters() const {
-    return hostClusters(*state_);
+    return state_->clusters.hostView();
 }
 
 ClusterLightsView FrameRenderer::clusterLights() const {
-    return hostClusterLights(*state_);
+    return state_->clusters.hostLists();
 }
 
 View<const float> FrameRenderer::wantedSquared() const {
-    return hostWantedSquared(*state_);
+    return state_->clusters.hostWantedSquared();
 }
 
 View<const uint32_t> FrameRenderer::projectionMaps() const {
-    return hostProjectionMaps(*state_);
+    return state_->maps.hostProjectionMaps();
 }
 
 RayInputs FrameRenderer::rayInputs(const RayOptions& options) const {
-    FrameScene& scene = state_->scene;
-    return {options.lod == LodRule::kCoverage ? scene.hostCoveredDag() : scene.hostDag(), options,
-            scene.hostMovers(), exact(), hostRayDetail(*state_)};
+    return state_->sharedScene->hostRayInputs(options, state_->clusters.hostRayDetail());
 }
 
 uint64_t FrameRenderer::dagBytes() const {
-    const DagView dag = state_->scene.dag();
+    const DagView dag = state_->sharedScene->dag();
     return (dag.wide.words.empty() ? dag.words.count : dag.wide.words.count) * sizeof(uint32_t);
 }
 

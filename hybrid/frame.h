@@ -59,9 +59,11 @@ struct FrameOptions {
 struct MapRecord {
     MapQuantities quantities;
     Route route = Route::kRays;
-    uint64_t pairCount = 0;  ///< exact pairs served (only with recordPairs)
-    SunWindow window = {};   ///< of a sun's map; its `texels` are the width of what receives
-    uint32_t heldTexels = 0; ///< what hysteresis holds: faceTexels; of a sun those of its lattice
+    uint64_t pairCount = 0; ///< exact pairs served (only with recordPairs)
+    SunWindow window =
+        {}; ///< of a directional light's map; its `texels` are the width of what receives
+    uint32_t heldTexels =
+        0; ///< what hysteresis holds: faceTexels; of a directional light those of its lattice
 };
 
 struct FrameCounts {

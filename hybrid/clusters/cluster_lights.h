@@ -25,7 +25,8 @@ constexpr uint32_t kProvenLit = 0xffffffffu;
 /// Returns whether the light may reach a point of the box. The distance is computed with the same
 /// operations in the same order as in lightReaches, each monotone, so rounding cannot lose a light;
 /// a box that the sphere touches exactly is out, as its nearest point is. A spot is tested against
-/// the box's bounding sphere: it may keep boxes beside the cone. A sun reaches every box.
+/// the box's bounding sphere: it may keep boxes beside the cone. A directional light reaches every
+/// box.
 SDAG_HD inline bool mayReach(const Light& light, const Box& box) {
     if (light.kind == Light::kSun)
         return true;

@@ -60,12 +60,9 @@ uint32_t ClusterRays::answer(uint32_t lightIndex, const Light& light, View<const
 ShadowPair ClusterRays::pairOf(uint32_t i, uint32_t lightIndex, const Light& light) const {
     const uint32_t s = samples_[i];
     const glm::vec3& position = gbuffer_.positionWorld[s];
-    return {position,
-            gbuffer_.normalWorld[s],
-            pointAtLight(light, position),
-            gbuffer_.triangle[s],
-            lightIndex,
-            light.kind == Light::kSun};
+    return {
+        position,   gbuffer_.normalWorld[s],  pointAtLight(light, position), gbuffer_.triangle[s],
+        lightIndex, light.kind == Light::kSun};
 }
 
 uint32_t ClusterRays::askMovers(uint32_t lightIndex, const Light& light,

@@ -16,7 +16,7 @@ enum class PairPruning : uint8_t {
              ///< for is asked no more, so that a map may be coarser and answer otherwise
     kLit,    ///< and those whose every voxel ray a shaft proves unblocked, where nothing that moves
              ///< may shadow them: their pairs are answered as voxel rays of level 0 answer them.
-             ///< A sun is not asked about
+             ///< A directional light is not asked about
 };
 
 /// Returns whether any sample of the cluster and the light are a pair.

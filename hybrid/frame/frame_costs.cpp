@@ -17,11 +17,11 @@ struct OneMap {
 
 // The frame's clusters and lists on the host.
 struct HostLists {
-    HostLists(const FrameState& state, size_t recordCount)
-        : sampleStart(state.clusters.sampleStart.download()),
-          samples(state.clusters.samples.download()), clustersOfRecord(recordCount) {
-        const std::vector<uint32_t> start = state.lists.start.download();
-        const std::vector<uint32_t> records = state.lists.record.download();
+    HostLists(const FrameClusters& clusters, size_t recordCount)
+        : sampleStart(clusters.clusters().sampleStart.download()),
+          samples(clusters.clusters().samples.download()), clustersOfRecord(recordCount) {
+        const std::vector<uint32_t> start = clusters.lights().start.download();
+        const std::vector<uint32_t> records = clusters.lights().record.download();
         for (uint32_t c = 0; c + 1 < start.size(); ++c)
             for (uint32_t i = start[c]; i < start[c + 1]; ++i)
                 if (records[i] != kProvenLit)
@@ -62,26 +62,25 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     if (repeats < 1)
         throw Error(ErrorKind::kUsage, "costs measured " + std::to_string(repeats) +
                                            " times; use at least one repeat");
-    if (!state.scene.hasDag())
+    if (!state.context.scene.hasDag())
         throw Error(ErrorKind::kUsage, "costs of rays cannot be measured without a voxel DAG; "
                                        "voxelize the scene first");
     StageTimes ignored;
-    gatherFrame(state, view, options, ignored);
-    const std::vector<MapRecord> records = describeMaps(state, options);
-    const HostLists host(state, records.size());
-    const World& world = state.scene.world();
-    OneMap one(state.backend);
+    state.gather(view, options, ignored);
+    const std::vector<MapRecord> records = state.routing.describe(state.clusters, options);
+    const HostLists host(state.clusters, records.size());
+    const World& world = state.context.scene.world();
+    const bool isGuessing = state.clusters.isGuessing();
+    OneMap one(state.context.backend);
     ShadowMapOptions mapOptions = options.maps;
     mapOptions.useStaticOptimization = false; // what a map costs, not what is left of it to do
-    const BatchView hostBatches = state.scene.mapGeometry(options.maps.lodTexels).batches;
-    const MapGeometry drawn = state.scene.mapGeometryOnBackend(options.maps.lodTexels);
-    Buffer<MapReceiver> receivers(state.backend, "isolated map receivers");
+    Buffer<MapReceiver> receivers(state.context.backend, "isolated map receivers");
     FrameCosts costs;
 
     for (uint32_t r = 0; r < records.size(); ++r) {
         const MapQuantities& map = records[r].quantities;
-        isolate(host, r, map.light, state.gbuffer.view().count(), one);
-        const std::vector<MapRequest> request{requestOf(world.lights(), records[r])};
+        isolate(host, r, map.light, state.surface.view().count(), one);
+        const MapRequest request = requestOf(world.lights(), records[r]);
         std::vector<MapReceiver> hostReceivers;
         for (const uint32_t cluster : host.clustersOfRecord[r])
             hostReceivers.push_back({cluster, 0});
@@ -89,29 +88,24 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
 
         // Guessed lengths are those of the map before: forgotten, and found by a build that does
         // not count, or a map's cost would depend on who is measured first.
-        if (state.isGuessing)
-            state.maps.guessLengths(true);
+        if (isGuessing)
+            state.maps.maps().guessLengths(true);
         std::vector<double> raysMs, mapMs;
-        for (int repeat = state.isGuessing ? -1 : 0; repeat < repeats; ++repeat)
+        for (int repeat = isGuessing ? -1 : 0; repeat < repeats; ++repeat)
             for (const Route route : {Route::kRays, Route::kMap}) {
                 StageTimes times;
                 times.beforeStage = beforeStage;
-                state.servers.assign(1, PairServer::rays());
-                if (route == Route::kMap) {
-                    state.servers[0] = PairServer::drawnMap(0);
-                    state.maps.build(request,
-                                     {std::as_const(state.clusters.boxesWorld).view(),
-                                      std::as_const(receivers).view(), drawn.triangles,
-                                      drawn.batches},
-                                     hostBatches, mapOptions, times);
-                }
-                state.serversOnBackend.set(state.servers);
-                ShadeSamples shading = prepareShading(state, options);
+                if (route == Route::kMap)
+                    state.maps.buildAlone(state.clusters, request, std::as_const(receivers).view(),
+                                          mapOptions, times);
+                state.maps.setServers(
+                    {route == Route::kMap ? PairServer::drawnMap(0) : PairServer::rays()});
+                ShadeSamples shading = state.prepareShading(options);
                 shading.clusters = one.clusters.view();
                 shading.lists = one.lists.view();
                 {
-                    const StageTimer timer(state.backend, times, "shading");
-                    shade(state, shading);
+                    const StageTimer timer(state.context.backend, times, "shading");
+                    state.shading.shade(shading);
                 }
                 times.settle();
                 if (repeat < 0)

@@ -3,7 +3,7 @@
 #include "hybrid/frame/frame_scene.h"
 
 #include "hybrid/clusters/light_bvh.h"
-#include "hybrid/gl/frame_gl.h"
+#include "hybrid/frame/frame_device.h"
 #include "voxel/dag_lod.h"
 #include "voxel/wide_dag_trace.h"
 
@@ -13,28 +13,23 @@ namespace shadowdag {
 
 FrameScene::FrameScene(Backend asked, const World& world, const Dag& dag,
                        const BatchOptions& batchOptions)
-    : FrameScene(passBackend(asked), world, dag, batchOptions, asked == Backend::kGl) {}
-
-FrameScene::FrameScene(Backend backend, const World& world, const Dag& dag,
-                       const BatchOptions& batchOptions, bool isGl)
-    : backend_(backend), world_(world), hostDag_(dag), batchOptions_(batchOptions),
-      batchSet_(world, batchOptions), movers_(backend), geometry_(backend, "world"),
-      levelGeometry_(backend, "polygon level"), lights_(backend, "lights"),
-      lightBoxes_(backend, "light boxes"), lightItems_(backend, "light items"),
-      materials_(backend, "materials"), triangleMaterial_(backend, "triangle materials"),
-      dagWords_(backend, "dag words"), coveredWords_(backend, "dag words with coverage"),
-      exactWords_(backend, "triangles near voxels") {
+    : backend_(passBackend(asked)), world_(world), hostDag_(dag), batchOptions_(batchOptions),
+      batchSet_(world, batchOptions), movers_(backend_), geometry_(backend_, "world"),
+      levelGeometry_(backend_, "polygon level"), lights_(backend_, "lights"),
+      lightBoxes_(backend_, "light boxes"), lightItems_(backend_, "light items"),
+      materials_(backend_, "materials"), triangleMaterial_(backend_, "triangle materials"),
+      dagWords_(backend_, "dag words"), coveredWords_(backend_, "dag words with coverage"),
+      exactWords_(backend_, "triangles near voxels") {
     for (const Material& material : world.scene().materials)
         hostMaterials_.push_back({material.baseColor, material.emission});
     materials_.set(hostMaterials_);
     triangleMaterial_.set(world.triangleMaterial());
     geometry_.set(world.triangles(), batchSet_.view());
     dagWords_.set(hostDag_.words);
-    if (isGl)
-        gl_ = std::make_unique<GlScene>(world_.triangles(), batchSet_.view().triangles,
-                                        hostDag_.view());
-    else if (backend == Backend::kCpu)
+    if (asked == Backend::kCpu)
         wideDag_ = buildWideDag(hostDag_);
+    device_ =
+        makeSceneDevice(asked, world_.triangles(), batchSet_.view().triangles, hostDag_.view());
     setMoving();
 }
 
@@ -47,8 +42,7 @@ void FrameScene::setMoving() {
     lightItems_.set(hostLightBvh_.view().items);
     space_ = truthSpaceOf(world_.triangles().positions);
     movers_.update(world_, batchSet_.view(), space_);
-    if (gl_)
-        gl_->setPositions(world_.triangles().positions);
+    device_->setPositions(world_.triangles().positions);
 }
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
@@ -135,6 +129,25 @@ DagView FrameScene::coveredDag() {
 
 DagView FrameScene::dag() const {
     return {dagWords_.view(), hostDag_.rootAddress, hostDag_.grid, wideDag_.view()};
+}
+
+RayInputs FrameScene::rayInputs(const RayOptions& options, const RayDetail& detail) {
+    const bool isExact = options.kind == RayKind::kExact;
+    if (isExact)
+        prepareExact();
+    const DagView traced = dag();
+    if (options.level > traced.grid.resolutionLog2)
+        throw Error(ErrorKind::kUsage, "level of detail " + std::to_string(options.level) +
+                                           " of a voxel DAG of " +
+                                           std::to_string(traced.grid.resolutionLog2) +
+                                           " levels; use at most as many");
+    return {options.lod == LodRule::kCoverage ? coveredDag() : traced, options, movers(),
+            isExact ? exact() : ExactView{}, detail};
+}
+
+RayInputs FrameScene::hostRayInputs(const RayOptions& options, const RayDetail& detail) {
+    return {options.lod == LodRule::kCoverage ? hostCoveredDag() : hostDag(), options, hostMovers(),
+            hostExact(), detail};
 }
 
 void FrameScene::prepareExact() {

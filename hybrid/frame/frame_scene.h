@@ -3,8 +3,9 @@
 #pragma once
 
 #include "hybrid/gbuffer/shade_model.h"
+#include "hybrid/rays/dynamic_geometry.h"
 #include "hybrid/rays/exact_tree.h"
-#include "hybrid/rays/mover_set.h"
+#include "hybrid/rays/shadow_rays.h"
 #include "scenes/batches.h"
 #include "scenes/polygon_lod.h"
 #include "scenes/resident_geometry.h"
@@ -22,7 +23,7 @@ struct MapGeometry {
     BatchView batches;
 };
 
-class GlScene;
+class SceneDevice;
 
 /// Triangles, batches, lights, their hierarchy, materials and the DAG. World and dag outlive it.
 /// Renderers that share one each have a MovedBatches of it.
@@ -77,15 +78,19 @@ public:
     ExactView hostExact() const { return {geometry(world_.triangles()), tree_.view()}; }
     /// Lists the triangles near voxels, once: what stands still stays.
     void prepareExact();
-    /// Returns what renderers of Backend::kGl share; null on other backends.
-    GlScene* gl() const { return gl_.get(); }
+    /// Returns what frames are made of on the device.
+    SceneDevice& device() const { return *device_; }
+    /// Returns what rays of these options read; lists the triangles that exact ones need. Throws
+    /// Error kUsage for a level that the DAG does not have.
+    RayInputs rayInputs(const RayOptions& options, const RayDetail& detail);
+    /// Returns the same on the host, but that triangles are those listed already.
+    /// @param detail on the host
+    RayInputs hostRayInputs(const RayOptions& options, const RayDetail& detail);
     /// Returns whether rays can be traced; a DAG without voxels blocks none.
     bool hasDag() const { return hostDag_.isBuilt(); }
 
 private:
     friend class MovedBatches;
-    FrameScene(Backend backend, const World& world, const Dag& dag,
-               const BatchOptions& batchOptions, bool isGl);
     void setMoving();
     TruthGeometry geometry(const TriangleView& triangles) const {
         return {triangles, space_.origin, space_.diagonal};
@@ -102,7 +107,7 @@ private:
     std::unique_ptr<PolygonLod> polygonLod_;     // for mapGeometry; null until then
     std::vector<class MovedBatches*> listeners_; // all that there are
     TruthSpace space_;
-    MoverSet movers_;
+    DynamicGeometry movers_;
     TriangleTree tree_;
     bool hasTree_ = false;
     WideBvh hostLightBvh_;
@@ -117,7 +122,7 @@ private:
     Resident<uint32_t> dagWords_;
     Resident<uint32_t> coveredWords_;
     Resident<uint32_t> exactWords_;
-    std::unique_ptr<GlScene> gl_;
+    std::unique_ptr<SceneDevice> device_;
 };
 
 /// What updates of a scene moved, for one of its renderers, which asks when it draws.

@@ -35,7 +35,8 @@ inline void listReceivers(Backend backend, const ClusterLightsView& lists,
         receivers.list.resize(
             exclusiveScan(backend, receivers.first.view(), receivers.first.view()));
     }
-    runPass(backend, ListMapReceivers{lists, servers, receivers.first.view(), receivers.list.view()});
+    runPass(backend,
+            ListMapReceivers{lists, servers, receivers.first.view(), receivers.list.view()});
 }
 
 } // namespace shadowdag

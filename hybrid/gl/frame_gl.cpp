@@ -55,6 +55,16 @@ void GlScene::setPositions(View<const glm::vec3> positionsWorld) {
     geometry_->setPositions(positionsWorld);
 }
 
+std::unique_ptr<FrameDevice> GlScene::makeFrame() {
+    return std::make_unique<GlFrame>(*this);
+}
+
+std::unique_ptr<SceneDevice> makeGlSceneDevice(const TriangleView& triangles,
+                                               View<const uint32_t> batchTriangles,
+                                               const DagView& dag) {
+    return std::make_unique<GlScene>(triangles, batchTriangles, dag);
+}
+
 GlFrame::GlFrame(GlScene& scene) : scene_(scene) {
     const auto current = makeCurrent();
     maps_ = GlMapDrawer::make(scene_.pages(), scene_.context(), scene_.geometry());
@@ -72,8 +82,8 @@ GlFrame::~GlFrame() {
     endCurrent(scene_.context(), maps_);
 }
 
-std::unique_ptr<GlContext::Current> GlFrame::makeCurrent() const {
-    return std::make_unique<GlContext::Current>(scene_.context());
+std::shared_ptr<void> GlFrame::makeCurrent() const {
+    return std::make_shared<GlContext::Current>(scene_.context());
 }
 
 FrameOptions GlFrame::followed(const FrameOptions& options) const {
@@ -96,7 +106,8 @@ std::string unfollowedByGl(const FrameOptions& options) {
     return "";
 }
 
-void checkGlOptions(const FrameOptions& options, const GlInfo& info) {
+void GlFrame::checkOptions(const FrameOptions& options) const {
+    const GlInfo& info = scene_.context().info();
     if (const std::string what = unfollowedByGl(options); !what.empty())
         throw Error(ErrorKind::kUsage,
                     "the OpenGL backend " + what + "; use --backend cpu or cuda");
@@ -106,6 +117,20 @@ void checkGlOptions(const FrameOptions& options, const GlInfo& info) {
                                            std::to_string(options.height) + " pixels, but " +
                                            info.renderer + " draws " + std::to_string(most) +
                                            " a side; ask for a smaller one, or use --backend cpu");
+}
+
+void GlFrame::drawGBuffer(const TriangleView& triangles, const BatchView& batches,
+                          const ViewRays& view, GBuffer& gbuffer) {
+    scene_.gbuffer().draw(triangles, batches, view, gbuffer);
+}
+
+View<const uint32_t> GlFrame::hostDepths(View<const uint32_t>, std::vector<uint32_t>& copy) {
+    copy = maps_->downloadDepths();
+    return viewOf(std::as_const(copy));
+}
+
+void GlFrame::shade(const ShadeSamples& work, View<const uint32_t> pairLights) {
+    scene_.shading().shade(work, *maps_, pairLights);
 }
 
 } // namespace shadowdag

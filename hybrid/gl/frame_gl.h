@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What frames of Backend::kGl have beside what those of the CPU have: G-buffer, shadow maps and
 // shading in OpenGL; clusters, assignment of lights, resolutions, page masks, allocation and
-// culling remain the CPU's passes, one text for both. Not for other folders.
+// culling remain the CPU's passes, one text for both. Frames know it as a FrameDevice.
 #pragma once
 
-#include "hybrid/frame.h"
+#include "hybrid/frame/frame_device.h"
 #include "hybrid/gl/gbuffer_gl.h"
 #include "hybrid/gl/shade_gl.h"
 
@@ -14,16 +14,17 @@ namespace shadowdag {
 
 /// The world in OpenGL's memory and the programs; shared by renderers of one scene, as FrameScene
 /// is. Makes its context current by itself.
-class GlScene {
+class GlScene final : public SceneDevice {
 public:
     /// Pages are where setGlPages says. Throws Error kDevice where there is no OpenGL 4.5. The
     /// views are those of the host.
     GlScene(const TriangleView& triangles, View<const uint32_t> batchTriangles, const DagView& dag);
     /// Its context is current on no other thread; else what OpenGL holds is left to the driver,
     /// which frees it with the context.
-    ~GlScene();
+    ~GlScene() override;
 
-    void setPositions(View<const glm::vec3> positionsWorld);
+    void setPositions(View<const glm::vec3> positionsWorld) override;
+    std::unique_ptr<FrameDevice> makeFrame() override;
 
     const GlContext& context() const { return context_; }
     GlPages pages() const { return pages_; }
@@ -42,29 +43,29 @@ private:
 };
 
 /// What one renderer keeps there.
-class GlFrame {
+class GlFrame final : public FrameDevice {
 public:
     /// Compiles what frames run, by running it.
     explicit GlFrame(GlScene& scene);
     /// As ~GlScene.
-    ~GlFrame();
+    ~GlFrame() override;
 
-    /// Makes OpenGL ready on this thread until what is returned goes.
-    std::unique_ptr<GlContext::Current> makeCurrent() const;
-
-    /// Returns the options that frames follow: in layers of textures a page has their side.
-    FrameOptions followed(const FrameOptions& options) const;
-
-    GlScene& scene() { return scene_; }
-    GlMapDrawer& maps() { return *maps_; }
+    std::shared_ptr<void> makeCurrent() const override;
+    /// Also refuses a picture that the device does not draw.
+    void checkOptions(const FrameOptions& options) const override;
+    /// In layers of textures a page has their side.
+    FrameOptions followed(const FrameOptions& options) const override;
+    HostCopyCounts copyCounts() const override { return glCopyCounts(); }
+    void drawGBuffer(const TriangleView& triangles, const BatchView& batches, const ViewRays& view,
+                     GBuffer& gbuffer) override;
+    MapDrawer* mapDrawer() override { return maps_.get(); }
+    View<const uint32_t> hostDepths(View<const uint32_t> depths,
+                                    std::vector<uint32_t>& copy) override;
+    void shade(const ShadeSamples& work, View<const uint32_t> pairLights) override;
 
 private:
     GlScene& scene_;
     std::unique_ptr<GlMapDrawer> maps_;
 };
-
-/// Throws Error kUsage naming an option that frames in OpenGL do not follow, and what does, or a
-/// picture that the device does not draw.
-void checkGlOptions(const FrameOptions& options, const GlInfo& info);
 
 } // namespace shadowdag

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shadow rays: shadow_rays.h at level 0, and where rays to a sun end (sun_rays.h). Part of shade.comp.
+// Shadow rays: shadow_rays.h at level 0, and where rays to a directional light end (directional_rays.h). Part of shade.comp.
 
 #include "hybrid/gl/mover_rays.glsl"
 

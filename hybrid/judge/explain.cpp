@@ -142,7 +142,7 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
                    grid.voxelSizeWorld;
         };
         q.startOffsetWorld = moved(asked.segment.from, q.position);
-        q.endOffsetWorld = shadowPair.isSun ? 0.0 : moved(asked.segment.to, q.light);
+        q.endOffsetWorld = shadowPair.isDirectional ? 0.0 : moved(asked.segment.to, q.light);
         const double lift = shadowLift(grid, q.position, q.normal,
                                        rayEnd(method.rays, shadowPair, asked.startLevel),
                                        method.rays.options.offset, asked.startLevel);

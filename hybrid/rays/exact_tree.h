@@ -10,7 +10,7 @@
 // misses no touching pair). So no blocker is lost, and what is reported was confirmed.
 #pragma once
 
-#include "hybrid/rays/sun_rays.h"
+#include "hybrid/rays/directional_rays.h"
 #include "hybrid/rays/truth_ray.h"
 #include "voxel/dag_trace.h"
 
@@ -91,7 +91,7 @@ SDAG_HD inline bool isBlockedExactly(const DagView& dag, const ExactView& exact,
     if (!(ray.tFar > 0.0f) || dag.rootAddress == kNoNode)
         return false;
     const glm::dvec3 from = glm::dvec3(ray.startLocal) + exact.geometry.origin;
-    // Far beyond the grid lies the end of a sun's ray only.
+    // Far beyond the grid lies the end of a directional light's ray only.
     const glm::dvec3 start = dag.grid.voxelFromWorld(from);
     const glm::dvec3 end =
         endWithinGrid(dag.grid, start, dag.grid.voxelFromWorld(from + glm::dvec3(ray.direction)),

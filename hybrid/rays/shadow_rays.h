@@ -3,9 +3,9 @@
 // that shading, its streams and the error analysis agree with.
 #pragma once
 
+#include "hybrid/rays/directional_rays.h"
 #include "hybrid/rays/exact_tree.h"
 #include "hybrid/rays/mover_rays.h"
-#include "hybrid/rays/sun_rays.h"
 #include "scenes/light.h"
 #include "voxel/dag_lod.h"
 
@@ -64,7 +64,7 @@ struct ShadowPair {
     glm::vec3 lightWorld;  ///< pointAtLight
     uint32_t receiver;
     uint32_t light;
-    bool isSun = false;
+    bool isDirectional = false;
 };
 
 /// A pair as rays through voxels ask it.
@@ -74,11 +74,11 @@ struct PairSegment {
     Footprint footprint; ///< of all but LodRule::kFixed
 };
 
-/// Returns where a pair's ray through voxels ends: at the light, or, to a sun, where it has left
-/// the grid by more than the end is drawn back.
+/// Returns where a pair's ray through voxels ends: at the light, or, to a directional light, where
+/// it has left the grid by more than the end is drawn back.
 SDAG_HD inline glm::vec3 rayEnd(const RayInputs& inputs, const ShadowPair& pair,
                                 uint32_t startLevel) {
-    if (!pair.isSun)
+    if (!pair.isDirectional)
         return pair.lightWorld;
     const VoxelGrid& grid = inputs.dag.grid;
     const double cell = double(1u << startLevel);
@@ -88,15 +88,15 @@ SDAG_HD inline glm::vec3 rayEnd(const RayInputs& inputs, const ShadowPair& pair,
                       grid.voxelFromWorld(glm::dvec3(pair.lightWorld)), beyond)));
 }
 
-/// Returns the footprint of a pair's ray, in voxels. A sun's is the pixel's all along: texels of
-/// its windows are no wider.
+/// Returns the footprint of a pair's ray, in voxels. A directional light's is the pixel's all
+/// along: texels of its windows are no wider.
 SDAG_HD inline Footprint footprintOf(const RayInputs& inputs, const ShadowPair& pair) {
     const RayDetail& detail = inputs.detail;
     const glm::dvec3 position(pair.positionWorld), toLight = glm::dvec3(pair.lightWorld) - position;
     const double length = sqrt(glm::dot(toLight, toLight));
     const double depth = glm::dot(position - detail.eyeWorld, detail.forward);
     const double resolution =
-        detail.resolutionSquaredBits.empty() || pair.isSun
+        detail.resolutionSquaredBits.empty() || pair.isDirectional
             ? 0.0
             : sqrt(double(std::bit_cast<float>(detail.resolutionSquaredBits[pair.light])));
     const double voxel = inputs.dag.grid.voxelSizeWorld;

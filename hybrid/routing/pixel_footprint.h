@@ -7,7 +7,7 @@
 // across the camera's axis, (s z)^2 z / v across the ray, and A = (s z)^2 z / (n.v) on a surface of
 // normal n, v now the vector to the camera. A light in direction l / |l| sees A n.l / |l| across
 // its ray: the solid angle A n.l / |l|^3 of a point light, of whose sphere 6 R^2 texels share 4 pi;
-// that very area of a sun, where R texels make the side of its square.
+// that very area of a directional light, where R texels make the side of its square.
 #pragma once
 
 #include "hybrid/clusters/cluster_lights.h"
@@ -25,14 +25,15 @@ enum class ResolutionRule : uint8_t {
 /// Without a bound a cluster that the light just touches would rule its whole map.
 constexpr double kLeastCosine = 0.1;
 
-/// Returns what a pixel covers of a light: of a point or spot light the solid angle, of a sun the
-/// area across its rays in square metres. 0 where the surface faces away from the light.
+/// Returns what a pixel covers of a light: of a point or spot light the solid angle, of a
+/// directional light the area across its rays in square metres. 0 where the surface faces away from
+/// the light.
 /// @param position,normal unit, of the surface that the pixel shows
 SDAG_HD inline double pixelShare(const ViewRays& view, const glm::dvec3& position,
                                  const glm::dvec3& normal, const Light& light) {
-    const bool isSun = light.kind == Light::kSun;
-    const glm::dvec3 toLight =
-        isSun ? -glm::dvec3(light.directionWorld) : glm::dvec3(light.positionWorld) - position;
+    const bool isDirectional = light.kind == Light::kSun;
+    const glm::dvec3 toLight = isDirectional ? -glm::dvec3(light.directionWorld)
+                                             : glm::dvec3(light.positionWorld) - position;
     const double facing = glm::dot(normal, toLight);
     if (!(facing > 0.0))
         return 0.0;
@@ -44,7 +45,7 @@ SDAG_HD inline double pixelShare(const ViewRays& view, const glm::dvec3& positio
                                  kLeastCosine * glm::sqrt(glm::dot(toCamera, toCamera)));
     const double side = view.pixelSize * depth;
     const double across = side * side * depth / seen * cosine;
-    return isSun ? across : across / distanceSquared;
+    return isDirectional ? across : across / distanceSquared;
 }
 
 /// Returns what a light's texels share together, times its R^2: what one texel covers at R = 1.

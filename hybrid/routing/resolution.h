@@ -42,11 +42,12 @@ SDAG_HD inline float requiredResolutionSquared(uint32_t sampleCount, double radi
     return float(samples * (1.0 + glm::sqrt(1.0 - x)) / (3.0 * x));
 }
 
-/// Returns R^2 that a cluster wants of a sun, in texels of the lattice of which R make
-/// sunExtentWorld: the equation in the limit of a light far away, where the sphere covers the disc
-/// pi r^2 of the sun's light, and S texels are to cover that.
-SDAG_HD inline float requiredSunResolutionSquared(uint32_t sampleCount, double radiusSquared,
-                                                  double extentWorld) {
+/// Returns R^2 that a cluster wants of a directional light, in texels of the lattice of which R
+/// make sunExtentWorld: the equation in the limit of a light far away, where the sphere covers the
+/// disc pi r^2 of the light, and S texels are to cover that.
+SDAG_HD inline float requiredDirectionalResolutionSquared(uint32_t sampleCount,
+                                                          double radiusSquared,
+                                                          double extentWorld) {
     constexpr double kInversePi = 0.31830988618379067;
     return float(double(sampleCount) * kInversePi * (extentWorld * extentWorld) / radiusSquared);
 }
@@ -114,7 +115,8 @@ struct DemandResolution {
             const glm::dvec3 toLight = glm::dvec3(light.positionWorld) - center;
             float wanted =
                 light.kind == Light::kSun
-                    ? requiredSunResolutionSquared(samples, radiusSquared, sunExtentWorld(light))
+                    ? requiredDirectionalResolutionSquared(samples, radiusSquared,
+                                                           sunExtentWorld(light))
                     : requiredResolutionSquared(samples, radiusSquared, glm::dot(toLight, toLight));
             if (rule == ResolutionRule::kPlane) {
                 const double share = pixelShare(view, plane.position, plane.normal, light);
@@ -133,10 +135,11 @@ struct DemandResolution {
 /// asks for, the octaves below the mapsPerLight highest together with the lowest of these. An
 /// octave's bounds do not move with the light's maximum, so a still cluster stays with its map when
 /// others come and go. Source: Olsson et al. 2015, sec. IV-C (histogram of requested resolutions;
-/// its buckets are not given there). A sun always has a map for every two octaves, each the
-/// window of a clipmap: one map over near and far receivers would hold them all at the resolution
-/// of the nearest. (One an octave drew half as many triangles again, 2.1 against 1.4 million with a
-/// sun over `houses`, 0.79 against 0.48 in `atrium`, on 101 % and 83 % of the pages.)
+/// its buckets are not given there). A directional light always has a map for every two octaves,
+/// each the window of a clipmap: one map over near and far receivers would hold them all at the
+/// resolution of the nearest. (One an octave drew half as many triangles again, 2.1 against 1.4
+/// million with a sun over `houses`, 0.79 against 0.48 in `atrium`, on 101 % and 83 % of the
+/// pages.)
 struct DemandMaps {
     ClusterView clusters;
     ClusterLightsView lists; ///< record not read

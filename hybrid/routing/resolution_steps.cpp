@@ -39,7 +39,7 @@ std::vector<uint32_t> makeResolutionSteps(uint32_t maxFaceTexels) {
     return steps;
 }
 
-std::vector<uint32_t> makeSunResolutionSteps() {
+std::vector<uint32_t> makeDirectionalResolutionSteps() {
     std::vector<uint32_t> steps = makeResolutionSteps(1u << 13);
     while (steps.back() < 1u << 18)
         steps.push_back(2 * steps[steps.size() - kStepsPerOctave]);

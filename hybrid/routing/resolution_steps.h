@@ -21,9 +21,9 @@ constexpr double kShrinkBelow = 0.9;
 /// rounded to nearest, computed with integers, each once.
 std::vector<uint32_t> makeResolutionSteps(uint32_t maxFaceTexels);
 
-/// Returns the same steps up to 2^18: the resolutions of a sun's lattice, which count texels over
-/// the whole scene.
-std::vector<uint32_t> makeSunResolutionSteps();
+/// Returns the same steps up to 2^18: the resolutions of a directional light's lattice, which count
+/// texels over the whole scene.
+std::vector<uint32_t> makeDirectionalResolutionSteps();
 
 /// Returns the step to allocate for a request of `resolutionSquared` texels^2: the least step that
 /// holds it, within [minFaceTexels, the last step]; the previous one if that is enough and not too

@@ -23,6 +23,22 @@ MAY_INCLUDE = {
     "tests": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid", "tools", "tests"},
 }
 
+# Rooms of a folder, each with the rooms that it may include. Files beside the rooms belong to the room given for ".".
+# A folder that is not here has no order of its own yet.
+ROOMS = {
+    # gbuffer <- rays <- clusters <- routing <- frame <- { gl, judge }
+    "hybrid": {
+        "gbuffer": {"gbuffer"},
+        "rays": {"gbuffer", "rays"},
+        "clusters": {"gbuffer", "rays", "clusters"},
+        "routing": {"gbuffer", "rays", "clusters", "routing"},
+        "frame": {"gbuffer", "rays", "clusters", "routing", "frame"},
+        "gl": {"gbuffer", "rays", "clusters", "routing", "frame", "gl"},
+        "judge": {"gbuffer", "rays", "clusters", "routing", "frame", "judge"},
+    },
+}
+ROOM_OF_LOOSE_FILES = {"hybrid": "frame"}  # hybrid/frame.h is the frame for other folders
+
 # Header pattern -> folders that may include it. Tests may include all; GLM is the vocabulary everywhere.
 THIRD_PARTY = {
     r"glm/.*": set(MAY_INCLUDE),
@@ -57,6 +73,25 @@ def own_header(path):
     return "/".join((*parts, name + ".h"))
 
 
+def room_of(folder, parts):
+    """Returns the room that a path, split at its slashes, stands in: of a folder with rooms."""
+    return parts[1] if len(parts) > 2 else ROOM_OF_LOOSE_FILES.get(folder)
+
+
+def room_violation(folder, path, header):
+    """Returns why a file may not include a header of its own folder, or None."""
+    rooms = ROOMS.get(folder)
+    if rooms is None:
+        return None
+    room, target = room_of(folder, path.parts), room_of(folder, header.split("/"))
+    for name in (room, target):
+        if name not in rooms:
+            return f'{folder}/ has no room "{name}" in tests/house/include_order.py'
+    if target not in rooms[room]:
+        return f'{folder}/{room}/ may not include "{header}": {folder}/{target}/ does not stand before it'
+    return None
+
+
 def third_party_folders(header):
     """Returns the folders that may include a third-party header, or None when the table lacks it."""
     for pattern, folders in THIRD_PARTY.items():
@@ -85,6 +120,8 @@ def check_file(root, path):
                 violations.append(f'{where} "{quoted}" is no path from the root; third-party headers take <>')
             elif target not in MAY_INCLUDE.get(folder, set()):
                 violations.append(f'{where} {folder}/ may not include "{quoted}": {target}/ does not stand before it')
+            elif target == folder and (reason := room_violation(folder, path, quoted)):
+                violations.append(f"{where} {reason}")
             group = OWN if quoted == own_header(path) else PROJECT
         elif SYSTEM.fullmatch(angled):
             group = STD
@@ -120,8 +157,8 @@ def self_test():
         "voxel/c.h": ('#include "shadowmap/d.h"\n', "does not stand before"),
         "shadowmap/d.h": ('#include <zstd.h>\n', "at home in voxel"),
         "shadowmap/e.cpp": ('#include "voxel/c.h"\n', "does not stand before"),
-        "hybrid/f.cpp": ('#include <openvdb/openvdb.h>\n', "at home in voxel"),
-        "hybrid/g.cpp": ('#include <embree3/rtcore.h>\n#include <sys/mman.h>\n', None),
+        "hybrid/judge/f.cpp": ('#include <openvdb/openvdb.h>\n', "at home in voxel"),
+        "hybrid/judge/g.cpp": ('#include <embree3/rtcore.h>\n#include <sys/mman.h>\n', None),
         "scenes/h.cpp": ('#include "b.h"\n', "no path from the root"),
         "scenes/i.cpp": ('#include <vector>\n#include "scenes/b.h"\n', "project include after std"),
         "scenes/j.cpp": ('#include <surprise/all.hpp>\n', "in no row"),
@@ -131,6 +168,12 @@ def self_test():
         "tests/voxel/m_test.cpp": ('#include "hybrid/g.h"\n#include <openvdb/openvdb.h>\n', "no path"),
         "tests/voxel/c_test.cpp": ('#include "voxel/c.h"\n#include "cuda/a.h"\n#include <embree3/rtcore.h>\n', None),
         "extra/n.cpp": ("", "sources live in"),
+        "hybrid/frame/o.h": ('#include "hybrid/gl/p.h"\n', "hybrid/gl/ does not stand before it"),
+        "hybrid/gl/p.h": ('#include "hybrid/frame.h"\n#include "hybrid/frame/o.h"\n', None),
+        "hybrid/frame.h": ('#include "hybrid/routing/q.h"\n', None),
+        "hybrid/routing/q.h": ('#include "hybrid/frame.h"\n', "hybrid/frame/ does not stand before it"),
+        "hybrid/judge/r.cpp": ('#include "hybrid/gl/p.h"\n', "hybrid/gl/ does not stand before it"),
+        "hybrid/attic/s.h": ('#include "hybrid/routing/q.h"\n', 'no room "attic"'),
     }
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder)

@@ -4,6 +4,7 @@
 #include "hybrid/frame.h"
 
 #include "hybrid/frame/frame_state.h"
+#include "hybrid/frame/shade_pass.h"
 #include "tests/hybrid/blocker_stage.h"
 
 #include <gtest/gtest.h>
@@ -205,24 +206,24 @@ TEST(Frame, ShadesSampleBySampleAsClusterByCluster) {
     const FrameOptions options = smallFrame();
     StageTimes stages;
     const ViewRays view = makeViewRays(roomCamera(), options.width, options.height);
-    gatherFrame(state, view, options, stages);
-    std::vector<MapRecord> maps = describeMaps(state, options);
+    state.gather(view, options, stages);
+    std::vector<MapRecord> maps = state.routing.describe(state.clusters, options);
     for (size_t m = 0; m < maps.size(); ++m)
         maps[m].route = m % 2 ? Route::kRays : Route::kMap;
-    buildMaps(state, maps, options, stages);
-    ShadeSamples shading = prepareShading(state, options);
+    state.maps.build(state.clusters, maps, options, stages);
+    ShadeSamples shading = state.prepareShading(options);
     shadeUnlit(Backend::kCpu, shading);
     shadeLights(Backend::kCpu, shading); // the CPU's order
-    const std::vector<glm::vec3> byCluster = state.color.download();
-    const std::vector<uint32_t> rays = state.rayCount.download(),
-                                lookups = state.lookupCount.download();
-    shading = prepareShading(state, options);
+    const std::vector<glm::vec3> byCluster = state.shading.color().download();
+    const std::vector<uint32_t> rays = state.shading.rayCount().download(),
+                                lookups = state.shading.lookupCount().download();
+    shading = state.prepareShading(options);
     shadeUnlit(Backend::kCpu, shading);
     for (size_t i = 0; i < shading.clusters.samples.count; ++i) // the GPU's
         shading.shadeSample(i);
-    EXPECT_EQ(byCluster, state.color.download());
-    EXPECT_EQ(rays, state.rayCount.download());
-    EXPECT_EQ(lookups, state.lookupCount.download());
+    EXPECT_EQ(byCluster, state.shading.color().download());
+    EXPECT_EQ(rays, state.shading.rayCount().download());
+    EXPECT_EQ(lookups, state.shading.lookupCount().download());
 }
 
 TEST(Frame, ForgetsHeldResolutionsOnReset) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "hybrid/frame/frame_state.h"
+#include "hybrid/frame/shade_pass.h"
 #include "scenes/builtin.h"
 #include "tests/cuda/parity.h"
 #include "voxel/voxelize.h"

@@ -10,54 +10,58 @@ class PassParity : public ParityStage {};
 
 /// Adds everything that gathering wrote.
 void addGathered(Snapshot& snapshot, const FrameState& state) {
+    const GBuffer& gbuffer = state.surface.buffers();
+    const ClusterSet& clusters = state.clusters.clusters();
+    const ClusterLights& lists = state.clusters.lights();
+    const LightDemand& demand = state.clusters.demand();
     // Positions, normals and depths are floats that clusters, pairs and pages are decided by.
-    snapshot.add("g-buffer triangle", state.gbuffer.triangle);
-    snapshot.add("g-buffer depth", state.gbuffer.depthView);
-    snapshot.add("g-buffer position", state.gbuffer.positionWorld);
-    snapshot.add("g-buffer normal", state.gbuffer.normalWorld);
-    snapshot.add("cluster cell", state.clusters.cell);
-    snapshot.add("cluster sample start", state.clusters.sampleStart);
-    snapshot.add("cluster samples", state.clusters.samples);
-    snapshot.add("cluster of sample", state.clusters.clusterOfSample);
-    snapshot.add("cluster normals", state.clusters.normalCell);
-    snapshot.add("cluster boxes", state.clusters.boxesWorld);
-    snapshot.add("cluster light start", state.lists.start);
-    snapshot.add("cluster lights", state.lists.lights);
-    snapshot.add("cluster light records", state.lists.record);
-    snapshot.add("demand of lights", state.demand.resolutionSquaredBits);
+    snapshot.add("g-buffer triangle", gbuffer.triangle);
+    snapshot.add("g-buffer depth", gbuffer.depthView);
+    snapshot.add("g-buffer position", gbuffer.positionWorld);
+    snapshot.add("g-buffer normal", gbuffer.normalWorld);
+    snapshot.add("cluster cell", clusters.cell);
+    snapshot.add("cluster sample start", clusters.sampleStart);
+    snapshot.add("cluster samples", clusters.samples);
+    snapshot.add("cluster of sample", clusters.clusterOfSample);
+    snapshot.add("cluster normals", clusters.normalCell);
+    snapshot.add("cluster boxes", clusters.boxesWorld);
+    snapshot.add("cluster light start", lists.start);
+    snapshot.add("cluster lights", lists.lights);
+    snapshot.add("cluster light records", lists.record);
+    snapshot.add("demand of lights", demand.resolutionSquaredBits);
     // Of pairs that are taken out nobody asks, and nothing is written.
-    std::vector<float> wanted = state.demand.wantedSquared.download();
-    const std::vector<uint32_t> records = state.lists.record.download();
+    std::vector<float> wanted = demand.wantedSquared.download();
+    const std::vector<uint32_t> records = lists.record.download();
     for (size_t i = 0; i < wanted.size(); ++i)
         wanted[i] = records[i] == kProvenLit ? 0.0f : wanted[i];
     snapshot.add("demand of pairs", wanted);
-    std::vector<uint32_t> ofMaps = state.ofMaps;
-    ofMaps.resize(3 * state.demand.slotCount()); // without what only guesses note there
+    std::vector<uint32_t> ofMaps = state.clusters.demandOfMaps();
+    ofMaps.resize(3 * demand.slotCount()); // without what only guesses note there
     snapshot.add("demand of maps", ofMaps);
 }
 
 /// Adds everything that shading wrote, and the pairs.
 void addShaded(Snapshot& snapshot, FrameState& state, const FrameOptions& options) {
-    ShadeSamples shading = prepareShading(state, options);
-    shadeUnlit(state.backend, shading);
-    shadeLights(state.backend, shading);
-    snapshot.addNear("colour", state.color.download(), kColorTolerance);
-    snapshot.add("ray counts", state.rayCount);
-    snapshot.add("lookup counts", state.lookupCount);
-    snapshot.add("proven counts", state.provenCount);
-    snapshot.add("missing tap counts", state.missingTapCount);
-    snapshot.add("mover test counts", state.moverTestCount);
+    ShadeSamples shading = state.prepareShading(options);
+    shadeUnlit(state.context.backend, shading);
+    shadeLights(state.context.backend, shading);
+    snapshot.addNear("colour", state.shading.color().download(), kColorTolerance);
+    snapshot.add("ray counts", state.shading.rayCount());
+    snapshot.add("lookup counts", state.shading.lookupCount());
+    snapshot.add("proven counts", state.shading.provenCount());
+    snapshot.add("missing tap counts", state.shading.missingTapCount());
+    snapshot.add("mover test counts", state.shading.moverTestCount());
     FrameResult result;
-    result.maps = describeMaps(state, options);
-    recordPairs(state, shading, state.lists.record.download(), result);
+    result.maps = state.routing.describe(state.clusters, options);
+    state.shading.recordPairs(state.surface, state.clusters, shading,
+                              state.clusters.lights().record.download(), result);
     snapshot.add("pair start", result.pairs.sampleStart);
     snapshot.add("pair lights", result.pairs.light);
     snapshot.add("pair visibility", result.visibility);
     snapshot.add("pair maps", result.pairServer);
-    shading.lists = orderLights(state.backend, state.lists.view(), state.scene.lightBvh(),
-                                shading.lights.count, state.orderedLights);
-    snapshot.add("ordered cluster lights", state.orderedLights.lights);
-    snapshot.add("ordered cluster light records", state.orderedLights.record);
+    state.clusters.orderedLists();
+    snapshot.add("ordered cluster lights", state.clusters.ordered().lights);
+    snapshot.add("ordered cluster light records", state.clusters.ordered().record);
 }
 
 /// Runs all passes over two frames between which the scene moves; every other map is traced.
@@ -71,19 +75,19 @@ Snapshot passesOf(Backend backend, World& world, const Dag& dag, const Camera& c
     for (const float time : {0.0f, 0.5f}) {
         snapshot.under("time " + std::to_string(time) + ": ");
         if (time > 0)
-            state.scene.update(world.setTime(time), stages, stages);
-        gatherFrame(state, makeViewRays(camera, options.width, options.height), options, stages);
+            state.context.scene.update(world.setTime(time), stages, stages);
+        state.gather(makeViewRays(camera, options.width, options.height), options, stages);
         addGathered(snapshot, state);
-        std::vector<MapRecord> records = describeMaps(state, options);
-        countQuantities(state, options, kCountsAll, records, stages);
+        std::vector<MapRecord> records = state.routing.describe(state.clusters, options);
+        state.routing.count(state.surface, state.clusters, options, kCountsAll, records, stages);
         for (size_t r = 0; r < records.size(); ++r)
             records[r].route = r % 2 ? Route::kRays : Route::kMap;
         addRecords(snapshot, records);
-        buildMaps(state, records, options, stages);
-        addMaps(snapshot, hostShadowMaps(state));
-        addCounts(snapshot, state.maps.counts());
-        snapshot.add("pages per map", state.maps.pagesPerMap());
-        snapshot.add("triangles per map", state.maps.trianglesPerMap());
+        state.maps.build(state.clusters, records, options, stages);
+        addMaps(snapshot, state.maps.hostView());
+        addCounts(snapshot, state.maps.maps().counts());
+        snapshot.add("pages per map", state.maps.maps().pagesPerMap());
+        snapshot.add("triangles per map", state.maps.maps().trianglesPerMap());
         addShaded(snapshot, state, options);
     }
     return snapshot;

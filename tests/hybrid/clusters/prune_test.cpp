@@ -46,12 +46,12 @@ TEST(PairPruning, ByEntryIsThatByCluster) {
     FrameOptions options = failFrame();
     options.pruning = PairPruning::kFacing;
     StageTimes stages;
-    gatherFrame(state, makeViewRays(stage.world.cameras().at(0), options.width, options.height),
-                options, stages);
-    const std::vector<uint32_t> byCluster = state.lists.record.download();
+    state.gather(makeViewRays(stage.world.cameras().at(0), options.width, options.height), options,
+                 stages);
+    const std::vector<uint32_t> byCluster = state.clusters.lights().record.download();
     std::vector<uint32_t> byEntry(byCluster.size() + 9, 7);
-    const PruneFacing work{state.gbuffer.view(), state.clusters.view(), state.lists.view(),
-                           state.scene.lights(), viewOf(byEntry)};
+    const PruneFacing work{state.surface.view(), state.clusters.view(), state.clusters.lists(),
+                           state.context.scene.lights(), viewOf(byEntry)};
     for (size_t i = byEntry.size(); i-- > 0;)
         PruneEntry{work}(i);
     size_t prunedCount = 0;

@@ -10,9 +10,9 @@
 namespace shadowdag {
 
 /// The hierarchy over the moving batches and the lights that they may shadow.
-class MoverSet {
+class DynamicGeometry {
 public:
-    explicit MoverSet(Backend backend);
+    explicit DynamicGeometry(Backend backend);
 
     /// Follows World::setTime and BatchSet::update; builds the hierarchy anew, because what moves
     /// leaves its place along the curve. Nothing but a look at the instances where none moves.

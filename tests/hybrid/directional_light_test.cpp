@@ -45,7 +45,7 @@ Wrong againstClosedForm(const FailStage& stage, const PairList& pairs,
     return wrong;
 }
 
-TEST(Sun, IsASphereAroundTheSceneWithParallelRaysAndConstantLight) {
+TEST(DirectionalLight, IsASphereAroundTheSceneWithParallelRaysAndConstantLight) {
     FailStage stage(failSceneOf("fail-sun"), 5);
     ASSERT_EQ(stage.world.lights().size(), 1u);
     const Light& sun = stage.world.lights()[0];
@@ -73,7 +73,7 @@ TEST(Sun, IsASphereAroundTheSceneWithParallelRaysAndConstantLight) {
     EXPECT_NEAR(seen.x, sun.intensity.x / M_PI, 1e-5);
 }
 
-TEST(Sun, APostsShadowIsItsHeightOverTheTangentOfTheElevation) {
+TEST(DirectionalLight, APostsShadowIsItsHeightOverTheTangentOfTheElevation) {
     FailStage stage(failSceneOf("fail-sun"), 9);
     const glm::dvec2 along = glm::normalize(glm::dvec2(0.6, 0.64));
     const double length = 2.0 / kTanElevation; // the post at the origin is 2 m high
@@ -104,7 +104,7 @@ TEST(Sun, APostsShadowIsItsHeightOverTheTangentOfTheElevation) {
     }
 }
 
-TEST(Sun, EveryMethodAgreesWithTheClosedFormThroughTime) {
+TEST(DirectionalLight, EveryMethodAgreesWithTheClosedFormThroughTime) {
     FailStage stage(failSceneOf("fail-sun"), 9);
     for (const float time : {0.0f, 1.3f, 2.6f, 4.0f}) {
         stage.renderer->worldChanged(stage.world.setTime(time));
@@ -133,7 +133,7 @@ TEST(Sun, EveryMethodAgreesWithTheClosedFormThroughTime) {
     }
 }
 
-TEST(Sun, FarFromTheOriginNothingIsUnexplained) {
+TEST(DirectionalLight, FarFromTheOriginNothingIsUnexplained) {
     const FailScene far = moved(failSceneOf("fail-sun"), {1e5, 0, -1e5});
     FailStage stage(far, 8);
     const Wrong truth = [&] {
@@ -163,7 +163,7 @@ TEST(Sun, FarFromTheOriginNothingIsUnexplained) {
     EXPECT_EQ(exact.report.total.unexplainedFalseLightCount, 0u);
 }
 
-TEST(Sun, HasAWindowForTwoOctavesWhateverMapsPerLightSays) {
+TEST(DirectionalLight, HasAWindowForTwoOctavesWhateverMapsPerLightSays) {
     FailStage stage(failSceneOf("fail-sun"), 5);
     std::vector<size_t> counts;
     for (const uint32_t mapsPerLight : {1u, 4u, 16u}) {
@@ -188,7 +188,7 @@ TEST(Sun, HasAWindowForTwoOctavesWhateverMapsPerLightSays) {
     EXPECT_EQ(counts[2], counts[0]);
 }
 
-TEST(Sun, StreamsAnswerAsSingleRays) {
+TEST(DirectionalLight, StreamsAnswerAsSingleRays) {
     FailStage stage(failSceneOf("fail-sun"), 8, 1.0f);
     std::vector<FrameResult> frames;
     for (const RayBatch batch : {RayBatch::kSingle, RayBatch::kStream}) {
@@ -205,7 +205,7 @@ TEST(Sun, StreamsAnswerAsSingleRays) {
     EXPECT_EQ(stage.run("texels:inf", pruned).frame.visibility, frames[0].visibility);
 }
 
-TEST(Sun, KeptWindowsAnswerAsFreshOnesWhileTheCameraFliesAndABoxMoves) {
+TEST(DirectionalLight, KeptWindowsAnswerAsFreshOnesWhileTheCameraFliesAndABoxMoves) {
     FailStage kept(failSceneOf("fail-sun"), 5), fresh(failSceneOf("fail-sun"), 5);
     FrameOptions options = failFrame();
     options.width = 160;

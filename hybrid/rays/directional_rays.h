@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where rays that go on beyond the scene end: a sun's have no end of their own, and the voxel ray's
-// margin grows with how far its ends lie (voxel/ray_slabs.h).
+// Where rays that go on beyond the scene end: a directional light's have no end of their own, and
+// the voxel ray's margin grows with how far its ends lie (voxel/ray_slabs.h).
 #pragma once
 
 #include "voxel/dag.h"

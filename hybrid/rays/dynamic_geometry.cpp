@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hybrid/rays/mover_set.h"
+#include "hybrid/rays/dynamic_geometry.h"
 
 #include "cuda/parallel_for.h"
 
@@ -7,11 +7,12 @@
 
 namespace shadowdag {
 
-MoverSet::MoverSet(Backend backend)
+DynamicGeometry::DynamicGeometry(Backend backend)
     : boxes_(backend, "mover boxes"), items_(backend, "mover items"),
       nearLight_(backend, "lights near movers") {}
 
-void MoverSet::update(const World& world, const BatchView& batches, const TruthSpace& space) {
+void DynamicGeometry::update(const World& world, const BatchView& batches,
+                             const TruthSpace& space) {
     movingBatches_.clear();
     hostBoxes_.clear();
     for (uint32_t b = 0; b < batches.batches.count; ++b)
@@ -50,8 +51,8 @@ void MoverSet::update(const World& world, const BatchView& batches, const TruthS
     nearLight_.set(hostNearLight_);
 }
 
-MoverView MoverSet::view(const TruthGeometry& geometry, View<const Batch> batches,
-                         View<const uint32_t> batchTriangles) const {
+MoverView DynamicGeometry::view(const TruthGeometry& geometry, View<const Batch> batches,
+                                View<const uint32_t> batchTriangles) const {
     if (empty())
         return {};
     WideBvhView bvh = hostBvh_.view();
@@ -60,7 +61,7 @@ MoverView MoverSet::view(const TruthGeometry& geometry, View<const Batch> batche
     return {geometry, batches, batchTriangles, bvh, nearLight_.view()};
 }
 
-MoverView MoverSet::hostView(const TruthGeometry& geometry, const BatchView& batches) const {
+MoverView DynamicGeometry::hostView(const TruthGeometry& geometry, const BatchView& batches) const {
     if (empty())
         return {};
     WideBvhView bvh = hostBvh_.view();

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// What options of a frame are refused, whatever the backend.
+#include "hybrid/frame/frame_state.h"
+
+#include <cmath>
+
+namespace shadowdag {
+
+namespace {
+
+void check(bool ok, const std::string& what) {
+    if (!ok)
+        throw Error(ErrorKind::kUsage, what);
+}
+
+} // namespace
+
+void checkOptions(const FrameOptions& options) {
+    check(std::isfinite(options.undersample) && options.undersample > 0.0f,
+          "undersampling divisor " + std::to_string(options.undersample) +
+              "; use a number above 0, 1 for none");
+    check(options.maxFaceTexels >= 1 && options.maxFaceTexels <= kMaxFaceTexels,
+          "largest face resolution " + std::to_string(options.maxFaceTexels) + "; use 1 to " +
+              std::to_string(kMaxFaceTexels) + " texels");
+    check(options.minFaceTexels >= 1 && options.minFaceTexels <= options.maxFaceTexels,
+          "least face resolution " + std::to_string(options.minFaceTexels) +
+              "; use 1 to the largest, " + std::to_string(options.maxFaceTexels) + " texels");
+    check(options.mapsPerLight >= 1 && options.mapsPerLight <= kMaxMapsPerLight,
+          std::to_string(options.mapsPerLight) + " shadow maps a light; use 1 to " +
+              std::to_string(kMaxMapsPerLight));
+    check(options.normalClusters <= kMaxNormalCellsPerEdge,
+          "normal clustering by " + std::to_string(options.normalClusters) +
+              " cells an edge; use 0 for none to " + std::to_string(kMaxNormalCellsPerEdge));
+    check(options.pruning != PairPruning::kLit ||
+              (options.rays.level == 0 && options.rays.lod == LodRule::kFixed),
+          "proofs of light hold for voxel rays of level 0; use no other level of detail with them");
+    check(options.bias.taps <= options.maps.taps,
+          "lookups with " + std::to_string(options.bias.taps) + " taps in maps marked for " +
+              std::to_string(options.maps.taps) +
+              " would read pages without memory; give the maps as many taps");
+    check(std::isfinite(options.routeMargin) && options.routeMargin >= 0.0f,
+          "margin of routing " + std::to_string(options.routeMargin) +
+              "; use a number >= 0, 0 to route every frame anew");
+    check(std::isfinite(options.rays.offset) && options.rays.offset >= 0.0f,
+          "ray offset " + std::to_string(options.rays.offset) + "; use a number >= 0");
+    check(options.rays.lod == LodRule::kFixed || options.rays.level == 0,
+          "level of detail " + std::to_string(options.rays.level) +
+              " and one by footprint contradict each other; use level 0 with footprints");
+    check(std::isfinite(options.rays.footprintScale) && options.rays.footprintScale > 0.0f,
+          "footprint scale " + std::to_string(options.rays.footprintScale) +
+              "; use a number above 0, 1 for the pixel's");
+    check(options.rays.coverage > 0.0f && options.rays.coverage <= 1.0f,
+          "coverage " + std::to_string(options.rays.coverage) +
+              "; use a share above 0, at most 1 (footprint is what counts every voxel)");
+}
+
+} // namespace shadowdag

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid/frame/frame_shading.h"
+
+#include <numeric>
+#include <utility>
+
+namespace shadowdag {
+
+namespace {
+
+uint64_t sum(const Buffer<uint32_t>& counts) {
+    const std::vector<uint32_t> host = counts.download();
+    return std::accumulate(host.begin(), host.end(), uint64_t(0));
+}
+
+/// Clusters and their lists of lights on the host.
+struct HostLists {
+    HostLists(const FrameClusters& clusters, size_t worldLightCount)
+        : sampleStart(clusters.clusters().sampleStart.download()),
+          samples(clusters.clusters().samples.download()),
+          lightStart(clusters.lights().start.download()),
+          lights(clusters.lights().lights.download()), lightCount(worldLightCount) {}
+
+    std::vector<uint32_t> sampleStart, samples, lightStart, lights;
+    size_t lightCount; ///< of the world
+};
+
+/// Counts the traced pairs by whether their light lights its cluster wholly, not at all, in part.
+void countWholeClusters(const HostLists& lists, FrameResult& result) {
+    const auto& [sampleStart, samples, lightStart, lights, lightCount] = lists;
+    std::vector<uint64_t> lit(lightCount, 0), dark = lit;
+    FrameCounts& counts = result.counts;
+    for (size_t c = 0; c + 1 < sampleStart.size(); ++c) {
+        for (uint32_t i = sampleStart[c]; i < sampleStart[c + 1]; ++i)
+            for (uint64_t p = result.pairs.sampleStart[samples[i]];
+                 p < result.pairs.sampleStart[samples[i] + 1]; ++p)
+                if (result.pairRoute[p] == Route::kRays)
+                    ++(result.visibility[p] < kHalfLit ? dark : lit)[result.pairs.light[p]];
+        for (uint32_t l = lightStart[c]; l < lightStart[c + 1]; ++l) {
+            uint64_t &ofLit = lit[lights[l]], &ofDark = dark[lights[l]];
+            (ofDark == 0  ? counts.wholeLitPairCount
+             : ofLit == 0 ? counts.wholeDarkPairCount
+                          : counts.mixedPairCount) += ofLit + ofDark;
+            ofLit = ofDark = 0;
+        }
+    }
+}
+
+/// Counts the pairs of every map; those that are proven lit belong to none.
+void countPairsOfMaps(const HostLists& lists, const std::vector<uint32_t>& records,
+                      FrameResult& result) {
+    const auto& [sampleStart, samples, lightStart, lights, lightCount] = lists;
+    std::vector<uint32_t> recordOfLight(lightCount, kProvenLit);
+    for (size_t c = 0; c + 1 < sampleStart.size(); ++c) {
+        for (uint32_t l = lightStart[c]; l < lightStart[c + 1]; ++l)
+            recordOfLight[lights[l]] = records[l];
+        for (uint32_t i = sampleStart[c]; i < sampleStart[c + 1]; ++i)
+            for (uint64_t p = result.pairs.sampleStart[samples[i]];
+                 p < result.pairs.sampleStart[samples[i] + 1]; ++p) {
+                const uint32_t by = recordOfLight[result.pairs.light[p]];
+                if (by != kProvenLit)
+                    ++result.maps[by].pairCount;
+            }
+    }
+}
+
+} // namespace
+
+ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClusters& clusters,
+                                   const DrawnMaps& maps, const FrameOptions& options) {
+    color_.resize(surface.view().count());
+    for (Buffer<uint32_t>* counts :
+         {&rayCount_, &lookupCount_, &provenCount_, &missingTapCount_, &moverTestCount_}) {
+        counts->resize(clusters.clusters().cell.size());
+        counts->fill(0);
+    }
+    FrameScene& scene = context_.scene;
+    return {surface.view(),
+            scene.triangleMaterial(),
+            scene.materials(),
+            clusters.view(),
+            clusters.lists(),
+            scene.lights(),
+            maps.servers(),
+            VisibilityInputs{scene.rayInputs(options.rays, clusters.rayDetail()), maps.view(),
+                             options.bias},
+            color_.view(),
+            rayCount_.view(),
+            lookupCount_.view(),
+            provenCount_.view(),
+            missingTapCount_.view(),
+            moverTestCount_.view(),
+            {}};
+}
+
+void FrameShading::shade(const ShadeSamples& shading) {
+    context_.device.shade(shading, std::as_const(pairs_.light).view());
+}
+
+PairList FrameShading::findPairs(const VisibleSurface& surface, const FrameClusters& clusters) {
+    listPairs(context_.backend, surface.view(), clusters.view(), clusters.lists(),
+              context_.scene.lights(), pairs_);
+    PairList pairs;
+    const std::vector<uint32_t> start = pairs_.start.download();
+    pairs.sampleStart.assign(start.begin(), start.end());
+    pairs.light = pairs_.light.download();
+    return pairs;
+}
+
+void FrameShading::recordPairs(const VisibleSurface& surface, const FrameClusters& clusters,
+                               const ShadeSamples& shading, const std::vector<uint32_t>& records,
+                               FrameResult& result) {
+    result.pairs = findPairs(surface, clusters);
+    nextPair_.upload(pairs_.start.download());
+    pairVisibility_.resize(result.pairs.count());
+    pairServer_.resize(result.pairs.count());
+    ShadeSamples recording = shading;
+    recording.recorder = {nextPair_.view(), pairVisibility_.view(), pairServer_.view()};
+    shade(recording);
+    result.visibility = pairVisibility_.download();
+    result.pairServer = pairServer_.download();
+    result.pairRoute.clear();
+    result.pairRoute.reserve(result.pairServer.size());
+    for (const PairServer& server : result.pairServer)
+        result.pairRoute.push_back(server.isMap() ? Route::kMap : Route::kRays);
+    const HostLists lists(clusters, context_.scene.world().lights().size());
+    countPairsOfMaps(lists, records, result);
+    countWholeClusters(lists, result);
+}
+
+void FrameShading::count(FrameCounts& counts) const {
+    counts.rayCount = sum(rayCount_);
+    counts.lookupCount = sum(lookupCount_);
+    counts.provenPairCount = sum(provenCount_);
+    counts.pairCount = counts.rayCount + counts.lookupCount + counts.provenPairCount;
+    counts.missingTapCount = sum(missingTapCount_);
+    counts.moverTestCount = sum(moverTestCount_);
+}
+
+} // namespace shadowdag

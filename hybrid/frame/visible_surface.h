@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the camera sees in a frame.
+#pragma once
+
+#include "hybrid/frame/frame_context.h"
+#include "hybrid/gbuffer/gbuffer_pass.h"
+
+namespace shadowdag {
+
+/// The G-buffer of a frame.
+class VisibleSurface {
+public:
+    explicit VisibleSurface(const FrameContext& context)
+        : context_(context), gbuffer_(context.backend) {}
+
+    /// Draws what the view sees; adds the stage's time.
+    void draw(const ViewRays& view, StageTimes& stages);
+
+    const GBuffer& buffers() const { return gbuffer_; }
+    GBufferView view() const { return gbuffer_.view(); }
+    /// Returns the G-buffer on the host; valid until the next frame.
+    GBufferView hostView();
+
+    /// Returns how many large triangles found no room to be shared out, and makes room for the
+    /// next frame. CUDA only: 0 elsewhere.
+    uint64_t unsplitTriangleCount() { return gbuffer_.large.grow(); }
+
+private:
+    FrameContext context_;
+    GBuffer gbuffer_;
+
+    struct HostCopies {
+        std::vector<glm::vec3> positionWorld, normalWorld;
+        std::vector<float> depthView;
+        std::vector<uint32_t> triangle;
+    } host_;
+};
+
+} // namespace shadowdag
