@@ -60,13 +60,14 @@ void addLightChannels(std::vector<ExrChannel>& channels, const PairList& pairs,
 /// Returns the channels of a frame: colour, visibility, share of rays, and errors when the truth is
 /// given.
 std::vector<ExrChannel> channelsOf(const RenderOptions& options, const SingleFrames& frames,
-                                   const FrameResult& result, const std::vector<glm::vec3>& color,
+                                   const Answers& answers, const std::vector<glm::vec3>& color,
                                    const std::vector<uint8_t>& visibility,
                                    const std::vector<uint8_t>& truthVisibility) {
     const std::vector<Route> none;
+    const FrameResult& result = answers.frame;
     std::vector<ExrChannel> channels = frameChannels(
         {"", color, options.floatColor ? ExrChannel::Type::kFloat : ExrChannel::Type::kHalf,
-         frames.renderer().gbuffer(), result.pairs, visibility,
+         answers.gbuffer, result.pairs, visibility,
          options.method.method == "embree" ? none : result.pairRoute, truthVisibility});
     if (options.perLight)
         addLightChannels(channels, result.pairs, visibility, color.size(),
@@ -116,30 +117,29 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     refuseOnGl(experiment, backend, options.method.method, options.method.variant);
 
     const bool isEmbree = options.method.method == "embree";
-    SingleFrames frames(options.scene, options.common, experiment, options.method,
-                        options.truth || isEmbree, backend, console);
+    SingleFrames frames(options.scene, options.common, experiment, options.method, backend,
+                        console);
     const size_t lightCount = frames.world().lights().size();
     if (options.perLight && lightCount > 1000)
         throw Error(ErrorKind::kUsage,
                     "--per-light with " + std::to_string(lightCount) +
                         " lights: 1000 channels at most; place fewer with --lights");
     const bool isNumbered = commandLine.given("--frames");
-    const Progress progress = console.progress("render " + frames.scene().name);
+    const Progress progress = console.progress("render " + frames.sceneName());
     Json list = Json::array();
     for (size_t i = 0; i < experiment.frames.size(); ++i) {
         progress(double(i) / double(experiment.frames.size()));
         const uint32_t frame = experiment.frames[i];
         const float time =
             isNumbered ? experiment.timeOfFrame(frame) : options.common.timeSeconds(experiment);
-        const FrameResult& result = frames.render(time, frame);
-        std::vector<uint8_t> truthVisibility;
-        if (options.truth || isEmbree)
-            truthVisibility = frames.truthVisibility(result);
+        const Answers& answers = frames.render(time, frame);
+        const FrameResult& result = answers.frame;
+        const std::vector<uint8_t> none,
+            &truthVisibility = options.truth || isEmbree ? frames.truthVisibility() : none;
         const std::vector<uint8_t>& visibility = isEmbree ? truthVisibility : result.visibility;
         const std::vector<glm::vec3> color =
-            isEmbree
-                ? shadePairs(frames.renderer().gbuffer(), frames.world(), result.pairs, visibility)
-                : result.color;
+            isEmbree ? shadePairs(answers.gbuffer, frames.world(), result.pairs, visibility)
+                     : result.color;
 
         const std::string file = frameFile(options.output, frame, isNumbered);
         if (extension == ".png")
@@ -147,8 +147,8 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
                      toneMap(color, experiment.exposureOf(color)));
         else
             writeExr(file, experiment.width, experiment.height,
-                     channelsOf(options, frames, result, color, visibility, truthVisibility),
-                     {{"scene", frames.scene().name},
+                     channelsOf(options, frames, answers, color, visibility, truthVisibility),
+                     {{"scene", frames.sceneName()},
                       {"method", options.method.method},
                       {"commit", programCommit()}});
         const double timeMs = result.stages.totalMs();
@@ -174,7 +174,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             console.people() << "  " << note << "; give more with --pool\n";
     }
     progress(1.0);
-    console.emit({{"scene", frames.scene().name},
+    console.emit({{"scene", frames.sceneName()},
                   {"method", options.method.method},
                   {"frames", std::move(list)}});
 }

@@ -49,18 +49,15 @@ void printCounts(std::ostream& out, const std::string& name, const ErrorCounts& 
 }
 
 /// Writes error.png, truth.png, method.png and errors.exr into the directory.
-void writeMaps(const std::string& directory, const SingleFrames& frames, const FrameResult& result,
-               const std::vector<uint8_t>& truthVisibility, const Experiment& experiment) {
-    const FrameOptions& size = frames.frameOptions();
-    const std::vector<glm::vec3> truthColor =
-        shadePairs(frames.renderer().gbuffer(), frames.world(), result.pairs, truthVisibility);
-    const float exposure = experiment.exposureOf(truthColor);
-    const std::vector<glm::vec3> truthDisplay = toneMap(truthColor, exposure);
-    PixelErrors errors = countPixelErrors(result.pairs, result.visibility, truthVisibility);
-    writePng(directory + "/truth.png", size.width, size.height, truthDisplay);
-    writePng(directory + "/method.png", size.width, size.height, toneMap(result.color, exposure));
-    writePng(directory + "/error.png", size.width, size.height, errorPicture(truthDisplay, errors));
-    writeExr(directory + "/errors.exr", size.width, size.height,
+void writeMaps(const std::string& directory, SingleFrames& frames, const FrameResult& result,
+               const Experiment& experiment) {
+    const uint32_t width = experiment.width, height = experiment.height;
+    const FrameTruth& truth = frames.truthPicture(float(experiment.exposure));
+    PixelErrors errors = countPixelErrors(result.pairs, result.visibility, truth.visibility);
+    writePng(directory + "/truth.png", width, height, truth.display);
+    writePng(directory + "/method.png", width, height, toneMap(result.color, truth.exposure));
+    writePng(directory + "/error.png", width, height, errorPicture(truth.display, errors));
+    writeExr(directory + "/errors.exr", width, height,
              {{"error.pairCount", ExrChannel::Type::kFloat, std::move(errors.pairCount)},
               {"error.falseShadowCount", ExrChannel::Type::kFloat, std::move(errors.falseShadow)},
               {"error.falseLightCount", ExrChannel::Type::kFloat, std::move(errors.falseLight)}});
@@ -87,17 +84,15 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
     refuseOnGl(experiment, backend, options.method.method, options.method.variant);
-    SingleFrames frames(options.scene, options.common, experiment, options.method, true, backend,
+    SingleFrames frames(options.scene, options.common, experiment, options.method, backend,
                         console);
     const FrameResult& result =
-        frames.render(options.common.timeSeconds(experiment), experiment.frames.front());
+        frames.render(options.common.timeSeconds(experiment), experiment.frames.front()).frame;
     checkInterrupted();
-    const std::vector<uint8_t> truthVisibility = frames.truthVisibility(result);
-    const ErrorReport report = computeError(frames.renderer(), result, frames.world(),
-                                            frames.truth(), truthVisibility, frames.errorOptions());
+    const ErrorReport report = frames.judge();
     checkInterrupted();
     if (!options.output.empty())
-        writeMaps(options.output, frames, result, truthVisibility, experiment);
+        writeMaps(options.output, frames, result, experiment);
 
     printHeader(console.people());
     Json lights = Json::array();
@@ -126,7 +121,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
                          << report.tapNullSampleCount
                          << " right answers by maps whose reverse they would settle; "
                          << report.tapOnlyNullRate << " where none of the 32 rays would\n";
-    Json json = {{"scene", frames.scene().name}, {"method", options.method.method}};
+    Json json = {{"scene", frames.sceneName()}, {"method", options.method.method}};
     json.update(toJson(report.total));
     json.update(nullRatesJson(report));
     json["lights"] = std::move(lights);

@@ -81,8 +81,8 @@ std::unique_ptr<CostModel> MethodOptions::makeModel() const {
 
 SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
                            const Experiment& experiment, const MethodOptions& method,
-                           bool wantsTruth, Backend backend, const Console& console)
-    : frameCamera_(experiment.camera), method_(method), model_(method.makeModel()) {
+                           Backend backend, const Console& console)
+    : method_(method), model_(method.makeModel()) {
     if (!method.costs.empty()) {
         costs_ = readCostSource(method.costs, buildProvenance(backend));
         if (model_->needsCosts() && !costs_.table)
@@ -91,80 +91,69 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
                                                "oracle replays what compare writes to costs.json");
         giveCalibration(*model_, costs_);
     }
-    scene_ = loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true,
-                               console);
-    const std::optional<RunParameters> named = method.named({});
-    if (methodUsesVoxels(method.method) || (named && named->usesRays())) {
-        refuseStaleExact(method.method == "dag-exact", options.allowStale);
-        const VoxelSource source{options.voxels, options.cache, options.allowStale};
-        dag_ = std::move(obtainDags(scene_, experiment.resolutionLog2, source, console).front());
-    }
-    frameOptions_ = baseOptions(experiment);
+    const VoxelSource source{options.voxels, options.cache, options.allowStale};
+    workspace_ =
+        std::make_unique<Workspace>(loadSceneAndWorld(sceneArgument, experiment.lightCount,
+                                                      experiment.lightSeed, true, console),
+                                    WorkspaceOptions{backend, experiment.camera, source, &console});
+    judge_ =
+        std::make_unique<Judge>(*workspace_, experiment.errorSeed, ErrorOptions{}.nullSampleCount);
+    run_.method = method.method;
+    run_.model = method.model.empty() ? "texels:96" : method.model;
+    run_.frame = baseOptions(experiment);
     if (method.taps)
-        frameOptions_.maps.taps = frameOptions_.bias.taps = *method.taps;
+        run_.frame.maps.taps = run_.frame.bias.taps = *method.taps;
     if (method.method == "dag-exact")
-        frameOptions_.rays.kind = RayKind::kExact;
-    if (const std::optional<RunParameters> run = method.named(frameOptions_))
-        frameOptions_ = run->frame;
-    if (frameOptions_.routeMargin > 0 && experiment.frames.size() < 2)
+        run_.frame.rays.kind = RayKind::kExact;
+    if (const std::optional<RunParameters> named = method.named(run_.frame))
+        run_.frame = named->frame;
+    if (run_.usesRays()) {
+        refuseStaleExact(method.method == "dag-exact", options.allowStale);
+        run_.resolution = 1u << workspace_->obtainVoxels(experiment.resolutionLog2).front();
+    }
+    if (run_.frame.routeMargin > 0 && experiment.frames.size() < 2)
         throw Error(ErrorKind::kUsage, "--variant '" + method.variant +
                                            "': a margin of routes is for frames that follow each "
                                            "other; name several with --frames, or drop RH");
-    RunParameters run;
-    run.method = method.method;
-    run.model = method.model.empty() ? "texels:96" : method.model;
-    run.resolution = dag_.isBuilt() ? uint32_t(dag_.grid.resolution()) : 0;
-    run.frame = frameOptions_;
-    refuseDeepLods({run});
-    for (const std::string& remark : remarksOn(costs_, {run}))
+    refuseDeepLods({run_});
+    for (const std::string& remark : remarksOn(costs_, {run_}))
         console.note(remark);
-    errorSeed_ = experiment.errorSeed;
-    checkInterrupted();
-    renderer_ = std::make_unique<FrameRenderer>(backend, *scene_.world, dag_);
-    checkInterrupted();
-    if (wantsTruth)
-        truth_ = std::make_unique<Truth>(*scene_.world);
+    workspace_->renderer(run_);
 }
 
-const FrameResult& SingleFrames::render(float timeSeconds, uint32_t frame) {
-    if (timeSeconds != scene_.world->timeSeconds()) {
-        const std::vector<uint32_t> moved = scene_.world->setTime(timeSeconds);
-        renderer_->worldChanged(moved);
-        if (truth_ && !moved.empty())
-            truth_->update(*scene_.world);
-    }
-    camera_ = frameCamera_.at(*scene_.world);
+const Answers& SingleFrames::render(float timeSeconds, uint32_t frame) {
+    workspace_->setTime(timeSeconds);
+    judge_->forget();
+    FrameRenderer& renderer = workspace_->renderer(run_);
+    const Camera camera = workspace_->camera();
     if (method_.method == "embree") { // what a method would answer nobody looks at
-        result_ = {};
-        result_.pairs = renderer_->listPairs(camera_, frameOptions_);
-        return result_;
+        answers_ = {};
+        answers_.frame.pairs = renderer.listPairs(camera, run_.frame);
+        answers_.gbuffer = renderer.gbuffer();
+        return answers_;
     }
-    const bool areRoutesHeld = frameOptions_.routeMargin > 0;
+    const bool areRoutesHeld = run_.frame.routeMargin > 0;
     if (model_->needsCosts()) {
         if (areRoutesHeld)
             throw Error(ErrorKind::kUsage,
                         "a margin of routes needs frames that follow each other, and model '" +
                             method_.model + "' measures each for itself; drop one of them");
-        renderer_->reset();
-        model_->setCosts(costs_.table ? findCosts(*costs_.table, method_.costs, scene_.name, frame)
-                                      : renderer_->measureCosts(camera_, frameOptions_));
+        renderer.reset();
+        model_->setCosts(costs_.table ? findCosts(*costs_.table, method_.costs, sceneName(), frame)
+                                      : renderer.measureCosts(camera, run_.frame));
     }
     if (!areRoutesHeld)
-        renderer_->reset();
-    result_ = renderer_->render(camera_, *model_, frameOptions_);
-    return result_;
+        renderer.reset();
+    answers_ = answersOf(renderer.render(camera, *model_, run_.frame), renderer, run_.frame);
+    return answers_;
 }
 
-ErrorOptions SingleFrames::errorOptions() const {
-    ErrorOptions options;
-    options.seed = errorSeed_;
-    options.rays = frameOptions_.rays;
-    options.bias = frameOptions_.bias;
-    return options;
+const std::vector<uint8_t>& SingleFrames::truthVisibility() {
+    return judge_->truth(0, answers_.gbuffer, answers_.frame.pairs).visibility;
 }
 
-std::vector<uint8_t> SingleFrames::truthVisibility(const FrameResult& frame) const {
-    return truth_->visibility(renderer_->gbuffer(), scene_.world->lights(), frame.pairs);
+const FrameTruth& SingleFrames::truthPicture(float exposure) {
+    return judge_->picture(0, answers_.gbuffer, answers_.frame.pairs, exposure);
 }
 
 } // namespace shadowdag

@@ -2,10 +2,9 @@
 // One method on single frames: what `render` and `validate` share.
 #pragma once
 
-#include "hybrid/judge/error.h"
 #include "tools/settings/common_options.h"
 #include "tools/workspace/cost_file.h"
-#include "tools/workspace/scene_setup.h"
+#include "tools/workspace/judge.h"
 
 #include <memory>
 #include <optional>
@@ -32,47 +31,40 @@ struct MethodOptions {
     std::unique_ptr<CostModel> makeModel() const;
 };
 
-/// A scene, its voxels, the truth where asked for, and a renderer, moving through time together.
+/// One method on frames of a scene, and the judge of them.
 class SingleFrames {
 public:
     /// Loads and builds; says on standard error when --costs was calibrated on another machine.
     /// `options` were parsed to `experiment`; the DAG is obtained only when the
     /// method traces rays.
     SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
-                 const Experiment& experiment, const MethodOptions& method, bool wantsTruth,
-                 Backend backend, const Console& console);
+                 const Experiment& experiment, const MethodOptions& method, Backend backend,
+                 const Console& console);
 
     /// Renders the scene at a time. Every frame depends on its inputs alone (no hysteresis from
     /// frames before), unless routes are held (FrameOptions::routeMargin): then frames follow each
     /// other and resolutions, routes and maps are kept. Throws Error kUsage where routes are held
     /// and the model needs costs measured. Of `embree` returns the pairs alone.
     /// @param frame names the costs that oracle replays or measures
-    const FrameResult& render(float timeSeconds, uint32_t frame);
+    const Answers& render(float timeSeconds, uint32_t frame);
 
-    const World& world() const { return *scene_.world; }
-    const LoadedScene& scene() const { return scene_; }
-    const Camera& camera() const { return camera_; }
-    const Truth& truth() const { return *truth_; }
-    const FrameRenderer& renderer() const { return *renderer_; }
-    const FrameOptions& frameOptions() const { return frameOptions_; }
-    /// Returns the options of the error analysis that belong to the frames.
-    ErrorOptions errorOptions() const;
+    const World& world() const { return workspace_->world(); }
+    const std::string& sceneName() const { return workspace_->scene().name; }
     /// Returns Embree's answers for the pairs of the last frame.
-    std::vector<uint8_t> truthVisibility(const FrameResult& frame) const;
+    const std::vector<uint8_t>& truthVisibility();
+    /// Returns the truth of the last frame with its picture. @param exposure as Judge::picture
+    const FrameTruth& truthPicture(float exposure);
+    /// Returns the errors of the last frame.
+    ErrorReport judge() { return judge_->judge(0, answers_); }
 
 private:
-    LoadedScene scene_;
-    FrameCamera frameCamera_;
-    Dag dag_;
     MethodOptions method_;
-    FrameOptions frameOptions_;
-    uint64_t errorSeed_ = 1;
     CostSource costs_;
-    std::unique_ptr<FrameRenderer> renderer_;
-    std::unique_ptr<Truth> truth_;
     std::unique_ptr<CostModel> model_;
-    Camera camera_;
-    FrameResult result_;
+    RunParameters run_;
+    std::unique_ptr<Workspace> workspace_;
+    std::unique_ptr<Judge> judge_; ///< of the last frame alone
+    Answers answers_;
 };
 
 } // namespace shadowdag
