@@ -113,8 +113,8 @@ ViewSceneInfo ViewRenderer::open(const std::string& scene, const std::string& ca
                                  uint32_t resolutionLog2, const std::string& assetPath,
                                  const Console& console) {
     const Experiment& e = settings_.experiment;
-    auto opened = std::make_unique<ViewScene>();
-    opened->scene = loadSceneAndWorld(scene, e.lightCount, e.lightSeed, true, console);
+    auto opened = std::make_unique<ViewScene>(
+        loadSceneAndWorld(scene, e.lightCount, e.lightSeed, true, console), settings_.backend);
     opened->cameraText = camera;
     opened->camera(camera); // a name that is not there is told before the voxels are built
     opened->giveVoxels(settings_, resolutionLog2, assetPath, console);
@@ -133,7 +133,7 @@ ViewSceneInfo ViewRenderer::setVoxels(uint32_t resolutionLog2, const std::string
 
 void ViewRenderer::setBackend(Backend backend) {
     if (open_)
-        open_->makeRenderers(backend, nullptr);
+        open_->setBackend(backend);
     shown_.reset();
     settings_.backend = backend;
 }
@@ -166,7 +166,7 @@ const FrameCosts& ViewRenderer::costsOf(size_t side, const ViewHooks& hooks) {
     ViewScene& o = *open_;
     ViewShown& s = *shown_;
     if (settings_.costs.table)
-        return findCosts(*settings_.costs.table, settings_.costs.path, o.scene.name,
+        return findCosts(*settings_.costs.table, settings_.costs.path, o.workspace.scene().name,
                          s.request.frame);
     FrameOptions options = s.options[side];
     options.recordPairs = false; // no cost depends on it
@@ -224,13 +224,13 @@ void ViewRenderer::startTruth() {
         s.pairs = &s.truthPairs;
     }
     s.gbuffer = o.renderer(from, s.isWhole).gbuffer();
-    s.refinement = TruthRefinement(s.gbuffer, o.scene.world->lights(), *s.pairs);
+    s.refinement = TruthRefinement(s.gbuffer, o.world().lights(), *s.pairs);
     if (s.isWhole) {
         refine(0);
         return;
     }
     const Clock::time_point asked = Clock::now();
-    s.refinement.finish(o.truthNow());
+    s.refinement.finish(o.workspace.truth());
     s.truthMs.fill(since(asked));
     std::vector<uint32_t> all(s.gbuffer.count());
     for (size_t i = 0; i < all.size(); ++i)
@@ -251,7 +251,7 @@ void ViewRenderer::reportPixelAsked() {
         const auto at = [](float share, uint32_t count) {
             return std::min(uint32_t(std::max(share, 0.0f) * float(count)), count - 1);
         };
-        s.pixel = reportPixel(o.renderer(side, s.isWhole), *o.scene.world, o.truthNow(),
+        s.pixel = reportPixel(o.renderer(side, s.isWhole), o.world(), o.workspace.truth(),
                               s.frames[side], options, at(s.request.pixel->x, options.width),
                               at(s.request.pixel->y, options.height));
     }
@@ -313,9 +313,9 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, floa
     // What is whole stands for itself, as the frames of compare do: nothing is held from pictures
     // before, of other cameras.
     if (made->isWhole)
-        for (const auto& renderer : o.wholeRenderers)
-            if (renderer)
-                renderer->reset();
+        for (size_t side = 0; side < 2; ++side)
+            if (made->hasFrame(side))
+                o.renderer(side, true).reset();
     made->start = start;
     made->look = o.camera(request.camera);
     made->camera = request.frozen.empty() ? made->look : o.camera(request.frozen);
@@ -355,7 +355,7 @@ bool ViewRenderer::canRefine() const {
 bool ViewRenderer::refine(double budgetMs) {
     const Clock::time_point start = Clock::now();
     try {
-        Truth& truth = open_->truthNow();
+        const Truth& truth = open_->workspace.truth();
         while (canRefine()) {
             countErrors(shown_->refinement.step(truth));
             if (since(start) >= budgetMs)
@@ -393,7 +393,7 @@ void ViewRenderer::countErrors(const std::vector<uint32_t>& samples) {
 std::vector<glm::vec3> ViewRenderer::truthColor() const {
     const ViewShown& s = *shown_;
     std::vector<glm::vec3> color =
-        shadePairs(s.gbuffer, *open_->scene.world, *s.pairs, s.refinement.visibility());
+        shadePairs(s.gbuffer, open_->world(), *s.pairs, s.refinement.visibility());
     if (s.refinement.isDone())
         return color;
     std::vector<glm::vec3> filled(color.size());
@@ -429,7 +429,7 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewLegend& legend) 
                           truth.begin() + ptrdiff_t(s.pairs->sampleStart[i]));
     }
     const OverlayInputs inputs{o.renderer(side, s.isWhole),
-                               *o.scene.world,
+                               o.world(),
                                s.frames[side],
                                s.options[side],
                                s.request,
@@ -443,7 +443,7 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewLegend& legend) 
     if (s.request.frozen.empty())
         return std::move(drawn.display);
     // The frame is the frozen camera's; the observer only looks.
-    FrameRenderer& observer = o.observerNow();
+    FrameRenderer& observer = o.observer();
     observer.listPairs(s.look, s.options[side]);
     const bool showsClusters = s.request.overlay == ViewOverlay::kClusters;
     const GBufferView frozen = hasFrame ? o.renderer(side, s.isWhole).gbuffer() : s.gbuffer;
@@ -462,7 +462,7 @@ std::shared_ptr<ViewPicture> ViewRenderer::picture(const ViewHooks& hooks) {
     picture->height = s.options[0].height;
     picture->scale = s.scale;
     picture->camera = s.look;
-    picture->lights = open_->scene.world->lights();
+    picture->lights = open_->world().lights();
     picture->pixel = s.pixel;
     picture->backend = backendName(settings_.backend);
     picture->devicePageTexels = devicePageTexels(settings_.backend);

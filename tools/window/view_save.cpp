@@ -148,11 +148,12 @@ SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& direct
     for (uint32_t i = 0; i < s.gbuffer.count(); ++i)
         if (!s.refinement.isAnswered(i))
             rest.push_back(i);
-    s.refinement.finish(o.truthNow());
+    s.refinement.finish(o.workspace.truth());
     countErrors(rest);
     const std::shared_ptr<ViewPicture> whole = picture(hooks);
 
-    ViewFiles files{*whole, settings_.experiment, o.scene.argument, *o.dag, exposure(), {}};
+    ViewFiles files{*whole,  settings_.experiment, o.workspace.scene().argument,
+                    o.dag(), exposure(),           {}};
     for (size_t side = 0; side < 2; ++side) {
         if (!s.shows(side))
             continue;

@@ -32,27 +32,9 @@ uint32_t largestVoxelsLog2(uint32_t log2, uint64_t bytes, uint64_t memoryBytes) 
     return largest;
 }
 
-void ViewScene::makeRenderers(Backend backend, std::unique_ptr<Dag> ofDag) {
-    const Dag& read = ofDag ? *ofDag : *dag;
-    wholeRenderers = {std::make_unique<FrameRenderer>(backend, *scene.world, read), nullptr};
-    quickRenderers = {};
-    observer.reset();
-    if (ofDag)
-        dag = std::move(ofDag);
+void ViewScene::setBackend(Backend backend) {
+    workspace.setBackend(backend);
     measured.reset();
-}
-
-FrameRenderer& ViewScene::renderer(size_t side, bool isWhole) {
-    std::unique_ptr<FrameRenderer>& made = (isWhole ? wholeRenderers : quickRenderers)[side];
-    if (!made)
-        made = wholeRenderers[0]->shareScene();
-    return *made;
-}
-
-FrameRenderer& ViewScene::observerNow() {
-    if (!observer)
-        observer = wholeRenderers[0]->shareScene();
-    return *observer;
 }
 
 void ViewScene::giveVoxels(const ViewSettings& settings, uint32_t resolutionLog2,
@@ -60,30 +42,15 @@ void ViewScene::giveVoxels(const ViewSettings& settings, uint32_t resolutionLog2
     VoxelSource source{{}, settings.cacheDirectory, settings.allowStale};
     if (!asset.empty())
         source.assetPaths.push_back(asset);
-    auto made = std::make_unique<Dag>(
-        std::move(obtainDags(scene, {resolutionLog2}, source, console).front()));
-    makeRenderers(settings.backend, std::move(made));
+    workspace.replaceVoxels(
+        std::move(obtainDags(workspace.scene(), {resolutionLog2}, source, console).front()));
+    measured.reset();
     assetPath = asset;
 }
 
 void ViewScene::moveTo(uint32_t to, const Experiment& experiment) {
-    if (to == frame)
-        return;
-    const std::vector<uint32_t> moved = scene.world->setTime(experiment.timeOfFrame(to));
-    moved_.insert(moved_.end(), moved.begin(), moved.end());
-    isTruthOld_ = isTruthOld_ || !moved.empty();
-    wholeRenderers[0]->worldChanged(moved_); // for all that share the scene
-    moved_.clear();
+    workspace.setTime(experiment.timeOfFrame(to));
     frame = to;
-}
-
-Truth& ViewScene::truthNow() {
-    if (!truth_)
-        truth_ = std::make_unique<Truth>(*scene.world);
-    else if (isTruthOld_)
-        truth_->update(*scene.world);
-    isTruthOld_ = false;
-    return *truth_;
 }
 
 CostModel& ViewScene::model(const ViewSide& side, const CostSource& costs) {
@@ -98,22 +65,23 @@ CostModel& ViewScene::model(const ViewSide& side, const CostSource& costs) {
 }
 
 Camera ViewScene::camera(const std::string& text) {
-    if (text == "auto" || (text.empty() && scene.world->cameras().empty()))
-        return placed_.at(*scene.world);
-    return chooseCamera(*scene.world, text);
+    if (text == "auto" || (text.empty() && world().cameras().empty()))
+        return workspace.camera();
+    return chooseCamera(world(), text);
 }
 
 ViewSceneInfo ViewScene::info(const Experiment& experiment) {
-    const World& world = *scene.world;
+    const World& world = workspace.world();
+    const Dag& dag = this->dag();
     ViewSceneInfo info;
     info.serial = serial;
-    info.argument = scene.argument;
+    info.argument = workspace.scene().argument;
     info.triangleCount = world.triangles().count();
-    info.voxelResolution = dag->isBuilt() ? dag->grid.resolution() : 0;
-    info.voxelBytes = dag->words.size() * sizeof(uint32_t);
-    if (dag->isBuilt())
+    info.voxelResolution = dag.isBuilt() ? dag.grid.resolution() : 0;
+    info.voxelBytes = dag.words.size() * sizeof(uint32_t);
+    if (dag.isBuilt())
         info.largestLog2 =
-            largestVoxelsLog2(dag->grid.resolutionLog2, info.voxelBytes, memoryToBuildIn());
+            largestVoxelsLog2(dag.grid.resolutionLog2, info.voxelBytes, memoryToBuildIn());
     info.lights = world.lights();
     // Of several with one name --camera finds the first; numbers and "auto" mean something else.
     for (const std::string& name : cameraNames(world))

@@ -3,15 +3,14 @@
 // view_*.
 #pragma once
 
-#include "hybrid/judge/truth.h"
 #include "tools/window/view_renderer.h"
-#include "tools/workspace/scene_setup.h"
+#include "tools/workspace/workspace.h"
 
-#include <array>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace shadowdag {
 
@@ -30,36 +29,38 @@ struct MeasuredCosts {
 /// @param log2,bytes of voxels of the same scene; 0 bytes: nothing is known
 uint32_t largestVoxelsLog2(uint32_t log2, uint64_t bytes, uint64_t memoryBytes);
 
-/// A scene with its voxels, the renderers of both sides, the truth.
+/// A workspace with what the window keeps beside it.
 struct ViewScene {
     uint64_t serial = 0;
-    LoadedScene scene;
+    Workspace workspace;
     std::string cameraText; ///< of the first view
     std::string assetPath;
-    std::unique_ptr<Dag> dag; ///< where renderers find it, whoever owns it
-    /// By side, sharing the scene: of whole pictures, which stand for themselves, and of those that
-    /// are shown meanwhile, whose maps stay theirs when a whole one is made or given up. Each may
-    /// keep a pool of pages; all but the first are made when they are first asked for.
-    std::array<std::unique_ptr<FrameRenderer>, 2> wholeRenderers, quickRenderers;
-    std::unique_ptr<FrameRenderer> observer; ///< of frozen views; made when first asked for
     std::map<std::string, std::unique_ptr<CostModel>> models;
     std::optional<MeasuredCosts> measured; ///< of the last view whose model needed them
     uint32_t frame = 0;
     float exposure = 0; ///< 0: not found yet
 
-    /// Makes the renderers over a DAG, then takes it over; what was there stays when that throws.
-    /// @param ofDag null: the DAG that is there
-    void makeRenderers(Backend backend, std::unique_ptr<Dag> ofDag);
-    /// Returns the renderer of a side.
-    FrameRenderer& renderer(size_t side, bool isWhole);
-    FrameRenderer& observerNow();
+    ViewScene(LoadedScene scene, Backend backend)
+        : workspace(std::move(scene), {backend, "auto", {}, nullptr}) {}
+
+    const World& world() const { return workspace.world(); }
+    /// Returns the voxels that rays trace.
+    const Dag& dag() { return workspace.dag(workspace.voxelsOf({})); }
+    /// Renders on another backend from now on; what was there stays when that throws.
+    void setBackend(Backend backend);
+    /// Returns the renderer of a side: of whole pictures, which stand for themselves, or of those
+    /// that are shown meanwhile, whose maps stay theirs when a whole one is made or given up. Each
+    /// may keep a pool of pages; made when first asked for.
+    FrameRenderer& renderer(size_t side, bool isWhole) {
+        return workspace.renderer(RunParameters{}, side + (isWhole ? 0 : 2));
+    }
+    /// Returns the renderer of frozen views.
+    FrameRenderer& observer() { return workspace.renderer(RunParameters{}, 4); }
     /// Obtains voxels of a resolution or of a file, and renderers over them.
     void giveVoxels(const ViewSettings& settings, uint32_t resolutionLog2, const std::string& asset,
                     const Console& console);
     /// Shows another frame of the scene's animations.
     void moveTo(uint32_t frame, const Experiment& experiment);
-    /// Returns the truth as the scene stands; made when first asked for.
-    Truth& truthNow();
     /// Returns the model of a side. Throws Error kUsage for one that is none, or that needs costs
     /// which there are not.
     CostModel& model(const ViewSide& side, const CostSource& costs);
@@ -68,12 +69,6 @@ struct ViewScene {
     Camera camera(const std::string& text);
     /// Returns what the window is told of the scene.
     ViewSceneInfo info(const Experiment& experiment);
-
-private:
-    std::unique_ptr<Truth> truth_; // null until asked for
-    bool isTruthOld_ = false;      // something moved since
-    std::vector<uint32_t> moved_;  // instances that moved and that renderers were not told of
-    FrameCamera placed_{"auto"};
 };
 
 } // namespace shadowdag
