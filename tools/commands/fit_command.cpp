@@ -219,6 +219,10 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     refuseOverlap(options, experimentPath, stem);
     checkWritable(options.output);
     checkWritable(experimentPath);
+    if (fs::exists(experimentPath) && !isExperimentOfFit(experimentPath))
+        throw Error(ErrorKind::kUsage, "--experiment-out '" + experimentPath +
+                                           "': is a file that no fit wrote and that the choice "
+                                           "would replace; name another");
     const std::string script = options.noCharts ? "" : findCharts("frontier_chart.py");
     const Backend backend = options.global.apply(console, true);
     followGlPages(sweep, backend, commandLine);
@@ -261,8 +265,6 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     } else if (isExperimentOfFit(experimentPath)) { // beside this result it would lie
         fs::remove(experimentPath);
         console.note(experimentPath + ": removed; it was an earlier fit's, and this one has none");
-    } else if (fs::exists(experimentPath)) {
-        console.note(experimentPath + ": left as it is, which is no fit's; this fit has none");
     }
     writeWholeFile(options.output, jsonText(result));
     if (!script.empty())

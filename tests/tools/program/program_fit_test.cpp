@@ -234,6 +234,7 @@ TEST(Fit, WhatIsWrongIsNamedAndHasItsStatus) {
     const TemporaryDirectory directory;
     const std::string f = directory / "f.json", scene = "builtin:fail-contact";
     std::filesystem::create_directories(directory / "empty");
+    writeText(directory / "mine.json", "{\"title\": \"Mine\"}");
     expectRefused(
         directory,
         {{{"fit", scene}, 1, "--output"},
@@ -256,6 +257,9 @@ TEST(Fit, WhatIsWrongIsNamedAndHasItsStatus) {
          {{"fit", scene, "-o", directory / "no/f.json"}, 3, "create it first"},
          {{"fit", scene, "-o", f, "--experiment-out", directory / "./f.json"}, 1, "are one file"},
          {{"fit", scene, "-o", directory / "f.svg"}, 1, "f.svg are one file"},
+         {{"fit", scene, "-o", f, "--experiment-out", directory / "mine.json"},
+          1,
+          "mine.json': is a file that no fit wrote"},
          {{"fit", scene, "-o", f, "--experiment-out", directory / "f.png"},
           1,
           "f.png are one file"},
@@ -270,6 +274,7 @@ TEST(Fit, WhatIsWrongIsNamedAndHasItsStatus) {
           1,
           "--thresholds is for method hybrid"},
          {{"fit", scene, scene, "-o", f}, 1, "given twice"}});
+    EXPECT_EQ(readText(directory / "mine.json"), "{\"title\": \"Mine\"}");
 }
 
 } // namespace shadowdag
