@@ -9,7 +9,7 @@
 #include "tools/settings/provenance.h"
 #include "tools/workspace/calibration.h"
 #include "tools/workspace/cost_file.h"
-#include "tools/workspace/scene_setup.h"
+#include "tools/workspace/workspace.h"
 
 #include <algorithm>
 #include <cmath>
@@ -85,21 +85,16 @@ Measured measure(const CalibrateOptions& options, const Experiment& e,
     Measured measured;
     const std::vector<std::string> names = sceneNames(e.scenes);
     for (size_t s = 0; s < e.scenes.size(); ++s) {
-        LoadedScene scene =
-            loadSceneAndWorld(e.scenes[s], e.lightCount, e.lightSeed, true, console);
-        chooseCamera(*scene.world, e.camera); // a wrong name is told before voxels are built
         const VoxelSource source{options.common.voxels, options.common.cache,
                                  options.common.allowStale};
-        const Dag dag = std::move(obtainDags(scene, e.resolutionLog2, source, console).front());
-        FrameRenderer renderer(backend, *scene.world, dag);
-        FrameCamera camera(e.camera);
+        Workspace workspace(openScene(e, s, console), {backend, e.camera, source, &console});
+        FrameRenderer& renderer =
+            workspace.renderer(workspace.obtainVoxels(e.resolutionLog2).front());
         const Progress progress = console.progress("calibrate " + names[s]);
         size_t done = 0;
         for (const uint32_t frame : e.frames) {
-            const float time = e.timeOfFrame(frame);
-            if (time != scene.world->timeSeconds())
-                renderer.worldChanged(scene.world->setTime(time));
-            const Camera view = camera.at(*scene.world);
+            workspace.setTime(e.timeOfFrame(frame));
+            const Camera view = workspace.camera();
             for (const auto& [width, height] : sizes) {
                 FrameOptions frameOptions = baseOptions(e);
                 frameOptions.width = width;

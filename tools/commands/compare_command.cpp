@@ -27,8 +27,10 @@
 #include <iomanip>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <tuple>
+#include <utility>
 
 namespace shadowdag {
 
@@ -247,7 +249,16 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     if (options.resume)
         refuseFinished(options.output);
     for (const std::string& scene : experiment.scenes)
-        requireScene(scene); // before anything is put away
+        requireScene(scene); // before anything is put away, as a wrong camera, or no light
+    std::optional<LoadedScene> firstScene;
+    const Console silent(Console::Listener{[](const std::string&) {}, {}});
+    for (size_t i = 0; i < names.size(); ++i)
+        if (share.frames(experiment, i).empty())
+            continue;
+        else if (!firstScene)
+            firstScene = openScene(experiment, i, console);
+        else // loaded again when its turn comes: two scenes take more memory than one
+            openScene(experiment, i, silent);
     const ReportDirectory directory(options.output, options.resume, !options.part.empty());
     const std::string partial = options.output + "/partial";
     const Json experimentJson = toJson(experiment);
@@ -277,33 +288,28 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         if (frames.empty())
             continue;
         checkInterrupted();
-        LoadedScene scene = loadSceneAndWorld(experiment.scenes[i], experiment.lightCount,
-                                              experiment.lightSeed, true, console);
-        scene.name = names[i];
-        chooseCamera(*scene.world,
-                     experiment.camera); // a wrong name is told before the voxels are built
-        std::vector<Dag> dags;
+        LoadedScene loaded = firstScene ? std::move(*std::exchange(firstScene, std::nullopt))
+                                        : openScene(experiment, i, console);
+        const VoxelSource source{options.common.voxels, options.common.cache,
+                                 options.common.allowStale};
+        Workspace workspace(std::move(loaded), {backend, experiment.camera, source, &console});
+        const LoadedScene& scene = workspace.scene();
         std::vector<uint32_t> resolutions;
-        const bool usesRays = asksVoxels(experiment);
-        if (usesRays) {
+        if (asksVoxels(experiment)) {
             refuseStaleExact(
                 std::count(experiment.methods.begin(), experiment.methods.end(), "dag-exact") > 0,
                 options.common.allowStale);
-            const VoxelSource source{options.common.voxels, options.common.cache,
-                                     options.common.allowStale};
-            dags = obtainDags(scene, allResolutions(experiment), source, console);
-            for (const Dag& dag : dags)
-                resolutions.push_back(dag.grid.resolution());
+            for (const uint32_t log2 : workspace.obtainVoxels(allResolutions(experiment)))
+                resolutions.push_back(1u << log2);
         }
         const size_t fullCount =
-            options.common.voxels.empty() ? experiment.resolutionLog2.size() : dags.size();
+            options.common.voxels.empty() ? experiment.resolutionLog2.size() : resolutions.size();
         const std::vector<RunParameters> runs = configurations(experiment, resolutions, fullCount);
         if (runs.empty())
             throw Error(ErrorKind::kUsage,
                         "nothing to compare: --methods and --thresholds leave no run");
         refuseDeepLods(runs);
         MeasureContext context;
-        context.backend = backend;
         context.directory = partial;
         context.costs = costs.table ? &*costs.table : nullptr;
         context.given = &costs;
@@ -311,8 +317,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         context.journal = &journal;
         context.frames = frames;
         context.progress = console.progress("compare " + scene.name);
-        found.add(experiment.isSequence ? measureSequence(scene, dags, experiment, runs, context)
-                                        : measureScene(scene, dags, experiment, runs, context));
+        found.add(experiment.isSequence ? measureSequence(workspace, experiment, runs, context)
+                                        : measureScene(workspace, experiment, runs, context));
         found.results["scenes"].push_back({{"scene", scene.name},
                                            {"scene_hash", scene.geometryHash},
                                            {"triangle_count", scene.world->triangles().count()},

@@ -7,13 +7,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace shadowdag {
 
 struct FitMeasurer::FitScene {
-    LoadedScene loaded;
-    std::vector<Dag> dags;
-    std::unique_ptr<SceneMeasurer> measurer;
+    explicit FitScene(Workspace of) : workspace(std::move(of)) {}
+
+    Workspace workspace;
+    std::vector<uint32_t> resolutions; ///< log2, by RunParameters::dag
     Journal journal{"", "", false};
     std::vector<uint32_t> frames;
 };
@@ -34,24 +36,23 @@ FitTime fitTime(const std::vector<double>& runsMs) {
 FitMeasurer::FitMeasurer(const Experiment& sweep, FitMetric metric, FitObjective objective,
                          Backend backend, const std::string& cacheDirectory,
                          const CostSource& costs, const Console& console)
-    : sweep_(sweep), metric_(metric), objective_(objective), backend_(backend), costs_(costs),
-      console_(console) {
+    : sweep_(sweep), metric_(metric), objective_(objective), costs_(costs), console_(console) {
     const std::vector<std::string> names = sceneNames(sweep.scenes);
     const bool usesVoxels =
         std::any_of(sweep.methods.begin(), sweep.methods.end(), methodUsesVoxels);
     for (size_t i = 0; i < names.size(); ++i) {
         checkInterrupted();
-        auto scene = std::make_unique<FitScene>();
-        scene->loaded =
-            loadSceneAndWorld(sweep.scenes[i], sweep.lightCount, sweep.lightSeed, true, console);
-        scene->loaded.name = names[i];
-        chooseCamera(*scene->loaded.world, sweep.camera); // a wrong name is told before voxels
+        LoadedScene loaded = openScene(sweep, i, console);
+        const bool isStill = loaded.scene->animations.empty();
+        auto scene = std::make_unique<FitScene>(
+            Workspace(std::move(loaded),
+                      {backend, sweep.camera, VoxelSource{{}, cacheDirectory, false}, &console}));
         if (usesVoxels)
-            scene->dags = obtainDags(scene->loaded, sweep.resolutionLog2,
-                                     {{}, cacheDirectory, false}, console);
-        scene->measurer = std::make_unique<SceneMeasurer>(scene->loaded, scene->dags, backend);
+            scene->resolutions = scene->workspace.obtainVoxels(sweep.resolutionLog2);
+        for (const uint32_t log2 : scene->resolutions)
+            scene->workspace.renderer(log2); // before anything moves
         scene->frames = sweep.frames;
-        if (scene->loaded.scene->animations.empty())
+        if (isStill)
             scene->frames.resize(1);
         for (const uint32_t frame : scene->frames) {
             cellFrames_.push_back({i, frame});
@@ -64,10 +65,11 @@ FitMeasurer::FitMeasurer(const Experiment& sweep, FitMetric metric, FitObjective
 FitMeasurer::~FitMeasurer() = default;
 
 std::vector<uint64_t> FitMeasurer::dagBytes() const {
-    std::vector<uint64_t> most(scenes_[0]->dags.size(), 0);
+    std::vector<uint64_t> most(scenes_[0]->resolutions.size(), 0);
     for (const auto& scene : scenes_)
         for (size_t dag = 0; dag < most.size(); ++dag)
-            most[dag] = std::max(most[dag], scene->measurer->dagBytes(dag));
+            most[dag] =
+                std::max(most[dag], scene->workspace.renderer(scene->resolutions[dag]).dagBytes());
     return most;
 }
 
@@ -92,7 +94,6 @@ void FitMeasurer::run(size_t cell, const std::vector<size_t>& models, int repeat
     experiment.repeats = repeats;
     experiment.warmups = warmups;
     MeasureContext context;
-    context.backend = backend_;
     context.given = &costs_;
     context.journal = &scene.journal;
     context.frames = {frame};
@@ -103,11 +104,11 @@ void FitMeasurer::run(size_t cell, const std::vector<size_t>& models, int repeat
     context.times = "times " + std::to_string(batchCount_++);
     if (runsMs != nullptr) {
         runsMs->clear();
-        context.heedTiming = [&](uint32_t, const RunParameters&, const Timing& timing) {
+        context.onTiming = [&](uint32_t, const RunParameters&, const Timing& timing) {
             runsMs->push_back(timing.totalMs); // in the order of the runs
         };
     }
-    const SceneMeasurement measured = scene.measurer->measure(experiment, runs, context);
+    const SceneMeasurement measured = measureScene(scene.workspace, experiment, runs, context);
     for (size_t i = 0; i < models.size(); ++i) {
         const Json& row = measured.runs[i];
         FitCell& found = cells_[models[i]][cell];
@@ -206,10 +207,10 @@ FitObservation FitMeasurer::observation(size_t model) const {
 Json FitMeasurer::scenes() const {
     Json list = Json::array();
     for (const auto& scene : scenes_)
-        list.push_back({{"scene", scene->loaded.name},
-                        {"scene_hash", scene->loaded.geometryHash},
-                        {"triangle_count", scene->loaded.world->triangles().count()},
-                        {"light_count", scene->loaded.world->lights().size()},
+        list.push_back({{"scene", scene->workspace.scene().name},
+                        {"scene_hash", scene->workspace.scene().geometryHash},
+                        {"triangle_count", scene->workspace.world().triangles().count()},
+                        {"light_count", scene->workspace.world().lights().size()},
                         {"frames", scene->frames}});
     return list;
 }

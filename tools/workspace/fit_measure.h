@@ -90,7 +90,6 @@ private:
     Experiment sweep_;
     FitMetric metric_;
     FitObjective objective_;
-    Backend backend_;
     const CostSource& costs_;
     const Console& console_;
     const FitModels* models_ = nullptr;

@@ -2,12 +2,11 @@
 #include "tools/workspace/measure.h"
 
 #include "cuda/error.h"
-#include "hybrid/judge/error.h"
 #include "tools/settings/console.h"
 #include "tools/workspace/error_image.h"
 #include "tools/workspace/frame_json.h"
 #include "tools/workspace/image_io.h"
-#include "tools/workspace/timing.h"
+#include "tools/workspace/judge.h"
 
 #include <algorithm>
 #include <chrono>
@@ -26,17 +25,15 @@ std::string sceneSlug(const std::string& name) {
 /// One frame of one scene: the truth once, then every configuration.
 class FrameMeasurement {
 public:
-    FrameMeasurement(const LoadedScene& scene, uint32_t frame, const Experiment& experiment,
-                     const std::vector<RunParameters>& runs,
-                     std::vector<std::unique_ptr<FrameRenderer>>& renderers, const Truth& truth,
+    FrameMeasurement(Workspace& workspace, Judge& judge, uint32_t frame,
+                     const Experiment& experiment, const std::vector<RunParameters>& runs,
                      const MeasureContext& context)
-        : scene_(scene), frame_(frame), experiment_(experiment), runs_(runs), renderers_(renderers),
-          truth_(truth), context_(context),
-          part_(scene.geometryHash + "/" + scene.name + "/" + std::to_string(frame) + "/") {}
+        : workspace_(workspace), scene_(workspace.scene()), judge_(judge), frame_(frame),
+          experiment_(experiment), runs_(runs), context_(context),
+          part_(scene_.geometryHash + "/" + scene_.name + "/" + std::to_string(frame) + "/") {}
 
-    void measure(const Camera& camera, bool withPictures, const std::function<void()>& step,
-                 SceneMeasurement& out) {
-        camera_ = camera;
+    void measure(bool withPictures, const std::function<void()>& step, SceneMeasurement& out) {
+        camera_ = workspace_.camera();
         withPictures_ = withPictures;
         if (!isDone())
             prepareTruth();
@@ -63,10 +60,6 @@ private:
         });
     }
 
-    FrameRenderer& rendererOf(const RunParameters& run) {
-        return *renderers_[std::min<size_t>(run.dag, renderers_.size() - 1)];
-    }
-
     const RunParameters* firstRun(bool (RunParameters::*uses)() const) const {
         for (const RunParameters& run : runs_)
             if ((run.*uses)())
@@ -76,7 +69,7 @@ private:
 
     /// Renders one configuration from nothing.
     FrameResult render(const RunParameters& run, bool recordPairs) {
-        FrameRenderer& renderer = rendererOf(run);
+        FrameRenderer& renderer = workspace_.renderer(run);
         const std::unique_ptr<CostModel> model =
             makeCostModel(run.model.empty() ? "texels:0" : run.model);
         if (model->needsCosts())
@@ -99,18 +92,14 @@ private:
         probe.method = "embree";
         probe.model.clear();
         FrameResult result = render(probe, true);
-        gbufferRenderer_ = &rendererOf(probe);
+        gbufferRenderer_ = &workspace_.renderer(probe);
         pairs_ = std::move(result.pairs);
-        quantities_ = std::move(result.maps);
-        const std::vector<Light>& lights = scene_.world->lights();
-        truthVisibility_ = truth_.visibility(gbufferRenderer_->gbuffer(), lights, pairs_);
-        const std::vector<glm::vec3> color =
-            shadePairs(gbufferRenderer_->gbuffer(), *scene_.world, pairs_, truthVisibility_);
-        exposure_ = experiment_.exposureOf(color);
-        truthDisplay_ = toneMap(color, exposure_);
+        mapCount_ = uint32_t(result.maps.size());
+        truth_ = &judge_.picture(frame_, gbufferRenderer_->gbuffer(), pairs_,
+                                 float(experiment_.exposure));
         if (withPictures_)
             writePng(context_.directory + "/" + pictureBase() + "truth.png", experiment_.width,
-                     experiment_.height, truthDisplay_);
+                     experiment_.height, truth_->display);
     }
 
     /// Measures what every map costs by rays and by map alone, or takes the costs that were given.
@@ -138,8 +127,9 @@ private:
                 } else {
                     FrameOptions options = run.frame;
                     options.recordPairs = false;
-                    rendererOf(run).reset();
-                    frameCosts_ = rendererOf(run).measureCosts(camera_, options);
+                    FrameRenderer& renderer = workspace_.renderer(run);
+                    renderer.reset();
+                    frameCosts_ = renderer.measureCosts(camera_, options);
                 }
                 frameCosts_.frame = frame_;
                 RunParameters drawAll = run;
@@ -203,43 +193,36 @@ private:
     /// The truth held against itself: no error by definition, kept as a row so that tables and
     /// charts show its time.
     void answerTruth(Json& json) {
-        ErrorCounts counts;
-        counts.pairCount = pairs_.count();
-        for (const uint8_t visibility : truthVisibility_)
-            counts.occludedCount += visibility < kHalfLit ? 1 : 0;
-        json.update(toJson(counts));
+        json.update(toJson(countWrong(pairs_, truth_->visibility, truth_->visibility)));
         json.update(nullRatesJson({}));
         json["rmse"] = 0.0;
         json["flip"] = 0.0;
         FrameCounts none;
         none.rayCount = pairs_.count();
-        none.tracedLightCount = uint32_t(quantities_.size());
+        none.tracedLightCount = mapCount_;
         json.update(toJson(none));
         json["dag_bytes"] = 0;
     }
 
     void answerMethod(const RunParameters& run, Json& json, Json& lights) {
-        const FrameResult result = render(run, true);
+        const FrameRenderer& renderer = workspace_.renderer(run);
+        const Answers answers = answersOf(render(run, true), renderer, run.frame);
+        const FrameResult& result = answers.frame;
         if (result.pairs.count() != pairs_.count())
             throw std::logic_error("the pairs of " + run.label() +
                                    " differ from those of the truth");
-        ErrorOptions options;
-        options.seed = experiment_.errorSeed;
-        options.rays = run.frame.rays;
-        options.bias = run.frame.bias;
-        const ErrorReport report =
-            computeError(rendererOf(run), result, *scene_.world, truth_, truthVisibility_, options);
+        const ErrorReport report = judge_.judge(frame_, answers);
         json.update(toJson(report.total));
         json.update(nullRatesJson(report));
-        const std::vector<glm::vec3> display = toneMap(result.color, exposure_);
-        json["rmse"] = computeRmse(truthDisplay_, display);
-        json["flip"] = computeFlip(truthDisplay_, display, experiment_.width, experiment_.height);
+        const std::vector<glm::vec3> display = toneMap(result.color, truth_->exposure);
+        json["rmse"] = computeRmse(truth_->display, display);
+        json["flip"] = computeFlip(truth_->display, display, experiment_.width, experiment_.height);
         json.update(toJson(result.counts));
         if (frameCosts_.degradeDivisor > 1 && makeCostModel(run.model)->needsCosts())
             json["costs_degrade_divisor"] = frameCosts_.degradeDivisor;
-        json["dag_bytes"] = run.usesRays() ? rendererOf(run).dagBytes() : 0;
+        json["dag_bytes"] = run.usesRays() ? renderer.dagBytes() : 0;
         if (run.method == "dag-exact")
-            json["exact_bytes"] = rendererOf(run).exactBytes();
+            json["exact_bytes"] = renderer.exactBytes();
         json["visibility_histogram"] = report.visibilityHistogram;
         for (Json& entry : lightsJson(result.maps)) {
             Json row = {{"scene", scene_.name}, {"frame", frame_}, {"label", run.label()}};
@@ -260,46 +243,45 @@ private:
             json["images"][kind] = file;
         };
         write("color", display);
-        write("error", errorPicture(truthDisplay_,
-                                    countPixelErrors(pairs_, result.visibility, truthVisibility_)));
-        write("method", methodPicture(truthDisplay_, rayShare(result.pairs, result.pairRoute),
-                                      result.maps, scene_.world->lights(), camera_, width, height));
+        write("error", errorPicture(truth_->display, countPixelErrors(pairs_, result.visibility,
+                                                                      truth_->visibility)));
+        write("method",
+              methodPicture(truth_->display, rayShare(result.pairs, result.pairRoute), result.maps,
+                            workspace_.world().lights(), camera_, width, height));
     }
 
     void measureTimes(const std::function<void()>& step) {
-        const int rounds = experiment_.warmups + experiment_.repeats;
         if (part(context_.times) != nullptr) {
+            const int rounds = experiment_.warmups + experiment_.repeats;
             for (int i = 0; i < rounds * int(runs_.size()); ++i)
                 step();
             return;
         }
-        std::vector<Timing> timings(runs_.size());
-        for (int round = 0; round < rounds; ++round)
-            for (size_t i = 0; i < runs_.size(); ++i) {
-                const size_t index = (i + size_t(round)) % runs_.size();
-                const RunParameters& run = runs_[index];
-                StageTimes stages;
-                if (run.method == "embree") {
-                    const auto start = std::chrono::steady_clock::now();
-                    truth_.visibility(gbufferRenderer_->gbuffer(), scene_.world->lights(), pairs_);
-                    const std::chrono::duration<double, std::milli> time =
-                        std::chrono::steady_clock::now() - start;
-                    stages.add("embree rays", time.count());
-                } else {
-                    stages = render(run, false).stages;
-                }
-                if (round >= experiment_.warmups)
-                    timings[index].add(stages);
+        const std::vector<Timing> timings =
+            timeInTurn(runs_.size(), experiment_.warmups, experiment_.repeats, [&](size_t i) {
+                StageTimes stages = time(runs_[i]);
                 step();
-            }
+                return stages;
+            });
         Json times = Json::object();
         for (size_t i = 0; i < runs_.size(); ++i) {
             times[runs_[i].label()] =
                 experiment_.repeats > 0 ? timings[i].toJson() : Json::object();
-            if (experiment_.repeats > 0 && context_.heedTiming)
-                context_.heedTiming(frame_, runs_[i], timings[i]);
+            if (experiment_.repeats > 0 && context_.onTiming)
+                context_.onTiming(frame_, runs_[i], timings[i]);
         }
         context_.journal->set(part_ + context_.times, std::move(times));
+    }
+
+    StageTimes time(const RunParameters& run) {
+        if (run.method != "embree")
+            return render(run, false).stages;
+        const Truth& truth = workspace_.truth();
+        const auto start = std::chrono::steady_clock::now();
+        truth.visibility(gbufferRenderer_->gbuffer(), workspace_.world().lights(), pairs_);
+        StageTimes stages;
+        stages.add("embree rays", msSince(start));
+        return stages;
     }
 
     void collect(SceneMeasurement& out) const {
@@ -321,46 +303,28 @@ private:
                 {{"scene", scene_.name}, {"frame", frame_}, {"file", pictureBase() + "truth.png"}});
     }
 
+    Workspace& workspace_;
     const LoadedScene& scene_;
+    Judge& judge_;
     uint32_t frame_;
     const Experiment& experiment_;
     const std::vector<RunParameters>& runs_;
-    std::vector<std::unique_ptr<FrameRenderer>>& renderers_;
-    const Truth& truth_;
     const MeasureContext& context_;
     std::string part_;
     bool withPictures_ = false;
     Camera camera_;
     FrameRenderer* gbufferRenderer_ = nullptr;
     PairList pairs_;
-    std::vector<MapRecord> quantities_;
-    std::vector<uint8_t> truthVisibility_;
-    std::vector<glm::vec3> truthDisplay_;
-    float exposure_ = 1;
+    uint32_t mapCount_ = 0;
+    const FrameTruth* truth_ = nullptr;
     FrameCosts frameCosts_;
 };
 
 } // namespace
 
-SceneMeasurer::SceneMeasurer(LoadedScene& scene, const std::vector<Dag>& dags, Backend backend)
-    : scene_(scene) {
-    static const Dag kNoDag;
-    for (const Dag& dag : dags) {
-        checkInterrupted();
-        renderers_.push_back(std::make_unique<FrameRenderer>(backend, *scene.world, dag));
-    }
-    if (renderers_.empty())
-        renderers_.push_back(std::make_unique<FrameRenderer>(backend, *scene.world, kNoDag));
-    checkInterrupted();
-    truth_ = std::make_unique<Truth>(*scene.world);
-    checkInterrupted();
-}
-
-SceneMeasurer::~SceneMeasurer() = default;
-
-SceneMeasurement SceneMeasurer::measure(const Experiment& experiment,
-                                        const std::vector<RunParameters>& runs,
-                                        const MeasureContext& context) {
+SceneMeasurement measureScene(Workspace& workspace, const Experiment& experiment,
+                              const std::vector<RunParameters>& runs,
+                              const MeasureContext& context) {
     SceneMeasurement out;
     const size_t stepsAFrame =
         1 + runs.size() * size_t(1 + experiment.warmups + experiment.repeats);
@@ -371,34 +335,19 @@ SceneMeasurement SceneMeasurer::measure(const Experiment& experiment,
         if (context.progress)
             context.progress(double(stepsDone) / stepCount);
     };
-    World& world = *scene_.world;
-    const auto show = [&](uint32_t frame) {
-        const float time = experiment.timeOfFrame(frame);
-        if (time == world.timeSeconds())
-            return;
-        const std::vector<uint32_t> moved = world.setTime(time);
-        for (const std::unique_ptr<FrameRenderer>& renderer : renderers_)
-            renderer->worldChanged(moved);
-        if (!moved.empty())
-            truth_->update(world);
-    };
-    FrameCamera camera(experiment.camera);
-    show(experiment.frames.front());
-    camera.at(world); // places it where a compare of all frames does
+    for (const RunParameters& run : runs)
+        workspace.renderer(run); // before anything moves, as all compares have them
+    Judge judge(workspace, experiment.errorSeed, ErrorOptions{}.nullSampleCount);
+    workspace.setTime(experiment.timeOfFrame(experiment.frames.front()));
+    workspace.camera(); // places it where a compare of all frames does
     for (const uint32_t frame : context.frames) {
-        show(frame);
-        FrameMeasurement measurement(scene_, frame, experiment, runs, renderers_, *truth_, context);
-        measurement.measure(camera.at(world),
-                            context.writesPictures && frame == experiment.frames.front(), step,
+        workspace.setTime(experiment.timeOfFrame(frame));
+        FrameMeasurement measurement(workspace, judge, frame, experiment, runs, context);
+        measurement.measure(context.writesPictures && frame == experiment.frames.front(), step,
                             out);
+        judge.forget();
     }
     return out;
-}
-
-SceneMeasurement measureScene(LoadedScene& scene, const std::vector<Dag>& dags,
-                              const Experiment& experiment, const std::vector<RunParameters>& runs,
-                              const MeasureContext& context) {
-    return SceneMeasurer(scene, dags, context.backend).measure(experiment, runs, context);
 }
 
 } // namespace shadowdag

@@ -87,6 +87,14 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
     return loaded;
 }
 
+LoadedScene openScene(const Experiment& experiment, size_t scene, const Console& console) {
+    LoadedScene loaded = loadSceneAndWorld(experiment.scenes[scene], experiment.lightCount,
+                                           experiment.lightSeed, true, console);
+    loaded.name = sceneNames(experiment.scenes)[scene];
+    checkCamera(*loaded.world, experiment.camera);
+    return loaded;
+}
+
 LoadedScene loadedScene(Scene scene, const WorldOptions& options) {
     LoadedScene loaded;
     loaded.argument = loaded.name = scene.name;
@@ -122,6 +130,11 @@ Camera chooseCamera(const World& world, const std::string& text) {
     throw Error(ErrorKind::kUsage,
                 "--camera '" + text + "': no camera of that name; there are: " + known +
                     ", or give px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]");
+}
+
+void checkCamera(const World& world, const std::string& text) {
+    if (!text.empty() && text != "auto")
+        (void)chooseCamera(world, text);
 }
 
 std::vector<std::string> cameraNames(const World& world) {

@@ -32,6 +32,10 @@ std::vector<std::string> sceneNames(const std::vector<std::string>& arguments);
 LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, uint64_t lightSeed,
                               bool needsLights, const Console& console);
 
+/// Loads a scene of an experiment, under the name that tells it apart, with its lights. Throws as
+/// loadSceneAndWorld and checkCamera do.
+LoadedScene openScene(const Experiment& experiment, size_t scene, const Console& console);
+
 /// Returns a scene that was made rather than read, with its world, under its own name.
 LoadedScene loadedScene(Scene scene, const WorldOptions& options = {});
 
@@ -39,6 +43,9 @@ LoadedScene loadedScene(Scene scene, const WorldOptions& options = {});
 /// else auto. Throws Error kUsage for an unknown name, listing those that are there, and for bad
 /// numbers.
 Camera chooseCamera(const World& world, const std::string& text);
+
+/// Throws what chooseCamera throws for a name that the world lacks; places no camera.
+void checkCamera(const World& world, const std::string& text);
 
 /// Returns what the scene's cameras are called, in the order of World::cameras(); "" where one has
 /// no name.

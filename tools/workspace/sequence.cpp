@@ -5,7 +5,7 @@
 #include "hybrid/judge/flicker.h"
 #include "tools/settings/console.h"
 #include "tools/workspace/frame_json.h"
-#include "tools/workspace/timing.h"
+#include "tools/workspace/judge.h"
 
 #include <algorithm>
 #include <chrono>
@@ -16,25 +16,15 @@ namespace shadowdag {
 
 namespace {
 
-const Dag kNoDag;
-
 /// Counts a frame's wrong answers without asking why.
 Json confusionJson(const PairList& pairs, const std::vector<uint8_t>& visibility,
                    const std::vector<uint8_t>& truth) {
-    uint64_t occluded = 0, falseShadow = 0, falseLight = 0, difference = 0;
-    for (size_t p = 0; p < pairs.count(); ++p) {
-        const bool isDark = visibility[p] < kHalfLit, isTruthDark = truth[p] < kHalfLit;
-        occluded += isTruthDark;
-        falseShadow += isDark && !isTruthDark;
-        falseLight += !isDark && isTruthDark;
-        difference += uint64_t(std::abs(int(visibility[p]) - int(truth[p])));
-    }
-    const double count = std::max<double>(1.0, double(pairs.count()));
-    return {{"pair_count", pairs.count()},
-            {"occluded_count", occluded},
-            {"false_shadow_count", falseShadow},
-            {"false_light_count", falseLight},
-            {"mean_abs_visibility_error", double(difference) / double(kLit) / count}};
+    const ErrorCounts counts = countWrong(pairs, visibility, truth);
+    return {{"pair_count", counts.pairCount},
+            {"occluded_count", counts.occludedCount},
+            {"false_shadow_count", counts.falseShadowCount},
+            {"false_light_count", counts.falseLightCount},
+            {"mean_abs_visibility_error", counts.meanAbsVisibilityError()}};
 }
 
 Json flickerJson(const FlickerCounts& counts) {
@@ -66,13 +56,13 @@ Json flickerJson(const FlickerCounts& counts) {
 
 /// One configuration with what it keeps.
 struct Player {
-    /// @param scene shares what stands for the scene
-    Player(const RunParameters& run, const FrameRenderer& scene, const Truth& truth,
+    /// @param role of its renderer
+    Player(const RunParameters& run, Workspace& workspace, size_t role,
            const Experiment& experiment, const MeasureContext& context)
         : run(run), isTruth(run.method == "embree"),
-          renderer(isTruth ? nullptr : scene.shareScene()),
+          renderer(isTruth ? nullptr : &workspace.renderer(run, role)),
           model(makeCostModel(isTruth ? "texels:0" : run.model)),
-          flicker(truth, experiment.errorSeed, experiment.flickerPoints) {
+          flicker(workspace.truth(), experiment.errorSeed, experiment.flickerPoints) {
         if (model->needsCosts())
             throw Error(ErrorKind::kUsage,
                         "model '" + run.model +
@@ -85,47 +75,25 @@ struct Player {
 
     const RunParameters& run;
     bool isTruth;
-    std::unique_ptr<FrameRenderer> renderer; ///< none for the truth
+    FrameRenderer* renderer; ///< null for the truth
     std::unique_ptr<CostModel> model;
     FlickerMeter flicker;
     FrameOptions options;
     StageTimes update; ///< of following the frame shown now
 };
 
-/// What stands for the scene with one DAG, held by a renderer, and those who share it.
-struct SharedScene {
-    std::unique_ptr<FrameRenderer> renderer;
-    std::vector<Player*> players;
-};
-
-double msSince(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
-        .count();
-}
-
 /// Plays a scene's frames to all configurations.
 class SequencePlayer {
 public:
-    SequencePlayer(LoadedScene& scene, const std::vector<Dag>& dags, const Experiment& experiment,
+    SequencePlayer(Workspace& workspace, const Experiment& experiment,
                    const std::vector<RunParameters>& runs, const MeasureContext& context)
-        : scene_(scene), experiment_(experiment), context_(context), truth_(*scene.world),
+        : workspace_(workspace), experiment_(experiment), context_(context),
+          witness_(workspace.renderer(RunParameters{})),
           steps_(sequenceSteps(context.frames, experiment.leadIn)),
-          part_(scene.geometryHash + "/" + scene.name + "/sequence/") {
-        // Those without rays share the scene with those that trace the first DAG.
-        std::vector<size_t> sceneOf;
-        for (const RunParameters& run : runs)
-            sceneOf.push_back(run.usesRays() ? run.dag : 0);
-        scenes_.resize(1 + *std::max_element(sceneOf.begin(), sceneOf.end()));
-        sceneOf.push_back(0);
-        for (const size_t s : sceneOf)
-            if (!scenes_[s].renderer)
-                scenes_[s].renderer = std::make_unique<FrameRenderer>(
-                    context.backend, *scene.world, s < dags.size() ? dags[s] : kNoDag);
-        for (size_t i = 0; i < runs.size(); ++i) {
-            players_.push_back(std::make_unique<Player>(runs[i], *scenes_[sceneOf[i]].renderer,
-                                                        truth_, experiment, context));
-            scenes_[sceneOf[i]].players.push_back(players_.back().get());
-        }
+          part_(workspace.scene().geometryHash + "/" + workspace.scene().name + "/sequence/") {
+        for (size_t i = 0; i < runs.size(); ++i)
+            players_.push_back(
+                std::make_unique<Player>(runs[i], workspace, 1 + i, experiment, context));
         pairOptions_.width = experiment.width;
         pairOptions_.height = experiment.height;
     }
@@ -139,7 +107,7 @@ public:
         const std::vector<Timing> timings = gatherTimes();
         SceneMeasurement out;
         for (size_t step = 0; step < steps_.size(); ++step)
-            for (const Json& row : *part(answersOf(step))) {
+            for (const Json& row : *part(partOfStep(step))) {
                 Json json = Json::object();
                 for (const auto& [key, value] : row.items()) {
                     json[key] = value;
@@ -153,8 +121,8 @@ public:
 
 private:
     const Json* part(const std::string& name) const { return context_.journal->find(part_ + name); }
-    static std::string answersOf(size_t step) { return "answers/" + std::to_string(step); }
-    static std::string timesOf(int round) { return "times/" + std::to_string(round); }
+    static std::string partOfStep(size_t step) { return "answers/" + std::to_string(step); }
+    static std::string partOfRound(int round) { return "times/" + std::to_string(round); }
 
     void progress(size_t steps) {
         stepsDone_ += steps;
@@ -163,45 +131,30 @@ private:
     }
 
     void rewind() {
-        camera_ = std::make_unique<FrameCamera>(experiment_.camera);
         show(steps_.front().frame);
+        workspace_.resetRenderers();
         for (const std::unique_ptr<Player>& player : players_)
-            if (!player->isTruth) {
-                player->renderer->reset();
-                player->flicker.forget();
-            }
+            player->flicker.forget();
     }
 
     /// Moves the world and all that follow it to a frame.
     void show(uint32_t frame) {
-        World& world = *scene_.world;
-        const std::vector<uint32_t> moved = world.setTime(experiment_.timeOfFrame(frame));
-        for (const SharedScene& scene : scenes_) {
-            if (!scene.renderer)
-                continue;
-            StageTimes ofLevels;
-            const StageTimes stages = scene.renderer->worldChanged(moved, &ofLevels);
-            for (Player* player : scene.players) {
-                player->update = stages;
-                if (player->options.maps.lodTexels > 0.0f)
-                    for (const auto& [name, timeMs] : ofLevels.stagesMs)
-                        player->update.add(name, timeMs);
-            }
+        workspace_.advance(experiment_.timeOfFrame(frame));
+        for (const std::unique_ptr<Player>& player : players_) {
+            const FollowTimes& times = workspace_.followTimes(workspace_.voxelsOf(player->run));
+            player->update = times.stages;
+            if (player->options.maps.lodTexels > 0.0f)
+                for (const auto& [name, timeMs] : times.ofLevels.stagesMs)
+                    player->update.add(name, timeMs);
         }
-        isTruthStale_ |= !moved.empty();
-        view_ = camera_->at(world);
+        view_ = workspace_.camera();
     }
 
-    const Truth& truth() {
-        if (isTruthStale_)
-            truth_.update(*scene_.world);
-        isTruthStale_ = false;
-        return truth_;
+    /// Pairs belong to the frame, not to a configuration: whose renderer finds them.
+    PairList listPairs() { return witness_.listPairs(view_, pairOptions_); }
+    std::vector<uint8_t> askTruth(const Truth& truth, const PairList& pairs) const {
+        return truth.visibility(witness_.gbuffer(), workspace_.world().lights(), pairs);
     }
-
-    /// Pairs and truth belong to the frame, not to a configuration: whose renderer finds them.
-    FrameRenderer& witness() { return *scenes_.front().renderer; }
-    PairList listPairs() { return witness().listPairs(view_, pairOptions_); }
 
     FrameResult render(Player& player, bool recordPairs) {
         player.options.recordPairs = recordPairs;
@@ -211,7 +164,7 @@ private:
     /// Renders everything once with recording, from the first step on that the journal lacks.
     void answer() {
         size_t done = 0;
-        while (done < steps_.size() && part(answersOf(done)) != nullptr)
+        while (done < steps_.size() && part(partOfStep(done)) != nullptr)
             ++done;
         if (done == steps_.size())
             return progress(done);
@@ -228,24 +181,20 @@ private:
             }
             Json rows = Json::array();
             const PairList pairs = listPairs();
-            const std::vector<uint8_t> visibility =
-                truth().visibility(witness().gbuffer(), scene_.world->lights(), pairs);
+            const std::vector<uint8_t> visibility = askTruth(workspace_.truth(), pairs);
             for (const std::unique_ptr<Player>& player : players_) {
                 Json row = player->isTruth ? answerTruth(pairs, visibility)
                                            : answerMethod(*player, pairs, visibility);
                 if (!step.isCounted)
                     continue;
-                Json json = {{"scene", scene_.name},
-                             {"frame", step.frame},
-                             {"method", player->run.method},
-                             {"model", player->run.model},
-                             {"parameters", player->run.toJson()},
-                             {"label", player->run.label()}};
+                Json json = {{"scene", workspace_.scene().name},   {"frame", step.frame},
+                             {"method", player->run.method},       {"model", player->run.model},
+                             {"parameters", player->run.toJson()}, {"label", player->run.label()}};
                 json.update(row);
                 rows.push_back(std::move(json));
             }
             if (s >= done) // the one before is rendered again for the points that it draws
-                context_.journal->set(part_ + answersOf(s), std::move(rows));
+                context_.journal->set(part_ + partOfStep(s), std::move(rows));
             progress(1);
         }
     }
@@ -270,7 +219,8 @@ private:
 
     Json answerMethod(Player& player, const PairList& pairs,
                       const std::vector<uint8_t>& truthVisibility) {
-        const FrameResult result = render(player, true);
+        const Answers answers = answersOf(render(player, true), *player.renderer, player.options);
+        const FrameResult& result = answers.frame;
         if (result.pairs.count() != pairs.count())
             throw std::logic_error("the pairs of " + player.run.label() +
                                    " differ from those of the truth");
@@ -281,27 +231,16 @@ private:
             computations += map.quantities.samples;
         json["lighting_computation_count"] = computations;
         json["dag_bytes"] = player.run.usesRays() ? player.renderer->dagBytes() : 0;
-        if (experiment_.flickerPoints > 0) {
-            const World& world = *scene_.world;
-            const ErrorInputs inputs{player.renderer->gbuffer(),
-                                     world.triangles(),
-                                     viewOf(world.lights()),
-                                     result.pairs,
-                                     result.visibility,
-                                     result.pairRoute,
-                                     result.pairServer,
-                                     {player.renderer->rayInputs(player.options.rays),
-                                      player.renderer->shadowMaps(), player.options.bias}};
-            json.update(flickerJson(player.flicker.add({inputs, view_})));
-        } else {
-            json.update(flickerJson({}));
-        }
+        json.update(
+            flickerJson(experiment_.flickerPoints > 0
+                            ? player.flicker.add({errorInputs(workspace_.world(), answers), view_})
+                            : FlickerCounts{}));
         return json;
     }
 
     /// Renders everything once more for time alone, unless the journal knows this round.
     void time(int round) {
-        if (part(timesOf(round)) != nullptr)
+        if (part(partOfRound(round)) != nullptr)
             return progress(steps_.size());
         rewind();
         Json times = Json::array(); // by counted frame and player: its stages
@@ -309,16 +248,14 @@ private:
             checkInterrupted();
             show(steps_[s].frame);
             std::vector<Json> ofStep(players_.size());
-            for (size_t i = 0; i < players_.size(); ++i) {
-                const size_t index = (i + s + size_t(round)) % players_.size();
-                ofStep[index] = timeOne(*players_[index]).stagesMs;
-            }
+            runInTurn(players_.size(), s + size_t(round),
+                      [&](size_t i) { ofStep[i] = timeOne(*players_[i]).stagesMs; });
             if (steps_[s].isCounted)
                 for (Json& stages : ofStep)
                     times.push_back(std::move(stages));
             progress(1);
         }
-        context_.journal->set(part_ + timesOf(round), std::move(times));
+        context_.journal->set(part_ + partOfRound(round), std::move(times));
     }
 
     /// Returns the times of all rounds that count, by counted frame and player.
@@ -326,7 +263,7 @@ private:
         std::vector<Timing> timings(context_.frames.size() * players_.size());
         for (int round = experiment_.warmups; round < experiment_.warmups + experiment_.repeats;
              ++round) {
-            const Json& times = *part(timesOf(round));
+            const Json& times = *part(partOfRound(round));
             for (size_t i = 0; i < timings.size(); ++i) {
                 StageTimes stages;
                 for (const Json& stage : times[i])
@@ -341,9 +278,9 @@ private:
         StageTimes stages;
         if (player.isTruth) {
             const PairList pairs = listPairs();
-            const Truth& embree = truth();
+            const Truth& truth = workspace_.truth();
             const auto start = std::chrono::steady_clock::now();
-            embree.visibility(witness().gbuffer(), scene_.world->lights(), pairs);
+            askTruth(truth, pairs);
             stages.add("embree rays", msSince(start));
             return stages;
         }
@@ -353,18 +290,15 @@ private:
         return stages;
     }
 
-    LoadedScene& scene_;
+    Workspace& workspace_;
     const Experiment& experiment_;
     const MeasureContext& context_;
-    Truth truth_;
+    FrameRenderer& witness_;
     std::vector<SequenceStep> steps_;
     std::string part_;
     FrameOptions pairOptions_;
-    std::vector<SharedScene> scenes_; ///< by DAG; the first is always there
     std::vector<std::unique_ptr<Player>> players_;
-    std::unique_ptr<FrameCamera> camera_;
     Camera view_;
-    bool isTruthStale_ = false;
     size_t stepCount_ = 1, stepsDone_ = 0;
 };
 
@@ -384,11 +318,10 @@ std::vector<SequenceStep> sequenceSteps(const std::vector<uint32_t>& frames, uin
     return steps;
 }
 
-SceneMeasurement measureSequence(LoadedScene& scene, const std::vector<Dag>& dags,
-                                 const Experiment& experiment,
+SceneMeasurement measureSequence(Workspace& workspace, const Experiment& experiment,
                                  const std::vector<RunParameters>& runs,
                                  const MeasureContext& context) {
-    return SequencePlayer(scene, dags, experiment, runs, context).measure();
+    return SequencePlayer(workspace, experiment, runs, context).measure();
 }
 
 } // namespace shadowdag

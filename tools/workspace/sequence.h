@@ -39,8 +39,7 @@ std::vector<SequenceStep> sequenceSteps(const std::vector<uint32_t>& frames, uin
 /// compare's runs each has confusion counts, "lighting_computation_count" (samples times lights of
 /// their clusters) and flicker_* since the frame shown before it. Throws Error kUsage for a model
 /// that needs costs.
-SceneMeasurement measureSequence(LoadedScene& scene, const std::vector<Dag>& dags,
-                                 const Experiment& experiment,
+SceneMeasurement measureSequence(Workspace& workspace, const Experiment& experiment,
                                  const std::vector<RunParameters>& runs,
                                  const MeasureContext& context);
 

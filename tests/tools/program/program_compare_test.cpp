@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag compare` from end to end at smoke size: keys, charts, death, resumption, threads.
+#include "scenes/builtin.h"
+#include "scenes/gltf.h"
 #include "tests/tools/program/program_refusals.h"
 #include "tools/workspace/frame_json.h"
 
@@ -48,6 +50,31 @@ std::vector<std::string> filesBelow(const std::string& directory) {
 }
 
 } // namespace
+
+TEST(Compare, AWrongCameraOrLightCountIsToldBeforeUnfinishedWorkIsPutAway) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report", journal = report + "/partial/journal.json";
+    std::filesystem::create_directories(report + "/partial");
+    const std::string dark = directory / "dark.glb";
+    Scene scene = makeBuiltin("fail-contact");
+    scene.lights.clear();
+    for (Node& node : scene.nodes)
+        node.light = kNone;
+    writeGlb(scene, dark);
+    const std::string unfinished = "{\"key\": \"a\", \"parts\": {\"b\": 1}}";
+    writeText(journal, unfinished);
+    const auto refused = [&](Arguments more) {
+        Arguments arguments = tinyCompare(report);
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const ProgramResult result = runShadowdag(directory, arguments);
+        EXPECT_NE(result.status, 0);
+        EXPECT_EQ(readText(journal), unfinished);
+        return result.err;
+    };
+    EXPECT_THAT(refused({"--camera", "nowhere"}), HasSubstr("no camera of that name"));
+    EXPECT_THAT(refused({"--lights", "0"}), HasSubstr("without a light"));
+    EXPECT_THAT(refused({dark}), HasSubstr("has no light that we support"));
+}
 
 TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
     const TemporaryDirectory directory;

@@ -27,7 +27,7 @@ protected:
                          renderer, options_);
     }
 
-    Workspace workspace_{slidingScene(), {Backend::kCpu, "0.5,3,7,0,0,0", {}, nullptr}};
+    Workspace workspace_ = slidingWorkspace();
     FrameOptions options_;
 };
 

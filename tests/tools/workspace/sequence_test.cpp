@@ -31,14 +31,14 @@ Experiment smallExperiment(const std::vector<std::string>& variants) {
     return e;
 }
 
-Json measure(const Experiment& e, LoadedScene& scene) {
+Json measure(const Experiment& e, Workspace& scene) {
     const TemporaryDirectory directory;
     Journal journal(directory / "journal.json", "key", false);
     MeasureContext context;
     context.directory = directory.path();
     context.journal = &journal;
     context.frames = e.frames;
-    return measureSequence(scene, {}, e, configurations(e, {}, 0), context).sequenceRuns;
+    return measureSequence(scene, e, configurations(e, {}, 0), context).sequenceRuns;
 }
 
 std::vector<double> valuesOf(const Json& rows, const std::string& label, const char* key) {
@@ -79,7 +79,7 @@ TEST(Sequence, FrameZeroIsLedInByItself) {
 }
 
 TEST(Sequence, EveryFrameAndVariantHasARowInOrder) {
-    LoadedScene scene = slidingScene();
+    Workspace scene = slidingWorkspace();
     const Json rows = measure(smallExperiment({"CFM", "PMCD"}), scene);
     ASSERT_EQ(rows.size(), 9u); // three frames of embree and two variants
     EXPECT_EQ(rows[0]["frame"], 0);
@@ -99,22 +99,22 @@ TEST(Sequence, EveryFrameAndVariantHasARowInOrder) {
 }
 
 TEST(Sequence, TheWorldMovesFromFrameToFrame) {
-    LoadedScene scene = slidingScene();
+    Workspace scene = slidingWorkspace();
     const Json rows = measure(smallExperiment({"PMCD"}), scene);
     const std::vector<double> dark = valuesOf(rows, "embree", "occluded_count");
     EXPECT_NE(dark[0], dark[2]);
 }
 
 TEST(Sequence, MeasuringTwiceGivesTheSameCountsWhateverTheWorldShowsBefore) {
-    LoadedScene scene = slidingScene();
+    Workspace scene = slidingWorkspace();
     const Json first = measure(smallExperiment({"PMCD", "PMCD-SO"}), scene);
-    scene.world->setTime(0.77f);
+    scene.setTime(0.77f);
     const Json second = measure(smallExperiment({"PMCD", "PMCD-SO"}), scene);
     EXPECT_EQ(withoutTimes(first), withoutTimes(second));
 }
 
 TEST(Sequence, StaticOptimizationDrawsLessThanItsVariantWithout) {
-    LoadedScene scene = slidingScene();
+    Workspace scene = slidingWorkspace();
     const Json rows = measure(smallExperiment({"PMCD", "PMCD-SO"}), scene);
     const std::vector<double> all = valuesOf(rows, "PMCD", "triangle_draw_count"),
                               kept = valuesOf(rows, "PMCD-SO", "triangle_draw_count");
@@ -129,7 +129,7 @@ TEST(Sequence, StaticOptimizationDrawsLessThanItsVariantWithout) {
 }
 
 TEST(Sequence, FlickerIsThatOfConsecutiveFrames) {
-    LoadedScene scene = slidingScene();
+    Workspace scene = slidingWorkspace();
     const Json rows = measure(smallExperiment({"PMCD"}), scene);
     const std::vector<double> answers = valuesOf(rows, "PMCD", "flicker_answer_count");
     for (const double count : answers)
@@ -142,7 +142,7 @@ TEST(Sequence, FlickerIsThatOfConsecutiveFrames) {
 
 TEST(Sequence, GoesOnWhereItWasInterruptedAndFindsTheSame) {
     struct Interrupted {};
-    LoadedScene scene = slidingScene();
+    Workspace scene = slidingWorkspace();
     const Experiment e = smallExperiment({"PMCD", "PMCD-SO"});
     const Json whole = withoutTimes(measure(e, scene));
     const size_t stepCount = sequenceSteps(e.frames, e.leadIn).size();
@@ -161,24 +161,21 @@ TEST(Sequence, GoesOnWhereItWasInterruptedAndFindsTheSame) {
                 if (++steps == stop)
                     throw Interrupted();
             };
-            EXPECT_THROW(measureSequence(scene, {}, e, configurations(e, {}, 0), context),
-                         Interrupted);
+            EXPECT_THROW(measureSequence(scene, e, configurations(e, {}, 0), context), Interrupted);
         }
         Journal journal(directory / "journal.json", "key", true);
         EXPECT_EQ(journal.takenUpCount(), std::min(stop, stepCount));
         context.journal = &journal;
         context.progress = {};
-        const Json rest =
-            measureSequence(scene, {}, e, configurations(e, {}, 0), context).sequenceRuns;
+        const Json rest = measureSequence(scene, e, configurations(e, {}, 0), context).sequenceRuns;
         EXPECT_EQ(withoutTimes(rest), whole);
         // Now it is all there: nothing is rendered, so times are equal, too.
-        EXPECT_EQ(measureSequence(scene, {}, e, configurations(e, {}, 0), context).sequenceRuns,
-                  rest);
+        EXPECT_EQ(measureSequence(scene, e, configurations(e, {}, 0), context).sequenceRuns, rest);
     }
 }
 
 TEST(Sequence, AModelThatNeedsCostsIsRefused) {
-    LoadedScene scene = slidingScene();
+    Workspace scene = slidingWorkspace();
     Experiment e = smallExperiment({"PMCD"});
     e.variants = {"Hybrid:oracle"};
     try {

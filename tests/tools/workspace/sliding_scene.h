@@ -2,7 +2,7 @@
 // A small scene in which something moves.
 #pragma once
 
-#include "tools/workspace/scene_setup.h"
+#include "tools/workspace/workspace.h"
 
 #include <utility>
 
@@ -41,6 +41,13 @@ inline LoadedScene slidingScene() {
     slide.values = {{0, 0, 0, 0}, {3, 0, 0, 0}};
     scene.animations.push_back({"slide", {slide}});
     return loadedScene(std::move(scene));
+}
+
+/// Returns a workspace of it, seen from a side.
+inline Workspace slidingWorkspace() {
+    WorkspaceOptions options;
+    options.camera = "0.5,3,7,0,0,0";
+    return Workspace(slidingScene(), options);
 }
 
 } // namespace shadowdag

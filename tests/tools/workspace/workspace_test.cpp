@@ -15,12 +15,6 @@ namespace {
 
 using testing::ElementsAre;
 
-Workspace slidingWorkspace() {
-    WorkspaceOptions options;
-    options.camera = "0.5,3,7,0,0,0";
-    return Workspace(slidingScene(), options);
-}
-
 FrameOptions smallFrame() {
     FrameOptions options;
     options.width = 96;
