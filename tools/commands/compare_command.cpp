@@ -113,7 +113,8 @@ std::vector<uint32_t> resolutionsOf(const Experiment& experiment) {
 
 /// Returns whether any run of an experiment needs a DAG.
 bool asksVoxels(const Experiment& e) {
-    return std::any_of(e.methods.begin(), e.methods.end(), methodUsesVoxels) ||
+    return std::any_of(e.methods.begin(), e.methods.end(),
+                       [](const std::string& name) { return methodOf(name).needs().voxels; }) ||
            std::any_of(e.variants.begin(), e.variants.end(), [](const std::string& name) {
                return variantRun(parseVariant("variants", name), {}).usesRays();
            });
@@ -296,9 +297,11 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         const LoadedScene& scene = workspace.scene();
         std::vector<uint32_t> resolutions;
         if (asksVoxels(experiment)) {
-            refuseStaleExact(
-                std::count(experiment.methods.begin(), experiment.methods.end(), "dag-exact") > 0,
-                options.common.allowStale);
+            refuseStaleExact(std::any_of(experiment.methods.begin(), experiment.methods.end(),
+                                         [](const std::string& name) {
+                                             return methodOf(name).needs().triangles;
+                                         }),
+                             options.common.allowStale);
             for (const uint32_t log2 : workspace.obtainVoxels(allResolutions(experiment)))
                 resolutions.push_back(1u << log2);
         }

@@ -68,7 +68,7 @@ std::vector<ExrChannel> channelsOf(const RenderOptions& options, const SingleFra
     std::vector<ExrChannel> channels = frameChannels(
         {"", color, options.floatColor ? ExrChannel::Type::kFloat : ExrChannel::Type::kHalf,
          answers.gbuffer, result.pairs, visibility,
-         options.method.method == "embree" ? none : result.pairRoute, truthVisibility});
+         methodOf(options.method.method).isTruth() ? none : result.pairRoute, truthVisibility});
     if (options.perLight)
         addLightChannels(channels, result.pairs, visibility, color.size(),
                          frames.world().lights().size());
@@ -78,7 +78,7 @@ std::vector<ExrChannel> channelsOf(const RenderOptions& options, const SingleFra
 void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     Experiment experiment = options.common.experiment(commandLine, false);
-    options.method.check(commandLine, kMethods);
+    options.method.check(commandLine, methodNames());
     const std::string extension = std::filesystem::path(options.output).extension().string();
     if (extension != ".exr" && extension != ".png")
         throw Error(ErrorKind::kUsage,
@@ -93,11 +93,11 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     if (extension == ".png" && options.truth)
         throw Error(ErrorKind::kUsage,
                     "--truth adds channels that a .png has not; write an .exr, or see validate -o");
-    if (options.truth && options.method.method == "embree")
+    if (options.truth && methodOf(options.method.method).isTruth())
         throw Error(ErrorKind::kUsage,
                     "--truth is for methods that can be wrong, not for 'embree'; drop it");
     if (commandLine.given("--route-margin")) {
-        if (options.method.method != "hybrid")
+        if (!methodOf(options.method.method).needs().routing)
             throw Error(ErrorKind::kUsage, "--route-margin is for hybrid, not for '" +
                                                options.method.method + "'; drop it");
         if (!options.method.variant.empty() &&
@@ -116,7 +116,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     followGlPages(experiment, backend, commandLine);
     refuseOnGl(experiment, backend, options.method.method, options.method.variant);
 
-    const bool isEmbree = options.method.method == "embree";
+    const bool isEmbree = methodOf(options.method.method).isTruth();
     SingleFrames frames(options.scene, options.common, experiment, options.method, backend,
                         console);
     const size_t lightCount = frames.world().lights().size();

@@ -28,7 +28,8 @@ void checkSides(const ViewOptions& options) {
     checkMethod("--method", options.method);
     if (!options.right.empty())
         checkMethod("--right", options.right);
-    const std::unique_ptr<CostModel> model = makeCostModel(modelText("hybrid", options.model));
+    const std::unique_ptr<CostModel> model =
+        makeCostModel(methodOf("hybrid").modelText(options.model));
     if (options.costs.empty())
         giveCalibration(*model, {}); // what is missing is told before any work
 }
@@ -46,7 +47,7 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     view.height = experiment.height;
     view.targetMs = parseNumber("--target", options.target, 1, 10000);
     for (ViewSide& side : view.sides)
-        side = {options.method, modelText("hybrid", options.model)};
+        side = {options.method, methodOf("hybrid").modelText(options.model)};
     view.sides[1].method = "embree";
     if (!options.right.empty()) {
         view.sides[1].method = options.right;
@@ -71,7 +72,8 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     view.settings.allowStale = options.common.allowStale;
     if (!options.costs.empty()) {
         view.settings.costs = readCostSource(options.costs, buildProvenance(view.settings.backend));
-        giveCalibration(*makeCostModel(modelText("hybrid", options.model)), view.settings.costs);
+        giveCalibration(*makeCostModel(methodOf("hybrid").modelText(options.model)),
+                        view.settings.costs);
         if (!view.settings.costs.otherMachine.empty())
             console.note("warning: --costs " + options.costs + " are of " +
                          view.settings.costs.otherMachine);

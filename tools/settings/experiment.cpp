@@ -15,14 +15,6 @@ namespace shadowdag {
 
 namespace {
 
-/// Returns texts as people read a list: "a, b, c".
-std::string joined(const std::vector<std::string>& texts) {
-    std::string all;
-    for (const std::string& text : texts)
-        all += (all.empty() ? "" : ", ") + text;
-    return all;
-}
-
 /// Returns a value of an experiment file as the text that an option would have. Throws Error
 /// kUsage, headed by the quoted key, for a value of another form.
 std::string textOf(const std::string& name, const Json& value, JsonForm form) {
@@ -101,7 +93,7 @@ void refuseUnknownKeys(const Json& json, const std::string& where) {
     for (const auto& [key, value] : json.items())
         if (!known.contains(key))
             throw Error(ErrorKind::kInput, where + ": unknown key \"" + key + "\"; the keys are " +
-                                               joined({known.begin(), known.end()}));
+                                               joinedNames({known.begin(), known.end()}));
 }
 
 void readSettings(Experiment& e, const Json& json) {
@@ -126,21 +118,12 @@ bool Experiment::holdsRoutes() const {
     return std::any_of(routeMargin.begin(), routeMargin.end(), [](float m) { return m > 0; });
 }
 
-std::string modelText(const std::string& method, const std::string& model) {
-    if (method == "hybrid")
-        return model.empty() ? "texels:96" : model;
-    return method == "dag" || method == "dag-exact" ? "texels:inf" : "texels:0";
-}
-
 void checkMethod(const std::string& option, const std::string& method,
                  const std::vector<std::string>& allowed) {
     if (std::find(allowed.begin(), allowed.end(), method) != allowed.end())
         return;
-    throw Error(ErrorKind::kUsage, option + " '" + method + "': must be one of " + joined(allowed));
-}
-
-std::string methodNames() {
-    return joined(kMethods);
+    throw Error(ErrorKind::kUsage,
+                option + " '" + method + "': must be one of " + joinedNames(allowed));
 }
 
 float Experiment::exposureOf(const std::vector<glm::vec3>& linear) const {

@@ -9,6 +9,7 @@
 #include "hybrid/judge/error.h"
 #include "tools/settings/json.h"
 #include "tools/settings/lod_option.h"
+#include "tools/settings/method.h"
 
 #include <string>
 #include <vector>
@@ -65,29 +66,14 @@ constexpr double kMaxExposure = 1e9;
 /// The greatest margin of routing that is taken: beyond it nothing ever changes its method.
 constexpr double kMaxRouteMargin = 1000;
 
-/// Every method, in the order in which they are charted.
-inline const std::vector<std::string> kMethods{"embree", "dag", "dag-exact", "maps", "hybrid"};
-
-/// Returns whether a method traces rays through voxels.
-inline bool methodUsesVoxels(const std::string& method) {
-    return method == "dag" || method == "dag-exact" || method == "hybrid";
-}
-
-/// Returns the names of all methods for people: "embree, dag, ...".
-std::string methodNames();
-
-/// Returns the cost model that a method means, as makeCostModel takes it: `model`, texels:96 where
-/// that is empty, of hybrid; one that draws all maps or none of the others (of embree, whose pairs
-/// alone are used, maps).
-std::string modelText(const std::string& method, const std::string& model);
 /// Throws Error kUsage naming the option, the method and those that are allowed, where it is none
 /// of them.
 void checkMethod(const std::string& option, const std::string& method,
-                 const std::vector<std::string>& allowed = kMethods);
+                 const std::vector<std::string>& allowed = methodNames());
 
 /// One configuration: everything but scene and frame.
 struct RunParameters {
-    std::string method; ///< one of kMethods
+    std::string method; ///< a name of methods() (method.h)
     std::string model;  ///< as makeCostModel takes it; "" for embree
     uint32_t dag =
         0; ///< index into the resolutions (or assets) of the run; meaningless for embree and maps
@@ -95,13 +81,18 @@ struct RunParameters {
     FrameOptions frame;
     std::string variant; ///< its name where it is one by name (tools/settings/variants.h), else ""
 
+    const Method& kind() const { return methodOf(method); }
     /// Returns whether voxels are asked: by rays, or for proofs that a pair is lit.
     bool usesRays() const {
-        return methodUsesVoxels(method) || (usesMaps() && frame.pruning == PairPruning::kLit);
+        return kind().needs().voxels || (usesMaps() && frame.pruning == PairPruning::kLit);
     }
     /// Returns whether rays stop at voxels: offset and level of detail matter.
-    bool usesVoxelRays() const { return usesRays() && method != "dag-exact"; }
-    bool usesMaps() const { return method == "maps" || method == "hybrid"; }
+    bool usesVoxelRays() const { return usesRays() && !kind().needs().triangles; }
+    bool usesMaps() const { return kind().needs().maps; }
+    /// Returns whether a cost model chooses the method of each map.
+    bool isRouted() const { return kind().needs().routing; }
+    /// Returns whether it is the truth itself.
+    bool isTruth() const { return kind().isTruth(); }
     /// Returns the parameters that this method depends on, as JSON.
     Json toJson() const;
     /// Returns a short label, unique within an experiment: "hybrid texels:96 1024^3", or the name

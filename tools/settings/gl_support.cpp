@@ -14,8 +14,8 @@ namespace {
 
 std::string whyNotMethod(const std::string& method) {
     FrameOptions options;
-    if (method == "dag-exact")
-        options.rays.kind = RayKind::kExact;
+    if (!method.empty())
+        methodOf(method).configure(options);
     return unfollowedByGl(options);
 }
 

@@ -38,9 +38,8 @@ Json RunParameters::toJson() const {
         json["variant"] = variant;
     if (usesRays())
         json["resolution"] = resolution;
-    forReadSettings(*this, [&](const Setting& setting) {
-        json[setting.parameter] = setting.frameJson(frame);
-    });
+    forReadSettings(
+        *this, [&](const Setting& setting) { json[setting.parameter] = setting.frameJson(frame); });
     if (model.starts_with("texels:")) {
         const std::string threshold = model.substr(7);
         json["threshold_texels"] = threshold == "inf" ? Json("inf") : Json(std::stod(threshold));
@@ -52,7 +51,7 @@ std::string RunParameters::label() const {
     if (!variant.empty())
         return variant;
     std::string text = method;
-    if (method == "hybrid")
+    if (isRouted())
         text += " " + model;
     if (usesRays())
         text += " " + std::to_string(resolution) + "^3";

@@ -17,12 +17,12 @@ namespace shadowdag {
 
 /// Which configurations read a setting.
 enum class ReadBy : uint8_t {
-    kAll,        ///< every one, or what runs them
-    kVoxelRays,  ///< rays that stop at voxels
-    kVoxels,     ///< methods that trace voxels
-    kRaysAlone,  ///< methods that trace every light
-    kMaps,       ///< methods that draw maps
-    kHybrid,     ///< method hybrid
+    kAll,       ///< every one, or what runs them
+    kVoxelRays, ///< rays that stop at voxels
+    kVoxels,    ///< methods that trace voxels
+    kRaysAlone, ///< methods that trace every light
+    kMaps,      ///< methods that draw maps
+    kHybrid,    ///< method hybrid
 };
 
 /// Returns whether a configuration reads what is read by `readBy`.
@@ -46,23 +46,24 @@ enum class JsonForm : uint8_t { kNumber, kText, kFlag, kNumberOrInfinity, kNumbe
 
 /// A row of the table. Texts are as options have them; a list has one text a value.
 struct Setting {
-    std::string key{};    ///< in experiment files; ""; 
+    std::string key{};    ///< in experiment files; "";
     std::string option{}; ///< "--page-size"; "": none
     SettingGroup group = SettingGroup::kNone;
-    std::string kind{}; ///< what stands for one value in --help
-    std::string help{}; ///< without the default
+    std::string kind{};         ///< what stands for one value in --help
+    std::string help{};         ///< without the default
     std::string shownDefault{}; ///< in --help instead of the default's text
     ReadBy readBy = ReadBy::kAll;
     JsonForm form = JsonForm::kNumber;
-    bool isList = false;     ///< always a list in experiment files
-    bool isVaried = false;   ///< a sweep combines its values: options take a list
-    bool mayBeEmpty = false; ///< the list
-    bool isSaidByVariants = false; ///< beside variants it is an error: names say it
+    bool isList = false;              ///< always a list in experiment files
+    bool isVaried = false;            ///< a sweep combines its values: options take a list
+    bool mayBeEmpty = false;          ///< the list
+    bool isSaidByVariants = false;    ///< beside variants it is an error: names say it
     bool mayBeSaidByVariants = false; ///< a variant's name may say it (T<n>, RH<m>)
 
     /// Sets the experiment's field. Throws Error kUsage headed by `name`, which is the option or
     /// the quoted key.
-    std::function<void(Experiment&, const std::string& name, const std::vector<std::string>&)> set{};
+    std::function<void(Experiment&, const std::string& name, const std::vector<std::string>&)>
+        set{};
     /// Returns the field's values as texts.
     std::function<std::vector<std::string>(const Experiment&)> texts{};
     /// Returns the field as it stands in experiment files.

@@ -65,8 +65,7 @@ inline Codec<std::string> textCodec() {
 }
 
 /// Makes the row of a field that holds one value.
-template <class T>
-Setting oneValue(Setting row, T Experiment::*field, const Codec<T>& codec) {
+template <class T> Setting oneValue(Setting row, T Experiment::*field, const Codec<T>& codec) {
     row.set = [=](Experiment& e, const std::string& name, const std::vector<std::string>& texts) {
         e.*field = codec.parse(name, texts.at(0));
     };

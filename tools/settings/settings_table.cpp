@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of settings. Its order is that of experiment files; settings of frames are varied in it,
-// the first slowest.
+// The table of settings. Its order is that of experiment files; settings of frames are varied in
+// it, the first slowest.
 #include "cuda/error.h"
 #include "hybrid/routing/resolution.h"
 #include "tools/settings/setting.h"
@@ -149,9 +149,9 @@ std::vector<Setting> makeSettings() {
                           .help = "Heads the report",
                           .form = JsonForm::kText},
                          &Experiment::title, textCodec()));
-    t.push_back(listOf({.key = "scenes", .form = JsonForm::kText, .isList = true,
-                        .mayBeEmpty = true},
-                       &Experiment::scenes, textCodec()));
+    t.push_back(
+        listOf({.key = "scenes", .form = JsonForm::kText, .isList = true, .mayBeEmpty = true},
+               &Experiment::scenes, textCodec()));
     t.push_back(sizeSetting());
     t.push_back(oneValue(
         {.key = "camera",
@@ -219,7 +219,7 @@ std::vector<Setting> makeSettings() {
                         .option = "--methods",
                         .group = Group::kSweep,
                         .kind = "M",
-                        .help = "Some of " + methodNames(),
+                        .help = "Some of " + joinedNames(methodNames()),
                         .form = JsonForm::kText,
                         .isList = true,
                         .isVaried = true,
@@ -282,36 +282,38 @@ std::vector<Setting> makeSettings() {
                   .kind = "N",
                   .help = "For a sequence: number of surface points whose answers are followed"},
                  &Experiment::flickerPoints, wholeCodec<uint32_t>(0, 10'000'000)));
-    t.push_back(frameValue({.key = "route_margin",
-                            .option = "--route-margin",
-                            .group = Group::kRoutes,
-                            .kind = "M",
-                            .help = "For hybrid, over frames in sequence: a map changes its "
-                                    "method only when the other is cheaper by more than the "
-                                    "factor 1 + M, 0 to " +
-                                    numberText(kMaxRouteMargin),
-                            .readBy = ReadBy::kHybrid,
-                            .mayBeSaidByVariants = true,
-                            .label = " margin #",
-                            .parameter = "route_margin"},
-                           &Experiment::routeMargin, numberCodec<float>(0, kMaxRouteMargin),
-                           [](const Frame& f) { return f.routeMargin; },
-                           [](Frame& f, float margin) { f.routeMargin = margin; }));
-    t.push_back(frameValue({.key = "undersample",
-                            .option = "--undersample",
-                            .group = Group::kMaps,
-                            .kind = "U",
-                            .help = "Divisor of the required resolution",
-                            .readBy = ReadBy::kMaps,
-                            .isList = true,
-                            .isSaidByVariants = true,
-                            .label = " u#",
-                            .parameter = "undersample",
-                            .choices = {"1", "2", "4", "8"},
-                            .panelLabel = "undersample"},
-                           &Experiment::undersample, numberCodec<float>(1, 1024),
-                           [](const Frame& f) { return f.undersample; },
-                           [](Frame& f, float divisor) { f.undersample = divisor; }));
+    t.push_back(frameValue(
+        {.key = "route_margin",
+         .option = "--route-margin",
+         .group = Group::kRoutes,
+         .kind = "M",
+         .help = "For hybrid, over frames in sequence: a map changes its "
+                 "method only when the other is cheaper by more than the "
+                 "factor 1 + M, 0 to " +
+                 numberText(kMaxRouteMargin),
+         .readBy = ReadBy::kHybrid,
+         .mayBeSaidByVariants = true,
+         .label = " margin #",
+         .parameter = "route_margin"},
+        &Experiment::routeMargin, numberCodec<float>(0, kMaxRouteMargin),
+        [](const Frame& f) { return f.routeMargin; },
+        [](Frame& f, float margin) { f.routeMargin = margin; }));
+    t.push_back(frameValue(
+        {.key = "undersample",
+         .option = "--undersample",
+         .group = Group::kMaps,
+         .kind = "U",
+         .help = "Divisor of the required resolution",
+         .readBy = ReadBy::kMaps,
+         .isList = true,
+         .isSaidByVariants = true,
+         .label = " u#",
+         .parameter = "undersample",
+         .choices = {"1", "2", "4", "8"},
+         .panelLabel = "undersample"},
+        &Experiment::undersample, numberCodec<float>(1, 1024),
+        [](const Frame& f) { return f.undersample; },
+        [](Frame& f, float divisor) { f.undersample = divisor; }));
     t.push_back(frameValue(
         {.key = "maps_per_light",
          .option = "--maps-per-light",
@@ -329,33 +331,35 @@ std::vector<Setting> makeSettings() {
         &Experiment::mapsPerLight, wholeCodec<uint32_t>(1, kMaxMapsPerLight),
         [](const Frame& f) { return f.mapsPerLight; },
         [](Frame& f, uint32_t count) { f.mapsPerLight = count; }));
-    t.push_back(frameValue({.key = "page_size",
-                            .option = "--page-size",
-                            .group = Group::kMaps,
-                            .kind = "TEXELS",
-                            .help = "Side of a page, a power of two from 16 to 256",
-                            .readBy = ReadBy::kMaps,
-                            .isList = true,
-                            .label = " pages #",
-                            .parameter = "page_size",
-                            .choices = {"16", "32", "64", "128", "256"},
-                            .panelLabel = "page texels"},
-                           &Experiment::pageTexels, powerCodec(16, 256, false),
-                           [](const Frame& f) { return f.maps.pageTexels; },
-                           [](Frame& f, uint32_t side) { f.maps.pageTexels = side; }));
-    t.push_back(frameValue({.key = "pool_mib",
-                            .option = "--pool",
-                            .group = Group::kMaps,
-                            .kind = "BYTES",
-                            .help = "Budget of the page pool, whole MiB, as in 256M",
-                            .readBy = ReadBy::kMaps,
-                            .label = " pool #",
-                            .parameter = "pool_bytes",
-                            .choices = {"16M", "64M", "256M", "1024M"},
-                            .panelLabel = "pool"},
-                           &Experiment::poolMib, poolCodec(),
-                           [](const Frame& f) { return uint32_t(f.maps.poolBytes >> 20); },
-                           [](Frame& f, uint32_t mib) { f.maps.poolBytes = uint64_t(mib) << 20; }));
+    t.push_back(frameValue(
+        {.key = "page_size",
+         .option = "--page-size",
+         .group = Group::kMaps,
+         .kind = "TEXELS",
+         .help = "Side of a page, a power of two from 16 to 256",
+         .readBy = ReadBy::kMaps,
+         .isList = true,
+         .label = " pages #",
+         .parameter = "page_size",
+         .choices = {"16", "32", "64", "128", "256"},
+         .panelLabel = "page texels"},
+        &Experiment::pageTexels, powerCodec(16, 256, false),
+        [](const Frame& f) { return f.maps.pageTexels; },
+        [](Frame& f, uint32_t side) { f.maps.pageTexels = side; }));
+    t.push_back(frameValue(
+        {.key = "pool_mib",
+         .option = "--pool",
+         .group = Group::kMaps,
+         .kind = "BYTES",
+         .help = "Budget of the page pool, whole MiB, as in 256M",
+         .readBy = ReadBy::kMaps,
+         .label = " pool #",
+         .parameter = "pool_bytes",
+         .choices = {"16M", "64M", "256M", "1024M"},
+         .panelLabel = "pool"},
+        &Experiment::poolMib, poolCodec(),
+        [](const Frame& f) { return uint32_t(f.maps.poolBytes >> 20); },
+        [](Frame& f, uint32_t mib) { f.maps.poolBytes = uint64_t(mib) << 20; }));
     t.back().frameJson = [](const Frame& f) { return Json(f.maps.poolBytes); };
     t.push_back(frameValue(
         {.key = "max_face_texels",
@@ -370,33 +374,34 @@ std::vector<Setting> makeSettings() {
         &Experiment::maxFaceTexels, wholeCodec<uint32_t>(16, kMaxFaceTexels),
         [](const Frame& f) { return f.maxFaceTexels; },
         [](Frame& f, uint32_t texels) { f.maxFaceTexels = texels; }));
-    t.push_back(frameValue({.key = "bias",
-                            .option = "--bias",
-                            .group = Group::kMaps,
-                            .kind = "B",
-                            .help = "Depth bias in texels",
-                            .readBy = ReadBy::kMaps,
-                            .isList = true,
-                            .label = " bias #",
-                            .parameter = "bias"},
-                           &Experiment::bias, numberCodec<float>(0, 100),
-                           [](const Frame& f) { return f.bias.constantTexels; },
-                           [](Frame& f, float texels) { f.bias.constantTexels = texels; }));
-    t.push_back(frameValue({.key = "taps",
-                            .option = "--taps",
-                            .group = Group::kMaps,
-                            .kind = "1|4|9",
-                            .help = "Taps of the percentage-closer filter",
-                            .readBy = ReadBy::kMaps,
-                            .isList = true,
-                            .mayBeSaidByVariants = true,
-                            .label = " taps #",
-                            .parameter = "taps",
-                            .choices = {"1", "4", "9"},
-                            .panelLabel = "taps"},
-                           &Experiment::taps, tapsCodec(),
-                           [](const Frame& f) { return f.bias.taps; },
-                           [](Frame& f, uint32_t taps) { f.bias.taps = f.maps.taps = taps; }));
+    t.push_back(frameValue(
+        {.key = "bias",
+         .option = "--bias",
+         .group = Group::kMaps,
+         .kind = "B",
+         .help = "Depth bias in texels",
+         .readBy = ReadBy::kMaps,
+         .isList = true,
+         .label = " bias #",
+         .parameter = "bias"},
+        &Experiment::bias, numberCodec<float>(0, 100),
+        [](const Frame& f) { return f.bias.constantTexels; },
+        [](Frame& f, float texels) { f.bias.constantTexels = texels; }));
+    t.push_back(frameValue(
+        {.key = "taps",
+         .option = "--taps",
+         .group = Group::kMaps,
+         .kind = "1|4|9",
+         .help = "Taps of the percentage-closer filter",
+         .readBy = ReadBy::kMaps,
+         .isList = true,
+         .mayBeSaidByVariants = true,
+         .label = " taps #",
+         .parameter = "taps",
+         .choices = {"1", "4", "9"},
+         .panelLabel = "taps"},
+        &Experiment::taps, tapsCodec(), [](const Frame& f) { return f.bias.taps; },
+        [](Frame& f, uint32_t taps) { f.bias.taps = f.maps.taps = taps; }));
     t.push_back(frameValue(
         {.key = "polygon_lod",
          .option = "--polygon-lod",
@@ -497,11 +502,11 @@ bool reads(const RunParameters& run, ReadBy readBy) {
     case ReadBy::kVoxels:
         return run.usesRays();
     case ReadBy::kRaysAlone:
-        return run.method == "dag" || run.method == "dag-exact";
+        return run.usesRays() && !run.usesMaps();
     case ReadBy::kMaps:
         return run.usesMaps();
     case ReadBy::kHybrid:
-        return run.method == "hybrid";
+        return run.isRouted();
     }
     return false;
 }

@@ -47,17 +47,17 @@ void forCombinations(const Experiment& e, const FrameOptions& frame, size_t next
 
 std::vector<RunParameters>
 configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions, size_t fullCount) {
-    const auto has = [&](const char* method) {
-        return std::find(e.methods.begin(), e.methods.end(), method) != e.methods.end();
-    };
     std::vector<RunParameters> runs;
     std::set<std::string> seen;
     const auto add = [&](RunParameters run) {
-        if (has(run.method.c_str()) && seen.insert(run.label()).second)
+        if (std::count(e.methods.begin(), e.methods.end(), run.method) > 0 &&
+            seen.insert(run.label()).second)
             runs.push_back(std::move(run));
     };
     const FrameOptions base = baseOptions(e);
-    add({"embree", "", 0, 0, base, ""});
+    for (const Method* method : methods())
+        if (method->isTruth())
+            add({method->name(), "", 0, 0, base, ""});
     if (!e.variants.empty()) {
         for (const Setting* setting : frameSettings())
             refuseSeveral(setting->key, setting->texts(e).size());
@@ -72,11 +72,17 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
     const size_t dagCount = dagResolutions.size();
     const auto resolutionOf = [&](size_t dag) { return dag < dagCount ? dagResolutions[dag] : 0; };
     const auto addThreshold = [&](float threshold, size_t dag, const FrameOptions& frame) {
-        const std::string model = "texels:" + numberText(threshold);
-        const std::string method = threshold == 0          ? "maps"
-                                   : std::isinf(threshold) ? "dag"
-                                                           : "hybrid";
-        add({method, model, uint32_t(dag), method == "maps" ? 0 : resolutionOf(dag), frame, ""});
+        for (const Method* method : methods())
+            if (method->isRunAtThreshold(threshold))
+                add({method->name(), "texels:" + numberText(threshold), uint32_t(dag),
+                     method->needs().voxels ? resolutionOf(dag) : 0, frame, ""});
+    };
+    const auto addAlone = [&](const Method& method, size_t dag, const FrameOptions& frame) {
+        RunParameters run{method.name(), method.modelText(""),
+                          uint32_t(dag), method.needs().voxels ? resolutionOf(dag) : 0,
+                          frame,         ""};
+        method.configure(run.frame);
+        add(std::move(run));
     };
     std::vector<float> thresholds = e.thresholds;
     thresholds.push_back(0); // the two pure methods belong to every comparison that names them
@@ -91,14 +97,15 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
         });
     for (size_t dag = fullCount; dag < dagCount; ++dag)
         addThreshold(kInfinity, dag, base);
-    for (size_t dag = 0; dag < dagCount; ++dag) {
-        RunParameters exact{"dag-exact",         "texels:inf", uint32_t(dag),
-                            dagResolutions[dag], base,         ""};
-        exact.frame.rays.kind = RayKind::kExact;
-        add(std::move(exact));
-    }
-    for (const std::string& model : e.models)
-        add({"hybrid", model, 0, resolutionOf(0), base, ""});
+    for (const Method* method : methods())
+        if (method->isRunAlone())
+            for (size_t dag = 0; dag < (method->needs().voxels ? dagCount : 1); ++dag)
+                forCombinations(e, base, 0,
+                                [&](const FrameOptions& frame) { addAlone(*method, dag, frame); });
+    for (const Method* method : methods())
+        if (method->needs().routing)
+            for (const std::string& model : e.models)
+                add({method->name(), model, 0, resolutionOf(0), base, ""});
     return runs;
 }
 

@@ -438,11 +438,11 @@ Variant variantOf(const RunParameters& run) {
     v.normalClusters = frame.normalClusters;
     v.reorderLights = frame.reorderLights;
     v.pruning = frame.pruning;
-    if (run.method == "dag" || run.method == "dag-exact") {
+    if (!run.usesMaps()) {
         v.method = Variant::Method::kRays;
         return v;
     }
-    if (run.method == "hybrid") {
+    if (run.isRouted()) {
         v.method = Variant::Method::kHybrid;
         v.model = modelSpelling(run.model);
         if (frame.routeMargin > 0)

@@ -49,7 +49,7 @@ void Viewer::onKey(int key, int action, int mods) {
     ViewRequest& r = ui_.request;
     const bool isShift = (mods & GLFW_MOD_SHIFT) != 0;
     if (key >= GLFW_KEY_1 && key <= GLFW_KEY_5) {
-        r.sides[isShift ? 1 : 0].method = kMethods[size_t(key - GLFW_KEY_1)];
+        r.sides[isShift ? 1 : 0].method = methodNames()[size_t(key - GLFW_KEY_1)];
         r.isSplit = r.isSplit || isShift;
         ui_.hasChanged = true;
         return;

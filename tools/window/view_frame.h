@@ -16,7 +16,7 @@
 namespace shadowdag {
 
 inline bool isTruth(const ViewSide& side) {
-    return side.method == "embree";
+    return methodOf(side.method).isTruth();
 }
 
 struct ViewShown {

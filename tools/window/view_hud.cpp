@@ -29,9 +29,8 @@ ImVec2 label(const ImVec2& at, const std::string& text, ImU32 color = IM_COL32_W
 std::string nameOf(const ViewPicture& p, size_t side) {
     const ViewSide& s = p.request.sides[side];
     char text[320];
-    std::snprintf(text, sizeof text, "%s%s%s  %.1f ms", s.method.c_str(),
-                  s.method == "hybrid" ? " " : "", s.method == "hybrid" ? s.model.c_str() : "",
-                  p.sides[side].stages.totalMs());
+    std::snprintf(text, sizeof text, "%s%s%s  %.1f ms", s.method.c_str(), s.isRouted() ? " " : "",
+                  s.isRouted() ? s.model.c_str() : "", p.sides[side].stages.totalMs());
     return text;
 }
 

@@ -79,16 +79,15 @@ void drawScene(ViewUi& ui) {
 
 void drawMethods(ViewUi& ui) {
     ViewRequest& r = ui.request;
-    ui.hasChanged |= chooseName(r.isSplit ? "left" : "method", kMethods, r.sides[0].method);
+    ui.hasChanged |= chooseName(r.isSplit ? "left" : "method", methodNames(), r.sides[0].method);
     ui.mark("left");
     ui.hasChanged |= ImGui::Checkbox("split (Tab)", &r.isSplit);
     ui.mark("split");
     if (r.isSplit) {
-        ui.hasChanged |= chooseName("right", kMethods, r.sides[1].method);
+        ui.hasChanged |= chooseName("right", methodNames(), r.sides[1].method);
         ui.mark("right");
     }
-    const bool isHybrid =
-        r.sides[0].method == "hybrid" || (r.isSplit && r.sides[1].method == "hybrid");
+    const bool isHybrid = r.sides[0].isRouted() || (r.isSplit && r.sides[1].isRouted());
     if (!isHybrid)
         return;
     static const char* const kKinds[] = {"texels", "cost", "oracle", "expr"};

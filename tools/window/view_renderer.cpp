@@ -83,7 +83,7 @@ FrameOptions optionsOf(const ViewRequest& request, const ViewSide& side, float s
     };
     options.width = scaled(request.options.width);
     options.height = scaled(request.options.height);
-    options.rays.kind = side.method == "dag-exact" ? RayKind::kExact : RayKind::kVoxels;
+    methodOf(side.method).configure(options);
     options.recordPairs = (!request.isMoving && request.wantsError) || needsPairs(request.overlay);
     options.recordQuantities = false; // nobody reads them here
     return options;
@@ -196,7 +196,7 @@ void ViewRenderer::renderSide(size_t side, const ViewHooks& hooks) {
     const ViewSide& asked = s.request.sides[side];
     if (isTruth(asked))
         return;
-    refuseStaleExact(asked.method == "dag-exact", settings_.allowStale);
+    refuseStaleExact(methodOf(asked.method).needs().triangles, settings_.allowStale);
     CostModel* model = &o.model(asked, settings_.costs);
     if (model->needsCosts() && !settings_.costs.table && !s.isWhole) {
         s.notes.push_back(std::string("oracle measures once the view rests; until then ") +

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "hybrid/frame.h"
+#include "tools/settings/method.h"
 
 #include <array>
 #include <memory>
@@ -41,8 +42,10 @@ inline bool needsTruth(ViewOverlay overlay) {
 
 /// One side of the split picture.
 struct ViewSide {
-    std::string method = "hybrid";   ///< one of kMethods (experiment.h)
+    std::string method = "hybrid";   ///< a name of methods() (method.h)
     std::string model = "texels:96"; ///< of hybrid, as makeCostModel takes it
+    /// Returns whether the model chooses the method of each map.
+    bool isRouted() const { return methodOf(method).needs().routing; }
     bool operator==(const ViewSide&) const = default;
 };
 
@@ -73,7 +76,7 @@ struct ViewRequest {
 
 /// How one method answers one pair.
 struct PairAnswer {
-    std::string method;     ///< as in kMethods
+    std::string method;     ///< a name of methods() (method.h)
     int visibility = -1;    ///< 0 dark .. 255 lit; -1: not available
     double nanoseconds = 0; ///< of one more evaluation, median of many
     std::string blocker;    ///< what blocks the light, according to the method; "" if lit

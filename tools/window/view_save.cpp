@@ -56,7 +56,7 @@ Experiment experimentOf(const ViewRequest& request, const Experiment& base,
         const ViewSide& asked = request.sides[side];
         if (std::find(e.methods.begin(), e.methods.end(), asked.method) == e.methods.end())
             e.methods.push_back(asked.method);
-        if (asked.method != "hybrid")
+        if (!asked.isRouted())
             continue;
         if (asked.model.starts_with("texels:")) {
             const std::vector<float> threshold =

@@ -54,7 +54,7 @@ void ViewScene::moveTo(uint32_t to, const Experiment& experiment) {
 }
 
 CostModel& ViewScene::model(const ViewSide& side, const CostSource& costs) {
-    const std::string text = modelText(side.method, side.model);
+    const std::string text = methodOf(side.method).modelText(side.model);
     std::unique_ptr<CostModel>& kept = models[text];
     if (!kept) {
         std::unique_ptr<CostModel> made = makeCostModel(text);

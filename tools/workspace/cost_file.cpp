@@ -252,7 +252,7 @@ std::string otherSettings(const CostSource& source, const RunParameters& run) {
 namespace {
 
 bool needsCalibration(const RunParameters& run) {
-    return run.method == "hybrid" && makeCostModel(run.model)->needsCalibration();
+    return run.isRouted() && makeCostModel(run.model)->needsCalibration();
 }
 
 } // namespace

@@ -39,7 +39,8 @@ FitMeasurer::FitMeasurer(const Experiment& sweep, FitMetric metric, FitObjective
     : sweep_(sweep), metric_(metric), objective_(objective), costs_(costs), console_(console) {
     const std::vector<std::string> names = sceneNames(sweep.scenes);
     const bool usesVoxels =
-        std::any_of(sweep.methods.begin(), sweep.methods.end(), methodUsesVoxels);
+        std::any_of(sweep.methods.begin(), sweep.methods.end(),
+                    [](const std::string& method) { return methodOf(method).needs().voxels; });
     for (size_t i = 0; i < names.size(); ++i) {
         checkInterrupted();
         LoadedScene loaded = openScene(sweep, i, console);
@@ -175,7 +176,7 @@ void FitMeasurer::time(const std::vector<size_t>& models, int repeats, int warmu
 
 size_t FitMeasurer::raysAlone(size_t model) const {
     const RunParameters& run = models_->runs[model];
-    if (run.method != "hybrid" ||
+    if (!run.isRouted() ||
         std::any_of(cells_[model].begin(), cells_[model].end(),
                     [](const FitCell& cell) { return cell.mappedLightCount > 0; }))
         return SIZE_MAX;

@@ -21,17 +21,10 @@ struct Criterion {
     int (*rank)(const RunParameters& run, const std::vector<int>& at);
 };
 
-int methodRank(const std::string& method) {
-    const std::array<const char*, 4> kOrder{"dag", "maps", "dag-exact", "hybrid"};
-    return int(std::find(kOrder.begin(), kOrder.end(), method) - kOrder.begin());
-}
-
 int mechanismCount(const RunParameters& run, const std::vector<int>&) {
-    int count = methodUsesVoxels(run.method) ? 1 : 0; // rays
-    count += run.usesMaps() ? 1 : 0;                  // maps
-    count += run.method == "dag-exact" ? 1 : 0;       // triangles behind the voxels
-    count += run.method == "hybrid" ? 1 : 0;          // a router
-    count += run.method == "hybrid" && !run.model.starts_with("texels:") ? 1 : 0; // its costs
+    const MethodNeeds& needs = run.kind().needs();
+    int count = needs.voxels + needs.maps + needs.triangles + needs.routing;
+    count += needs.routing && !run.model.starts_with("texels:") ? 1 : 0; // a router's costs
     count += run.usesVoxelRays() && LodChoice(run.frame.rays) != LodChoice(0) ? 1 : 0;
     count += run.usesMaps() && run.frame.bias.taps > 1 ? 1 : 0;    // a filter
     count += run.usesMaps() && run.frame.mapsPerLight > 1 ? 1 : 0; // maps by distance
@@ -47,7 +40,7 @@ constexpr std::array<Criterion, 9> kSimplicity{{
      "a filter, several maps a light)",
      mechanismCount},
     {"dag before maps before dag-exact before hybrid",
-     [](const RunParameters& run, const std::vector<int>&) { return methodRank(run.method); }},
+     [](const RunParameters& run, const std::vector<int>&) { return run.kind().complexity(); }},
     {"coarser voxels", rankOn<kResolution>},
     {"fewer taps", rankOn<kTaps>},
     {"sparser texels", rankOn<kUndersample>},
@@ -58,14 +51,14 @@ constexpr std::array<Criterion, 9> kSimplicity{{
 }};
 
 /// Returns the laws assumed of a method's models, by axis.
-std::vector<FitLaw> lawsOf(const std::string& method, bool routesByTexels, FitObjective objective) {
+std::vector<FitLaw> lawsOf(const Method& method, bool routesByTexels, FitObjective objective) {
     const bool isBytes = objective == FitObjective::kBytes;
     std::vector<FitLaw> laws(kAxisCount);
     // Exact rays confirm hits: coarser voxels propose more, so their time goes either way.
-    laws[kResolution] = {isBytes || method != "dag-exact", true};
+    laws[kResolution] = {isBytes || !method.needs().triangles, true};
     // A router sees what is required after undersampling: sparser texels move maps to rays, which
     // may err less and take any time; pages they only lose.
-    const bool isRouted = method == "hybrid";
+    const bool isRouted = method.needs().routing;
     laws[kUndersample] = {isBytes || !isRouted, !isRouted};
     // More taps blur: nearer to the truth at some edges, farther at others.
     laws[kTaps] = {true, false};
@@ -93,18 +86,18 @@ public:
 
     /// Adds the models of a method as a group.
     /// @param routers for hybrid; one "" for the others
-    void addGroup(const std::string& name, const std::string& method,
+    void addGroup(const std::string& name, const Method& method,
                   const std::vector<std::string>& routers) {
-        const bool usesVoxels = methodUsesVoxels(method);
-        const bool stops = usesVoxels && method != "dag-exact";
-        const bool usesMaps = method == "maps" || method == "hybrid";
+        const bool usesVoxels = method.needs().voxels;
+        const bool stops = method.stopsAtVoxels();
+        const bool usesMaps = method.needs().maps;
         const std::array<size_t, kAxisCount> counts{usesVoxels ? sweep_.resolutionLog2.size() : 0,
                                                     stops ? sweep_.lod.size() : 0,
                                                     usesMaps ? undersample_.size() : 0,
                                                     usesMaps ? taps_.size() : 0,
                                                     usesMaps ? mapsPerLight_.size() : 0,
                                                     usesMaps ? pageTexels_.size() : 0,
-                                                    method == "hybrid" ? routers.size() : 0};
+                                                    method.needs().routing ? routers.size() : 0};
         group_ = out.groups.size();
         out.groups.push_back(name);
         out.space.laws.push_back(
@@ -129,14 +122,14 @@ public:
     FitModels out;
 
 private:
-    void add(const std::string& method, const std::vector<std::string>& routers,
+    void add(const Method& method, const std::vector<std::string>& routers,
              const std::vector<int>& at) {
         // What a method does not read stands at the first value and has no consequence.
         const auto value = [&](const auto& values, Axis axis) {
             return values[size_t(std::max(at[axis], 0))];
         };
         Experiment e = sweep_;
-        e.methods = {method};
+        e.methods = {method.name()};
         e.resolutionLog2 = {value(sweep_.resolutionLog2, kResolution)};
         e.dagResolutionLog2.clear();
         e.lod = {value(sweep_.lod, kLod)};
@@ -149,7 +142,7 @@ private:
         e.thresholds.clear();
         e.models.clear();
         e.variants.clear();
-        if (method == "hybrid") {
+        if (method.needs().routing) {
             const std::string& router = routers[size_t(at[kRouter])];
             if (router.starts_with("texels:"))
                 e.thresholds = parseThresholds("--thresholds", router.substr(7));
@@ -182,21 +175,26 @@ private:
 
 FitModels makeFitModels(const Experiment& sweep, FitObjective objective) {
     ModelList list(sweep, objective);
-    const auto has = [&](const char* method) {
-        return std::find(sweep.methods.begin(), sweep.methods.end(), method) != sweep.methods.end();
-    };
-    for (const char* method : {"dag", "maps", "dag-exact"})
-        if (has(method))
-            list.addGroup(method, method, {""});
-    if (has("hybrid")) {
+    std::vector<const Method*> chosen;
+    for (const Method* method : methods())
+        if (method->complexity() >= 0 &&
+            std::count(sweep.methods.begin(), sweep.methods.end(), method->name()) > 0)
+            chosen.push_back(method);
+    std::sort(chosen.begin(), chosen.end(),
+              [](const Method* a, const Method* b) { return a->complexity() < b->complexity(); });
+    for (const Method* method : chosen) {
+        if (!method->needs().routing) {
+            list.addGroup(method->name(), *method, {""});
+            continue;
+        }
         std::vector<std::string> routers;
         for (const float threshold : sorted(sweep.thresholds, true))
             if (threshold > 0 && !std::isinf(threshold))
                 routers.push_back("texels:" + numberText(threshold));
         if (!routers.empty())
-            list.addGroup("hybrid", "hybrid", routers);
+            list.addGroup(method->name(), *method, routers);
         for (const std::string& model : sweep.models)
-            list.addGroup("hybrid " + model, "hybrid", {model});
+            list.addGroup(method->name() + " " + model, *method, {model});
     }
     return std::move(list.out);
 }

@@ -78,7 +78,7 @@ private:
             giveCalibration(*model, *context_.given);
         FrameOptions options = run.frame;
         options.recordPairs = recordPairs;
-        if (run.method == "embree")
+        if (run.isTruth())
             options.undersample = 1024; // only the pairs are wanted: the least maps
         renderer.reset();
         return renderer.render(camera_, *model, options);
@@ -107,8 +107,8 @@ private:
         const RunParameters* base = firstRun(&RunParameters::usesVoxelRays);
         // Variants are charted without; only a model that routes by costs needs them.
         const bool isOfUse = std::any_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
-            return run.method != "embree" && ((run.variant.empty() && context_.measuresMapCosts) ||
-                                              makeCostModel(run.model)->needsCosts());
+            return !run.isTruth() && ((run.variant.empty() && context_.measuresMapCosts) ||
+                                      makeCostModel(run.model)->needsCosts());
         });
         const bool isWanted =
             isOfUse && base != nullptr && firstRun(&RunParameters::usesMaps) != nullptr;
@@ -117,7 +117,7 @@ private:
                 checkInterrupted();
                 RunParameters run = *base;
                 for (const RunParameters& candidate : runs_)
-                    if (candidate.method == "hybrid") {
+                    if (candidate.isRouted()) {
                         run = candidate; // its options hold those of both methods
                         break;
                     }
@@ -182,7 +182,7 @@ private:
                      {"method", run.method},       {"model", run.model},
                      {"parameters", run.toJson()}, {"label", run.label()}};
         Json lights = Json::array();
-        if (run.method == "embree")
+        if (run.isTruth())
             answerTruth(json);
         else
             answerMethod(run, json, lights);
@@ -221,7 +221,7 @@ private:
         if (frameCosts_.degradeDivisor > 1 && makeCostModel(run.model)->needsCosts())
             json["costs_degrade_divisor"] = frameCosts_.degradeDivisor;
         json["dag_bytes"] = run.usesRays() ? renderer.dagBytes() : 0;
-        if (run.method == "dag-exact")
+        if (run.kind().needs().triangles)
             json["exact_bytes"] = renderer.exactBytes();
         json["visibility_histogram"] = report.visibilityHistogram;
         for (Json& entry : lightsJson(result.maps)) {
@@ -274,7 +274,7 @@ private:
     }
 
     StageTimes time(const RunParameters& run) {
-        if (run.method != "embree")
+        if (!run.isTruth())
             return render(run, false).stages;
         const Truth& truth = workspace_.truth();
         const auto start = std::chrono::steady_clock::now();

@@ -59,7 +59,7 @@ struct Player {
     /// @param role of its renderer
     Player(const RunParameters& run, Workspace& workspace, size_t role,
            const Experiment& experiment, const MeasureContext& context)
-        : run(run), isTruth(run.method == "embree"),
+        : run(run), isTruth(run.isTruth()),
           renderer(isTruth ? nullptr : &workspace.renderer(run, role)),
           model(makeCostModel(isTruth ? "texels:0" : run.model)),
           flicker(workspace.truth(), experiment.errorSeed, experiment.flickerPoints) {

@@ -48,7 +48,7 @@ void MethodOptions::takeVariant(const CommandLine& commandLine) {
         taps = kPaperTaps;
     const RunParameters run = variantRun(parsed, FrameOptions{});
     method = run.method;
-    model = run.method == "hybrid" ? run.model : "";
+    model = run.isRouted() ? run.model : "";
     variant = run.variant;
 }
 
@@ -61,7 +61,7 @@ std::optional<RunParameters> MethodOptions::named(const FrameOptions& base) cons
 void MethodOptions::check(const CommandLine& commandLine,
                           const std::vector<std::string>& allowed) const {
     checkMethod("--method", method, allowed);
-    if (method != "hybrid" && commandLine.given("--model"))
+    if (!methodOf(method).needs().routing && commandLine.given("--model"))
         throw Error(ErrorKind::kUsage,
                     "--model is for --method hybrid, not for '" + method + "'; drop one of them");
     const std::unique_ptr<CostModel> chosen = makeModel();
@@ -76,7 +76,7 @@ void MethodOptions::check(const CommandLine& commandLine,
 }
 
 std::unique_ptr<CostModel> MethodOptions::makeModel() const {
-    return makeCostModel(modelText(method, model));
+    return makeCostModel(methodOf(method).modelText(model));
 }
 
 SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
@@ -108,7 +108,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     if (const std::optional<RunParameters> named = method.named(run_.frame))
         run_.frame = named->frame;
     if (run_.usesRays()) {
-        refuseStaleExact(method.method == "dag-exact", options.allowStale);
+        refuseStaleExact(methodOf(method.method).needs().triangles, options.allowStale);
         run_.resolution = 1u << workspace_->obtainVoxels(experiment.resolutionLog2).front();
     }
     if (run_.frame.routeMargin > 0 && experiment.frames.size() < 2)
@@ -126,7 +126,7 @@ const Answers& SingleFrames::render(float timeSeconds, uint32_t frame) {
     judge_->forget();
     FrameRenderer& renderer = workspace_->renderer(run_);
     const Camera camera = workspace_->camera();
-    if (method_.method == "embree") { // what a method would answer nobody looks at
+    if (methodOf(method_.method).isTruth()) { // what a method would answer nobody looks at
         answers_ = {};
         answers_.frame.pairs = renderer.listPairs(camera, run_.frame);
         answers_.gbuffer = renderer.gbuffer();
