@@ -26,7 +26,22 @@ void expand(const GlslTexts& texts, const std::string& path, GlslUnit& unit) {
     std::istringstream lines(textOf(texts, path));
     unit.text += "#line 1 " + std::to_string(number) + "\n";
     std::string line;
+    // Of a header that C++ shares (gl/leaf.h): its branch for C++, and what only C++ knows.
+    bool isForCpp = false, isGuarded = false;
     for (size_t at = 1; std::getline(lines, line); ++at) {
+        const bool isElse = line == "#else", isEnd = line == "#endif";
+        if (line == "#ifdef __cplusplus")
+            isForCpp = isGuarded = true;
+        const bool isDropped =
+            isForCpp || line == "#pragma once" || (isGuarded && (isElse || isEnd));
+        if (isGuarded && (isElse || isEnd)) {
+            isForCpp = false;
+            isGuarded = !isEnd;
+        }
+        if (isDropped) {
+            unit.text += "\n";
+            continue;
+        }
         constexpr char kInclude[] = "#include \"";
         if (line.rfind(kInclude, 0) != 0) {
             unit.text += line + "\n";

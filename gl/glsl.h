@@ -24,7 +24,10 @@ struct GlslUnit {
 };
 
 /// Returns the text of `path` with every line `#include "other/path"` replaced by that file, each
-/// file once, where it is first named. Throws Error kUsage for a file that `texts` does not hold.
+/// file once, where it is first named. Lines that only C++ reads, of headers that both languages
+/// share (gl/leaf.h), become empty: `#pragma once`, and `#ifdef __cplusplus` to its #else or
+/// #endif, which must hold no other condition. Throws Error kUsage for a file that `texts` does not
+/// hold.
 GlslUnit expandGlsl(const GlslTexts& texts, const std::string& path);
 
 /// Returns a compiler's log with the numbers that start its lines, "2:17" or "2(17)", spelled as

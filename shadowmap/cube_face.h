@@ -1,58 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The six faces of a cube map: their frames, their texels, and the rectangles that boxes cover on
-// them. Source: Olsson et al. 2015, appendix A, Listing 1; as printed it rejects no box, so two
-// rejections come first here.
+// The rectangles that boxes cover on the six faces of a cube map (cube_face_leaf.h). Source: Olsson
+// et al. 2015, appendix A, Listing 1; as printed it rejects no box, so two rejections come first
+// here.
 #pragma once
 
 #include "scenes/box.h"
+#include "shadowmap/cube_face_leaf.h"
 
 #include <cstdint>
 
 namespace shadowdag {
-
-constexpr uint32_t kFaceCount = 6;
-
-/// Returns a light-relative vector in the frame of a face: (u axis, v axis, depth). Face 2 a looks
-/// along +axis a and face 2 a + 1 along -axis a; u runs along axis a + 1 and v along axis a + 2,
-/// modulo 3, on both. So half of the faces are mirrored, which nothing here minds: both sides of a
-/// triangle block.
-template <class Vec> SDAG_HD inline Vec faceFromLight(uint32_t face, const Vec& p) {
-    const Vec q = face < 2 ? Vec(p.y, p.z, p.x) : face < 4 ? Vec(p.z, p.x, p.y) : p;
-    return (face & 1u) ? Vec(q.x, q.y, -q.z) : q;
-}
-
-/// Inverts faceFromLight.
-template <class Vec> SDAG_HD inline Vec lightFromFace(uint32_t face, const Vec& q) {
-    const Vec p = (face & 1u) ? Vec(q.x, q.y, -q.z) : q;
-    return face < 2 ? Vec(p.z, p.x, p.y) : face < 4 ? Vec(p.y, p.z, p.x) : p;
-}
-
-/// Returns the face that a direction points through: the axis of largest magnitude, x before y
-/// before z when equal, so every direction belongs to one face.
-SDAG_HD inline uint32_t faceOf(const glm::vec3& d) {
-    const glm::vec3 a = glm::abs(d);
-    if (a.x >= a.y && a.x >= a.z)
-        return d.x < 0.0f ? 1 : 0;
-    if (a.y >= a.z)
-        return d.y < 0.0f ? 3 : 2;
-    return d.z < 0.0f ? 5 : 4;
-}
-
-/// Returns the texel (or page, or cell) that holds face coordinate u in [-1, 1] when `count` of
-/// them divide the face; clamped. Half open: a border belongs to the upper one. Monotone in u,
-/// which the conservative masks rely on.
-SDAG_HD inline uint32_t faceCell(float u, uint32_t count) {
-    const float s = (u + 1.0f) * (0.5f * float(count));
-    if (!(s > 0.0f)) // NaN as well
-        return 0;
-    const uint32_t cell = s < float(count) ? uint32_t(s) : count - 1;
-    return cell < count ? cell : count - 1;
-}
-
-/// Returns the face coordinate of a texel's centre.
-SDAG_HD inline float faceCellCentre(int32_t cell, uint32_t count) {
-    return float(2 * cell + 1 - int32_t(count)) / float(count);
-}
 
 /// Where a box lies on a face: a rectangle within [-1, 1]^2 and the depths along the face's axis,
 /// in world units.

@@ -3,7 +3,7 @@
 // compared, and the result of a tap.
 #pragma once
 
-#include "cuda/macros.h"
+#include "shadowmap/filter_leaf.h"
 
 #include <cstdint>
 
@@ -18,21 +18,7 @@ struct ShadowMapBias {
     bool operator==(const ShadowMapBias&) const = default;
 };
 
-/// A texel of a map.
-struct CubeTexel {
-    uint32_t face, x, y;
-};
-
-/// Returns how many texels a side of the filter has.
-SDAG_HD inline uint32_t filterSide(uint32_t taps) {
-    return taps >= 9 ? 3 : taps >= 4 ? 2 : 1;
-}
-
-/// A tap whose ray meets the receiver's plane more than this many texels before the receiver tests
-/// another place and is omitted (see lookupVisibility). Measured in FILTERS.md.
-constexpr float kLowTapTexels = 6.0f;
-
 /// The result of a tap.
-enum class TapAnswer : uint8_t { kLit, kDark, kMissing };
+enum class TapAnswer : uint8_t { kLit = kTapLit, kDark = kTapDark, kMissing = kTapMissing };
 
 } // namespace shadowdag

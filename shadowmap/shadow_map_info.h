@@ -11,12 +11,6 @@
 
 namespace shadowdag {
 
-constexpr uint32_t kNoPage = 0xffffffffu;
-
-/// Across a surface that a sun grazes the lift by a level of detail would have no end: it grows as
-/// if the sine of the sun's height were this at least (3.6 degrees).
-constexpr float kLeastFacingOfLevels = 1.0f / 16.0f;
-
 /// One map, as lookups and the rasterizer see it.
 struct ShadowMapInfo {
     glm::vec3 lightPositionWorld; ///< of a sun: the sphere around the scene
@@ -37,7 +31,7 @@ struct ShadowMapInfo {
 /// fastest.
 SDAG_HD inline uint32_t pageTableIndex(const ShadowMapInfo& map, uint32_t face, uint32_t x,
                                        uint32_t y) {
-    return map.pageTableStart + (face * map.facePages + y) * map.facePages + x;
+    return pageTableIndexOf(map.pageTableStart, map.facePages, face, x, y);
 }
 
 /// Returns the faces that a map has, bit f: face f.
@@ -112,7 +106,6 @@ SDAG_HD inline double texelWorldAt(const ShadowMapInfo& map, const glm::vec3& po
 
 /// What lies nearer to the light than this, in units of lightFromWorld, does not block.
 SDAG_HD inline double nearDepth(const ShadowMapInfo& map) {
-    constexpr double kNearPerRange = 1.0 / double(1 << 20);
     return map.window.isSun() ? kNearPerRange : double(map.rangeWorld) * kNearPerRange;
 }
 

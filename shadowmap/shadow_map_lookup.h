@@ -34,20 +34,6 @@ struct ShadowMapTrace {
     uint32_t missingTapCount = 0; ///< taps on pages without memory (counted dark)
 };
 
-/// Returns the texel that column x and row y of a face mean, both possibly outside of the face by
-/// less than its side: such a direction belongs to a neighbour face, and the texel that holds it
-/// there answers for it.
-SDAG_HD inline CubeTexel wrapTexel(uint32_t face, int32_t x, int32_t y, uint32_t faceTexels) {
-    const int32_t n = int32_t(faceTexels);
-    if (x >= 0 && x < n && y >= 0 && y < n)
-        return {face, uint32_t(x), uint32_t(y)};
-    const glm::vec3 d = lightFromFace(
-        face, glm::vec3(faceCellCentre(x, faceTexels), faceCellCentre(y, faceTexels), 1.0f));
-    const uint32_t neighbour = faceOf(d);
-    const glm::vec3 q = faceFromLight(neighbour, d);
-    return {neighbour, faceCell(q.x / q.z, faceTexels), faceCell(q.y / q.z, faceTexels)};
-}
-
 /// Returns the stored depth bits of a texel, or kNoPage where its page has no memory.
 SDAG_HD inline uint32_t depthAt(const ShadowMapView& view, const ShadowMapInfo& map,
                                 const CubeTexel& texel) {
@@ -56,9 +42,7 @@ SDAG_HD inline uint32_t depthAt(const ShadowMapView& view, const ShadowMapInfo& 
         view.pageTable[pageTableIndex(map, texel.face, texel.x >> log2, texel.y >> log2)];
     if (page == kNoPage)
         return kNoPage;
-    const uint32_t mask = (1u << log2) - 1;
-    return view
-        .depths[(size_t(page) << (2 * log2)) + ((texel.y & mask) << log2) + (texel.x & mask)];
+    return view.depths[(size_t(page) << (2 * log2)) + texelInPage(texel.x, texel.y, log2)];
 }
 
 /// The filter of lookupVisibility over whatever answers its taps: the map, or, for the error's
@@ -80,90 +64,38 @@ SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec
         return 255;
     if (!(dd > 0.0f))
         return 0;
-    const uint32_t n = map.faceTexels;
-    const int32_t end = int32_t(n);
-    const float rTexels = 1.0f / float(n);
-    const uint32_t face = faceOf(d);
-    const glm::vec3 q = faceFromLight(face, d);
-    const float rDepth = 1.0f / q.z;
-    const float sx = glm::clamp((q.x * rDepth + 1.0f) * (0.5f * float(n)), 0.0f, float(n));
-    const float sy = glm::clamp((q.y * rDepth + 1.0f) * (0.5f * float(n)), 0.0f, float(n));
-
-    constexpr float kPlaceRounding = 1.0f / float(1 << 22), kRounding = 1.0f / float(1 << 20);
-    const glm::vec3 place = glm::abs(positionWorld), way = glm::abs(d);
-    const float rounding = kPlaceRounding * glm::max(place.x, glm::max(place.y, place.z)) +
-                           kRounding * glm::max(way.x, glm::max(way.y, way.z));
-    const float height = -glm::dot(normalWorld, d);
-    const bool faces = height > 0.0f;
-    const float forgiven = 1.0f / (1.0f - glm::min(2.0f * bias.constantTexels / float(n), 0.5f));
-    const float flat = glm::max(height - rounding, 0.5f * height);
-    const float lifted = map.lodTexels > 0.0f && faces
-                             ? glm::max(flat - 2.0f * map.lodTexels * q.z * rTexels, 0.5f * flat)
-                             : flat;
-    const float rHeight = faces ? forgiven / lifted : 0.0f;
-    const float rAcross = forgiven / (dd * (1.0f - glm::min(rounding * rDepth + kRounding, 0.5f)));
-
-    // Both planes as linear forms of c: in world axes here, in a face's below.
-    const glm::vec3 ownWorld = faces ? normalWorld * -rHeight : glm::vec3(0.0f);
-    const glm::vec3 acrossWorld = d * rAcross;
-    glm::vec3 own = faceFromLight(face, ownWorld), across = faceFromLight(face, acrossWorld);
-
-    // The first texel, and where the receiver lies in the one that holds it (3 x 3) or between the
-    // centres around it (2 x 2).
-    const int32_t side = int32_t(filterSide(bias.taps));
-    int32_t x0 = int32_t(sx) < end ? int32_t(sx) : end - 1;
-    int32_t y0 = int32_t(sy) < end ? int32_t(sy) : end - 1;
-    float fx = sx - float(x0), fy = sy - float(y0);
-    if (side == 3) {
-        --x0;
-        --y0;
-    } else if (side == 2) {
-        const int32_t left = fx < 0.5f ? 1 : 0, below = fy < 0.5f ? 1 : 0;
-        x0 -= left;
-        y0 -= below;
-        fx += float(left) - 0.5f;
-        fy += float(below) - 0.5f;
-    }
-    const auto weight = [side](int32_t i, float f) {
-        return side == 1 || i + i + 1 == side ? 1.0f : i == 0 ? 1.0f - f : f;
-    };
-    const bool isInFace = x0 >= 0 && y0 >= 0 && x0 + side <= end && y0 + side <= end;
-    float low = side > 1 ? glm::max(1.0f - 2.0f * kLowTapTexels * rTexels, 0.0f) : 0.0f;
-    if (lifted < flat)
-        low *= lifted / flat; // ends are those on the receiver's own plane
-    const float total = side == 3 ? 4.0f : 1.0f;
+    const CubeReceiver r = makeCubeReceiver(d, dd, positionWorld, normalWorld, map.faceTexels,
+                                            map.lodTexels, bias.constantTexels, bias.taps);
+    // Both planes in the frame of the tap's face.
+    glm::vec3 own = faceFromLight(r.face, r.own), across = faceFromLight(r.face, r.across);
+    float low = r.low;
     for (;;) {
-        taps.begin(face, x0, y0, side);
+        taps.begin(r.face, r.x0, r.y0, r.side);
         float lit = 0.0f, leftOut = 0.0f;
-        for (int32_t j = 0; j < side; ++j) {
-            const float wy = weight(j, fy);
-            for (int32_t i = 0; i < side; ++i) {
-                const float w = weight(i, fx) * wy;
-                CubeTexel texel{face, uint32_t(x0 + i), uint32_t(y0 + j)};
-                if (!isInFace) {
-                    texel = wrapTexel(face, x0 + i, y0 + j, n);
-                    own = faceFromLight(texel.face, ownWorld);
-                    across = faceFromLight(texel.face, acrossWorld);
+        for (int32_t j = 0; j < r.side; ++j) {
+            const float wy = tapWeight(r.side, j, r.fy);
+            for (int32_t i = 0; i < r.side; ++i) {
+                const float w = tapWeight(r.side, i, r.fx) * wy;
+                CubeTexel texel{r.face, uint32_t(r.x0 + i), uint32_t(r.y0 + j)};
+                if (!r.isInFace) {
+                    texel = wrapTexel(r.face, r.x0 + i, r.y0 + j, map.faceTexels);
+                    own = faceFromLight(texel.face, r.own);
+                    across = faceFromLight(texel.face, r.across);
                 }
-                const float u = float(2 * int32_t(texel.x) + 1 - end) * rTexels;
-                const float v = float(2 * int32_t(texel.y) + 1 - end) * rTexels;
-                const float ownHere = own.x * u + own.y * v + own.z;
-                const float acrossHere = across.x * u + across.y * v + across.z;
-                const bool isLow = low > 0.0f && ownHere * low > acrossHere;
-                const TapAnswer answer =
-                    taps.ask(texel, u, v, glm::max(ownHere, acrossHere), !isLow);
+                const float u = tapCentre(r, texel.x, map.faceTexels);
+                const float v = tapCentre(r, texel.y, map.faceTexels);
+                bool isLow;
+                const float limit = cubeTapLimit(own, across, u, v, low, isLow);
+                const TapAnswer answer = taps.ask(texel, u, v, limit, !isLow);
                 if (isLow && answer != TapAnswer::kMissing)
                     leftOut += w;
                 else if (answer == TapAnswer::kLit)
                     lit += w;
             }
         }
-        if (leftOut == 0.0f)
-            return uint8_t(lit * (255.0f / total) + 0.5f);
-        // Taps snapped to the texels of a neighbour face may all be low: then they are all there
-        // is.
-        if (leftOut < 0.99f * total)
-            return uint8_t(lit * (255.0f / (total - leftOut)) + 0.5f);
+        uint32_t visibility;
+        if (endsFilter(lit, leftOut, filterTotal(r.side), visibility))
+            return uint8_t(visibility);
         low = 0.0f;
     }
 }
@@ -199,9 +131,7 @@ struct MapTaps {
         if (!isInPage) {
             stored = depthAt(view, map, texel);
         } else if (hasPage) {
-            const uint32_t log2 = view.pageTexelsLog2, inPage = (1u << log2) - 1;
-            stored = view.depths[pageStart + (size_t(texel.y & inPage) << log2) +
-                                 size_t(texel.x & inPage)];
+            stored = view.depths[pageStart + texelInPage(texel.x, texel.y, view.pageTexelsLog2)];
         }
         if (stored == kNoPage) {
             ++missing;

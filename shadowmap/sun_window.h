@@ -14,15 +14,13 @@
 #include "cuda/macros.h"
 #include "scenes/box.h"
 #include "scenes/light.h"
+#include "shadowmap/cube_face_leaf.h"
 
 #include <glm/glm.hpp>
 
 #include <cstdint>
 
 namespace shadowdag {
-
-/// The one face of a sun's map: its frame is (u axis, v axis, depth) itself (faceFromLight).
-constexpr uint32_t kSunFace = 4;
 
 /// World to window: component i is dot(row i, point) - offset i. All zero: not a window. Rows are
 /// perpendicular to each other, u and v of equal length.

@@ -16,8 +16,7 @@ inline GlDefines dagDefines(uint32_t binding) {
     return {{"SDAG_DAG_BINDING", std::to_string(binding)},
             {"SDAG_NO_NODE", std::to_string(kNoNode) + "u"},
             {"SDAG_LEAF_LOG2", std::to_string(kLeafLog2) + "u"},
-            {"SDAG_MAX_RESOLUTION_LOG2", std::to_string(kMaxResolutionLog2)},
-            {"SDAG_LARGEST_SCALE", std::to_string(kLargestScale)}};
+            {"SDAG_MAX_RESOLUTION_LOG2", std::to_string(kMaxResolutionLog2)}};
 }
 
 } // namespace shadowdag

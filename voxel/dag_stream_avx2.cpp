@@ -43,13 +43,13 @@ struct Avx2 {
         return _mm256_blendv_ps(b, a, _mm256_castsi256_ps(on));
     }
     static float least(uint32_t which, Floats v) {
-        v = select(which, v, splat(kLargest));
+        v = select(which, v, splat(kLargestScale));
         __m128 h = _mm_min_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
         h = _mm_min_ps(h, _mm_movehl_ps(h, h));
         return _mm_cvtss_f32(_mm_min_ss(h, _mm_movehdup_ps(h)));
     }
     static float greatest(uint32_t which, Floats v) {
-        v = select(which, v, splat(-kLargest));
+        v = select(which, v, splat(-kLargestScale));
         __m128 h = _mm_max_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
         h = _mm_max_ps(h, _mm_movehl_ps(h, h));
         return _mm_cvtss_f32(_mm_max_ss(h, _mm_movehdup_ps(h)));

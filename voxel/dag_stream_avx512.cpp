@@ -47,10 +47,10 @@ struct Avx512 {
         return _mm512_mask_blend_ps(__mmask16(which), b, a);
     }
     static float least(uint32_t which, Floats v) {
-        return _mm512_reduce_min_ps(select(which, v, splat(kLargest)));
+        return _mm512_reduce_min_ps(select(which, v, splat(kLargestScale)));
     }
     static float greatest(uint32_t which, Floats v) {
-        return _mm512_reduce_max_ps(select(which, v, splat(-kLargest)));
+        return _mm512_reduce_max_ps(select(which, v, splat(-kLargestScale)));
     }
 
     /// All 16 pairs of two axes in one register: x and y as first of a pair, y and z as second.

@@ -18,14 +18,12 @@
 #pragma once
 
 #include "voxel/dag_stream_work.h"
+#include "voxel/ray_slabs_leaf.h" // its constants: a function would be compiled for one processor
 
 namespace shadowdag::stream {
 namespace {
 
-constexpr float kLargest = 1e30f;           // kLargestScale of ray_slabs.h
-constexpr float kMargin = 0x1p-20f;         // slabMargin of ray_slabs.h
-constexpr float kLeastDirection = 0x1p-24f; // makeRaySlabs of ray_slabs.h
-constexpr uint32_t kMaxDepth = 9;           // nodes on a path: (kMaxResolutionLog2 + 1) / 2
+constexpr uint32_t kMaxDepth = 9; // nodes on a path: (kMaxResolutionLog2 + 1) / 2
 /// With so few rays left of a packet each goes alone: the packet's shaft is too wide for them.
 /// Measured for 8 to 32 rays, LAYOUT.md.
 constexpr int fewRays(uint32_t width) {
@@ -159,11 +157,11 @@ template <class V> struct Rays {
         for (int a = 0; a < 3; ++a) {
             const F f = V::absolute(from[a]), t = V::absolute(to[a]);
             // Not less: NaN as well.
-            fit &= V::less(f, V::splat(kLargest)) & V::less(t, V::splat(kLargest));
+            fit &= V::less(f, V::splat(kLargestScale)) & V::less(t, V::splat(kLargestScale));
             scale = V::greater(scale, V::greater(f, t));
         }
         dark = ~fit;
-        margin = V::mul(scale, V::splat(kMargin));
+        margin = V::mul(scale, V::splat(kSlabMargin));
         const F least = V::mul(scale, V::splat(kLeastDirection)), zero = V::splat(0.0f);
         for (int a = 0; a < 3; ++a) {
             const F straight = V::sub(to[a], from[a]);
@@ -216,7 +214,7 @@ template <class V> struct Rays {
     Slabs shaftOf(uint32_t lanes, uint32_t octant) const {
         Slabs s;
         const float grown = 4 * V::greatest(lanes, margin);
-        const float least = grown * (kLeastDirection / (4 * kMargin));
+        const float least = grown * (kLeastDirection / (4 * kSlabMargin));
         for (int a = 0; a < 3; ++a) {
             const float fromLow = V::least(lanes, from[a]) - grown,
                         fromHigh = V::greatest(lanes, from[a]) + grown,

@@ -54,11 +54,11 @@ template <class V> struct Twice {
                 V::select(which >> V::kWidth, a.high, b.high)};
     }
     static float least(uint32_t which, const Floats& v) {
-        const Floats s = select(which, v, splat(kLargest));
+        const Floats s = select(which, v, splat(kLargestScale));
         return V::least(kHalf, V::lesser(s.low, s.high));
     }
     static float greatest(uint32_t which, const Floats& v) {
-        const Floats s = select(which, v, splat(-kLargest));
+        const Floats s = select(which, v, splat(-kLargestScale));
         return V::greatest(kHalf, V::greater(s.low, s.high));
     }
 

@@ -12,6 +12,7 @@
 
 #include "voxel/dag.h"
 #include "voxel/ray_slabs.h"
+#include "voxel/shadow_segment_leaf.h"
 #include "voxel/wide_dag_trace.h"
 
 namespace shadowdag {
@@ -186,37 +187,8 @@ SDAG_HD inline double shadowLift(const VoxelGrid& grid, const glm::vec3& sampleW
     const glm::dvec3 sample = grid.voxelFromWorld(glm::dvec3(sampleWorld));
     const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(lightWorld));
     const glm::dvec3 n(normalWorld);
-    double scale = double(grid.resolution()), world = 0;
-    for (int a = 0; a < 3; ++a) {
-        scale = fabs(sample[a]) > scale ? fabs(sample[a]) : scale;
-        scale = fabs(light[a]) > scale ? fabs(light[a]) : scale;
-        world = fabs(double(sampleWorld[a])) > world ? fabs(double(sampleWorld[a])) : world;
-    }
-    // 2^-19 scale is twice the margin; a sample interpolated in float is off its plane by a few
-    // 2^-24 of its coordinates.
-    const double slack =
-        scale * 1.9073486328125e-6 + world / grid.voxelSizeWorld * 4.76837158203125e-7;
-    return double(offset) * (fabs(n.x) + fabs(n.y) + fabs(n.z)) * (double(1u << level) + slack);
-}
-
-/// Returns what shadowSegment returns, from the start lifted already, all in voxel space.
-SDAG_HD inline DagSegment segmentFromLifted(const glm::dvec3& from, const glm::dvec3& n,
-                                            const glm::dvec3& light, double offset, double cell) {
-    const glm::dvec3 way = light - from;
-    const double length = sqrt(way.x * way.x + way.y * way.y + way.z * way.z);
-    const double back = offset * 1.7320508075688772 * cell;
-    glm::dvec3 to = from;
-    if (length > back)
-        to = from + way * ((length - back) / length);
-    const double height = (to.x - from.x) * n.x + (to.y - from.y) * n.y + (to.z - from.z) * n.z;
-    if (height < 0) {
-        to = to - n * height;
-        return {glm::vec3(from), glm::vec3(to)};
-    }
-    const double half = 0.5 * (length - back), whole = offset * cell;
-    const double ahead = half < whole ? half : whole;
-    const glm::dvec3 start = ahead > 0 ? from + way * (ahead / length) : from;
-    return {glm::vec3(start), glm::vec3(to)};
+    return shadowLiftVoxels(grid.resolution(), grid.voxelSizeWorld, sampleWorld, n, sample, light,
+                            offset, double(1u << level));
 }
 
 /// Returns the segment, in voxel space, by which a view sample asks for a light: both ends kept out

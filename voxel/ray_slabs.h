@@ -15,7 +15,7 @@
 // exact segment touches, and accepts nothing further away than twice the margin.
 #pragma once
 
-#include "voxel/bits.h"
+#include "voxel/ray_slabs_leaf.h"
 #include "voxel/voxel_grid.h"
 
 #include <cmath>
@@ -28,93 +28,17 @@
 
 namespace shadowdag {
 
-/// A segment in voxel space, ready for slab tests.
-struct DagSegment {
-    glm::vec3 from; ///< voxel space
-    glm::vec3 to;   ///< voxel space
-};
-
-/// Returns the larger of the resolution and the ends' coordinates: what rounding errors are
-/// relative to. NaN or infinite ends give a value that is not below kLargestScale.
+/// Returns segmentScale of a grid's resolution.
 SDAG_HD inline float segmentScale(const VoxelGrid& grid, const DagSegment& segment) {
-    float scale = float(grid.resolution());
-    for (int a = 0; a < 3; ++a) {
-        // Written so that NaN is taken, and then kept.
-        const float f = fabsf(segment.from[a]), t = fabsf(segment.to[a]);
-        scale = f <= scale ? scale : (scale == scale ? f : scale);
-        scale = t <= scale ? scale : (scale == scale ? t : scale);
-    }
-    return scale;
-}
-
-/// Larger coordinates could overflow products; segments that have them count as NaN does.
-constexpr float kLargestScale = 1e30f;
-
-/// Returns by how much boxes are grown for this segment, in voxels (2^-20 of its scale: 1/256 voxel
-/// at 4096^3 as long as the ends are not far outside the grid).
-SDAG_HD inline float slabMargin(float scale) {
-    return scale * 9.5367431640625e-7f;
-}
-
-/// A segment as slab tests want it: near(p) = fma(p, inv, cNear) for the plane entered, far(p) for
-/// the plane left.
-struct RaySlabs {
-    float inv[3], cNear[3], cFar[3];
-    uint32_t octant; ///< bit a: the segment runs against axis a
-};
-
-/// Returns the slabs of a segment of that scale, which must be below kLargestScale.
-SDAG_HD inline RaySlabs makeRaySlabs(const DagSegment& segment, float scale) {
-    RaySlabs r;
-    r.octant = 0;
-    const float margin = slabMargin(scale);
-    const float least = scale * 5.9604644775390625e-8f; // 2^-24: no infinite inverse, no NaN
-    for (int a = 0; a < 3; ++a) {
-        const float from = segment.from[a];
-        float d = segment.to[a] - from;
-        d = fabsf(d) < least ? (d < 0 ? -least : least) : d;
-        r.inv[a] = 1.0f / d;
-        const float before = (-from - margin) * r.inv[a], after = (margin - from) * r.inv[a];
-        const bool isAgainst = d < 0;
-        r.octant |= uint32_t(isAgainst) << a;
-        r.cNear[a] = isAgainst ? after : before;
-        r.cFar[a] = isAgainst ? before : after;
-    }
-    return r;
+    return segmentScale(grid.resolution(), segment);
 }
 
 namespace portable {
 
-SDAG_HD inline float slabLesser(float a, float b) {
-    return a < b ? a : b;
-}
-SDAG_HD inline float slabGreater(float a, float b) {
-    return a > b ? a : b;
-}
-
-/// Returns, as bits c = x | y << 1 | z << 2, which of the eight cells of side h at the corner are
-/// met between two times of the segment, 0 <= begin <= end <= 1.
+/// See slabHits.
 SDAG_HD inline uint32_t childHits(const RaySlabs& r, float x, float y, float z, float h,
                                   float begin = 0.0f, float end = 1.0f) {
-    const float corner[3] = {x, y, z};
-    float near[3][2], far[3][2];
-    for (int a = 0; a < 3; ++a) {
-        const float toNear = (r.octant >> a & 1) ? h : 0.0f, toFar = h - toNear;
-        for (int b = 0; b < 2; ++b) {
-            const float p = corner[a] + (b ? h : 0.0f);
-            near[a][b] = slabGreater(fmaf(p + toNear, r.inv[a], r.cNear[a]), begin);
-            far[a][b] = slabLesser(fmaf(p + toFar, r.inv[a], r.cFar[a]), end);
-        }
-    }
-    uint32_t hits = 0;
-    for (uint32_t c = 0; c < 8; ++c) {
-        const float enter =
-            slabGreater(slabGreater(near[0][c & 1], near[1][c >> 1 & 1]), near[2][c >> 2]);
-        const float leave =
-            slabLesser(slabLesser(far[0][c & 1], far[1][c >> 1 & 1]), far[2][c >> 2]);
-        hits |= uint32_t(enter <= leave) << c;
-    }
-    return hits;
+    return slabHits(r, glm::vec3(x, y, z), h, begin, end);
 }
 
 /// Returns which of the 64 voxels of the leaf at the corner are met, as bits in the leaf's order.
@@ -158,14 +82,8 @@ struct Tester {
     SDAG_HD uint64_t leafHits(const Corner& c, float begin = 0.0f, float end = 1.0f) const {
         return portable::leafHits(r, float(c.x), float(c.y), float(c.z), begin, end);
     }
-    /// Returns the first of these children (bits, not 0) in the order of visits: the lowest bit
-    /// when bit numbers i stand for i ^ order.
-    SDAG_HD uint32_t first(uint32_t bits) const {
-        bits = (order & 1) ? (bits & 0x55u) << 1 | (bits >> 1 & 0x55u) : bits;
-        bits = (order & 2) ? (bits & 0x33u) << 2 | (bits >> 2 & 0x33u) : bits;
-        bits = (order & 4) ? (bits & 0x0fu) << 4 | (bits >> 4 & 0x0fu) : bits;
-        return lowestBit32(bits) ^ order;
-    }
+    /// See firstChild.
+    SDAG_HD uint32_t first(uint32_t bits) const { return firstChild(bits, order); }
 };
 
 } // namespace portable
@@ -219,13 +137,13 @@ struct Tester {
 
     Tester(const RaySlabs& r, bool isFromBack)
         : octant(r.octant), firstOf(kFirst.first[r.octant ^ (isFromBack ? 7u : 0u)]) {
-        const auto twice = [](const float v[3]) {
+        const auto twice = [](const glm::vec3& v) {
             return _mm256_setr_ps(v[0], v[0], v[1], v[1], v[2], v[2], 0, 0);
         };
         inv = twice(r.inv);
         cNear = twice(r.cNear);
         cFar = twice(r.cFar);
-        const float against[3] = {float(octant & 1), float(octant >> 1 & 1), float(octant >> 2)};
+        const glm::vec3 against(float(octant & 1), float(octant >> 1 & 1), float(octant >> 2));
         const __m256 lower = _mm256_setr_ps(0, 1, 0, 1, 0, 1, 0, 0);
         nearSides = _mm256_add_ps(lower, twice(against));
         farSides = _mm256_sub_ps(_mm256_add_ps(lower, _mm256_set1_ps(1)), twice(against));
@@ -320,8 +238,8 @@ SDAG_HD inline bool hitsCube(const RaySlabs& r, float x, float y, float z, float
     float enter = 0.0f, leave = 1.0f;
     for (int a = 0; a < 3; ++a) {
         const float toNear = (r.octant >> a & 1) ? side : 0.0f;
-        enter = portable::slabGreater(fmaf(corner[a] + toNear, r.inv[a], r.cNear[a]), enter);
-        leave = portable::slabLesser(fmaf(corner[a] + (side - toNear), r.inv[a], r.cFar[a]), leave);
+        enter = greater(fmaf(corner[a] + toNear, r.inv[a], r.cNear[a]), enter);
+        leave = lesser(fmaf(corner[a] + (side - toNear), r.inv[a], r.cFar[a]), leave);
     }
     return enter <= leave;
 }

@@ -29,13 +29,14 @@ void ShadowStarts::add(const glm::vec3& positionWorld, const glm::vec3& normalWo
     normalZ_.push_back(n.z);
     offsetNorm_.push_back(double(offset_) * (fabs(n.x) + fabs(n.y) + fabs(n.z)));
     scale_.push_back(scale);
-    rounding_.push_back(world / grid_.voxelSizeWorld * kRounding);
+    rounding_.push_back(world / grid_.voxelSizeWorld * kSampleRounding);
 }
 
 double ShadowStarts::lightExcess(const glm::dvec3& lightVoxel) const {
     const double far = std::max({fabs(lightVoxel.x), fabs(lightVoxel.y), fabs(lightVoxel.z)});
     // |n|_1 is at most sqrt(3) (normals are unit to rounding), |n_a| at most 1.
-    return std::max(far - double(grid_.resolution()), 0.0) * kMarginTwice * double(offset_) * 1.75;
+    return std::max(far - double(grid_.resolution()), 0.0) * kTwiceSlabMargin * double(offset_) *
+           1.75;
 }
 
 void ShadowStarts::segments(const glm::vec3& lightWorld, View<const uint32_t> which,
@@ -44,7 +45,7 @@ void ShadowStarts::segments(const glm::vec3& lightWorld, View<const uint32_t> wh
     const double lightScale = std::max({fabs(light.x), fabs(light.y), fabs(light.z)});
     size_t i = 0;
 #if defined(SDAG_RAY_SLABS_AVX2)
-    const double back = double(offset_) * 1.7320508075688772, whole = double(offset_);
+    const double back = double(offset_) * sqrt(3.0), whole = double(offset_);
     // Four at a time; the operations of shadowSegment in its order, both sides of each of its
     // branches.
     const __m256d lx = _mm256_set1_pd(light.x), ly = _mm256_set1_pd(light.y),
@@ -60,7 +61,7 @@ void ShadowStarts::segments(const glm::vec3& lightWorld, View<const uint32_t> wh
         };
         const __m256d nx = at(normalX_), ny = at(normalY_), nz = at(normalZ_);
         const __m256d scale = _mm256_max_pd(at(scale_), _mm256_set1_pd(lightScale));
-        const __m256d slack = madd(scale, _mm256_set1_pd(kMarginTwice), at(rounding_));
+        const __m256d slack = madd(scale, _mm256_set1_pd(kTwiceSlabMargin), at(rounding_));
         const __m256d lift = _mm256_mul_pd(at(offsetNorm_), _mm256_add_pd(one, slack));
         const __m256d fx = madd(nx, lift, at(sampleX_)), fy = madd(ny, lift, at(sampleY_)),
                       fz = madd(nz, lift, at(sampleZ_));
@@ -107,7 +108,7 @@ void ShadowStarts::segments(const glm::vec3& lightWorld, View<const uint32_t> wh
     for (; i < which.count; ++i) {
         const uint32_t s = which[i];
         const double scale = lightScale > scale_[s] ? lightScale : scale_[s];
-        const double lift = offsetNorm_[s] * (1.0 + (scale * kMarginTwice + rounding_[s]));
+        const double lift = offsetNorm_[s] * (1.0 + (scale * kTwiceSlabMargin + rounding_[s]));
         const glm::dvec3 n = normal(s);
         const glm::dvec3 from = glm::dvec3(sampleX_[s], sampleY_[s], sampleZ_[s]) + n * lift;
         segments[i] = segmentFromLifted(from, n, light, double(offset_), 1.0);

@@ -26,7 +26,7 @@ public:
     /// space, for lights of which no coordinate is beyond the resolution; other lights lift it
     /// further, by lightExcess() per axis at most.
     glm::dvec3 liftedStart(size_t i) const {
-        const double lift = offsetNorm_[i] * (1.0 + (scale_[i] * kMarginTwice + rounding_[i]));
+        const double lift = offsetNorm_[i] * (1.0 + (scale_[i] * kTwiceSlabMargin + rounding_[i]));
         return glm::dvec3(sampleX_[i], sampleY_[i], sampleZ_[i]) + normal(i) * lift;
     }
     glm::dvec3 normal(size_t i) const { return glm::dvec3(normalX_[i], normalY_[i], normalZ_[i]); }
@@ -41,9 +41,6 @@ public:
                   DagSegment* segments) const;
 
 private:
-    /// The factors of shadowLift.
-    static constexpr double kMarginTwice = 1.9073486328125e-6, kRounding = 4.76837158203125e-7;
-
     VoxelGrid grid_;
     float offset_ = 1;
     // By sample: voxel space; offset * (|nx| + |ny| + |nz|); shadowLift's scale and rounding

@@ -39,7 +39,7 @@ TEST(Glsl, NumbersThatStartALogsLinesBecomePaths) {
 
 TEST(Glsl, TheRoomsTextsAreInTheProgram) {
     EXPECT_THAT(expandGlsl(glGlsl(), "gl/groups.glsl").text, testing::HasSubstr("itemIndex"));
-    EXPECT_EQ(glGlsl().size(), 2u);
+    EXPECT_EQ(glGlsl().size(), 3u);
 }
 
 } // namespace
