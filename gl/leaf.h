@@ -2,16 +2,17 @@
 // Leaf texts: headers named x_leaf.h that C++, CUDA and GLSL compile from one text.
 //
 // How to add one. Include this file first. Put all between SDAG_LEAF_BEGIN and SDAG_LEAF_END.
-// Write each function as `SDAG_LEAF type name(SDAG_IN(vec3) in, SDAG_OUT(float) out)`, each constant
-// as `SDAG_CONST float kName = 0.5f;`, each local value whose last bit matters as `SDAG_EXACT float
-// x = ...`: GLSL may contract or reorder what is not marked. Divide floats by quotient(), and use
-// lesser, greater, magnitude and squareRoot instead of min, max, abs and sqrt. Write uint, 1u and
-// 1.0f; return structs by assigning their fields. Every double constant must follow exactly from
-// float literals, because GLSL reads 0.1 as a float. No const locals, templates, pointers,
-// references, default arguments, or GLSL keywords (sample, flat, half, filter, input, output) as
-// names. What only C++ needs stands in #ifdef __cplusplus ... #endif, which GLSL never sees.
-// Then name the file in sdag_embed_glsl of the folder's CMakeLists.txt, and include it from the C++
-// header and from the shader. tests/house/shared_texts.py refuses a text that is typed twice.
+// Write each function as `SDAG_LEAF type name(SDAG_IN(vec3) in, SDAG_OUT(float) out)`, each
+// constant as `SDAG_CONST float kName = 0.5f;`, each local value whose last bit matters as
+// `SDAG_EXACT float x = ...`: GLSL may contract or reorder what is not marked. Divide floats by
+// quotient(), and use lesser, greater, magnitude and squareRoot instead of min, max, abs and sqrt.
+// Write uint, 1u and 1.0f; return structs by assigning their fields. Every double constant must
+// follow exactly from float literals, because GLSL reads 0.1 as a float. No const locals,
+// templates, pointers, references, default arguments, or GLSL keywords (sample, flat, half, filter,
+// input, output) as names. What only C++ needs stands in #ifdef __cplusplus ... #endif, which GLSL
+// never sees. Then name the file in sdag_embed_glsl of the folder's CMakeLists.txt, and include it
+// from the C++ header and from the shader. tests/house/shared_texts.py refuses a text that is typed
+// twice.
 #pragma once
 
 #ifdef __cplusplus

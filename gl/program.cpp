@@ -6,6 +6,8 @@
 
 #include <epoxy/gl.h>
 
+#include <cstdio>
+
 namespace shadowdag {
 
 namespace {
@@ -128,6 +130,20 @@ void GlProgram::dispatch(uint64_t groupCount, uint64_t firstGroup) const {
         glDispatchCompute(GLuint(rest), 1, 1);
     }
     glMemoryBarrier(GL_ALL_BARRIER_BITS);
+}
+
+std::string glslConstant(uint32_t value) {
+    return std::to_string(value) + "u";
+}
+
+std::string glslConstant(int32_t value) {
+    return "(" + std::to_string(value) + ")";
+}
+
+std::string glslConstant(double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, "(%.16eLF)", value);
+    return text;
 }
 
 GlslTexts operator+(GlslTexts a, const GlslTexts& b) {

@@ -19,6 +19,12 @@ enum class GlStage { kVertex, kFragment, kCompute };
 /// Names and values that a text is compiled with, as #define.
 using GlDefines = std::vector<std::pair<std::string, std::string>>;
 
+/// Returns a constant of C++ as GLSL spells it, every bit of it: for those that no leaf text
+/// (gl/leaf.h) can hold.
+std::string glslConstant(uint32_t value);
+std::string glslConstant(int32_t value);
+std::string glslConstant(double value);
+
 /// Owns a linked program.
 class GlProgram {
 public:

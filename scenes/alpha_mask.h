@@ -11,6 +11,7 @@
 #pragma once
 
 #include "cuda/view.h"
+#include "scenes/alpha_mask_leaf.h"
 
 #include <glm/glm.hpp>
 
@@ -22,7 +23,7 @@
 namespace shadowdag {
 
 /// What lies beyond the texture's borders.
-enum class MaskWrap : uint32_t { kRepeat, kMirror, kClamp };
+enum class MaskWrap : uint32_t { kRepeat = kMaskRepeat, kMirror = kMaskMirror, kClamp };
 
 /// The opaque texels of one texture.
 /// words: maskRowWords(width) * height; texel (x, y) is bit x & 31 of word y * rowWords + (x >> 5),
@@ -42,10 +43,6 @@ struct AlphaMask {
 constexpr uint32_t kMaxMaskSide = 16384;
 constexpr uint64_t kMaxMaskTexels = uint64_t(1) << 26;
 
-SDAG_HD inline uint32_t maskRowWords(uint32_t width) {
-    return (width + 31) / 32;
-}
-
 /// Returns a mask without an opaque texel.
 AlphaMask makeAlphaMask(uint32_t width, uint32_t height, MaskWrap wrapU = MaskWrap::kRepeat,
                         MaskWrap wrapV = MaskWrap::kRepeat);
@@ -64,39 +61,9 @@ struct CutTriangle {
     glm::vec2 uv[3];
 };
 
-constexpr uint32_t kNotCut = ~0u;
-
 /// Returns which texel of an axis of `size` answers for a whole number of texels. NaN: 0.
 SDAG_HD inline uint32_t maskTexel(double texel, uint32_t size, MaskWrap wrap) {
-    const double n = double(size);
-    if (wrap == MaskWrap::kRepeat) {
-        texel -= floor(texel / n) * n;
-    } else if (wrap == MaskWrap::kMirror) {
-        texel -= floor(texel / (2.0 * n)) * (2.0 * n);
-        texel = texel < n ? texel : 2.0 * n - 1.0 - texel;
-    }
-    texel = texel > 0.0 ? texel : 0.0;
-    return texel < n ? uint32_t(texel) : size - 1;
-}
-
-/// The texels of one axis, before wrapping, that the points of a triangle may lie in: a point on
-/// the triangle's own border counts to the inside. Otherwise a board's last line would be that of
-/// the texture's other end.
-struct TexelSpan {
-    double first, last;
-
-    SDAG_HD double clamp(double texel) const {
-        texel = texel > first ? texel : first; // NaN: first
-        return texel < last ? texel : last;
-    }
-};
-
-/// Returns the texels of a triangle. @param a,b,c its texture coordinates on the axis
-SDAG_HD inline TexelSpan texelSpanOf(float a, float b, float c, uint32_t size) {
-    const double least = double(a < b ? (a < c ? a : c) : (b < c ? b : c)) * double(size);
-    const double most = double(a > b ? (a > c ? a : c) : (b > c ? b : c)) * double(size);
-    const double first = floor(least), last = ceil(most) - 1.0;
-    return {first, last > first ? last : first};
+    return maskTexel(texel, size, uint32_t(wrap));
 }
 
 /// The masks of a world's triangles on one backend; empty where nothing is cut.
@@ -118,25 +85,15 @@ struct AlphaMaskView {
     /// any common unit and sign, not all 0. Weights that rounding put past an edge count as on it.
     SDAG_HD bool isOpaque(size_t triangle, double weight0, double weight1, double weight2) const {
         const CutTriangle& cut = cuts[triangleCut[triangle]];
-        const double sum = weight0 + weight1 + weight2;
-        double b1 = weight1 / sum, b2 = weight2 / sum;
-        b1 = b1 > 0.0 ? (b1 < 1.0 ? b1 : 1.0) : 0.0;
-        b2 = b2 > 0.0 ? (b2 < 1.0 - b1 ? b2 : 1.0 - b1) : 0.0;
+        double b1, b2;
+        unitWeights(weight0, weight1, weight2, b1, b2);
         const MaskInfo info = masks[cut.mask];
-        const uint32_t x =
-            texelAt(cut.uv[0].x, cut.uv[1].x, cut.uv[2].x, b1, b2, info.width, info.wrapU);
-        const uint32_t y =
-            texelAt(cut.uv[0].y, cut.uv[1].y, cut.uv[2].y, b1, b2, info.height, info.wrapV);
+        const uint32_t x = maskTexelAt(cut.uv[0].x, cut.uv[1].x, cut.uv[2].x, b1, b2, info.width,
+                                       uint32_t(info.wrapU));
+        const uint32_t y = maskTexelAt(cut.uv[0].y, cut.uv[1].y, cut.uv[2].y, b1, b2, info.height,
+                                       uint32_t(info.wrapV));
         const uint32_t word = words[info.firstWord + size_t(y) * maskRowWords(info.width) + x / 32];
         return (word >> (x & 31u) & 1u) != 0;
-    }
-
-private:
-    SDAG_HD static uint32_t texelAt(float t0, float t1, float t2, double b1, double b2,
-                                    uint32_t size, MaskWrap wrap) {
-        const double from = t0;
-        const double at = from + b1 * (t1 - from) + b2 * (t2 - from);
-        return maskTexel(texelSpanOf(t0, t1, t2, size).clamp(floor(at * double(size))), size, wrap);
     }
 };
 

@@ -13,8 +13,6 @@ layout(std430, binding = 9) readonly buffer Masks { MaskInfo masks[]; };
 layout(std430, binding = 10) readonly buffer MaskWords { uint maskWords[]; };
 uniform uint hasMasks;
 
-const uint kNotCut = 0xffffffffu;
-
 vec3 vertexWorld(uint triangle, uint corner) {
     uint at = 3u * triangles[3u * triangle + corner];
     return vec3(positions[at], positions[at + 1u], positions[at + 2u]);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "scenes/box.h"
+#include "scenes/segment_box_leaf.h"
 
 #include <cmath>
 
@@ -15,17 +16,8 @@ namespace shadowdag {
 class BoxSegment {
 public:
     /// @param from, to finite, as large as floats are
-    SDAG_HD BoxSegment(const glm::dvec3& from, const glm::dvec3& to) : from_(from) {
-        double largest = 0;
-        for (int a = 0; a < 3; ++a) {
-            const double way = to[a] - from[a];
-            // An axis along which nothing changes: any huge inverse, as 0 times infinity is none.
-            inverse_[a] = fabs(way) > 1e-250 ? 1.0 / way : 1e250;
-            largest = fabs(from[a]) > largest ? fabs(from[a]) : largest;
-            largest = fabs(to[a]) > largest ? fabs(to[a]) : largest;
-        }
-        slack_ = largest * 5.684341886080802e-14;
-    }
+    SDAG_HD BoxSegment(const glm::dvec3& from, const glm::dvec3& to)
+        : slabs_(makeBoxSlabs(from, to)) {}
 
     /// Returns whether the closed segment touches the closed box; may say so of a box that it
     /// passes within the slack. Never for an empty box.
@@ -34,20 +26,11 @@ public:
     /// Returns the same of the box grown by so much to both sides of each axis.
     /// @param grown >= 0, world units
     SDAG_HD bool touches(const Box& box, const glm::dvec3& grown) const {
-        double enter = 0.0, leave = 1.0;
-        for (int a = 0; a < 3; ++a) {
-            const double t0 = (double(box.min[a]) - (slack_ + grown[a]) - from_[a]) * inverse_[a];
-            const double t1 = (double(box.max[a]) + (slack_ + grown[a]) - from_[a]) * inverse_[a];
-            const double nearer = t0 < t1 ? t0 : t1, farther = t0 < t1 ? t1 : t0;
-            enter = nearer > enter ? nearer : enter;
-            leave = farther < leave ? farther : leave;
-        }
-        return enter <= leave && !(box.min.x > box.max.x);
+        return touchesBox(slabs_, box.min, box.max, grown);
     }
 
 private:
-    glm::dvec3 from_, inverse_;
-    double slack_;
+    BoxSlabs slabs_;
 };
 
 /// Segments from anywhere in one box to anywhere in another against boxes, in double: whatever one

@@ -65,8 +65,7 @@ void main() {
 #elif defined(SDAG_SPARSE_PAGES)
     imageAtomicMax(sparseLayers, ivec3(texel, faceLayer(map, face) & 0xffffu), floatBitsToUint(w));
 #else
-    uint inPage = (1u << pageTexelsLog2) - 1u;
-    uint index = (page << (2u * pageTexelsLog2)) + ((at.y & inPage) << pageTexelsLog2) + (at.x & inPage);
+    uint index = (page << (2u * pageTexelsLog2)) + texelInPage(at.x, at.y, pageTexelsLog2);
     uint bits = floatBitsToUint(w);
     // Most fragments lie behind; what is read may be late, never too great.
     if (index < SDAG_CHUNK_TEXELS) {

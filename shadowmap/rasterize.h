@@ -14,6 +14,7 @@
 #include "cuda/split_work_view.h"
 #include "scenes/batches.h"
 #include "shadowmap/cull.h"
+#include "shadowmap/face_plane_leaf.h"
 #include "shadowmap/shadow_map_lookup.h"
 
 namespace shadowdag {
@@ -142,21 +143,14 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
         texelSpan(lo.y - texel, hi.y + texel, n, t.y0, t.y1);
         if (t.x0 > t.x1 || t.y0 > t.y1)
             return false;
-        t.wMax = 3.0e38f;
+        t.wMax = kLargestInverseDepth;
     }
 
-    // n = (b - a) x (c - a), 1/z = n.c / n.a: from differences, which lose nothing on small
-    // triangles far away.
-    const glm::dvec3 ab = b - a, ac = c - a;
-    const glm::dvec3 normal = glm::cross(ab, ac);
-    const double k = glm::dot(normal, a);
-    const auto size = [](const glm::dvec3& p) {
-        return glm::max(glm::abs(p.x), glm::max(glm::abs(p.y), glm::abs(p.z)));
-    };
-    constexpr double kUnit = 1.0 / 9007199254740992.0; // 2^-53
-    const double sizeA = size(a), sizeB = size(b), sizeC = size(c);
-    if (!(glm::abs(k) > 32.0 * kUnit * size(ab) * size(ac) * sizeA))
+    glm::dvec3 w;
+    double k;
+    if (!facePlane(a, b, c, n, w, k))
         return false;
+    const double sizeA = largestOf(a), sizeB = largestOf(b), sizeC = largestOf(c);
     const double sign = k > 0.0 ? 1.0 : -1.0;
     const double count = double(n);
     const auto edge = [&](int i, const glm::dvec3& p, const glm::dvec3& q, double sizes) {
@@ -164,15 +158,14 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
         t.ex[i] = sign * e.x;
         t.ey[i] = sign * e.y;
         t.e0[i] = sign * (e.z * count);
-        t.tolerance[i] = 32.0 * kUnit * sizes * count;
+        t.tolerance[i] = kDeterminantRounding * sizes * count;
     };
     edge(0, a, b, sizeA * sizeB);
     edge(1, b, c, sizeB * sizeC);
     edge(2, c, a, sizeC * sizeA);
-    const double scale = 1.0 / (k * count);
-    t.wx = normal.x * scale;
-    t.wy = normal.y * scale;
-    t.w0 = normal.z / k;
+    t.wx = w.x;
+    t.wy = w.y;
+    t.w0 = w.z;
     return true;
 }
 

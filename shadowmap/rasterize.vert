@@ -3,6 +3,7 @@
 // it. The viewport holds the largest face; a smaller one takes its lower left corner.
 #include "scenes/geometry.glsl"
 #include "shadowmap/cube_face.glsl"
+#include "shadowmap/face_plane_leaf.h"
 
 layout(location = 0) in uint item;
 layout(std430, binding = 0) readonly buffer Targets { uvec2 targets[]; }; // map, face
@@ -24,8 +25,6 @@ dvec3 lightFromWorld(ShadowMapInfo map, vec3 world) {
     return p;
 }
 
-double size(dvec3 p) { return max(abs(p.x), max(abs(p.y), abs(p.z))); }
-
 void main() {
     mapIndex = targets[item].x;
     face = targets[item].y;
@@ -36,20 +35,13 @@ void main() {
     dvec3 b = faceFromLight(face, lightFromWorld(map, vertexWorld(triangle, 1u)));
     dvec3 c = faceFromLight(face, lightFromWorld(map, vertexWorld(triangle, 2u)));
 
-    precise dvec3 ab = b - a, ac = c - a;
-    dvec3 normal = crossInOrder(ab, ac);
-    double k = dotInOrder(normal, a);
     double zMin = min(a.z, min(b.z, c.z)), zMax = max(a.z, max(b.z, c.z));
-    precise double scale = 1.0LF / (k * texels);
-    precise dvec3 w = dvec3(normal.x * scale, normal.y * scale, normal.z / k);
-    plane = w;
+    double k;
+    bool hasArea = facePlane(a, b, c, map.faceTexels, plane, k) && zMax > 0.0LF;
     precise float wMin = float(1.0LF / zMax), wNear = float(1.0LF / zNear);
-    precise float wMax = zMin > zNear ? float(1.0LF / zMin) : 3.0e38;
+    precise float wMax = zMin > zNear ? float(1.0LF / zMin) : kLargestInverseDepth;
     range = vec3(wMin, wMax, wNear);
 
-    // A plane that holds the light, to double rounding, has no area from there.
-    const double kUnit = 1.0LF / 9007199254740992.0LF;
-    bool hasArea = abs(k) > 32.0LF * kUnit * size(ab) * size(ac) * size(a) && zMax > 0.0LF;
     uint corner = uint(gl_VertexID) % 3u;
     dvec3 p = corner == 0u ? a : corner == 1u ? b : c;
     double share = texels / double(viewportTexels);

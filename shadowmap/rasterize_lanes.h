@@ -160,9 +160,8 @@ inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c
     const Lanes3 ab = difference(b, a), ac = difference(c, a);
     const Lanes3 normal = cross(ab, ac);
     const Lanes k = normal.x * a.x + normal.y * a.y + normal.z * a.z;
-    constexpr double kUnit = 1.0 / 9007199254740992.0; // 2^-53
     const Lanes sizeA = sizeOf(a), sizeB = sizeOf(b), sizeC = sizeOf(c);
-    kept &= bits(above(magnitude(k), all(32.0 * kUnit) * sizeOf(ab) * sizeOf(ac) * sizeA));
+    kept &= bits(above(magnitude(k), all(kDeterminantRounding) * sizeOf(ab) * sizeOf(ac) * sizeA));
     if (!kept)
         return 0;
     // sign * x is x with its sign turned where k is negative.
@@ -173,7 +172,7 @@ inline uint32_t setUpTriangles(const Lanes3& a, const Lanes3& b, const Lanes3& c
         _mm256_store_pd(t.ex[i], _mm256_xor_pd(turn, e.x));
         _mm256_store_pd(t.ey[i], _mm256_xor_pd(turn, e.y));
         _mm256_store_pd(t.e0[i], _mm256_xor_pd(turn, e.z * count));
-        _mm256_store_pd(t.tolerance[i], all(32.0 * kUnit) * sizes * count);
+        _mm256_store_pd(t.tolerance[i], all(kDeterminantRounding) * sizes * count);
     };
     edge(0, a, b, sizeA * sizeB);
     edge(1, b, c, sizeB * sizeC);

@@ -41,8 +41,8 @@ SDAG_LEAF float segmentScale(uint resolution, SDAG_IN(DagSegment) segment) {
     return scale;
 }
 
-/// Returns by how much boxes are grown for this segment, in voxels (1/256 voxel at 4096^3 as long as
-/// the ends are not far outside the grid).
+/// Returns by how much boxes are grown for this segment, in voxels (1/256 voxel at 4096^3 as long
+/// as the ends are not far outside the grid).
 SDAG_LEAF float slabMargin(float scale) {
     SDAG_EXACT float margin = scale * kSlabMargin;
     return margin;

@@ -39,7 +39,8 @@ SDAG_LEAF DagSegment segmentFromLifted(SDAG_IN(dvec3) from, SDAG_IN(dvec3) n, SD
     SDAG_EXACT dvec3 to = from;
     if (distance > back)
         to = from + way * ((distance - back) / distance);
-    SDAG_EXACT double height = (to.x - from.x) * n.x + (to.y - from.y) * n.y + (to.z - from.z) * n.z;
+    SDAG_EXACT double height =
+        (to.x - from.x) * n.x + (to.y - from.y) * n.y + (to.z - from.z) * n.z;
     DagSegment segment;
     segment.from = vec3(from);
     if (height < 0.0f) {

@@ -13,8 +13,7 @@ namespace shadowdag {
 /// geometric normal, flipped to the camera, points.
 SDAG_HD inline bool isPair(const Light& light, const glm::vec3& positionWorld,
                            const glm::vec3& normalWorld) {
-    return lightReaches(light, positionWorld) &&
-           glm::dot(towardsLight(light, positionWorld), normalWorld) > 0.0f;
+    return lightsSample(light, positionWorld, normalWorld);
 }
 
 /// All pairs of a frame on the host, by sample, lights ascending within a sample.

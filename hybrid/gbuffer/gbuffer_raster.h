@@ -24,6 +24,10 @@ namespace shadowdag {
 /// integers), bits 0..31 the triangle. All ones: background.
 constexpr uint64_t kNothingSeen = ~uint64_t(0);
 
+/// The cross product of parallel sides a, b rounds to at most about 1e-15 |a| |b|, not always to
+/// zero: where its square is no more than this part of theirs, a triangle has no area.
+constexpr double kParallelSides = 1e-28;
+
 /// A triangle relative to the camera.
 struct ViewTriangle {
     glm::dvec3 corner[3]; ///< world axes, camera at the origin
@@ -40,10 +44,8 @@ SDAG_HD inline ViewTriangle loadViewTriangle(const TriangleView& triangles, uint
     const glm::dvec3 a = t.corner[1] - t.corner[0];
     const glm::dvec3 b = t.corner[2] - t.corner[0];
     t.normal = glm::cross(a, b);
-    // The cross product of parallel sides rounds to at most about 1e-15 |a| |b|, not always to
-    // zero.
-    constexpr double kParallel = 1e-28;
-    t.isDegenerate = !(glm::dot(t.normal, t.normal) > kParallel * glm::dot(a, a) * glm::dot(b, b));
+    t.isDegenerate =
+        !(glm::dot(t.normal, t.normal) > kParallelSides * glm::dot(a, a) * glm::dot(b, b));
     return t;
 }
 

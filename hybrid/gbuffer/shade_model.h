@@ -7,10 +7,6 @@
 
 namespace shadowdag {
 
-/// Radiance that every surface of albedo 1 has in full shadow, so that a picture shows what is
-/// dark. Not light transport: a constant.
-constexpr float kAmbientRadiance = 0.02f;
-
 /// What pictures need to know about a material.
 struct SurfaceColor {
     glm::vec3 baseColor{0.8f}; ///< diffuse albedo
@@ -30,11 +26,8 @@ SDAG_HD inline glm::vec3 unlitRadiance(const SurfaceColor& surface) {
 SDAG_HD inline glm::vec3 reflectedRadiance(const Light& light, const glm::vec3& positionWorld,
                                            const glm::vec3& normalWorld,
                                            const SurfaceColor& surface, uint8_t visibility) {
-    constexpr float kInversePi = 0.318309886f;
-    const glm::vec3 toLight = towardsLight(light, positionWorld);
-    const float cosine = glm::dot(toLight, normalWorld) / glm::sqrt(glm::dot(toLight, toLight));
-    const float scale = cosine * (float(visibility) * (1.0f / 255.0f)) * kInversePi;
-    return lightIrradiance(light, positionWorld) * surface.baseColor * scale;
+    return reflectedLight(lightIrradiance(light, positionWorld), towardsLight(light, positionWorld),
+                          normalWorld, surface.baseColor, visibility);
 }
 
 } // namespace shadowdag

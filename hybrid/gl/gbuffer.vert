@@ -17,9 +17,8 @@ void main() {
     // Without area within double rounding: never seen (gbuffer_raster.h).
     precise dvec3 ab = corner[1] - corner[0], ac = corner[2] - corner[0];
     dvec3 normal = crossInOrder(ab, ac);
-    const double kParallel = 1e-28LF;
     bool hasArea = dotInOrder(normal, normal) >
-                   kParallel * dotInOrder(ab, ab) * dotInOrder(ac, ac);
+                   SDAG_PARALLEL_SIDES * dotInOrder(ab, ab) * dotInOrder(ac, ac);
     dvec3 c = corner[uint(gl_VertexID) % 3u];
     double x = dotInOrder(c, viewRight), y = dotInOrder(c, viewUp), z = dotInOrder(c, viewForward);
     // Pixel p's sample lies at window coordinate p + 1/2.

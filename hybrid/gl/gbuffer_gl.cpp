@@ -44,6 +44,12 @@ struct FillVisibility {
     }
 };
 
+GlDefines gbufferDefines(const GlInfo& info) {
+    GlDefines defines = numericDefines(info);
+    defines.emplace_back("SDAG_PARALLEL_SIDES", glslConstant(kParallelSides));
+    return defines;
+}
+
 } // namespace
 
 GlGBuffer::GlGBuffer(const GlContext& context, GlGeometry& geometry)
@@ -51,7 +57,7 @@ GlGBuffer::GlGBuffer(const GlContext& context, GlGeometry& geometry)
       program_("g-buffer",
                {{GlStage::kVertex, "hybrid/gl/gbuffer.vert"},
                 {GlStage::kFragment, "hybrid/gl/gbuffer.frag"}},
-               glGlsl() + scenesGlsl() + hybridGlsl(), numericDefines(context.info())) {}
+               glGlsl() + scenesGlsl() + hybridGlsl(), gbufferDefines(context.info())) {}
 
 void GlGBuffer::warmUp() {
     commands_.set({{3, 1, 0, 0}});

@@ -72,8 +72,7 @@ GlDefines moverDefines(uint32_t positionsBinding, uint32_t trianglesBinding,
           {"SDAG_HEAD_MASK_WORDS", kMaskWords},
           {"SDAG_HEAD_LEVEL_START", kLevelStart},
           {"SDAG_BVH_WIDTH", kBvhWidth},
-          {"SDAG_BVH_LEVELS", kBvhMaxLevels},
-          {"SDAG_NOT_CUT", kNotCut}})
+          {"SDAG_BVH_LEVELS", kBvhMaxLevels}})
         defines.emplace_back(name, std::to_string(value) + "u");
     return defines;
 }

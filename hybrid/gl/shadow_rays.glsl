@@ -3,14 +3,9 @@
 
 #include "hybrid/gl/mover_rays.glsl"
 
-vec3 pointAtLight(Light light, vec3 point) {
-    precise vec3 beyond = point - direction(light) * light.sunDistance;
-    return light.kind == kSun ? beyond : position(light);
-}
-
 vec3 rayEnd(Light light, vec3 point) {
     vec3 end = pointAtLight(light, point);
-    if (light.kind != kSun)
+    if (light.kind != kSunLight)
         return end;
     precise double beyond = 4.0LF + 2.0LF * double(rayOffset);
     dvec3 voxel = endWithinCube(1u << dagResolutionLog2, voxelFromWorld(dvec3(point)), voxelFromWorld(dvec3(end)), beyond);

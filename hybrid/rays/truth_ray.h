@@ -8,6 +8,7 @@
 #pragma once
 
 #include "hybrid/gbuffer/gbuffer.h"
+#include "hybrid/rays/truth_leaf.h"
 #include "scenes/world.h"
 
 #include <cmath>
@@ -62,56 +63,10 @@ struct ReceiverPlane {
 };
 
 /// The receiver as the ray set-up needs it; the same for all lights of a sample.
-struct TruthReceiver : ReceiverPlane {
+struct TruthReceiver : ReceiverPlane, ReceiverEdges {
     glm::dvec3 sample; ///< local
-    bool hasTriangle;  ///< the rest is set
-    glm::dvec3 corner[3];
-    glm::dvec3 inward[3]; ///< per edge: unit, in the plane, towards the triangle
-    double inwardOffset[3];
-
-    SDAG_HD double inside(int edge, const glm::dvec3& p) const {
-        return glm::dot(inward[edge], p) - inwardOffset[edge];
-    }
+    bool hasTriangle;  ///< the edges are set
 };
-
-namespace detail {
-
-constexpr double kUnit = 5.9604644775390625e-8; // 2^-24, half an ulp of 1.0f
-
-SDAG_HD inline double larger(double a, double b) {
-    return a < b ? b : a;
-}
-
-/// Returns the point moved within the plane until it is at least c inside all three edges; the
-/// incentre where the triangle is too narrow for that. Where an edge meets another room's wall, a
-/// sample that rounding put behind the wall comes back.
-SDAG_HD inline glm::dvec3 moveInside(const TruthReceiver& r, glm::dvec3 p) {
-    const double c = r.clearance;
-    // Twice, because at a corner the second edge pushes back over the first; right and obtuse
-    // corners are then done.
-    for (int pass = 0; pass < 2; ++pass)
-        for (int i = 0; i < 3; ++i)
-            p += r.inward[i] * larger(c - r.inside(i, p), 0.0);
-    const double slack = 0.001 * c;
-    if (r.inside(0, p) >= c - slack && r.inside(1, p) >= c - slack && r.inside(2, p) >= c - slack)
-        return p;
-    // An acute corner: the point c from both its edges lies on the bisector, c / inradius of the
-    // way to the incentre.
-    double side[3]; // opposite to corner i
-    for (int i = 0; i < 3; ++i)
-        side[i] = glm::length(r.corner[(i + 2) % 3] - r.corner[(i + 1) % 3]);
-    const glm::dvec3 incentre =
-        (side[0] * r.corner[0] + side[1] * r.corner[1] + side[2] * r.corner[2]) /
-        (side[0] + side[1] + side[2]);
-    int nearest = 0;
-    for (int i = 1; i < 3; ++i)
-        if (glm::length(r.corner[i] - p) < glm::length(r.corner[nearest] - p))
-            nearest = i;
-    const double inradius = r.inside(0, incentre);
-    return r.corner[nearest] + (incentre - r.corner[nearest]) * (inradius > c ? c / inradius : 1.0);
-}
-
-} // namespace detail
 
 /// Returns c of the head of truth.h for a receiver: its corners and the sample decide M.
 template <class Geometry>
@@ -119,13 +74,13 @@ SDAG_HD double truthClearance(const Geometry& geometry, const glm::dvec3& sample
                               uint32_t triangle) {
     double largest = 0;
     for (int a = 0; a < 3; ++a) {
-        largest = detail::larger(largest, fabs(sampleLocal[a] + geometry.origin[a]));
+        largest = greater(largest, fabs(sampleLocal[a] + geometry.origin[a]));
         if (triangle != kBackground)
             for (int i = 0; i < 3; ++i)
-                largest = detail::larger(
-                    largest, fabs(geometry.vertex(triangle, i)[a] + geometry.origin[a]));
+                largest =
+                    greater(largest, fabs(geometry.vertex(triangle, i)[a] + geometry.origin[a]));
     }
-    return 4.0 * detail::kUnit * largest + 16.0 * detail::kUnit * geometry.diagonal;
+    return clearanceOf(largest, geometry.diagonal);
 }
 
 /// Returns a sample's receiver. @param normalWorld on the light's side @param triangle
@@ -137,7 +92,7 @@ SDAG_HD TruthReceiver makeTruthReceiver(const Geometry& geometry, const glm::vec
     r.triangle = triangle;
     r.sample = glm::dvec3(sampleWorld) - geometry.origin;
     r.clearance = truthClearance(geometry, r.sample, triangle);
-    r.normal = glm::normalize(glm::dvec3(normalWorld));
+    r.normal = unitOf(glm::dvec3(normalWorld));
     r.offset = glm::dot(r.normal, r.sample);
     r.hasTriangle = false;
     if (triangle == kBackground)
@@ -151,23 +106,18 @@ SDAG_HD TruthReceiver makeTruthReceiver(const Geometry& geometry, const glm::vec
     r.hasTriangle = true;
     r.normal = glm::dot(cross, r.normal) < 0.0 ? cross / -area : cross / area;
     r.offset = glm::dot(r.normal, r.corner[0]);
-    for (int i = 0; i < 3; ++i) {
-        const glm::dvec3 edge = r.corner[(i + 1) % 3] - r.corner[i];
-        r.inward[i] = glm::normalize(glm::cross(cross, edge));
-        r.inwardOffset[i] = glm::dot(r.inward[i], r.corner[i]);
-    }
+    setInward(r, cross);
     return r;
 }
 
 /// Returns the float point next to p at least c above the receiver's plane, moved along the normal
 /// only.
 SDAG_HD inline glm::vec3 liftOffPlane(const TruthReceiver& r, glm::dvec3 p) {
-    p += r.normal * detail::larger(r.clearance - r.height(p), 0.0);
+    p += r.normal * greater(r.clearance - r.height(p), 0.0);
     glm::vec3 rounded(p);
     // Rounding costs at most half an ulp an axis; one axis, the normal's largest, is stepped until
     // the height is kept.
-    const glm::dvec3 size = glm::abs(r.normal);
-    const int axis = size.x >= size.y ? (size.x >= size.z ? 0 : 2) : (size.y >= size.z ? 1 : 2);
+    const int axis = largestAxis(r.normal);
     const float towards = r.normal[axis] > 0.0 ? INFINITY : -INFINITY;
     for (int step = 0; step < 8 && r.height(glm::dvec3(rounded)) < r.clearance; ++step)
         rounded[axis] = nextafterf(rounded[axis], towards);
@@ -176,7 +126,7 @@ SDAG_HD inline glm::vec3 liftOffPlane(const TruthReceiver& r, glm::dvec3 p) {
 
 /// Returns where the receiver's own ray starts.
 SDAG_HD inline glm::vec3 truthStart(const TruthReceiver& r) {
-    return liftOffPlane(r, r.hasTriangle ? detail::moveInside(r, r.sample) : r.sample);
+    return liftOffPlane(r, r.hasTriangle ? moveInside(r, r.clearance, r.sample) : r.sample);
 }
 
 /// Returns the ray from `start` to a light, raised to c above the receiver's plane.
@@ -187,8 +137,7 @@ SDAG_HD inline TruthRay truthRay(const ReceiverPlane& r, const glm::vec3& start,
     TruthRay ray;
     ray.startLocal = start;
     ray.direction = glm::vec3(lightLocal - glm::dvec3(start));
-    const double distance = glm::length(glm::dvec3(ray.direction));
-    ray.tFar = distance > r.clearance ? float(1.0 - 16.0 * detail::kUnit) : 0.0f;
+    ray.tFar = rayEndOf(lengthOf(glm::dvec3(ray.direction)), r.clearance);
     ray.receiver = r.triangle;
     return ray;
 }
@@ -202,15 +151,12 @@ SDAG_HD TruthRay truthPairRay(const Geometry& geometry, const glm::vec3& sampleW
     return truthRay(r, truthStart(r), glm::dvec3(lightWorld) - geometry.origin);
 }
 
-/// Returns where the ray crosses the triangle's plane, in double; NaN when they are parallel. The
-/// differences of floats are exact or off by 2^-53 relative, so is what follows to a few of those.
+/// Returns crossingOf a ray and a triangle.
 template <class Geometry>
 SDAG_HD double planeCrossing(const Geometry& geometry, const TruthRay& ray, uint32_t triangle) {
-    const glm::dvec3 v0 = geometry.vertex(triangle, 0);
-    const glm::dvec3 normal =
-        glm::cross(geometry.vertex(triangle, 1) - v0, geometry.vertex(triangle, 2) - v0);
-    const double along = glm::dot(normal, glm::dvec3(ray.direction));
-    return glm::dot(normal, v0 - glm::dvec3(ray.startLocal)) / (along == 0.0 ? NAN : along);
+    return crossingOf(glm::dvec3(ray.startLocal), glm::dvec3(ray.direction),
+                      geometry.vertex(triangle, 0), geometry.vertex(triangle, 1),
+                      geometry.vertex(triangle, 2));
 }
 
 /// Returns whether a triangle is opaque where the ray's line passes through it; a crossing beyond
@@ -239,24 +185,16 @@ SDAG_HD bool isBetweenEnds(const Geometry& geometry, const TruthRay& ray, uint32
     return t > 0.0 && t < double(ray.tFar) && isOpaqueToRay(geometry, ray, triangle);
 }
 
-/// Returns whether a triangle blocks the ray, wholly in double. Watertight: the sides of an edge
-/// that two triangles share are the same number with opposite signs, and a line through the edge
-/// itself passes through both. A triangle seen edge-on does not block.
+/// Returns whether a triangle blocks the ray, wholly in double (passesThrough). A triangle seen
+/// edge-on does not block.
 template <class Geometry>
 SDAG_HD bool blocksTruthRay(const Geometry& geometry, const TruthRay& ray, uint32_t triangle) {
-    const glm::dvec3 start(ray.startLocal), way(ray.direction);
-    const glm::dvec3 a = geometry.vertex(triangle, 0) - start,
-                     b = geometry.vertex(triangle, 1) - start,
-                     c = geometry.vertex(triangle, 2) - start;
-    // On which side of an edge the line passes: the volume of (way, the edge's ends).
-    const double ab = glm::dot(way, glm::cross(a, b));
-    const double bc = glm::dot(way, glm::cross(b, c));
-    if ((ab < 0.0 && bc > 0.0) || (ab > 0.0 && bc < 0.0))
-        return false;
-    const double ca = glm::dot(way, glm::cross(c, a));
-    if ((ca < 0.0 && (ab > 0.0 || bc > 0.0)) || (ca > 0.0 && (ab < 0.0 || bc < 0.0)))
-        return false;
-    return isBetweenEnds(geometry, ray, triangle);
+    const glm::dvec3 start(ray.startLocal);
+    glm::dvec3 weights;
+    return passesThrough(glm::dvec3(ray.direction), geometry.vertex(triangle, 0) - start,
+                         geometry.vertex(triangle, 1) - start, geometry.vertex(triangle, 2) - start,
+                         weights) &&
+           isBetweenEnds(geometry, ray, triangle);
 }
 
 } // namespace shadowdag
