@@ -84,8 +84,8 @@ SDAG_LEAF bool lightsSample(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld,
 
 /// Returns the unshadowed irradiance per unit n.l that the light sends to a point that it reaches:
 /// intensity over the squared distance, windowed to reach zero at the range, times the spot's cone;
-/// a sun's is the same everywhere. Source: Khronos, KHR_lights_punctual, "Range Property" and "Inner
-/// and Outer Cone Angles".
+/// a sun's is the same everywhere. Source: Khronos, KHR_lights_punctual, "Range Property" and
+/// "Inner and Outer Cone Angles".
 SDAG_LEAF vec3 irradianceAt(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld) {
     if (light.kind == kSunLight)
         return light.intensity;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The slab test of a segment against any box, in double: segment_box.h says what it promises. A leaf
-// text (gl/leaf.h).
+// The slab test of a segment against any box, in double: segment_box.h says what it promises. A
+// leaf text (gl/leaf.h).
 #pragma once
 
 #include "gl/leaf.h"
@@ -9,8 +9,8 @@ SDAG_LEAF_BEGIN
 
 /// 2^-44 of the segment's largest coordinate: by how much boxes are grown.
 SDAG_CONST double kBoxSlack = 1.0f / 17592186044416.0f;
-/// 2^100, of which an axis along which nothing changes has the eighth power as its inverse: any huge
-/// number will do, as 0 times infinity is none.
+/// 2^100, of which an axis along which nothing changes has the eighth power as its inverse: any
+/// huge number will do, as 0 times infinity is none.
 SDAG_CONST double kHuge = 1267650600228229401496703205376.0f;
 
 /// A segment made ready for boxes.
@@ -34,8 +34,8 @@ SDAG_LEAF BoxSlabs makeBoxSlabs(SDAG_IN(dvec3) from, SDAG_IN(dvec3) to) {
     return s;
 }
 
-/// Returns whether the closed segment touches the closed box, grown by so much to both sides of each
-/// axis; may say so of a box that it passes within the slack. Never for an empty box.
+/// Returns whether the closed segment touches the closed box, grown by so much to both sides of
+/// each axis; may say so of a box that it passes within the slack. Never for an empty box.
 SDAG_LEAF bool touchesBox(SDAG_IN(BoxSlabs) s, SDAG_IN(vec3) least, SDAG_IN(vec3) most,
                           SDAG_IN(dvec3) grown) {
     double enter = 0.0f, leave = 1.0f;

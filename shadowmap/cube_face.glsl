@@ -19,9 +19,7 @@ uint faceLayer(ShadowMapInfo map, uint face) {
 vec3 lightPosition(ShadowMapInfo map) { return vec3(map.lightX, map.lightY, map.lightZ); }
 
 dvec3 windowFromWorld(ShadowMapInfo map, dvec3 p) {
-    precise dvec3 q = dvec3(dotInOrder(map.u.xyz, p) - map.u.w, dotInOrder(map.v.xyz, p) - map.v.w,
-                            dotInOrder(map.w.xyz, p) - map.w.w);
-    return q;
+    return windowPoint(map.u.xyz, map.v.xyz, map.w.xyz, dvec3(map.u.w, map.v.w, map.w.w), p);
 }
 
 uint pageTableIndex(ShadowMapInfo map, uint face, uint x, uint y) {
@@ -30,5 +28,5 @@ uint pageTableIndex(ShadowMapInfo map, uint face, uint x, uint y) {
 
 // What lies nearer to the light than this does not block.
 double nearDepth(ShadowMapInfo map) {
-    return map.isSun != 0u ? kNearPerRange : double(map.rangeWorld) * kNearPerRange;
+    return nearDepthOf(map.isSun != 0u, map.rangeWorld);
 }

@@ -96,7 +96,30 @@ SDAG_LEAF uint texelInPage(uint x, uint y, uint pageTexelsLog2) {
     return ((y & inPage) << pageTexelsLog2) + (x & inPage);
 }
 
+/// Returns a world point in a directional light's window: component i is dot(row i, point) - offset
+/// i.
+SDAG_LEAF dvec3 windowPoint(SDAG_IN(dvec3) u, SDAG_IN(dvec3) v, SDAG_IN(dvec3) w,
+                            SDAG_IN(dvec3) offsets, SDAG_IN(dvec3) p) {
+    SDAG_EXACT dvec3 q = dvec3(dotInOrder(u, p) - offsets.x, dotInOrder(v, p) - offsets.y,
+                               dotInOrder(w, p) - offsets.z);
+    return q;
+}
+
+/// Returns the point that stands to a window's map as one relative to the light to a cube's.
+/// @param q in the window
+SDAG_LEAF dvec3 lightFromWindow(SDAG_IN(dvec3) q) {
+    SDAG_EXACT double z = 1.0f / q.z;
+    SDAG_EXACT dvec3 p = dvec3(q.x * z, q.y * z, z);
+    return p;
+}
+
 /// 2^-20: what lies nearer to the light than this much of its range does not block.
 SDAG_CONST double kNearPerRange = 1.0f / 1048576.0f;
+
+/// Returns up to where nothing blocks, from the light along a face's axis.
+SDAG_LEAF double nearDepthOf(bool isSun, float rangeWorld) {
+    SDAG_EXACT double depth = double(rangeWorld) * kNearPerRange;
+    return isSun ? kNearPerRange : depth;
+}
 
 SDAG_LEAF_END

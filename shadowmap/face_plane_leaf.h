@@ -29,7 +29,8 @@ SDAG_LEAF bool facePlane(SDAG_IN(dvec3) a, SDAG_IN(dvec3) b, SDAG_IN(dvec3) c, u
     double k = dotInOrder(normal, a);
     determinant = k;
     plane = dvec3(0.0f);
-    SDAG_EXACT double rounding = kDeterminantRounding * largestOf(ab) * largestOf(ac) * largestOf(a);
+    SDAG_EXACT double rounding =
+        kDeterminantRounding * largestOf(ab) * largestOf(ac) * largestOf(a);
     if (!(magnitude(k) > rounding))
         return false;
     SDAG_EXACT double scale = 1.0f / (k * double(faceTexels));

@@ -28,10 +28,8 @@ bool isOpaqueOnFace(ShadowMapInfo map, dvec3 ray) {
         vec3 world = vertexWorld(triangle, i);
         dvec3 q = dvec3(world) - dvec3(lightPosition(map));
         if (map.isSun != 0u) {
-            q = windowFromWorld(map, dvec3(world));
-            double z = 1.0LF / q.z;
-            q = dvec3(q.x * z, q.y * z, z);
-            weight[i] = z;
+            q = lightFromWindow(windowFromWorld(map, dvec3(world)));
+            weight[i] = q.z;
         }
         p[i] = faceFromLight(face, q);
     }

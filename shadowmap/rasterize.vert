@@ -19,10 +19,7 @@ dvec3 lightFromWorld(ShadowMapInfo map, vec3 world) {
         precise dvec3 d = dvec3(world) - dvec3(lightPosition(map));
         return d;
     }
-    dvec3 q = windowFromWorld(map, dvec3(world));
-    precise double z = 1.0LF / q.z;
-    precise dvec3 p = dvec3(q.x * z, q.y * z, z);
-    return p;
+    return lightFromWindow(windowFromWorld(map, dvec3(world)));
 }
 
 void main() {

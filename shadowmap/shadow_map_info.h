@@ -106,7 +106,7 @@ SDAG_HD inline double texelWorldAt(const ShadowMapInfo& map, const glm::vec3& po
 
 /// What lies nearer to the light than this, in units of lightFromWorld, does not block.
 SDAG_HD inline double nearDepth(const ShadowMapInfo& map) {
-    return map.window.isSun() ? kNearPerRange : double(map.rangeWorld) * kNearPerRange;
+    return nearDepthOf(map.window.isSun(), map.rangeWorld);
 }
 
 } // namespace shadowdag

@@ -30,7 +30,7 @@ struct SunWindow {
 
     SDAG_HD bool isSun() const { return w.x != 0.0 || w.y != 0.0 || w.z != 0.0; }
     SDAG_HD glm::dvec3 windowFromWorld(const glm::dvec3& p) const {
-        return {glm::dot(u, p) - u0, glm::dot(v, p) - v0, glm::dot(w, p) - w0};
+        return windowPoint(u, v, w, glm::dvec3(u0, v0, w0), p);
     }
     SDAG_HD glm::dvec3 worldFromWindow(const glm::dvec3& q) const {
         return u * ((q.x + u0) / glm::dot(u, u)) + v * ((q.y + v0) / glm::dot(v, v)) +
@@ -42,9 +42,7 @@ struct SunWindow {
     }
     /// Returns the point that stands to the window's map as one relative to the light to a cube's.
     SDAG_HD glm::dvec3 lightFromWorld(const glm::dvec3& p) const {
-        const glm::dvec3 q = windowFromWorld(p);
-        const double z = 1.0 / q.z;
-        return {q.x * z, q.y * z, z};
+        return lightFromWindow(windowFromWorld(p));
     }
 
     bool operator==(const SunWindow&) const = default;

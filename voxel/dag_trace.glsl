@@ -2,6 +2,7 @@
 // Occlusion of a segment by the voxels of a DAG, level 0: dag_trace.h, where layout and predicate are
 // explained. Any traversal gives the same bits, so this one may differ.
 #include "voxel/shadow_segment_leaf.h"
+#include "voxel/voxel_grid_leaf.h"
 
 layout(std430, binding = SDAG_DAG_BINDING) readonly buffer DagWords { uint dagWords[]; };
 uniform uint dagRootAddress, dagResolutionLog2;
@@ -55,7 +56,7 @@ bool occluded(DagSegment segment) {
                 return false;
             pending = stackPending[cellLevel];
             address = stackAddress[cellLevel];
-            corner &= uvec3(0xffffffffu << cellLevel);
+            corner &= uvec3(~0u << cellLevel);
             mask = dagWords[address];
         }
         uint childLevel = cellLevel - 1u;
@@ -79,8 +80,7 @@ bool occluded(DagSegment segment) {
 }
 
 dvec3 voxelFromWorld(dvec3 world) {
-    precise dvec3 voxel = (world - gridOrigin) / voxelSize;
-    return voxel;
+    return voxelAt(world, gridOrigin, voxelSize);
 }
 
 // The segment by which a sample asks for a point, ends kept out of the voxels of its own surface and

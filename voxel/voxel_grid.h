@@ -3,6 +3,7 @@
 #pragma once
 
 #include "scenes/box.h"
+#include "voxel/voxel_grid_leaf.h"
 
 #include <cstdint>
 
@@ -21,10 +22,10 @@ struct VoxelGrid {
 
     SDAG_HD uint32_t resolution() const { return 1u << resolutionLog2; }
     SDAG_HD glm::dvec3 voxelFromWorld(const glm::dvec3& world) const {
-        return (world - originWorld) / voxelSizeWorld;
+        return voxelAt(world, originWorld, voxelSizeWorld);
     }
     SDAG_HD glm::dvec3 worldFromVoxel(const glm::dvec3& voxel) const {
-        return originWorld + voxel * voxelSizeWorld;
+        return worldAt(voxel, originWorld, voxelSizeWorld);
     }
     bool operator==(const VoxelGrid& o) const {
         return originWorld == o.originWorld && voxelSizeWorld == o.voxelSizeWorld &&

@@ -38,7 +38,7 @@ dvec3 vertexLocal(uint triangle, uint corner) {
 
 float nextTowards(float x, bool isUp) {
     if (x == 0.0)
-        return uintBitsToFloat(isUp ? 1u : 0x80000001u);
+        return uintBitsToFloat(isUp ? 1u : 1u | 1u << 31);
     uint bits = floatBitsToUint(x);
     return uintBitsToFloat((x > 0.0) == isUp ? bits + 1u : bits - 1u);
 }

@@ -9,8 +9,7 @@ vec3 rayEnd(Light light, vec3 point) {
         return end;
     precise double beyond = 4.0LF + 2.0LF * double(rayOffset);
     dvec3 voxel = endWithinCube(1u << dagResolutionLog2, voxelFromWorld(dvec3(point)), voxelFromWorld(dvec3(end)), beyond);
-    precise dvec3 world = gridOrigin + voxel * voxelSize;
-    return vec3(world);
+    return vec3(worldAt(voxel, gridOrigin, voxelSize));
 }
 
 bool isDarkByRays(Light light, uint lightIndex, uint receiver, vec3 point, vec3 normal, inout uint moverTests) {

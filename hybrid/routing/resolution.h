@@ -48,8 +48,9 @@ SDAG_HD inline float requiredResolutionSquared(uint32_t sampleCount, double radi
 SDAG_HD inline float requiredDirectionalResolutionSquared(uint32_t sampleCount,
                                                           double radiusSquared,
                                                           double extentWorld) {
-    constexpr double kInversePi = 0.31830988618379067;
-    return float(double(sampleCount) * kInversePi * (extentWorld * extentWorld) / radiusSquared);
+    constexpr double kInversePiDouble = 0.31830988618379067;
+    return float(double(sampleCount) * kInversePiDouble * (extentWorld * extentWorld) /
+                 radiusSquared);
 }
 
 /// Returns the squared radius of a cluster's bounding sphere, half a pixel's diagonal added.
