@@ -39,16 +39,17 @@ using glm::dvec3;
 using glm::uvec3;
 using glm::vec3;
 
-template <class T> SDAG_HD inline T lesser(const T& a, const T& b) {
+// Arguments by value: device code may read a constant of the host, but not refer to it.
+template <class T> SDAG_HD inline T lesser(T a, T b) {
     return glm::min(a, b);
 }
-template <class T> SDAG_HD inline T greater(const T& a, const T& b) {
+template <class T> SDAG_HD inline T greater(T a, T b) {
     return glm::max(a, b);
 }
-template <class T> SDAG_HD inline T magnitude(const T& a) {
+template <class T> SDAG_HD inline T magnitude(T a) {
     return glm::abs(a);
 }
-template <class T> SDAG_HD inline T squareRoot(const T& a) {
+template <class T> SDAG_HD inline T squareRoot(T a) {
     return glm::sqrt(a);
 }
 SDAG_HD inline float quotient(float a, float b) {

@@ -83,6 +83,9 @@ def check(root):
             if path.suffix == ".h":
                 functions.update({name: path for name in functions_of(code)})
     violations = []
+    if (pathlib.Path(root) / "gl").is_dir():
+        known = set().union(*(functions_of(code_of(read(root, path))) for path in shaders), {"main"})
+        violations += [f"tests/house/shared_texts.py: no shader has {name}() any more" for name in sorted(OWN_OF_SHADERS - known)]
     for path in shaders:
         violations += check_shader(path, read(root, path), names, functions)
     defined = {}
