@@ -2,15 +2,16 @@
 // The world's triangles and what alpha masks cut out of them: TriangleView and alpha_mask.h, as
 // geometry_gl.h binds them.
 #include "scenes/alpha_mask.glsl"
+#include "scenes/geometry_bindings_leaf.h"
 
-layout(std430, binding = 2) readonly buffer Positions { float positions[]; };
-layout(std430, binding = 3) readonly buffer Triangles { uint triangles[]; };
-layout(std430, binding = 4) readonly buffer BatchTriangles { uint batchTriangles[]; };
+layout(std430, binding = kPositionsAt) readonly buffer Positions { float positions[]; };
+layout(std430, binding = kTrianglesAt) readonly buffer Triangles { uint triangles[]; };
+layout(std430, binding = kBatchTrianglesAt) readonly buffer BatchTriangles { uint batchTriangles[]; };
 
-layout(std430, binding = 7) readonly buffer TriangleCut { uint triangleCut[]; };
-layout(std430, binding = 8) readonly buffer Cuts { CutTriangle cuts[]; };
-layout(std430, binding = 9) readonly buffer Masks { MaskInfo masks[]; };
-layout(std430, binding = 10) readonly buffer MaskWords { uint maskWords[]; };
+layout(std430, binding = kTriangleCutAt) readonly buffer TriangleCut { uint triangleCut[]; };
+layout(std430, binding = kCutsAt) readonly buffer Cuts { CutTriangle cuts[]; };
+layout(std430, binding = kMasksAt) readonly buffer Masks { MaskInfo masks[]; };
+layout(std430, binding = kMaskWordsAt) readonly buffer MaskWords { uint maskWords[]; };
 uniform uint hasMasks;
 
 vec3 vertexWorld(uint triangle, uint corner) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/geometry_gl.h"
 
+#include "scenes/geometry_bindings_leaf.h"
+
 namespace shadowdag {
 
 // What geometry.glsl takes apart.
@@ -25,12 +27,12 @@ void GlGeometry::bindCorners(uint32_t positionsBinding, uint32_t trianglesBindin
 }
 
 void GlGeometry::bind(const GlProgram& program) {
-    bindCorners(2, 3);
-    batchTriangles_.bindStorage(4);
-    triangleCut_.bindStorage(7);
-    cuts_.bindStorage(8);
-    masks_.bindStorage(9);
-    maskWords_.bindStorage(10);
+    bindCorners(kPositionsAt, kTrianglesAt);
+    batchTriangles_.bindStorage(kBatchTrianglesAt);
+    triangleCut_.bindStorage(kTriangleCutAt);
+    cuts_.bindStorage(kCutsAt);
+    masks_.bindStorage(kMasksAt);
+    maskWords_.bindStorage(kMaskWordsAt);
     program.set("hasMasks", uint32_t(hasMasks_));
 }
 

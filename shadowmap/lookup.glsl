@@ -16,7 +16,7 @@ layout(std430, binding = SDAG_MORE_DEPTHS_BINDING) readonly buffer MoreDepths { 
 #endif
 
 // Of the lookup that runs.
-uint missingTapCount;
+uint missingTapCount = 0u;
 
 uint tapAnswer(ShadowMapInfo map, CubeTexel texel, float limit) {
     uint page = pageTable[pageTableIndex(map, texel.face, texel.x >> pageTexelsLog2,

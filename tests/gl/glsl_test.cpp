@@ -20,6 +20,22 @@ TEST(Glsl, IncludesAreReplacedOnceAndLinesKeepTheirPlaces) {
     EXPECT_THAT(unit.paths, testing::ElementsAre("a/main.comp", "b/part.glsl", "c/deep.glsl"));
 }
 
+TEST(Glsl, LinesForCppBecomeEmpty) {
+    const GlslTexts texts = {{"a_leaf.h", "#pragma once\n#ifdef __cplusplus\n#include \"no.h\"\n"
+                                          "#else\n#include \"b\"\n#endif\n#if 1\n#endif\nz\n"},
+                             {"b", "#ifdef __cplusplus\nx\n#endif\ny\n"}};
+    EXPECT_EQ(expandGlsl(texts, "a_leaf.h").text,
+              "#line 1 0\n\n\n\n\n#line 1 1\n\n\n\ny\n#line 6 0\n\n#if 1\n#endif\nz\n");
+}
+
+TEST(Glsl, ConstantsKeepEveryBit) {
+    EXPECT_EQ(glslConstant(7u), "7u");
+    EXPECT_EQ(glslConstant(-2), "(-2)");
+    EXPECT_EQ(glslConstant(0.1), "(1.0000000000000001e-01LF)");
+    const std::string text = glslConstant(1e-28);
+    EXPECT_EQ(std::stod(text.substr(1)), 1e-28);
+}
+
 TEST(Glsl, AFileThatIsNotThereIsNamed) {
     try {
         expandGlsl({{"a", "#include \"nowhere.glsl\"\n"}}, "a");
