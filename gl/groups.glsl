@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which item an invocation has: groups stand along x, and go on along y (GlProgram::dispatch), from
-// firstGroup on.
-// Include it after the group's size.
+// The index of an invocation's work item. Groups are numbered from firstGroup, along x first, then
+// along y (GlProgram::dispatch). Include this file after the declaration of the group's size.
 
 uniform uint firstGroup;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arithmetic as the processor does it (-ffp-contract=off, IEEE). GLSL promises neither fma() in one
-// rounding nor exact quotients; where the device was seen not to give them (gl/numerics.h), doubles
-// do: the product of two floats is exact there, and rounding twice differs from rounding once a few
-// times in 2^29.
+// Arithmetic with the results of the CPU (-ffp-contract=off, IEEE). GLSL guarantees neither that fma()
+// rounds once nor that quotients are correctly rounded. Where a test of the device failed
+// (gl/numerics.h), doubles are used: they hold the product of two floats exactly, and rounding twice
+// differs from rounding once in a few of 2^29 cases.
 
 float fusedMultiplyAdd(float a, float b, float c) {
 #ifdef SDAG_FUSED_MULTIPLY_ADD
@@ -22,7 +22,7 @@ float quotient(float a, float b) {
     return float(q);
 }
 
-// Sums from the left, as the vector library on the processor does.
+// Adds from left to right, as GLM does on the CPU.
 float dotInOrder(vec3 a, vec3 b) {
     precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
     return sum;

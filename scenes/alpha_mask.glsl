@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What alpha masks cut out of triangles: alpha_mask.h. Whoever includes it has
-// uint maskWord(uint index), word `index` of all masks.
+// Tests whether an alpha mask cuts a point out of a triangle (alpha_mask.h). The file that includes this
+// one defines uint maskWord(uint index), which returns word `index` of all masks.
 #include "scenes/alpha_mask_leaf.h"
 
 struct CutTriangle {

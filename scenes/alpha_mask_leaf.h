@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which texel of an alpha mask answers for a point of a triangle: alpha_mask.h. A leaf text
+// Finds the texel of an alpha mask for a point of a triangle (alpha_mask.h). A leaf text
 // (gl/leaf.h).
 #pragma once
 
@@ -7,9 +7,9 @@
 
 SDAG_LEAF_BEGIN
 
-/// What lies beyond the texture's borders; clamping otherwise.
+/// Wrap modes of MaskWrap; any other value clamps.
 SDAG_CONST uint kMaskRepeat = 0u, kMaskMirror = 1u;
-/// Of a triangle that no mask cuts.
+/// Marks a triangle without a mask.
 SDAG_CONST uint kNotCut = 0xffffffffu;
 
 SDAG_LEAF uint maskRowWords(uint width) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The world's triangles and what alpha masks cut out of them: TriangleView and alpha_mask.h, as
-// geometry_gl.h binds them.
+// The world's triangles and their alpha masks (TriangleView, AlphaMaskView) in the buffers that
+// geometry_gl.h binds.
 #include "scenes/alpha_mask.glsl"
 #include "scenes/geometry_bindings_leaf.h"
 

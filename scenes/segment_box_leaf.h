@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The slab test of a segment against any box, in double: segment_box.h says what it promises. A
+// The slab test of a segment against any box, in double. segment_box.h states its guarantees. A
 // leaf text (gl/leaf.h).
 #pragma once
 

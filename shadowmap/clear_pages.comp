@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Empties pages of the pool: a group a page.
+// Clears pages of the pool, one group per page.
 layout(local_size_x = 64) in;
 #include "gl/groups.glsl"
 
@@ -14,7 +14,7 @@ void main() {
         return;
     uint texels = 1u << (2u * pageTexelsLog2), first = pages[group] * texels;
     for (uint i = gl_LocalInvocationID.x; i < texels; i += gl_WorkGroupSize.x)
-        if (first < SDAG_CHUNK_TEXELS) // a page lies in one of the two
+        if (first < SDAG_CHUNK_TEXELS) // no page lies in both buffers
             depths[first + i] = 0u;
         else
             moreDepths[first + i - SDAG_CHUNK_TEXELS] = 0u;

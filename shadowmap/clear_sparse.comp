@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Empties pages of one sparse texture: a group a page.
+// Clears pages of one sparse texture, one group per page.
 layout(local_size_x = 64) in;
 #include "gl/groups.glsl"
 

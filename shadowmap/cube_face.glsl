@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The maps of a frame as shaders read them (GlMap of rasterize_gl.h).
+// The shadow maps of a frame in the layout of shaders (GlMap of rasterize_gl.h).
 #include "shadowmap/cube_face_leaf.h"
 
 struct ShadowMapInfo {
@@ -26,7 +26,7 @@ uint pageTableIndex(ShadowMapInfo map, uint face, uint x, uint y) {
     return pageTableIndexOf(map.pageTableStart, map.facePages, face, x, y);
 }
 
-// What lies nearer to the light than this does not block.
+// Surfaces nearer to the light than this do not block.
 double nearDepth(ShadowMapInfo map) {
     return nearDepthOf(map.isSun != 0u, map.rangeWorld);
 }

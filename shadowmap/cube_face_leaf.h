@@ -14,8 +14,8 @@ SDAG_CONST uint kSunFace = 4u;
 
 /// faceFromLight returns a light-relative vector in the frame of a face: (u axis, v axis, depth).
 /// Face 2 a looks along +axis a and face 2 a + 1 along -axis a; u runs along axis a + 1 and v along
-/// axis a + 2, modulo 3, on both. So half of the faces are mirrored, which nothing here minds: both
-/// sides of a triangle block. lightFromFace inverts it.
+/// axis a + 2, modulo 3, on both. Half of the faces are therefore mirrored. This has no effect,
+/// because both sides of a triangle block. lightFromFace inverts it.
 #define SDAG_FACE_FRAMES(Vec)                                                                      \
     SDAG_LEAF Vec faceFromLight(uint face, SDAG_IN(Vec) p) {                                       \
         Vec q = face < 2u ? Vec(p.y, p.z, p.x) : face < 4u ? Vec(p.z, p.x, p.y) : p;               \
@@ -105,7 +105,8 @@ SDAG_LEAF dvec3 windowPoint(SDAG_IN(dvec3) u, SDAG_IN(dvec3) v, SDAG_IN(dvec3) w
     return q;
 }
 
-/// Returns the point that stands to a window's map as one relative to the light to a cube's.
+/// Returns the point whose projection in a window's map is that of a light-relative point in a cube
+/// map's face.
 /// @param q in the window
 SDAG_LEAF dvec3 lightFromWindow(SDAG_IN(dvec3) q) {
     SDAG_EXACT double z = 1.0f / q.z;
@@ -113,10 +114,10 @@ SDAG_LEAF dvec3 lightFromWindow(SDAG_IN(dvec3) q) {
     return p;
 }
 
-/// 2^-20: what lies nearer to the light than this much of its range does not block.
+/// 2^-20: surfaces nearer to the light than this part of its range do not block.
 SDAG_CONST double kNearPerRange = 1.0f / 1048576.0f;
 
-/// Returns up to where nothing blocks, from the light along a face's axis.
+/// Returns the depth along a face's axis below which surfaces do not block.
 SDAG_LEAF double nearDepthOf(bool isSun, float rangeWorld) {
     SDAG_EXACT double depth = double(rangeWorld) * kNearPerRange;
     return isSun ? kNearPerRange : depth;

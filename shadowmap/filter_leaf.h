@@ -39,7 +39,7 @@ SDAG_LEAF float filterTotal(int side) {
     return side == 3 ? 4.0f : 1.0f;
 }
 
-/// Returns the weight of tap i of `side` along one axis, from the place in the texel.
+/// Returns the weight of tap i of `side` along one axis, from the position within the texel.
 SDAG_LEAF float tapWeight(int side, int i, float f) {
     return side == 1 || i + i + 1 == side ? 1.0f : i == 0 ? 1.0f - f : f;
 }
@@ -58,7 +58,7 @@ SDAG_LEAF void moveToFirstTap(int side, SDAG_INOUT(int) texel, SDAG_INOUT(float)
 
 /// Returns whether a filter has its answer, 255 lit .. 0 dark, of the taps that were not left out.
 /// Where all were (taps snapped to the texels of a neighbour face), they are all there is: they are
-/// asked again with none left out.
+/// tested again with none omitted.
 SDAG_LEAF bool endsFilter(float lit, float leftOut, float total, SDAG_OUT(uint) visibility) {
     visibility = 0u;
     SDAG_EXACT float most = 0.99f * total, counted = total - leftOut;

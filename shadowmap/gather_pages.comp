@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Copies pages of sparse textures into a pool as the processor has it, from its page firstPool on: a
-// group a page.
+// Copies pages of sparse textures into a pool with the CPU's layout, starting at page firstPool. One
+// group per page.
 layout(local_size_x = 64) in;
 #include "gl/groups.glsl"
 #include "shadowmap/sparse_depth.glsl"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading a virtual cube map: shadow_map_lookup.h, where filters, bias and low taps are explained.
+// Reads a virtual cube map. shadow_map_lookup.h explains filters, bias and low taps.
 #include "shadowmap/cube_face.glsl"
 #include "shadowmap/filter_leaf.h"
 
@@ -15,7 +15,7 @@ layout(std430, binding = SDAG_DEPTHS_BINDING) readonly buffer Depths { uint dept
 layout(std430, binding = SDAG_MORE_DEPTHS_BINDING) readonly buffer MoreDepths { uint moreDepths[]; };
 #endif
 
-// Of the lookup that runs.
+// Of the current lookup.
 uint missingTapCount = 0u;
 
 uint tapAnswer(ShadowMapInfo map, CubeTexel texel, float limit) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A texel of a face: the 1/z of the triangle's plane at its centre, as rasterize.h computes it, so
-// that depths have the processor's bits. Where there is no memory, nothing is drawn.
+// Writes a texel of a face: 1/z of the triangle's plane at the texel's centre, with the formula of
+// rasterize.h, so that depths are equal bit for bit. Texels of pages without memory are discarded.
 #include "scenes/geometry.glsl"
 #include "shadowmap/cube_face.glsl"
 
@@ -9,7 +9,7 @@ flat in dvec3 plane;
 flat in vec3 range;
 
 #if defined(SDAG_LAYERED)
-layout(location = 0) out float depth; // the greatest stays: blending by maximum
+layout(location = 0) out float depth; // blended by maximum
 #elif defined(SDAG_SPARSE_PAGES)
 layout(r32ui, binding = 0) coherent uniform uimage2DArray sparseLayers;
 #else
@@ -19,8 +19,9 @@ layout(std430, binding = SDAG_MORE_DEPTHS_BINDING) buffer MoreDepths { uint more
 uniform uint pageTexelsLog2;
 #endif
 
-// Whether a cut triangle is opaque at the texel: a corner's weight is the volume of the texel's ray
-// and the edge across from it. A sun's corners were scaled by their depths, which comes out here.
+// Whether a masked triangle is opaque at the texel. A corner's weight is the volume of the texel's ray
+// and the opposite edge. The corners of a directional light were scaled by their depths; the weights undo
+// this.
 bool isOpaqueOnFace(ShadowMapInfo map, dvec3 ray) {
     dvec3 p[3];
     dvec3 weight = dvec3(1.0LF);
@@ -65,7 +66,7 @@ void main() {
 #else
     uint index = (page << (2u * pageTexelsLog2)) + texelInPage(at.x, at.y, pageTexelsLog2);
     uint bits = floatBitsToUint(w);
-    // Most fragments lie behind; what is read may be late, never too great.
+    // Most fragments lie behind. The value read may be outdated, but never too great.
     if (index < SDAG_CHUNK_TEXELS) {
         if (depths[index] < bits)
             atomicMax(depths[index], bits);

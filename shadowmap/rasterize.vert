@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A corner of a triangle on a face of a map: rasterize.h's set-up, as far as the hardware does not do
-// it. The viewport holds the largest face; a smaller one takes its lower left corner.
+// Projects a corner of a triangle onto a face of a map, and computes the part of the set-up of
+// rasterize.h that the hardware does not. The viewport has the size of the largest face; smaller faces use
+// its lower left corner.
 #include "scenes/geometry.glsl"
 #include "shadowmap/cube_face.glsl"
 #include "shadowmap/face_plane_leaf.h"
@@ -11,7 +12,7 @@ uniform float viewportTexels;
 
 flat out uint mapIndex, face, triangle;
 flat out dvec3 plane; // 1/z = x X + y Y + z at the texel's X = 2 x + 1 - N, Y = 2 y + 1 - N
-flat out vec3 range;  // least and greatest 1/z of the triangle, what is nearer than the near plane
+flat out vec3 range;  // least and greatest 1/z of the triangle, 1/z of the near plane
 out float gl_ClipDistance[2];
 
 dvec3 lightFromWorld(ShadowMapInfo map, vec3 world) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Texels of maps in sparse textures (sparse_gl.h). A shader may not choose a sampler by a number that
-// differs between invocations, hence the list.
+// Texels of shadow maps in sparse textures (sparse_gl.h). GLSL does not allow an index that differs between
+// invocations to select a sampler, so the samplers are listed.
 #include "shadowmap/cube_face.glsl"
 
 #ifdef SDAG_LAYERED

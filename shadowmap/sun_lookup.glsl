@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The filter for windows of a sun: sun_filter.h. Part of lookup.glsl.
+// The filter for windows of directional lights (sun_filter.h). Part of lookup.glsl.
 
 uint lookupSun(ShadowMapInfo map, vec3 positionWorld, vec3 normalWorld) {
     SunReceiver r = makeWindowReceiver(windowFromWorld(map, dvec3(positionWorld)), map.u.xyz, map.v.xyz,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Occlusion of a segment by the voxels of a DAG, level 0: dag_trace.h, where layout and predicate are
-// explained. Any traversal gives the same bits, so this one may differ.
+// Occlusion of a segment by the voxels of a DAG at level 0. dag_trace.h explains layout and predicate. The
+// order of traversal differs from there, which does not change the result.
 #include "voxel/shadow_segment_leaf.h"
 #include "voxel/voxel_grid_leaf.h"
 
@@ -83,8 +83,7 @@ dvec3 voxelFromWorld(dvec3 world) {
     return voxelAt(world, gridOrigin, voxelSize);
 }
 
-// The segment by which a sample asks for a point, ends kept out of the voxels of its own surface and
-// of the light's fixture.
+// See shadowSegment of dag_trace.h.
 DagSegment shadowSegment(vec3 sampleWorld, vec3 normalWorld, vec3 lightWorld, float offset) {
     dvec3 at = voxelFromWorld(dvec3(sampleWorld)), light = voxelFromWorld(dvec3(lightWorld));
     dvec3 n = dvec3(normalWorld);

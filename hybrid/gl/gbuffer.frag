@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The triangle that a pixel sees: the hardware's depth test finds the nearest, by znear / z.
+// Writes the triangle that is visible in a pixel. The hardware's depth test finds the nearest by znear / z.
 #include "scenes/geometry.glsl"
 
 uniform dvec3 viewOrigin, viewFirst, viewStepX, viewStepY;

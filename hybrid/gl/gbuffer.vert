@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// A corner of a triangle as the camera sees it. Window coordinates are pixels of the G-buffer: rows
-// grow downwards there, so the picture stands on its head for OpenGL, which nobody looks at.
+// Projects a corner of a triangle to the camera. Window coordinates are pixels of the G-buffer, whose rows
+// grow downwards; OpenGL's picture is therefore upside down, but it is never shown.
 #include "scenes/geometry.glsl"
 
 uniform dvec3 viewOrigin, viewRight, viewUp, viewForward;
 uniform double firstX, firstY, pixelSize, znear, zfar, viewWidth, viewHeight;
 
 flat out uint triangle;
-flat out float nearest; // 1 / zfar, what is farther is not seen
+flat out float nearest; // znear / zfar: fragments beyond are discarded
 
 void main() {
     triangle = batchTriangles[uint(gl_VertexID) / 3u];
     dvec3 corner[3];
     for (uint i = 0u; i < 3u; ++i)
         corner[i] = dvec3(vertexWorld(triangle, i)) - viewOrigin;
-    // Without area within double rounding: never seen (gbuffer_raster.h).
+    // A triangle without area within double rounding is never visible (gbuffer_raster.h).
     precise dvec3 ab = corner[1] - corner[0], ac = corner[2] - corner[0];
     dvec3 normal = crossInOrder(ab, ac);
     bool hasArea = dotInOrder(normal, normal) >

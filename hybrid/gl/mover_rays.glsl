@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against what moves: mover_rays.h and truth_ray.h. Part of shade.comp.
+// Exact rays against moving triangles (mover_rays.h, truth_ray.h). Part of shade.comp.
 #include "hybrid/rays/truth_leaf.h"
 #include "scenes/alpha_mask.glsl"
 #include "scenes/segment_box_leaf.h"
@@ -11,7 +11,7 @@ uniform uint hasMovers;
 uniform dvec3 truthOrigin;
 uniform double truthDiagonal;
 
-// Heads of moverWords (movers_gl.h): where what starts.
+// The head of moverWords: where its parts start (movers_gl.h).
 const uint kLevelCount = SDAG_HEAD_LEVEL_COUNT, kBoxes = SDAG_HEAD_BOXES, kItems = SDAG_HEAD_ITEMS,
            kNearLight = SDAG_HEAD_NEAR_LIGHT, kMaskWords = SDAG_HEAD_MASK_WORDS,
            kLevelStart = SDAG_HEAD_LEVEL_START;
@@ -67,7 +67,8 @@ TruthRay truthPairRay(vec3 point, vec3 normalWorld, uint triangle, vec3 lightWor
         setInward(edges, across);
         p = moveInside(edges, c, sampleLocal);
     }
-    // Off the plane: along the normal, then one axis in steps of a float until the height is kept.
+    // Move off the plane: along the normal, then along one axis by single float steps until the height is
+    // reached.
     p += normal * max(c - (dotInOrder(normal, p) - offset), 0.0LF);
     vec3 start = vec3(p);
     int axis = largestAxis(normal);
@@ -87,7 +88,7 @@ TruthRay truthPairRay(vec3 point, vec3 normalWorld, uint triangle, vec3 lightWor
     return ray;
 }
 
-// @param cutAt where the triangle's cut stands in moverWords, kNotCut: a mask cuts nothing out of it
+// @param cutAt index of the triangle's mask data in moverWords, or kNotCut
 bool blocksTruthRay(TruthRay ray, uint triangle, uint cutAt) {
     dvec3 start = dvec3(ray.start), way = dvec3(ray.way);
     dvec3 v0 = vertexLocal(triangle, 0u), v1 = vertexLocal(triangle, 1u), v2 = vertexLocal(triangle, 2u);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The parts of a ray of the truth, and of its test against a triangle, in double: truth_ray.h
-// explains them and puts them together. A leaf text (gl/leaf.h).
+// The parts of a truth ray and of its test against a triangle, in double. truth_ray.h combines
+// them. A leaf text (gl/leaf.h).
 #pragma once
 
 #include "gl/leaf.h"
