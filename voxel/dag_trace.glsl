@@ -87,7 +87,7 @@ dvec3 voxelFromWorld(dvec3 world) {
 DagSegment shadowSegment(vec3 sampleWorld, vec3 normalWorld, vec3 lightWorld, float offset) {
     dvec3 at = voxelFromWorld(dvec3(sampleWorld)), light = voxelFromWorld(dvec3(lightWorld));
     dvec3 n = dvec3(normalWorld);
-    precise dvec3 from = at + n * shadowLiftVoxels(1u << dagResolutionLog2, voxelSize, sampleWorld, n, at, light,
-                                                   offset, 1.0LF);
+    double lift = shadowLiftVoxels(1u << dagResolutionLog2, voxelSize, sampleWorld, n, at, light, offset, 1.0LF);
+    precise dvec3 from = at + n * lift;
     return segmentFromLifted(from, n, light, double(offset), 1.0LF);
 }

@@ -8,7 +8,8 @@ vec3 rayEnd(Light light, vec3 point) {
     if (light.kind != kSunLight)
         return end;
     precise double beyond = 4.0LF + 2.0LF * double(rayOffset);
-    dvec3 voxel = endWithinCube(1u << dagResolutionLog2, voxelFromWorld(dvec3(point)), voxelFromWorld(dvec3(end)), beyond);
+    dvec3 voxel = endWithinCube(1u << dagResolutionLog2, voxelFromWorld(dvec3(point)),
+                                voxelFromWorld(dvec3(end)), beyond);
     return vec3(worldAt(voxel, gridOrigin, voxelSize));
 }
 
