@@ -48,7 +48,6 @@ GlDefines shadeDefines(GlPages pages, const GlInfo& info) {
     };
     defines.emplace_back("SDAG_GROUP_SIZE", std::to_string(kGroupSize));
     add("SDAG_COUNTS_PER_CLUSTER", kCountsPerCluster);
-    defines.emplace_back("SDAG_LIT_BY_PROOF", glslConstant(kLitByProof));
     add("SDAG_ANSWERED", kAnswered);
     add("SDAG_VISIBILITY_BITS", kVisibilityBits);
     add("SDAG_SERVED_BY_RAYS", uint32_t(ServedBy::kRays));

@@ -103,8 +103,7 @@ SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions
     run_.frame = baseOptions(experiment);
     if (method.taps)
         run_.frame.maps.taps = run_.frame.bias.taps = *method.taps;
-    if (method.method == "dag-exact")
-        run_.frame.rays.kind = RayKind::kExact;
+    methodOf(method.method).configure(run_.frame);
     if (const std::optional<RunParameters> named = method.named(run_.frame))
         run_.frame = named->frame;
     if (run_.usesRays()) {
