@@ -249,8 +249,9 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     const std::vector<std::string> names = sceneNames(experiment.scenes);
     if (options.resume)
         refuseFinished(options.output);
+    // Before anything is put away: scenes that are not there, a wrong camera, no lights.
     for (const std::string& scene : experiment.scenes)
-        requireScene(scene); // before anything is put away, as a wrong camera, or no light
+        requireScene(scene);
     std::optional<LoadedScene> firstScene;
     const Console silent(Console::Listener{[](const std::string&) {}, {}});
     for (size_t i = 0; i < names.size(); ++i)

@@ -65,7 +65,7 @@ TEST(Compare, AWrongCameraOrLightCountIsToldBeforeUnfinishedWorkIsPutAway) {
     writeText(journal, unfinished);
     const auto refused = [&](Arguments more) {
         Arguments arguments = tinyCompare(report);
-        arguments.insert(arguments.end(), more.begin(), more.end());
+        arguments.insert(arguments.begin() + 2, more.begin(), more.end());
         const ProgramResult result = runShadowdag(directory, arguments);
         EXPECT_NE(result.status, 0);
         EXPECT_EQ(readText(journal), unfinished);
