@@ -5,8 +5,8 @@
 #include "tools/commands/commands.h"
 #include "tools/commands/compare_options.h"
 #include "tools/commands/compare_parts.h"
-#include "tools/report/charts_run.h"
-#include "tools/report/report.h"
+#include "tools/report/csv.h"
+#include "tools/report/report_package.h"
 #include "tools/report/report_run.h"
 #include "tools/report/results_table.h"
 #include "tools/settings/common_options.h"
@@ -121,20 +121,11 @@ bool asksVoxels(const Experiment& e) {
 }
 
 /// Writes the report of what was found into `partial`, puts it in its place and says so.
-/// @param script draws the charts; "" leaves them out
-void publish(const CompareOptions& options, const CompareFindings& found, const std::string& script,
-             std::chrono::steady_clock::time_point start, const Console& console) {
+void publish(const CompareOptions& options, const CompareFindings& found,
+             const ReportPackage& package, std::chrono::steady_clock::time_point start,
+             const Console& console) {
     const std::string partial = options.output + "/partial";
-    Json charts;
     writeWholeFile(partial + "/results.json", jsonText(found.results));
-    if (!script.empty()) {
-        drawCharts(script, partial + "/results.json", partial + "/charts");
-        std::ifstream file(partial + "/charts/charts.json");
-        charts = Json::parse(file);
-        for (const std::string& line : leftOutLines(charts))
-            console.note(line);
-    }
-    checkInterrupted();
     writeWholeFile(partial + "/experiment.json", jsonText(found.results["experiment"]));
     writeWholeFile(partial + "/results.csv", runsCsv(found.results["runs"]));
     if (!found.results["sequence_runs"].empty())
@@ -142,14 +133,16 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
     writeWholeFile(partial + "/lights.csv", flatCsv(found.lights));
     writeWholeFile(partial + "/costs.json",
                    jsonText(toJson(found.costs, found.results["provenance"])));
-    writeWholeFile(partial + "/index.html", reportHtml(found.results, charts));
+    const Json charts = package.writePage("compare", partial);
+    for (const std::string& line : leftOutLines(charts))
+        console.note(line);
     std::ostringstream table;
     printRuns(table, found.results["runs"]);
     printSequences(table, found.results["sequence_runs"]);
     checkInterrupted();
     swapReport(options.output);
-    const std::string reportPath = options.output + "/index.html",
-                      resultsPath = options.output + "/results.json";
+    const std::string resultsPath = options.output + "/results.json",
+                      reportPath = package.hasPage() ? options.output + "/index.html" : resultsPath;
 
     const double wall =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -158,7 +151,7 @@ void publish(const CompareOptions& options, const CompareFindings& found, const 
                   {"results", resultsPath},
                   {"run_count", found.results["runs"].size()},
                   {"sequence_run_count", found.results["sequence_runs"].size()},
-                  {"chart_count", charts.is_null() ? 0 : charts["charts"].size()},
+                  {"chart_count", charts["charts"].size()},
                   {"wall_s", wall}});
 }
 
@@ -199,7 +192,7 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
     if (options.scenes.empty())
         throw Error(ErrorKind::kUsage, "compare --join needs the directories of all parts");
     options.global.apply(console, false, false);
-    const std::string script = options.noCharts ? "" : findCharts();
+    const ReportPackage package(!options.noCharts, console);
     const CompareFindings found = joinParts(options.scenes);
     for (const std::string& directory : options.scenes)
         if (fs::weakly_canonical(directory) == fs::weakly_canonical(options.output))
@@ -211,7 +204,7 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
         if (fs::is_directory(directory + "/images"))
             fs::copy(directory + "/images", options.output + "/partial/images",
                      fs::copy_options::recursive | fs::copy_options::overwrite_existing);
-    publish(options, found, script, start, console);
+    publish(options, found, package, start, console);
 }
 
 void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
@@ -232,9 +225,9 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
         throw Error(ErrorKind::kUsage, "--part '" + options.part +
                                            "': frames of a sequence follow each other and cannot "
                                            "be shared out; drop it");
-    const char* scriptName = experiment.isSequence ? "figures.py" : "charts.py";
-    const std::string script =
-        options.noCharts || !options.part.empty() ? "" : findCharts(scriptName);
+    std::optional<ReportPackage> package; // a part has no page
+    if (options.part.empty())
+        package.emplace(!options.noCharts, console);
     CostSource costs;
     if (!options.costs.empty())
         costs = readCostSource(options.costs, buildProvenance(backend));
@@ -329,7 +322,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                                            {"light_count", scene.world->lights().size()}});
     }
     if (options.part.empty())
-        publish(options, found, script, start, console);
+        publish(options, found, *package, start, console);
     else
         publishPart(options, found, share, ofParts, start, console);
 }
@@ -364,7 +357,7 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     commandLine.flag("--join", options->join,
                      "Make the report of parts: SCENE... are the directories of all of them");
     commandLine.flag("--no-charts", options->noCharts,
-                     "Leave out the charts (they need python3-matplotlib)");
+                     "Leave out the charts (they need python3-matplotlib and python3-jinja2)");
     commandLine.text(
         "--costs", options->costs, "F",
         "Replay the maps' isolated costs of a costs.json instead of measuring them; or, "

@@ -3,7 +3,7 @@
 #include "tools/studies/failures.h"
 
 #include "cuda/error.h"
-#include "tools/report/report.h"
+#include "tools/report/csv.h"
 #include "tools/report/report_run.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
@@ -31,14 +31,14 @@ void runFailures(const FailuresCommand& command, const Console& console) {
     request.pictureDirectory = run.partial() + "/images";
     request.progress = run.progress();
     const Json matrix = measureFailures(request);
-    const Json provenance = buildProvenance(command.backend);
     const std::vector<std::string> broken = brokenLines(matrix);
-    Json results = {{"provenance", provenance}};
+    Json results = {{"provenance", buildProvenance(command.backend)}};
     results.update(matrix);
     results["broken"] = broken;
+    results["study"] = failuresStudy();
+    results["settings"] = failureSettingHelps();
     run.write("failures.json", jsonText(results));
     run.write("failures.csv", runsCsv(matrix["cells"]));
-    run.write("index.html", failuresHtml(matrix, provenance));
     const std::string report = run.publish();
 
     for (const Json& cell : matrix["left_out"])

@@ -2,7 +2,7 @@
 // `shadowdag figures`: the paper's figures of a sequence that compare measured, as data, SVG and
 // PNG.
 #include "tools/commands/commands.h"
-#include "tools/report/charts_run.h"
+#include "tools/report/report_package.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/parse.h"
 #include "tools/workspace/report_directory.h"
@@ -40,7 +40,7 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
             more.push_back(
                 std::to_string(parseInteger("--figure", part, kFirstFigure, kLastFigure)));
         }
-    const std::string script = findCharts("figures.py", "");
+    const ReportPackage package(true, console, "");
     const std::string path =
         fs::is_directory(options.results) ? options.results + "/results.json" : options.results;
     if (!std::ifstream(path))
@@ -54,7 +54,8 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
         throw Error(ErrorKind::kResource, options.output + ": cannot be created: " +
                                               failed.message() + "; choose another directory");
     const DirectoryLock lock("-o", options.output);
-    drawCharts(script, path, options.output, more);
+    more.insert(more.begin(), {"figures", path, "-o", options.output});
+    package.run(more);
     std::ifstream file(options.output + "/charts.json");
     const Json charts = Json::parse(file);
     for (const std::string& line : leftOutLines(charts))
@@ -83,7 +84,7 @@ std::function<void()> declareFigures(CommandLine& commandLine) {
     commandLine.text(
         "-o,--output", options->output, "DIR",
         "Where figures go: each as .svg, .png, .csv and .json; charts.json lists them, "
-        "and those left out with what they need",
+        "and those left out with what they need. Figures of an earlier run are removed",
         true);
     commandLine.text("--figure", options->figures, "N,...",
                      "Only these, by the paper's numbers: 10 frame times, 11 page commits, 12 "

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag fit`: the least model, in time or in bytes, that keeps an error.
 #include "tools/commands/commands.h"
-#include "tools/report/charts_run.h"
 #include "tools/report/fit_report.h"
+#include "tools/report/report_package.h"
 #include "tools/report/report_run.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
@@ -18,6 +18,7 @@
 #include <fstream>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 namespace shadowdag {
 
@@ -223,7 +224,9 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
         throw Error(ErrorKind::kUsage, "--experiment-out '" + experimentPath +
                                            "': is a file that no fit wrote and that the choice "
                                            "would replace; name another");
-    const std::string script = options.noCharts ? "" : findCharts("frontier_chart.py");
+    std::optional<ReportPackage> package;
+    if (!options.noCharts)
+        package.emplace(true, console);
     const Backend backend = options.global.apply(console, true);
     followGlPages(sweep, backend, commandLine);
     const std::vector<std::string> leftOut = leaveOutOnGl(sweep, backend, commandLine, {}, console);
@@ -267,10 +270,10 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
         console.note(experimentPath + ": removed; it was an earlier fit's, and this one has none");
     }
     writeWholeFile(options.output, jsonText(result));
-    if (!script.empty())
-        drawCharts(script, options.output,
-                   fs::path(stem).parent_path().empty() ? "."
-                                                        : fs::path(stem).parent_path().string());
+    if (package)
+        package->run(
+            {"fit", options.output, "-o",
+             fs::path(stem).parent_path().empty() ? "." : fs::path(stem).parent_path().string()});
     printFit(console.people(), result);
     if (choice == SIZE_MAX) {
         const Json& least = result["least_error"];
@@ -309,7 +312,7 @@ std::function<void()> declareFit(CommandLine& commandLine) {
     commandLine.text("--experiment-out", options->experimentOutput, "E.json",
                      "The choice as an experiment that compare replays [F.experiment.json]");
     commandLine.flag("--no-charts", options->noCharts,
-                     "Do not draw the chart (which needs python3-matplotlib)");
+                     "Do not draw the chart (which needs python3-matplotlib and python3-jinja2)");
     commandLine.heading("Goal");
     commandLine.text(
         "--metric", options->metric, "false|visibility|flip",

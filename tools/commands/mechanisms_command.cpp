@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag compare mechanisms`: what each mechanism buys, as a report.
-#include "tools/report/charts_run.h"
 #include "tools/report/report_run.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
@@ -16,8 +15,7 @@ void runMechanisms(const MechanismsCommand& command, const Console& console) {
     if (!command.names.empty())
         request.names = parseList("--only", command.names);
     refuseUnknownMechanisms(request.names); // before anything is put away
-    const std::string script = command.noCharts ? "" : findCharts("mechanisms_chart.py");
-    const ReportRun run(command.output, "mechanisms", console);
+    const ReportRun run(command.output, "mechanisms", console, !command.noCharts);
     request.progress = run.progress();
     Json results = {{"provenance", buildProvenance(command.backend)}};
     results.update(compareMechanisms(request));
@@ -25,10 +23,6 @@ void runMechanisms(const MechanismsCommand& command, const Console& console) {
     results["disagreements"] = lines;
     run.write("mechanisms.json", jsonText(results));
     run.write("mechanisms.csv", mechanismsCsv(results));
-    if (!command.noCharts)
-        drawCharts(script, run.partial() + "/mechanisms.json", run.partial() + "/charts");
-    run.write("index.html", mechanismsHtml(results, results["provenance"],
-                                           command.noCharts ? "" : "charts/mechanisms.svg"));
     const std::string report = run.publish();
 
     for (const Json& row : results["mechanisms"])

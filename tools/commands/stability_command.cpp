@@ -3,13 +3,11 @@
 // resolution, as a report.
 #include "tools/studies/stability.h"
 
-#include "tools/report/charts_run.h"
-#include "tools/report/report.h"
+#include "tools/report/csv.h"
 #include "tools/report/report_run.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 
-#include <fstream>
 #include <ostream>
 
 namespace shadowdag {
@@ -20,25 +18,16 @@ void runStability(const StabilityCommand& command, const Console& console) {
     if (!command.names.empty())
         request.names = parseList("--only", command.names);
     stabilityGroupsNamed(request.names); // refused before anything is put away
-    const std::string script =
-        command.noCharts ? "" : findCharts("stability_chart.py", "pass --no-charts");
-    const ReportRun run(command.output, "stability", console);
+    const ReportRun run(command.output, "stability", console, !command.noCharts);
     request.progress = run.progress();
     const Json measured = measureStability(request);
-    const Json provenance = buildProvenance(command.backend);
     const std::vector<std::string> broken = unstableLines(measured);
-    Json results = {{"provenance", provenance}};
+    Json results = {{"provenance", buildProvenance(command.backend)}};
     results.update(measured);
     results["broken"] = broken;
+    results["study"] = stabilityStudy();
     run.write("stability.json", jsonText(results));
     run.write("stability.csv", flatCsv(measured["checks"]));
-    Json charts;
-    if (!script.empty()) {
-        drawCharts(script, run.partial() + "/stability.json", run.partial() + "/charts");
-        std::ifstream file(run.partial() + "/charts/charts.json");
-        charts = Json::parse(file);
-    }
-    run.write("index.html", stabilityHtml(measured, provenance, charts));
     const std::string report = run.publish();
 
     for (const std::string& line : broken)

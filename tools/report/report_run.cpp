@@ -11,8 +11,10 @@ void writeWholeFile(const std::string& path, const std::string& text) {
     file.commit();
 }
 
-ReportRun::ReportRun(const std::string& directory, const std::string& name, const Console& console)
-    : directory_(directory), partial_(directory + "/partial"), held_(directory, false, false),
+ReportRun::ReportRun(const std::string& directory, const std::string& name, const Console& console,
+                     bool drawsCharts)
+    : name_(name), directory_(directory), partial_(directory + "/partial"),
+      package_(drawsCharts, console), held_(directory, false, false),
       journal_(partial_ + "/journal.json", name, false), bar_(console.progress("compare " + name)) {
 }
 
@@ -25,9 +27,10 @@ std::function<void(double)> ReportRun::progress() const {
 }
 
 std::string ReportRun::publish() const {
+    package_.writePage(name_, partial_);
     checkInterrupted();
     swapReport(directory_);
-    return directory_ + "/index.html";
+    return directory_ + "/" + (package_.hasPage() ? "index.html" : name_ + ".json");
 }
 
 double ReportRun::wallSeconds() const {

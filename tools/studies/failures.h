@@ -145,10 +145,11 @@ Json measureFailures(const MatrixRequest& request);
 /// Returns one line a cell that does not hold and a remedy that is not seen.
 std::vector<std::string> brokenLines(const Json& matrix);
 
-/// Returns the page: every failure in two sentences, pictures, table. Pictures are referred to by
-/// relative names.
-/// @param matrix of measureFailures @param provenance of buildProvenance
-std::string failuresHtml(const Json& matrix, const Json& provenance);
+/// Returns the texts of all rows and of failures that no scene shows: what "study" of failures.json
+/// holds and the page quotes.
+Json failuresStudy();
+/// Returns what "settings" of failures.json holds: what each setting is.
+Json failureSettingHelps();
 
 /// What `compare failures` was asked for.
 struct FailuresCommand {

@@ -165,10 +165,6 @@ std::vector<std::string> disagreements(const Json& results);
 /// Returns a line a mechanism and scene: names, settings, ratios and verdict.
 std::string mechanismsCsv(const Json& results);
 
-/// Returns the page: the rule, the chart, the table of verdicts and every row with its scenes.
-/// @param chart file of the chart, relative, or "" for none
-std::string mechanismsHtml(const Json& results, const Json& provenance, const std::string& chart);
-
 /// What `compare mechanisms` was asked for.
 struct MechanismsCommand {
     std::string output;

@@ -98,9 +98,9 @@ Json realBroken(const Json& cell, const Json& bounds);
 /// Returns one line a bound that a cell breaks.
 std::vector<std::string> realBrokenLines(const Json& results);
 
-/// Returns the page. Pictures are referred to by relative names.
-/// @param provenance of buildProvenance
-std::string realHtml(const Json& results, const Json& provenance);
+/// Returns what scenes show and why their named errors are there: what "study" of real.json holds
+/// and the page quotes.
+Json realStudy();
 
 /// What `compare real` was asked for.
 struct RealCommand {

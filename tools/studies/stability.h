@@ -135,9 +135,9 @@ Json measureStability(const StabilityRequest& request);
 /// Returns one line a check that does not hold.
 std::vector<std::string> unstableLines(const Json& results);
 
-/// Returns the page. Charts are referred to by relative names.
-/// @param charts the charts.json of stability_chart.py, or null
-std::string stabilityHtml(const Json& results, const Json& provenance, const Json& charts);
+/// Returns the texts of groups, bands and known breaks: what "study" of stability.json holds and
+/// the page quotes.
+Json stabilityStudy();
 
 /// What `compare stability` was asked for.
 struct StabilityCommand {

@@ -52,6 +52,35 @@ TEST(CompareReal, WritesPageTableJsonAndPictures) {
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
 }
 
+// Without the Python packages nothing is measured for charts that cannot be drawn; without charts
+// the data are written, and what the page lacks is said.
+TEST(CompareReports, MissingPackagesAreNamedAndTheDataAreWritten) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    for (const char* module : {"jinja2", "matplotlib"})
+        writeText(directory / (std::string(module) + ".py"), "raise ImportError");
+    setenv("PYTHONPATH", directory.path().c_str(), 1);
+    std::vector<std::string> arguments{
+        "compare", "builtin:fail-acne", "--size", "32x18", "--methods", "maps",  "--repeats",
+        "1",       "--warmups",         "0",      "-o",    report,      "--json"};
+    const ProgramResult refused = runShadowdag(directory, arguments);
+    const bool isThere = std::filesystem::exists(report);
+    arguments.push_back("--no-charts");
+    const ProgramResult result = runShadowdag(directory, arguments);
+    unsetenv("PYTHONPATH");
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_THAT(refused.err, HasSubstr("apt-get install python3-jinja2 python3-matplotlib, or pass "
+                                       "--no-charts"));
+    EXPECT_FALSE(isThere);
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.err,
+                HasSubstr("index.html is left out: the page needs /usr/bin/python3 with "
+                          "Jinja2: apt-get install python3-jinja2\n"));
+    EXPECT_EQ(result.json()["report"], report + "/results.json");
+    EXPECT_TRUE(std::filesystem::exists(report + "/results.csv"));
+    EXPECT_FALSE(std::filesystem::exists(report + "/index.html"));
+}
+
 // What is refused leaves nothing behind, and what was there as it was.
 TEST(CompareReports, ARefusalLeavesNoDirectory) {
     const TemporaryDirectory directory;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// bias_chart.py on made results whose lines are known, and on files that it cannot draw.
-#include "tests/tools/temporary_directory.h"
-#include "tools/report/charts_run.h"
+// The command bias on made results whose lines are known, and on files that it cannot draw.
+#include "tests/tools/report/report_runner.h"
 #include "tools/settings/json.h"
 
 #include <gmock/gmock.h>
@@ -50,9 +49,7 @@ Json madeResults() {
 
 int draw(const TemporaryDirectory& directory, const Json& results, std::string* text) {
     writeText(directory / "filters.json", jsonText(results));
-    return runProgram({"/usr/bin/python3", SDAG_SOURCE_DIR "/tools/report/bias_chart.py",
-                       directory / "filters.json", "-o", directory / "charts"},
-                      text);
+    return runReport({"bias", directory / "filters.json", "-o", directory / "charts"}, text);
 }
 
 } // namespace
@@ -85,10 +82,7 @@ TEST(BiasChart, RefusesWhatItCannotDraw) {
             EXPECT_THAT(text, HasSubstr("filters.json: not what filter_bench prints")) << key;
         }
     }
-    EXPECT_NE(runProgram({"/usr/bin/python3", SDAG_SOURCE_DIR "/tools/report/bias_chart.py",
-                          directory / "none.json"},
-                         &text),
-              0);
+    EXPECT_NE(runReport({"bias", directory / "none.json"}, &text), 0);
     EXPECT_THAT(text, HasSubstr("none.json"));
 }
 

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// charts.py on made-up results: every chart is drawn, and lines of different commits are refused.
-#include "tools/report/charts_run.h"
-
-#include "tests/tools/temporary_directory.h"
+// The command charts on made-up results: every chart is drawn, and lines of different commits are
+// refused.
+#include "tests/tools/report/report_runner.h"
 #include "tools/settings/json.h"
 
 #include <gmock/gmock.h>
@@ -22,12 +21,16 @@ void makeResults(const std::string& path, const std::string& commit) {
     writeText(path, text);
 }
 
+void drawCharts(const std::string& results, const std::string& directory) {
+    runReportPackage(kReportPackage, {"charts", results, "-o", directory});
+}
+
 } // namespace
 
 TEST(Charts, EveryChartIsDrawnAsSvgAndPngWithACaption) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");
-    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    drawCharts(directory / "r.json", directory / "charts");
     const Json charts = Json::parse(readText(directory / "charts/charts.json"));
     ASSERT_EQ(charts["charts"].size(), 8u);
     EXPECT_EQ(charts["charts"][0]["file"], "speed_accuracy_builtin_made_up");
@@ -60,7 +63,7 @@ TEST(Charts, ASweepOfLevelsOfDetailGetsItsOwnChart) {
         results["runs"].push_back(run);
     }
     writeText(directory / "r.json", results.dump());
-    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    drawCharts(directory / "r.json", directory / "charts");
     const Json charts = Json::parse(readText(directory / "charts/charts.json"))["charts"];
     const auto found = std::find_if(charts.begin(), charts.end(), [](const Json& chart) {
         return chart["file"] == "lod_builtin_made_up";
@@ -82,7 +85,7 @@ TEST(Charts, TheCrossingOfTwoKnownPowersIsFound) {
         cost["map_ms"] = 1.0;
     }
     writeText(directory / "r.json", results.dump());
-    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    drawCharts(directory / "r.json", directory / "charts");
     const std::string charts = readText(directory / "charts/charts.json");
     EXPECT_THAT(charts, testing::HasSubstr("cross at 50 texels (95 % interval 50 to 50)"));
 }
@@ -94,7 +97,7 @@ TEST(Charts, CaptionsNameOnlyTheThresholdsThatAreMarked) {
     const auto captions = [&](const std::string& size) {
         results["experiment"]["size"] = size;
         writeText(directory / "r.json", results.dump());
-        drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+        drawCharts(directory / "r.json", directory / "charts");
         const Json list = Json::parse(readText(directory / "charts/charts.json"))["charts"];
         return list[0]["caption"].get<std::string>() + list[1]["caption"].get<std::string>();
     };
@@ -132,7 +135,7 @@ TEST(Charts, ACrossingThatTheDataDoNotPinDownIsNotGiven) {
         cost["map_ms"] = noise();
     }
     writeText(directory / "r.json", results.dump());
-    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "charts");
+    drawCharts(directory / "r.json", directory / "charts");
     const std::string charts = readText(directory / "charts/charts.json");
     EXPECT_THAT(charts, testing::Not(testing::HasSubstr("lines cross at")));
     EXPECT_THAT(charts, testing::HasSubstr("no crossing that the data pin down"));
@@ -143,13 +146,49 @@ TEST(Charts, LinesOfDifferentCommitsAreRefusedUnlessTold) {
     makeResults(directory / "a.json", "c1");
     makeResults(directory / "b.json", "c2");
     std::string said;
-    const std::vector<std::string> command{"/usr/bin/python3",   SDAG_CHARTS, directory / "a.json",
-                                           directory / "b.json", "-o",        directory / "charts"};
-    EXPECT_NE(runProgram(command, &said), 0);
+    const std::vector<std::string> command{"charts", directory / "a.json", directory / "b.json",
+                                           "-o", directory / "charts"};
+    EXPECT_NE(runReport(command, &said), 0);
     EXPECT_THAT(said, testing::HasSubstr("different commits"));
     std::vector<std::string> told = command;
     told.push_back("--mixed-commits");
-    EXPECT_EQ(runProgram(told, &said), 0) << said;
+    EXPECT_EQ(runReport(told, &said), 0) << said;
+}
+
+TEST(Charts, ResultsWithoutRunsAreRefusedWithWhatToDo) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    results["runs"] = results["map_costs"] = Json::array();
+    std::string said;
+    const auto refuse = [&] {
+        writeText(directory / "r.json", results.dump());
+        EXPECT_EQ(runReport({"charts", directory / "r.json", "-o", directory / "charts"}, &said),
+                  3);
+        EXPECT_THAT(said, testing::StartsWith("charts: "));
+        return said;
+    };
+    EXPECT_THAT(refuse(), testing::HasSubstr("r.json: holds no runs to draw; measure with"));
+    results["sequence_runs"] = {1};
+    EXPECT_THAT(refuse(), testing::HasSubstr("its frames in sequence are drawn by shadowdag"));
+}
+
+// A camera that sees nothing has no pair, and so neither histogram nor error.
+TEST(Charts, AViewWithoutPairsIsDrawn) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    results["map_costs"] = Json::array();
+    for (Json& run : results["runs"]) {
+        run["visibility_histogram"] = std::vector<int>(256);
+        for (const auto& [key, value] : run.items())
+            if (key.ends_with("_count") || key.starts_with("mean_"))
+                run[key] = 0;
+    }
+    writeText(directory / "r.json", results.dump());
+    drawCharts(directory / "r.json", directory / "charts");
+    const Json charts = Json::parse(readText(directory / "charts/charts.json"))["charts"];
+    EXPECT_EQ(charts[0]["file"], "speed_accuracy_builtin_made_up");
 }
 
 TEST(Charts, VariantsByNameHaveAChartOfTheirOwn) {
@@ -163,7 +202,7 @@ TEST(Charts, VariantsByNameHaveAChartOfTheirOwn) {
         results["runs"].push_back(run);
     }
     writeText(directory / "v.json", results.dump());
-    drawCharts(SDAG_CHARTS, directory / "v.json", directory / "charts");
+    drawCharts(directory / "v.json", directory / "charts");
     const Json charts = Json::parse(readText(directory / "charts/charts.json"));
     ASSERT_EQ(charts["charts"].size(), 9u);
     EXPECT_EQ(charts["charts"][0]["file"], "variants_builtin_made_up");
@@ -177,8 +216,8 @@ TEST(Charts, AnErrorOfZeroStandsOnTheAxis) {
         if (run["method"] == "dag")
             run["false_light_count"] = 0;
     writeText(directory / "z.json", results.dump());
-    drawCharts(SDAG_CHARTS, directory / "r.json", directory / "some");
-    drawCharts(SDAG_CHARTS, directory / "z.json", directory / "none");
+    drawCharts(directory / "r.json", directory / "some");
+    drawCharts(directory / "z.json", directory / "none");
     const auto legendAndMarks = [&](const std::string& charts) {
         const std::string svg = readText(directory / (charts + "/resolution_builtin_made_up.svg"));
         size_t count = 0; // the sky-blue of false light: its line, its legend, every mark

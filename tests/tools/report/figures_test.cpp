@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// figures.py on made-up sequences: every figure with its data and claims, and what it refuses.
-#include "tools/report/charts_run.h"
-
+// The command figures on made-up sequences: every figure with its data and claims, and what it
+// refuses.
 #include "cuda/error.h"
-#include "tests/tools/temporary_directory.h"
+#include "tests/tools/report/report_runner.h"
 #include "tools/settings/json.h"
 
 #include <gmock/gmock.h>
@@ -30,14 +29,21 @@ void makeSequence(const std::string& path, const std::string& commit,
     writeText(path, text);
 }
 
-/// Returns what the script says of results that it must refuse: one line, no traceback.
+void drawFigures(const std::string& results, const std::string& directory,
+                 const std::vector<std::string>& more = {}) {
+    std::vector<std::string> arguments{"figures", results, "-o", directory};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    runReportPackage(kReportPackage, arguments);
+}
+
+/// Returns what the command says of results that it must refuse: one line, no traceback.
 std::string refusal(const std::string& results, const std::string& directory,
                     const std::vector<std::string>& more = {}, ErrorKind kind = ErrorKind::kInput) {
     try {
-        drawCharts(SDAG_FIGURES, results, directory, more);
+        drawFigures(results, directory, more);
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), kind);
-        EXPECT_THAT(error.what(), testing::StartsWith("figures.py: "));
+        EXPECT_THAT(error.what(), testing::StartsWith("figures: "));
         EXPECT_THAT(error.what(), testing::Not(HasSubstr("\n")));
         return error.what();
     }
@@ -56,7 +62,7 @@ Json madeUp(const TemporaryDirectory& directory, const std::vector<std::string>&
 TEST(Figures, EachIsDrawnWithItsDataItsCaptionAndWhatThePaperStates) {
     const TemporaryDirectory directory;
     makeSequence(directory / "r.json", "c1");
-    drawCharts(SDAG_FIGURES, directory / "r.json", directory / "figures");
+    drawFigures(directory / "r.json", directory / "figures");
     const Json charts = Json::parse(readText(directory / "figures/charts.json"));
     ASSERT_EQ(charts["charts"].size(), 8u);
     for (int figure = 10; figure <= 17; ++figure) {
@@ -80,7 +86,7 @@ TEST(Figures, EachIsDrawnWithItsDataItsCaptionAndWhatThePaperStates) {
 TEST(Figures, ClaimsAreHeldAgainstTheData) {
     const TemporaryDirectory directory;
     makeSequence(directory / "r.json", "c1");
-    drawCharts(SDAG_FIGURES, directory / "r.json", directory / "figures", {"--figure", "15"});
+    drawFigures(directory / "r.json", directory / "figures", {"--figure", "15"});
     const Json data = Json::parse(readText(directory / "figures/figure_15_builtin_made_up.json"));
     const auto claim = [&](const std::string& start) {
         for (const Json& one : data["claims"])
@@ -100,7 +106,7 @@ TEST(Figures, ClaimsAreHeldAgainstTheData) {
 TEST(Figures, StepsOfCullingAreSharesOfTheirSumAndStagesAreDrawnInGroups) {
     const TemporaryDirectory directory;
     makeSequence(directory / "r.json", "c1", {"PMCD-EB", "RT"});
-    drawCharts(SDAG_FIGURES, directory / "r.json", directory / "figures", {"--figure", "13"});
+    drawFigures(directory / "r.json", directory / "figures", {"--figure", "13"});
     const Json steps = Json::parse(readText(directory / "figures/figure_13_builtin_made_up.json"));
     // Made up at frame 0: resolution 0.4, boxes 0.6, hierarchy 0.2, masks 1.5, blocks 0.5, query
     // 0.8, tests 4 ms, of 8.0; the last frame's tests take 5.
@@ -110,7 +116,7 @@ TEST(Figures, StepsOfCullingAreSharesOfTheirSumAndStagesAreDrawnInGroups) {
     EXPECT_EQ(steps["claims"][0]["measured"], "tests of masks and depths");
     EXPECT_EQ(steps["claims"][0]["holds"], false);
     EXPECT_EQ(steps["claims"][1]["measured"], "10.0 %"); // 0.8 of 8.0
-    drawCharts(SDAG_FIGURES, directory / "r.json", directory / "figures", {"--figure", "12"});
+    drawFigures(directory / "r.json", directory / "figures", {"--figure", "12"});
     const Json stages = Json::parse(readText(directory / "figures/figure_12_builtin_made_up.json"));
     EXPECT_NEAR(stages["series"]["PMCD-EB: culling (ms)"][0].get<double>(), 6.1, 1e-9);
     EXPECT_NEAR(stages["series"]["PMCD-EB: page allocation (ms)"][0].get<double>(), 0.8, 1e-9);
@@ -123,7 +129,7 @@ TEST(Figures, CommitsByTheDriverAreShownAsSuch) {
     Json results = madeUp(directory, {"PMCD-EB", "PMCD-EB-SO"});
     const auto draw = [&](const char* output) {
         writeText(directory / "r.json", results.dump());
-        drawCharts(SDAG_FIGURES, directory / "r.json", directory / output, {"--figure", "11"});
+        drawFigures(directory / "r.json", directory / output, {"--figure", "11"});
         return Json::parse(readText(directory / output + "/figure_11_builtin_made_up.json"));
     };
     const Json ours = draw("ours");
@@ -142,7 +148,7 @@ TEST(Figures, WhatIsNotMeasuredIsLeftOutByNameUnlessAskedFor) {
     for (Json& row : results["sequence_runs"])
         row.erase("triangle_sphere_count");
     writeText(directory / "r.json", results.dump());
-    drawCharts(SDAG_FIGURES, directory / "r.json", directory / "figures");
+    drawFigures(directory / "r.json", directory / "figures");
     const Json charts = Json::parse(readText(directory / "figures/charts.json"));
     EXPECT_EQ(charts["charts"].size(), 4u); // 10, 12, 13, 17
     EXPECT_THAT(
@@ -174,12 +180,42 @@ TEST(Figures, ScenesWhoseNamesDifferHaveFilesThatDiffer) {
         }
     results["sequence_runs"] = rows;
     writeText(directory / "r.json", results.dump());
-    drawCharts(SDAG_FIGURES, directory / "r.json", directory / "figures", {"--figure", "10"});
+    drawFigures(directory / "r.json", directory / "figures", {"--figure", "10"});
     const Json charts = Json::parse(readText(directory / "figures/charts.json"));
     ASSERT_EQ(charts["charts"].size(), 3u);
     EXPECT_EQ(charts["charts"][0]["file"], "figure_10_a_glb");
     EXPECT_EQ(charts["charts"][1]["file"], "figure_10_a_glb_2");
     EXPECT_EQ(charts["charts"][2]["file"], "figure_10__a");
+}
+
+TEST(Figures, FiguresOfAnEarlierRunAreRemovedAndNothingElse) {
+    const TemporaryDirectory directory;
+    const auto has = [&](const std::string& name) {
+        return std::filesystem::exists(directory / ("figures/" + name));
+    };
+    makeSequence(directory / "r.json", "c1", {"PMCD-EB", "RT"});
+    drawFigures(directory / "r.json", directory / "figures");
+    ASSERT_TRUE(has("figure_12_builtin_made_up.csv"));
+    for (const char* name : {"figure_12_mine.svg", "notes.txt"})
+        writeText(directory / ("figures/" + std::string(name)), "mine");
+    Json results = Json::parse(readText(directory / "r.json"));
+    Json none = results;
+    none["sequence_runs"] = Json::array({results["sequence_runs"][0]});
+    none["sequence_runs"][0]["label"] = none["sequence_runs"][0]["method"] = "embree";
+    none["sequence_runs"][0]["stages_ms"] = Json::object();
+    writeText(directory / "none.json", none.dump());
+    drawFigures(directory / "none.json", directory / "figures");
+    EXPECT_TRUE(has("figure_12_builtin_made_up.csv")) << "nothing was drawn: nothing is replaced";
+    for (Json& row : results["sequence_runs"])
+        row["scene"] = "other";
+    writeText(directory / "r.json", results.dump());
+    drawFigures(directory / "r.json", directory / "figures", {"--figure", "15"});
+    for (const char* kind : {"svg", "png", "csv", "json", "txt"}) {
+        EXPECT_FALSE(has("figure_12_builtin_made_up." + std::string(kind)));
+        EXPECT_TRUE(has("figure_15_other." + std::string(kind)));
+    }
+    EXPECT_TRUE(has("figure_12_mine.svg"));
+    EXPECT_TRUE(has("notes.txt"));
 }
 
 TEST(Figures, OtherFilesAndLinesOfDifferentCommitsAreRefused) {
@@ -188,10 +224,10 @@ TEST(Figures, OtherFilesAndLinesOfDifferentCommitsAreRefused) {
     makeSequence(directory / "b.json", "c2");
     writeText(directory / "c.json", "{}");
     std::string said;
-    EXPECT_EQ(runProgram({"/usr/bin/python3", SDAG_FIGURES, directory / "a.json",
-                          directory / "b.json", "-o", directory / "x"},
-                         &said),
-              3);
+    EXPECT_EQ(
+        runReport({"figures", directory / "a.json", directory / "b.json", "-o", directory / "x"},
+                  &said),
+        3);
     EXPECT_THAT(said, HasSubstr("lines of different commits"));
     EXPECT_THAT(refusal(directory / "c.json", directory / "x"),
                 HasSubstr("c.json: not a results file of compare"));
@@ -203,18 +239,13 @@ TEST(Figures, WrongShapesAreRefusedByPlace) {
     // One Python for all: it is asked as a program would be, file by file.
     std::vector<std::string> messages, asked{"/usr/bin/python3", "-c", R"(
 import os, sys
-sys.dont_write_bytecode = True
 sys.path.insert(0, os.path.dirname(sys.argv[1]))
-import figures
+from shadowdag_report.__main__ import main
 for path in sys.argv[2:]:
-    sys.argv = ["figures.py", path, "-o", os.path.join(os.path.dirname(path), "x"), "--figure", "15"]
-    try:
-        figures.main()
-        print("no error")
-    except SystemExit as end:
-        print(f"status {end.code}", file=sys.stderr)
+    status = main(["figures", path, "-o", os.path.join(os.path.dirname(path), "x"), "--figure", "15"])
+    print(f"status {status}", file=sys.stderr)
 )",
-                                             SDAG_FIGURES};
+                                             kReportPackage};
     const auto refused = [&](const std::string& text, const std::string& message) {
         asked.push_back(directory / ("r" + std::to_string(messages.size()) + ".json"));
         writeText(asked.back(), text);
@@ -259,7 +290,7 @@ for path in sys.argv[2:]:
         std::string said, status;
         std::getline(lines, said);
         std::getline(lines, status);
-        EXPECT_THAT(said, testing::AllOf(testing::StartsWith("figures.py: "), HasSubstr(message)));
+        EXPECT_THAT(said, testing::AllOf(testing::StartsWith("figures: "), HasSubstr(message)));
         EXPECT_EQ(status, "status 3") << said;
     }
     std::string rest;

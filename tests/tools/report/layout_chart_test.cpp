@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// layout_chart.py on the committed measurements of layouts, and on a file that is none.
-#include "tests/tools/temporary_directory.h"
-#include "tools/report/charts_run.h"
+// The command layouts on the committed measurements of layouts, and on a file that is none.
+#include "tests/tools/report/report_runner.h"
 #include "tools/settings/json.h"
 
 #include <gmock/gmock.h>
@@ -14,8 +13,7 @@ namespace {
 constexpr const char* kData = SDAG_SOURCE_DIR "/tests/bench/results/layouts.json";
 
 int draw(const std::string& data, const std::string& directory, std::string* text) {
-    const std::string script = std::string(SDAG_SOURCE_DIR) + "/tools/report/layout_chart.py";
-    return runProgram({"/usr/bin/python3", script, data, "-o", directory}, text);
+    return runReport({"layouts", data, "-o", directory}, text);
 }
 
 } // namespace

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// regret_chart.py on made results whose regret is known, and on files that it cannot draw.
-#include "tests/tools/temporary_directory.h"
-#include "tools/report/charts_run.h"
+// The command regret on made results whose regret is known, and on files that it cannot draw.
+#include "tests/tools/report/report_runner.h"
 #include "tools/settings/json.h"
 
 #include <gmock/gmock.h>
@@ -55,9 +54,7 @@ Json madeResults() {
 
 int draw(const TemporaryDirectory& directory, const Json& results, std::string* text) {
     writeText(directory / "results.json", jsonText(results));
-    return runProgram({"/usr/bin/python3", SDAG_SOURCE_DIR "/tools/report/regret_chart.py",
-                       directory / "results.json", "-o", directory / "charts"},
-                      text);
+    return runReport({"regret", directory / "results.json", "-o", directory / "charts"}, text);
 }
 
 } // namespace

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/report/report.h"
-
+// The page of compare on made-up results, and rows as comma-separated values.
 #include "hybrid/frame.h"
+#include "tests/tools/report/report_runner.h"
+#include "tools/report/csv.h"
 #include "tools/workspace/frame_json.h"
 
 #include <gmock/gmock.h>
@@ -69,6 +70,10 @@ Json madeUpResults(const Json& runs) {
          {{{"scene", "builtin:made-up"}, {"frame", 3}, {"file", "images/truth.png"}}}}};
 }
 
+std::string pageOfCompare(const Json& results) {
+    return pageOf("compare", "results.json", results);
+}
+
 /// Returns what stands between two texts, the first of each; fails where one is missing.
 std::string between(const std::string& text, const std::string& from, const std::string& to) {
     const size_t begin = text.find(from);
@@ -93,7 +98,7 @@ std::vector<std::string> firstRow(const std::string& html) {
 
 TEST(Report, TheTableHoldsEveryNumberOfARunUnderItsHeading) {
     const std::string html =
-        reportHtml(madeUpResults(Json::array({madeUpRun("maps", "maps", 100.25)})), Json());
+        pageOfCompare(madeUpResults(Json::array({madeUpRun("maps", "maps", 100.25)})));
     const std::vector<std::string> expected = {"maps",
                                                "builtin:made-up",
                                                "3",
@@ -124,12 +129,12 @@ TEST(Report, TheTableHoldsEveryNumberOfARunUnderItsHeading) {
 }
 
 TEST(Report, FindingsNameThePureMethodsAndTheFastestHybrid) {
-    const std::string findings = between(
-        reportHtml(madeUpResults({madeUpRun("embree", "embree", 50), madeUpRun("maps", "maps", 100),
-                                  madeUpRun("hybrid", "hybrid slow 512^3", 90),
-                                  madeUpRun("hybrid", "hybrid fast 512^3", 80)}),
-                   Json()),
-        "<ul>", "</ul>");
+    const std::string findings =
+        between(pageOfCompare(madeUpResults({madeUpRun("embree", "embree", 50),
+                                             madeUpRun("maps", "maps", 100),
+                                             madeUpRun("hybrid", "hybrid slow 512^3", 90),
+                                             madeUpRun("hybrid", "hybrid fast 512^3", 80)})),
+                "<ul>", "</ul>");
     EXPECT_THAT(findings, HasSubstr("builtin:made-up, frame 3"));
     EXPECT_THAT(findings, HasSubstr("embree 50.0 ms; maps 100.0 ms at 2.50 % wrong pairs"));
     EXPECT_THAT(findings,
@@ -141,9 +146,8 @@ TEST(Report, FindingsNameThePureMethodsAndTheFastestHybrid) {
 }
 
 TEST(Report, AFullPoolIsSaidInFindingsTableAndPictures) {
-    const std::string html = reportHtml(
-        madeUpResults({fullPool(madeUpRun("maps", "maps", 100)), madeUpRun("dag", "dag", 90)}),
-        Json());
+    const std::string html = pageOfCompare(
+        madeUpResults({fullPool(madeUpRun("maps", "maps", 100)), madeUpRun("dag", "dag", 90)}));
     const std::string note =
         "pool full: resolutions divided by 1.41; wanted 27641 pages, 15156 fit";
     const std::string findings = between(html, "<ul>", "</ul>");
@@ -154,9 +158,8 @@ TEST(Report, AFullPoolIsSaidInFindingsTableAndPictures) {
 }
 
 TEST(Report, PictureRowsShowMethodTruthErrorAndRouteAndFoldSomeHybrids) {
-    const std::string html = reportHtml(
-        madeUpResults({madeUpRun("maps", "maps", 100), madeUpRun("hybrid", "hybrid x", 80)}),
-        Json());
+    const std::string html = pageOfCompare(
+        madeUpResults({madeUpRun("maps", "maps", 100), madeUpRun("hybrid", "hybrid x", 80)}));
     const std::string row = between(html, "<h3>maps: 100.0 ms, 2.00 % false shadow", "</div>");
     size_t at = 0;
     for (const char* file :
@@ -191,10 +194,21 @@ TEST(Report, CsvGivesNestedKeysTheirOwnColumns) {
     EXPECT_EQ(runsCsv(Json::array()), "");
 }
 
+TEST(Report, ResultsWithoutARunStillHaveAPage) {
+    const TemporaryDirectory directory;
+    writeText(directory / "results.json", madeUpResults(Json::array()).dump());
+    std::string said;
+    ASSERT_EQ(runReport({"compare", directory.path()}, &said), 0) << said;
+    EXPECT_THAT(readText(directory / "index.html"), HasSubstr("0 runs on builtin:made-up"));
+    writeText(directory / "results.json", R"({"provenance": {}, "runs": [{}]})");
+    EXPECT_EQ(runReport({"compare", directory.path(), "--no-charts"}, &said), 3);
+    EXPECT_THAT(said, HasSubstr("results.json: not a results file of compare: KeyError"));
+}
+
 TEST(Report, NamesCannotBecomeMarkup) {
     Json results = madeUpResults(Json::array({madeUpRun("maps", "<script>alert(2)</script>", 1)}));
     results["experiment"]["title"] = "<script>alert(1)</script>";
-    const std::string html = reportHtml(results, Json());
+    const std::string html = pageOfCompare(results);
     EXPECT_EQ(html.find("<script>alert"), std::string::npos);
     EXPECT_THAT(html, testing::HasSubstr("&lt;script&gt;alert(1)"));
     EXPECT_THAT(html, testing::HasSubstr("&lt;script&gt;alert(2)"));

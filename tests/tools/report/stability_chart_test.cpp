@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The charts of stability, drawn from made numbers: parts, methods, and what captions say.
+#include "tests/tools/report/report_runner.h"
 #include "tests/tools/temporary_directory.h"
-#include "tools/report/charts_run.h"
 #include "tools/studies/stability.h"
 
 #include <gmock/gmock.h>
@@ -46,9 +46,8 @@ TEST(StabilityChart, DrawsThePartsThatAreThereAndRefusesOtherFiles) {
     const TemporaryDirectory directory;
     const auto draw = [&](const Json& results, std::string* text) {
         writeText(directory / "stability.json", jsonText(results));
-        return runProgram({"/usr/bin/python3", SDAG_SOURCE_DIR "/tools/report/stability_chart.py",
-                           directory / "stability.json", "-o", directory / "charts"},
-                          text);
+        return runReport(
+            {"stability-charts", directory / "stability.json", "-o", directory / "charts"}, text);
     };
     std::string text;
     Json results = madeResults();
@@ -97,11 +96,10 @@ TEST(StabilityChart, DrawsEveryMethodThatErrsUnderPerturbation) {
                 row["wrong_share"] = row["wrong_share_unperturbed"] = 0.1;
         writeText(directory / "stability.json", jsonText(results));
         std::string text;
-        ASSERT_EQ(
-            runProgram({"/usr/bin/python3", SDAG_SOURCE_DIR "/tools/report/stability_chart.py",
-                        directory / "stability.json", "-o", directory / "charts"},
-                       &text),
-            0)
+        ASSERT_EQ(runReport({"stability-charts", directory / "stability.json", "-o",
+                             directory / "charts"},
+                            &text),
+                  0)
             << text;
         const std::string svg = readText(directory / "charts/stability_perturbation.svg");
         for (const char* method : {"maps", "dag", "hybrid"})

@@ -4,8 +4,8 @@
 
 #include "cuda/backend.h"
 #include "cuda/error.h"
+#include "tests/tools/report/report_runner.h"
 #include "tests/tools/temporary_directory.h"
-#include "tools/report/charts_run.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -163,7 +163,11 @@ TEST(Mechanisms, MeasuresBothSidesExactly) {
         EXPECT_LT(scene["own_ratio"].get<double>(), 1.0);
     EXPECT_THAT(mechanismsCsv(results),
                 HasSubstr("face-masks,maps,static_optimization=off,culling=sphere,culling=cfm"));
-    EXPECT_THAT(mechanismsHtml(results, Json::object(), ""), HasSubstr("id=\"half-resolution\""));
+    Json written = results;
+    written["provenance"] = Json::object();
+    written["disagreements"] = disagreements(results);
+    EXPECT_THAT(pageOf("mechanisms", "mechanisms.json", written),
+                HasSubstr("id=\"half-resolution\""));
 
     setThreadCount(1);
     const Json one = compareMechanisms(smallRequest(names));
@@ -221,9 +225,8 @@ TEST(Mechanisms, ChartIsDrawnAndNonsenseRefused) {
     const TemporaryDirectory directory;
     const auto draw = [&](const std::string& text, std::string& said) {
         writeText(directory / "mechanisms.json", text);
-        return runProgram({"/usr/bin/python3", SDAG_SOURCE_DIR "/tools/report/mechanisms_chart.py",
-                           directory / "mechanisms.json", "-o", directory / "charts"},
-                          &said);
+        return runReport(
+            {"mechanisms-chart", directory / "mechanisms.json", "-o", directory / "charts"}, &said);
     };
     Json scene = {
         {"scene", "builtin:made"}, {"is_failure", false}, {"own_ratio", 0.01}, {"time_ratio", 1.5}};

@@ -7,6 +7,7 @@
 #include "cuda/backend.h"
 #include "cuda/error.h"
 #include "scenes/fail_scenes.h"
+#include "tests/tools/report/report_runner.h"
 #include "tests/tools/temporary_directory.h"
 
 #include <gmock/gmock.h>
@@ -317,7 +318,7 @@ TEST(Stability, SmallGroupsHoldTheirBands) {
     request.width = 128;
     std::vector<double> shares;
     request.progress = [&](double share) { shares.push_back(share); };
-    const Json results = measureStability(request);
+    Json results = measureStability(request);
     EXPECT_THAT(unstableLines(results), IsEmpty());
     // Of rays 4 grids by 3 measures. Of cubes 17 motions by: wrong share and both of unexplained of
     // 4 methods; the mean error of maps where bands know it, 6 tiny ones and 2 scaled; and one
@@ -342,7 +343,10 @@ TEST(Stability, SmallGroupsHoldTheirBands) {
                                     row["wrong_share_unperturbed"].get<double>());
     }
     EXPECT_LT(tie, 0.8);
-    const std::string page = stabilityHtml(results, {{"commit", "c0ffee"}}, Json());
+    results["provenance"] = {{"commit", "c0ffee"}};
+    results["broken"] = unstableLines(results);
+    results["study"] = stabilityStudy();
+    const std::string page = pageOf("stability", "stability.json", results);
     EXPECT_THAT(page, HasSubstr("Every check holds"));
     EXPECT_THAT(page, HasSubstr("id=\"perturbation\""));
     EXPECT_THAT(page, testing::Not(HasSubstr("id=\"time\"")));

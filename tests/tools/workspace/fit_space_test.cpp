@@ -2,8 +2,8 @@
 // The model space of fit, the times it compares, and its chart.
 #include "tools/workspace/fit_space.h"
 
+#include "tests/tools/report/report_runner.h"
 #include "tests/tools/temporary_directory.h"
-#include "tools/report/charts_run.h"
 #include "tools/workspace/fit_measure.h"
 
 #include <gmock/gmock.h>
@@ -165,11 +165,9 @@ TEST(FrontierChart, DrawsAResultAndRefusesWhatIsNone) {
           model("dag-exact 256^3", "dag-exact", 0, 3'000'000),
           model("maps", "maps", 0.01, 90'000'000),
           Json{{"label", "never measured"}, {"method", "maps"}}}}};
-    const std::string script = SDAG_SOURCE_DIR "/tools/report/frontier_chart.py";
     const auto draw = [&](std::string* text) {
         writeText(directory / "f.json", jsonText(result));
-        return runProgram(
-            {"/usr/bin/python3", script, directory / "f.json", "-o", directory / "charts"}, text);
+        return runReport({"fit", directory / "f.json", "-o", directory / "charts"}, text);
     };
     std::string text;
     ASSERT_EQ(draw(&text), 0) << text;

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/report/report_package.h"
+
+#include "cuda/error.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+
+extern char** environ;
+
+namespace shadowdag {
+
+namespace {
+
+// Debian's own: another python on the path may lack the packages.
+constexpr const char* kPython = "/usr/bin/python3";
+constexpr const char* kPackage = "shadowdag_report";
+// What the package exits with when the data do not hold what was asked for, and when it cannot
+// write; it has said why in one line.
+constexpr int kRefused = 3, kUnwritten = 4;
+// Prints the Debian packages of the Python modules that are missing.
+constexpr const char* kFindMissing = R"(
+import importlib, sys
+for name in sys.argv[1:]:
+    try:
+        importlib.import_module(name)
+    except ImportError:
+        print(" python3-" + name, end="")
+)";
+
+/// Returns the path of the package: beside the program, or in ../share/shadowdag once installed; ""
+/// where it is missing.
+std::string packagePath() {
+    const std::filesystem::path directory = programDirectory();
+    for (const std::filesystem::path& candidate :
+         {directory / kPackage, directory.parent_path() / "share" / "shadowdag" / kPackage})
+        if (std::filesystem::exists(candidate / "__main__.py"))
+            return candidate.string();
+    return "";
+}
+
+/// Returns what is missing for pages, and for charts if they are drawn, with what to do; "" for
+/// nothing.
+std::string whatIsMissing(const std::string& path, bool drawsCharts) {
+    if (path.empty())
+        return std::string(kPackage) + " is missing beside " + programDirectory() +
+               "/shadowdag; build or install the program again";
+    std::vector<std::string> command{kPython, "-c", kFindMissing, "jinja2"};
+    if (drawsCharts)
+        command.push_back("matplotlib");
+    std::string packages;
+    if (runProgram(command, &packages) != 0)
+        packages = " python3 python3-jinja2 python3-matplotlib";
+    return packages.empty()
+               ? ""
+               : std::string(drawsCharts ? "charts need " : "the page needs ") + kPython +
+                     " with Jinja2" + (drawsCharts ? " and matplotlib" : "") + ": apt-get install" +
+                     packages;
+}
+
+} // namespace
+
+std::string programDirectory() {
+    std::error_code ignored;
+    return std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path().string();
+}
+
+int runProgram(const std::vector<std::string>& arguments, std::string* errorText) {
+    std::vector<char*> argv;
+    for (const std::string& argument : arguments)
+        argv.push_back(const_cast<char*>(argument.c_str())); // execve does not write to them
+    argv.push_back(nullptr);
+    int ends[2];
+    if (pipe2(ends, O_CLOEXEC) != 0)
+        return 127;
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDOUT_FILENO);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDERR_FILENO);
+    pid_t child = 0;
+    const int failed = posix_spawn(&child, argv[0], &actions, nullptr, argv.data(), environ);
+    posix_spawn_file_actions_destroy(&actions);
+    close(ends[1]);
+    std::string text;
+    char buffer[4096];
+    for (ssize_t count = 1; failed == 0 && count != 0;) {
+        count = read(ends[0], buffer, sizeof buffer);
+        if (count > 0)
+            text.append(buffer, size_t(count));
+        else if (count < 0 && errno != EINTR)
+            break;
+    }
+    close(ends[0]);
+    if (errorText != nullptr)
+        *errorText = text;
+    if (failed != 0)
+        return 127;
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    checkInterrupted();
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+ReportPackage::ReportPackage(bool drawsCharts, const Console& console, const std::string& remedy)
+    : path_(packagePath()), drawsCharts_(drawsCharts) {
+    const std::string missing = whatIsMissing(path_, drawsCharts);
+    if (missing.empty())
+        return;
+    if (drawsCharts)
+        throw Error(ErrorKind::kUsage, missing + (remedy.empty() ? "" : ", or " + remedy));
+    console.note("index.html is left out: " + missing);
+    path_.clear();
+}
+
+Json ReportPackage::writePage(const std::string& name, const std::string& directory) const {
+    if (hasPage() && drawsCharts_)
+        run({name, directory});
+    else if (hasPage())
+        run({name, directory, "--no-charts"});
+    std::ifstream file(directory + "/charts/charts.json");
+    return file ? Json::parse(file) : Json{{"charts", Json::array()}};
+}
+
+void ReportPackage::run(const std::vector<std::string>& arguments) const {
+    runReportPackage(path_, arguments);
+}
+
+void runReportPackage(const std::string& path, const std::vector<std::string>& arguments) {
+    std::vector<std::string> command{kPython, path};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    std::string said;
+    const int status = runProgram(command, &said);
+    if (status == 0)
+        return;
+    if (said.size() > 1500)
+        said = "..." + said.substr(said.size() - 1500);
+    if (status == kRefused || status == kUnwritten) {
+        said.erase(said.find_last_not_of('\n') + 1);
+        const size_t line = said.find_last_of('\n'); // warnings stand before
+        throw Error(status == kRefused ? ErrorKind::kInput : ErrorKind::kResource,
+                    line == std::string::npos ? said : said.substr(line + 1));
+    }
+    throw Error(ErrorKind::kResource, path + ": " + arguments.front() + " failed with status " +
+                                          std::to_string(status) + ": " + said);
+}
+
+std::vector<std::string> leftOutLines(const Json& charts) {
+    std::vector<std::string> lines;
+    for (const Json& figure : charts.value("left_out", Json::array()))
+        lines.push_back("figure " + std::to_string(figure["figure"].get<int>()) + " of " +
+                        figure["scene"].get<std::string>() + " is left out: it needs " +
+                        figure["needs"].get<std::string>());
+    return lines;
+}
+
+} // namespace shadowdag

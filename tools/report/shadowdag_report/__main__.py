@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The package's command line: one command a page or chart; each module of COMMANDS has declare(parser) and run(arguments).
+
+    python3 -m shadowdag_report COMMAND [ARGUMENT...]     or     python3 DIR/shadowdag_report COMMAND [ARGUMENT...]
+
+Exit status: 0 done, 1 wrong usage or a missing package, 3 the data do not hold what is asked for, 4 a file cannot be
+written. What is wrong is said in one line on standard error.
+"""
+import argparse
+import importlib
+import os
+import signal
+import sys
+
+sys.dont_write_bytecode = True  # an installed program leaves no files beside itself
+if not __package__:  # started as a directory: make it a package
+    sys.path[0] = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+from shadowdag_report.files import Refused  # noqa: E402
+
+USAGE, REFUSED, UNWRITTEN = 1, 3, 4
+PACKAGES = {"matplotlib": "python3-matplotlib", "numpy": "python3-matplotlib", "jinja2": "python3-jinja2"}
+COMMANDS = {  # name: (module, what it does)
+    "compare": ("pages.compare", "the page and charts of shadowdag compare"),
+    "failures": ("pages.failures", "the page of shadowdag compare failures"),
+    "stability": ("pages.stability", "the page and charts of shadowdag compare stability"),
+    "real": ("pages.real", "the page of shadowdag compare real"),
+    "mechanisms": ("pages.mechanisms", "the page and chart of shadowdag compare mechanisms"),
+    "ablation": ("pages.mechanisms", "the same of shadowdag study ablation"),
+    "charts": ("charts", "only the charts of shadowdag compare"),
+    "figures": ("figures", "the paper's figures of shadowdag compare --sequence"),
+    "stability-charts": ("charts.stability", "only the charts of shadowdag compare stability"),
+    "mechanisms-chart": ("charts.mechanisms", "only the chart of shadowdag compare mechanisms"),
+    "fit": ("charts.fit", "the chart of shadowdag fit"),
+    "regret": ("charts.regret", "what routing loses against the oracle"),
+    "bias": ("charts.bias", "what the bias of a map's lookup gives and costs"),
+    "layouts": ("charts.layouts", "bytes against ray rate of the voxels' layouts"),
+    "frame": ("charts.frame", "what a pair costs in a whole frame, beside Embree"),
+    "claims": ("claims", "the tables of measured claims in docs/results.md"),
+}
+
+
+def parser_of(name, module):
+    parser = argparse.ArgumentParser(prog=f"shadowdag_report {name}", description=module.__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    module.declare(parser)
+    return parser
+
+
+def usage():
+    width = max(map(len, COMMANDS))
+    return "usage: shadowdag_report COMMAND [ARGUMENT...]\n\n" + "\n".join(
+        f"  {name:<{width}}  {what}" for name, (_, what) in COMMANDS.items()) + "\n"
+
+
+def main(arguments):
+    """Runs a command; returns the exit status."""
+    if arguments[:1] in ([], ["-h"], ["--help"]) or arguments[0] not in COMMANDS:
+        print(usage(), end="", file=sys.stdout if arguments[:1] in (["-h"], ["--help"]) else sys.stderr)
+        return 0 if arguments[:1] in (["-h"], ["--help"]) else USAGE
+    name = arguments[0]
+
+    def end(status, message):
+        print(f"{name}: " + " ".join(str(message).splitlines()), file=sys.stderr)
+        return status
+
+    try:
+        module = importlib.import_module("shadowdag_report." + COMMANDS[name][0])
+        module.run(parser_of(name, module).parse_args(arguments[1:]))
+    except ModuleNotFoundError as missing:
+        package = PACKAGES.get((missing.name or "").split(".")[0])
+        if package is None:
+            raise
+        return end(USAGE, f"needs the Python module {missing.name}: apt-get install {package}")
+    except Refused as refusal:
+        return end(REFUSED, refusal)
+    except RecursionError:
+        return end(REFUSED, "the results are nested too deep; measure again")
+    except OSError as error:
+        return end(UNWRITTEN, f"{error.filename or 'output'}: cannot be written: {error.strerror or error}; "
+                   "free space there or name another directory")
+    return 0
+
+
+if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # so that nothing half written stays
+    sys.exit(main(sys.argv[1:]))

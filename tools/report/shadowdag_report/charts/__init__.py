@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Draws the charts of a compare from results.json files, as SVG and PNG, with charts.json: titles and captions.
+
+Lines of different commits are refused unless --mixed-commits is given.
+"""
+from ..collection import Charts
+from .bars import bytes_chart, stages_chart, variants_chart
+from .lod import lod_chart
+from .per_map import per_map
+from .resolution import histogram_chart, resolution_chart
+from .runs import load, over_frames
+from .speed_accuracy import speed_accuracy
+from .threshold import over_threshold
+
+
+def draw(paths, directory, mixed=False):
+    """Draws all charts that the runs of the files hold data for."""
+    all_runs, all_costs, experiment = load(paths, mixed)
+    charts = Charts(directory)
+    scenes = list(dict.fromkeys(run["scene"] for run in all_runs))
+    merged = {scene: over_frames([r for r in all_runs if r["scene"] == scene]) for scene in scenes}
+    for scene in scenes:  # what has a name of its own has a chart of its own
+        variants_chart(charts, scene, [r for r in merged[scene] if r["parameters"].get("variant")])
+        merged[scene] = [r for r in merged[scene] if not r["parameters"].get("variant")]
+    for scene in scenes:
+        speed_accuracy(charts, scene, merged[scene], experiment)
+    for scene in scenes:
+        runs, costs = merged[scene], [c for c in all_costs if c["scene"] == scene]
+        over_threshold(charts, scene, runs, experiment)
+        per_map(charts, scene, costs, "texels", "required face resolution (texels)", "per_map_texels",
+                "Time of a map by both methods over its resolution")
+        per_map(charts, scene, costs, "samples", "samples served", "per_map_samples",
+                "Time of a map by both methods over its samples")
+        bytes_chart(charts, scene, runs)
+        stages_chart(charts, scene, runs)
+        resolution_chart(charts, scene, runs)
+        lod_chart(charts, scene, runs)
+        histogram_chart(charts, scene, runs, experiment)
+    charts.finish()
+
+
+def declare(parser):
+    parser.add_argument("results", nargs="+", help="results.json files of compare")
+    parser.add_argument("-o", "--output", required=True, help="directory of the charts")
+    parser.add_argument("--mixed-commits", action="store_true", help="accept lines of different commits")
+
+
+def run(arguments):
+    draw(arguments.results, arguments.output, arguments.mixed_commits)

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Draws what a pair costs in a whole frame, ours beside Embree's, from results of `shadowdag bench voxel --json`.
+
+One group of bars a scene; the dashed line is a third of rtcOccluded16's time in that scene.
+"""
+import pathlib
+
+from ..collection import save_figure
+from ..files import expecting, read_json
+from ..style import COLUMN, SKY, VERMILION, plt
+
+COLORS = {"streams": SKY, "rtcOccluded16": VERMILION}
+
+
+def load(paths):
+    """Returns the results, each with a whole frame by known methods."""
+    results = []
+    for path in paths:
+        with expecting(path, "a result of bench voxel with a whole frame"):
+            result = read_json(path)
+            frame = result["frame"]
+            result["scene"], result["resolution"], frame["width"], frame["height"]
+            if "rtcOccluded16" not in {COLORS[m["method"]] and m["method"] for m in frame["methods"] if m["ns_per_pair"] > 0}:
+                raise ValueError("no rtcOccluded16")
+            results.append(result)
+    return results
+
+
+def declare(parser):
+    parser.add_argument("results", nargs="+")
+    parser.add_argument("-o", "--output", required=True, type=pathlib.Path, help="PICTURE.png; the SVG goes beside it")
+
+
+def run(arguments):
+    results = load(arguments.results)
+    figure, axes = plt.subplots(figsize=(COLUMN, 0.5 + 0.75 * len(results)))
+    y, ticks, names = 0.0, [], []
+    for result in results:
+        frame = result["frame"]
+        embree = next(m for m in frame["methods"] if m["method"] == "rtcOccluded16")["ns_per_pair"]
+        start = y
+        for method in frame["methods"]:
+            name = method["method"]
+            axes.barh(y, method["ns_per_pair"], 0.85, color=COLORS[name], edgecolor="black", linewidth=0.4,
+                      label=name if result is results[0] else None)
+            axes.annotate("{:.0f}".format(method["ns_per_pair"]), (method["ns_per_pair"], y), xytext=(2, 0),
+                          textcoords="offset points", va="center", fontsize=6)
+            y -= 1
+        axes.plot([embree / 3] * 2, [start + 0.5, y + 0.5], color="black", linestyle="--", linewidth=0.9,
+                  label="a third of rtcOccluded16" if result is results[0] else None)
+        ticks.append((start + y + 1) / 2)
+        names.append("{}\n{}³, {} × {}".format(pathlib.Path(result["scene"].removeprefix("builtin:")).stem.replace("_", " "),
+                                               result["resolution"], frame["width"], frame["height"]))
+        y -= 0.8
+    axes.set_yticks(ticks, names)
+    axes.set_xlabel("visibility of a pair, one thread (ns)")
+    axes.set_xlim(right=axes.get_xlim()[1] * 1.05)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.4, 1.0), ncol=2)
+    save_figure(figure, str(arguments.output.with_suffix("")), bbox_inches="tight")

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Speed against accuracy: error over frame time, with the Pareto front and the paper's threshold."""
+import math
+
+from ..style import (BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, place_labels,
+                     plain, plt, slug)
+from .runs import PAPER_TEXELS, equivalent_texels, series_name, sweeps, threshold_of
+
+
+def pareto(points):
+    """Returns the points (time, error) that no other beats in both, ascending in time."""
+    front, best = [], math.inf
+    for time, error in sorted(points):
+        if error < best:
+            front.append((time, error))
+            best = error
+    return front
+
+
+def rings_sentence(ringed, experiment):
+    """Says what the rings mark, and which of the paper's threshold and its equivalent has no run to put one on."""
+    equivalent = equivalent_texels(experiment)
+
+    def name(texels, near):
+        text = (f"the paper's {PAPER_TEXELS} texels" if texels == PAPER_TEXELS else
+                f"{equivalent:.0f} texels, the equivalent at {experiment['size']} of the paper's {PAPER_TEXELS}")
+        return text + ("" if abs(near - texels) < 0.5 else f" (nearest run: {plain(near)})")
+
+    if not ringed:
+        return ""
+    sentence = (" Rings mark " if len(ringed) > 1 else " The ring marks ") + " and ".join(name(*r) for r in ringed) + "."
+    absent = {PAPER_TEXELS, equivalent} - {texels for texels, _ in ringed}
+    return sentence + "".join(f" {texels:.0f} texels have no run of their own." for texels in absent)
+
+
+def speed_accuracy(charts, scene, runs, experiment):
+    methods = [r for r in runs if r["method"] != "embree"]
+    if not methods:
+        return
+    figure, axes = plt.subplots(figsize=(COLUMN, 3.0))
+    positive = [r["error"] for r in methods if r["error"] > 0]
+    floor = (min(positive) if positive else 1e-4) / 4
+    height = lambda run: 100 * max(run["error"], floor)
+    series = sweeps(runs)
+    styles = [(BLUE, "o"), (GREEN, "s"), (PURPLE, "^"), (VERMILION, "v"), (BLACK, "P"), (ORANGE, "X")]
+    front = pareto([(r["time_ms"], height(r)) for r in methods])
+    if len(front) > 1:
+        xs, ys = zip(*front)
+        axes.step(xs, ys, where="post", color=GREY, linewidth=3.2, alpha=0.35, solid_capstyle="butt", zorder=1,
+                  label="Pareto front")
+    times, errors = [r["time_ms"] for r in methods], [height(r) for r in methods]
+    names = []  # labels of points: placed when all points stand
+    for i, (key, members) in enumerate(series.items()):
+        color, marker = styles[i % len(styles)]
+        name = series_name(key, list(series))
+        axes.plot([r["time_ms"] for r in members], [height(r) for r in members], color=color, marker=marker,
+                  markersize=3, linewidth=0.8, zorder=3, label="hybrid, thresholds" + (f" ({name})" if name else ""))
+    resolutions = [r for r in runs if r["method"] == "dag"]
+    resolutions = [r for r in resolutions if r["parameters"].get("lod") == resolutions[0]["parameters"].get("lod")]
+    resolutions.sort(key=lambda r: r["parameters"]["resolution"])
+    if resolutions:
+        axes.plot([r["time_ms"] for r in resolutions], [height(r) for r in resolutions], color=SKY, marker="D",
+                  markersize=4.6, linewidth=0.8, linestyle="--", zorder=4, markeredgecolor="black",
+                  markeredgewidth=0.4, label="rays alone (DAG)")
+        for run in resolutions if len(resolutions) > 1 else []:
+            names.append((run["time_ms"], height(run), f"{run['parameters']['resolution']}³",
+                          {"fontsize": 5.6, "color": "#2b6f96"}))
+    exact = sorted((r for r in runs if r["method"] == "dag-exact"), key=lambda r: r["parameters"]["resolution"])
+    if exact:
+        axes.plot([r["time_ms"] for r in exact], [height(r) for r in exact], color=YELLOW, marker="p", markersize=5.6,
+                  linewidth=0.8, linestyle=":", zorder=4, markeredgecolor="black", markeredgewidth=0.5,
+                  clip_on=False, label="DAG exact (error 0)" if not any(r["error"] for r in exact) else "DAG exact")
+    maps = sorted((r for r in runs if r["method"] == "maps"), key=lambda r: r["parameters"]["undersample"])
+    if maps:
+        axes.plot([r["time_ms"] for r in maps], [height(r) for r in maps], color=ORANGE, marker="s", markersize=4.6,
+                  linewidth=0.8, linestyle="--", zorder=4, markeredgecolor="black", markeredgewidth=0.4,
+                  label="maps alone")
+        for run in maps if len({r["parameters"]["undersample"] for r in maps}) > 1 else []:
+            names.append((run["time_ms"], height(run), f"u{run['parameters']['undersample']:g}",
+                          {"fontsize": 5.6, "color": "#8a5f00"}))
+    others = [r for r in runs if r["method"] == "hybrid" and threshold_of(r) is None]
+    for i, run in enumerate(others):
+        axes.plot(run["time_ms"], height(run), linestyle="none", marker="*PXdh"[i % 5], color=VERMILION,
+                  markersize=7 if i == 0 else 5, markeredgecolor="black", markeredgewidth=0.4, zorder=5,
+                  label=f"hybrid, {run['model'] if len(run['model']) < 22 else run['model'][:20] + '…'}")
+    equivalent = equivalent_texels(experiment)
+    marked, ringed, labels = [], [], []
+    if series:
+        members = next(iter(series.values()))
+        for texels, text in ((PAPER_TEXELS, "96 (paper)"), (equivalent, f"{equivalent:.0f} (96 at 1080p)")):
+            nearest = min((r for r in members if 0 < threshold_of(r) < math.inf),
+                          key=lambda r: abs(math.log(threshold_of(r) / texels)), default=None)
+            if nearest is None or abs(math.log2(threshold_of(nearest) / texels)) > 0.25 or nearest in marked:
+                continue
+            marked.append(nearest)
+            ringed.append((texels, threshold_of(nearest)))
+            axes.plot(nearest["time_ms"], height(nearest), marker="o", markersize=8, markerfacecolor="none",
+                      markeredgecolor="black", markeredgewidth=0.8, linestyle="none", zorder=6)
+            labels.append((nearest["time_ms"], height(nearest), text))
+        names = [(x, y, text, {"fontsize": 6}) for x, y, text in sorted(labels)] + names
+    truth = next((r for r in runs if r["method"] == "embree"), None)
+    if truth:
+        times = times + [truth["time_ms"]]
+        axes.axvline(truth["time_ms"], color=BLACK, linestyle=":", linewidth=0.9, label="Embree's rays alone (error 0)")
+    log_axis(axes.xaxis, min(times) / 1.35, max(times) * 1.35)
+    hasZero = any(r["error"] == 0 for r in methods)
+    log_axis(axes.yaxis, min(errors) if hasZero else min(errors) / 1.6, max(errors) * 1.6)
+    if hasZero:  # zero has no place on a logarithmic axis: its points stand on the frame
+        axes.annotate("0", (0, 0), xycoords="axes fraction", xytext=(-4, 0), textcoords="offset points", ha="right",
+                      va="center", fontsize=6.5)
+    axes.set_xlabel("frame time (ms)")
+    axes.set_ylabel("mean absolute visibility error (%)")
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, columnspacing=1.2, borderaxespad=0.3)
+    place_labels(axes, names, [(r["time_ms"], height(r)) for r in methods])
+    best = min(methods, key=lambda r: r["time_ms"])
+    exact = min(methods, key=lambda r: r["error"])
+    charts.save(figure, f"speed_accuracy_{slug(scene)}", f"Speed against accuracy, {scene}",
+                f"Down and left is better; the fastest is {best['label']} ({best['time_ms']:.1f} ms at "
+                f"{100 * best['error']:.2f} % error), the most exact {exact['label']} ({exact['time_ms']:.1f} ms at "
+                f"{100 * exact['error']:.2f} %)."
+                + rings_sentence(ringed, experiment))

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How lines over frames are drawn: a variant looks the same in every figure."""
+import re
+
+import numpy as np
+from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+from ..style import BLACK, BLUE, COLUMN, GREEN, ORANGE, PURPLE, SKY, VERMILION, log_axis, plt
+
+SPHERE = "sphere × 6 faces"
+# Okabe and Ito's and an olive; no two lines of a panel share a colour, and markers tell them apart without.
+COLORS = [BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK, "#8a7400"]
+LINES = ["--", (0, (5, 1, 1, 1, 1, 1)), "-.", "-", ":"]
+MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*", "<", ">", "h", "p"]
+# Variants as the paper has them and ours; by the part that tells them from their base.
+LOOKS = {SPHERE: 6, "CFM": 0, "PMC": 1, "PMCD": 2, "PMCD-EB": 3, "Nk3": 4, "PMCC-EB": 5, "LP": 7, "SO": 0, "SOR": 1,
+         "PLOD1": 4, "RT": 6, "Hybrid": 2, "Hybrid:texels:16": 5, "1SM": 0, "2SM": 1, "4SM": 3, "16SM": 2, "u2": 5,
+         "u4": 7, "T1": 1, "RL": 2}
+
+
+def style(label, i):
+    """Returns how a variant is drawn: as LOOKS has it, or by its place."""
+    look = LOOKS.get(label, LOOKS.get(label.split("-")[-1], i))
+    return {"color": COLORS[look % len(COLORS)], "linestyle": LINES[look % len(LINES)],
+            "marker": MARKERS[look % len(MARKERS)], "markersize": 3.2, "linewidth": 0.9, "markeredgewidth": 0,
+            "markevery": None, "clip_on": False, "zorder": 3}
+
+
+def maps_of(part):
+    """Returns n of a part nSM of a variant's name, 0 of others."""
+    return int(part[:-2]) if re.fullmatch("[0-9]{1,3}SM", part) else 0
+
+
+def is_detail(label_parts):
+    """Returns whether a variant differs in maps a light, undersampling, taps or order alone: lines that figures of
+    culling leave out."""
+    return any(maps_of(p) or p[:1] in ("u", "T") and p[1:2].isdigit() or p == "RL" for p in label_parts)
+
+
+def engineering(value, _=None):
+    """12 400 000 as 12.4 M."""
+    for limit, unit in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if abs(value) >= limit:
+            return f"{value / limit:.3g} {unit}"
+    return f"{value:.3g}"
+
+
+def axes_over_frames(sequence, axes, label, height=None):
+    axes.set_xlabel("frame")
+    axes.set_ylabel(label)
+    axes.xaxis.set_major_locator(MaxNLocator(7, integer=True))
+    if len(sequence.frames) > 1:
+        axes.set_xlim(sequence.frames[0], sequence.frames[-1])
+
+
+def legend_above(axes, count, columns=3):
+    axes.legend(loc="lower left", bbox_to_anchor=(-0.12, 1.0), ncol=min(columns, count), columnspacing=1.0,
+                borderaxespad=0.2, handlelength=2.6, labelspacing=0.35, fontsize=6)
+
+
+def draw_lines(sequence, axes, columns):
+    every = max(1, len(sequence.frames) // 12)
+    for i, (name, values) in enumerate(columns.items()):
+        look = style(name, i)
+        look["markevery"] = (i % every, every)
+        axes.plot(sequence.frames, values, label=name, **look)
+
+
+def is_of_culling(sequence, label):
+    """Returns whether a line belongs to the upper panel: the steps of culling, each beyond the one before."""
+    return label == SPHERE or (label in sequence.maps()
+                               and not any(p in ("SO", "SOR") or p.startswith("PLOD") for p in sequence.parts(label)))
+
+
+def draw_panels(sequence, columns, label, prepare):
+    """Draws the lines in two panels with one scale: how culling tells on them; what reuse, levels of detail and rays do.
+    One panel where few lines are asked. prepare(axes): its scale."""
+    upper = {l: v for l, v in columns.items() if is_of_culling(sequence, l)}
+    lower = {l: v for l, v in columns.items() if l not in upper}
+    base = base_of(sequence)
+    if base in upper and lower:
+        lower = {base: upper[base]} | lower
+    panels = [p for p in (upper, lower) if p] if len(columns) > 5 else [columns]
+    heights = [1.35 + 0.12 * -(-len(p) // 3) for p in panels]
+    figure, grid = plt.subplots(len(panels), 1, figsize=(COLUMN, 0.3 + sum(heights)), sharex=True, sharey=True,
+                                squeeze=False, gridspec_kw={"height_ratios": heights})
+    for axes, lines in zip(grid[:, 0], panels):
+        draw_lines(sequence, axes, lines)
+        axes_over_frames(sequence, axes, label)
+        if axes is not grid[-1, 0]:
+            axes.set_xlabel("")
+        prepare(axes)
+        legend_above(axes, len(lines))
+    return figure
+
+
+def percent(value):
+    return f"{value:+.1f} %"
+
+
+def logarithmic(axes, columns):
+    """Gives an axis a logarithmic scale that holds all values above 0."""
+    positive = [v for values in columns for v in values if v > 0]
+    if positive:
+        log_axis(axes.yaxis, min(positive) / 1.3, max(positive) * 1.3)
+        axes.yaxis.set_major_formatter(FuncFormatter(engineering))
+
+
+def change(sequence, a, b, key):
+    """Returns the change from a to b in percent, frame by frame."""
+    before, after = sequence.values(a, key), sequence.values(b, key)
+    return 100 * (after - before) / np.maximum(before, 1e-12)
+
+
+def spread(values, text):
+    return f"{text(np.min(values))} to {text(np.max(values))}, mean {text(np.mean(values))}"
+
+
+def base_of(sequence):
+    """Returns the variant that the others are held against."""
+    return next((l for l in ("PMCD-EB", "PMCD", "PMCC-EB") if sequence.has(l)), None)

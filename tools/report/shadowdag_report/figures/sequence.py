@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Frames in sequence as figures want them: checked row by row, by scene and variant over frames."""
+import json
+
+import numpy as np
+
+from ..files import Refused, expecting, read_json
+
+MOST = 1e18  # no time and no count of a frame is larger
+# What a stage is drawn as: the principal stages of the paper's figure 12. Others stand for themselves.
+PRINCIPAL = {
+    "batch boxes": "culling", "batch hierarchy": "culling", "culling masks": "culling", "culling query": "culling",
+    "culling tests": "culling", "page commit": "page allocation", "page clear": "page allocation",
+    "light assignment": "clusters, lights", "clusters": "clusters, lights", "pair pruning": "clusters, lights",
+    "resolution": "clusters, lights", "routing": "clusters, lights", "embree rays": "rays",
+}
+# Steps of culling, in their order, and what they are called: figure 13. "culling" is all but the first three in
+# results from before it was split.
+CULLING_STEPS = {
+    "resolution": "required resolution", "batch boxes": "update of batch boxes",
+    "batch hierarchy": "update of their hierarchy", "page masks": "page masks, projection maps",
+    "culling masks": "blocks of cell depths", "culling query": "hierarchy query", "culling tests": "tests of masks and depths",
+    "culling": "query and tests",
+}
+
+
+# Principal stages in the order of the frame.
+STAGES = ("scene update", "g-buffer", "clusters, lights", "page masks", "page allocation", "geometry copy", "culling",
+          "rasterization", "shading", "rays")
+
+
+class Missing(Exception):
+    """The results lack what a figure is drawn from; the text says what."""
+
+
+def is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and 0 <= value <= MOST
+
+
+def check_row(row, where):
+    """Refuses a row whose names or times cannot be drawn; counts are checked where they are read."""
+    if not isinstance(row, dict):
+        raise Refused(f"{where} is no object; measure again with compare --sequence")
+    names = {key: isinstance(row.get(key), str) and row[key] != "" for key in ("scene", "label", "method")}
+    stages = row.get("stages_ms")
+    right = names | {"label": names["label"] and row["label"][-1] != "-",
+                     "frame": is_number(row.get("frame")) and isinstance(row["frame"], int),
+                     "time_ms": is_number(row.get("time_ms")),
+                     "stages_ms": isinstance(stages, dict) and all(map(is_number, stages.values()))}
+    for key, is_right in right.items():
+        if not is_right:
+            raise Refused(f"{where}: \"{key}\" is {json.dumps(row.get(key))[:80]}, "
+                   "not as compare writes it; measure again with compare --sequence")
+
+
+def load(paths, mixed):
+    """Returns the rows of all sequences by scene, and the provenance and experiment of the first file."""
+    scenes, provenance, experiment, commits, lists = {}, None, None, {}, []
+    for path in paths:
+        with expecting(path, "a results file of compare"):
+            results = read_json(path)
+            commits.setdefault(results["provenance"]["commit"], path)
+            lists.append((path, results.get("sequence_runs", [])))
+            provenance = provenance or results["provenance"]
+            experiment = experiment or results["experiment"]
+    if len(commits) > 1 and not mixed:
+        raise Refused("lines of different commits: " + ", ".join(f"{c} in {p}" for c, p in commits.items())
+               + "; measure again with one program, or pass --mixed-commits")
+    for path, rows in lists:
+        if not isinstance(rows, list):
+            raise Refused(f"{path}: \"sequence_runs\" is no list; measure again with compare --sequence")
+        for i, row in enumerate(rows):
+            check_row(row, f"{path}: sequence_runs[{i}]")
+            of_scene = scenes.setdefault(row["scene"], {})
+            if (row["label"], row["frame"]) in of_scene:
+                raise Refused(f"{path}: sequence_runs[{i}]: frame {row['frame']} of {row['label']} in {row['scene']} stands there "
+                       "twice; give each measurement once")
+            of_scene[row["label"], row["frame"]] = row
+    if not scenes:
+        raise Refused(f"{', '.join(paths)}: holds no frames in sequence; run compare --sequence --variants paper")
+    return scenes, provenance, experiment
+
+
+class Sequence:
+    """The rows of one scene: by variant, over frames."""
+
+    def __init__(self, scene, rows):
+        """rows: {(label, frame): row}"""
+        self.scene, self.rows = scene, rows
+        self.frames = sorted({frame for _, frame in rows})
+        self.labels = list(dict.fromkeys(label for label, _ in rows))
+        for label in self.labels:
+            for frame in self.frames:
+                if (label, frame) not in rows:
+                    raise Refused(f"{scene}: {label} lacks frame {frame}, which other variants have; measure all in one compare")
+
+    def led(self):
+        """Returns which frames follow another frame, all where none does: frame 0 is led in by itself, so that what is kept
+        from frame to frame has nothing to do there."""
+        led = np.array(self.frames) > 0
+        return led if led.any() else ~led
+
+    def has(self, *labels):
+        return all(label in self.labels for label in labels)
+
+    def values(self, label, key):
+        """Returns a quantity over frames. key: of the row, or a function of the row."""
+        def pick(row):
+            value = key(row) if callable(key) else row.get(key)
+            if value is None:
+                raise Missing(f"\"{key}\" of {label}")
+            if not is_number(value):
+                raise Refused(f"{self.scene}: \"{key}\" of {label} at frame {row['frame']} is {json.dumps(value)[:80]}, not a count; "
+                       "measure again with compare --sequence")
+            return float(value)
+        return np.array([pick(self.rows[label, frame]) for frame in self.frames])
+
+    def stage(self, label, name):
+        """Returns the time of a stage over frames, or of all that a principal stage holds."""
+        return self.values(label, lambda row: sum(ms for n, ms in row["stages_ms"].items()
+                                                  if n == name or PRINCIPAL.get(n) == name))
+
+    def names(self, labels):
+        """Returns the stages that any frame of the variants has."""
+        return list(dict.fromkeys(n for l in labels for f in self.frames for n in self.rows[l, f]["stages_ms"]))
+
+    def stages(self, labels):
+        """Returns the principal stages that any frame of the variants has, in the order of the frame."""
+        names = list(dict.fromkeys(PRINCIPAL.get(n, n) for n in self.names(labels)))
+        order = list(STAGES)
+        return sorted(names, key=lambda n: order.index(n) if n in order else len(order) + names.index(n))
+
+    def parts(self, label):
+        return label.split("-")
+
+    def maps(self):
+        """Returns the variants that draw every map, without Embree, rays and hybrids."""
+        return [l for l in self.labels if self.rows[l, self.frames[0]]["method"] == "maps"]

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes DIR/index.html out of DIR/results.json of `shadowdag compare`, with the charts in DIR/charts.
+
+Runs are drawn by the command charts, frames in sequence by the command figures.
+"""
+import os
+
+from markupsafe import Markup
+
+from .page import (Cell, count, cubed, decimal, declare, grouped, key_rows, number, percent, read_charts,
+                   read_results, text, wide, words, write_page)
+from .sequence_table import sequence_table
+
+WHAT = "a results file of compare"
+MEBI = 1024.0 * 1024.0
+# Pictures of other hybrids are folded away.
+SHOWN_MODELS = ("oracle", "texels:96", "texels:32")
+
+
+def pool_note(run):
+    """Returns what a run's page pool did when it was full, "" where it was not."""
+    notes = []
+    divisor = run.get("degrade_divisor", 1)
+    wanted, fit = run.get("pages_wanted_count", 0), run.get("page_count", 0)
+    if divisor > 1 or wanted > fit:
+        notes.append(f"pool full: resolutions divided by {divisor:.2f}; wanted {wanted} pages, {fit} fit")
+    if run.get("costs_degrade_divisor", 1) > 1:
+        notes.append("pool full where costs were measured: maps alone undivided, all together divided by "
+                     f"{run['costs_degrade_divisor']:.2f}, so that routes are of neither")
+    return "; ".join(notes)
+
+
+def unexplained(run):
+    return run["unexplained_false_shadow_count"] + run["unexplained_false_light_count"]
+
+
+def settled(run):
+    """Returns how many unexplained errors a shift aimed at the blocker finds, or the truth along the filter's own taps."""
+    return run.get("settled_false_shadow_count", 0) + run.get("settled_false_light_count", 0)
+
+
+def pool_cell(run):
+    note, divisor = pool_note(run), run.get("degrade_divisor", 1)
+    shown = f"full, ÷\u2009{divisor:.2f}" if note else "fits" if run["page_count"] else ""
+    return Cell(shown, divisor, note)
+
+
+COLUMNS = (  # heading, cell of a run
+    ("Run", lambda r: words(cubed(text(r["label"])))), ("Scene", lambda r: words(r["scene"])),
+    ("Frame", lambda r: count(r["frame"])), ("Time, ms", lambda r: decimal(r["time_ms"], 2)),
+    ("min to max", lambda r: Cell(f"{r['time_ms_min']:.2f} to {r['time_ms_max']:.2f}", r["time_ms_min"])),
+    ("Pool", pool_cell), ("Mean error", lambda r: decimal(r["mean_abs_visibility_error"], 5)),
+    ("False shadow, %", lambda r: decimal(percent(r, "false_shadow_count"), 3)),
+    ("False light, %", lambda r: decimal(percent(r, "false_light_count"), 3)),
+    ("Unexplained", lambda r: count(unexplained(r))), ("of these aimed", lambda r: count(settled(r))),
+    ("Acne", lambda r: count(r["acne_count"])), ("Contact", lambda r: count(r["contact_count"])),
+    ("RMSE", lambda r: decimal(r["rmse"], 4)), ("FLIP", lambda r: decimal(r["flip"], 4)),
+    ("Traced lights", lambda r: count(r["traced_light_count"])), ("Mapped", lambda r: count(r["mapped_light_count"])),
+    ("Rays", lambda r: count(r["ray_count"])), ("Pages", lambda r: count(r["page_count"])),
+    ("DAG, MiB", lambda r: decimal(r["dag_bytes"] / MEBI, 2)), ("Pages, MiB", lambda r: decimal(r["map_bytes"] / MEBI, 2)),
+)
+
+
+def finding(name, runs):
+    """Returns what the sentence about one frame says: the pure methods, the fastest hybrid, the pool, what is unexplained."""
+    def wrong(run):
+        return number(percent(run, "false_shadow_count") + percent(run, "false_light_count"), 2)
+
+    def time(run):
+        return f"{cubed(text(run['label']))} {run['time_ms']:.1f} ms"
+    parts = [time(r) + ("" if r["method"] == "embree" else f" at {wrong(r)} % wrong pairs")
+             for r in runs if r["method"] != "hybrid"]
+    fastest = min((r for r in runs if r["method"] == "hybrid"), key=lambda r: r["time_ms"], default=None)
+    if fastest is not None:
+        parts.append(f"the fastest hybrid ({cubed(text(fastest['label']))}) {fastest['time_ms']:.1f} ms at {wrong(fastest)} %")
+    full = [r for r in runs if pool_note(r)]
+    worst = max(full, key=lambda r: r.get("degrade_divisor", 1), default=None)
+    return {"name": name, "methods": "; ".join(parts), "run_count": len(runs), "full_count": len(full),
+            "worst": worst and f"{cubed(text(worst['label']))}: {pool_note(worst)}",
+            "unexplained": sum(map(unexplained, runs)), "settled": sum(map(settled, runs))}
+
+
+def findings(runs):
+    groups = {}
+    for run in runs:
+        groups.setdefault(f"{text(run['scene'])}, frame {run['frame']}", []).append(run)
+    return [finding(name, members) for name, members in groups.items()]
+
+
+def picture_groups(results):
+    """Returns, for each frame that has pictures, the runs shown at once and those folded away."""
+    groups = []
+    for truth in results["truth_images"]:
+        runs = [r | {"note": pool_note(r)} for r in results["runs"]
+                if r["scene"] == truth["scene"] and r["frame"] == truth["frame"] and "images" in r]
+        shown = [r for r in runs if r["method"] != "hybrid" or r["model"] in SHOWN_MODELS]
+        groups.append({"truth": truth, "shown": shown, "folded": [r for r in runs if r not in shown]})
+    return groups
+
+
+def scene_rows(scenes):
+    line = Markup("{}, hash {}, {} triangles, {} lights")
+    return [[words("scene"), wide(line.format(text(s["scene"]), text(s["scene_hash"]), grouped(s["triangle_count"]),
+                                              text(s["light_count"])))] for s in scenes]
+
+
+def write(directory, results, charts):
+    """Writes index.html. charts: entries of charts.json"""
+    runs, sequence = results["runs"], results.get("sequence_runs", [])
+    write_page(directory, "compare.html.j2", os.path.join(directory, "results.json"), WHAT, lambda: {
+        "title": results["experiment"]["title"] or "Shadows by rays and by maps: time against error",
+        "results": results, "runs": runs, "sequence": sequence, "charts": charts, "findings": findings(runs),
+        "left_out": results["provenance"].get("left_out", []), "sequence_table": sequence_table(sequence),
+        "headings": [heading for heading, _ in COLUMNS], "rows": [[cell(r) for _, cell in COLUMNS] for r in runs],
+        "pictures": picture_groups(results),
+        "provenance": key_rows(results["provenance"]) + scene_rows(results["scenes"]) + key_rows(results["experiment"])})
+
+
+def run(arguments):
+    directory = arguments.directory
+    results = read_results(directory, "results.json", WHAT)
+    charts, path = [], os.path.join(directory, "results.json")
+    if not arguments.no_charts and (results["runs"] or results.get("sequence_runs")):
+        if results.get("sequence_runs"):
+            from .. import figures as drawing
+        else:
+            from .. import charts as drawing
+        drawing.draw([path], os.path.join(directory, "charts"))
+        charts = read_charts(directory)
+    write(directory, results, charts)

@@ -1,0 +1,119 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What all pages share: the templates, which escape whatever they are given, cells of tables, and numbers as text."""
+import json
+import os
+from dataclasses import dataclass
+
+import jinja2
+from markupsafe import Markup
+
+from ..files import expecting, read_json, write_text
+
+TEMPLATES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "templates")
+
+
+@dataclass
+class Cell:
+    """A cell of a table. value: what it is sorted by; title: shown over it; is_wide: a sentence, which wraps"""
+    shown: str
+    value: float = None
+    title: str = ""
+    is_wide: bool = False
+
+    @property
+    def sorts_by(self):
+        return "" if self.value is None else f"{self.value:.9f}"
+
+
+def text(value):
+    """Returns a JSON value as text: texts as they are, all else as JSON writes it."""
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+
+
+def grouped(value):
+    """Returns a count with thin spaces between thousands."""
+    return Markup(f"{value:,.0f}".replace(",", "&#8239;"))
+
+
+def number(value, decimals):
+    return f"{value:.{decimals}f}"
+
+
+def cubed(label):
+    """Returns a run's label with the cube of its resolution raised."""
+    return label.replace("^3", "³")
+
+
+def count(value):
+    return Cell(grouped(value), value)
+
+
+def decimal(value, decimals):
+    return Cell(number(value, decimals), value)
+
+
+def words(value):
+    return Cell(text(value))
+
+
+def wide(value):
+    return Cell(text(value), is_wide=True)
+
+
+def marked(value, is_marked):
+    """Returns a cell whose text is bold where is_marked."""
+    return Cell(Markup("<b>{}</b>").format(text(value)) if is_marked else text(value))
+
+
+def bounds_cell(cell):
+    """Returns whether a study's cell holds its bounds, or which it breaks."""
+    return Cell(Markup("<b>broken:</b> {}").format(" ".join(map(text, cell["broken"]))) if cell["broken"] else "hold")
+
+
+def percent(row, key):
+    """Returns a count of a row as a share of its pairs, in percent."""
+    return 100 * row[key] / max(1, row["pair_count"])
+
+
+def key_rows(values):
+    """Returns the rows of a table of keys and values."""
+    return [[words(key), wide(value)] for key, value in values.items()]
+
+
+def environment():
+    made = jinja2.Environment(loader=jinja2.FileSystemLoader(TEMPLATES), autoescape=True, undefined=jinja2.StrictUndefined,
+                              trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True)
+    made.filters |= {"grouped": grouped, "number": number, "text": text, "cubed": cubed}
+    made.globals |= {"percent": percent}
+    return made
+
+
+def read_results(directory, name, what):
+    """Returns a directory's file of results. what: as in "a results file of compare" """
+    path = os.path.join(directory, name)
+    with expecting(path, what):
+        results = read_json(path)
+        results["provenance"].items()
+        return results
+
+
+def read_charts(directory):
+    """Returns the charts that the directory's charts.json lists."""
+    return read_json(os.path.join(directory, "charts", "charts.json"))["charts"]
+
+
+def write_page(directory, template, path, what, content):
+    """Writes a directory's index.html from a template. path, what: the data it is made of, for a refusal; content():
+    what the template shows"""
+    with expecting(path, what):
+        try:
+            html = environment().get_template(template).render(content())
+        except jinja2.UndefinedError as error:
+            raise KeyError(str(error)) from error
+    write_text(os.path.join(directory, "index.html"), html)
+
+
+def declare(parser):
+    """Declares what every command that writes a page takes."""
+    parser.add_argument("directory", help="the directory that holds the data and gets index.html")
+    parser.add_argument("--no-charts", action="store_true", help="leave out charts, which need matplotlib")

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes DIR/index.html out of DIR/real.json of `shadowdag compare real`: real scenes against their bounds."""
+import os
+
+from .page import bounds_cell, count, decimal, declare, key_rows, percent, read_results, words, write_page  # noqa: F401
+
+WHAT = "a result of compare real"
+COLUMNS = (  # heading, cell of a row
+    ("Method", lambda c: words(c["method"])), ("False shadow, %", lambda c: decimal(percent(c, "false_shadow_count"), 3)),
+    ("False light, %", lambda c: decimal(percent(c, "false_light_count"), 3)),
+    ("Mean error", lambda c: decimal(c["mean_abs_visibility_error"], 5)),
+    ("Unexplained", lambda c: count(c["unexplained_count"])), ("without a name", lambda c: count(c["unnamed_count"])),
+    ("Acne", lambda c: count(c["acne_count"])), ("Contact", lambda c: count(c["contact_count"])),
+    ("Missing taps", lambda c: count(c["missing_tap_count"])), ("Flicker", lambda c: count(c["flicker_count"])),
+    ("of answers", lambda c: count(c["flicker_answer_count"])), ("Maps drawn", lambda c: count(c["drawn_map_count"])),
+    ("traced", lambda c: count(c["traced_map_count"])), ("Bounds", bounds_cell),
+)
+
+
+def section(results, scene):
+    """Returns what the page says of a scene."""
+    cells = [c for c in results["cells"] if c["scene"] == scene]
+    first = cells[0]
+    known = [row for row in results["study"]["rows"] if row["name"] == scene]
+    pictures = [[("images/" + p["truth"], "The truth (Embree)")]
+                + [("images/" + c["image"], "errors of " + c["method"]) for c in cells if "image" in c]
+                for p in results["pictures"] if p["scene"] == scene]
+    return {"name": scene, "first": first, "pictures": pictures,
+            "what": [row["what"] for row in known if first["known"] != "another file"],
+            "dark": percent(first, "occluded_count"), "shows_edge": 0 < first["occluded_count"] < first["pair_count"],
+            "named": [errors for row in known for errors in row.get("unexplained", [])],
+            "rows": [[cell(c) for _, cell in COLUMNS] for c in cells]}
+
+
+def run(arguments):
+    directory = arguments.directory
+    results = read_results(directory, "real.json", WHAT)
+    write_page(directory, "real.html.j2", os.path.join(directory, "real.json"), WHAT, lambda: {
+        "title": "Shadows in real scenes: maps, voxel rays and both", "results": results,
+        "scenes": [section(results, scene) for scene in dict.fromkeys(c["scene"] for c in results["cells"])],
+        "headings": [heading for heading, _ in COLUMNS], "provenance": key_rows(results["provenance"])})

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes DIR/index.html out of DIR/stability.json of `shadowdag compare stability`, with the charts in DIR/charts: what
+every band says and why, every check.
+"""
+import math
+import os
+
+from .page import (Cell, declare, key_rows, marked, number, read_charts, read_results, text, wide,  # noqa: F401
+                   words, write_page)
+
+WHAT = "what compare stability writes"
+PARTS = {  # name: (title, what is measured)
+    "time": ("In time", "Points of surfaces are followed from frame to frame. An answer flickers when it changes and "
+             "Embree's does not. Held: by the same method and resolution in both frames."),
+    "perturbation": ("Under perturbation", "The same frame, its scene moved by next to nothing, far away, scaled or turned, "
+                     "each held against Embree's answers for that very scene."),
+    "numeric": ("Numerically", "Lines in all 26 directions and texels across the edges of a cube, against integers without "
+                "rounding. The slab test may accept what lies up to twice its margin outside of a voxel, a millionth of the "
+                "grid, and never lose what touches one."),
+    "resolution": ("Over resolution", "The rate is the slope of log error over log voxel or texel. Promised is 1 where "
+                   "outlines are resolved: an outline is wrong by up to a voxel or texel, so the wrong area is its length "
+                   "times that."),
+}
+
+
+def short(value):
+    return words(f"{value:.3g}")
+
+
+def room(check):
+    """Returns how far a value is from the nearer end of its band, as a share of the band's width."""
+    low, high, value = check["low"], check["high"], check["value"]
+    width = max(high - low, 1e-300)
+    return min((high - value) / width, (value - low) / width if low > 0 else math.inf)
+
+
+def check_rows(checks):
+    """Returns one line a band and method: how near the values come to an end of the band."""
+    lines = {}
+    for check in checks:
+        lines.setdefault((text(check["band"]), text(check["method"])), []).append(check)
+    rows = []
+    for (band, method), members in sorted(lines.items()):
+        worst, broken = min(members, key=room), sum(not c["holds"] for c in members)
+        rows.append([words(band), words(method), words(len(members)), marked(broken, broken),
+                     words(f"{worst['group']}, {worst['case']}"), short(worst["value"]),
+                     words(f"{worst['low']:.3g} to {worst['high']:.3g}")])
+    return rows
+
+
+def rate_rows(rates):
+    return [[words(r["group"]), words(r["method"]), words(r["case"]), words(number(r["slope"], 2)),
+             words(number(r["standard_error"], 2)),
+             words(f"{r['least_local']:.2f} to {r['greatest_local']:.2f}")] for r in rates]
+
+
+def all_rows(rows):
+    """Returns (headings, cells) of every row, without what is nested."""
+    keys = [key for key, value in rows[0].items() if not isinstance(value, (list, dict))]
+    return keys, [[short(row[key]) if isinstance(row.get(key), float) else words(row.get(key)) for key in keys]
+                  for row in rows]
+
+
+def section(results, charts, part):
+    title, lead = PARTS[part]
+    rows = results[part]
+    present = {row["group"] for row in rows}
+    return {"name": part, "title": title, "lead": lead, "rows": all_rows(rows), "row_count": len(rows),
+            "groups": [{"scene": ""} | row for row in results["study"]["rows"] if row["name"] in present],
+            "charts": [c for c in charts if c["part"] == part],
+            "checks": check_rows([c for c in results["checks"] if c["part"] == part]),
+            "rates": rate_rows(results["rates"]) if part == "resolution" else []}
+
+
+def run(arguments):
+    directory, charts = arguments.directory, []
+    results, path = read_results(directory, "stability.json", WHAT), os.path.join(directory, "stability.json")
+    if not arguments.no_charts:
+        from ..charts import stability as drawing
+        drawing.draw(path, os.path.join(directory, "charts"))
+        charts = read_charts(directory)
+    write_page(directory, "stability.html.j2", path, WHAT, lambda: {
+        "title": "How stable the errors are: in time, place, number and resolution", "results": results,
+        "parts": [section(results, charts, part) for part in PARTS if results[part]],
+        "bands": [[words(b["id"]), words(b["measure"]), wide(b["formula"]), wide(b["reason"])]
+                  for b in results["study"]["bands"]],
+        "known": [[words(k["group"]), words(k["kind"]), words(k["method"]), words(k["measure"]),
+                   Cell(f"{k['low']:.3g} to {k['high']:.3g}"), wide(k["reason"])] for k in results["study"]["known"]],
+        "provenance": key_rows(results["provenance"])})

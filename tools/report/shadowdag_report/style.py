@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How every chart looks: a colour-blind-safe palette, fonts for a paper's column, axes with plain numbers.
+
+Colours are Okabe and Ito's; markers, dashes and hatches tell series apart without them. Text in SVG is outlines, so no
+font is needed to read it.
+"""
+import math
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
+    "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
+GREY = "#8a9099"
+COLUMN = 3.33  # inches: a paper's column
+# Stacked bars take these in turn, then again with a hatch.
+STACK = [BLUE, ORANGE, GREEN, PURPLE, YELLOW, VERMILION, "#d5d9de", GREY, SKY, "#3d444d"]
+
+plt.rcParams.update({
+    "font.family": "DejaVu Sans", "font.size": 7, "axes.labelsize": 7.5, "axes.titlesize": 8,
+    "xtick.labelsize": 6.5, "ytick.labelsize": 6.5, "legend.fontsize": 6.2, "axes.linewidth": 0.6,
+    "lines.linewidth": 1.0, "lines.markersize": 3.6, "xtick.major.width": 0.6, "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4, "ytick.minor.width": 0.4, "axes.spines.top": False, "axes.spines.right": False,
+    "axes.grid": True, "grid.color": "#e3e6ea", "grid.linewidth": 0.5, "axes.axisbelow": True,
+    "legend.frameon": False, "legend.handlelength": 1.8, "svg.fonttype": "path", "pdf.fonttype": 42,
+    "svg.hashsalt": "shadowdag", "figure.constrained_layout.use": True, "savefig.dpi": 300,
+    "text.parse_math": False,  # a name with $ is a name
+})
+
+
+def slug(name):
+    return "".join(c if c.isalnum() else "_" for c in name)
+
+
+def plain(value, _=None):
+    """1000 as 1000, 0.05 as 0.05: no powers where plain digits are read faster."""
+    if value == 0:
+        return "0"
+    if value >= 10000:
+        return f"{value:,.0f}".replace(",", "\u2009")
+    return f"{value:.0f}" if value >= 10 and value == round(value) or value >= 100 else f"{value:.3g}"
+
+
+def log_axis(axis, low, high, ticks=(1, 2, 5)):
+    """A logarithmic axis with plain numbers at 1, 2, 5 (fewer when it spans many decades)."""
+    axis.axes.set_xscale("log") if axis.axis_name == "x" else axis.axes.set_yscale("log")
+    decades = math.log10(high / low)
+    ticks = (1,) if decades > 3 else (1, 3) if decades > 2 else ticks
+    if decades < 1.3:
+        ticks = (1, 1.5, 2, 3, 4, 5, 7) if decades > 0.6 else (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
+    places = [m * 10.0 ** e for e in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1) for m in ticks]
+    axis.set_major_locator(FixedLocator([p for p in places if low <= p <= high]))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(plain))
+    (axis.axes.set_xlim if axis.axis_name == "x" else axis.axes.set_ylim)(low, high)
+
+
+def place_labels(axes, labels, points):
+    """Writes labels beside their points so that none covers another or a point, as far as there is room.
+
+    labels: [(x, y, text, style of annotate)]; points: all that is drawn as a mark.
+    """
+    canvas = axes.figure.canvas
+    canvas.draw()  # only now does constrained layout stand
+    renderer = canvas.get_renderer()
+    marks = axes.transData.transform(points) if points else np.zeros((0, 2))
+    scale = axes.figure.dpi / 72
+    taken = []
+    offsets = [(5, 1, "left"), (-5, 1, "right"), (0, 5, "center"), (0, -9, "center"), (6, 7, "left"), (-6, 7, "right"),
+               (6, -9, "left"), (-6, -9, "right"), (0, 13, "center"), (0, -17, "center"), (14, 12, "left"),
+               (-14, 12, "right"), (14, -15, "left"), (-14, -15, "right")]
+    for x, y, text, look in labels:
+        best = None
+        for rank, (dx, dy, side) in enumerate(offsets):
+            label = axes.annotate(text, (x, y), xytext=(dx, dy), textcoords="offset points", ha=side, zorder=7, **look)
+            box = label.get_window_extent(renderer)
+            covered = sum(box.overlaps(other) for other in taken)
+            near = sum(box.x0 - scale < mx < box.x1 + scale and box.y0 - scale < my < box.y1 + scale for mx, my in marks)
+            inside = axes.get_window_extent(renderer)
+            outside = box.x0 < inside.x0 or box.x1 > inside.x1 or box.y0 < inside.y0 or box.y1 > inside.y1
+            cost = (4 * covered + 2 * outside + near, rank)
+            if best is None or cost < best[0]:
+                if best is not None:
+                    best[1].remove()
+                best = (cost, label, box)
+            else:
+                label.remove()
+        taken.append(best[2])
