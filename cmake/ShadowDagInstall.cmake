@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# cmake --install: the libraries with their headers, the experiments, and the package config with which
+# cmake --install: the libraries with their headers, the experiments and studies, and the package config with which
 # find_package(ShadowDAG) gives ShadowDAG::sdag_hybrid and what stands before it; tests/house/consumer uses it.
 # tools/ installs the program.
 include(CMakePackageConfigHelpers)
@@ -14,9 +14,11 @@ foreach(folder ${SDAG_FOLDERS})
 endforeach()
 install(TARGETS ${installed} EXPORT ShadowDAGTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT ShadowDAGTargets NAMESPACE ShadowDAG:: DESTINATION ${configFolder})
-if(EXISTS ${PROJECT_SOURCE_DIR}/scenes/experiments)
-  install(DIRECTORY scenes/experiments DESTINATION ${CMAKE_INSTALL_DATADIR}/shadowdag)
-endif()
+foreach(folder experiments studies)
+  if(EXISTS ${PROJECT_SOURCE_DIR}/scenes/${folder})
+    install(DIRECTORY scenes/${folder} DESTINATION ${CMAKE_INSTALL_DATADIR}/shadowdag)
+  endif()
+endforeach()
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
 configure_package_config_file(cmake/ShadowDAGConfig.cmake.in ${PROJECT_BINARY_DIR}/ShadowDAGConfig.cmake

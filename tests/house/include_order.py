@@ -57,7 +57,7 @@ SYSTEM = re.compile(r"[a-z0-9_]+|(sys|linux|arpa|netinet)/\w+\.h|"
                     r"(unistd|fcntl|dirent|dlfcn|errno|signal|time|stdio|stdlib|string|math|stdint|"
                     r"(x|p|e|t|s|n|w|i|a)mmintrin|immintrin|cpuid|xmmintrin|termios|pthread|sched|malloc|execinfo|spawn|poll|glob|ftw)\.h")
 # Written into the build folder by the folder's CMakeLists.txt.
-GENERATED = {"tools/provenance_values.h"}
+GENERATED = {"tools/provenance_values.h", "tools/studies/shipped_studies.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
 CONDITIONAL = re.compile(r"^\s*#\s*(if|ifdef|ifndef|endif)\b")
 OWN, PROJECT, THIRD, STD = range(4)

@@ -40,7 +40,7 @@ struct FailOutcome {
 
 /// The options that the bounds of these tests hold for: small, nine taps, pages of 64 texels, what
 /// every light in range asks for, each frame from nothing; otherwise the defaults. (The matrix of
-/// failures, tools/studies/failures_known.cpp, has the defaults.)
+/// failures, scenes/studies/failures.json, has the defaults.)
 inline FrameOptions failFrame() {
     FrameOptions options;
     options.width = 320;

@@ -18,6 +18,7 @@ std::function<void()> declareImport(CommandLine& commandLine);
 std::function<void()> declareRender(CommandLine& commandLine);
 std::function<void()> declareValidate(CommandLine& commandLine);
 std::function<void()> declareCompare(CommandLine& commandLine);
+std::function<void()> declareStudy(CommandLine& commandLine);
 std::function<void()> declareFigures(CommandLine& commandLine);
 std::function<void()> declareFit(CommandLine& commandLine);
 std::function<void()> declareBench(CommandLine& commandLine);

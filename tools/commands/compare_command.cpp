@@ -3,12 +3,12 @@
 // report.
 #include "scenes/builtin.h"
 #include "tools/commands/commands.h"
-#include "tools/commands/compare_options.h"
 #include "tools/commands/compare_parts.h"
 #include "tools/report/csv.h"
 #include "tools/report/report_package.h"
 #include "tools/report/report_run.h"
 #include "tools/report/results_table.h"
+#include "tools/settings/command_line.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
 #include "tools/settings/json_file.h"
@@ -16,6 +16,7 @@
 #include "tools/settings/provenance.h"
 #include "tools/settings/unused_options.h"
 #include "tools/settings/variants.h"
+#include "tools/workspace/journal.h"
 #include "tools/workspace/measure.h"
 #include "tools/workspace/report_directory.h"
 #include "tools/workspace/sequence.h"
@@ -37,6 +38,24 @@ namespace shadowdag {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The options as given; numbers and lists are texts until they are read.
+struct CompareOptions {
+    GlobalOptions global;
+    CommonOptions common;
+    std::vector<std::string> scenes;
+    std::string output, experiment, costs, part;
+    bool resume = false, noCharts = false, noOracle = false, join = false;
+};
+
+/// Returns the options that an experiment file fixes: those of settings, and --no-oracle.
+std::vector<std::string> optionsOfExperiments() {
+    std::vector<std::string> options{"--no-oracle"};
+    for (const Setting& setting : settings())
+        if (!setting.option.empty())
+            options.push_back(setting.option);
+    return options;
+}
 
 Experiment experimentOf(const CompareOptions& options, const CommandLine& commandLine) {
     if (options.experiment.empty()) {
@@ -207,6 +226,18 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
     publish(options, found, package, start, console);
 }
 
+/// Throws Error kUsage where a scene is the name of a study instead of a file's.
+void refuseStudies(const std::vector<std::string>& scenes) {
+    for (const std::string& scene : scenes)
+        for (const char* name : {"ablation", "failures", "mechanisms", "real", "stability"})
+            if (scene == name && !fs::exists(scene))
+                throw Error(ErrorKind::kUsage,
+                            "SCENE '" + scene +
+                                "': there is no such file; the study of that name "
+                                "is run by shadowdag study " +
+                                (scene == "mechanisms" ? "ablation" : scene) + " -o DIR");
+}
+
 void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     const auto start = std::chrono::steady_clock::now();
     const Console console(options.global.json);
@@ -331,14 +362,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
 
 std::function<void()> declareCompare(CommandLine& commandLine) {
     auto options = std::make_shared<CompareOptions>();
-    commandLine.texts(
-        "SCENE", options->scenes, "",
-        "Scenes to compare on; none when the experiment names them; or failures: every "
-        "known failure by every method, its remedy off and on, against stated bounds "
-        "(exit status 5 when one does not hold); or stability: errors in time, under "
-        "perturbation, numerically and over resolution, against derived bands (5 too); or real "
-        "FILE...: lit scenes or directories of them, against theirs (5 too); or "
-        "mechanisms: what each buys in time, error and bytes, and a verdict");
+    commandLine.texts("SCENE", options->scenes, "",
+                      "Scenes to compare on; none when the experiment names them");
     commandLine.text(
         "-o,--output", options->output, "DIR",
         "The report: index.html, results.json, results.csv, lights.csv, costs.json, charts, images",
@@ -346,9 +371,6 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     commandLine.text(
         "--experiment", options->experiment, "F.json",
         "A file that fixes scenes, view, lights, sweeps and repeats; see scenes/experiments");
-    commandLine.text("--only", options->only, "NAME,...",
-                     "Of failures and mechanisms: only these; of stability: only these groups or "
-                     "parts");
     commandLine.flag("--resume", options->resume,
                      "Go on with what an interrupted compare in DIR has finished");
     commandLine.text("--part", options->part, "K/N",
@@ -371,12 +393,7 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
                             true);
     options->global.declare(commandLine);
     return [options, &commandLine] {
-        if (runNamedCompare(*options, commandLine))
-            return;
-        if (commandLine.given("--only"))
-            throw Error(ErrorKind::kUsage,
-                        "--only is for compare failures, stability and mechanisms; name "
-                        "one or drop it");
+        refuseStudies(options->scenes);
         options->join ? runJoin(*options, commandLine) : runCompare(*options, commandLine);
     };
 }

@@ -7,7 +7,7 @@
 #include "tools/commands/exit_message.h"
 #include "tools/settings/console.h"
 #include "tools/settings/provenance.h"
-#include "tools/studies/failures.h"
+#include "tools/studies/study.h"
 
 #include <csignal>
 #include <exception>
@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
         program.command("validate", "Hold shadows against Embree, pair by pair", declareValidate);
         program.command("compare", "Every method and parameter: time against error, as a report",
                         declareCompare);
+        program.command("study", "Rows and bounds of a file, measured, as a report", declareStudy);
         program.command("figures",
                         "Redraw the paper's figures from a sequence that compare measured",
                         declareFigures);

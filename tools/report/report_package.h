@@ -24,7 +24,7 @@ public:
     /// Writes DIRECTORY/index.html, and where charts are drawn DIRECTORY/charts, from the data in
     /// the directory. Returns charts.json, the list of charts with captions and of what was left
     /// out for want of data. Throws as runReportPackage does.
-    /// @param name the package's command: compare, failures, stability, mechanisms, real
+    /// @param name the package's command: compare, failures, stability, ablation, real
     Json writePage(const std::string& name, const std::string& directory) const;
     /// Returns whether writePage writes a page.
     bool hasPage() const { return !path_.empty(); }

@@ -92,7 +92,7 @@ Program::Program(const std::string& name, const std::string& description,
     state_->app.footer(
         "Exit status: 0 done, 1 wrong usage, 2 bad input file, 3 no memory, disk or place to "
         "write, "
-        "4 device missing, 5 compare failures, stability or real: something does not hold (the "
+        "4 device missing, 5 study: something does not hold (the "
         "report stands), 6 a defect of shadowdag itself. fit ends with 1 where no model keeps the "
         "error.\nSCENE is a .glb or .gltf "
         "file, or builtin:NAME (shadowdag scene "

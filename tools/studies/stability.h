@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// How stable errors are: in time, under perturbation, numerically, and over resolution; and the
-// band that each number must stay in, with the reason for it.
+// Studies of kind "stability": how stable errors are in time, under perturbation, numerically, and
+// over resolution; and the band that each number must stay in, with the reason for it.
 //
-// A group is one scene in one part. Everything but the numeric part is held against Embree by the
-// metrics of validate (hybrid/judge/error.h, hybrid/judge/flicker.h): perturbations, and failure
-// scenes over resolution, in frames of 512 x 288, frames in time and built-in scenes in 256 x 144
-// (StabilityRequest::width). The numeric part is held against integers without rounding.
+// A group, a row of the study, is one scene in one part. Everything but the numeric part is held
+// against Embree by the metrics of validate (hybrid/judge/error.h, hybrid/judge/flicker.h). The
+// numeric part is held against integers without rounding.
 //
 // A share of nothing is 0 and would lie in every band that begins there. So who has nothing to
 // judge, or no shadow to judge it by, is refused (requireEvidence), not held.
 #pragma once
 
-#include "tools/studies/failures.h"
+#include "scenes/scene.h"
+#include "tools/studies/cell_setup.h"
+#include "tools/studies/study.h"
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,38 +28,46 @@ inline constexpr const char* kStabilityPartNames[kStabilityPartCount] = {"time",
 struct StabilityGroup {
     std::string name; ///< part, '-', rest; unique
     StabilityPart part;
-    std::string scene; ///< of failScenes() or built in; "": none
+    std::string scene; ///< SCENE; "": none
     std::string what;  ///< one sentence for readers of the report
     /// Outlines whose place in their voxel or texel is their own, about: four a box. Of an outline
     /// the error is anywhere between none and a whole voxel.
     int outlineCount = 0;
-    std::string kind =
-        {}; ///< of its rows, which bands go by; of a perturbation what follows the case's
-    double resolvedAt = 1e30; ///< voxels up to this size, scene units, tell its parts apart
-    /// Of all its rows, as those of the matrix of failures; a threshold as kStabilityWidth wants
-    /// it.
-    std::string settings = {};
+    std::string kind = {}; ///< of its rows, which bands go by; of a perturbation what follows the
+                           ///< case's
+    double resolvedAt = 1e30;  ///< voxels up to this size, scene units, tell its parts apart
+    std::string settings = {}; ///< of all its rows; a threshold as the study's width wants it
+    std::vector<uint32_t> sizes = {}; ///< numeric: voxels an axis of "rays", texels of "faces"
 };
 
-/// Returns all groups in the order of the report.
-const std::vector<StabilityGroup>& stabilityGroups();
+/// One way to run a method through the frames of the part "time".
+struct TimeCase {
+    MatrixMethod method;
+    std::string name, settings;
+};
 
-/// Returns the groups of these names and of parts of these names, in order; all of none. Throws
-/// Error kUsage for a name that adds none.
-std::vector<const StabilityGroup*> stabilityGroupsNamed(const std::vector<std::string>& names);
+/// One motion of the part "perturbation".
+struct Perturbation {
+    std::string name, kind;
+    int part = 0;         ///< of kPerturbedParts; shifted by `by` voxels or texels
+    bool isTexel = false; ///< the unit of `by`
+    double by = 0, shift = 0, scale = 1, degrees = 0;
+    bool isAboutX = true;
+};
+inline constexpr const char* const kPerturbedParts[] = {"light", "camera", "scene"};
 
-/// What a band is derived from. Shares are of the pairs, or of the answers followed.
+/// What a band is derived from, under these names in its formulas. Shares are of the pairs, or of
+/// the answers followed.
 struct BandInputs {
-    double base = 0;  ///< the same measure unperturbed, or where less is held
-    double count = 1; ///< pairs or answers that the share is of
-    double voxelSpacing = 0, texelSpacing = 0; ///< of floats at the largest coordinate, in these
-    double voxelRatio = 1, texelRatio = 1;     ///< voxel and texel over the unperturbed ones
-    double outlineCount = 1;                   ///< StabilityGroup::outlineCount
-    double truthChange = 0;                    ///< answers that Embree changes itself, a share
-    double reachTexels =
-        1; ///< how far shifts that explain errors of maps go (hybrid/judge/explain.h)
-    double wrongShare = 0;                       ///< unperturbed
-    MatrixMethod method = MatrixMethod::kHybrid; ///< of the row; addChecks sets it
+    double base = 0;  ///< base: the same measure unperturbed, or where less is held
+    double count = 1; ///< n: pairs, answers or points that the share or rate is of, 1 at least
+    double voxelSpacing = 0, texelSpacing = 0; ///< voxel_spacing, texel_spacing: of floats at the
+                                               ///< largest coordinate, in these
+    double voxelRatio = 1, texelRatio = 1; ///< voxel_ratio, texel_ratio: over the unperturbed ones
+    double outlineCount = 1;               ///< StabilityGroup::outlineCount
+    double truthChange = 0;                ///< truth_change: answers that Embree changes itself
+    double reachTexels = 1; ///< reach_texels: how far shifts go that explain errors of maps
+    double wrongShare = 0;  ///< wrong_share: unperturbed
 };
 
 /// One band: where a measure of some cases must lie.
@@ -69,13 +77,17 @@ struct StabilityBand {
     std::vector<std::string> kinds; ///< of cases, as rows give them under "kind"
     std::vector<MatrixMethod> methods;
     std::string measure;
-    std::string formula; ///< what `limits` computes, for readers
+    std::string low, high; ///< formulas over BandInputs
+    std::string formula;   ///< both, for readers
     std::string reason;
-    std::pair<double, double> (*limits)(const BandInputs& inputs);
 };
 
-/// Returns the one table of bands.
-const std::vector<StabilityBand>& stabilityBands();
+/// Returns the ends of a band for a row's method. Beside the names of BandInputs formulas know a =
+/// 1.73 / sqrt(outlines), what the error may move by when only the places of outlines change, and
+/// s, the spacing of floats in the unit that the method answers in. Throws Error kUsage for a
+/// formula that is none.
+std::pair<double, double> limitsOf(const StabilityBand& band, MatrixMethod method,
+                                   const BandInputs& inputs);
 
 /// A check that no band is derived for, or that is known to leave it: what was measured, give or
 /// take a little, and the cause.
@@ -85,14 +97,38 @@ struct KnownBreak {
     std::string reason;
 };
 
-/// Returns the one table of these; each is in force in place of a band.
-const std::vector<KnownBreak>& knownBreaks();
+struct StabilityTable {
+    std::vector<StabilityGroup> groups;
+    std::vector<StabilityBand> bands;
+    std::vector<KnownBreak> known; ///< each is in force in place of a band
+    std::vector<TimeCase> cases;
+    std::vector<Perturbation> perturbations;
+    std::vector<double> undersamples; ///< of maps over resolution
+    int frameCount = 16;
+    double stepSeconds = 0.1;
+    /// Pixels a row that thresholds of settings are meant for.
+    uint32_t settingsWidth = 512;
+    /// Pixels a row: of a perturbation and of failure scenes over resolution; other built-in scenes
+    /// and frames in time have half as many. Rows of pixels are 9/16 as many.
+    uint32_t width = 512;
+    /// Over resolution, the finest voxels: from 64 to 2 to the power of this an axis, 8 at least.
+    uint32_t finestVoxelsLog2 = 12;
+    Backend backend = Backend::kCpu;
+};
+
+/// Reads a study of this kind. Throws Error kInput, naming file and row.
+StabilityTable readStability(const StudyFile& file);
+
+/// Returns the groups of these names and of parts of these names, in order; all of none. Throws
+/// Error kUsage for a name that adds none.
+std::vector<StabilityGroup> stabilityGroupsNamed(const StabilityTable& table,
+                                                 const std::vector<std::string>& names);
 
 /// Adds to `checks` what the table that applies says of a row's measure, or nothing where none
 /// does.
 /// @param row with group, case, kind, method and the measures
-void addChecks(Json& checks, StabilityPart part, const Json& row, const std::string& measure,
-               double value, const BandInputs& inputs);
+void addChecks(const StabilityTable& table, Json& checks, StabilityPart part, const Json& row,
+               const std::string& measure, double value, const BandInputs& inputs);
 
 /// Throws Error kInput unless a group's row has pairs, some of them dark and some lit by the truth.
 void requireEvidence(const Json& row, uint64_t pairCount, uint64_t occludedCount);
@@ -112,58 +148,30 @@ struct FittedRate {
 /// left out. Throws Error kUsage when fewer than three are left.
 FittedRate fitRate(const std::vector<std::pair<double, double>>& points);
 
-constexpr uint32_t kStabilityWidth = 512;
-
-/// What to measure.
-struct StabilityRequest {
-    Backend backend = Backend::kCpu;
-    std::vector<std::string> names; ///< of groups or parts; empty: all
-    /// Pixels a row: of a perturbation and of failure scenes over resolution; built-in scenes and
-    /// frames in time have half as many. Rows of pixels are 9/16 as many.
-    uint32_t width = kStabilityWidth;
-    /// Over resolution, the finest voxels: from 64 to 2 to the power of this an axis, 8 at least.
-    uint32_t finestVoxelsLog2 = 12;
-    std::function<void(double)> progress; ///< told the share that is done; may be empty
-};
-
-/// Measures groups. Returns {"time": rows, "perturbation": rows, "numeric": rows, "resolution":
+/// Measures a group. Returns {"time": rows, "perturbation": rows, "numeric": rows, "resolution":
 /// rows, "rates": [...], "checks": [...]}: a check has its value, "low", "high", "holds", "band"
-/// (the id, or "known") and reason. Numbers depend on nothing but the groups and the request's
-/// sizes. Throws Error kUsage for an unknown name and kInput where a group has nothing to judge.
-Json measureStability(const StabilityRequest& request);
+/// (the id, or "known") and reason. Throws Error kInput where a group has nothing to judge.
+Json measureStability(const StabilityTable& table, const StabilityGroup& group);
 
 /// Returns one line a check that does not hold.
 std::vector<std::string> unstableLines(const Json& results);
 
-/// Returns the texts of groups, bands and known breaks: what "study" of stability.json holds and
-/// the page quotes.
-Json stabilityStudy();
-
-/// What `compare stability` was asked for.
-struct StabilityCommand {
-    std::string output;
-    std::string names; ///< comma-separated; "": all
-    bool noCharts = false;
-    Backend backend = Backend::kCpu;
-};
-
-/// Measures, writes the report and says what does not hold. Throws NotHeld when anything does not,
-/// the report standing.
-void runStability(const StabilityCommand& command, const Console& console);
+std::unique_ptr<Study> makeStabilityStudy(const StudyFile& file, const StudyRequest& request,
+                                          const Console& console);
 
 // Of the parts, for measureStability: each adds rows and checks of one group to the results.
-void measureTime(const StabilityGroup& group, const StabilityRequest& request, Json& results);
-void measurePerturbation(const StabilityGroup& group, const StabilityRequest& request,
-                         Json& results);
-void measureNumeric(const StabilityGroup& group, const StabilityRequest& request, Json& results);
-void measureResolution(const StabilityGroup& group, const StabilityRequest& request, Json& results);
+void measureTime(const StabilityTable& table, const StabilityGroup& group, Json& results);
+void measurePerturbation(const StabilityTable& table, const StabilityGroup& group, Json& results);
+void measureNumeric(const StabilityTable& table, const StabilityGroup& group, Json& results);
+void measureResolution(const StabilityTable& table, const StabilityGroup& group, Json& results);
 
-/// Returns the settings of a group's rows for a request: with its threshold as much lower as the
-/// request's width, which requests of texels go with, is less than kStabilityWidth.
-std::vector<std::string> stabilitySettings(const StabilityGroup& group,
-                                           const StabilityRequest& request);
+/// Returns the settings of a group's rows: with its threshold as much lower as the width, which
+/// requests of texels go with, is less than what settings are meant for.
+std::vector<std::string> stabilitySettings(const StabilityTable& table,
+                                           const StabilityGroup& group);
 
-/// Returns the scene of a group as a failure scene. Throws Error kUsage where it is none.
+/// Returns the scene of a group. Throws Error kUsage where its lights are to move and it is no
+/// failure scene.
 Scene stabilityScene(const StabilityGroup& group);
 
 } // namespace shadowdag

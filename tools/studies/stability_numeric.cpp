@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdlib>
 
 namespace shadowdag {
@@ -103,9 +104,10 @@ std::vector<Ray> linesPast(uint32_t log2, const Int3& voxel) {
     return rays;
 }
 
-void measureRays(const StabilityGroup& group, Json& results) {
+void measureRays(const StabilityTable& table, const StabilityGroup& group, Json& results) {
     const char* const features[4] = {"", "face", "edge", "corner"};
-    for (const uint32_t log2 : {6u, 9u, 12u, 17u}) {
+    for (const uint32_t size : group.sizes) {
+        const uint32_t log2 = uint32_t(std::countr_zero(size));
         const int64_t half = int64_t(1) << (log2 - 1);
         const Int3 voxel{half - 3, half + 1, half + 2};
         const Dag dag = singleVoxel(log2, voxel);
@@ -165,13 +167,15 @@ void measureRays(const StabilityGroup& group, Json& results) {
                     {"grown_count", extraCount},   {"ways", ways},
                     {"mismatch_count", mismatch},  {"curves", curves}};
         for (const char* measure : {"lost_count", "too_far_count", "mismatch_count"})
-            addChecks(results["checks"], group.part, row, measure, row[measure].get<double>(), {});
+            addChecks(table, results["checks"], group.part, row, measure,
+                      row[measure].get<double>(), {});
         results["numeric"].push_back(std::move(row));
     }
 }
 
-void measureFaces(const StabilityGroup& group, Json& results) {
-    for (const int32_t n : {1, 2, 3, 16, 97, 1024, 8191, 8192}) {
+void measureFaces(const StabilityTable& table, const StabilityGroup& group, Json& results) {
+    for (const uint32_t size : group.sizes) {
+        const int32_t n = int32_t(size);
         uint64_t judged = 0, ties = 0, mismatch = 0;
         const int32_t reach = std::min(n, 2); // as far as a filter's taps reach beyond a face
         for (uint32_t face = 0; face < kFaceCount; ++face)
@@ -190,15 +194,16 @@ void measureFaces(const StabilityGroup& group, Json& results) {
                     {"kind", group.kind},        {"method", "maps"},
                     {"judged_count", judged},    {"tie_count", ties},
                     {"mismatch_count", mismatch}};
-        addChecks(results["checks"], group.part, row, "mismatch_count", double(mismatch), {});
+        addChecks(table, results["checks"], group.part, row, "mismatch_count", double(mismatch),
+                  {});
         results["numeric"].push_back(std::move(row));
     }
 }
 
 } // namespace
 
-void measureNumeric(const StabilityGroup& group, const StabilityRequest&, Json& results) {
-    group.kind == "rays" ? measureRays(group, results) : measureFaces(group, results);
+void measureNumeric(const StabilityTable& table, const StabilityGroup& group, Json& results) {
+    (group.kind == "rays" ? measureRays : measureFaces)(table, group, results);
 }
 
 } // namespace shadowdag

@@ -18,44 +18,19 @@ struct Units {
     double voxel, texel;
 };
 
-struct Perturbation {
-    std::string name, kind;
+SceneMotion motionOf(const Perturbation& p, const Units& units) {
     SceneMotion motion;
-};
-
-std::vector<Perturbation> perturbations(const Units& units) {
-    std::vector<Perturbation> all = {{"unperturbed", "unperturbed", {}}};
     // A direction along no axis and no diagonal, of length 1.
     const glm::dvec3 aside(0.6, 0.48, 0.64);
-    for (const auto& [unit, length] : {std::pair("voxel", units.voxel), {"texel", units.texel}})
-        for (const auto& [part, member] : {std::pair("light", &SceneMotion::lightShift),
-                                           {"camera", &SceneMotion::cameraShift},
-                                           {"scene", &SceneMotion::geometryShift}}) {
-            SceneMotion motion;
-            motion.*member = aside * (0.001 * length);
-            all.push_back({std::string(part) + " by " + unit + " / 1000", "tiny", motion});
-        }
-    for (const int exponent : {3, 4, 5}) {
-        SceneMotion motion;
-        motion.shift = glm::dvec3(2, 1, -2) * (std::pow(10.0, exponent) / 3.0);
-        all.push_back({"shifted by 1e" + std::to_string(exponent), "shifted", motion});
-    }
-    for (const int exponent : {-3, 3}) {
-        SceneMotion motion;
-        motion.scale = std::pow(10.0, exponent);
-        all.push_back({"scaled by 1e" + std::to_string(exponent), "scaled", motion});
-    }
-    for (const auto& [axis, direction] : {std::pair("x", glm::dvec3(1, 0, 0)), {"y", {0, 1, 0}}})
-        for (const double degrees : {1.0, 17.3, 45.0}) {
-            SceneMotion motion;
-            motion.rotation = glm::angleAxis(glm::radians(degrees), direction);
-            std::string text = std::to_string(degrees);
-            text.erase(text.find_last_not_of('0') + 1);
-            if (text.back() == '.')
-                text.pop_back();
-            all.push_back({"turned by " + text + " about " + axis, "turned", motion});
-        }
-    return all;
+    glm::dvec3* const shifts[] = {&motion.lightShift, &motion.cameraShift, &motion.geometryShift};
+    if (p.by != 0)
+        *shifts[p.part] = aside * (p.by * (p.isTexel ? units.texel : units.voxel));
+    motion.shift = glm::dvec3(2, 1, -2) * (p.shift / 3.0);
+    motion.scale = p.scale;
+    if (p.degrees != 0)
+        motion.rotation = glm::angleAxis(glm::radians(p.degrees),
+                                         p.isAboutX ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0));
+    return motion;
 }
 
 /// Returns the texel of light 0's finest map at the mean sample's distance, scene units.
@@ -84,37 +59,39 @@ double spacingAt(const Box& bounds) {
 
 } // namespace
 
-void measurePerturbation(const StabilityGroup& group, const StabilityRequest& request,
-                         Json& results) {
+void measurePerturbation(const StabilityTable& table, const StabilityGroup& group, Json& results) {
     const Scene scene = stabilityScene(group);
     // Voxels of about 20 mm in scenes of 10 m.
-    const std::vector<std::string> settings = stabilitySettings(group, request);
+    const std::vector<std::string> settings = stabilitySettings(table, group);
     const uint32_t resolutionLog2 = cellSetup(settings).resolutionLog2,
                    taps = cellSetup(settings).frame.bias.taps;
     Units units{};
     {
-        StabilityStage stage(scene, request.backend);
-        std::vector<uint8_t> truth;
-        units.voxel = stage.grid(resolutionLog2).voxelSizeWorld;
-        StabilityMethod(MatrixMethod::kMaps, settings, request.width)
-            .measure(stage, truth, [&](const ErrorInputs& inputs) {
-                units.texel = texelOf(inputs.method.maps, stage.world(), inputs.gbuffer);
+        Workspace workspace(loadedScene(scene), {table.backend, "", {}});
+        Judge judge(workspace);
+        units.voxel = workspace.grid(resolutionLog2).voxelSizeWorld;
+        StabilityMethod(MatrixMethod::kMaps, settings, table.width)
+            .measure(workspace, judge, 0, [&](const ErrorInputs& inputs) {
+                units.texel = texelOf(inputs.method.maps, workspace.world(), inputs.gbuffer);
             });
     }
     struct Base {
         double wrongShare, meanError, unexplained, unnamed, texels;
     };
     std::vector<Base> bases;
-    for (const Perturbation& p : perturbations(units)) {
-        StabilityStage stage(movedScene(scene, p.motion), request.backend);
-        std::vector<uint8_t> truth;
-        const double voxel = stage.grid(resolutionLog2).voxelSizeWorld / p.motion.scale;
-        const double spacing = spacingAt(stage.world().boundsWorld()) / p.motion.scale;
+    std::vector<Perturbation> all = {{"unperturbed", "unperturbed"}};
+    all.insert(all.end(), table.perturbations.begin(), table.perturbations.end());
+    for (const Perturbation& p : all) {
+        const SceneMotion motion = motionOf(p, units);
+        Workspace workspace(loadedScene(movedScene(scene, motion)), {table.backend, "", {}});
+        Judge judge(workspace);
+        const double voxel = workspace.grid(resolutionLog2).voxelSizeWorld / motion.scale;
+        const double spacing = spacingAt(workspace.world().boundsWorld()) / motion.scale;
         for (int m = 0; m < kMatrixMethodCount; ++m) {
             const MatrixMethod method = MatrixMethod(m);
-            stage.renderer(resolutionLog2).reset();
+            workspace.renderer(resolutionLog2).reset();
             const StabilityFrame result =
-                StabilityMethod(method, settings, request.width).measure(stage, truth);
+                StabilityMethod(method, settings, table.width).measure(workspace, judge);
             const ErrorCounts& e = result.errors;
             const double pairs = double(e.pairCount);
             double texels = 0;
@@ -157,7 +134,7 @@ void measurePerturbation(const StabilityGroup& group, const StabilityRequest& re
                                                         result.frame.counts.tracedMapCount)}});
             BandInputs inputs;
             inputs.count = pairs;
-            addChecks(results["checks"], group.part, row, "least_served_count",
+            addChecks(table, results["checks"], group.part, row, "least_served_count",
                       row["least_served_count"].get<double>(), inputs);
             if (p.kind != "unperturbed") {
                 inputs.outlineCount = std::max(1, group.outlineCount);
@@ -168,15 +145,17 @@ void measurePerturbation(const StabilityGroup& group, const StabilityRequest& re
                 inputs.reachTexels = 1.0 + std::sqrt(0.5) * (filterSide(taps) - 1);
                 inputs.wrongShare = base.wrongShare;
                 inputs.base = base.wrongShare;
-                addChecks(results["checks"], group.part, row, "wrong_share", now.wrongShare,
+                addChecks(table, results["checks"], group.part, row, "wrong_share", now.wrongShare,
                           inputs);
                 inputs.base = base.meanError;
-                addChecks(results["checks"], group.part, row, "mean_error", now.meanError, inputs);
-                inputs.base = base.unexplained;
-                addChecks(results["checks"], group.part, row, "unexplained_share", now.unexplained,
+                addChecks(table, results["checks"], group.part, row, "mean_error", now.meanError,
                           inputs);
+                inputs.base = base.unexplained;
+                addChecks(table, results["checks"], group.part, row, "unexplained_share",
+                          now.unexplained, inputs);
                 inputs.base = base.unnamed;
-                addChecks(results["checks"], group.part, row, "unnamed_share", now.unnamed, inputs);
+                addChecks(table, results["checks"], group.part, row, "unnamed_share", now.unnamed,
+                          inputs);
             }
             results["perturbation"].push_back(std::move(row));
         }

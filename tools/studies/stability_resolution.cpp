@@ -5,6 +5,7 @@
 #include "tools/studies/stability_stage.h"
 
 #include "cuda/error.h"
+#include "tools/settings/parse.h"
 
 #include <algorithm>
 #include <cmath>
@@ -50,11 +51,11 @@ FittedRate fitRate(const std::vector<std::pair<double, double>>& points) {
     return fit;
 }
 
-void measureResolution(const StabilityGroup& group, const StabilityRequest& request,
-                       Json& results) {
-    const uint32_t width = group.scene.starts_with("builtin:") ? request.width / 2 : request.width;
-    StabilityStage stage(stabilityScene(group), request.backend);
-    std::vector<uint8_t> truth;
+void measureResolution(const StabilityTable& table, const StabilityGroup& group, Json& results) {
+    const bool isFailure = group.scene.starts_with("builtin:fail-");
+    const uint32_t width = isFailure ? table.width : table.width / 2;
+    Workspace workspace(loadedScene(stabilityScene(group)), {table.backend, "", {}});
+    Judge judge(workspace);
     const auto add = [&](MatrixMethod method, const StabilityFrame& result, double x, Json row) {
         const ErrorCounts& e = result.errors;
         const double pairs = double(e.pairCount);
@@ -93,35 +94,35 @@ void measureResolution(const StabilityGroup& group, const StabilityRequest& requ
         BandInputs inputs;
         inputs.outlineCount = std::max(1, group.outlineCount);
         inputs.count = double(rate.pointCount);
-        addChecks(results["checks"], group.part, row, measure + "_rate", rate.slope, inputs);
+        addChecks(table, results["checks"], group.part, row, measure + "_rate", rate.slope, inputs);
         results["rates"].push_back(std::move(row));
     };
-    const uint32_t finest = request.finestVoxelsLog2;
+    const uint32_t finest = table.finestVoxelsLog2;
     for (uint32_t log2 = 6; log2 <= finest; ++log2) {
         const uint32_t resolution = 1u << log2;
         const StabilityMethod dag(MatrixMethod::kDag, {"resolution=" + std::to_string(resolution)},
                                   width);
-        const StabilityFrame frame = dag.measure(stage, truth);
-        add(MatrixMethod::kDag, frame, stage.grid(log2).voxelSizeWorld,
+        const StabilityFrame frame = dag.measure(workspace, judge);
+        add(MatrixMethod::kDag, frame, workspace.grid(log2).voxelSizeWorld,
             {{"case", std::to_string(resolution)}, {"resolution", resolution}});
         if (log2 < finest)
-            stage.drop(log2);
+            workspace.drop(log2);
     }
-    for (const char* undersample : {"4", "2", "1", "0.5", "0.25"}) {
-        StabilityMethod maps(
-            MatrixMethod::kMaps,
-            {"resolution=" + std::to_string(1u << finest) + " pool=2G undersample=" + undersample},
-            width);
+    for (const double undersample : table.undersamples) {
+        StabilityMethod maps(MatrixMethod::kMaps,
+                             {"resolution=" + std::to_string(1u << finest) +
+                              " pool=2G undersample=" + numberText(undersample)},
+                             width);
         maps.setup().frame.maxFaceTexels = 8192;
         maps.setup().frame.minFaceTexels = 1;
-        stage.renderer(finest).reset();
-        const StabilityFrame frame = maps.measure(stage, truth);
+        workspace.renderer(finest).reset();
+        const StabilityFrame frame = maps.measure(workspace, judge);
         uint32_t largest = 0;
         for (const MapRecord& map : frame.frame.maps)
             largest = std::max(largest, map.quantities.faceTexels);
-        add(MatrixMethod::kMaps, frame, std::stod(undersample),
-            {{"case", std::string("u") + undersample},
-             {"undersample", std::stod(undersample)},
+        add(MatrixMethod::kMaps, frame, undersample,
+            {{"case", "u" + numberText(undersample)},
+             {"undersample", undersample},
              {"largest_face_texels", largest},
              {"texel_count", frame.frame.counts.maps.texelCount},
              {"degrade_divisor", frame.frame.counts.maps.degradeDivisor}});

@@ -2,9 +2,6 @@
 #include "tools/studies/stability_stage.h"
 
 #include "cuda/error.h"
-#include "tools/settings/parse.h"
-#include "tools/workspace/scene_setup.h"
-#include "voxel/voxelize.h"
 
 #include <algorithm>
 
@@ -66,41 +63,6 @@ Scene movedScene(const Scene& scene, const SceneMotion& motion) {
     return moved;
 }
 
-StabilityStage::StabilityStage(Scene scene, Backend backend)
-    : backend_(backend), scene_(std::move(scene)), world_(scene_, {}), truth_(world_),
-      camera_(chooseCamera(world_, "")) {}
-
-void StabilityStage::show(double timeSeconds) {
-    if (float(timeSeconds) == world_.timeSeconds())
-        return;
-    const std::vector<uint32_t> moved = world_.setTime(float(timeSeconds));
-    for (auto& [key, renderer] : renderers_)
-        renderer->worldChanged(moved);
-    if (!moved.empty())
-        truth_.update(world_);
-    if (!world_.cameras().empty())
-        camera_ = world_.cameras().front();
-}
-
-VoxelGrid StabilityStage::grid(uint32_t resolutionLog2) const {
-    return sceneGrid(world_, resolutionLog2);
-}
-
-FrameRenderer& StabilityStage::renderer(uint32_t resolutionLog2) {
-    Dag& dag = dags_[resolutionLog2];
-    if (!dag.isBuilt())
-        dag = voxelize(world_.triangles(), viewOf(world_.staticTriangles()), grid(resolutionLog2));
-    std::unique_ptr<FrameRenderer>& renderer = renderers_[resolutionLog2];
-    if (!renderer)
-        renderer = std::make_unique<FrameRenderer>(backend_, world_, dag);
-    return *renderer;
-}
-
-void StabilityStage::drop(uint32_t resolutionLog2) {
-    renderers_.erase(resolutionLog2);
-    dags_.erase(resolutionLog2);
-}
-
 StabilityMethod::StabilityMethod(MatrixMethod method, const std::vector<std::string>& settings,
                                  uint32_t width)
     : setup_(cellSetup(settings)), model_(modelOf(method, setup_)) {
@@ -109,32 +71,18 @@ StabilityMethod::StabilityMethod(MatrixMethod method, const std::vector<std::str
 }
 
 StabilityFrame
-StabilityMethod::measure(StabilityStage& stage, std::vector<uint8_t>& truth,
+StabilityMethod::measure(Workspace& workspace, Judge& judge, int frame,
                          const std::function<void(const ErrorInputs&)>& withInputs) const {
-    FrameRenderer& renderer = stage.renderer(setup_.resolutionLog2);
+    FrameRenderer& renderer = workspace.renderer(setup_.resolutionLog2);
     if (!setup_.keepsFrames)
         renderer.reset();
+    Answers answers = answersOf(renderer.render(workspace.camera(), *model_, setup_.frame),
+                                renderer, setup_.frame);
     StabilityFrame result;
-    result.frame = renderer.render(stage.camera(), *model_, setup_.frame);
-    const GBufferView gbuffer = renderer.gbuffer();
-    if (truth.empty())
-        truth = stage.truth().visibility(gbuffer, stage.world().lights(), result.frame.pairs);
-    const ErrorInputs inputs{
-        gbuffer,
-        stage.world().triangles(),
-        viewOf(stage.world().lights()),
-        result.frame.pairs,
-        result.frame.visibility,
-        result.frame.pairRoute,
-        result.frame.pairServer,
-        {renderer.rayInputs(setup_.frame.rays), renderer.shadowMaps(), setup_.frame.bias}};
-    ErrorOptions options;
-    options.nullSampleCount = 0;
-    options.rays = setup_.frame.rays;
-    options.bias = setup_.frame.bias;
-    result.errors = computeError(inputs, stage.truth(), truth, options).total;
+    result.errors = judge.judge(frame, answers).total;
     if (withInputs)
-        withInputs(inputs);
+        withInputs(errorInputs(workspace.world(), answers));
+    result.frame = std::move(answers.frame);
     return result;
 }
 

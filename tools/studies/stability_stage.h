@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene moved, scaled or turned, with its world, truth, voxels and renderers: where stability is
-// measured.
+// A scene moved, scaled or turned, and frames of it by one method, judged: what stability is
+// measured by.
 #pragma once
 
-#include "hybrid/judge/error.h"
-#include "scenes/fail_scenes.h"
-#include "tools/studies/failures.h"
+#include "tools/studies/cell_setup.h"
+#include "tools/workspace/judge.h"
 
-#include <map>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -33,33 +32,6 @@ struct SceneMotion {
 /// while parts are shifted apart.
 Scene movedScene(const Scene& scene, const SceneMotion& motion);
 
-/// A scene with voxels and renderers, made when first asked for, and the truth, all at one time.
-class StabilityStage {
-public:
-    StabilityStage(Scene scene, Backend backend);
-
-    void show(double timeSeconds);
-    /// Returns the renderer over voxels of this resolution.
-    FrameRenderer& renderer(uint32_t resolutionLog2);
-    /// Returns the grid of these voxels.
-    VoxelGrid grid(uint32_t resolutionLog2) const;
-    /// Forgets voxels and renderers of a resolution.
-    void drop(uint32_t resolutionLog2);
-
-    const World& world() const { return world_; }
-    const Truth& truth() const { return truth_; }
-    const Camera& camera() const { return camera_; }
-
-private:
-    Backend backend_;
-    Scene scene_;
-    World world_;
-    Truth truth_;
-    Camera camera_;
-    std::map<uint32_t, Dag> dags_;
-    std::map<uint32_t, std::unique_ptr<FrameRenderer>> renderers_;
-};
-
 /// One frame by one method, judged.
 struct StabilityFrame {
     FrameResult frame;
@@ -73,10 +45,9 @@ public:
     /// @param width of the frame, pixels; it is 9/16 as high
     StabilityMethod(MatrixMethod method, const std::vector<std::string>& settings, uint32_t width);
 
-    /// Renders a frame of the stage's camera and judges it; calls withInputs with what the error
-    /// analysis took, while it is valid.
-    /// @param truth what Embree answers to the frame's pairs; asked for when empty, then kept there
-    StabilityFrame measure(StabilityStage& stage, std::vector<uint8_t>& truth,
+    /// Renders a frame of the workspace's camera and judges it under a number of its own; calls
+    /// withInputs with what the error analysis took, while it is valid.
+    StabilityFrame measure(Workspace& workspace, Judge& judge, int frame = 0,
                            const std::function<void(const ErrorInputs&)>& withInputs = {}) const;
 
     const CellSetup& setup() const { return setup_; }

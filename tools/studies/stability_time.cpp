@@ -12,52 +12,34 @@ namespace shadowdag {
 
 namespace {
 
-constexpr int kFrameCount = 16;
-constexpr double kStepSeconds = 0.1;
 constexpr uint32_t kPointCount = 6000;
-
-/// One way to run a method through the frames.
-struct TimeCase {
-    MatrixMethod method;
-    std::string name, settings;
-};
-
-const TimeCase kCases[] = {
-    {MatrixMethod::kMaps, "every frame for itself", "hysteresis=off"},
-    {MatrixMethod::kMaps, "resolutions held", "hysteresis=on"},
-    {MatrixMethod::kDag, "every frame for itself", "hysteresis=off"},
-    {MatrixMethod::kDagExact, "every frame for itself", "hysteresis=off"},
-    {MatrixMethod::kHybrid, "every frame for itself", "hysteresis=off"},
-    {MatrixMethod::kHybrid, "resolutions held", "hysteresis=on route_margin=0"},
-    {MatrixMethod::kHybrid, "resolutions and routes held", "hysteresis=on route_margin=0.25"},
-};
 
 } // namespace
 
-void measureTime(const StabilityGroup& group, const StabilityRequest& request, Json& results) {
-    StabilityStage stage(stabilityScene(group), request.backend);
-    std::vector<std::vector<uint8_t>> truths(kFrameCount);
+void measureTime(const StabilityTable& table, const StabilityGroup& group, Json& results) {
+    Workspace workspace(loadedScene(stabilityScene(group)), {table.backend, "", {}});
+    Judge judge(workspace);
     double before = 0; // flicker at switches of the method with less held
-    for (const TimeCase& run : kCases) {
-        std::vector<std::string> settings = stabilitySettings(group, request);
+    for (const TimeCase& run : table.cases) {
+        std::vector<std::string> settings = stabilitySettings(table, group);
         settings.push_back(run.settings);
-        const StabilityMethod method(run.method, settings, request.width / 2);
-        FlickerMeter meter(stage.truth(), 1, kPointCount);
+        const StabilityMethod method(run.method, settings, table.width / 2);
+        FlickerMeter meter(workspace.truth(), 1, kPointCount);
         FlickerCounts flicker;
         ErrorCounts errors;
         uint64_t traced = 0, drawn = 0;
-        stage.renderer(method.setup().resolutionLog2).reset();
-        for (int f = 0; f < kFrameCount; ++f) {
-            stage.show(f * kStepSeconds);
+        workspace.renderer(method.setup().resolutionLog2).reset();
+        for (int f = 0; f < table.frameCount; ++f) {
+            workspace.setTime(float(f * table.stepSeconds));
             const StabilityFrame frame =
-                method.measure(stage, truths[size_t(f)], [&](const ErrorInputs& inputs) {
-                    flicker.add(meter.add({inputs, stage.camera()}));
+                method.measure(workspace, judge, f, [&](const ErrorInputs& inputs) {
+                    flicker.add(meter.add({inputs, workspace.camera()}));
                 });
             errors.add(frame.errors);
             traced += frame.frame.counts.tracedMapCount;
             drawn += frame.frame.counts.drawnMapCount;
         }
-        stage.show(0);
+        workspace.setTime(0);
         const FlickerCounts::Class total = flicker.total();
         const bool isFirst = run.name == "every frame for itself";
         Json row = {{"group", group.name},
@@ -65,7 +47,7 @@ void measureTime(const StabilityGroup& group, const StabilityRequest& request, J
                     {"kind", group.kind},
                     {"method", kMatrixMethodNames[size_t(run.method)]},
                     {"settings", run.settings},
-                    {"frame_count", kFrameCount},
+                    {"frame_count", table.frameCount},
                     {"pair_count", errors.pairCount},
                     {"answer_count", total.answerCount},
                     {"flicker_count", total.flickerCount},
@@ -100,16 +82,17 @@ void measureTime(const StabilityGroup& group, const StabilityRequest& request, J
         row["switch_flicker_share"] = shareOf(
             row, "followed answers", total.flickerCount - held.flickerCount, total.answerCount);
         Json& checks = results["checks"];
-        addChecks(checks, group.part, row, "held_flicker_share",
+        addChecks(table, checks, group.part, row, "held_flicker_share",
                   row["held_flicker_share"].get<double>(), inputs);
         inputs.base = before;
         if (!isFirst)
-            addChecks(checks, group.part, row, "switch_flicker_share",
+            addChecks(table, checks, group.part, row, "switch_flicker_share",
                       row["switch_flicker_share"].get<double>(), inputs);
         else
             for (const char* measure :
                  {"resolution_switch_answer_count", "method_switch_answer_count"})
-                addChecks(checks, group.part, row, measure, row[measure].get<double>(), inputs);
+                addChecks(table, checks, group.part, row, measure, row[measure].get<double>(),
+                          inputs);
         before = row["switch_flicker_share"].get<double>();
         results["time"].push_back(std::move(row));
     }

@@ -19,10 +19,10 @@ namespace fs = std::filesystem;
 
 /// What a compare leaves in its directory, in the order in which it is put there.
 constexpr const char* kReportParts[] = {
-    "images",        "charts",          "results.json",    "results.csv",   "lights.csv",
-    "costs.json",    "index.html",      "experiment.json", "part.json",     "sequence.csv",
-    "failures.json", "failures.csv",    "stability.json",  "stability.csv", "real.json",
-    "real.csv",      "mechanisms.json", "mechanisms.csv"};
+    "images",        "charts",        "results.json",    "results.csv",   "lights.csv",
+    "costs.json",    "index.html",    "experiment.json", "part.json",     "sequence.csv",
+    "failures.json", "failures.csv",  "stability.json",  "stability.csv", "real.json",
+    "real.csv",      "ablation.json", "ablation.csv"};
 
 /// Returns whether a file is JSON with these keys, as our own files are.
 bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
@@ -40,7 +40,7 @@ void refuseForeignFiles(const std::string& directory) {
         holdsKeys(directory + "/failures.json", {"provenance", "cells", "remedies"}) ||
         holdsKeys(directory + "/stability.json", {"provenance", "checks", "rates"}) ||
         holdsKeys(directory + "/real.json", {"provenance", "cells", "frame_count"}) ||
-        holdsKeys(directory + "/mechanisms.json", {"provenance", "mechanisms"}) ||
+        holdsKeys(directory + "/ablation.json", {"provenance", "mechanisms"}) ||
         holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
         return;
     const std::string journal = directory + "/partial/journal.json";

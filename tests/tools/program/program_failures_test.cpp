@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag compare failures` from end to end, two rows of the matrix.
+// `shadowdag study` from end to end: two rows of failures, real scenes, files of one's own, what is
+// refused, and what is taken up again.
 #include "tests/tools/program/program_runner.h"
 
 #include <gmock/gmock.h>
@@ -12,11 +13,11 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(CompareFailures, WritesPagePicturesTableAndJson) {
+TEST(StudyFailures, WritesPagePicturesTableAndJson) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     const ProgramResult result = runShadowdag(
-        directory, {"compare", "failures", "--only", "acne,coplanar", "-o", report, "--json"});
+        directory, {"study", "failures", "--only", "acne,coplanar", "-o", report, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(result.json()["cell_count"], 9); // acne: maps twice; coplanar has no remedy
     EXPECT_TRUE(result.json()["broken"].empty());
@@ -36,27 +37,65 @@ TEST(CompareFailures, WritesPagePicturesTableAndJson) {
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
 }
 
-TEST(CompareFailures, WhatContradictsItIsRefused) {
+// A file of one's own: its bounds are held, and a run that does not hold them ends in status 5.
+TEST(StudyFailures, AFileOfOnesOwnIsRunAndItsBoundsAreHeld) {
     const TemporaryDirectory directory;
-    const std::string report = directory / "report";
-    const auto refuse = [&](std::vector<std::string> arguments, const char* message) {
-        arguments.insert(arguments.begin(), {"compare", "-o", report});
-        const ProgramResult result = runShadowdag(directory, arguments);
-        EXPECT_EQ(result.status, 1) << message;
-        EXPECT_THAT(result.err, HasSubstr(message));
-    };
-    refuse({"failures", "--size", "64x64"}, "--size and compare failures contradict each other");
-    refuse({"failures", "--resume"}, "--resume and compare failures contradict each other");
-    refuse({"failures", "builtin:atrium"}, "failures stands alone");
-    refuse({"failures", "--only", "acme"}, "--only 'acme': must be one of acne");
-    refuse({"builtin:fail-acne", "--only", "acne"}, "--only is for compare failures");
+    const std::string report = directory / "report", file = directory / "own.json";
+    Json study = Json::parse(readText(SDAG_SOURCE_DIR "/scenes/studies/failures.json"));
+    Json row = study["rows"][0];
+    row["name"] = "mine";
+    row.erase("on");
+    row.erase("off");
+    row.erase("seen");
+    row["always"] = "receiver_plane=off";
+    row["known"] = Json::array({{{"method", "maps"}, {"false_shadow_count", 1}}});
+    study["rows"] = Json::array({row});
+    writeText(file, jsonText(study));
+    const ProgramResult result = runShadowdag(directory, {"study", file, "-o", report, "--json"});
+    EXPECT_EQ(result.status, 5) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("mine by maps, remedy none: false_shadow_count is 11186, "
+                                      "bound 4"));
+    EXPECT_THAT(result.err, HasSubstr("mine by dag, remedy none: no bound is known"));
+    EXPECT_EQ(Json::parse(readText(report + "/failures.json"))["study"], study);
+    study["rows"][0]["frames"] = "four";
+    writeText(file, jsonText(study));
+    const ProgramResult wrong = runShadowdag(directory, {"study", file, "-o", report});
+    EXPECT_EQ(wrong.status, 2);
+    EXPECT_THAT(wrong.err,
+                HasSubstr(file + ": row 1, \"mine\": key \"frames\" is \"four\"; it must "
+                                 "be a whole number from 1 to 1000"));
 }
 
-TEST(CompareReal, WritesAReportOfAnyLitSceneAndRefusesWhatContradictsIt) {
+TEST(StudyFailures, WhatContradictsItIsRefused) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
-    const ProgramResult result = runShadowdag(
-        directory, {"compare", "real", "builtin:fail-coplanar", "-o", report, "--json"});
+    const auto refuse = [&](const std::vector<std::string>& arguments, const char* message) {
+        std::vector<std::string> all = arguments;
+        all.insert(all.end(), {"-o", report});
+        const ProgramResult result = runShadowdag(directory, all);
+        EXPECT_EQ(result.status, 1) << message;
+        EXPECT_THAT(result.err, HasSubstr(message));
+        EXPECT_FALSE(std::filesystem::exists(report)) << message;
+    };
+    refuse({"study", "failures", "--size", "64x64"}, "--size");
+    refuse({"study", "failures", "--resume"}, "holds no unfinished study");
+    refuse({"study", "failures", "--only", "acme"}, "--only 'acme': must be one of acne");
+    refuse({"study", "stability", "--only", "tiem"},
+           "--only 'tiem': must be one of time, perturbation");
+    refuse({"study", "failure"}, "STUDY 'failure': must be one of ablation, failures");
+    refuse({"study"}, "study needs a STUDY and -o DIR");
+    refuse({"compare", "failures"}, "run by shadowdag study failures -o DIR");
+    refuse({"compare", "mechanisms"}, "run by shadowdag study ablation -o DIR");
+    const ProgramResult list = runShadowdag(directory, {"study", "--list", "--json"});
+    EXPECT_EQ(list.status, 0) << list.err;
+    EXPECT_EQ(list.json()["studies"].size(), 4u);
+}
+
+TEST(StudyReal, WritesAReportOfAnyLitSceneAndRefusesWhatContradictsIt) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    const ProgramResult result =
+        runShadowdag(directory, {"study", "real", "builtin:fail-coplanar", "-o", report, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(result.json()["cell_count"], 4);
     const Json json = Json::parse(readText(report + "/real.json"));
@@ -70,15 +109,16 @@ TEST(CompareReal, WritesAReportOfAnyLitSceneAndRefusesWhatContradictsIt) {
         EXPECT_THAT(page, HasSubstr(picture));
     }
     const auto refuse = [&](std::vector<std::string> arguments, int status, const char* message) {
-        arguments.insert(arguments.begin(), {"compare", "-o", directory / "other"});
+        arguments.insert(arguments.begin(), {"study", "real", "-o", directory / "other"});
         const ProgramResult refused = runShadowdag(directory, arguments);
         EXPECT_EQ(refused.status, status) << message;
         EXPECT_THAT(refused.err, HasSubstr(message));
     };
-    refuse({"real"}, 1, "compare real needs scenes");
-    refuse({"real", "builtin:fail-acne", "--taps", "1"}, 1, "--taps and compare real contradict");
-    refuse({"real", directory / "none.glb"}, 2, "none.glb");
-    refuse({"real", directory.path()}, 1, "no .glb or .gltf file in it has lights");
+    refuse({}, 1, "study real needs scenes");
+    refuse({"builtin:fail-acne", "--only", "acne"}, 1,
+           "--only and a study of kind real contradict");
+    refuse({directory / "none.glb"}, 2, "none.glb");
+    refuse({directory.path()}, 1, "no .glb or .gltf file in it has lights");
 }
 
 } // namespace

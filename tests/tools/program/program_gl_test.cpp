@@ -94,15 +94,15 @@ TEST_F(ProgramGl, WhatItDoesNotFollowIsRefusedByTheNameThatAskedForIt) {
          {{"view", "--polygon-lod", "1", "--backend", "gl"},
           1,
           "--polygon-lod '1': --backend gl draws full detail"},
-         {{"compare", "stability", "-o", output, "--backend", "gl"},
+         {{"study", "stability", "-o", output, "--backend", "gl"},
           1,
-          "--backend gl: compare stability needs dag-exact"},
-         {{"compare", "mechanisms", "-o", output, "--backend", "gl"},
+          "--backend gl: study stability needs dag-exact"},
+         {{"study", "ablation", "-o", output, "--backend", "gl"},
           1,
-          "--backend gl: compare mechanisms needs dag-exact, and retained pages"},
-         {{"compare", "real", "builtin:atrium", "-o", output, "--backend", "gl"},
+          "--backend gl: study ablation needs dag-exact, and retained pages"},
+         {{"study", "real", "builtin:atrium", "-o", output, "--backend", "gl"},
           1,
-          "--backend gl: compare real needs dag-exact"},
+          "--backend gl: study real needs dag-exact"},
          {{"fit", "builtin:atrium", "-o", json, "--methods", "dag,dag-exact", "--backend", "gl"},
           1,
           "--methods 'dag-exact': --backend gl"}});
@@ -151,7 +151,7 @@ TEST_F(ProgramGl, AListLeavesOutWhatItDoesNotFollowAndSaysSo) {
 TEST_F(ProgramGl, TheMatrixAndTheFitLeaveOutExactRays) {
     const std::string report = directory / "report", fit = directory / "f.json";
     const ProgramResult matrix =
-        runShadowdag(directory, {"compare", "failures", "--only", "acne", "-o", report, "--json",
+        runShadowdag(directory, {"study", "failures", "--only", "acne", "-o", report, "--json",
                                  "--backend", "gl"});
     ASSERT_EQ(matrix.status, 0) << matrix.err;
     EXPECT_THAT(matrix.err, HasSubstr("left out: acne by dag-exact: --backend gl traces voxels"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag compare mechanisms` and `compare real` from end to end, small.
+// `shadowdag study ablation` and `study real` from end to end, small.
 #include "tests/tools/program/program_runner.h"
 
 #include <gmock/gmock.h>
@@ -16,10 +16,10 @@ TEST(CompareMechanisms, WritesPageTableJsonAndChart) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     const ProgramResult result = runShadowdag(
-        directory, {"compare", "mechanisms", "--only", "small-pages", "-o", report, "--json"});
+        directory, {"study", "ablation", "--only", "small-pages", "-o", report, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(result.json()["mechanism_count"], 1);
-    const Json json = Json::parse(readText(report + "/mechanisms.json"));
+    const Json json = Json::parse(readText(report + "/ablation.json"));
     ASSERT_EQ(json["mechanisms"].size(), 1u);
     const Json& row = json["mechanisms"][0];
     EXPECT_EQ(row["verdict"], "default on");
@@ -29,7 +29,7 @@ TEST(CompareMechanisms, WritesPageTableJsonAndChart) {
     EXPECT_EQ(row["scenes"].size(), 3u);
     EXPECT_THAT(readText(report + "/index.html"), HasSubstr("charts/mechanisms.svg"));
     EXPECT_TRUE(std::filesystem::exists(report + "/charts/mechanisms.svg"));
-    EXPECT_THAT(readText(report + "/mechanisms.csv"), HasSubstr("small-pages"));
+    EXPECT_THAT(readText(report + "/ablation.csv"), HasSubstr("small-pages"));
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
 }
 
@@ -38,7 +38,7 @@ TEST(CompareReal, WritesPageTableJsonAndPictures) {
     const std::string scene = directory / "box.glb", report = directory / "report";
     ASSERT_EQ(runShadowdag(directory, {"scene", "builtin:fail-contact", "-o", scene}).status, 0);
     const ProgramResult result =
-        runShadowdag(directory, {"compare", "real", scene, "-o", report, "--json"});
+        runShadowdag(directory, {"study", "real", scene, "-o", report, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     const Json json = Json::parse(readText(report + "/real.json"));
     ASSERT_EQ(json["cells"].size(), 4u) << "a method each";
@@ -85,20 +85,19 @@ TEST(CompareReports, MissingPackagesAreNamedAndTheDataAreWritten) {
 TEST(CompareReports, ARefusalLeavesNoDirectory) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
-    for (const char* name : {"failures", "stability", "mechanisms"}) {
-        EXPECT_EQ(runShadowdag(directory, {"compare", name, "--only", "no-such-row", "-o", report})
-                      .status,
-                  1)
+    for (const char* name : {"failures", "stability", "ablation"}) {
+        EXPECT_EQ(
+            runShadowdag(directory, {"study", name, "--only", "no-such-row", "-o", report}).status,
+            1)
             << name;
         EXPECT_FALSE(std::filesystem::exists(report)) << name;
     }
-    EXPECT_NE(runShadowdag(directory, {"compare", "real", "no-such.glb", "-o", report}).status, 0);
+    EXPECT_NE(runShadowdag(directory, {"study", "real", "no-such.glb", "-o", report}).status, 0);
     EXPECT_FALSE(std::filesystem::exists(report));
     std::filesystem::create_directory(report);
-    EXPECT_EQ(
-        runShadowdag(directory, {"compare", "stability", "--only", "no-such-row", "-o", report})
-            .status,
-        1);
+    EXPECT_EQ(runShadowdag(directory, {"study", "stability", "--only", "no-such-row", "-o", report})
+                  .status,
+              1);
     EXPECT_TRUE(std::filesystem::is_empty(report));
 }
 
@@ -116,8 +115,8 @@ TEST(CompareReports, ARefusalHarmsNothingThatWasThere) {
                                                {"compare", badGlb},
                                                {"compare", "builtin:fail-acne", "--camera", "nope"},
                                                {"compare", "builtin:fail-acne", "--lights", "0"},
-                                               {"compare", "stability", "--only", "nope"},
-                                               {"compare", "real", badGlb},
+                                               {"study", "stability", "--only", "nope"},
+                                               {"study", "real", badGlb},
                                                {"figures", badGlb}}) {
         std::vector<std::string> all = arguments;
         all.insert(all.end(), {"-o", deep});
@@ -131,7 +130,7 @@ TEST(CompareReports, ARefusalHarmsNothingThatWasThere) {
     EXPECT_NE(
         runShadowdag(directory, {"compare", "builtin:fail-acne", "no-such.glb", "-o", deep}).status,
         0);
-    EXPECT_NE(runShadowdag(directory, {"compare", "failures", "--only", "nope", "-o", deep}).status,
+    EXPECT_NE(runShadowdag(directory, {"study", "failures", "--only", "nope", "-o", deep}).status,
               0);
     EXPECT_EQ(readText(deep + "/partial/journal.json"), journal);
     const std::string link = directory / "link";

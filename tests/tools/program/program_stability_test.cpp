@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag compare stability` from end to end, its numeric part.
+// `shadowdag study stability` from end to end, its numeric part.
 #include "tests/tools/program/program_runner.h"
 
 #include <gmock/gmock.h>
@@ -12,11 +12,11 @@ namespace {
 
 using testing::HasSubstr;
 
-TEST(CompareStability, WritesPageTableJsonAndCharts) {
+TEST(StudyStability, WritesPageTableJsonAndCharts) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     const ProgramResult result = runShadowdag(
-        directory, {"compare", "stability", "--only", "numeric", "-o", report, "--json"});
+        directory, {"study", "stability", "--only", "numeric", "-o", report, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(result.json()["check_count"], 20); // 4 grids x 3, 8 faces
     EXPECT_TRUE(result.json()["broken"].empty());
@@ -29,25 +29,10 @@ TEST(CompareStability, WritesPageTableJsonAndCharts) {
     EXPECT_THAT(readText(report + "/stability.csv"), HasSubstr("part,group,case"));
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
     // A later one takes its place.
-    EXPECT_EQ(runShadowdag(directory, {"compare", "stability", "--only", "numeric-faces", "-o",
+    EXPECT_EQ(runShadowdag(directory, {"study", "stability", "--only", "numeric-faces", "-o",
                                        report, "--no-charts"})
                   .status,
               0);
-}
-
-TEST(CompareStability, WhatContradictsItIsRefused) {
-    const TemporaryDirectory directory;
-    const std::string report = directory / "report";
-    const auto refuse = [&](std::vector<std::string> arguments, const char* message) {
-        arguments.insert(arguments.begin(), {"compare", "-o", report});
-        const ProgramResult result = runShadowdag(directory, arguments);
-        EXPECT_EQ(result.status, 1) << message;
-        EXPECT_THAT(result.err, HasSubstr(message));
-    };
-    refuse({"stability", "--size", "64x64"}, "--size and compare stability contradict each other");
-    refuse({"stability", "builtin:atrium"}, "stability stands alone");
-    refuse({"builtin:atrium", "stability"}, "compare stability stands first");
-    refuse({"stability", "--only", "tiem"}, "--only 'tiem': must be one of time, perturbation");
 }
 
 } // namespace

@@ -72,7 +72,7 @@ TEST(StabilityChart, DrawsThePartsThatAreThereAndRefusesOtherFiles) {
     ASSERT_EQ(draw(results, &text), 0) << text;
     EXPECT_THAT(captionOfTime(), HasSubstr("1 of 2 checks do not hold."));
     EXPECT_NE(draw({{"time", 3}}, &text), 0);
-    EXPECT_THAT(text, HasSubstr("not what compare stability writes"));
+    EXPECT_THAT(text, HasSubstr("not what study stability writes"));
 }
 
 // Methods without a wrong pair are named in place of being drawn; all others are drawn.

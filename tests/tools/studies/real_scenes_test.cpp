@@ -9,6 +9,7 @@
 #include "tests/scenes/gltf_files.h"
 #include "tests/tools/report/report_runner.h"
 #include "tests/tools/temporary_directory.h"
+#include "tools/settings/console.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,46 +26,40 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
 
-TEST(RealScenes, TablesAgree) {
-    std::set<std::string> names;
-    for (const RealScene& scene : realScenes()) {
-        EXPECT_TRUE(names.insert(scene.name).second) << scene.name << " is there twice";
+const RealTable& table() {
+    static const RealTable read = readReal(findStudy("real"));
+    return read;
+}
+
+TEST(RealScenes, EveryKnownSceneHasACellAMethod) {
+    for (const RealScene& scene : table().scenes) {
         EXPECT_EQ(scene.geometryHash.size(), 32u) << scene.name;
-        for (int m = 0; m < kMatrixMethodCount; ++m)
-            EXPECT_EQ(std::count_if(knownRealCells().begin(), knownRealCells().end(),
-                                    [&](const KnownCell& known) {
-                                        return known.failure == scene.name &&
-                                               known.method == MatrixMethod(m) && known.isOn;
-                                    }),
-                      1)
-                << scene.name << " by " << kMatrixMethodNames[size_t(m)];
-    }
-    EXPECT_EQ(knownRealCells().size(), names.size() * kMatrixMethodCount);
-    for (const NamedErrors& named : namedErrors()) {
-        EXPECT_TRUE(names.contains(named.scene)) << named.scene;
-        EXPECT_FALSE(named.failure.empty() || named.reason.empty()) << named.scene;
-        EXPECT_GT(named.count, 0u);
+        EXPECT_EQ(scene.known.size(), size_t(kMatrixMethodCount)) << scene.name;
     }
 }
 
 // By hand: a twentieth of 100 and 3 more are 108, for dag-exact there is no slack; what any scene
 // is held to goes before that.
 TEST(RealScenes, BoundsAreWhatIsKnownAndWhatAnySceneIsHeldTo) {
-    CellCounts known{};
-    known[size_t(CellMeasure::kFalseShadow)] = 100;
-    known[size_t(CellMeasure::kAcne)] = 40;
-    const Json maps = realBounds("", MatrixMethod::kMaps, &known);
+    RealScene scene;
+    for (int m = 0; m < kMatrixMethodCount; ++m) {
+        KnownCell known{MatrixMethod(m)};
+        known.counts[size_t(CellMeasure::kFalseShadow)] = 100;
+        known.counts[size_t(CellMeasure::kAcne)] = 40;
+        scene.known.push_back(known);
+    }
+    const Json maps = realBounds(table(), &scene, MatrixMethod::kMaps);
     EXPECT_EQ(maps["false_shadow_count"], 108);
     EXPECT_EQ(maps["acne_count"], 45);
     EXPECT_EQ(maps["unnamed_count"], 0);
-    EXPECT_EQ(realBounds("", MatrixMethod::kDag, &known)["acne_count"], 0);
-    const Json exact = realBounds("", MatrixMethod::kDagExact, &known),
-               exactAnywhere = realBounds("", MatrixMethod::kDagExact, nullptr);
+    EXPECT_EQ(realBounds(table(), &scene, MatrixMethod::kDag)["acne_count"], 0);
+    const Json exact = realBounds(table(), &scene, MatrixMethod::kDagExact),
+               exactAnywhere = realBounds(table(), nullptr, MatrixMethod::kDagExact);
     EXPECT_EQ(exact["false_shadow_count"], 100);
     EXPECT_EQ(exact["acne_count"], 0);
     EXPECT_EQ(exactAnywhere["false_shadow_count"], 0);
     EXPECT_EQ(exactAnywhere["unexplained_count"], 0);
-    const Json unknown = realBounds("", MatrixMethod::kHybrid, nullptr);
+    const Json unknown = realBounds(table(), nullptr, MatrixMethod::kHybrid);
     EXPECT_EQ(unknown.size(), 1u);
     EXPECT_EQ(unknown["unnamed_count"], 0);
     const Json cell = {{"false_shadow_count", 109}, {"acne_count", 45}, {"unnamed_count", 0}},
@@ -100,7 +95,7 @@ TEST(RealScenes, TheCommittedRunShowsAShadowEdgeInEveryCell) {
         scenes.insert(cell["scene"].get<std::string>());
         EXPECT_EQ(cell["known"], "yes") << cell["scene"];
     }
-    for (const RealScene& scene : realScenes())
+    for (const RealScene& scene : table().scenes)
         EXPECT_TRUE(scenes.contains(scene.name)) << scene.name;
 }
 
@@ -116,21 +111,22 @@ TEST(RealScenes, WhatDoesNotHoldIsNamedWithItsNumbersAndItsFirstPair) {
         realBrokenLines({{"cells", Json::array({cell})}}),
         ElementsAre("barn by maps: unnamed_count is 2, bound 0; the first: a false light in "
                     "frame 1 at pixel 3,4 of light 7",
-                    "barn by maps: no bound is known; run tools/report/failure_known.py"));
+                    "barn by maps: no bound is known; run tools/studies/update_known.py"));
 }
 
 Json measure(const std::vector<std::string>& files, const std::string& settings) {
     const TemporaryDirectory directory;
-    RealRequest request;
-    request.files = files;
-    request.settings = settings;
-    request.cacheDirectory = directory / "cache";
-    return measureReal(request, Console(true));
+    static const Console console(true);
+    StudyFile file = findStudy("real");
+    if (!settings.empty())
+        file.json["settings"] = settings;
+    const StudyRequest request{Backend::kCpu, {}, files, directory / "cache", ""};
+    return measureAll(*makeStudy(file, request, console), request);
 }
 
 // A scene that nobody knows: errors have names, dag-exact has none, and threads change nothing.
 TEST(RealScenes, AnySceneIsMeasuredTheSameOnAnyThreadCount) {
-    const Json many = measure({"builtin:fail-contact"}, "resolution=128");
+    const Json many = measure({"builtin:fail-contact"}, "resolution=128 pool=256M");
     ASSERT_EQ(many["cells"].size(), size_t(kMatrixMethodCount));
     for (const Json& cell : many["cells"]) {
         EXPECT_EQ(cell["known"], "no");
@@ -142,7 +138,7 @@ TEST(RealScenes, AnySceneIsMeasuredTheSameOnAnyThreadCount) {
     EXPECT_GT(many["cells"][size_t(MatrixMethod::kDag)]["false_light_count"], 20);
     EXPECT_TRUE(many["cells"][size_t(MatrixMethod::kDagExact)]["broken"].empty());
     setThreadCount(1);
-    const Json one = measure({"builtin:fail-contact"}, "resolution=128");
+    const Json one = measure({"builtin:fail-contact"}, "resolution=128 pool=256M");
     setThreadCount(0);
     EXPECT_EQ(many, one);
     // Of a view that is all dark the page says what it is worth.
@@ -150,7 +146,7 @@ TEST(RealScenes, AnySceneIsMeasuredTheSameOnAnyThreadCount) {
     const auto page = [](Json results) {
         results["provenance"] = Json::object();
         results["broken"] = realBrokenLines(results);
-        results["study"] = realStudy();
+        results["study"] = findStudy("real").json;
         return pageOf("real", "real.json", results);
     };
     EXPECT_THAT(page(many), Not(HasSubstr(nothing)));
@@ -162,7 +158,7 @@ TEST(RealScenes, AnySceneIsMeasuredTheSameOnAnyThreadCount) {
 
 // A light on a face by rays offset by nothing: acne by rays, which no scene may have.
 TEST(RealScenes, AcneByRaysBreaksAnyScene) {
-    const Json results = measure({"builtin:fail-self-shadow"}, "resolution=128 offset=0");
+    const Json results = measure({"builtin:fail-self-shadow"}, "resolution=128 pool=256M offset=0");
     EXPECT_EQ(results["cells"][size_t(MatrixMethod::kDag)]["broken"], Json::array({"acne_count"}));
 }
 
@@ -176,14 +172,13 @@ TEST(RealScenes, ASmallKnownSceneHoldsItsBoundsWhichAreTight) {
         CellCounts counts;
         for (size_t m = 0; m < counts.size(); ++m)
             counts[m] = cell[kCellMeasureNames[m]].get<uint64_t>();
-        for (const KnownCell& known : knownRealCells()) {
-            if (known.failure != std::string("lqdm1") ||
-                cell["method"] != kMatrixMethodNames[size_t(known.method)])
+        for (const KnownCell& known : table().find("lqdm1")->known) {
+            if (cell["method"] != kMatrixMethodNames[size_t(known.method)])
                 continue;
             for (size_t m = 0; m < counts.size(); ++m)
-                EXPECT_LE(known.counts[m], boundOf(counts)[m])
+                EXPECT_LE(known.counts[m], boundOf(counts, table().slack)[m])
                     << cell["method"] << ": " << kCellMeasureNames[m]
-                    << " is better than the table says; run tools/report/failure_known.py";
+                    << " is better than the study says; run tools/studies/update_known.py";
         }
     }
 }
@@ -199,7 +194,7 @@ TEST(RealScenes, FilesAreScenesAndTheLitOnesOfDirectories) {
         }
         return std::string();
     };
-    EXPECT_THAT(message({}), HasSubstr("compare real needs scenes"));
+    EXPECT_THAT(message({}), HasSubstr("study real needs scenes"));
     EXPECT_THAT(message({directory.path()}), HasSubstr("no .glb or .gltf file in it has lights"));
     EXPECT_THAT(realFiles({"a.glb", "b.glb"}, console), ElementsAre("a.glb", "b.glb"));
     EXPECT_THAT(message({"a.glb", "a.glb"}), HasSubstr("given twice"));

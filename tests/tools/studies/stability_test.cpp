@@ -9,6 +9,7 @@
 #include "scenes/fail_scenes.h"
 #include "tests/tools/report/report_runner.h"
 #include "tests/tools/temporary_directory.h"
+#include "tools/settings/console.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -116,24 +117,43 @@ TEST(FitRate, FindsTheSlopeItsErrorAndLocalSlopes) {
     EXPECT_THROW(fitRate({{1, 1}, {2, 0}, {4, 4}}), Error);
 }
 
+StabilityTable table(uint32_t width = 512) {
+    StabilityTable read = readStability(findStudy("stability"));
+    read.width = width;
+    return read;
+}
+
+/// Measures a group or part in rows of so many pixels.
+Json measure(const std::vector<std::string>& names, uint32_t width, uint32_t finestLog2 = 12) {
+    StabilityTable of = table(width);
+    of.finestVoxelsLog2 = finestLog2;
+    Json results = Json::object();
+    for (const StabilityGroup& group : stabilityGroupsNamed(of, names))
+        for (const auto& [key, list] : measureStability(of, group).items())
+            for (const Json& item : list)
+                results[key].push_back(item);
+    return results;
+}
+
 TEST(Stability, TablesAreConsistent) {
+    const StabilityTable tables = table();
     std::set<std::string> names, parts, ids;
-    for (const StabilityGroup& group : stabilityGroups()) {
+    for (const StabilityGroup& group : tables.groups) {
         EXPECT_TRUE(names.insert(group.name).second) << group.name << " is there twice";
         EXPECT_TRUE(group.name.starts_with(kStabilityPartNames[size_t(group.part)])) << group.name;
         EXPECT_FALSE(group.what.empty());
         parts.insert(kStabilityPartNames[size_t(group.part)]);
     }
     EXPECT_EQ(parts.size(), size_t(kStabilityPartCount));
-    for (const StabilityBand& band : stabilityBands()) {
+    for (const StabilityBand& band : tables.bands) {
         EXPECT_TRUE(ids.insert(band.id).second) << band.id << " is there twice";
         EXPECT_FALSE(band.formula.empty() || band.reason.empty() || band.kinds.empty() ||
                      band.methods.empty())
             << band.id;
-        const auto [low, high] = band.limits({});
+        const auto [low, high] = limitsOf(band, band.methods[0], {});
         EXPECT_LE(low, high) << band.id;
     }
-    for (const KnownBreak& known : knownBreaks()) {
+    for (const KnownBreak& known : tables.known) {
         EXPECT_TRUE(names.contains(known.group)) << known.group;
         EXPECT_LE(known.low, known.high);
         EXPECT_FALSE(known.reason.empty());
@@ -154,19 +174,19 @@ TEST(Stability, TablesAreConsistent) {
         const auto part = std::find(kStabilityPartNames, kStabilityPartNames + kStabilityPartCount,
                                     check["part"].get<std::string>());
         Json again = Json::array();
-        addChecks(again, StabilityPart(part - kStabilityPartNames), check, measure, 0, {});
+        addChecks(tables, again, StabilityPart(part - kStabilityPartNames), check, measure, 0, {});
         EXPECT_EQ(again.empty() ? "none" : again[0]["band"], band) << check;
     }
-    const char* const rerun = " checks nothing that the committed run of compare stability gave; "
+    const char* const rerun = " checks nothing that the committed run of study stability gave; "
                               "mend it, or run it and commit tests/bench/results/stability.json";
-    for (const StabilityBand& band : stabilityBands()) {
+    for (const StabilityBand& band : tables.bands) {
         for (const std::string& kind : band.kinds)
             EXPECT_TRUE(made.contains({band.id, "kind", kind})) << band.id << ", " << kind << rerun;
         for (const MatrixMethod method : band.methods)
             EXPECT_TRUE(made.contains({band.id, "method", kMatrixMethodNames[size_t(method)]}))
                 << band.id << ", " << kMatrixMethodNames[size_t(method)] << rerun;
     }
-    for (const KnownBreak& known : knownBreaks())
+    for (const KnownBreak& known : tables.known)
         EXPECT_TRUE(made.contains({"known", known.group, known.kind, known.method, known.measure}))
             << known.group << ", " << known.method << rerun;
     EXPECT_EQ(groups, names) << "groups that the committed run checked, and those there are";
@@ -180,14 +200,15 @@ Json rowOf(const std::string& kind, const std::string& method) {
 // By hand: of 10000 pairs 100 are wrong; 0.4 of them may be others, three standard deviations are 3
 // sqrt(0.4) = 1.897, and three: 5.297 pairs.
 TEST(Stability, AThousandthMayChangeWhatItIsDerivedToChange) {
+    const StabilityTable tables = table();
     BandInputs inputs;
     inputs.base = 0.01;
     inputs.count = 10000;
     for (const auto& [wrong, holds] :
          {std::pair(105, true), {106, false}, {95, true}, {94, false}}) {
         Json checks = Json::array();
-        addChecks(checks, StabilityPart::kPerturbation, rowOf("tiny", "maps"), "wrong_share",
-                  wrong / 10000.0, inputs);
+        addChecks(tables, checks, StabilityPart::kPerturbation, rowOf("tiny", "maps"),
+                  "wrong_share", wrong / 10000.0, inputs);
         ASSERT_EQ(checks.size(), 1u);
         EXPECT_NEAR(checks[0]["high"].get<double>(), 105.297e-4, 1e-7);
         EXPECT_NEAR(checks[0]["low"].get<double>(), 94.703e-4, 1e-7);
@@ -195,10 +216,11 @@ TEST(Stability, AThousandthMayChangeWhatItIsDerivedToChange) {
         EXPECT_EQ(unstableLines({{"checks", checks}}).size(), holds ? 0u : 1u);
     }
     Json checks = Json::array();
-    addChecks(checks, StabilityPart::kPerturbation, rowOf("tiny", "dag"), "acne_count", 1, inputs);
+    addChecks(tables, checks, StabilityPart::kPerturbation, rowOf("tiny", "dag"), "acne_count", 1,
+              inputs);
     EXPECT_TRUE(checks.empty()); // no band
-    addChecks(checks, StabilityPart::kPerturbation, rowOf("shifted", "dag-exact"), "wrong_share",
-              1e-4, inputs);
+    addChecks(tables, checks, StabilityPart::kPerturbation, rowOf("shifted", "dag-exact"),
+              "wrong_share", 1e-4, inputs);
     EXPECT_EQ(checks[0]["holds"], false);
     const std::vector<std::string> lines = unstableLines({{"checks", checks}});
     ASSERT_EQ(lines.size(), 1u);
@@ -209,6 +231,7 @@ TEST(Stability, AThousandthMayChangeWhatItIsDerivedToChange) {
 // By hand: of 4 outlines a = 0.865; three of 1000 pairs. Rounding by a quarter of a voxel adds 6 /
 // 4 to rays, by an eighth of a texel 6 / 8 to maps, the larger to the hybrid.
 TEST(Stability, FarAwayBandsGrowWithTheSpacingOfFloats) {
+    const StabilityTable tables = table();
     BandInputs inputs;
     inputs.base = 0.1;
     inputs.count = 1000;
@@ -217,8 +240,8 @@ TEST(Stability, FarAwayBandsGrowWithTheSpacingOfFloats) {
     inputs.texelSpacing = 0.125;
     const auto bandOf = [&](const std::string& kind, const char* method) {
         Json checks = Json::array();
-        addChecks(checks, StabilityPart::kPerturbation, rowOf(kind, method), "wrong_share", 0.1,
-                  inputs);
+        addChecks(tables, checks, StabilityPart::kPerturbation, rowOf(kind, method), "wrong_share",
+                  0.1, inputs);
         return std::pair(checks.at(0)["low"].get<double>(), checks.at(0)["high"].get<double>());
     };
     for (const std::string kind : {"shifted", "shifted, aligned"}) {
@@ -238,6 +261,7 @@ TEST(Stability, FarAwayBandsGrowWithTheSpacingOfFloats) {
 // 2, so a strip of 2 texels is beyond: four times what half a texel holds. A quarter texel leaves
 // 1.75, within reach. Rays round in voxels and have no such strip.
 TEST(Stability, FarAwayRoundingLeadsOutOfTheShiftsReachAndNothingElseDoes) {
+    const StabilityTable tables = table();
     BandInputs inputs;
     inputs.count = 1000;
     inputs.reachTexels = 2;
@@ -246,7 +270,8 @@ TEST(Stability, FarAwayRoundingLeadsOutOfTheShiftsReachAndNothingElseDoes) {
                             double spacing) {
         inputs.texelSpacing = inputs.voxelSpacing = spacing;
         Json checks = Json::array();
-        addChecks(checks, StabilityPart::kPerturbation, rowOf(kind, method), measure, 0, inputs);
+        addChecks(tables, checks, StabilityPart::kPerturbation, rowOf(kind, method), measure, 0,
+                  inputs);
         return checks.at(0)["high"].get<double>();
     };
     EXPECT_NEAR(highOf("shifted", "maps", "unexplained_share", 1), 0.003 + 0.04, 1e-9);
@@ -277,27 +302,27 @@ TEST(Stability, WhoHasNothingToJudgeIsRefused) {
                     HasSubstr("no shadow has an edge"))
             << dark << " of " << pairs;
     // A picture of one pixel and a scene of one light.
-    StabilityRequest request;
-    request.width = 2;
+    StabilityTable of = table(2);
     Json results = {{"time", {}},
                     {"perturbation", {}},
                     {"resolution", {}},
                     {"rates", {}},
                     {"checks", Json::array()}};
-    StabilityGroup group{"by-hand", StabilityPart::kTime, "fail-self-shadow", "one pixel"};
-    EXPECT_THAT(message([&] { measureTime(group, request, results); }),
+    StabilityGroup group{"by-hand", StabilityPart::kTime, "builtin:fail-self-shadow", "one pixel"};
+    EXPECT_THAT(message([&] { measureTime(of, group, results); }),
                 HasSubstr("no shadow has an edge"));
-    request.width = 1;
+    of.width = 1;
     for (const auto measure : {measurePerturbation, measureResolution})
-        EXPECT_THAT(message([&] { measure(group, request, results); }),
+        EXPECT_THAT(message([&] { measure(of, group, results); }),
                     HasSubstr("no shadow has an edge"));
     EXPECT_TRUE(results["checks"].empty());
 }
 
 TEST(Stability, AKnownCheckStandsInPlaceOfABand) {
-    ASSERT_FALSE(knownBreaks().empty());
-    const KnownBreak& known = knownBreaks().front();
-    const auto group = std::find_if(stabilityGroups().begin(), stabilityGroups().end(),
+    const StabilityTable tables = table();
+    ASSERT_FALSE(tables.known.empty());
+    const KnownBreak& known = tables.known.front();
+    const auto group = std::find_if(tables.groups.begin(), tables.groups.end(),
                                     [&](const StabilityGroup& g) { return g.name == known.group; });
     const Json row = {{"group", known.group},
                       {"case", "by hand"},
@@ -305,7 +330,7 @@ TEST(Stability, AKnownCheckStandsInPlaceOfABand) {
                       {"method", known.method}};
     for (const double value : {known.low, known.high, known.low - 0.01, known.high + 0.01}) {
         Json checks = Json::array();
-        addChecks(checks, group->part, row, known.measure, value, {});
+        addChecks(tables, checks, group->part, row, known.measure, value, {});
         ASSERT_EQ(checks.size(), 1u);
         EXPECT_EQ(checks[0]["band"], "known");
         EXPECT_EQ(checks[0]["holds"], value >= known.low && value <= known.high);
@@ -313,12 +338,7 @@ TEST(Stability, AKnownCheckStandsInPlaceOfABand) {
 }
 
 TEST(Stability, SmallGroupsHoldTheirBands) {
-    StabilityRequest request;
-    request.names = {"numeric-rays", "perturbation-cubes"};
-    request.width = 128;
-    std::vector<double> shares;
-    request.progress = [&](double share) { shares.push_back(share); };
-    Json results = measureStability(request);
+    Json results = measure({"numeric-rays", "perturbation-cubes"}, 128);
     EXPECT_THAT(unstableLines(results), IsEmpty());
     // Of rays 4 grids by 3 measures. Of cubes 17 motions by: wrong share and both of unexplained of
     // 4 methods; the mean error of maps where bands know it, 6 tiny ones and 2 scaled; and one
@@ -331,7 +351,6 @@ TEST(Stability, SmallGroupsHoldTheirBands) {
     }
     EXPECT_EQ(results["numeric"].size(), 4u);
     EXPECT_EQ(results["perturbation"].size(), 18u * kMatrixMethodCount);
-    EXPECT_EQ(shares, (std::vector<double>{0.5, 1.0}));
     // Something is there to be stable: rays and maps err, and ties part.
     double tie = 1;
     for (const Json& row : results["perturbation"]) {
@@ -345,7 +364,7 @@ TEST(Stability, SmallGroupsHoldTheirBands) {
     EXPECT_LT(tie, 0.8);
     results["provenance"] = {{"commit", "c0ffee"}};
     results["broken"] = unstableLines(results);
-    results["study"] = stabilityStudy();
+    results["study"] = findStudy("stability").json;
     const std::string page = pageOf("stability", "stability.json", results);
     EXPECT_THAT(page, HasSubstr("Every check holds"));
     EXPECT_THAT(page, HasSubstr("id=\"perturbation\""));
@@ -354,10 +373,7 @@ TEST(Stability, SmallGroupsHoldTheirBands) {
 
 // Frames of 64 x 36; the threshold goes with them.
 TEST(Stability, SmallFramesInTimeHoldTheirBands) {
-    StabilityRequest request;
-    request.names = {"time-plates"};
-    request.width = 128;
-    const Json results = measureStability(request);
+    const Json results = measure({"time-plates"}, 128);
     EXPECT_THAT(unstableLines(results), IsEmpty());
     ASSERT_EQ(results["time"].size(), 7u);
     // 7 rows' held answers; 3 rows that hold more than the one before; that there is something to
@@ -375,11 +391,7 @@ TEST(Stability, SmallFramesInTimeHoldTheirBands) {
 }
 
 TEST(Stability, AFewSizesOfVoxelsGiveARateOfOne) {
-    StabilityRequest request;
-    request.names = {"resolution-posts"};
-    request.width = 256;
-    request.finestVoxelsLog2 = 9;
-    const Json results = measureStability(request);
+    const Json results = measure({"resolution-posts"}, 256, 9);
     EXPECT_THAT(unstableLines(results), IsEmpty());
     EXPECT_EQ(results["checks"].size(), 2u); // the mean error's rate of rays and of maps
     ASSERT_EQ(results["resolution"].size(), 4u + 5);
@@ -396,22 +408,17 @@ TEST(Stability, AFewSizesOfVoxelsGiveARateOfOne) {
 }
 
 TEST(Stability, NumbersDoNotDependOnTheThreadCount) {
-    StabilityRequest request;
-    request.names = {"perturbation-tiles"};
-    request.width = 64;
-    const Json many = measureStability(request);
+    const Json many = measure({"perturbation-tiles"}, 64);
     setThreadCount(1);
-    const Json one = measureStability(request);
+    const Json one = measure({"perturbation-tiles"}, 64);
     setThreadCount(0);
     EXPECT_EQ(many, one);
 }
 
 TEST(Stability, UnknownNamesAreToldTheKnownOnes) {
-    StabilityRequest request;
     for (const std::string name : {"tiem", "numeric,numeric"}) {
-        request.names = {name};
         try {
-            measureStability(request);
+            stabilityGroupsNamed(table(), {name});
             FAIL() << name << " was taken";
         } catch (const Error& error) {
             EXPECT_EQ(error.kind(), ErrorKind::kUsage);

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `shadowdag compare mechanisms` measured: ratios with over without, mechanism by mechanism, as SVG and PNG.
+"""Draws what `shadowdag study ablation` measured: ratios with over without, mechanism by mechanism, as SVG and PNG.
 
-    mechanisms-chart mechanisms.json -o DIR
+    mechanisms-chart ablation.json -o DIR
 
 writes DIR/mechanisms.svg and DIR/mechanisms.png. A row is a mechanism, a panel a metric: its own, time, error, bytes.
 Each scene is a mark, the vertical stroke their mean; left of 1 is a gain. What lies beyond a panel stands at its edge with
@@ -83,7 +83,7 @@ def mechanisms_chart(charts, results):
 
 
 def draw(path, directory):
-    with expecting(path, "a result of compare mechanisms"):
+    with expecting(path, "a result of study ablation"):
         results = read_json(path)
         is_empty = not results["mechanisms"]
     if is_empty:
@@ -94,7 +94,7 @@ def draw(path, directory):
 
 
 def declare(parser):
-    parser.add_argument("results", help="mechanisms.json of compare mechanisms")
+    parser.add_argument("results", help="ablation.json of study ablation")
     parser.add_argument("-o", "--output", required=True, help="where the chart goes")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the stability of errors out of stability.json of `shadowdag compare stability`: one chart a part that the
+"""Draws the stability of errors out of stability.json of `shadowdag study stability`: one chart a part that the
 file holds, as SVG and PNG, with charts.json: titles and captions.
 
     stability-charts report/stability.json -o docs
@@ -17,7 +17,7 @@ def groups_of(rows):
 
 
 def short(group):
-    return group.split("-", 1)[1]
+    return group.split("-", 1)[-1]  # a study of the user's may name a group otherwise
 
 
 def verdict(results, part):
@@ -173,7 +173,7 @@ DRAWN = {"time": draw_time, "perturbation": draw_perturbation, "numeric": draw_n
 
 def draw(path, directory):
     """Draws a chart of every part that the file holds."""
-    with expecting(path, "what compare stability writes"):
+    with expecting(path, "what study stability writes"):
         results = read_json(path)
         parts = {part: results[part] for part in DRAWN}
         results["checks"], results["rates"]

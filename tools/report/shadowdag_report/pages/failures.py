@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes DIR/index.html out of DIR/failures.json of `shadowdag compare failures`: every failure in two sentences, picture
+"""Writes DIR/index.html out of DIR/failures.json of `shadowdag study failures`: every failure in two sentences, picture
 and truth side by side, every cell with its counts.
 """
 import os
 
-from .page import (bounds_cell, count, decimal, declare, key_rows, percent, read_results, wide, words,  # noqa: F401
-                   write_page)
+from .page import (bounds_cell, count, decimal, declare, key_rows, percent, read_results, row_of, wide,  # noqa: F401
+                   words, write_page)
 
-WHAT = "a result of compare failures"
+WHAT = "a result of study failures"
 REMEDIES = {"not read": "unaffected", "none": "–"}
 COLUMNS = (  # heading, cell of a row of the matrix
     ("Method", lambda c: words(c["method"])), ("Remedy", lambda c: words(REMEDIES.get(c["remedy"], c["remedy"]))),
@@ -35,12 +35,6 @@ def pictures(cells, truth):
                      f"{percent(cell, 'false_light_count'):.2f} % false light")]
         rows.append(row)
     return rows
-
-
-def row_of(study, name):
-    """Returns the study's row of a name in the results, which on a scene of the user's is ROW-SCENE."""
-    rows = [r for r in study["rows"] if name == r["name"] or name.startswith(r["name"] + "-")]
-    return max(rows, key=lambda r: len(r["name"]))
 
 
 def section(results, name):

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from .page import (Cell, declare, grouped, key_rows, marked, number, read_charts, read_results,  # noqa: F401
                    text, wide, words, write_page)
 
-WHAT = "a result of compare mechanisms"
+WHAT = "a result of study ablation"
 FILES = ("ablation.json", "mechanisms.json")
 RATIOS = ("own_ratio", "time_ratio", "error_ratio", "bytes_ratio")
 SCENE_RATIOS = ("own_ratio", "time_ratio", "time_spread", "error_ratio", "bytes_ratio")

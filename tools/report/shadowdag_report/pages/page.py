@@ -75,6 +75,12 @@ def percent(row, key):
     return 100 * row[key] / max(1, row["pair_count"])
 
 
+def row_of(study, name):
+    """Returns the study's row of a name in the results, which on a scene of the user's is ROW-SCENE."""
+    rows = [r for r in study["rows"] if name == r["name"] or name.startswith(r["name"] + "-")]
+    return max(rows, key=lambda r: len(r["name"]))
+
+
 def key_rows(values):
     """Returns the rows of a table of keys and values."""
     return [[words(key), wide(value)] for key, value in values.items()]

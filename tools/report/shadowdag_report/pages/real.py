@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes DIR/index.html out of DIR/real.json of `shadowdag compare real`: real scenes against their bounds."""
+"""Writes DIR/index.html out of DIR/real.json of `shadowdag study real`: real scenes against their bounds."""
 import os
 
 from .page import bounds_cell, count, decimal, declare, key_rows, percent, read_results, words, write_page  # noqa: F401
 
-WHAT = "a result of compare real"
+WHAT = "a result of study real"
 COLUMNS = (  # heading, cell of a row
     ("Method", lambda c: words(c["method"])), ("False shadow, %", lambda c: decimal(percent(c, "false_shadow_count"), 3)),
     ("False light, %", lambda c: decimal(percent(c, "false_light_count"), 3)),

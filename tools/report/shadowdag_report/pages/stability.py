@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes DIR/index.html out of DIR/stability.json of `shadowdag compare stability`, with the charts in DIR/charts: what
+"""Writes DIR/index.html out of DIR/stability.json of `shadowdag study stability`, with the charts in DIR/charts: what
 every band says and why, every check.
 """
 import math
 import os
 
-from .page import (Cell, declare, key_rows, marked, number, read_charts, read_results, text, wide,  # noqa: F401
-                   words, write_page)
+from .page import (Cell, declare, key_rows, marked, number, read_charts, read_results, row_of, text,  # noqa: F401
+                   wide, words, write_page)
 
-WHAT = "what compare stability writes"
+WHAT = "what study stability writes"
 PARTS = {  # name: (title, what is measured)
     "time": ("In time", "Points of surfaces are followed from frame to frame. An answer flickers when it changes and "
              "Embree's does not. Held: by the same method and resolution in both frames."),
@@ -61,12 +61,17 @@ def all_rows(rows):
                   for row in rows]
 
 
+def group_of(study, name):
+    """Returns what the page says of a group; a scene of the user's stands in its name."""
+    row = row_of(study, name)
+    return {"name": name, "what": row["what"], "scene": row.get("scene", "") if row["name"] == name else ""}
+
+
 def section(results, charts, part):
     title, lead = PARTS[part]
     rows = results[part]
-    present = {row["group"] for row in rows}
     return {"name": part, "title": title, "lead": lead, "rows": all_rows(rows), "row_count": len(rows),
-            "groups": [{"scene": ""} | row for row in results["study"]["rows"] if row["name"] in present],
+            "groups": [group_of(results["study"], name) for name in dict.fromkeys(row["group"] for row in rows)],
             "charts": [c for c in charts if c["part"] == part],
             "checks": check_rows([c for c in results["checks"] if c["part"] == part]),
             "rates": rate_rows(results["rates"]) if part == "resolution" else []}

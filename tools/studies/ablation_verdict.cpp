@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rule by which mechanisms are judged.
-#include "tools/studies/mechanisms.h"
+#include "tools/studies/ablation.h"
 
 #include "cuda/macros.h"
 #include "cuda/statistics.h"

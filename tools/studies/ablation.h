@@ -1,18 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// What each mechanism buys: every variant, remedy and term that the program has, switched off and
-// on over the built-in scenes and over the failures that it is a remedy for, in time, error and
-// bytes, and a verdict by one stated rule.
+// Studies of kind "ablation": what each mechanism buys. Every variant, remedy and term that the
+// program has is switched off and on over scenes and over the failures that it is a remedy for, in
+// time, error and bytes, and judged by one stated rule.
 //
-// A side of a mechanism is a choice of settings, as rows of the matrix of failures have them
-// (failures.h). Errors, counts and bytes are exact and come from one run of either side, which is
-// timed as well. What should pay in time is run again, off, on, off, on, so that a machine that
-// slows down slows both.
+// A side of a mechanism is a choice of settings (cell_setup.h). Errors, counts and bytes are exact
+// and come from one run of either side, which is timed as well. What should pay in time is run
+// again, off, on, off, on, so that a machine that slows down slows both.
 #pragma once
 
 #include "hybrid/routing/cost_fit.h"
 #include "tools/studies/failures.h"
+#include "tools/studies/study.h"
 
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -43,17 +42,17 @@ inline constexpr const char* kGainMetricNames[kGainMetricCount] = {"time_ms",
                                                                    "flip",
                                                                    "wrong_pair_count"};
 
-/// A row. All texts are for readers of the report but off, on, always and shownBy.
+/// A row. All texts are for readers of the report but settings and shownBy.
 struct Mechanism {
-    std::string name; ///< of letters, digits and '-'; unique
+    std::string name; ///< unique
     std::string what; ///< one sentence: what it does and what it is meant to buy
     MatrixMethod method;
     GainMetric metric;
     std::string always, off, on; ///< settings
-    /// Whether a frame has it where nobody says anything; null where a frame has it only by the
-    /// method or the threshold that is asked for.
-    bool (*isDefault)(const FrameOptions&) = nullptr;
-    std::vector<std::string> shownBy = {}; ///< names of failures() that it is a remedy for
+    /// Settings any of which a frame has by default where it has the mechanism by default; empty
+    /// where a frame has it only by the method or the threshold that is asked for.
+    std::vector<std::string> defaultIf = {};
+    std::vector<std::string> shownBy = {}; ///< names of failures that it is a remedy for
     bool isSequence = false;               ///< frames in order, what is kept is kept
     std::string keptFor = "";              ///< what needs it where it buys nothing; "": nothing
     std::string source = "";
@@ -66,8 +65,25 @@ struct Mechanism {
     }
 };
 
-/// Returns all rows, in the order of the frame's steps.
-const std::vector<Mechanism>& mechanisms();
+/// Returns whether a frame has the mechanism where nobody says anything; null where defaultIf is
+/// empty.
+Json isDefault(const Mechanism& row);
+
+struct AblationTable {
+    std::vector<Mechanism> rows;
+    std::vector<Failure> failures; ///< that rows are shown by
+    std::vector<std::string> scenes;
+    uint32_t width = 320, height = 180;
+    uint32_t resolutionLog2 = 11; ///< voxels an axis of the scenes
+    int sequenceFrames = 4;       ///< counted; one more leads in
+    int repeats = 3;      ///< timed runs of either side where time should be gained, else 1; 0: no
+                          ///< times, and no row that should gain any
+    bool hasTerms = true; ///< terms of the cost model are judged as well
+    Backend backend = Backend::kCpu;
+};
+
+/// Reads a study of this kind. Throws Error kInput, naming file and row.
+AblationTable readAblation(const StudyFile& file);
 
 /// A gain: the natural logarithm of what is spent without over what is spent with the mechanism,
 /// and its standard error. Over 0: it pays.
@@ -121,33 +137,23 @@ struct Judgement {
 /// helps otherwise is an option. What does neither is deleted, or kept for what needs it.
 Judgement judge(const MechanismEvidence& evidence, bool isKept);
 
-/// What to measure, and on what.
-struct MechanismsRequest {
-    Backend backend = Backend::kCpu;
-    std::vector<std::string>
-        names; ///< of mechanisms and of cost terms ("term-samples"); empty: all
-    std::vector<std::string> scenes{"builtin:atrium", "builtin:houses", "builtin:necropolis"};
-    uint32_t width = 320, height = 180;
-    uint32_t resolutionLog2 = 11; ///< voxels an axis of the built-in scenes
-    int sequenceFrames = 4;       ///< counted; one more leads in
-    int repeats = 3;      ///< timed runs of either side where time should be gained, else 1; 0: no
-                          ///< times, and no row that should gain any
-    bool hasTerms = true; ///< terms of the cost model are judged as well
-    std::function<void(double)> progress; ///< told the share that is done; may be empty
+/// What a mechanism gave on a scene.
+struct SceneGains {
+    Gain own, time, error, bytes;
+    bool hasTime = false;
 };
 
-/// Throws Error kUsage for a name that is neither a mechanism's nor a cost term's.
-void refuseUnknownMechanisms(const std::vector<std::string>& names);
+/// Measures rows on one scene. Returns {"rows": [...], "observed": [...]}: one object a row with
+/// what either side counted and its ratios, and its gains (gainsJson); and frames for the terms of
+/// the cost model, where it has any.
+/// @param failure the failure whose scene it is, or null; then only rows that it shows are measured
+Json measureAblation(const AblationTable& table, const std::string& scene, const Failure* failure,
+                     const StudyRequest& request, const Console& console);
 
-/// Measures and judges. Returns {"scenes", "size", ..., "mechanisms": [...]}: one object a
-/// mechanism with its settings, "verdict", "reason", "is_default" (null: asked for by name),
-/// "agrees" (the default is as the verdict says), its mean ratios on/off, and "scenes": one object
-/// a scene with what either side counted and its ratios. All but times depends on the request
-/// alone. Throws Error kUsage for an unknown name, and for rows that need times where none are
-/// taken.
-Json compareMechanisms(const MechanismsRequest& request);
+Json gainsJson(const SceneGains& gains);
+SceneGains gainsFromJson(const Json& json);
 
-/// Returns the terms of the cost model as rows, in the form of compareMechanisms' mechanisms: on is
+/// Returns the terms of the cost model as rows, in the form of the study's results: on is
 /// the form that a fit over the frames keeps, off is that form without the term; for a term that it
 /// does not keep, on is that form with it. Times are those that maps were measured to take by the
 /// method that the form chooses for them, fitted to the other frames.
@@ -158,6 +164,11 @@ Json judgeCostTerms(const std::vector<ObservedFrame>& observed,
 /// Returns the names of the rows of judgeCostTerms.
 std::vector<std::string> costTermNames();
 
+/// Judges and writes that into the row, which must have "is_default": mean ratios on/off and their
+/// spreads, of what there is evidence of, "verdict", "reason", "agrees" (the default is as the
+/// verdict says).
+void addJudgement(const MechanismEvidence& evidence, bool isKept, Json& json);
+
 /// Returns one line a mechanism whose default is not as its verdict says, and one a mechanism that
 /// is to be deleted.
 std::vector<std::string> disagreements(const Json& results);
@@ -165,16 +176,10 @@ std::vector<std::string> disagreements(const Json& results);
 /// Returns a line a mechanism and scene: names, settings, ratios and verdict.
 std::string mechanismsCsv(const Json& results);
 
-/// What `compare mechanisms` was asked for.
-struct MechanismsCommand {
-    std::string output;
-    std::string names; ///< comma-separated; "": all
-    bool noCharts = false;
-    Backend backend = Backend::kCpu;
-};
-class Console;
+std::unique_ptr<Study> makeAblationStudy(const StudyFile& file, const StudyRequest& request,
+                                         const Console& console);
 
-/// Measures, writes the report and says where a default is not as its verdict says.
-void runMechanisms(const MechanismsCommand& command, const Console& console);
+/// Returns the settings of both sides of a row. What a single frame would keep is of no use to it.
+std::string alwaysOf(const Mechanism& row);
 
 } // namespace shadowdag

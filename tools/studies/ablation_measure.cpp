@@ -1,24 +1,79 @@
 // SPDX-License-Identifier: Apache-2.0
-// Both sides of every mechanism on every scene: answers, counts, times in turn. Over 500 lines
-// because what is read, how it is timed and what is judged of it share one reading.
-#include "tools/studies/mechanisms.h"
+// Both sides of every mechanism on a scene: answers, counts, times in turn. Over 300 lines because
+// what is read, how it is timed and what is judged of it share one reading.
+#include "tools/studies/ablation.h"
 
 #include "cuda/error.h"
 #include "hybrid/judge/flicker.h"
 #include "tools/settings/console.h"
-#include "tools/settings/parse.h"
-#include "tools/studies/mechanisms_scene.h"
+#include "tools/workspace/calibration.h"
+#include "tools/workspace/cost_file.h"
 #include "tools/workspace/frame_json.h"
 #include "tools/workspace/reevaluate_pairs.h"
 
 #include <algorithm>
 #include <cmath>
+#include <list>
 #include <map>
 #include <memory>
 
 namespace shadowdag {
 
 namespace {
+
+/// Answers to all pairs of a frame with what they were judged as.
+struct JudgedAnswers {
+    int frame = 0;
+    bool hasFlip = false, hasPlane = true, hasMovers = true;
+    uint32_t resolutionLog2 = 0; ///< of voxels
+    float offset = 0, biasTexels = 0;
+    RayKind kind = RayKind::kVoxels;
+    std::vector<uint8_t> visibility;  ///< by pair
+    std::vector<Route> pairRoute;     ///< by pair
+    std::vector<uint32_t> faceTexels; ///< by map
+    ErrorCounts errors;
+    double flip = 0;
+
+    /// Returns whether both are the same answers, asked for the same judgement.
+    bool isOf(const JudgedAnswers& other) const {
+        return frame == other.frame && hasFlip == other.hasFlip && hasPlane == other.hasPlane &&
+               hasMovers == other.hasMovers && resolutionLog2 == other.resolutionLog2 &&
+               offset == other.offset && biasTexels == other.biasTexels && kind == other.kind &&
+               visibility == other.visibility && pairRoute == other.pairRoute &&
+               faceTexels == other.faceTexels;
+    }
+};
+
+/// A scene on which mechanisms are measured. Frames are counted from 0, the lead-in of sequences is
+/// -1. A scene is shown a second after its start, where all built-in ones move, a failure where its
+/// row says.
+struct AblationScene {
+    std::string name, settings; ///< of all frames
+    bool isFailure = false;
+    double startSeconds = 1.0, stepSeconds = 1.0 / 30;
+    int sequenceFrames = 0;
+    Workspace workspace;
+    Judge judge{workspace};
+    std::list<JudgedAnswers> judged;
+
+    AblationScene(const AblationTable& table, const std::string& scene, const Failure* failure,
+                  const Console& console)
+        : name(failure ? failure->name : scene), settings(failure ? failure->always : ""),
+          isFailure(failure != nullptr), sequenceFrames(table.sequenceFrames),
+          workspace(loadSceneAndWorld(scene, -1, 1, true, console), {table.backend, "", {}}) {
+        if (!failure)
+            return;
+        startSeconds = failure->startSeconds;
+        if (failure->frameCount > 1) {
+            stepSeconds = failure->stepSeconds;
+            sequenceFrames = failure->frameCount - 1;
+            startSeconds += failure->stepSeconds;
+        }
+    }
+
+    int frameCount(bool isSequence) const { return isSequence ? sequenceFrames : 1; }
+    void show(int frame) { workspace.setTime(float(startSeconds + frame * stepSeconds)); }
+};
 
 /// What one side of a mechanism gave on one scene, over its frames.
 struct Reading {
@@ -79,38 +134,27 @@ double floorOf(GainMetric metric, const Reading& reading) {
                                          : 1.0;
 }
 
-/// Returns the settings of both sides of a row. What a single frame would keep is of no use to it.
-std::string alwaysOf(const Mechanism& row) {
-    if (row.isSequence)
-        return row.always;
-    return "static_optimization=off" + (row.always.empty() ? "" : " " + row.always);
-}
-
 /// One side of a mechanism on one scene.
 class Side {
 public:
-    Side(MechanismScene& scene, const Mechanism& row, const CellSetup& setup)
+    Side(AblationScene& scene, const Mechanism& row, const CellSetup& setup)
         : scene_(scene), row_(row), setup_(setup), model_(modelOf(row.method, setup_)) {}
 
     /// Renders and judges all counted frames.
     Reading read() {
         Reading reading;
-        FlickerMeter flicker(scene_.truth(), 1, 6000);
-        const int first = firstFrame();
-        for (int f = first; f < scene_.frameCount(row_.isSequence); ++f) {
+        FlickerMeter flicker(scene_.workspace.truth(), 1, 6000);
+        for (int f = firstFrame(); f < scene_.frameCount(row_.isSequence); ++f) {
             if (f < 0 && row_.metric != GainMetric::kFlicker) {
                 render(f, false);
                 continue;
             }
-            Answers answers = render(f, true);
-            answers.gbuffer = renderer().gbuffer();
-            answers.method = {renderer().rayInputs(setup_.frame.rays), renderer().shadowMaps(),
-                              setup_.frame.bias};
+            Answers answers = answersOf(render(f, true), renderer(), setup_.frame);
             if (!hasAll()) {
                 leaveOut(setup_.hasMovers, setup_.hasPlane, answers);
-                askAgain(scene_.world(), answers);
+                askAgain(scene_.workspace.world(), answers);
             }
-            judge(f, answers, flicker, f >= 0, reading);
+            judge(f, answers, flicker, reading);
         }
         reading.flip /= double(scene_.frameCount(row_.isSequence));
         return reading;
@@ -120,7 +164,7 @@ public:
     double time() {
         double ms = 0;
         for (int f = firstFrame(); f < scene_.frameCount(row_.isSequence); ++f) {
-            const double frameMs = render(f, false).frame.stages.totalMs();
+            const double frameMs = render(f, false).stages.totalMs();
             if (f >= 0)
                 ms += frameMs;
         }
@@ -133,9 +177,9 @@ public:
 private:
     /// Sequences are led in by a frame that does not count.
     int firstFrame() const { return row_.isSequence ? -1 : 0; }
-    FrameRenderer& renderer() { return scene_.renderer(setup_.resolutionLog2); }
+    FrameRenderer& renderer() { return scene_.workspace.renderer(setup_.resolutionLog2); }
 
-    Answers render(int frame, bool recordPairs) {
+    FrameResult render(int frame, bool recordPairs) {
         checkInterrupted();
         scene_.show(frame);
         FrameRenderer& own = renderer();
@@ -143,32 +187,26 @@ private:
             own.reset();
         FrameOptions options = setup_.frame;
         options.recordPairs = recordPairs;
-        Answers answers;
-        answers.frame = own.render(scene_.camera(), *model_, options);
-        return answers;
+        return own.render(scene_.workspace.camera(), *model_, options);
     }
 
-    void judge(int frame, const Answers& answers, FlickerMeter& flicker, bool isCounted,
-               Reading& reading) {
-        scene_.truth(); // as it is now: the flicker meter asks it as well
-        const FrameResult& result = answers.frame;
-        const ErrorInputs inputs{answers.gbuffer,
-                                 scene_.world().triangles(),
-                                 viewOf(scene_.world().lights()),
-                                 result.pairs,
-                                 result.visibility,
-                                 result.pairRoute,
-                                 result.pairServer,
-                                 answers.method};
-        if (row_.metric == GainMetric::kFlicker)
-            addFlicker(flicker.add({inputs, scene_.camera()}), reading);
-        if (!isCounted)
+    void judge(int frame, const Answers& answers, FlickerMeter& flicker, Reading& reading) {
+        if (row_.metric == GainMetric::kFlicker) {
+            scene_.workspace.truth(); // as it is now: the flicker meter asks it as well
+            const FlickerCounts::Class total =
+                flicker
+                    .add(
+                        {errorInputs(scene_.workspace.world(), answers), scene_.workspace.camera()})
+                    .total();
+            reading.flickerCount += total.flickerCount;
+            reading.flickerAnswerCount += total.answerCount;
+        }
+        if (frame < 0)
             return;
-        const MechanismTruth& truth = scene_.truthOf(frame, answers.gbuffer, result.pairs);
-        const JudgedAnswers& judged = judgedAs(frame, answers, inputs, truth);
+        const JudgedAnswers& judged = judgedAs(frame, answers);
         reading.errors.add(judged.errors);
         reading.flip += judged.flip;
-        const FrameCounts& counts = result.counts;
+        const FrameCounts& counts = answers.frame.counts;
         const bool usesRays = counts.rayCount > 0 || counts.provenPairCount > 0;
         reading.bytes =
             std::max(reading.bytes,
@@ -183,8 +221,7 @@ private:
 
     /// Judges answers, or returns what equal answers of the frame were judged as: the same
     /// visibility of every pair by the same method, at the same resolutions of maps and rays.
-    const JudgedAnswers& judgedAs(int frame, const Answers& answers, const ErrorInputs& inputs,
-                                  const MechanismTruth& truth) {
+    const JudgedAnswers& judgedAs(int frame, const Answers& answers) {
         const FrameResult& result = answers.frame;
         JudgedAnswers judged{frame,
                              row_.asksFlip(),
@@ -201,32 +238,24 @@ private:
                              0};
         for (const MapRecord& map : result.maps)
             judged.faceTexels.push_back(map.quantities.faceTexels);
-        for (const JudgedAnswers& known : scene_.judged())
+        for (const JudgedAnswers& known : scene_.judged)
             if (known.isOf(judged))
                 return known;
-        ErrorOptions options;
-        options.nullSampleCount = 0;
-        options.rays = setup_.frame.rays;
-        options.bias = answers.method.bias;
-        judged.errors = computeError(inputs, scene_.truth(), truth.visibility, options).total;
+        judged.errors = scene_.judge.judge(frame, answers).total;
         if (judged.hasFlip) {
+            const FrameTruth& truth = scene_.judge.picture(frame, answers.gbuffer, result.pairs);
             const std::vector<glm::vec3> color =
-                hasAll()
-                    ? result.color
-                    : shadePairs(answers.gbuffer, scene_.world(), result.pairs, result.visibility);
+                hasAll() ? result.color
+                         : shadePairs(answers.gbuffer, scene_.workspace.world(), result.pairs,
+                                      result.visibility);
             judged.flip = computeFlip(truth.display, toneMap(color, truth.exposure),
                                       setup_.frame.width, setup_.frame.height);
         }
-        scene_.judged().push_back(std::move(judged));
-        return scene_.judged().back();
+        scene_.judged.push_back(std::move(judged));
+        return scene_.judged.back();
     }
 
-    static void addFlicker(const FlickerCounts& counts, Reading& reading) {
-        reading.flickerCount += counts.total().flickerCount;
-        reading.flickerAnswerCount += counts.total().answerCount;
-    }
-
-    MechanismScene& scene_;
+    AblationScene& scene_;
     const Mechanism& row_;
     CellSetup setup_;
     std::unique_ptr<CostModel> model_;
@@ -236,18 +265,11 @@ double ratio(const Gain& gain) {
     return std::exp(-gain.log);
 }
 
-/// What a mechanism gave on a scene.
-struct SceneGains {
-    Gain own, time, error, bytes;
-    bool hasTime = false;
-};
-
-/// Measures one mechanism on one scene and adds that to its row.
-class MechanismMeasurement {
+/// Measures mechanisms on one scene.
+class AblationMeasurement {
 public:
-    MechanismMeasurement(const MechanismsRequest& request, MechanismScene& scene,
-                         std::map<std::string, Reading>& readings)
-        : request_(request), scene_(scene), readings_(readings) {}
+    AblationMeasurement(const AblationTable& table, AblationScene& scene)
+        : table_(table), scene_(scene) {}
 
     /// Renders a frame by maps of the largest pages, so that no mechanism is charged for memory
     /// that grows.
@@ -257,7 +279,29 @@ public:
         Side(scene_, row, setupOf(row, row.on)).time();
     }
 
-    SceneGains measure(const Mechanism& row, Json& json) {
+    /// Returns two frames, two seconds apart, with the cost of every map by both methods.
+    std::vector<ObservedFrame> observe() {
+        std::vector<ObservedFrame> frames;
+        for (uint32_t f = 0; f < 2; ++f) {
+            scene_.show(int(60 * f));
+            FrameOptions options;
+            options.width = table_.width;
+            options.height = table_.height;
+            options.maps.poolBytes = 1ull << 30;
+            frames.push_back(
+                measureCalibrationFrame(scene_.workspace.renderer(table_.resolutionLog2),
+                                        scene_.workspace.camera(), options, 1)
+                    .observed);
+            frames.back().scene = scene_.name;
+            frames.back().view =
+                std::to_string(options.width) + "x" + std::to_string(options.height);
+            frames.back().frame = f;
+        }
+        return frames;
+    }
+
+    /// Returns the row's entry, with its gains.
+    Json measure(const Mechanism& row) {
         const CellSetup offSetup = setupOf(row, row.off), onSetup = setupOf(row, row.on);
         Side off(scene_, row, offSetup), on(scene_, row, onSetup);
         const Reading& offReading = read(row, row.off, off);
@@ -268,13 +312,13 @@ public:
         };
         gains.error = gainBy(row.errorMetric);
         gains.bytes = gainBy(GainMetric::kBytes);
-        Json entry = {{"scene", scene_.name()},
-                      {"is_failure", scene_.isFailure()},
+        Json entry = {{"scene", scene_.name},
+                      {"is_failure", scene_.isFailure},
                       {"off", offReading.json()},
                       {"on", onReading.json()},
                       {"error_ratio", ratio(gains.error)},
                       {"bytes_ratio", ratio(gains.bytes)}};
-        gains.hasTime = request_.repeats > 0 && off.hasAll() && on.hasAll();
+        gains.hasTime = table_.repeats > 0 && off.hasAll() && on.hasAll();
         if (gains.hasTime)
             gains.time = measureTimes(row, off, on, entry);
         if (row.metric != GainMetric::kTime)
@@ -282,17 +326,16 @@ public:
         else
             gains.own = gains.time;
         entry["own_ratio"] = ratio(gains.own);
-        json["scenes"].push_back(std::move(entry));
-        return gains;
+        return {{"entry", entry}, {"gains", gainsJson(gains)}};
     }
 
 private:
     CellSetup setupOf(const Mechanism& row, const std::string& side) const {
-        CellSetup setup = cellSetup({scene_.settings(), alwaysOf(row), side});
-        setup.frame.width = request_.width;
-        setup.frame.height = request_.height;
-        if (!scene_.isFailure()) {
-            setup.resolutionLog2 = request_.resolutionLog2;
+        CellSetup setup = cellSetup({scene_.settings, alwaysOf(row), side});
+        setup.frame.width = table_.width;
+        setup.frame.height = table_.height;
+        if (!scene_.isFailure) {
+            setup.resolutionLog2 = table_.resolutionLog2;
             setup.frame.maps.poolBytes = 1ull << 30; // a full pool would make other maps
         }
         return setup;
@@ -313,7 +356,7 @@ private:
     /// Runs both sides in turn: what should pay in time `repeats` times, else once.
     Gain measureTimes(const Mechanism& row, Side& off, Side& on, Json& entry) const {
         std::vector<double> offMs, onMs;
-        const int runs = row.metric == GainMetric::kTime ? request_.repeats : 1;
+        const int runs = row.metric == GainMetric::kTime ? table_.repeats : 1;
         for (int run = 0; run < runs; ++run) {
             offMs.push_back(off.time());
             onMs.push_back(on.time());
@@ -326,55 +369,55 @@ private:
         return gain;
     }
 
-    const MechanismsRequest& request_;
-    MechanismScene& scene_;
-    std::map<std::string, Reading>& readings_;
+    const AblationTable& table_;
+    AblationScene& scene_;
+    std::map<std::string, Reading> readings_;
 };
-
-Json rowJson(const Mechanism& row) {
-    return {{"name", row.name},
-            {"kind", "mechanism"},
-            {"what", row.what},
-            {"method", kMatrixMethodNames[size_t(row.method)]},
-            {"metric", kGainMetricNames[size_t(row.metric)]},
-            {"error_metric", kGainMetricNames[size_t(row.errorMetric)]},
-            {"always", alwaysOf(row)},
-            {"off_settings", row.off},
-            {"on_settings", row.on},
-            {"is_default", row.isDefault ? Json(row.isDefault(FrameOptions{})) : Json()},
-            {"kept_for", row.keptFor},
-            {"source", row.source},
-            {"is_sequence", row.isSequence},
-            {"scenes", Json::array()}};
-}
-
-/// Gathers what is measured scene by scene into a judgement by row.
-struct RowResult {
-    const Mechanism* row;
-    Json json;
-    MechanismEvidence evidence;
-
-    void add(const SceneGains& gains, bool isFailure) {
-        if (isFailure) {
-            evidence.ownOnFailures.push_back(gains.own);
-            return;
-        }
-        evidence.own.push_back(gains.own);
-        evidence.error.push_back(gains.error);
-        evidence.bytes.push_back(gains.bytes);
-        if (gains.hasTime)
-            evidence.time.push_back(gains.time);
-    }
-};
-
-const Failure& failureOf(const std::string& name) {
-    const auto found = std::find_if(failures().begin(), failures().end(),
-                                    [&](const Failure& f) { return f.name == name; });
-    SDAG_ASSERT(found != failures().end());
-    return *found;
-}
 
 } // namespace
+
+std::string alwaysOf(const Mechanism& row) {
+    if (row.isSequence)
+        return row.always;
+    return "static_optimization=off" + (row.always.empty() ? "" : " " + row.always);
+}
+
+Json gainsJson(const SceneGains& gains) {
+    const auto json = [](const Gain& gain) { return Json::array({gain.log, gain.spread}); };
+    return {{"own", json(gains.own)},
+            {"time", gains.hasTime ? json(gains.time) : Json()},
+            {"error", json(gains.error)},
+            {"bytes", json(gains.bytes)}};
+}
+
+SceneGains gainsFromJson(const Json& json) {
+    const auto gain = [&](const char* key) {
+        return Gain{json[key][0].get<double>(), json[key][1].get<double>()};
+    };
+    SceneGains gains{gain("own"), {}, gain("error"), gain("bytes"), !json["time"].is_null()};
+    if (gains.hasTime)
+        gains.time = gain("time");
+    return gains;
+}
+
+Json measureAblation(const AblationTable& table, const std::string& scene, const Failure* failure,
+                     const StudyRequest& request, const Console& console) {
+    AblationScene of(table, scene, failure, console);
+    AblationMeasurement measurement(table, of);
+    Json part = {{"rows", Json::array()}, {"observed", Json()}};
+    if (table.repeats > 0 && !failure)
+        measurement.warmUp();
+    for (const Mechanism& row : table.rows) {
+        const bool isAsked = !failure || std::find(row.shownBy.begin(), row.shownBy.end(),
+                                                   failure->name) != row.shownBy.end();
+        part["rows"].push_back(isAsked ? measurement.measure(row) : Json());
+        if (request.progress)
+            request.progress(double(part["rows"].size()) / double(table.rows.size() + 1));
+    }
+    if (table.hasTerms && !failure)
+        part["observed"] = toJson(measurement.observe());
+    return part;
+}
 
 void addJudgement(const MechanismEvidence& evidence, bool isKept, Json& json) {
     const Judgement judgement = judge(evidence, isKept);
@@ -395,96 +438,6 @@ void addJudgement(const MechanismEvidence& evidence, bool isKept, Json& json) {
     const bool wantsOn = judgement.verdict == MechanismVerdict::kOn;
     json["agrees"] = (isDefault.is_null() || isDefault.get<bool>() == wantsOn) &&
                      judgement.verdict != MechanismVerdict::kDelete;
-}
-
-void refuseUnknownMechanisms(const std::vector<std::string>& names) {
-    const std::vector<std::string> terms = costTermNames();
-    std::string known;
-    for (const Mechanism& row : mechanisms())
-        known += (known.empty() ? "" : ", ") + row.name;
-    for (const std::string& name : names)
-        if (std::none_of(mechanisms().begin(), mechanisms().end(),
-                         [&](const Mechanism& row) { return row.name == name; }) &&
-            std::find(terms.begin(), terms.end(), name) == terms.end())
-            throw Error(ErrorKind::kUsage, "--only '" + name + "': must be one of " + known +
-                                               ", or a term of the cost model, " + terms.front() +
-                                               " to " + terms.back());
-}
-
-Json compareMechanisms(const MechanismsRequest& request) {
-    refuseUnknownMechanisms(request.names);
-    const std::vector<std::string> terms = costTermNames();
-    const auto isAsked = [&](const std::string& name) {
-        return request.names.empty() ||
-               std::find(request.names.begin(), request.names.end(), name) != request.names.end();
-    };
-    std::vector<RowResult> rows;
-    for (const Mechanism& row : mechanisms())
-        if (isAsked(row.name)) {
-            if (row.metric == GainMetric::kTime && request.repeats == 0)
-                throw Error(ErrorKind::kUsage, "mechanism '" + row.name +
-                                                   "' should pay in time, and none is taken; ask "
-                                                   "for 1 run or more, or for others");
-            rows.push_back({&row, rowJson(row), {}});
-        }
-    const bool hasTerms = request.hasTerms && std::any_of(terms.begin(), terms.end(), isAsked);
-
-    std::vector<ObservedFrame> observed;
-    std::vector<std::string> shownBy;
-    for (const RowResult& row : rows)
-        for (const std::string& name : row.row->shownBy)
-            if (std::find(shownBy.begin(), shownBy.end(), name) == shownBy.end())
-                shownBy.push_back(name);
-    size_t done = 0;
-    const size_t stepCount =
-        request.scenes.size() * (rows.size() + (hasTerms ? 4 : 0)) + shownBy.size();
-    const auto step = [&](size_t count) {
-        done += count;
-        if (request.progress)
-            request.progress(double(done) / double(stepCount));
-    };
-
-    for (const std::string& name : request.scenes) {
-        MechanismScene scene(name, request);
-        std::map<std::string, Reading> readings;
-        if (request.repeats > 0)
-            MechanismMeasurement(request, scene, readings).warmUp();
-        for (RowResult& row : rows) {
-            row.add(MechanismMeasurement(request, scene, readings).measure(*row.row, row.json),
-                    false);
-            step(1);
-        }
-        if (hasTerms) {
-            for (int f = 0; f < 2; ++f)
-                observed.push_back(scene.observe(f));
-            step(4);
-        }
-    }
-    for (const std::string& name : shownBy) {
-        MechanismScene scene(failureOf(name), request);
-        std::map<std::string, Reading> readings;
-        for (RowResult& row : rows)
-            if (std::find(row.row->shownBy.begin(), row.row->shownBy.end(), name) !=
-                row.row->shownBy.end())
-                row.add(MechanismMeasurement(request, scene, readings).measure(*row.row, row.json),
-                        true);
-        step(1);
-    }
-
-    Json results = {{"scenes", request.scenes},
-                    {"size", std::to_string(request.width) + "x" + std::to_string(request.height)},
-                    {"resolution", 1u << request.resolutionLog2},
-                    {"sequence_frame_count", request.sequenceFrames},
-                    {"repeat_count", request.repeats},
-                    {"mechanisms", Json::array()}};
-    for (RowResult& row : rows) {
-        addJudgement(row.evidence, !row.row->keptFor.empty(), row.json);
-        results["mechanisms"].push_back(std::move(row.json));
-    }
-    if (hasTerms)
-        for (Json& row : judgeCostTerms(observed, request.names))
-            results["mechanisms"].push_back(std::move(row));
-    return results;
 }
 
 std::vector<std::string> disagreements(const Json& results) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The terms of the cost model as mechanisms: what each saves by the routes that it changes.
-#include "tools/studies/mechanisms_scene.h"
+#include "tools/studies/ablation.h"
 
 #include "hybrid/routing/cost_terms.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The settings of the matrix' cells: the one table of keys, and texts to what is rendered.
-#include "tools/studies/failures.h"
+// The one table of the keys of settings, and texts to what is rendered.
+#include "tools/studies/cell_setup.h"
 
 #include "cuda/error.h"
 #include "hybrid/routing/resolution.h"
@@ -43,7 +43,7 @@ size_t oneOf(const std::string& key, const std::string& value,
 }
 
 struct Key {
-    FailureSetting setting;
+    CellSetting setting;
     void (*apply)(CellSetup& setup, const std::string& key, const std::string& value);
 };
 
@@ -167,16 +167,16 @@ template <class Visit> void forSettings(const std::string& text, const Visit& vi
         if (sign == std::string::npos || found == keys().end())
             throw Error(ErrorKind::kUsage, "setting '" + word + "' of '" + text +
                                                "': must be KEY=VALUE with a key of "
-                                               "failureSettings()");
+                                               "cellSettings()");
         visit(*found, word.substr(sign + 1));
     }
 }
 
 } // namespace
 
-const std::vector<FailureSetting>& failureSettings() {
-    static const std::vector<FailureSetting> settings = [] {
-        std::vector<FailureSetting> list;
+const std::vector<CellSetting>& cellSettings() {
+    static const std::vector<CellSetting> settings = [] {
+        std::vector<CellSetting> list;
         for (const Key& key : keys())
             list.push_back(key.setting);
         return list;
@@ -212,14 +212,6 @@ bool readsAny(MatrixMethod method, const std::string& settings) {
         reads |= std::find(readBy.begin(), readBy.end(), method) != readBy.end();
     });
     return reads;
-}
-
-CellCounts boundOf(const CellCounts& known) {
-    CellCounts bound = known;
-    for (int m = 0; m < kCellMeasureCount; ++m)
-        bound[size_t(m)] +=
-            known[size_t(m)] / 20 + (CellMeasure(m) == CellMeasure::kMeanError ? 20 : 3);
-    return bound;
 }
 
 } // namespace shadowdag

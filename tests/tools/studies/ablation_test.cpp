@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Mechanisms judged: the rule in closed form, the table and its texts, and two rows measured.
-#include "tools/studies/mechanisms.h"
+#include "tools/studies/ablation.h"
 
 #include "cuda/backend.h"
 #include "cuda/error.h"
 #include "tests/tools/report/report_runner.h"
 #include "tests/tools/temporary_directory.h"
+#include "tools/settings/console.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -92,37 +93,48 @@ TEST(Mechanisms, ARemedyIsOnWhereItCostsNothing) {
     EXPECT_EQ(judge(evidence, false).verdict, MechanismVerdict::kOption);
 }
 
-TEST(Mechanisms, TableNamesWhatThereIs) {
+AblationTable table() {
+    return readAblation(findStudy("ablation"));
+}
+
+TEST(Mechanisms, RowsNameWhatThereIs) {
     std::set<std::string> names;
-    for (const Mechanism& row : mechanisms()) {
-        EXPECT_TRUE(names.insert(row.name).second) << row.name << " is there twice";
-        EXPECT_FALSE(row.what.empty() || row.source.empty() || row.on.empty()) << row.name;
-        cellSetup({row.always, row.off});
-        cellSetup({row.always, row.on});
-        EXPECT_TRUE(readsAny(row.method, row.off) && readsAny(row.method, row.on)) << row.name;
-        for (const std::string& name : row.shownBy)
-            EXPECT_TRUE(std::any_of(failures().begin(), failures().end(),
-                                    [&](const Failure& f) { return f.name == name; }))
-                << row.name << " names the failure " << name;
-        if (row.isDefault) { // is the difference between its sides, not something else
-            EXPECT_TRUE(row.isDefault(cellSetup({row.always, row.on}).frame)) << row.name;
-            EXPECT_FALSE(row.isDefault(cellSetup({row.always, row.off}).frame)) << row.name;
+    for (const Mechanism& row : table().rows) {
+        names.insert(row.name);
+        const FrameOptions on = cellSetup({row.always, row.on}).frame,
+                           off = cellSetup({row.always, row.off}).frame;
+        // The first of them is what the row switches on, not something else.
+        if (!row.defaultIf.empty()) {
+            EXPECT_EQ(cellSetup({row.always, row.on, row.defaultIf[0]}).frame, on) << row.name;
+            EXPECT_NE(cellSetup({row.always, row.off, row.defaultIf[0]}).frame, off) << row.name;
         }
     }
     for (const std::string& name : costTermNames())
         EXPECT_TRUE(names.insert(name).second) << name;
 }
 
-MechanismsRequest smallRequest(const std::vector<std::string>& names) {
-    MechanismsRequest request;
+// The committed run was made when defaults were what they are.
+TEST(Mechanisms, DefaultsAreThoseOfTheCommittedRun) {
+    const Json run = Json::parse(readText(SDAG_SOURCE_DIR "/tests/bench/results/mechanisms.json"));
+    for (const Mechanism& row : table().rows)
+        for (const Json& measured : run["mechanisms"])
+            if (measured["name"] == row.name) {
+                EXPECT_EQ(isDefault(row), measured["is_default"]) << row.name;
+            }
+}
+
+/// Measures rows on two small scenes.
+Json measureSmall(const std::vector<std::string>& names, int repeats = 0) {
+    StudyFile file = findStudy("ablation");
+    file.json["scenes"] = {"builtin:fail-mover", "builtin:fail-unequal-ranges"};
+    file.json["size"] = "96x54";
+    file.json["resolution"] = 128;
+    file.json["sequence_frames"] = 1;
+    file.json["repeats"] = repeats;
+    static const Console console(true);
+    StudyRequest request;
     request.names = names;
-    request.scenes = {"builtin:fail-mover", "builtin:fail-unequal-ranges"};
-    request.width = 96;
-    request.height = 54;
-    request.resolutionLog2 = 7;
-    request.sequenceFrames = 1;
-    request.repeats = 0;
-    return request;
+    return measureAll(*makeStudy(file, request, console), request);
 }
 
 const Json& rowOf(const Json& results, const std::string& name) {
@@ -136,7 +148,7 @@ const Json& rowOf(const Json& results, const std::string& name) {
 TEST(Mechanisms, MeasuresBothSidesExactly) {
     const std::vector<std::string> names = {"face-masks", "ray-movers", "half-resolution",
                                             "static-optimization"};
-    const Json results = compareMechanisms(smallRequest(names));
+    const Json results = measureSmall(names);
     ASSERT_THAT(results["mechanisms"], SizeIs(names.size()));
     const Json& culling = rowOf(results, "face-masks");
     for (const Json& scene : culling["scenes"]) {
@@ -166,11 +178,10 @@ TEST(Mechanisms, MeasuresBothSidesExactly) {
     Json written = results;
     written["provenance"] = Json::object();
     written["disagreements"] = disagreements(results);
-    EXPECT_THAT(pageOf("mechanisms", "mechanisms.json", written),
-                HasSubstr("id=\"half-resolution\""));
+    EXPECT_THAT(pageOf("ablation", "ablation.json", written), HasSubstr("id=\"half-resolution\""));
 
     setThreadCount(1);
-    const Json one = compareMechanisms(smallRequest(names));
+    const Json one = measureSmall(names);
     setThreadCount(0);
     EXPECT_EQ(results, one) << "counts depend on the thread count";
 }
@@ -178,8 +189,8 @@ TEST(Mechanisms, MeasuresBothSidesExactly) {
 // What is left out of a frame when its pairs are asked again is not left out of the truth, which
 // the rows of a scene share.
 TEST(Mechanisms, ARowSaysTheSameBesideOthers) {
-    const Json beside = compareMechanisms(smallRequest({"receiver-plane", "nine-taps"})),
-               alone = compareMechanisms(smallRequest({"nine-taps"}));
+    const Json beside = measureSmall({"receiver-plane", "nine-taps"}),
+               alone = measureSmall({"nine-taps"});
     EXPECT_EQ(rowOf(beside, "nine-taps"), rowOf(alone, "nine-taps"));
     for (const Json& scene : rowOf(alone, "nine-taps")["scenes"])
         EXPECT_GT(scene["on"]["flip"].get<double>(), 0.0);
@@ -192,10 +203,9 @@ TEST(Mechanisms, ARowSaysTheSameBesideOthers) {
 
 // Times of what should pay in time: every run of either side anew, in turn; others once.
 TEST(Mechanisms, TimesAreOfRunsInTurn) {
-    MechanismsRequest request = smallRequest({"ray-streams", "ray-lod-level", "face-masks"});
-    EXPECT_THROW(compareMechanisms(request), Error) << "no times were asked for";
-    request.repeats = 2;
-    const Json results = compareMechanisms(request);
+    const std::vector<std::string> names = {"ray-streams", "ray-lod-level", "face-masks"};
+    EXPECT_THROW(measureSmall(names), Error) << "no times were asked for";
+    const Json results = measureSmall(names, 2);
     for (const char* name : {"ray-streams", "ray-lod-level"})
         for (const Json& scene : rowOf(results, name)["scenes"])
             for (const char* side : {"off", "on"}) {
@@ -212,7 +222,7 @@ TEST(Mechanisms, TimesAreOfRunsInTurn) {
 
 TEST(Mechanisms, UnknownNamesAreToldTheKnownOnes) {
     try {
-        compareMechanisms(smallRequest({"face-mask"}));
+        measureSmall({"face-mask"});
         FAIL() << "was taken";
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
@@ -224,9 +234,9 @@ TEST(Mechanisms, UnknownNamesAreToldTheKnownOnes) {
 TEST(Mechanisms, ChartIsDrawnAndNonsenseRefused) {
     const TemporaryDirectory directory;
     const auto draw = [&](const std::string& text, std::string& said) {
-        writeText(directory / "mechanisms.json", text);
+        writeText(directory / "ablation.json", text);
         return runReport(
-            {"mechanisms-chart", directory / "mechanisms.json", "-o", directory / "charts"}, &said);
+            {"mechanisms-chart", directory / "ablation.json", "-o", directory / "charts"}, &said);
     };
     Json scene = {
         {"scene", "builtin:made"}, {"is_failure", false}, {"own_ratio", 0.01}, {"time_ratio", 1.5}};

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real scenes that are known as they are read, and what cells are held to.
+#include "tools/report/csv.h"
+#include "tools/settings/console.h"
+#include "tools/studies/real_scenes.h"
+
+#include "cuda/error.h"
+#include "scenes/gltf.h"
+#include "tools/workspace/scene_setup.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+namespace shadowdag {
+
+namespace {
+
+/// Scenes go by their stems: of two that are equal one would overwrite the other's pictures.
+void requireUniqueStems(const std::vector<std::string>& files) {
+    std::map<std::string, std::string> firstOf;
+    for (const std::string& file : files) {
+        const auto [first, isNew] = firstOf.emplace(sceneStem(file), file);
+        if (!isNew)
+            throw Error(ErrorKind::kUsage, first->second + " and " + file + " are both called '" +
+                                               first->first +
+                                               "' in the report; rename one or measure them apart");
+    }
+}
+
+class RealStudy : public Study {
+public:
+    RealStudy(const StudyFile& file, const StudyRequest& request, const Console& console)
+        : table_(readReal(file)), files_(realFiles(request.scenes, console)), console_(console) {
+        if (!request.names.empty())
+            throw Error(ErrorKind::kUsage, "--only and a study of kind real contradict each other: "
+                                           "the scenes given are measured; drop it");
+    }
+
+    std::vector<std::string> parts() const override { return files_; }
+    Json measure(size_t part, const StudyRequest& request) override {
+        return measureReal(table_, files_.at(part), request, console_);
+    }
+    std::vector<std::string> brokenLines(const Json& results) const override {
+        return realBrokenLines(results);
+    }
+    std::string judged(const Json& results) const override {
+        return "bounds of " + std::to_string(results["cells"].size()) + " cells";
+    }
+    std::string csv(const Json& results) const override { return runsCsv(results["cells"]); }
+    Json counts(const Json& results) const override {
+        return {{"cell_count", results["cells"].size()}};
+    }
+    std::string needsBeyondGl() const override { return "dag-exact"; }
+
+private:
+    RealTable table_;
+    std::vector<std::string> files_;
+    const Console& console_;
+};
+
+} // namespace
+
+const RealScene* RealTable::find(const std::string& name) const {
+    const auto found = std::find_if(scenes.begin(), scenes.end(),
+                                    [&](const RealScene& scene) { return scene.name == name; });
+    return found == scenes.end() ? nullptr : &*found;
+}
+
+RealTable readReal(const StudyFile& file) {
+    RealTable table;
+    readStudy(file, [&](StudyReader& study) {
+        table.settings = study.settings("settings");
+        study.number("frames", table.frameCount, 1, 1000);
+        table.slack = readSlack(study);
+        study.rows([&](StudyReader& reader) {
+            RealScene scene;
+            scene.name = reader.required("name");
+            scene.geometryHash = reader.required("geometry_hash");
+            scene.camera = "auto";
+            reader.text("camera", scene.camera);
+            scene.what = reader.required("what");
+            reader.list("unexplained", "unexplained", [&](StudyReader& errors) {
+                NamedErrors named;
+                named.method = MatrixMethod(errors.choice("method", kMatrixMethodNames));
+                errors.number("count", named.count, 1, 1e15);
+                named.failure = errors.required("failure");
+                named.reason = errors.required("reason");
+                scene.named.push_back(named);
+            });
+            scene.known = readKnown(reader, false);
+            table.scenes.push_back(scene);
+        });
+    });
+    return table;
+}
+
+std::vector<std::string> realFiles(const std::vector<std::string>& arguments,
+                                   const Console& console) {
+    namespace fs = std::filesystem;
+    std::vector<std::string> files;
+    for (const std::string& argument : arguments) {
+        if (!fs::is_directory(argument)) {
+            files.push_back(argument);
+            continue;
+        }
+        std::vector<std::string> inside;
+        for (const fs::directory_entry& entry : fs::directory_iterator(argument)) {
+            const std::string extension = entry.path().extension().string();
+            if (extension == ".glb" || extension == ".gltf")
+                inside.push_back(entry.path().string());
+        }
+        std::sort(inside.begin(), inside.end());
+        size_t litCount = 0;
+        for (const std::string& file : inside) {
+            checkInterrupted();
+            if (!readGltf(file).lights.empty()) {
+                files.push_back(file);
+                ++litCount;
+            }
+        }
+        if (litCount == 0)
+            throw Error(ErrorKind::kUsage,
+                        argument + ": no .glb or .gltf file in it has lights; name another "
+                                   "directory, or scenes");
+        console.note(argument + ": " + std::to_string(litCount) + " of " +
+                     std::to_string(inside.size()) + " scenes have lights");
+    }
+    if (files.empty())
+        throw Error(ErrorKind::kUsage,
+                    "study real needs scenes: give .glb or .gltf files, or a directory of them");
+    sceneNames(files); // throws where one is there twice
+    requireUniqueStems(files);
+    return files;
+}
+
+Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod method) {
+    Json bounds = Json::object();
+    CellCounts named{};
+    for (const NamedErrors& errors : scene ? scene->named : std::vector<NamedErrors>())
+        if (errors.method == method)
+            named[0] += errors.count;
+    bounds["unnamed_count"] = named[0] == 0 ? 0 : boundOf(named, table.slack)[0];
+    const KnownCell* known = scene ? findKnown(scene->known, method, true) : nullptr;
+    if (known) {
+        const CellCounts bound = boundOf(known->counts, table.slack);
+        for (size_t m = 0; m < bound.size(); ++m)
+            bounds[kCellMeasureNames[m]] = bound[m];
+    }
+    if (method == MatrixMethod::kDagExact) {
+        // The truth, triangle by triangle, in double where Embree rounds: a pair whose ray grazes
+        // an edge may differ, and counts as explained. What is known of that has no slack.
+        for (const char* name :
+             {"false_shadow_count", "false_light_count", "mean_error_millionths", "flicker_count"})
+            bounds[name] = 0;
+        bounds["unexplained_count"] = 0;
+        if (known)
+            for (size_t m = 0; m < known->counts.size(); ++m)
+                bounds[kCellMeasureNames[m]] = known->counts[m];
+    }
+    if (method == MatrixMethod::kDag || method == MatrixMethod::kDagExact)
+        bounds["acne_count"] = 0;
+    return bounds;
+}
+
+bool showsShadowEdge(const Json& cell) {
+    const uint64_t dark = cell["occluded_count"].get<uint64_t>();
+    return dark > 0 && dark < cell["pair_count"].get<uint64_t>();
+}
+
+Json realBroken(const Json& cell, const Json& bounds) {
+    Json broken = Json::array();
+    for (const auto& [name, bound] : bounds.items())
+        if (cell[name].get<uint64_t>() > bound.get<uint64_t>())
+            broken.push_back(name);
+    if (cell.value("known", "") == "yes" && !showsShadowEdge(cell))
+        broken.push_back("occluded_count");
+    return broken;
+}
+
+std::vector<std::string> realBrokenLines(const Json& results) {
+    std::vector<std::string> lines;
+    for (const Json& cell : results["cells"])
+        for (const Json& measure : cell["broken"]) {
+            const std::string name = measure.get<std::string>();
+            std::string line = cell["scene"].get<std::string>() + " by " +
+                               cell["method"].get<std::string>() + ": ";
+            if (name == "unknown")
+                line += "no bound is known; run tools/studies/update_known.py";
+            else if (name == "occluded_count")
+                line += "shows no shadow edge, occluded_count is " + cell[name].dump() + " of " +
+                        cell["pair_count"].dump() +
+                        " pairs; give the scene a view that sees light "
+                        "and shadow";
+            else
+                line +=
+                    name + " is " + cell[name].dump() + ", bound " + cell["bounds"][name].dump();
+            if (name == "unnamed_count" && !cell["unnamed"].empty()) {
+                const Json& first = cell["unnamed"][0];
+                line += "; the first: a " + first["error"].get<std::string>() + " in frame " +
+                        first["frame"].dump() + " at pixel " + first["pixel"][0].dump() + "," +
+                        first["pixel"][1].dump() + " of light " + first["light"].dump();
+            }
+            lines.push_back(line);
+        }
+    return lines;
+}
+
+std::unique_ptr<Study> makeRealStudy(const StudyFile& file, const StudyRequest& request,
+                                     const Console& console) {
+    return std::make_unique<RealStudy>(file, request, console);
+}
+
+} // namespace shadowdag

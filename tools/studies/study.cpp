@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kinds of studies.
+#include "tools/studies/study.h"
+
+#include "cuda/error.h"
+#include "tools/studies/ablation.h"
+#include "tools/studies/failures.h"
+#include "tools/studies/real_scenes.h"
+#include "tools/studies/stability.h"
+
+#include <filesystem>
+
+namespace shadowdag {
+
+namespace {
+
+using Make = std::unique_ptr<Study> (*)(const StudyFile&, const StudyRequest&, const Console&);
+
+constexpr const char* kKindNames[] = {"ablation", "failures", "real", "stability"};
+constexpr Make kKinds[] = {makeAblationStudy, makeFailureStudy, makeRealStudy, makeStabilityStudy};
+
+} // namespace
+
+std::unique_ptr<Study> makeStudy(const StudyFile& file, const StudyRequest& request,
+                                 const Console& console) {
+    StudyReader reader(file.json, file.path);
+    const size_t kind = reader.choice("kind", kKindNames);
+    std::unique_ptr<Study> study = kKinds[kind](file, request, console);
+    if (request.backend == Backend::kGl && !study->needsBeyondGl().empty())
+        throw Error(ErrorKind::kUsage, "--backend gl: study " + file.name + " needs " +
+                                           study->needsBeyondGl() +
+                                           ", which it does not follow; use --backend cpu or cuda");
+    return study;
+}
+
+std::string sceneStem(const std::string& scene) {
+    return std::filesystem::path(scene).stem().string();
+}
+
+std::string rowNameOn(const std::string& row, const std::string& scene) {
+    const std::string stem = sceneStem(scene);
+    return row + "-" + stem.substr(stem.find(':') + 1);
+}
+
+} // namespace shadowdag

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one runner of studies: directory, journal, parts, report, verdict.
+#include "tools/report/report_package.h"
+#include "tools/report/report_run.h"
+#include "tools/settings/console.h"
+#include "tools/settings/json_file.h"
+#include "tools/settings/provenance.h"
+#include "tools/studies/study.h"
+#include "tools/workspace/journal.h"
+#include "tools/workspace/report_directory.h"
+
+#include "cuda/error.h"
+
+#include <chrono>
+#include <fstream>
+#include <ostream>
+
+namespace shadowdag {
+
+namespace {
+
+/// Measures all parts; those that the journal holds are taken from it.
+Json measureParts(Study& study, StudyRequest request, const std::function<void(double)>& progress,
+                  Journal& journal) {
+    const std::vector<std::string> parts = study.parts();
+    std::vector<Json> measured;
+    for (size_t i = 0; i < parts.size(); ++i) {
+        request.progress = [&](double share) {
+            checkInterrupted();
+            if (progress)
+                progress((double(i) + share) / double(parts.size()));
+        };
+        if (!journal.find(parts[i]))
+            journal.set(parts[i], study.measure(i, request));
+        measured.push_back(*journal.find(parts[i]));
+        request.progress(1.0);
+    }
+    return study.join(std::move(measured));
+}
+
+} // namespace
+
+Json Study::join(std::vector<Json> parts) const {
+    Json results = Json::object();
+    for (Json& part : parts)
+        for (auto& [key, value] : part.items()) {
+            if (!results.contains(key))
+                results[key] = std::move(value);
+            else if (value.is_array())
+                for (Json& item : value)
+                    results[key].push_back(std::move(item));
+        }
+    return results;
+}
+
+Json measureAll(Study& study, const StudyRequest& request) {
+    Journal journal("", "", false);
+    return measureParts(study, request, request.progress, journal);
+}
+
+void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
+              const StudyCommand& command, const Console& console) {
+    const auto start = std::chrono::steady_clock::now();
+    const std::string kind = file.json["kind"], resultsFile = kind + ".json";
+    if (command.resume && !std::ifstream(command.output + "/partial/journal.json"))
+        throw Error(ErrorKind::kUsage, "--resume: " + command.output +
+                                           " holds no unfinished study; run without --resume");
+    const ReportPackage package(study.drawsCharts() && !command.noCharts, console);
+    const ReportDirectory held(command.output, command.resume, false);
+    const std::string partial = command.output + "/partial";
+    const Json provenance = buildProvenance(asked.backend);
+    Json key = provenance;
+    key["study"] = file.json;
+    key["names"] = asked.names;
+    key["inputs"] = inputHashes(asked.scenes, {});
+    Journal journal(partial + "/journal.json", textHash(jsonText(key)), command.resume);
+    if (journal.takenUpCount() > 0)
+        console.note("resume: " + std::to_string(journal.takenUpCount()) +
+                     " finished parts taken up");
+    StudyRequest request = asked;
+    request.pictureDirectory = partial + "/images";
+    const Json measured =
+        measureParts(study, request, console.progress("study " + file.name), journal);
+    const std::vector<std::string> broken = study.brokenLines(measured);
+
+    Json results = {{"provenance", provenance}, {"study", file.json}};
+    results.update(measured);
+    results[study.mustHold() ? "broken" : "disagreements"] = broken;
+    const auto write = [&](const std::string& name, const std::string& text) {
+        writeWholeFile(partial + "/" + name, text);
+    };
+    write(resultsFile, jsonText(results));
+    write(kind + ".csv", study.csv(results));
+    package.writePage(kind, partial);
+    checkInterrupted();
+    swapReport(command.output);
+
+    const std::string report =
+        command.output + "/" + (package.hasPage() ? "index.html" : resultsFile);
+    study.print(results, console);
+    for (const std::string& line : broken)
+        console.people() << line << "\n";
+    console.people() << study.judged(results) << ", " << broken.size()
+                     << " do not hold; report: " << report << "\n";
+    Json said = {{"report", report}, {"results", command.output + "/" + resultsFile}};
+    said.update(study.counts(results));
+    said[study.mustHold() ? "broken" : "disagreements"] = broken;
+    said["wall_s"] =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    console.emit(said);
+    if (study.mustHold() && !broken.empty())
+        throw NotHeld(study.judged(results) + ": " + std::to_string(broken.size()) +
+                      " do not hold, the first: " + broken.front() + "; all stand in " + report);
+}
+
+} // namespace shadowdag

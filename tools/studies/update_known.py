@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writes what a run measured into the rows of a study, under "known", where bounds are taken from.
+
+    shadowdag study failures -o DIR; tools/studies/update_known.py DIR/failures.json scenes/studies/failures.json
+    shadowdag study real FILE... -o DIR; tools/studies/update_known.py DIR/real.json scenes/studies/real.json
+
+Rows that the run does not hold keep their numbers, so that a part (--only) can be written anew. Prints every
+number that got larger: look at each before you commit it.
+"""
+import json
+import sys
+
+MEASURES = ["false_shadow_count", "false_light_count", "unexplained_count", "acne_count",
+            "contact_count", "missing_tap_count", "mean_error_millionths", "flicker_count"]
+WIDTH = 170
+
+
+def text_of(value, indent=0, lead=0):
+    """Returns JSON with short objects and lists on one line."""
+    line = json.dumps(value, ensure_ascii=False)
+    if not isinstance(value, (dict, list)) or not value or len(line) + indent + lead <= WIDTH:
+        return line
+    pad = " " * (indent + 2)
+    if isinstance(value, dict):
+        items = [f"{pad}{json.dumps(key)}: {text_of(item, indent + 2, len(key) + 4)}" for key, item in value.items()]
+        return "{\n" + ",\n".join(items) + "\n" + " " * indent + "}"
+    items = [pad + text_of(item, indent + 2) for item in value]
+    return "[\n" + ",\n".join(items) + "\n" + " " * indent + "]"
+
+
+def name_of(cell):
+    """Returns the row that a cell is of: its failure, or its scene."""
+    return cell["failure"] if "failure" in cell else cell["scene"]
+
+
+def known_of(cells):
+    """Returns the cells of a row as its "known" has them; counts of 0 are left out."""
+    known = []
+    for cell in cells:
+        entry = {"method": cell["method"]}
+        if cell.get("remedy", "none") == "off":
+            entry["remedy"] = "off"
+        elif "remedy" in cell and any(other["remedy"] in ("on", "off", "not read") for other in cells):
+            entry["remedy"] = "on"
+        entry.update({measure: cell[measure] for measure in MEASURES if cell[measure]})
+        known.append(entry)
+    return known
+
+
+def report_rises(name, old, new):
+    """Prints what got larger."""
+    before = {(entry["method"], entry.get("remedy")): entry for entry in old}
+    for entry in new:
+        was = before.get((entry["method"], entry.get("remedy")))
+        for measure in MEASURES if was else []:
+            if entry.get(measure, 0) > was.get(measure, 0):
+                print(f"{name} by {entry['method']}, remedy {entry.get('remedy', 'none')}: {measure} rises "
+                      f"from {was.get(measure, 0)} to {entry[measure]}")
+
+
+def main(arguments):
+    if len(arguments) != 3:
+        print("usage: update_known.py RESULTS.json STUDY.json", file=sys.stderr)
+        return 1
+    try:
+        with open(arguments[1], encoding="utf-8") as file:
+            cells = json.load(file)["cells"]
+        with open(arguments[2], encoding="utf-8") as file:
+            study = json.load(file)
+    except (OSError, ValueError, KeyError) as error:
+        print(f"update_known.py: {arguments[1]} must be the results and {arguments[2]} the file of a study: {error!r}",
+              file=sys.stderr)
+        return 2
+    for row in study["rows"]:
+        known = known_of([cell for cell in cells if name_of(cell) == row["name"]])
+        if known:
+            report_rises(row["name"], row.get("known", []), known)
+            row["known"] = known
+    with open(arguments[2], "w", encoding="utf-8") as file:
+        file.write(text_of(study) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv))
