@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/settings/method.h"
+
+#include "tools/settings/experiment.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+namespace shadowdag {
+namespace {
+
+using testing::ElementsAre;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+TEST(Method, IsFoundByItsNameAlone) {
+    EXPECT_THAT(methodNames(), ElementsAre("embree", "dag", "dag-exact", "maps", "hybrid"));
+    for (const Method* method : methods())
+        EXPECT_EQ(findMethod(method->name()), method);
+    EXPECT_EQ(findMethod("dag-"), nullptr);
+    EXPECT_THROW(methodOf(""), std::logic_error);
+}
+
+TEST(Method, NeedsWhatItAsksOfAFrame) {
+    EXPECT_TRUE(methodOf("dag").stopsAtVoxels());
+    EXPECT_FALSE(methodOf("dag-exact").stopsAtVoxels());
+    EXPECT_TRUE(methodOf("dag-exact").needs().triangles);
+    EXPECT_FALSE(methodOf("maps").needs().voxels);
+    EXPECT_TRUE(methodOf("hybrid").needs().voxels && methodOf("hybrid").needs().maps);
+    EXPECT_TRUE(methodOf("hybrid").needs().routing);
+    EXPECT_TRUE(methodOf("embree").isTruth());
+    FrameOptions options;
+    methodOf("dag-exact").configure(options);
+    EXPECT_EQ(options.rays.kind, RayKind::kExact);
+}
+
+TEST(Method, OneMethodServesEachThresholdOfASweep) {
+    for (const auto& [threshold, name] :
+         {std::pair<float, const char*>{0.0f, "maps"}, {96.0f, "hybrid"}, {kInfinity, "dag"}}) {
+        std::set<std::string> found;
+        for (const Method* method : methods())
+            if (method->isRunAtThreshold(threshold))
+                found.insert(method->name());
+        EXPECT_THAT(found, ElementsAre(name)) << threshold;
+    }
+}
+
+TEST(Method, ComplexitiesThatFitComparesDiffer) {
+    std::set<int> seen;
+    for (const Method* method : methods()) {
+        if (method->complexity() >= 0) {
+            EXPECT_TRUE(seen.insert(method->complexity()).second) << method->name();
+        }
+    }
+    EXPECT_EQ(seen.size(), methods().size() - 1) << "all but the truth";
+}
+
+TEST(Method, ModelsAreThoseThatItMeans) {
+    EXPECT_EQ(methodOf("hybrid").modelText(""), "texels:96");
+    EXPECT_EQ(methodOf("hybrid").modelText("cost"), "cost");
+    EXPECT_EQ(methodOf("dag-exact").modelText("cost"), "texels:inf");
+    EXPECT_EQ(methodOf("maps").modelText(""), "texels:0");
+}
+
+} // namespace
+} // namespace shadowdag
