@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag calibrate`: fits the cost model `cost` to this machine.
 #include "tools/commands/commands.h"
-#include "tools/report/report_run.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
 #include "tools/settings/json_file.h"
@@ -9,6 +8,7 @@
 #include "tools/settings/provenance.h"
 #include "tools/workspace/calibration.h"
 #include "tools/workspace/cost_file.h"
+#include "tools/workspace/whole_file.h"
 #include "tools/workspace/workspace.h"
 
 #include <algorithm>

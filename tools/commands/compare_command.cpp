@@ -6,7 +6,6 @@
 #include "tools/commands/compare_parts.h"
 #include "tools/report/csv.h"
 #include "tools/report/report_package.h"
-#include "tools/report/report_run.h"
 #include "tools/report/results_table.h"
 #include "tools/settings/command_line.h"
 #include "tools/settings/common_options.h"
@@ -20,6 +19,7 @@
 #include "tools/workspace/measure.h"
 #include "tools/workspace/report_directory.h"
 #include "tools/workspace/sequence.h"
+#include "tools/workspace/whole_file.h"
 
 #include <algorithm>
 #include <chrono>

@@ -3,12 +3,12 @@
 #include "tools/commands/commands.h"
 #include "tools/report/fit_report.h"
 #include "tools/report/report_package.h"
-#include "tools/report/report_run.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "tools/settings/unused_options.h"
+#include "tools/workspace/whole_file.h"
 
 #include "cuda/error.h"
 

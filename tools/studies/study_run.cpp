@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The one runner of studies: directory, journal, parts, report, verdict.
 #include "tools/report/report_package.h"
-#include "tools/report/report_run.h"
 #include "tools/settings/console.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/provenance.h"
 #include "tools/studies/study.h"
 #include "tools/workspace/journal.h"
 #include "tools/workspace/report_directory.h"
+#include "tools/workspace/whole_file.h"
 
 #include "cuda/error.h"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/window/view_save.h"
 
-#include "tools/report/report_run.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "tools/window/view_frame.h"
 #include "tools/window/view_scene.h"
+#include "tools/workspace/whole_file.h"
 
 #include <algorithm>
 #include <cmath>

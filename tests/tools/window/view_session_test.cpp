@@ -2,8 +2,8 @@
 #include "tools/window/view_session.h"
 
 #include "tests/tools/temporary_directory.h"
-#include "tools/report/report_run.h"
 #include "tools/window/view_camera.h"
+#include "tools/workspace/whole_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writing the files of a report.
+// Writing a text as a whole file.
 #pragma once
 
 #include <string>

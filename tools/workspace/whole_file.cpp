@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/report/report_run.h"
+#include "tools/workspace/whole_file.h"
 
 #include "scenes/output_file.h"
 
