@@ -102,7 +102,7 @@ FrameRenderer& Workspace::renderer(uint32_t resolutionLog2, size_t role) {
 }
 
 uint32_t Workspace::voxelsOf(const RunParameters& run) const {
-    return run.usesRays() && run.resolution > 0 ? uint32_t(std::countr_zero(run.resolution))
+    return run.resolution > 0 && run.usesRays() ? uint32_t(std::countr_zero(run.resolution))
                                                 : firstVoxels_;
 }
 

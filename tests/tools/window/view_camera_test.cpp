@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/window/view_camera.h"
 
+#include "tools/settings/camera_text.h"
 #include "tools/workspace/scene_setup.h"
 
 #include <gtest/gtest.h>
