@@ -69,7 +69,8 @@ void refuseUnused(const Experiment& e, size_t assetCount, const std::string& exp
         const Readers& readers = readersOf(readBy);
         const bool mayBeSaid = setting != nullptr && setting->mayBeSaidByVariants;
         refuse(option,
-               mayBeSaid && isNamed ? std::string("variants that do not say it")
+               mayBeSaid && isNamed ? std::string(readBy == ReadBy::kMaps ? "maps" : "hybrids") +
+                                          " whose names do not say it"
                                     : std::string(readers.name),
                std::string("add ") + (isNamed ? readers.addedVariant : readers.added) + ", or ",
                [&](const RunParameters& run) {

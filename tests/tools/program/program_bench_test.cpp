@@ -85,7 +85,7 @@ TEST(ProgramBench, NanoVdbIsLeftOutAloudAboveItsLimit) {
     EXPECT_EQ(result.json()["width"], 32);
     EXPECT_EQ(result.json()["frame"]["width"], 48);
     EXPECT_EQ(result.json()["frame"]["height"], 27);
-    EXPECT_THAT(result.err, HasSubstr("left out above --nanovdb-limit 32"));
+    EXPECT_THAT(result.err, HasSubstr("omitted above --nanovdb-limit 32"));
     EXPECT_FALSE(result.json().contains("nanovdb_bytes"));
     const size_t streams = size_t(bestStreamIsa()) + 1;
     EXPECT_EQ(result.json()["rates"].size(), 2 * (6 + streams));

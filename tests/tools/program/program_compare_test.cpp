@@ -8,6 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <csignal>
 #include <filesystem>
 #include <set>
@@ -309,9 +311,13 @@ TEST(Compare, ASwapThatDiedLeavesTheOldReportToTheNextCompare) {
     const size_t count = filesBelow(report + "/images").size();
     std::filesystem::create_directories(report + "/partial/old");
     std::filesystem::rename(report + "/images", report + "/partial/old/images");
+    // Fails, but only after the directory was put in order: assets are read once scenes are open.
     Arguments arguments = tinyCompare(report);
-    arguments[1] = directory / "bad.glb"; // fails, but only after the directory was put in order
-    writeText(directory / "bad.glb", "no glTF");
+    const auto resolution = std::find(arguments.begin(), arguments.end(), "--resolution");
+    ASSERT_NE(resolution, arguments.end());
+    resolution[0] = "--voxels";
+    resolution[1] = directory / "bad.svdag";
+    writeText(directory / "bad.svdag", "no asset");
     EXPECT_EQ(runShadowdag(directory, arguments).status, 2);
     EXPECT_EQ(filesBelow(report + "/images").size(), count);
 }

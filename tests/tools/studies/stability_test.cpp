@@ -128,10 +128,12 @@ Json measure(const std::vector<std::string>& names, uint32_t width, uint32_t fin
     StabilityTable of = table(width);
     of.finestVoxelsLog2 = finestLog2;
     Json results = Json::object();
-    for (const StabilityGroup& group : stabilityGroupsNamed(of, names))
-        for (const auto& [key, list] : measureStability(of, group).items())
+    for (const StabilityGroup& group : stabilityGroupsNamed(of, names)) {
+        const Json measured = measureStability(of, group);
+        for (const auto& [key, list] : measured.items())
             for (const Json& item : list)
                 results[key].push_back(item);
+    }
     return results;
 }
 
