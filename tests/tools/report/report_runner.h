@@ -10,6 +10,11 @@
 #include <string>
 #include <vector>
 
+#if !defined(SDAG_SOURCE_DIR)
+// Where the header is compiled alone.
+#define SDAG_SOURCE_DIR "."
+#endif
+
 namespace shadowdag {
 
 inline const std::string kReportPackage = SDAG_SOURCE_DIR "/tools/report/shadowdag_report";
