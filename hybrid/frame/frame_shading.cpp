@@ -14,8 +14,8 @@ uint64_t sum(const Buffer<uint32_t>& counts) {
 }
 
 /// Clusters and their lists of lights on the host.
-struct HostLists {
-    HostLists(const FrameClusters& clusters, size_t worldLightCount)
+struct ShadeLists {
+    ShadeLists(const FrameClusters& clusters, size_t worldLightCount)
         : sampleStart(clusters.clusters().sampleStart.download()),
           samples(clusters.clusters().samples.download()),
           lightStart(clusters.lights().start.download()),
@@ -26,7 +26,7 @@ struct HostLists {
 };
 
 /// Counts the traced pairs by whether their light lights its cluster wholly, not at all, in part.
-void countWholeClusters(const HostLists& lists, FrameResult& result) {
+void countWholeClusters(const ShadeLists& lists, FrameResult& result) {
     const auto& [sampleStart, samples, lightStart, lights, lightCount] = lists;
     std::vector<uint64_t> lit(lightCount, 0), dark = lit;
     FrameCounts& counts = result.counts;
@@ -47,7 +47,7 @@ void countWholeClusters(const HostLists& lists, FrameResult& result) {
 }
 
 /// Counts the pairs of every map; those that are proven lit belong to none.
-void countPairsOfMaps(const HostLists& lists, const std::vector<uint32_t>& records,
+void countPairsOfMaps(const ShadeLists& lists, const std::vector<uint32_t>& records,
                       FrameResult& result) {
     const auto& [sampleStart, samples, lightStart, lights, lightCount] = lists;
     std::vector<uint32_t> recordOfLight(lightCount, kProvenLit);
@@ -123,7 +123,7 @@ void FrameShading::recordPairs(const VisibleSurface& surface, const FrameCluster
     result.pairRoute.reserve(result.pairServer.size());
     for (const PairServer& server : result.pairServer)
         result.pairRoute.push_back(server.isMap() ? Route::kMap : Route::kRays);
-    const HostLists lists(clusters, context_.scene.world().lights().size());
+    const ShadeLists lists(clusters, context_.scene.world().lights().size());
     countPairsOfMaps(lists, records, result);
     countWholeClusters(lists, result);
 }
