@@ -74,7 +74,7 @@ def section(results, charts, part):
             "groups": [group_of(results["study"], name) for name in dict.fromkeys(row["group"] for row in rows)],
             "charts": [c for c in charts if c["part"] == part],
             "checks": check_rows([c for c in results["checks"] if c["part"] == part]),
-            "rates": rate_rows(results["rates"]) if part == "resolution" else []}
+            "rates": rate_rows(results.get("rates", [])) if part == "resolution" else []}
 
 
 def run(arguments):
@@ -86,7 +86,7 @@ def run(arguments):
         charts = read_charts(directory)
     write_page(directory, "stability.html.j2", path, WHAT, lambda: {
         "title": "How stable the errors are: in time, place, number and resolution", "results": results,
-        "parts": [section(results, charts, part) for part in PARTS if results[part]],
+        "parts": [section(results, charts, part) for part in PARTS if results.get(part)],
         "bands": [[words(b["id"]), words(b["measure"]), wide(b["formula"]), wide(b["reason"])]
                   for b in results["study"]["bands"]],
         "known": [[words(k["group"]), words(k["kind"]), words(k["method"]), words(k["measure"]),
