@@ -10,7 +10,7 @@ usage() {
     cat <<'END'
 usage: ./do COMMAND
 
-  report [ARG...]   installs missing packages, builds the program and writes report/index.html: the three
+  report [ARG...]   installs missing packages, builds the program and writes report/index.html: the
                     methods, time against error, on the built-in atrium. Arguments go to `shadowdag compare`.
   test [--quick] [ARG...]
                     installs missing packages, builds everything and runs every test. Arguments go to ctest.

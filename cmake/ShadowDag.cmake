@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The functions that the folders' CMakeLists.txt are written in.
+# The functions that the folders' CMakeLists.txt use.
 
 # sdag_add_library(sdag_x a.cpp b.cpp ... LIBS sdag_cuda glm::glm ... PRIVATE_LIBS zstd::libzstd_shared ...)
 # adds a static library with our flags, the alias ShadowDAG::sdag_x, and its installation. LIBS are public.
@@ -11,7 +11,7 @@ function(sdag_add_library name)
   set_property(GLOBAL APPEND PROPERTY SDAG_LIBRARIES ${name})
 endfunction()
 
-# sdag_add_cuda_sources(target a_cuda.cu ...) adds CUDA sources; does nothing where CUDA is off.
+# sdag_add_cuda_sources(target a_cuda.cu ...) adds CUDA sources; does nothing without CUDA.
 function(sdag_add_cuda_sources target)
   if(SDAG_WITH_CUDA)
     target_sources(${target} PRIVATE ${ARGN})
@@ -32,10 +32,10 @@ function(sdag_add_passes target file)
 endfunction()
 
 # sdag_add_test(name a_test.cpp ... LIBS sdag_voxel ... [TIMEOUT seconds] [PROCESSORS n] [LABEL label])
-# adds a GoogleTest binary, each of its tests a test of ctest. gtest_main is linked. A GTEST_SKIP shows as skipped in
-# ctest's summary. PROCESSORS: how many of ctest's jobs a test takes, for those that measure. LABEL, of
-# which each test has one: unit (the default), program (starts the program), gl (draws by OpenGL), slow (renders for
-# seconds). `./do test --quick` runs what is labelled unit.
+# adds a GoogleTest binary, each of its tests a test of ctest. gtest_main is linked. A GTEST_SKIP is reported as skipped
+# in ctest's summary. PROCESSORS: the number of ctest's jobs that a test takes, for tests that measure. LABEL, one per
+# test: unit (the default), program (starts the program), gl (draws by OpenGL), slow (renders for seconds). `./do test
+# --quick` runs the tests with label unit.
 function(sdag_add_test name)
   if(NOT SDAG_TESTS)
     return()
@@ -56,7 +56,7 @@ function(sdag_add_test name)
   include(GoogleTest)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE sdag_flags ${arg_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
-  # What a test itself does is small: compiling it with little optimization takes a third less time.
+  # Tests do little work themselves: compiling them with little optimization takes a third less time.
   target_compile_options(${name} PRIVATE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
   target_compile_definitions(${name} PRIVATE SDAG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
@@ -72,4 +72,22 @@ function(sdag_add_bench name)
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE sdag_flags ${arg_LIBS})
   target_compile_definitions(${name} PRIVATE SDAG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
+endfunction()
+
+# Compiles NAME_avx2.cpp and NAME_avx512.cpp of a target for their processors: ray streams choose their instructions at
+# run time, whatever SDAG_MARCH is; voxel/dag_stream_work.h says how that stays safe. On other processors the two files
+# are empty.
+function(sdag_compile_streams target name)
+  if(NOT CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+    return()
+  endif()
+  set(here TARGET_DIRECTORY ${target})
+  set(path ${CMAKE_CURRENT_SOURCE_DIR}/${name})
+  set_property(SOURCE ${path}.cpp ${here} APPEND PROPERTY COMPILE_DEFINITIONS SDAG_STREAM_X86=1)
+  set_property(SOURCE ${path}_avx2.cpp ${here} APPEND PROPERTY COMPILE_OPTIONS -march=x86-64-v3)
+  set_property(SOURCE ${path}_avx512.cpp ${here} APPEND PROPERTY COMPILE_OPTIONS -march=x86-64-v4)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+    # GCC 12's own AVX-512 headers start from registers that hold nothing (GCC bug 105593).
+    set_property(SOURCE ${path}_avx512.cpp ${here} APPEND PROPERTY COMPILE_OPTIONS -Wno-uninitialized -Wno-maybe-uninitialized)
+  endif()
 endfunction()

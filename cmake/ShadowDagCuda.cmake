@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Decides whether the CUDA passes are compiled; sets SDAG_WITH_CUDA. Absence is normal, asked and absent is an error.
+# Decides whether the CUDA passes are compiled; sets SDAG_WITH_CUDA. A missing nvcc is an error only if it was
+# requested.
 set(SDAG_WITH_CUDA OFF)
 if(NOT SDAG_CUDA MATCHES "^(AUTO|ON|OFF)$")
   message(FATAL_ERROR "SDAG_CUDA is '${SDAG_CUDA}'; it must be AUTO, ON or OFF")
@@ -12,7 +13,7 @@ if(NOT SDAG_CUDA STREQUAL "OFF" AND NOT SDAG_SANITIZE)
   include(CheckLanguage)
   check_language(CUDA)
   if(NOT CMAKE_CUDA_COMPILER AND EXISTS /usr/local/cuda/bin/nvcc)
-    # NVIDIA's installer puts nvcc there, but not on the PATH.
+    # NVIDIA's installer puts nvcc there, but not into the PATH.
     unset(CMAKE_CUDA_COMPILER CACHE)
     set(ENV{CUDACXX} /usr/local/cuda/bin/nvcc)
     check_language(CUDA)
@@ -20,7 +21,7 @@ if(NOT SDAG_CUDA STREQUAL "OFF" AND NOT SDAG_SANITIZE)
   if(CMAKE_CUDA_COMPILER)
     enable_language(CUDA)
     if(CMAKE_VERSION VERSION_LESS 3.26)
-      # CMake 3.25 does not know that nvcc takes C++20.
+      # CMake 3.25 does not know that nvcc supports C++20.
       set(CMAKE_CUDA20_STANDARD_COMPILE_OPTION "-std=c++20")
       set(CMAKE_CUDA20_EXTENSION_COMPILE_OPTION "-std=c++20")
     endif()

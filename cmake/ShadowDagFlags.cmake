@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# sdag_flags: what every file of ours is compiled with. sdag_cuda links it PUBLIC, so every folder has it.
+# sdag_flags: the compiler flags of all our files. sdag_cuda links it PUBLIC, so every folder has it.
 add_library(sdag_flags INTERFACE)
 add_library(ShadowDAG::sdag_flags ALIAS sdag_flags)
 set(CMAKE_CXX_EXTENSIONS OFF)
@@ -20,7 +20,7 @@ target_compile_options(sdag_flags INTERFACE
   $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-ffp-contract=off>
   $<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-march=${SDAG_MARCH}>)
 
-# Warnings are for our own build only. -Wextra is not given to nvcc's host pass: it complains of generated stubs.
+# Warnings are for our own build only. -Wextra is not given to nvcc's host pass, because it warns about generated stubs.
 # 20012: GLM's defaulted functions carry annotations that nvcc ignores.
 target_compile_options(sdag_flags INTERFACE
   $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wall>>
@@ -32,7 +32,7 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   target_compile_options(sdag_flags INTERFACE $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wno-restrict>>)
 endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
-  # libstdc++ 12's own std::stable_sort uses what it deprecates.
+  # libstdc++ 12's own std::stable_sort uses a function that it deprecates.
   target_compile_options(sdag_flags INTERFACE $<BUILD_INTERFACE:$<$<COMPILE_LANGUAGE:CXX>:-Wno-deprecated-declarations>>)
 endif()
 if(SDAG_WERROR)

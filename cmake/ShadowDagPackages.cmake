@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Every third-party library and the target it gives. packages.txt names the Debian package of each.
+# Every third-party library and its target. packages.txt lists the Debian package of each.
 # docs/method.md says which folder may include which library; tests/house/include_order.py enforces it.
 find_package(Threads REQUIRED)                 # Threads::Threads
 find_package(TBB CONFIG REQUIRED)              # TBB::tbb; must stay before OpenVDB, whose modules shadow its config
@@ -24,7 +24,7 @@ if(SDAG_TESTS)
   find_program(SDAG_PYTHON python3 HINTS /usr/bin NO_CACHE REQUIRED)
 endif()
 
-# Finds OpenVDB and NanoVDB: targets OpenVDB::openvdb, OpenVDB::nanovdb, and what packs their files, ZLIB::ZLIB and
+# Finds OpenVDB and NanoVDB: targets OpenVDB::openvdb, OpenVDB::nanovdb, and their compressors, ZLIB::ZLIB and
 # Blosc::blosc. Called by the folders that include them.
 # A function, because Debian's module folder would otherwise shadow the configs of TBB and OpenEXR.
 function(sdag_find_openvdb)

@@ -1,20 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-# SDAG_UNITY: the files of a folder are compiled together, up to eight at a time. Headers, of which JSON's alone take
-# two seconds, are then read and instantiated once for eight files. What a file hides in an anonymous namespace must
-# therefore have a name of its own within its folder.
-set(SDAG_UNITY_SIZE 8)
-# Files that share such names, as the built-in scenes do their Materials, those that register passes, and the one
+# SDAG_UNITY: the files of a folder are compiled together, up to twelve at a time. Headers, of which JSON's alone take
+# two seconds, are then read and instantiated once for twelve files. Names in anonymous namespaces must therefore be
+# unique within a folder.
+set(SDAG_UNITY_SIZE 12)
+# Files that share such names, as the built-in scenes share their Materials, those that register passes, and the one
 # with the macros of X11: compiled alone.
 string(JOIN "|" SDAG_UNITY_ALONE
   scenes/builtin_ scenes/triangle_grid
   voxel/asset voxel/compact_encoding voxel/part_file voxel/openvdb_file voxel/nanovdb_file
   hybrid/frame/frame_state hybrid/judge/flicker hybrid/judge/truth[.]cpp
   shadowmap/shadow_maps[.]cpp
-  tools/bench/bench_voxel tools/commands/fit_command tools/report/ tools/studies/ tools/window/view_display
+  tools/bench/bench_voxel tools/commands/fit_command tools/window/view_display
   "[a-z/]*passes[.]cpp")
 
-# sdag_unite(target) groups the target's C++ sources by folder. Sources with options of their own stay alone: CMake
-# leaves those out itself.
+# sdag_unite(target) groups the target's C++ sources by folder. CMake itself excludes sources with separate options.
 function(sdag_unite target)
   get_target_property(sources ${target} SOURCES)
   get_target_property(targetFolder ${target} SOURCE_DIR)
@@ -32,7 +31,8 @@ function(sdag_unite target)
     math(EXPR count_${room} "${group} + 1")
     set_property(SOURCE ${source} TARGET_DIRECTORY ${target} PROPERTY UNITY_GROUP ${room}_${number})
   endforeach()
-  # GCC takes a type that one of the files defines for a header's, and warns of its members from anonymous namespaces.
+  # GCC treats a type that one of the files defines as a header's, and warns about its members from anonymous
+  # namespaces.
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
 endfunction()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Relaxed atomics with one spelling for both processors. All return the value from before.
+// Relaxed atomics with one spelling for both processors. All return the previous value.
 #pragma once
 
 #include "cuda/macros.h"
@@ -12,7 +12,7 @@
 
 namespace shadowdag {
 
-/// Adds `value` and returns what was there before.
+/// Adds `value` and returns the previous value.
 SDAG_HD inline uint32_t atomicAddRelaxed(uint32_t* target, uint32_t value) {
 #if defined(__CUDA_ARCH__)
     return atomicAdd(target, value);
@@ -21,7 +21,7 @@ SDAG_HD inline uint32_t atomicAddRelaxed(uint32_t* target, uint32_t value) {
 #endif
 }
 
-/// Adds `value` and returns what was there before.
+/// Adds `value` and returns the previous value.
 SDAG_HD inline uint64_t atomicAddRelaxed(uint64_t* target, uint64_t value) {
 #if defined(__CUDA_ARCH__)
     return atomicAdd(reinterpret_cast<unsigned long long*>(target),
@@ -31,7 +31,7 @@ SDAG_HD inline uint64_t atomicAddRelaxed(uint64_t* target, uint64_t value) {
 #endif
 }
 
-/// Returns what is there, as other threads' atomics left it.
+/// Returns the current value, as other threads' atomics left it.
 SDAG_HD inline uint64_t loadRelaxed(uint64_t* target) {
 #if defined(__CUDA_ARCH__)
     return *static_cast<const volatile uint64_t*>(target);
@@ -40,7 +40,7 @@ SDAG_HD inline uint64_t loadRelaxed(uint64_t* target) {
 #endif
 }
 
-/// Sets the bits of `value` and returns what was there before.
+/// Sets the bits of `value` and returns the previous value.
 SDAG_HD inline uint32_t atomicOrRelaxed(uint32_t* target, uint32_t value) {
 #if defined(__CUDA_ARCH__)
     return atomicOr(target, value);
@@ -53,7 +53,7 @@ SDAG_HD inline uint32_t atomicOrRelaxed(uint32_t* target, uint32_t value) {
 #endif
 }
 
-/// Raises the target to `value` if that is larger and returns what was there before.
+/// Raises the target to `value` if that is larger and returns the previous value.
 SDAG_HD inline uint32_t atomicMaxRelaxed(uint32_t* target, uint32_t value) {
 #if defined(__CUDA_ARCH__)
     return atomicMax(target, value);
@@ -66,7 +66,7 @@ SDAG_HD inline uint32_t atomicMaxRelaxed(uint32_t* target, uint32_t value) {
 #endif
 }
 
-/// Lowers the target to `value` if that is smaller and returns what was there before.
+/// Lowers the target to `value` if that is smaller and returns the previous value.
 SDAG_HD inline uint32_t atomicMinRelaxed(uint32_t* target, uint32_t value) {
 #if defined(__CUDA_ARCH__)
     return atomicMin(target, value);
@@ -79,7 +79,7 @@ SDAG_HD inline uint32_t atomicMinRelaxed(uint32_t* target, uint32_t value) {
 #endif
 }
 
-/// Lowers the target to `value` if that is smaller and returns what was there before.
+/// Lowers the target to `value` if that is smaller and returns the previous value.
 SDAG_HD inline uint64_t atomicMinRelaxed(uint64_t* target, uint64_t value) {
 #if defined(__CUDA_ARCH__)
     return atomicMin(reinterpret_cast<unsigned long long*>(target),

@@ -11,7 +11,7 @@ namespace shadowdag {
 namespace {
 
 // Of OpenGL; zero-initialized before any registerBackend runs.
-BackendRoom glRoom;
+BackendEntry glBackendEntry;
 
 } // namespace
 
@@ -19,9 +19,9 @@ const char* backendName(Backend backend) {
     return backend == Backend::kCuda ? "cuda" : backend == Backend::kGl ? "gl" : "cpu";
 }
 
-bool registerBackend(Backend backend, const BackendRoom& room) {
+bool registerBackend(Backend backend, const BackendEntry& room) {
     SDAG_ASSERT(backend == Backend::kGl);
-    glRoom = room;
+    glBackendEntry = room;
     return backend == Backend::kGl;
 }
 
@@ -40,34 +40,34 @@ Backend chooseBackend(const std::string& name) {
         throw Error(ErrorKind::kUsage, "unknown backend '" + name + "'; use auto, cpu, cuda or gl");
     std::string why;
     if (name == "gl") {
-        if (glRoom.isPresent && glRoom.isPresent(why))
+        if (glBackendEntry.isPresent && glBackendEntry.isPresent(why))
             return Backend::kGl;
         throw Error(ErrorKind::kDevice,
-                    "backend 'gl' was asked for, but " +
-                        (glRoom.isPresent ? why : "this program was built without OpenGL"));
+                    "backend 'gl' is not available: " +
+                        (glBackendEntry.isPresent ? why : "this program was built without OpenGL"));
     }
     if (device::isPresent(why))
         return Backend::kCuda;
     if (name == "auto")
         return Backend::kCpu;
-    throw Error(ErrorKind::kDevice, "backend 'cuda' was asked for, but " + why);
+    throw Error(ErrorKind::kDevice, "backend 'cuda' is not available: " + why);
 }
 
 std::string deviceName(Backend backend) {
-    if (backend == Backend::kGl && glRoom.deviceName)
-        return glRoom.deviceName();
+    if (backend == Backend::kGl && glBackendEntry.deviceName)
+        return glBackendEntry.deviceName();
     return backend == Backend::kCuda ? device::name() : "";
 }
 
 std::string driverVersion(Backend backend) {
-    if (backend == Backend::kGl && glRoom.driverVersion)
-        return glRoom.driverVersion();
+    if (backend == Backend::kGl && glBackendEntry.driverVersion)
+        return glBackendEntry.driverVersion();
     return backend == Backend::kCuda ? device::driverVersion() : "";
 }
 
 void throwBuiltWithoutCuda() {
     throw Error(ErrorKind::kDevice,
-                "a pass was asked to run on CUDA, but this program was built without it; configure "
+                "a pass cannot run on CUDA, because this program was built without it; configure "
                 "with -DSDAG_CUDA=ON on a machine with the CUDA toolkit, or use --backend cpu");
 }
 

@@ -22,26 +22,26 @@ constexpr Backend passBackend(Backend backend) {
 }
 
 /// Returns the backend that `name` ("auto", "cpu", "cuda" or "gl") selects on this machine. "auto"
-/// is CUDA where the program was built with it and a device answers, else the CPU, never OpenGL.
-/// Throws Error kUsage for another name, kDevice for "cuda" without a device or a CUDA build and
-/// for "gl" without OpenGL 4.5, with the driver's own message.
+/// is CUDA if the program was built with it and finds a device, else the CPU, never OpenGL. Throws
+/// Error kUsage for another name, kDevice for "cuda" without a device or a CUDA build and for "gl"
+/// without OpenGL 4.5, with the driver's own message.
 Backend chooseBackend(const std::string& name);
 
 /// The functions that an optional backend, which another folder implements, registers.
-struct BackendRoom {
+struct BackendEntry {
     bool (*isPresent)(std::string& why) = nullptr;
     std::string (*deviceName)() = nullptr;
     std::string (*driverVersion)() = nullptr;
 };
 
-/// Makes a room to the right known to the functions here, before main; returns true.
-bool registerBackend(Backend backend, const BackendRoom& room);
+/// Registers a backend of another folder, before main; returns true.
+bool registerBackend(Backend backend, const BackendEntry& room);
 
 /// Returns whether this program contains the CUDA passes (not whether a device is present).
 bool builtWithCuda();
 
-/// Returns the name of the device that a backend uses and the version of its driver: that of CUDA,
-/// as in "13.0", or OpenGL's own words; empty for the CPU. Throws Error kDevice.
+/// Returns the name of the device that a backend uses and the version of its driver: for CUDA as in
+/// "13.0", for OpenGL the driver's own text; empty for the CPU. Throws Error kDevice.
 std::string deviceName(Backend backend);
 std::string driverVersion(Backend backend);
 
@@ -52,7 +52,7 @@ void setThreadCount(int count);
 /// Returns the number of threads that the CPU backend uses.
 int threadCount();
 
-/// Throws Error kDevice: a pass was asked for CUDA in a program built without it.
+/// Throws Error kDevice: a pass was requested on CUDA in a program built without it.
 [[noreturn]] void throwBuiltWithoutCuda();
 
 /// Names the backend in template arguments, so that host and device instantiations never share a
@@ -60,7 +60,7 @@ int threadCount();
 struct CpuTag {};
 struct CudaTag {};
 
-/// Returns f(CpuTag{}) or f(CudaTag{}), as `backend` says (kGl: the CPU's): the one place that
+/// Returns f(CpuTag{}) or f(CudaTag{}) according to `backend` (kGl: the CPU's): the one place that
 /// chooses. Throws Error kDevice for CUDA in a program built without it.
 template <class F> auto withBackend(Backend backend, const F& f) {
     if (backend == Backend::kCuda) {

@@ -25,8 +25,8 @@ namespace {
 // A cache line, and the widest vector register.
 constexpr std::align_val_t kHostAlignment{64};
 
-// Large arrays lie on large pages where the system has them: a page pool of 250 MB is then cleared
-// by 120 page faults instead of 60000, and scattered reads miss the translation buffer less.
+// Large arrays use large pages if the system has them: clearing a page pool of 250 MB then takes
+// 120 page faults instead of 60000, and scattered reads miss the translation buffer less.
 constexpr size_t kLargePageBytes = size_t(2) << 20;
 constexpr size_t kLargeBytes = 4 * kLargePageBytes; // below, rounding up would show
 
@@ -46,7 +46,7 @@ void releaseHost(void* data, size_t bytes) {
                        bytes < kLargeBytes ? kHostAlignment : std::align_val_t{kLargePageBytes});
 }
 
-// What one thread clears at a time: several large pages.
+// Number of bytes that one thread clears at a time: several large pages.
 constexpr size_t kFillGrainBytes = size_t(4) << 20;
 
 struct Ledger {
@@ -110,19 +110,19 @@ void* allocateElements(Backend backend, const std::string& name, size_t count,
     if (countable && bytes < PTRDIFF_MAX)
         data = backend == Backend::kCuda ? device::allocate(bytes) : allocateHost(bytes);
     if (!data)
-        throw Error(
-            ErrorKind::kResource,
-            "buffer '" + name + "' needs " + std::to_string(count) + " x " +
-                std::to_string(elementBytes) + " bytes on " + backendName(backend) +
-                ", which are not there; lower the resolution or the budget that asks for it");
+        throw Error(ErrorKind::kResource,
+                    "buffer '" + name + "' needs " + std::to_string(count) + " x " +
+                        std::to_string(elementBytes) + " bytes on " + backendName(backend) +
+                        ", which are not available; lower the resolution or the memory budget");
     noteBytes(backend, name, int64_t(bytes));
     return data;
 }
 
 uint64_t bytesOfPages(long pageCount, long pageBytes) {
     if (pageCount < 0 || pageBytes < 0)
-        throw Error(ErrorKind::kDevice, "the system does not tell how much memory is available on "
-                                        "cpu; state a budget in bytes instead");
+        throw Error(ErrorKind::kDevice,
+                    "the system does not report how much memory is available on "
+                    "cpu; give a budget in bytes instead");
     return uint64_t(pageCount) * uint64_t(pageBytes);
 }
 

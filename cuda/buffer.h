@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Named arrays on a backend, and the ledger that knows how many bytes live where.
+// Named arrays on a backend, and the ledger that records the bytes held on each.
 #pragma once
 
 #include "cuda/backend.h"
@@ -26,16 +26,16 @@ struct LedgerEntry {
 /// Returns the ledger, sorted by name then backend. Thread safe.
 std::vector<LedgerEntry> bufferLedger();
 
-/// Returns how many bytes new buffers may take on a backend at present, as far as the system knows:
-/// what other programs hold or take is theirs. Throws Error kDevice, also where the system does not
-/// tell: for the CPU elsewhere than on Linux.
+/// Returns how many bytes new buffers may take on a backend at present, as far as the system
+/// reports, without the memory that other programs hold. Throws Error kDevice, also if the system
+/// does not report it: for the CPU elsewhere than on Linux.
 uint64_t availableBytes(Backend backend);
 
 /// How often the host has copied to and from backends since the program began: Buffer's upload,
 /// download and at, Readback, resident copies of host arrays, and the totals that scans return. On
-/// CUDA uploads are queued and readbacks are waited for; on the CPU, where they cost nothing, they
-/// are counted all the same, so that a test can hold a frame to its number. Copies of nothing do
-/// not count.
+/// CUDA uploads are queued and readbacks are waited for. On the CPU, where they cost nothing, they
+/// are counted as well, so that a test can verify a frame's number of copies. Empty copies do not
+/// count.
 struct HostCopyCounts {
     uint64_t uploadCount = 0;
     uint64_t readbackCount = 0;
@@ -48,9 +48,9 @@ void countReadback(size_t bytes);
 void* allocateElements(Backend backend, const std::string& name, size_t count, size_t elementBytes);
 void releaseElements(Backend backend, const std::string& name, void* data, size_t bytes);
 /// Returns the bytes of memory pages. Throws Error kDevice for counts below 0: the system does not
-/// tell.
+/// report them.
 uint64_t bytesOfPages(long pageCount, long pageBytes);
-/// Adds bytes that live elsewhere to the ledger, or, negative, takes them out.
+/// Adds bytes that are held elsewhere to the ledger, or, if negative, removes them.
 void noteBytes(Backend backend, const std::string& name, int64_t bytes);
 void copyBytes(Backend to, void* dst, Backend from, const void* src, size_t bytes);
 void fillBytes(Backend backend, void* dst, int byteValue, size_t bytes);
@@ -94,7 +94,7 @@ public:
         }
         count_ = count;
     }
-    /// Sets every byte of the elements held.
+    /// Sets every byte of the elements.
     void fill(int byteValue) { detail::fillBytes(backend_, data_, byteValue, count_ * sizeof(T)); }
     /// Resizes to the host vector and copies it here.
     void upload(const std::vector<T>& host) {

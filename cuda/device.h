@@ -9,7 +9,8 @@
 
 namespace shadowdag::device {
 
-/// Returns whether a device answers; if not, `why` receives the reason with the driver's own words.
+/// Returns whether a device is found; if not, `why` receives the reason with the driver's own
+/// message.
 bool isPresent(std::string& why);
 
 /// Returns the device's name and the CUDA version that its driver supports, as in "13.0". Throws
@@ -21,35 +22,35 @@ std::string driverVersion();
 /// any other failure.
 void* allocate(size_t bytes);
 
-/// Returns how many bytes allocate may still give, as far as the driver knows.
+/// Returns how many bytes allocate can still provide, according to the driver.
 size_t availableBytes();
 
-/// Gives back what allocate returned, after the work queued before. Never throws.
+/// Releases memory from allocate, after the work queued before. Never throws.
 void release(void* data) noexcept;
 
-/// Queues a copy from host to device memory; the host's may be reused at once. More than 256 KiB
-/// wait for the work queued before.
+/// Queues a copy from host to device memory; the host memory may be reused at once. A copy of more
+/// than 256 KiB waits for the work queued before.
 void upload(void* dst, const void* src, size_t bytes);
 
 /// Queues a copy within device memory.
 void copyWithin(void* dst, const void* src, size_t bytes);
 
-/// Copies from device to host memory; returns when the bytes are there, after the work queued
-/// before.
+/// Copies from device to host memory, after the work queued before; returns when the copy is
+/// complete.
 void download(void* dst, const void* src, size_t bytes);
 
-/// Returns `bytes` > 0 of host memory that downloadLater may write, or null when there is not
-/// enough; releasePinned gives it back, and never throws.
+/// Returns `bytes` > 0 of host memory that downloadLater may write, or null if there is not enough;
+/// releasePinned frees it and never throws.
 void* allocatePinned(size_t bytes);
 void releasePinned(void* data) noexcept;
 
-/// Queues a copy from device to pinned host memory; the bytes are there when a mark that is
-/// recorded after it has passed.
+/// Queues a copy from device to pinned host memory; it is complete when a mark recorded after it
+/// has passed.
 void downloadLater(void* dst, const void* src, size_t bytes);
 
-/// A place in the queue, which knows when the device passed it. recordMark puts one behind the work
+/// A mark in the queue, which knows when the device passed it. recordMark puts one behind the work
 /// queued before; waitForMark returns when it has passed; msBetween waits for `end` and returns the
-/// milliseconds that passed from `begin` to it; releaseMark never throws.
+/// milliseconds from `begin` to it; releaseMark never throws.
 void* recordMark();
 void waitForMark(void* mark);
 double msBetween(void* begin, void* end);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The answers of a program that was built without CUDA.
+// The device functions of a program that was built without CUDA.
 #include "cuda/device.h"
 
 #include "cuda/backend.h"

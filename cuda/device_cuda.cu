@@ -34,11 +34,11 @@ bool usesPool() {
 } // namespace
 
 bool isPresent(std::string& why) {
-    int count = 0; // cudaGetDeviceCount leaves it unwritten when the driver is missing
+    int count = 0; // cudaGetDeviceCount does not write it if the driver is missing
     const cudaError_t status = cudaGetDeviceCount(&count);
     (void)cudaGetLastError(); // the next call shall not report this one's failure
     if (status != cudaSuccess && status != cudaErrorNoDevice) {
-        why = std::string("no CUDA device answers: ") + cudaGetErrorString(status) +
+        why = std::string("no CUDA device is usable: ") + cudaGetErrorString(status) +
               "; install NVIDIA's driver, or use --backend cpu";
         return false;
     }
@@ -80,7 +80,7 @@ size_t availableBytes() {
     CUDA_CHECK(cudaMemGetInfo(&unusedBytes, &totalBytes));
     if (!usesPool())
         return unusedBytes;
-    // What the pool keeps is not free for the driver, but for us.
+    // The driver does not count memory that the pool keeps as free, but it is free for us.
     int device = 0;
     CUDA_CHECK(cudaGetDevice(&device));
     cudaMemPool_t pool = nullptr;
@@ -101,8 +101,8 @@ void release(void* data) noexcept {
 
 namespace {
 
-// Pinned memory that uploads go through, a slot after the other, so that what is copied may change
-// at once and nobody waits for the queue. A slot is used again when the device has passed its mark.
+// Pinned memory for uploads, used slot by slot, so that the source may change at once without
+// waiting for the queue. A slot is reused when the device has passed its mark.
 class Staging {
 public:
     static constexpr size_t kSlotBytes = size_t(256) << 10;
@@ -110,7 +110,7 @@ public:
     void upload(void* dst, const void* src, size_t bytes) {
         const std::lock_guard lock(mutex_);
         if (!slots_) {
-            // Events first, those that are there kept: what fails is tried again, and told again.
+            // Events first, keeping existing ones: a failed step is tried again and reported again.
             for (cudaEvent_t& passed : passed_)
                 if (!passed)
                     CUDA_CHECK(cudaEventCreateWithFlags(&passed, cudaEventDisableTiming));
@@ -131,7 +131,7 @@ private:
     static constexpr size_t kSlotCount = 16;
 
     std::mutex mutex_;
-    uint8_t* slots_ = nullptr; // goes with the process
+    uint8_t* slots_ = nullptr; // freed with the process
     cudaEvent_t passed_[kSlotCount] = {};
     size_t next_ = 0;
 };

@@ -7,7 +7,7 @@
 
 namespace shadowdag {
 
-/// What kind of trouble an Error reports; the value is the exit status of the program.
+/// The kind of failure that an Error reports; the value is the exit status of the program.
 enum class ErrorKind {
     kUsage = 1,    ///< contradictory or unknown options
     kInput = 2,    ///< a bad input file
@@ -16,8 +16,8 @@ enum class ErrorKind {
 };
 
 /// Thrown for bad input, files, devices and allocations. The message names the file, the offending
-/// value and the remedy. A programmer's mistake is SDAG_ASSERT; the expected and frequent (a full
-/// pool, a full list) is a value in the result, never an Error.
+/// value and the remedy. A programmer's mistake is SDAG_ASSERT; an expected and frequent event (a
+/// full pool, a full list) is a value in the result, never an Error.
 class Error : public std::runtime_error {
 public:
     Error(ErrorKind kind, const std::string& message) : std::runtime_error(message), kind_(kind) {}

@@ -11,14 +11,14 @@
 
 namespace shadowdag {
 
-/// The length to make room for, from the lengths before.
+/// The length to allocate, estimated from earlier lengths.
 class LengthGuess {
 public:
-    /// Returns the guess; 0 when nothing is known: then the length must be read.
+    /// Returns the estimate; 0 if there is none: then the length must be read.
     size_t get() const { return guess_; }
-    /// Records a length. The estimate adds an eighth, for cameras that move, and a little more,
-    /// for short lists; where lists shrink it follows by a sixteenth at a time, so that one short
-    /// list, as of a frame that redraws nothing, does not make the next too short.
+    /// Records a length. The estimate adds an eighth, for moving cameras, and a little more, for
+    /// short lists. When lists shrink, it follows by a sixteenth at a time, so that one short list,
+    /// as of a frame that redraws nothing, does not make the next too short.
     void note(size_t length) {
         const size_t wanted = length + length / 8 + spare_, kept = guess_ - guess_ / 16;
         guess_ = wanted > kept ? wanted : kept;

@@ -8,13 +8,13 @@
 #if defined(__CUDACC__)
 #define SDAG_HD __host__ __device__
 #else
-/// Marks a function that both processors compile from the same text.
+/// Marks a function that is compiled for both processors.
 #define SDAG_HD
 #endif
 
 namespace shadowdag::detail {
 
-/// Prints what did not hold, where it stands, and aborts.
+/// Prints the failed condition and its location, and aborts.
 [[noreturn]] inline void assertionFailed(const char* condition, const char* file, int line) {
     std::fprintf(stderr, "%s:%d: assertion failed: %s\n", file, line, condition);
     std::abort();
@@ -22,8 +22,8 @@ namespace shadowdag::detail {
 
 } // namespace shadowdag::detail
 
-/// States what the program itself guarantees. Bad input, files and devices throw Error instead.
-/// Checked where the build defines SDAG_ASSERTIONS (its option of that name) or leaves NDEBUG
+/// States a condition that the program itself guarantees. Bad input, files and devices throw Error
+/// instead. Checked if the build defines SDAG_ASSERTIONS (its option of that name) or leaves NDEBUG
 /// undefined; otherwise the condition is not evaluated.
 #if defined(SDAG_ASSERTIONS) || !defined(NDEBUG)
 #if defined(__CUDA_ARCH__)

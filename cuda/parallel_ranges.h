@@ -3,7 +3,10 @@
 // folder.
 #pragma once
 
+#include "cuda/cancel.h"
+
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 
 namespace shadowdag {
@@ -11,7 +14,8 @@ namespace shadowdag {
 /// Cuts [0, count) into equal ranges, the last one shorter. The cut depends on count and grain
 /// only, never on the number of threads, so that sums taken range by range are the same everywhere.
 struct RangeCut {
-    /// Enough for balance on any machine of today, few enough that a range is worth its start.
+    /// Enough ranges for load balance on any machine of today, few enough to make the overhead of a
+    /// range small.
     static constexpr size_t kMaxRangeCount = 1024;
 
     RangeCut(size_t count, size_t grain)
@@ -25,6 +29,32 @@ struct RangeCut {
 private:
     size_t count_;
     size_t size_;
+};
+
+/// Polls before each range of one loop (cuda/cancel.h).
+class RangePoll {
+public:
+    explicit RangePoll(size_t rangeCount) : rangeCount_(nesting() > 0 ? 0 : rangeCount) {}
+
+    /// Runs one range: calls the poll function, then range(). Throws what they throw.
+    template <class F> void run(const F& range) {
+        pollCpu(rangeCount_ > 0 ? double(begunCount_++) / double(rangeCount_) : -1);
+        struct Inside {
+            Inside() { ++nesting(); }
+            ~Inside() { --nesting(); }
+        } const inside;
+        range();
+    }
+
+private:
+    /// Returns how many ranges this thread is inside of.
+    static int& nesting() {
+        thread_local int depth = 0;
+        return depth;
+    }
+
+    const size_t rangeCount_; ///< 0: inside of another loop
+    std::atomic<size_t> begunCount_{0};
 };
 
 } // namespace shadowdag

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU threads through oneTBB: work stealing, nested calls welcome.
+// The CPU threads through oneTBB: work stealing; nested calls are allowed.
 #include "cuda/parallel_for.h"
 
 #include "cuda/parallel_ranges.h"
@@ -17,8 +17,8 @@ namespace shadowdag {
 
 namespace {
 
-// The arena has as many slots as threads were asked for, even more than there are cores (the
-// implicit arena would not); the global limit binds OpenVDB and Embree, which call oneTBB
+// The arena has as many slots as the requested number of threads, even if there are fewer cores
+// (the implicit arena would not); the global limit applies to OpenVDB and Embree, which call oneTBB
 // themselves.
 struct Threads {
     explicit Threads(int count)
@@ -45,7 +45,8 @@ void setThreadCount(int count) {
                     "thread count " + std::to_string(count) + " is negative; use 0 for all cores");
     auto next = std::make_shared<Threads>(count > 0 ? count : tbb::info::default_concurrency());
     const std::lock_guard lock(threadsMutex);
-    threads = std::move(next); // the smallest living limit holds: the old one ends here
+    threads =
+        std::move(next); // the smallest existing limit applies, so the old one is destroyed here
 }
 
 int threadCount() {
@@ -56,16 +57,19 @@ void cpuParallelRanges(size_t count, size_t grain,
                        const std::function<void(size_t begin, size_t end)>& body) {
     const RangeCut cut(count, grain);
     if (cut.rangeCount() <= 1) {
-        if (count > 0)
+        if (count > 0) {
+            pollCpu();
             body(0, count);
+        }
         return;
     }
+    RangePoll poll(cut.rangeCount());
     currentThreads()->arena.execute([&] {
         tbb::parallel_for(
             tbb::blocked_range<size_t>(0, cut.rangeCount()),
             [&](const tbb::blocked_range<size_t>& ranges) {
                 for (size_t r = ranges.begin(); r < ranges.end(); ++r)
-                    body(cut.begin(r), cut.end(r));
+                    poll.run([&] { body(cut.begin(r), cut.end(r)); });
             },
             tbb::simple_partitioner());
     });

@@ -23,8 +23,8 @@ int coreCount() {
 std::atomic<int> chosenCount{coreCount()};
 std::atomic<int> helperCount{0}; // threads running besides their callers, over all nested calls
 
-// Reserves one more thread if the limit allows it. Nobody waits for one: work without a helper is
-// done by its caller, so nested calls cannot deadlock.
+// Reserves one more thread if the limit allows it. No thread waits for another: work without a
+// helper is done by its caller, so nested calls cannot deadlock.
 bool reserveHelper() {
     int seen = helperCount.load();
     while (seen + 1 < chosenCount.load())
@@ -69,11 +69,12 @@ void cpuParallelRanges(size_t count, size_t grain,
     const RangeCut cut(count, grain);
     std::atomic<size_t> next{0};
     FirstException failure;
+    RangePoll poll(cut.rangeCount());
     const auto work = [&] {
         failure.run([&] {
             try {
                 for (size_t r = next++; r < cut.rangeCount(); r = next++)
-                    body(cut.begin(r), cut.end(r));
+                    poll.run([&] { body(cut.begin(r), cut.end(r)); });
             } catch (...) {
                 next = cut.rangeCount(); // the others stop after their current range
                 throw;

@@ -16,9 +16,9 @@
 // (parallelForParts) and needs no itemCount; with a member function shortItems(), which returns a
 // functor that does the same work in more and shorter items, CUDA runs that one.
 //
-// A pass with a faster kernel for one processor declares `void launchPass(CudaTag, const Work&)`
-// or `void launchPass(CpuTag, const Work&)` beside its functor, defines it in x_cuda.cu or
-// x_cpu.cpp, and registers the text for the other processor by SDAG_CPU_PASS or SDAG_CUDA_PASS.
+// A pass with a faster kernel for one processor declares `void launchPass(CudaTag, const Work&)` or
+// `void launchPass(CpuTag, const Work&)` beside its functor, defines it in x_cuda.cu or x_cpu.cpp,
+// and registers the functor for the other processor by SDAG_CPU_PASS or SDAG_CUDA_PASS.
 #pragma once
 
 #include "cuda/backend.h"

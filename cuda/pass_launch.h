@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What registers passes (pass.h). For passes.cpp of each folder alone, which sdag_add_passes
-// compiles twice: as C++ for the CPU, and by nvcc for CUDA.
+// The macros that register passes (pass.h). Only for passes.cpp of each folder, which
+// sdag_add_passes compiles twice: as C++ for the CPU, and by nvcc for CUDA.
 #pragma once
 
 #include "cuda/parallel_for.h"
@@ -15,7 +15,7 @@ using PassTag = CudaTag;
 using PassTag = CpuTag;
 #endif
 
-/// The one launcher of this compilation; the other processor's stays declared.
+/// The launcher of this compilation; the other processor's is only declared.
 template <class F> void launchPass(PassTag tag, const F& work) {
     if constexpr (requires { work.parts; })
         parallelForParts<PassTag>(work.parts, work);

@@ -14,17 +14,17 @@ namespace shadowdag {
 /// Not copyable; one request at a time.
 class Readback {
 public:
-    /// @param wordCount the most that is asked for at once
+    /// @param wordCount the most words of one request
     /// Throws Error kResource when there is no memory for them.
     Readback(Backend backend, size_t wordCount);
     ~Readback();
     Readback(const Readback&) = delete;
     Readback& operator=(const Readback&) = delete;
 
-    /// Asks for words as the work queued before leaves them.
+    /// Requests words in the state that the work queued before leaves them in.
     void request(View<const uint32_t> words);
-    /// Returns them, once they are there: valid until the next request. Does not wait for work that
-    /// was queued after it. Throws Error kDevice when work before it failed.
+    /// Returns them when they have arrived; valid until the next request. Does not wait for work
+    /// that was queued after it. Throws Error kDevice when work before it failed.
     View<const uint32_t> wait();
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A host array as passes read it: itself on the CPU, a copy elsewhere.
+// A host array made available to passes: in place on the CPU, a copy elsewhere.
 #pragma once
 
 #include "cuda/buffer.h"
@@ -10,22 +10,22 @@
 namespace shadowdag {
 
 /// Keeps one host array available on a backend, under a name in the ledger. Copies are counted as
-/// uploads (HostCopyCounts), on the CPU as well, where none is made. Move-only.
+/// uploads (HostCopyCounts), on the CPU as well, although none is made there. Move-only.
 template <class T> class Resident {
 public:
     Resident(Backend backend, std::string name) : copy_(backend, std::move(name)) {}
 
-    /// Makes an array of the caller's available, which outlives this or the next set; on the CPU it
-    /// must also stay in place. Copies it every time: call again when its contents or place
-    /// changed.
+    /// Makes an array of the caller's available. It must outlive this object or the next set; on
+    /// the CPU it must also stay in place. Copies it every time: call again when its contents or
+    /// place changed.
     void set(View<const T> host) {
         isTaken_ = false;
         refer(host);
     }
     void set(const std::vector<T>& host) { set(viewOf(host)); }
 
-    /// Takes an array over and makes it available. Copies it only if it differs from the one that
-    /// was taken before. Cost: a comparison of all elements.
+    /// Takes ownership of an array and makes it available. Copies it only if it differs from the
+    /// one taken before. Cost: a comparison of all elements.
     void take(std::vector<T> host) {
         if (isTaken_ && host == host_)
             return;
@@ -33,7 +33,7 @@ public:
         isTaken_ = true;
         refer(viewOf(std::as_const(host_)));
     }
-    /// Copies the array that is taken next even if it is the same.
+    /// Makes the next take copy its array even if it is the same.
     void forget() { isTaken_ = false; }
 
     View<const T> view() const { return view_; }
@@ -53,7 +53,7 @@ private:
 
     Buffer<T> copy_;       // elsewhere than on the CPU
     std::vector<T> host_;  // that take() was given last
-    bool isTaken_ = false; // host_ is what is available
+    bool isTaken_ = false; // host_ is the available array
     View<const T> view_;
 };
 

@@ -24,8 +24,8 @@ SDAG_HD inline uint32_t runOf(View<const uint32_t> next, size_t item) {
     return next[item + 1] - 1;
 }
 
-/// Marks with 1 the items whose key, its low `shift` bits aside, differs from that of the item
-/// before, and the first. marks: keys.count + 1; the last stays as it is.
+/// Marks with 1 the first item and the items whose key, without its low `shift` bits, differs from
+/// that of the item before. marks: keys.count + 1; the last stays unchanged.
 struct MarkRunStarts {
     View<const uint64_t> keys;
     uint32_t shift;
@@ -38,7 +38,7 @@ struct MarkRunStarts {
     }
 };
 
-/// Writes where runs start. @param next the exclusive scan of marks
+/// Writes the starts of runs. @param next the exclusive scan of marks
 struct ListRunStarts {
     View<const uint32_t> next;
     View<uint32_t> start;
@@ -52,7 +52,7 @@ struct ListRunStarts {
 };
 
 /// Replaces `runs` by those of keys that are equal in all but their low `shift` bits. Equal keys
-/// must stand together. Throws Error kResource for 2^32 - 1 keys or more. All views live on the
+/// must be adjacent. Throws Error kResource for 2^32 - 1 keys or more. All views are on the
 /// backend.
 void listRuns(Backend backend, View<const uint64_t> keys, uint32_t shift, Runs& runs);
 

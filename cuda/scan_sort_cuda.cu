@@ -13,9 +13,9 @@ namespace shadowdag {
 
 namespace {
 
-// Memory that stays from call to call, so that a frame that needs no more than the last one takes
-// none; more than a frame may need, as builds do, goes back at once. Of a thread: its calls queue
-// one after the other.
+// Memory that is kept between calls, so that a frame that needs no more than the last one allocates
+// none; more than a frame may need, as in builds, is freed at once. One per thread, whose calls are
+// queued one after the other.
 constexpr size_t kKeptBytes = size_t(128) << 20;
 struct Scratch {
     Buffer<uint8_t> cub{Backend::kCuda, "scan_sort/scratch"};
@@ -32,7 +32,7 @@ template <class T> void giveBackLarge(Buffer<T>& memory) {
         memory = Buffer<T>(Backend::kCuda, memory.name());
 }
 
-// Runs a CUB algorithm: once to learn how many scratch bytes it wants, once with them.
+// Runs a CUB algorithm: once to obtain its number of scratch bytes, once with them.
 template <class F> void runCub(const F& algorithm) {
     size_t bytes = 0;
     CUDA_CHECK(algorithm(nullptr, bytes));

@@ -11,8 +11,8 @@ namespace shadowdag {
 /// The list on one backend.
 class SplitWork {
 public:
-    /// @param capacity items that the list holds at first, kMaxSplitItems at most; memory is taken
-    /// when it is used
+    /// @param capacity initial items of the list, kMaxSplitItems at most; memory is allocated at
+    /// first use
     SplitWork(Backend backend, const std::string& name, size_t capacity)
         : items_(backend, name), taken_(backend, name + " counts"), capacity_(capacity) {
         SDAG_ASSERT(capacity <= kMaxSplitItems);
@@ -25,15 +25,16 @@ public:
         taken_.fill(0);
         return {items_.view(), taken_.view()};
     }
-    /// Makes room for what the last use refused, as far as kMaxSplitItems, for the next. A round
-    /// trip on CUDA. Returns how many items were refused; their threads did all of them.
+    /// Makes space for the items that the last use refused, up to kMaxSplitItems, for the next. A
+    /// round trip on CUDA. Returns how many items were refused; their threads did all of their
+    /// work.
     uint64_t grow() {
         if (taken_.size() == 0)
             return 0;
         const uint64_t refused = taken_.at(1);
         if (refused == 0)
             return 0;
-        taken_.fill(0); // asked once
+        taken_.fill(0); // queried once
         const uint64_t wanted = capacity_ + refused;
         capacity_ = wanted < kMaxSplitItems ? size_t(wanted) : kMaxSplitItems;
         return refused;
@@ -74,7 +75,7 @@ template <class Tag, class F> void parallelForParts(const SplitWorkView& work, c
             1);
     } else {
 #if defined(__CUDACC__)
-        // Enough warps to hide what one waits for; more only take turns.
+        // Enough warps to hide latency; more would only queue.
         constexpr unsigned kBlockSize = 128, kBlocksPerProcessor = 8;
         int device = 0, processorCount = 0;
         CUDA_CHECK(cudaGetDevice(&device));

@@ -17,7 +17,7 @@ constexpr uint32_t kGroupLanes = 32;
 constexpr size_t kMaxSplitItems = size_t(1) << 20;
 constexpr uint32_t kMaxSplitParts = 1u << 19;
 
-/// An item that was split; `a` and `b` say which, in the terms of whoever added it.
+/// An item that was split; `a` and `b` identify it to the pass that added it.
 struct SplitItem {
     uint64_t firstPart; ///< number of its first part in the whole list
     uint32_t partCount;
@@ -31,12 +31,12 @@ struct SplitWorkView {
 
     static constexpr uint32_t kPartBits = 40;
 
-    /// Adds an item of 1..kMaxSplitParts parts; returns false, and counts, when the list has no
-    /// room: the caller then does all of it by itself. Which items find room depends on the order
-    /// of threads, what the parts are does not.
+    /// Adds an item of 1..kMaxSplitParts parts; returns false, and counts, if the list is full: the
+    /// caller then does all of it by itself. Which items find space depends on the order of
+    /// threads; the parts do not.
     SDAG_HD bool add(uint32_t a, uint32_t b, uint32_t partCount) const {
         SDAG_ASSERT(partCount > 0 && partCount <= kMaxSplitParts);
-        // Asked first, so that the counts exceed the list by no more than the threads that run at
+        // Tested first, so that the counts exceed the list by no more than the threads that run at
         // once (some 300 000 on the largest device, where 15 million would fit); added in one step,
         // so that items and their parts ascend together.
         if (loadRelaxed(&taken[0]) >> kPartBits < items.count) {
@@ -51,7 +51,7 @@ struct SplitWorkView {
         atomicAddRelaxed(&taken[1], 1);
         return false;
     }
-    /// Return how many items the list holds, and their parts. For passes after the one that adds.
+    /// Return the number of items and of parts in the list. For passes after the one that adds.
     SDAG_HD size_t itemCount() const {
         const size_t asked = size_t(taken[0] >> kPartBits);
         return asked < items.count ? asked : items.count;
@@ -60,7 +60,7 @@ struct SplitWorkView {
         const size_t count = itemCount();
         return count == 0 ? 0 : items[count - 1].firstPart + items[count - 1].partCount;
     }
-    /// Returns the item that a part is of.
+    /// Returns the item that contains a part.
     SDAG_HD SplitItem itemOf(uint64_t part) const {
         size_t first = 0, end = itemCount();
         while (end - first > 1) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stage times of a frame: wall-clock on the CPU; on CUDA, when the device passed a stage's begin
-// and end, so that the host does not wait between stages.
+// Stage times of a frame: wall-clock time on the CPU; on CUDA the times at which the device passed
+// a stage's begin and end, so that the host does not wait between stages.
 #pragma once
 
 #include "cuda/backend.h"
@@ -17,10 +17,10 @@
 namespace shadowdag {
 
 /// Stage names and their times in milliseconds, in the order in which they first ended. A stage
-/// that ends twice adds up. Times of stages that the device has yet to pass count as 0 until
-/// settle(); stageMs and totalMs must not be asked before. A stage's time on CUDA is from its begin
-/// to its end in the queue, waits for the host between them included; what passes between stages is
-/// in none, so the sum is at most the frame's wall-clock time.
+/// that ends twice adds up. Times of stages that the device has not passed count as 0 until
+/// settle(); do not call stageMs and totalMs before it. A stage's time on CUDA is from its begin to
+/// its end in the queue, including waits for the host; time between stages belongs to none, so the
+/// sum is at most the frame's wall-clock time.
 struct StageTimes {
     /// A stage whose time is not known yet.
     struct Pending {
@@ -30,8 +30,8 @@ struct StageTimes {
 
     std::vector<std::pair<std::string, double>> stagesMs;
     std::vector<Pending> pending;
-    /// Called before each stage that a StageTimer times into these; what it throws gives up what
-    /// the stages are of. Empty: nothing is.
+    /// Called before each stage that a StageTimer adds here; an exception from it cancels the work
+    /// of the stages. May be empty.
     std::function<void()> beforeStage = {};
 
     void add(const std::string& stage, double timeMs) {
@@ -42,20 +42,20 @@ struct StageTimes {
             }
         stagesMs.emplace_back(stage, timeMs);
     }
-    /// Adds a time that settle() asks for.
+    /// Adds a time that settle() fetches.
     void addLater(const std::string& stage, std::function<double()> waitMs) {
         add(stage, 0);
         pending.push_back({stage, std::move(waitMs)});
     }
-    /// Waits until every stage has passed and adds its time. Throws Error kDevice when work queued
-    /// before failed; what is left then has no time.
+    /// Waits until every stage has passed and adds its time. Throws Error kDevice if work queued
+    /// before failed; the remaining stages then have no time.
     void settle() {
         std::vector<Pending> waited;
         waited.swap(pending);
         for (const Pending& one : waited)
             add(one.stage, one.waitMs());
     }
-    /// Returns a stage's time, 0 when there was none.
+    /// Returns a stage's time, 0 if the stage did not run.
     double stageMs(const std::string& stage) const {
         SDAG_ASSERT(pending.empty());
         for (const auto& [name, timeMs] : stagesMs)
@@ -75,7 +75,7 @@ struct StageTimes {
 /// Returns when all work queued on the backend is done; free on the CPU.
 void synchronize(Backend backend);
 
-/// A place in the device's queue.
+/// A position in the device's queue.
 class QueueMark {
 public:
     /// Puts it behind the work queued before. Throws Error kDevice.
@@ -94,8 +94,8 @@ private:
 };
 
 /// Adds the time from construction to destruction to `times` under `stage`: at once on the CPU, on
-/// CUDA when `times` settles. While an exception passes it adds none. The constructor throws what
-/// times.beforeStage throws.
+/// CUDA when `times` settles. Adds none during an exception. The constructor throws the exceptions
+/// of times.beforeStage.
 class StageTimer {
 public:
     StageTimer(Backend backend, StageTimes& times, std::string stage)

@@ -42,19 +42,20 @@ void GlBuffer::allocate(uint64_t capacity, bool keeps) {
         throw Error(ErrorKind::kResource,
                     "OpenGL buffer '" + name_ + "' needs " + std::to_string(capacity) + " bytes, " +
                         why +
-                        "; lower the resolution or the budget that asks for it, or use another "
+                        "; lower the resolution or the memory budget, or use another "
                         "backend");
     };
     if (const uint64_t limit = storageLimit(); capacity > limit)
         refuse("but shaders reach " + std::to_string(limit) + " of one buffer here");
-    checkGl("work before a buffer grew"); // or it would be taken for this one's
+    checkGl(
+        "work before a buffer grew"); // otherwise an earlier error would be attributed to this call
     GLuint object = 0;
     glCreateBuffers(1, &object);
     glNamedBufferStorage(object, GLsizeiptr(capacity), nullptr, GL_DYNAMIC_STORAGE_BIT);
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
         glDeleteBuffers(1, &object);
         refuse(error == GL_OUT_OF_MEMORY
-                   ? "which are not there"
+                   ? "which are not available"
                    : "which OpenGL refused with error " + std::to_string(error));
     }
     if (keeps && object_ && bytes_)

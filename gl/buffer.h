@@ -48,7 +48,7 @@ public:
         read(host.data(), host.size() * sizeof(T));
         return host;
     }
-    /// Binds it, whole, as shader storage; one that holds nothing gets a word, as OpenGL binds no
+    /// Binds all of it as shader storage; an empty buffer gets one word, because OpenGL binds no
     /// empty range.
     void bindStorage(uint32_t binding);
     uint64_t bytes() const { return bytes_; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// EGL: displays, contexts, what is current. Displays stay open until the process ends: others in it
-// may have the same one.
+// EGL: displays, contexts, and the current context. Displays stay open until the process ends,
+// because other code in it may use the same one.
 #include "gl/context.h"
 
 #include "cuda/backend.h"
@@ -73,7 +73,7 @@ struct Opened {
     EGLContext context = EGL_NO_CONTEXT;
 };
 
-// Tries a display; what went wrong is appended to `why`.
+// Tries a display and appends the reason of a failure to `why`.
 bool open(EGLDisplay display, const std::string& name, Opened& opened, bool& isTooOld,
           std::string& why) {
     if (display == EGL_NO_DISPLAY || !eglInitialize(display, nullptr, nullptr)) {
@@ -91,7 +91,7 @@ bool open(EGLDisplay display, const std::string& name, Opened& opened, bool& isT
     return true;
 }
 
-// EGL keeps one list of displays a process; opening is not done from two threads at once.
+// EGL keeps one list of displays per process; two threads must not open one at once.
 std::mutex& openMutex() {
     static std::mutex* mutex = new std::mutex;
     return *mutex;
@@ -229,20 +229,19 @@ void refuseLess(const GlInfo& info) {
                             "; use --backend cpu, or another driver (Mesa's llvmpipe needs no "
                             "device)");
     };
-    check(info.vertexStorageBlocks, kGlVertexBlocks, "storage blocks a vertex shader");
-    check(info.fragmentStorageBlocks, kGlFragmentBlocks, "storage blocks a fragment shader");
-    check(info.computeStorageBlocks, kGlComputeBlocks, "storage blocks a compute shader");
-    check(info.combinedStorageBlocks, kGlCombinedBlocks, "storage blocks a program");
+    check(info.vertexStorageBlocks, kGlVertexBlocks, "storage blocks per vertex shader");
+    check(info.fragmentStorageBlocks, kGlFragmentBlocks, "storage blocks per fragment shader");
+    check(info.computeStorageBlocks, kGlComputeBlocks, "storage blocks per compute shader");
+    check(info.combinedStorageBlocks, kGlCombinedBlocks, "storage blocks per program");
     check(info.storageBindings, kGlBindings, "bindings of storage blocks");
-    check(info.subpixelBits, kGlSubpixelBits, "bits below a pixel in what it rasterizes");
+    check(info.subpixelBits, kGlSubpixelBits, "subpixel bits of the rasterizer");
 }
 
 std::string glAbsence(const std::string& why, bool isTooOld) {
-    return "no OpenGL 4.5 without a display could be had from EGL" +
+    return "EGL provides no OpenGL 4.5 without a display" +
            (why.empty() ? std::string("; it has no platform for that") : why) +
            (isTooOld
-                ? "; a driver is there, but has no OpenGL 4.5 core: update it, or have another "
-                  "one"
+                ? "; a driver was found, but has no OpenGL 4.5 core: update it, or use another one"
                 : "; install a driver with EGL") +
            " (Mesa's llvmpipe needs no device), or use --backend cpu";
 }
@@ -263,11 +262,10 @@ void checkGl(const char* what) {
     if (message.empty())
         message = error == GL_OUT_OF_MEMORY ? "out of memory" : "error " + std::to_string(error);
     throw Error(error == GL_OUT_OF_MEMORY ? ErrorKind::kResource : ErrorKind::kDevice,
-                std::string("OpenGL failed in ") + what + ": " + message +
-                    "; use --backend cpu to go on");
+                std::string("OpenGL failed in ") + what + ": " + message + "; use --backend cpu");
 }
 
-/// What was current before.
+/// The context that was current before.
 struct GlContext::Current::Before {
     EGLDisplay display;
     EGLContext context;
@@ -303,7 +301,7 @@ GlContext::Current::~Current() {
 
 namespace {
 
-// What GlContext() gives does not change while the process runs; asked once.
+// The properties of GlContext() do not change while the process runs; queried once.
 const GlInfo& deviceInfo() {
     static const GlInfo info = GlContext().info();
     return info;
@@ -319,7 +317,7 @@ bool isPresent(std::string& why) {
     }
 }
 
-// The linker keeps this file in every program that renders, as all of them name GlContext.
+// The linker keeps this file in every program that renders, because all of them use GlContext.
 const bool isRegistered = registerBackend(Backend::kGl, {isPresent, glDeviceName, glDriverVersion});
 
 } // namespace

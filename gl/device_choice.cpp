@@ -6,7 +6,7 @@
 namespace shadowdag {
 
 bool GlDeviceChoice::open(const std::vector<Candidate>& candidates, std::string& why) {
-    std::string missing = "; it is not there any more";
+    std::string missing = "; it no longer exists";
     for (const Candidate& candidate : candidates) {
         if (!chosen_.empty() && candidate.name != chosen_)
             continue;
@@ -21,7 +21,7 @@ bool GlDeviceChoice::open(const std::vector<Candidate>& candidates, std::string&
     if (chosen_.empty())
         return false;
     throw Error(ErrorKind::kDevice,
-                "OpenGL ran on EGL's " + chosen_ + " so far, which does not answer again" +
+                "OpenGL ran on EGL's " + chosen_ + " before, which can no longer be opened" +
                     missing + "; no other device is used instead: restart, or use --backend cpu");
 }
 

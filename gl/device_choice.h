@@ -12,15 +12,15 @@ namespace shadowdag {
 class GlDeviceChoice {
 public:
     struct Candidate {
-        std::string name; ///< tells it from the others, the same every time
-        /// Returns whether it answers, appending what went wrong to `why`.
+        std::string name; ///< identifies it, the same every time
+        /// Returns whether it can be opened; appends the reason of a failure to `why`.
         std::function<bool(std::string& why)> open;
     };
 
-    /// Opens the first candidate that answers, in order, or, where one answered before, that one
-    /// alone: another device would give other results without a word. Returns false where none has
-    /// ever answered, `why` then has what each said. Throws Error kDevice, naming it, where the
-    /// chosen one is not among the candidates any more or does not answer.
+    /// Opens the first candidate that works, in order, or, if one worked before, only that one:
+    /// another device could give other results silently. Returns false if none has ever worked;
+    /// `why` then has the reason of each. Throws Error kDevice, naming it, if the chosen one is no
+    /// longer a candidate or cannot be opened.
     bool open(const std::vector<Candidate>& candidates, std::string& why);
 
     const std::string& chosen() const { return chosen_; } ///< its name, or empty

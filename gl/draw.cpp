@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The item of a command reaches the vertex shader as an attribute that advances once an instance
-// and starts at the command's base instance: OpenGL 4.5 has that, gl_DrawID it has not.
+// The item of a command reaches the vertex shader as an attribute that advances once per instance
+// and starts at the command's base instance, because OpenGL 4.5 has no gl_DrawID.
 #include "gl/draw.h"
 
 #include "cuda/error.h"
@@ -99,7 +99,7 @@ void GlIndexTarget::release() {
     glDeleteTextures(1, &color_);
     glDeleteTextures(1, &depth_);
     color_ = depth_ = 0;
-    width_ = height_ = 0; // what was asked for last is not there any more
+    width_ = height_ = 0; // the previous targets no longer exist
 }
 
 void GlIndexTarget::bind(int width, int height, uint32_t clear) {

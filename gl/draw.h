@@ -18,7 +18,7 @@ struct GlCommand {
 };
 static_assert(sizeof(GlCommand) == 16);
 
-/// A list of commands with what makes them drawable.
+/// A list of commands with the buffers that draw them.
 class GlCommands {
 public:
     explicit GlCommands(const std::string& name);
@@ -28,7 +28,7 @@ public:
 
     /// Replaces the list. Items are below its length.
     void set(const std::vector<GlCommand>& commands);
-    /// Draws triangles by commands [begin, end) of the list into the framebuffer that is bound.
+    /// Draws triangles by commands [begin, end) of the list into the bound framebuffer.
     void draw(const GlProgram& program, uint32_t begin, uint32_t end) const;
     uint32_t count() const { return count_; }
 
@@ -52,7 +52,7 @@ private:
     uint32_t framebuffer_ = 0;
 };
 
-/// A picture of one unsigned integer a pixel, with depth.
+/// A picture of one unsigned integer per pixel, with depth.
 class GlIndexTarget {
 public:
     GlIndexTarget();
@@ -60,8 +60,8 @@ public:
     GlIndexTarget(const GlIndexTarget&) = delete;
     GlIndexTarget& operator=(const GlIndexTarget&) = delete;
 
-    /// Makes it the target, all pixels `clear` and depth 0: greater depths win, then later ones
-    /// lose to equal ones.
+    /// Makes it the target, all pixels `clear` and depth 0: greater depths win, and the first of
+    /// equal ones.
     void bind(int width, int height, uint32_t clear);
     /// Returns the pixels, the row of window coordinate 0 first.
     void read(std::vector<uint32_t>& pixels) const;

@@ -17,7 +17,7 @@ const char* textOf(const GlslTexts& texts, const std::string& path) {
         if (path == text.path)
             return text.text;
     throw Error(ErrorKind::kUsage, "no GLSL text '" + path +
-                                       "' in this program; name it in its folder's CMakeLists.txt");
+                                       "' in this program; add it to its folder's CMakeLists.txt");
 }
 
 void expand(const GlslTexts& texts, const std::string& path, GlslUnit& unit) {
@@ -26,7 +26,7 @@ void expand(const GlslTexts& texts, const std::string& path, GlslUnit& unit) {
     std::istringstream lines(textOf(texts, path));
     unit.text += "#line 1 " + std::to_string(number) + "\n";
     std::string line;
-    // Of a header that C++ shares (gl/leaf.h): its branch for C++, and what only C++ knows.
+    // For a header that C++ shares (gl/leaf.h): its branch for C++, and other lines for C++ only.
     bool isForCpp = false, isGuarded = false;
     for (size_t at = 1; std::getline(lines, line); ++at) {
         const bool isElse = line == "#else", isEnd = line == "#endif";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// GLSL sources. Each belongs to the folder of its method and is embedded into the program when it
-// is built (cmake/ShadowDagGlsl.cmake), so that no file is needed at run time.
+// GLSL sources. Each belongs to the folder of its method and is embedded into the program at build
+// time (cmake/ShadowDagGlsl.cmake), so that no file is needed at run time.
 #pragma once
 
 #include <map>
@@ -19,7 +19,7 @@ using GlslTexts = std::vector<GlslText>;
 /// A text with its includes in place.
 struct GlslUnit {
     std::string text;
-    /// By the number that #line gives them, which is the one in a compiler's messages.
+    /// By the number in #line, which a compiler's messages contain.
     std::vector<std::string> paths;
 };
 
@@ -30,8 +30,8 @@ struct GlslUnit {
 /// hold.
 GlslUnit expandGlsl(const GlslTexts& texts, const std::string& path);
 
-/// Returns a compiler's log with the numbers that start its lines, "2:17" or "2(17)", spelled as
-/// paths.
+/// Returns a compiler's log with the file numbers at the start of lines, "2:17" or "2(17)",
+/// replaced by paths.
 std::string nameGlslFiles(const std::string& log, const std::vector<std::string>& paths);
 
 } // namespace shadowdag

@@ -9,10 +9,10 @@
 // Write uint, 1u and 1.0f; return structs by assigning their fields. Every double constant must
 // follow exactly from float literals, because GLSL reads 0.1 as a float. No const locals,
 // templates, pointers, references, default arguments, or GLSL keywords (sample, flat, half, filter,
-// input, output) as names. What only C++ needs stands in #ifdef __cplusplus ... #endif, which GLSL
-// never sees. Then name the file in sdag_embed_glsl of the folder's CMakeLists.txt, and include it
-// from the C++ header and from the shader. tests/house/shared_texts.py refuses a text that is typed
-// twice.
+// input, output) as names. Code for C++ alone is in #ifdef __cplusplus ... #endif, which GLSL
+// ignores. Then add the file to sdag_embed_glsl of the folder's CMakeLists.txt, and include it
+// from the C++ header and from the shader. tests/house/shared_texts.py rejects a text that is
+// written twice.
 #pragma once
 
 #ifdef __cplusplus

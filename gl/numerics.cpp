@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A compute shader and the processor compute the same expressions on numbers from a seeded
-// generator.
+// A compute shader and the CPU compute the same expressions on numbers from a seeded generator.
 #include "gl/numerics.h"
 
 #include "gl/buffer.h"
@@ -14,7 +13,7 @@ namespace shadowdag {
 
 namespace {
 
-constexpr uint32_t kCount = 1024; // a quotient that rounds wrongly once in ten is caught surely
+constexpr uint32_t kCount = 1024; // enough to detect a quotient that rounds wrongly once in ten
 
 // Floats with random mantissas and exponents near 1.
 float randomFloat(uint32_t& state) {
@@ -42,7 +41,7 @@ GlNumerics probeGlNumerics() {
     uint32_t state = 1;
     for (uint32_t i = 0; i < kCount; ++i) {
         const float a = randomFloat(state), b = randomFloat(state), w = randomFloat(state);
-        // Near the product's negative, so that what the product rounds is what is left.
+        // Near the product's negative, so that the sum is the product's rounding error.
         given.insert(given.end(), {a, b, -(a * b), w});
     }
     GlBuffer in("numerics given"), out("numerics found");

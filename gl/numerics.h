@@ -10,7 +10,8 @@ struct GlNumerics {
     bool hasExactDivision = false;
 };
 
-/// Asks the device of the current context: products and quotients whose last bit tells.
+/// Tests the device of the current context with products and quotients whose last bit shows the
+/// rounding.
 GlNumerics probeGlNumerics();
 
 } // namespace shadowdag

@@ -27,7 +27,7 @@ std::string shaderLog(GLuint shader) {
     return log.c_str();
 }
 
-// What debug output said of a refusal is in its log already.
+// The debug output about a refusal is in its log already.
 void forgetGlErrors() {
     try {
         checkGl("a refusal");
@@ -65,7 +65,7 @@ GlProgram::GlProgram(const std::string& name,
         glGetShaderiv(shader, GL_COMPILE_STATUS, &isDone);
         const std::string log = isDone ? "" : nameGlslFiles(shaderLog(shader), unit.paths);
         glAttachShader(object_, shader);
-        glDeleteShader(shader); // goes with the program
+        glDeleteShader(shader); // deleted with the program
         if (!isDone) {
             glDeleteProgram(object_);
             forgetGlErrors();
@@ -124,7 +124,7 @@ void GlProgram::dispatch(uint64_t groupCount, uint64_t firstGroup) const {
         set("firstGroup", uint32_t(firstGroup));
         glDispatchCompute(GLuint(kMost), GLuint(rows), 1);
     }
-    // By itself: a last row filled up would run groups that are the next dispatch's.
+    // A separate dispatch: a full last row would run groups of the next dispatch.
     if (rest > 0) {
         set("firstGroup", uint32_t(firstGroup + rows * kMost));
         glDispatchCompute(GLuint(rest), 1, 1);

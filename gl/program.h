@@ -16,10 +16,10 @@ namespace shadowdag {
 
 enum class GlStage { kVertex, kFragment, kCompute };
 
-/// Names and values that a text is compiled with, as #define.
+/// Names and values of #define lines for a text.
 using GlDefines = std::vector<std::pair<std::string, std::string>>;
 
-/// Returns a constant of C++ as GLSL spells it, every bit of it: for those that no leaf text
+/// Returns a constant of C++ in GLSL's spelling, exact to the bit: for those that no leaf text
 /// (gl/leaf.h) can hold.
 std::string glslConstant(uint32_t value);
 std::string glslConstant(int32_t value);
@@ -28,16 +28,16 @@ std::string glslConstant(double value);
 /// Owns a linked program.
 class GlProgram {
 public:
-    /// Compiles and links. Throws Error kDevice with the compiler's log, its lines by their files.
-    /// @param name what errors call it @param stages one file each @param texts all that the files
-    /// include
+    /// Compiles and links. Throws Error kDevice with the compiler's log, its lines with their
+    /// files. @param name for messages @param stages one file each @param texts all files that may
+    /// be included
     GlProgram(const std::string& name, const std::vector<std::pair<GlStage, std::string>>& stages,
               const GlslTexts& texts, const GlDefines& defines = {});
     ~GlProgram();
     GlProgram(const GlProgram&) = delete;
     GlProgram& operator=(const GlProgram&) = delete;
 
-    /// Set a uniform; one that the compiler found unused is passed over.
+    /// Set a uniform; one that the compiler removed as unused is ignored.
     void set(const char* uniform, uint32_t value) const;
     void set(const char* uniform, float value) const;
     void set(const char* uniform, double value) const;
@@ -45,10 +45,10 @@ public:
     /// Binds a sampler to a texture unit.
     void setSampler(const char* uniform, int unit) const;
 
-    /// Runs so many groups of a compute program, no more, then makes what they wrote readable. More
-    /// than fit along one axis go on along the next: a shader asks groupIndex() (gl/groups.glsl).
-    /// Groups run in no order.
-    /// @param firstGroup the index of the first, for those that ask; the last fits 32 bits
+    /// Runs exactly so many groups of a compute program, then makes their writes readable. More
+    /// than fit along one axis continue along the next: a shader calls groupIndex()
+    /// (gl/groups.glsl). Groups run in no order. @param firstGroup the index of the first, for
+    /// those that read it; the last fits 32 bits
     void dispatch(uint64_t groupCount, uint64_t firstGroup = 0) const;
 
     uint32_t name() const { return object_; }
@@ -62,7 +62,7 @@ private:
 /// The GLSL sources of this folder: gl/groups.glsl.
 GlslTexts glGlsl();
 
-/// Returns `a` and what follows.
+/// Returns `a` followed by `b`.
 GlslTexts operator+(GlslTexts a, const GlslTexts& b);
 
 } // namespace shadowdag

@@ -9,17 +9,17 @@ namespace shadowdag {
 
 namespace {
 
-constexpr uint64_t kFirstShare = 64; // share of the first piece, whose time is not known yet
+constexpr uint64_t kFirstShare = 64; // share of the first piece, whose time is unknown
 constexpr double kMostGrowth = 32;   // a short piece's time is mostly its call's
 
 std::mutex pollMutex;
-std::function<void()> askedPoll;
+std::function<void()> pollFunction;
 
 void poll() {
     std::function<void()> ask;
     {
         const std::lock_guard lock(pollMutex);
-        ask = askedPoll;
+        ask = pollFunction;
     }
     if (ask)
         ask();
@@ -29,7 +29,7 @@ void poll() {
 
 void setGlPoll(std::function<void()> poll) {
     const std::lock_guard lock(pollMutex);
-    askedPoll = std::move(poll);
+    pollFunction = std::move(poll);
 }
 
 bool GlSlices::next() {

@@ -11,12 +11,13 @@
 
 namespace shadowdag {
 
-/// Sets what is called between pieces, on the thread that submits them; what it throws ends the
-/// work, which leaves its results undefined. Of the whole process; empty: work is never cancelled.
+/// Sets the function that is called between pieces, on the thread that submits them; an exception
+/// from it ends the work, whose results are then undefined. For the whole process; empty: work is
+/// never cancelled.
 void setGlPoll(std::function<void()> poll);
 
-/// Parts [0, count) into pieces of about kSliceMs, by what the ones before took: a device that is
-/// done at once gets two or three, one after the other. The context is current throughout.
+/// Splits [0, count) into pieces of about kSliceMs, estimated from the pieces before: a fast device
+/// gets two or three, one after the other. The context is current throughout.
 ///
 ///     GlSlices slices(context, count, "shading");
 ///     while (slices.next())
@@ -27,8 +28,8 @@ public:
     GlSlices(const GlContext& context, uint64_t count, const char* what)
         : context_(context), count_(count), what_(what) {}
 
-    /// Waits for the last piece, asks the poll and takes the next piece; false when all is done.
-    /// Throws what finish() and the poll throw.
+    /// Waits for the last piece, calls the poll function and takes the next piece; false when all
+    /// is done. Throws the exceptions of finish() and of the poll function.
     bool next();
     uint64_t begin() const { return begin_; }
     uint64_t end() const { return end_; }

@@ -49,7 +49,7 @@ GlSparseArray::GlSparseArray(uint32_t side, uint32_t layers, uint32_t pageTexels
                     "no sparse texture of " + std::to_string(layers) + " layers of " +
                         std::to_string(side) + " x " + std::to_string(side) +
                         " texels: " + error.what() +
-                        ", keep pages in an atlas, or lower the largest face resolution");
+                        "; keep pages in an atlas, or lower the largest face resolution");
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The frame: the method, step by step. What each step does stands in the header of its pass.
+// The frame: the method, step by step. Each step is described in the header of its pass.
 #include "hybrid/frame.h"
 
 #include "hybrid/frame/frame_state.h"
@@ -54,7 +54,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
         state.shading.shade(shading);
     }
 
-    // For reports, outside of the frame's time.
+    // For reports, not part of the frame's time.
     stages.settle();
     result.counting.settle();
     const HostCopyCounts after = state.device->copyCounts();
@@ -72,16 +72,20 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
         shading.lists = state.clusters.lists(); // pairs are recorded ascending
         state.shading.recordPairs(state.surface, state.clusters, shading, records, result);
     }
-    state.routing.hold(state.clusters, result.maps); // last: a frame that is given up holds nothing
+    state.routing.hold(state.clusters,
+                       result.maps); // last, so that a cancelled frame holds nothing
     stages.beforeStage = result.counting.beforeStage = nullptr;
     return result;
 }
 
-PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& asked) {
+PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& asked,
+                                  StageTimes* stages) {
     const FrameOptions options = state_->accept(asked);
     const auto current = state_->device->makeCurrent();
-    StageTimes stages;
-    state_->gather(makeViewRays(camera, options.width, options.height), options, stages);
+    StageTimes ignored;
+    StageTimes& times = stages != nullptr ? *stages : ignored;
+    state_->gather(makeViewRays(camera, options.width, options.height), options, times);
+    times.settle();
     return state_->shading.findPairs(state_->surface, state_->clusters);
 }
 
@@ -146,12 +150,11 @@ ExactView FrameRenderer::exact() const {
 }
 
 void FrameRenderer::prepareExact() {
-    if (state_->sharedScene->hasDag())
-        state_->sharedScene->prepareExact();
+    state_->sharedScene->prepareExact();
 }
 
 uint64_t FrameRenderer::exactBytes() const {
-    return exact().tree.words.count * sizeof(uint32_t);
+    return state_->sharedScene->exactBytes();
 }
 
 ShadowMapView FrameRenderer::shadowMaps() const {

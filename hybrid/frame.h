@@ -29,16 +29,16 @@ struct FrameOptions {
     float undersample = 1.0f; ///< divisor of the required resolution, u2 = 2
     ResolutionRule resolutionRule = ResolutionRule::kSphere; ///< before undersampling
     uint32_t mapsPerLight =
-        1; ///< 1..kMaxMapsPerLight: by octaves of what clusters ask for (4SM = 4)
+        1; ///< 1..kMaxMapsPerLight: by octaves of the clusters' requests (4SM = 4)
     uint32_t minFaceTexels =
         16; ///< lower limit of the allocated resolution, so that thin walls do not leak light
-    uint32_t maxFaceTexels = 2048; ///< and to this from above, kMaxFaceTexels at most
+    uint32_t maxFaceTexels = 2048; ///< upper limit, kMaxFaceTexels at most
     ClusterBounds clusterBounds = ClusterBounds::kTight;
     /// The k of Nk clustering, k x k cells of normals on every face of a cube, at most
     /// kMaxNormalCellsPerEdge; 0: clusters by position alone.
     uint32_t normalClusters = 0;
     /// Shades with each cluster's lights in the order of a curve through space instead of by index;
-    /// answers stay the same, sums of colours round in another order.
+    /// visibilities stay the same, sums of colours round in another order.
     bool reorderLights = false;
     PairPruning pruning = PairPruning::kFacing;
     ShadowMapOptions maps;
@@ -47,23 +47,24 @@ struct FrameOptions {
     /// A map changes its method only when the other is cheaper by more than the factor 1 + margin;
     /// 0 routes every frame anew. For frames in sequence by one model.
     float routeMargin = 0.0f;
-    bool recordPairs = true; ///< keep visibility per pair (outside the timing of the stages)
-    /// Count the quantities of maps that the model does not read, for reports (outside as well).
+    bool recordPairs = true; ///< keep visibility per pair (not part of the stages' times)
+    /// Count the quantities of maps that the model does not read, for reports (not part of the
+    /// times either).
     bool recordQuantities = true;
 
     bool operator==(const FrameOptions&) const = default;
 };
 
-/// Everything that a frame knows about one shadow map, that is the clusters of one light whose
-/// requests share an octave, whether it is drawn or traced instead.
+/// The record of one shadow map, that is of the clusters of one light whose requests share an
+/// octave, whether it is drawn or traced instead.
 struct MapRecord {
     MapQuantities quantities;
     Route route = Route::kRays;
-    uint64_t pairCount = 0; ///< exact pairs served (only with recordPairs)
-    SunWindow window =
-        {}; ///< of a directional light's map; its `texels` are the width of what receives
+    uint64_t pairCount = 0; ///< exact pairs that it serves (only with recordPairs)
+    DirectionalWindow window =
+        {}; ///< of a directional light's map; its `texels` are the width of its receivers
     uint32_t heldTexels =
-        0; ///< what hysteresis holds: faceTexels; of a directional light those of its lattice
+        0; ///< value kept by hysteresis: faceTexels; for directional lights those of the lattice
 };
 
 struct FrameCounts {
@@ -73,9 +74,11 @@ struct FrameCounts {
     uint64_t prunedClusterLightCount = 0; ///< of these, taken out (PairPruning)
     uint64_t pairCount = 0;               ///< exact pairs
     uint64_t rayCount = 0;
-    uint64_t moverTestCount = 0; ///< rays that voxels left lit and that were held against movers
-    /// Ray-traced pairs in (cluster, light) pairs that are wholly lit, wholly dark, neither: what
-    /// proofs could answer without parting clusters (only with recordPairs).
+    uint64_t exactRayCount = 0; ///< of these, left to the triangles (RayOptions::believe)
+    uint64_t moverTestCount =
+        0; ///< rays that voxels left lit and that were tested against moving triangles
+    /// Ray-traced pairs in (cluster, light) pairs that are completely lit, completely dark, or
+    /// neither: those that proofs could decide without dividing clusters (only with recordPairs).
     uint64_t wholeLitPairCount = 0, wholeDarkPairCount = 0, mixedPairCount = 0;
     uint64_t lookupCount = 0;
     uint64_t provenPairCount = 0;  ///< pairs lit by proof: neither a ray nor a lookup
@@ -85,18 +88,18 @@ struct FrameCounts {
     uint32_t drawnMapCount = 0;
     uint64_t missingTapCount = 0; ///< PCF taps on pages without memory; 0 unless something is wrong
     ShadowMapCounts maps;
-    uint64_t unsplitTriangleCount = 0; ///< large ones of the G-buffer that found no room to be
-                                       ///< shared out, and were drawn by a thread each; CUDA only
-    uint64_t listRerunCount = 0;       ///< lists guessed too short, and made again (guessLengths)
+    uint64_t unsplitTriangleCount = 0; ///< large triangles of the G-buffer that did not fit the
+                                       ///< list and were drawn by one thread each; CUDA only
+    uint64_t listRerunCount = 0;       ///< lists guessed too short and rebuilt (guessLengths)
     HostCopyCounts hostCopies; ///< of the frame proper, before its reports: round trips on CUDA
 };
 
 struct FrameResult {
-    std::vector<glm::vec3> color;    ///< width * height, linear radiance
-    PairList pairs;                  ///< with recordPairs
-    std::vector<uint8_t> visibility; ///< with recordPairs; per pair
-    std::vector<Route> pairRoute;    ///< with recordPairs; per pair, which method answered (kRays
-                                     ///< for proofs, which voxels give)
+    std::vector<glm::vec3> color;       ///< width * height, linear radiance
+    PairList pairs;                     ///< with recordPairs
+    std::vector<uint8_t> visibility;    ///< with recordPairs; per pair
+    std::vector<Route> pairRoute;       ///< with recordPairs; per pair, the method (kRays
+                                        ///< for proofs, which voxels give)
     std::vector<PairServer> pairServer; ///< with recordPairs; per pair
     std::vector<MapRecord> maps;        ///< ascending light, then octave
     StageTimes stages;   ///< of the frame proper: without recording, truth, host copies for reports
@@ -108,8 +111,8 @@ struct FrameResult {
 /// Returns the time of the stages whose work depends on the routes, milliseconds.
 double servingMs(const StageTimes& stages);
 
-/// Returns who serves every record: rays, or which of FrameRenderer::shadowMaps(), those that are
-/// drawn, in order.
+/// Returns the source of every record: rays, or the index in FrameRenderer::shadowMaps(), which has
+/// those that are drawn, in order.
 std::vector<PairServer> serversOf(const std::vector<MapRecord>& maps);
 
 /// Renders frames of one world on one backend. Keeps what persists between frames (allocated
@@ -123,60 +126,63 @@ public:
                   const BatchOptions& batchOptions = {});
     ~FrameRenderer();
 
-    /// Returns another renderer of the same world and DAG that shares with this one what stands for
-    /// them (batches, levels of detail, the DAG as rays read it, what moves) and keeps its own of
-    /// all that frames leave. One of those that share is told what changed, for all. Not to be
-    /// used by several threads at once.
+    /// Returns another renderer of the same world and DAG that shares its data of both with this
+    /// one (batches, levels of detail, the DAG as rays read it, moving geometry) and has its own
+    /// results of frames. One call of worldChanged applies to all that share. Not thread safe.
     std::unique_ptr<FrameRenderer> shareScene() const;
 
-    /// Tells that World::setTime moved instances (refits batches) or lights. Returns what that
-    /// took: "batch boxes", "batch hierarchy", and "scene update", which is positions, lights with
-    /// their hierarchy, and what moves as rays are held against it.
-    /// @param ofLevels receives what levels of detail took of the first two, for those renderers
-    /// that draw them; null: it is part of what is returned
+    /// Applies World::setTime, which moved instances (refits batches) or lights. Returns the times
+    /// of "batch boxes", "batch hierarchy", and "scene update", which is positions, lights with
+    /// their hierarchy, and the moving geometry for rays.
+    /// @param ofLevels receives the part of the first two for levels of detail, for renderers that
+    /// draw them; null: it is included in the result
     StageTimes worldChanged(const std::vector<uint32_t>& movedInstances,
                             StageTimes* ofLevels = nullptr);
 
-    /// Says whether frames guess the lengths of their lists by those of the frame before, so that
-    /// the host need not wait for them (cuda/list_length.h); at first on CUDA alone. No result
-    /// depends on it but FrameCounts::listRerunCount. @param spare as LengthGuess::forget
+    /// Sets whether frames guess the lengths of their lists from the frame before, so that the host
+    /// need not wait for them (cuda/list_length.h); initially on CUDA alone. No result depends on
+    /// it except FrameCounts::listRerunCount. @param spare as LengthGuess::forget
     void guessLengths(bool isOn, size_t spare = LengthGuess::kSpare);
 
-    /// Forgets what earlier frames left (hysteresis, kept shadow maps), so that the next frame
-    /// depends on its inputs alone, but for FrameCounts::listRerunCount and unsplitTriangleCount.
+    /// Releases the state of earlier frames (hysteresis, kept shadow maps), so that the next frame
+    /// depends on its inputs alone, except for FrameCounts::listRerunCount and
+    /// unsplitTriangleCount.
     void reset();
 
-    /// Renders one frame with the routes of `model`. When the model needs costs they must have been
-    /// set. Deterministic but for stage times, FrameCounts::listRerunCount (which depends on the
-    /// frames before) and unsplitTriangleCount (on the order of threads).
-    /// @param beforeStage is called before every stage; what it throws gives the frame up. The next
-    /// frame is then what it would have been without this one, but that kept maps may be drawn
-    /// anew; until then what is said below of the last frame means nothing
+    /// Renders one frame with the routes of `model`. If the model needs costs they must have been
+    /// set. Deterministic except for stage times, FrameCounts::listRerunCount (which depends on the
+    /// frames before) and unsplitTriangleCount (which depends on the order of threads).
+    /// @param beforeStage is called before every stage; an exception from it cancels the frame. The
+    /// next frame is then the same as without this one, except that kept maps may be redrawn; until
+    /// then the functions below about the last frame have no meaning
     FrameResult render(const Camera& camera, const CostModel& model, const FrameOptions& options,
                        const std::function<void()>& beforeStage = {});
 
-    /// Returns the pairs that render with recordPairs finds, without answering them; gbuffer() is
-    /// that of this frame then, and what is kept between frames stays as it is.
-    PairList listPairs(const Camera& camera, const FrameOptions& options);
+    /// Returns the pairs that render with recordPairs would find, without their visibility;
+    /// gbuffer() is then that of this frame, and the state between frames is unchanged.
+    /// @param stages receives the times of the stages up to the clusters and their lights; may be
+    /// null
+    PairList listPairs(const Camera& camera, const FrameOptions& options,
+                       StageTimes* stages = nullptr);
 
-    /// Returns the cost of every map of this frame by both methods: its rays alone; its masks,
-    /// pages, culling, drawing and lookups alone; each measured by itself, then scaled so that
-    /// those of all maps by one method add up to what the frame takes by it (FrameCosts::raysScale,
-    /// mapsScale): what a method shares among maps is paid once a frame, and by every map that is
-    /// measured alone. Without static optimization; forgets the frames before. Medians of
-    /// `repeats`.
+    /// Returns the cost of every map of this frame by both methods: of its rays alone, and of its
+    /// masks, pages, culling, drawing and lookups alone. Each is measured by itself, then scaled so
+    /// that the costs of all maps by one method add up to the frame's time by it
+    /// (FrameCosts::raysScale, mapsScale): maps share work that a frame does once, but each map
+    /// measured alone includes it. Without static optimization; releases the state of earlier
+    /// frames. Medians of `repeats`.
     /// @param beforeStage as render() has it
     FrameCosts measureCosts(const Camera& camera, const FrameOptions& options, int repeats = 3,
                             const std::function<void()>& beforeStage = {});
 
     /// Returns the host G-buffer of the last frame; valid until the next.
     GBufferView gbuffer() const;
-    /// Returns what moves, on the host, as rays are held against it; valid until worldChanged.
+    /// Returns the moving geometry for rays, on the host; valid until worldChanged.
     MoverView movers() const;
-    /// Returns what exact rays were held against, on the host; without words before the first frame
-    /// of RayKind::kExact or prepareExact().
+    /// Returns the triangles for exact rays, on the host; without a hierarchy before the first
+    /// frame that tests triangles, or prepareExact().
     ExactView exact() const;
-    /// Lists the triangles near voxels, which exact rays need, once; does nothing without voxels.
+    /// Builds the hierarchy over static triangles that exact rays need, once.
     void prepareExact();
     /// Returns maps of the last frame for the error analysis (FrameResult::pairServer names them);
     /// valid until the next.
@@ -185,21 +191,21 @@ public:
     /// next. A record indexes FrameResult::maps of a frame that was rendered.
     ClusterView clusters() const;
     ClusterLightsView clusterLights() const;
-    /// Returns R^2 that every entry of clusterLights() asks for, before undersampling, on the host;
-    /// meaningless where the record is kProvenLit; valid until the next frame.
+    /// Returns the requested R^2 of every entry of clusterLights(), before undersampling, on the
+    /// host; meaningless if the record is kProvenLit; valid until the next frame.
     View<const float> wantedSquared() const;
     /// Returns the projection maps of the last frame's drawn maps, on the host: bit u of word v of
     /// face f of map m (page_mask.h) says that a receiver lies in that cell; valid until the next.
     View<const uint32_t> projectionMaps() const;
-    /// Returns what the last frame's rays were asked by and traced through, on the host, for the
-    /// error analysis; valid until the next.
+    /// Returns the inputs of the last frame's rays, on the host, for the error analysis; valid
+    /// until the next.
     /// @param options as the frame used
     RayInputs rayInputs(const RayOptions& options) const;
-    /// Returns the bytes of the DAG that rays of this backend read: the words, or the wide form
-    /// where rays are traced through that (dag.h).
+    /// Returns the bytes of the DAG that rays of this backend read: the words, or the wide form if
+    /// rays use that (dag.h).
     uint64_t dagBytes() const;
-    /// Returns the bytes that exact rays read besides the DAG and the triangles; 0 before the first
-    /// frame of RayKind::kExact.
+    /// Returns the bytes that exact rays read besides the DAG: the triangles and what is built over
+    /// them; 0 before the first frame that asks triangles.
     uint64_t exactBytes() const;
 
 private:

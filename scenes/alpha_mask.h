@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Alpha masks: materials that are cut out by the alpha of their texture, as opaque or not, texel by
-// texel. The G-buffer, maps, exact rays and Embree's filter all use this one source, so that they
-// see the same holes; voxels are made from it conservatively (voxel/cut_voxels.h). Source: Khronos,
-// glTF 2.0 specification, sec. 3.9.4 (alphaMode MASK), 3.8.4 (wrap modes).
+// Alpha masks: materials that the alpha of their texture cuts out, each texel opaque or not. The
+// G-buffer, maps, exact rays and Embree's filter all use this one source, so that they have the
+// same holes; voxels are made from it conservatively (voxel/cut_voxels.h). Source: Khronos, glTF
+// 2.0 specification, sec. 3.9.4 (alphaMode MASK), 3.8.4 (wrap modes).
 //
 // A texel is opaque or not as a whole: alpha is compared with the cutoff at texel centres, and the
-// nearest texel answers. A bilinear outline would be smoother by up to half a texel; texels are
-// rectangles, so a voxel can be asked exactly whether it holds an opaque point, and one bit a texel
-// is all that is kept.
+// nearest texel decides. A bilinear outline would be smoother by up to half a texel; but texels are
+// rectangles, so the test of a voxel for an opaque point is exact, and one bit per texel is enough.
 #pragma once
 
 #include "cuda/view.h"
@@ -22,7 +21,7 @@
 
 namespace shadowdag {
 
-/// What lies beyond the texture's borders.
+/// The continuation beyond the texture's borders.
 enum class MaskWrap : uint32_t { kRepeat = kMaskRepeat, kMirror = kMaskMirror, kClamp };
 
 /// The opaque texels of one texture.
@@ -61,7 +60,7 @@ struct CutTriangle {
     glm::vec2 uv[3];
 };
 
-/// Returns which texel of an axis of `size` answers for a whole number of texels. NaN: 0.
+/// Returns the texel of an axis of `size` for a whole number of texels. NaN: 0.
 SDAG_HD inline uint32_t maskTexel(double texel, uint32_t size, MaskWrap wrap) {
     return maskTexel(texel, size, uint32_t(wrap));
 }
@@ -75,8 +74,8 @@ struct AlphaMaskView {
     View<const MaskInfo> masks;
     View<const uint32_t> words;
 
-    /// Returns whether a mask cuts a triangle: one test where no triangle is cut, one more load
-    /// where some are.
+    /// Returns whether a mask cuts a triangle: one test in scenes without cut triangles, one more
+    /// load in others.
     SDAG_HD bool isCut(size_t triangle) const {
         return !triangleCut.empty() && triangleCut[triangle] != kNotCut;
     }

@@ -16,7 +16,7 @@ SDAG_LEAF uint maskRowWords(uint width) {
     return (width + 31u) / 32u;
 }
 
-/// Returns which texel of an axis of `size` answers for a whole number of texels. NaN: 0.
+/// Returns the texel of an axis of `size` for a whole number of texels. NaN: 0.
 SDAG_LEAF uint maskTexel(double texel, uint size, uint wrap) {
     SDAG_EXACT double at = texel;
     double n = double(size);
@@ -30,9 +30,9 @@ SDAG_LEAF uint maskTexel(double texel, uint size, uint wrap) {
     return at < n ? uint(at) : size - 1u;
 }
 
-/// The texels of one axis, before wrapping, that the points of a triangle may lie in: a point on
-/// the triangle's own border counts to the inside. Otherwise a board's last line would be that of
-/// the texture's other end.
+/// The texels of one axis, before wrapping, that may contain points of a triangle: a point on the
+/// triangle's own border belongs to the inside. Otherwise the last line of a board would use the
+/// opposite border of the texture.
 struct TexelSpan {
     double first, last;
 };
@@ -61,8 +61,8 @@ SDAG_LEAF uint maskTexelAt(float t0, float t1, float t2, double b1, double b2, u
     return maskTexel(texel, size, wrap);
 }
 
-/// Makes weights of corners, in any common unit and sign, not all 0, into those of the second and
-/// third that add up to 1 with the first's. Weights that rounding put past an edge count as on it.
+/// Normalizes weights of corners, in any common unit and sign, not all 0, to those of the second
+/// and third for a sum of 1. Weights that rounding put past an edge count as on it.
 SDAG_LEAF void unitWeights(double weight0, double weight1, double weight2, SDAG_OUT(double) b1,
                            SDAG_OUT(double) b2) {
     SDAG_EXACT double sum = weight0 + weight1 + weight2;

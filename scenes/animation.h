@@ -14,7 +14,7 @@ glm::vec4 sampleChannel(const AnimationChannel& channel, float timeSeconds);
 
 /// Returns the unit quaternion (xyzw) at fraction t in [0, 1] of the shorter arc from a to b, both
 /// unit. The arc is halved 20 times towards t and the rest is linear, which leaves an error under
-/// 1e-12 rad; the closed form would ask libm for sines, which differ between machines. For opposite
+/// 1e-12 rad; the closed form needs sines from libm, which differ between machines. For opposite
 /// quaternions, between which no arc is shorter, one of the arcs is taken.
 glm::dvec4 slerp(const glm::dvec4& a, const glm::dvec4& b, double t);
 

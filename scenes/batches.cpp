@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bottom-up agglomeration of triangles into batches: all clusters of a round look for the
-// neighbour, along the Morton curve, with which their union box has the shortest diagonal, and
-// those that choose each other merge. Source of the rounds: Meister and Bittner, Parallel
-// Locally-Ordered Clustering for BVH Construction, TVCG 2018; of the dissimilarity: Olsson et al.
-// 2015, sec. VI-B1. Deviations: their tree merges the best pair of all (Walter et al., Fast
-// Agglomerative Clustering for Rendering, RT 2008), ours the pairs that are best for both ends; and
-// by default clusters that together would exceed a batch never merge, so that batches are full
-// rather than what a cut through a finished tree happens to leave (BatchCut, BATCHES.md).
+// Bottom-up agglomeration of triangles into batches: in each round every cluster finds the
+// neighbour, along the Morton curve, with which its union box has the shortest diagonal, and pairs
+// that choose each other merge. Source of the rounds: Meister and Bittner, Parallel Locally-Ordered
+// Clustering for BVH Construction, TVCG 2018; of the dissimilarity: Olsson et al. 2015, sec. VI-B1.
+// Deviations: their tree merges the best pair of all (Walter et al., Fast Agglomerative Clustering
+// for Rendering, RT 2008), ours the pairs that are best for both ends; and by default clusters that
+// together would exceed a batch never merge, which gives fuller batches than a cut through a
+// finished tree (BatchCut, BATCHES.md).
 #include "scenes/batches.h"
 
 #include "cuda/parallel_for.h"
@@ -48,8 +48,8 @@ float diagonalSquared(const Box& a, const Box& b) {
 }
 
 /// Writes to partner[i] the admissible neighbour with the shortest union diagonal; i itself for
-/// none. Ties go to the smaller index, so that there always is a pair that agrees: no round is
-/// wasted.
+/// none. Ties go to the smaller index, so that some pair always agrees and every round makes
+/// progress.
 void findPartners(const std::vector<Cluster>& clusters, uint64_t maxTriangleCount,
                   std::vector<uint32_t>& partner) {
     const size_t count = clusters.size();
@@ -67,8 +67,8 @@ void findPartners(const std::vector<Cluster>& clusters, uint64_t maxTriangleCoun
                 if (j == i || b.instance != a.instance ||
                     uint64_t(a.count) + b.count > maxTriangleCount)
                     continue;
-                // Equal lengths are ordered by the pair, the same seen from both ends; otherwise a
-                // ring of equal neighbours (a regular grid) would choose in a circle.
+                // Equal lengths are ordered by the pair, the same from both ends; otherwise a ring
+                // of equal neighbours (a regular grid) would choose in a circle.
                 const float d = diagonalSquared(a.box, b.box);
                 const size_t pair = std::min(i, j) * 2 * kSearchRadius + (i < j ? j - i : i - j);
                 if (d < best || (d == best && (found == i || pair < bestPair))) {
@@ -89,8 +89,8 @@ std::vector<uint8_t> movingInstances(const World& world) {
     return isMoving;
 }
 
-/// Calls visit(node, its triangle count) depth first, first child first; it returns whether to go
-/// below a node that is no leaf.
+/// Calls visit(node, its triangle count) depth first, first child first; it returns whether to
+/// descend below an inner node.
 template <class Visit>
 void forNodes(const std::vector<Merge>& merges, TreeNode root, const Visit& visit) {
     std::vector<TreeNode> stack{root};
@@ -119,9 +119,9 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
     const size_t count = geometry.count();
     SDAG_ASSERT(triangleInstance.size() == count);
     if (count > size_t(INT32_MAX))
-        throw Error(ErrorKind::kResource, std::to_string(count) +
-                                              " triangles are more than batches index; use fewer "
-                                              "instances");
+        throw Error(ErrorKind::kResource,
+                    std::to_string(count) + " triangles are more than batches can index; use fewer "
+                                            "instances");
     std::vector<Box> triangleBoxes(count);
     cpuParallelRanges(count, 4096, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i)
@@ -251,8 +251,8 @@ void BatchSet::updateBoxes(const TriangleView& geometry,
     updateCounts_.boxCount = uint32_t(movedBatches_.size());
 }
 
-/// Keeps the corners of a batch as they are now; returns whether one differs from what was kept, or
-/// nothing was.
+/// Stores the current corners of a batch; returns whether one differs from the stored ones, or none
+/// were stored.
 bool BatchSet::keepCorners(const TriangleView& geometry, uint32_t batch) {
     const Batch& b = batches_[batch];
     size_t& first = firstCorner_[batch];

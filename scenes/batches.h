@@ -19,7 +19,8 @@ enum class BatchCut : uint32_t {
     kSubtree, ///< the tree is finished first; batches are its largest subtrees that fit (the paper)
 };
 
-/// How triangles are gathered into batches. What is drawn into maps changes, not what they hold.
+/// How triangles are grouped into batches. This changes the batches drawn into maps, not the maps'
+/// content.
 struct BatchOptions {
     uint32_t maxTriangleCount = 128; ///< 1..kMaxBatchTriangleCount
     BatchCut cut = BatchCut::kFull;
@@ -38,10 +39,10 @@ struct BatchView {
     View<const uint32_t> triangles; ///< triangleCount; world triangle indices in batch order
     WideBvhView bvh;                ///< over boxesWorld
     uint32_t maxTriangleCount = 0;  ///< no batch holds more
-    PolygonLevelsView levels;       ///< empty: every batch is of the one level there is
+    PolygonLevelsView levels;       ///< empty: all batches have the same level
 };
 
-/// What the last update of a set of batches did.
+/// Counts of the last update of a set of batches.
 struct BatchUpdateCounts {
     uint32_t comparedBatchCount = 0; ///< batches of the instances named
     uint32_t boxCount = 0;           ///< batch boxes recomputed: those of movedBatches()
@@ -61,19 +62,19 @@ public:
     BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& triangleInstance,
              const BatchOptions& options = {}, const std::vector<uint8_t>& isInstanceMoving = {});
     /// Follows World::setTime: recomputes the boxes of those batches of the named instances that
-    /// moved, sorts again those that left their place along the Morton curve, and refits what is
-    /// above them. What stands still costs nothing. The result is that of a set built now.
-    /// @param stages receives the times of "batch boxes" and "batch hierarchy"; may be null
+    /// moved, sorts again those that left their position along the Morton curve, and refits the
+    /// boxes above them. Static batches cost nothing. The result is that of a set built now. @param
+    /// stages receives the times of "batch boxes" and "batch hierarchy"; may be null
     void update(const World& world, const std::vector<uint32_t>& movedInstances,
                 StageTimes* stages = nullptr);
     void update(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances,
                 StageTimes* stages = nullptr);
-    /// Returns the batches with a corner that the last update found elsewhere than the one before,
-    /// ascending. An instance that was named but stands where it stood moves none. Of an instance
-    /// that no animation moves (World), or of bare triangles, the first update knows no corners
-    /// from before: it takes all its batches for moved.
+    /// Returns the batches with a corner that moved between the last two updates, ascending. An
+    /// instance that was named but did not move moves none. For an instance that no animation moves
+    /// (World), or for bare triangles, the first update has no earlier corners and reports all
+    /// batches as moved.
     const std::vector<uint32_t>& movedBatches() const { return movedBatches_; }
-    /// Returns the world boxes of movedBatches() before the last update, one a batch.
+    /// Returns the world boxes of movedBatches() before the last update, one per batch.
     const std::vector<Box>& movedBoxesBefore() const { return movedBoxesBefore_; }
     const BatchUpdateCounts& updateCounts() const { return updateCounts_; }
     /// Returns views of this object's arrays; valid until the next update.
@@ -91,7 +92,7 @@ private:
     std::vector<uint32_t> movedBatches_;
     std::vector<Box> movedBoxesBefore_;
     BatchUpdateCounts updateCounts_;
-    /// By batch: where its corners at the last update stand in corners_, kNoCorners before any.
+    /// By batch: the index in corners_ of its corners at the last update, kNoCorners before any.
     std::vector<size_t> firstCorner_;
     std::vector<glm::vec3> corners_; ///< three a triangle of the batches that were ever updated
     WideBvh bvh_;

@@ -26,7 +26,8 @@ const Generator kGenerators[] = {
     {"houses",
      "a village at night with 256 lamps of similar size; the camera moves from far to near",
      makeHouses},
-    {"houses-by-day", "the same village lit by a sun instead of its lamps", makeHousesByDay},
+    {"houses-by-day", "the same village lit by a directional light instead of its lamps",
+     makeHousesByDay},
     {"necropolis", "tombs among trees, 275 static lights of very unequal range and 101 moving ones",
      makeNecropolis},
 };
@@ -42,7 +43,7 @@ void requireBuiltin(const std::string& name) {
         known += (known.empty() ? "" : ", ") + info.name;
     }
     throw Error(ErrorKind::kUsage,
-                "no built-in scene is called '" + name + "'; there are: " + known);
+                "there is no built-in scene '" + name + "'; the built-in scenes are: " + known);
 }
 
 } // namespace
@@ -87,6 +88,10 @@ void requireScene(const std::string& sceneArgument) {
                                            "': is a voxel asset, not a scene; name the scene that "
                                            "it was built from, and pass the asset as --voxels " +
                                            sceneArgument);
+    if (sceneArgument.ends_with(".svpart"))
+        throw Error(ErrorKind::kUsage, "SCENE '" + sceneArgument +
+                                           "': is a part of a voxel build, not a scene; join all "
+                                           "parts: shadowdag merge PART... -o F.svdag");
     std::error_code ignored;
     if (!std::filesystem::exists(sceneArgument, ignored)) {
         for (const BuiltinInfo& info : builtinScenes())

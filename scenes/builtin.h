@@ -12,7 +12,7 @@ namespace shadowdag {
 
 struct BuiltinInfo {
     std::string name;
-    std::string description; ///< one line: what it shows, with a source for failure scenes
+    std::string description; ///< one line of description, with a source for failure scenes
 };
 
 /// Returns every built-in scene: `atrium`, `houses`, `necropolis`, then every `fail-*`.
@@ -23,12 +23,12 @@ std::vector<BuiltinInfo> builtinScenes();
 /// for an unknown name, listing the known ones.
 Scene makeBuiltin(const std::string& name);
 
-/// Returns the scene that SCENE of the command line names: `builtin:NAME`, or a .glb/.gltf file.
-/// Throws as makeBuiltin and readGltf do.
+/// Returns the scene of the command line's SCENE: `builtin:NAME`, or a .glb/.gltf file. Throws as
+/// makeBuiltin and readGltf do.
 Scene loadScene(const std::string& sceneArgument);
 
-/// Throws as loadScene does where no scene can be meant: an unknown built-in one, no such file, an
-/// asset. Reads no file.
+/// Throws as loadScene does for a SCENE that cannot be a scene: an unknown built-in one, a missing
+/// file, an asset. Reads no file.
 void requireScene(const std::string& sceneArgument);
 
 } // namespace shadowdag

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // `atrium`: a two-storey colonnaded court of 25 m after Crytek Sponza (Frank Meinl, 2010), the
 // scene of Olsson et al. 2015 with 302 K triangles and 65 lights. Own geometry; nothing is copied.
-// Above 300 lines because one building is one file.
+// More than 300 lines because it is one building.
+#include "scenes/builtin_props.h"
 #include "scenes/builtin_stage.h"
 
 #include <algorithm>
@@ -354,8 +355,8 @@ void addBalustrades(Stage& s, const Materials& mat) {
     s.placeOnce(rails);
 }
 
-/// A hanging lamp: cap, knob and chain; the light lies in the open, 0.34 below the cap. Origin: the
-/// light.
+/// A small chandelier: cap, knob, chain, and six bars that hang from the cap around the light,
+/// which lies 0.34 below it. Origin: the light.
 int makeLamp(Stage& s, const Materials& mat, const char* name, double chainLength) {
     MeshBuilder m(name, mat.metal);
     addLathe(m,
@@ -370,6 +371,7 @@ int makeLamp(Stage& s, const Materials& mat, const char* name, double chainLengt
               {0.03, 0.52},
               {0.0, 0.53}},
              16);
+    addCage(m, 0.08, -0.1, 0.37, 6);
     m.moveTo({0, 0.52 + chainLength, 0});
     addChain(m, chainLength, 0.013, 6, 4);
     return s.mesh(m);

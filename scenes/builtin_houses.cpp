@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// `houses`: a village at night on a hill, 256 lamps of like size, a camera that comes from far to
-// near; after the scene HOUSES of Olsson et al. 2015. Own geometry. Above 300 lines because it is
-// one village.
+// `houses`: a village at night on a hill, 256 lamps of similar size, a camera that moves from far
+// to near; after the scene HOUSES of Olsson et al. 2015. Own geometry. More than 300 lines because
+// it is one village.
 #include "scenes/builtin_props.h"
 #include "scenes/builtin_stage.h"
 
@@ -462,7 +462,7 @@ Scene makeHousesByDay() {
     for (Node& node : scene.nodes)
         node.light = kNone;
     Stage s(std::move(scene));
-    s.sunLight("sun", {0.35, -0.8, 0.48}, {1.0f, 0.96f, 0.88f}, 3.0);
+    s.directionalLight("sun", {0.35, -0.8, 0.48}, {1.0f, 0.96f, 0.88f}, 3.0);
     return s.take();
 }
 

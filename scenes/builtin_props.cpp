@@ -197,10 +197,27 @@ void addTiledSlope(MeshBuilder& slab, MeshBuilder& tiles, double length, double 
         }
 }
 
+void addCage(MeshBuilder& m, double radius, double low, double high, int count) {
+    constexpr double kHalfBar = 0.007;
+    const glm::dmat4 saved = m.transform();
+    std::vector<dvec3> hoop;
+    for (int i = 0; i <= count; ++i) {
+        const double turn = double(i) / count;
+        hoop.emplace_back(radius * cosTurns(turn), low, radius * sinTurns(turn));
+        if (i == count)
+            break;
+        m.setTransform(saved * placement(hoop.back(), -turn));
+        addBox(m, {-kHalfBar, 0, -kHalfBar}, {kHalfBar, high - low, kHalfBar});
+    }
+    m.setTransform(saved);
+    addTube(m, hoop, 1.4 * kHalfBar, 3);
+}
+
 namespace {
 
-/// Adds the cap of a lamp whose light lies at the origin, the cap 0.3 above it.
-void addCap(MeshBuilder& m) {
+/// Adds the lantern of a light at the origin: a cap 0.3 above it and the bars that carry it.
+void addLantern(MeshBuilder& m) {
+    addCage(m, 0.12, -0.16, 0.32, 8);
     addLathe(m,
              {{0.0, 0.33},
               {0.08, 0.32},
@@ -237,7 +254,7 @@ dvec3 addLampPost(MeshBuilder& m, double height) {
     addTube(m, arm, 0.025, 6);
     const dvec3 light(0.7, height - 0.5, 0);
     m.setTransform(saved * placement(light));
-    addCap(m);
+    addLantern(m);
     m.setTransform(saved);
     return light;
 }
@@ -295,7 +312,7 @@ dvec3 addWallLamp(MeshBuilder& m) {
     addBox(m, {-0.06, -0.14, -0.02}, {0.06, 0.12, 0.03});
     const dvec3 light(0, -0.2, 0.55);
     m.setTransform(saved * placement(light));
-    addCap(m);
+    addLantern(m);
     m.setTransform(saved);
     return light;
 }

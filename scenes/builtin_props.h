@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Things that several built-in scenes place: trees, facades with openings, tiled roofs, fences,
+// Objects that several built-in scenes use: trees, facades with openings, tiled roofs, fences,
 // lamps. Not used outside scenes/builtin*.cpp.
 #pragma once
 
@@ -49,12 +49,16 @@ void addColumn(MeshBuilder& m, double height, double radius, int segments);
 /// Adds a chain from a to b that sags by `sag` in the middle.
 void addHangingChain(MeshBuilder& m, glm::dvec3 a, glm::dvec3 b, double sag, double wireRadius);
 
-/// Adds a lamp post at the origin whose lamp hangs from a curved arm towards +X; returns where the
-/// light lies: in the open, 0.3 under the cap.
+/// Adds `count` upright bars at `radius` from the axis, from y = `low` to y = `high`, on a hoop at
+/// the foot: the cage of a lantern about the light at the origin.
+void addCage(MeshBuilder& m, double radius, double low, double high, int count);
+
+/// Adds a lamp post at the origin whose lantern hangs from a curved arm towards +X; returns where
+/// the light lies: in a cage of eight bars, 0.3 under the cap.
 glm::dvec3 addLampPost(MeshBuilder& m, double height);
 
-/// Adds a lamp on a bracket that stands out of a wall at z = 0 towards +Z, at height 0; returns
-/// where the light lies: 0.55 before the wall, 0.3 under the cap.
+/// Adds a lantern on a bracket that stands out of a wall at z = 0 towards +Z, at height 0; returns
+/// where the light lies: 0.55 before the wall, in a cage of eight bars, 0.3 under the cap.
 glm::dvec3 addWallLamp(MeshBuilder& m);
 
 } // namespace shadowdag

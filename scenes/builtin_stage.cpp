@@ -117,8 +117,8 @@ int Stage::pointLight(const std::string& name, dvec3 position, double range, glm
     return addNode(std::move(node));
 }
 
-int Stage::sunLight(const std::string& name, dvec3 direction, glm::vec3 color, double illuminance,
-                    int parent) {
+int Stage::directionalLight(const std::string& name, dvec3 direction, glm::vec3 color,
+                            double illuminance, int parent) {
     LightSource light;
     light.name = name;
     light.kind = Light::kSun;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the generators of built-in scenes share: placing meshes, lights and a camera path into a
-// Scene, and the table of generators. Not used outside scenes/builtin*.cpp.
+// Shared by the generators of built-in scenes: placing meshes, lights and a camera path in a Scene,
+// and the table of generators. Not used outside scenes/builtin*.cpp.
 #pragma once
 
 #include "scenes/mesh_shapes.h"
@@ -15,7 +15,7 @@ namespace shadowdag {
 class Stage {
 public:
     explicit Stage(std::string name);
-    /// Goes on with a scene.
+    /// Continues a scene.
     explicit Stage(Scene scene) : scene_(std::move(scene)) {}
 
     uint32_t material(const std::string& name, glm::vec3 baseColor,
@@ -32,9 +32,9 @@ public:
     /// Adds a point light. `intensity` in candela.
     int pointLight(const std::string& name, glm::dvec3 position, double range, glm::vec3 color,
                    double intensity, int parent = kNone);
-    /// Adds a sun whose light goes along `direction`, of any length; `illuminance` in lux.
-    int sunLight(const std::string& name, glm::dvec3 direction, glm::vec3 color, double illuminance,
-                 int parent = kNone);
+    /// Adds a directional light along `direction`, of any length; `illuminance` in lux.
+    int directionalLight(const std::string& name, glm::dvec3 direction, glm::vec3 color,
+                         double illuminance, int parent = kNone);
     /// Adds the camera node "camera"; without a path it stays there.
     void camera(glm::dvec3 eye, glm::dvec3 target, double yfov = 0.9, double znear = 0.05,
                 double zfar = 500.0);

@@ -8,8 +8,8 @@
 
 namespace shadowdag {
 
-/// The least field of view: the slices of the cluster grid (hybrid/clusters/cluster_grid.h)
-/// multiply as it narrows, and a tenth of a degree is a telescope's already.
+/// The minimum field of view. The slices of the cluster grid (hybrid/clusters/cluster_grid.h)
+/// multiply as it narrows; a tenth of a degree is that of a telescope.
 constexpr float kMinFieldOfView = 1e-3f;
 
 /// A pinhole camera in world space. Right-handed, looks along `forward`; y up. Pixel (0, 0) is the

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// placeCamera of world.h: the view that sees most of the scene's open space, by rays.
-#include "scenes/open_space.h"
+// placeCameras: the views that see most of the scene's open space and of what its lights
+// do there, by rays.
+#include "scenes/camera_placement.h"
+
+#include "scenes/surface_sampler.h"
+#include "scenes/view_score.h"
 #include "scenes/world.h"
 
 #include <algorithm>
@@ -24,6 +28,18 @@ constexpr std::array<double, kAzimuthCount> kCos = {1,  kC1,  kC2,  kS1,  0, -kS
 constexpr std::array<double, kElevationCount> kElevationSin = {-kC2, -kS1, 0, kS1, kC2};
 constexpr std::array<double, kElevationCount> kElevationCos = {kC2, kC1, 1, kC1, kC2};
 
+// The field of view of a picture of 16 by 9 with Camera's yfov, 0.9.
+constexpr int kWidth = 16, kHeight = 9;
+constexpr float kSinHalfFov = 0.4349655341f, kTanHalfFov = 0.4830550656f;
+
+constexpr size_t kMaxStations = 160; ///< of the open space
+constexpr size_t kMaxLitLights = 64; ///< lights around which more stations are looked for
+constexpr size_t kFinalists = 80;
+/// Shares of rays that escape from the open space: beyond the first a scene is seen from outside as
+/// well, beyond the second, as of a model without ground, from outside alone.
+constexpr float kOpenEscape = 0.35f, kAllAroundEscape = 0.55f;
+constexpr size_t kCoarseRays = 2, kFineRays = 16; ///< shadow rays a sample
+
 glm::vec3 direction(int azimuth, int elevation) {
     const double c = kCos[size_t(azimuth)];
     const double s = kCos[size_t((azimuth + 12) % kAzimuthCount)]; // sin x = cos(x - pi/2)
@@ -31,147 +47,12 @@ glm::vec3 direction(int azimuth, int elevation) {
     return glm::vec3(glm::dvec3(c * e, kElevationSin[size_t(elevation)], s * e));
 }
 
-// What one ray of a view sees.
-struct Sample {
-    bool isHit = false, isFront = false;
-    float distance = 0.0f;
-    glm::vec3 position{0.0f}, normal{0.0f}; // the normal towards the eye, unit or zero
-};
-
-class ViewJudge {
-public:
-    ViewJudge(const World& world, const OpenSpace& open) : world_(world), open_(open) {}
-
-    Sample look(const glm::vec3& eye, const glm::vec3& d) const {
-        const TriangleGrid::Hit hit = open_.grid().trace(eye, d);
-        Sample sample;
-        if (!std::isfinite(hit.distance))
-            return sample;
-        const TriangleView triangles = world_.triangles();
-        const glm::vec3 a = triangles.vertex(hit.triangle, 0);
-        glm::vec3 normal = glm::cross(triangles.vertex(hit.triangle, 1) - a,
-                                      triangles.vertex(hit.triangle, 2) - a);
-        const float length = std::sqrt(glm::dot(normal, normal));
-        if (length > 0.0f)
-            normal *= (glm::dot(normal, d) > 0.0f ? -1.0f : 1.0f) / length;
-        return {true, hit.isFrontFace, hit.distance, eye + d * hit.distance, normal};
-    }
-
-    /// Returns the worth of a view of width x height samples in rows; see world.h. Shadow rays are
-    /// traced only when `withShadows`.
-    float score(const std::vector<Sample>& view, int width, bool withShadows) const {
-        const float unit = std::max(open_.typicalOpenness(), 1e-30f);
-        const int height = int(view.size()) / width;
-        int hitCount = 0, backCount = 0, nearCount = 0, edgeCount = 0;
-        float reach = 0.0f;
-        std::array<int, kDepthBinCount * kNormalBinCount> bins{};
-        for (int y = 0; y < height; ++y)
-            for (int x = 0; x < width; ++x) {
-                const Sample& s = view[size_t(y * width + x)];
-                if (x + 1 < width && isEdge(s, view[size_t(y * width + x + 1)]))
-                    ++edgeCount;
-                if (y + 1 < height && isEdge(s, view[size_t((y + 1) * width + x)]))
-                    ++edgeCount;
-                if (!s.isHit)
-                    continue;
-                ++hitCount;
-                backCount += s.isFront ? 0 : 1;
-                nearCount += s.distance < 0.3f * unit ? 1 : 0;
-                reach += s.distance / (s.distance + 2.0f * unit);
-                ++bins[size_t(binOf(s, unit))];
-            }
-        if (hitCount == 0)
-            return 0.0f;
-        const auto share = [&](int count) { return float(count) / float(hitCount); };
-        float same = 0.0f; // the chance that two samples fall into the same bin
-        for (int count : bins)
-            same += share(count) * share(count);
-        const float edges =
-            float(edgeCount) / float(std::max(1, (width - 1) * height + width * (height - 1)));
-        const float escape = 1.0f - float(hitCount) / float(view.size());
-        const auto penalty = [](float excess) {
-            const float rest = std::max(0.0f, 1.0f - std::max(0.0f, excess));
-            return rest * rest;
-        };
-        return reach / float(hitCount) * (1.2f - same) * (0.5f + std::min(edges, 0.5f)) *
-               penalty(2.0f * share(nearCount)) * penalty(escape - 0.1f) *
-               penalty(2.0f * (share(backCount) - open_.typicalBackShare())) *
-               lightWorth(view, hitCount, withShadows);
-    }
-
-private:
-    static constexpr int kDepthBinCount = 8, kNormalBinCount = 6;
-
-    static bool isEdge(const Sample& a, const Sample& b) {
-        if (!a.isHit || !b.isHit)
-            return a.isHit != b.isHit;
-        return a.distance > 1.3f * b.distance || b.distance > 1.3f * a.distance ||
-               glm::dot(a.normal, b.normal) < 0.7f;
-    }
-
-    // Octaves of distance, 1/8 to 8 units and beyond, by where the normal points most.
-    static int binOf(const Sample& s, float unit) {
-        int depth = 0;
-        for (float limit = 0.125f * unit; depth + 1 < kDepthBinCount && s.distance > limit;
-             limit *= 2.0f)
-            ++depth;
-        const glm::vec3 n = glm::abs(s.normal);
-        const int axis = n.x >= n.y ? (n.x >= n.z ? 0 : 2) : (n.y >= n.z ? 1 : 2);
-        return (depth * 3 + axis) * 2 + (s.normal[axis] < 0.0f ? 1 : 0);
-    }
-
-    // Best at 8 to 16 lights a sample, 3/10 to 6/10 of them dark, many of them lighting something.
-    float lightWorth(const std::vector<Sample>& view, int hitCount, bool withShadows) const {
-        const std::vector<Light>& lights = world_.lights();
-        if (lights.empty())
-            return 1.0f;
-        size_t pairCount = 0, tracedCount = 0, darkCount = 0, unlitCount = 0;
-        std::vector<uint8_t> isSeen(lights.size(), 0);
-        const float lift = 1e-3f * open_.typicalOpenness();
-        for (const Sample& s : view) {
-            if (!s.isHit)
-                continue;
-            const size_t pairsBefore = pairCount;
-            size_t ofSample = 0;
-            for (size_t l = 0; l < lights.size(); ++l) {
-                if (!lightReaches(lights[l], s.position) ||
-                    !(glm::dot(towardsLight(lights[l], s.position), s.normal) > 0.0f))
-                    continue;
-                ++pairCount;
-                // The first four pairs of a sample from a light on that differs by sample.
-                if (withShadows && ofSample++ < 4) {
-                    ++tracedCount;
-                    if (open_.sees(s.position + s.normal * lift,
-                                   pointAtLight(lights[l], s.position)))
-                        isSeen[l] = 1;
-                    else
-                        ++darkCount;
-                } else if (!withShadows)
-                    isSeen[l] = 1;
-            }
-            unlitCount += pairCount == pairsBefore ? 1 : 0;
-        }
-        const float mean = float(pairCount) / float(hitCount);
-        const auto seenCount = float(std::count(isSeen.begin(), isSeen.end(), 1));
-        const float many = mean / (mean + 4.0f) * std::min(1.0f, 16.0f / (mean + 1e-6f));
-        const float seen = seenCount / (seenCount + 4.0f);
-        float dark = 1.0f;
-        if (tracedCount > 0) {
-            const float share = float(darkCount) / float(tracedCount);
-            dark = 0.4f + 2.0f * std::min(share, 0.3f) - std::max(0.0f, share - 0.6f);
-        }
-        const float reached = 1.0f - float(unlitCount) / float(hitCount);
-        return 0.05f + many * seen * dark * reached * reached;
-    }
-
-    const World& world_;
-    const OpenSpace& open_;
-};
-
+/// A view in question, and what is known of it.
 struct Sight {
-    float score;
-    uint32_t station;
-    glm::vec3 forward;
+    float score = 0.0f;
+    glm::vec3 position{0.0f}, forward{0, 0, -1}, up{0, 1, 0};
+    bool isOrbit = false; ///< from outside, of all that there is
+    ViewLight light;
 };
 
 // Best first, ties by order of appearance.
@@ -179,72 +60,203 @@ bool isBetter(const Sight& a, const Sight& b) {
     return a.score > b.score;
 }
 
-} // namespace
+/// The places from which views are tried, and the length by which they are judged.
+struct Stations {
+    std::vector<glm::vec3> positions;
+    float unit;
+};
 
-Camera placeCamera(const World& world) {
-    const Box& bounds = world.boundsWorld();
-    const OpenSpace open(world.triangles(), bounds, world.lights(), kSeed);
-    const ViewJudge judge(world, open);
-    const std::vector<OpenSpace::Station>& stations = open.stations();
+/// Finds places of the open space and near the lights, which its most open part may leave out: of a
+/// map under a large sky that part is the sky. Rooms with lights then give the unit, too.
+Stations findStations(const World& world, const OpenSpace& open) {
+    const std::vector<Light>& lights = world.lights();
+    const size_t tries = std::min(lights.size(), kMaxLitLights);
+    PlacementRandom random(kSeed);
+    std::vector<OpenSpace::Station> around;
+    for (size_t k = 0; k < tries; ++k) {
+        const Light& light = lights[k * lights.size() / tries];
+        if (light.kind == Light::kSun)
+            continue;
+        for (const OpenSpace::Station& station :
+             open.stationsAround(light.positionWorld, 3, random))
+            around.push_back(station);
+    }
+    Stations found{{}, open.typicalOpenness()};
+    if (around.size() >= 8) {
+        std::vector<float> openness;
+        for (const OpenSpace::Station& station : around)
+            openness.push_back(station.openness);
+        const auto middle = openness.begin() + std::ptrdiff_t(openness.size() / 2);
+        std::nth_element(openness.begin(), middle, openness.end());
+        found.unit = std::min(found.unit, *middle);
+    }
+    for (const OpenSpace::Station& station : open.stations())
+        if (found.positions.size() < kMaxStations)
+            found.positions.push_back(station.position);
+    for (const OpenSpace::Station& station : around)
+        if (station.clearance >= 0.05f * found.unit && station.openness >= 0.4f * found.unit)
+            found.positions.push_back(station.position);
+    return found;
+}
 
-    // Coarse: 80 rays a station, windows of 3 x 3 of them; a station's two best go on.
-    constexpr size_t kMaxStations = 160, kFinalists = 40;
-    std::vector<Sight> views;
-    for (uint32_t i = 0; i < std::min(stations.size(), kMaxStations); ++i) {
-        std::array<std::array<Sample, kElevationCount>, kAzimuthCount> around;
+/// Adds the two best views of every station: 80 rays, windows of 3 x 3 of them, two shadow rays a
+/// ray.
+void addCoarse(const ViewScore& score, const std::vector<glm::vec3>& stations, bool hasLights,
+               std::vector<Sight>& sights) {
+    for (const glm::vec3& station : stations) {
+        std::array<std::array<ViewSample, kElevationCount>, kAzimuthCount> around;
+        std::array<std::array<ViewLight, kElevationCount>, kAzimuthCount> lit;
         for (int a = 0; a < kAzimuthCount; ++a)
-            for (int e = 0; e < kElevationCount; ++e)
-                around[size_t(a)][size_t(e)] = judge.look(stations[i].position, direction(a, e));
-        std::vector<Sight> ofStation;
+            for (int e = 0; e < kElevationCount; ++e) {
+                ViewSample& sample = around[size_t(a)][size_t(e)];
+                sample = score.look(station, direction(a, e));
+                if (hasLights && e < 4) // no window holds the highest
+                    lit[size_t(a)][size_t(e)] = score.light({sample}, kCoarseRays);
+            }
+        std::vector<Sight> here;
         for (int a = 0; a < kAzimuthCount; ++a)
             for (int e = 1; e <= 2; ++e) {
-                std::vector<Sample> window;
+                std::vector<ViewSample> window;
+                ViewLight light;
                 for (int de = -1; de <= 1; ++de)
-                    for (int da = -1; da <= 1; ++da)
-                        window.push_back(around[size_t((a + da + kAzimuthCount) % kAzimuthCount)]
-                                               [size_t(e + de)]);
-                ofStation.push_back({judge.score(window, 3, false), i, direction(a, e)});
+                    for (int da = -1; da <= 1; ++da) {
+                        const auto azimuth = size_t((a + da + kAzimuthCount) % kAzimuthCount);
+                        window.push_back(around[azimuth][size_t(e + de)]);
+                        if (hasLights)
+                            light += lit[azimuth][size_t(e + de)];
+                    }
+                Sight sight;
+                sight.score = score.shape(window, 3) * score.lightWorth(light);
+                sight.position = station;
+                sight.forward = glm::normalize(direction(a, e));
+                here.push_back(std::move(sight));
             }
-        std::stable_sort(ofStation.begin(), ofStation.end(), isBetter);
-        views.insert(views.end(), ofStation.begin(), ofStation.begin() + 2);
+        std::stable_sort(here.begin(), here.end(), isBetter);
+        sights.insert(sights.end(), here.begin(), here.begin() + 2);
     }
-    std::stable_sort(views.begin(), views.end(), isBetter);
-    views.resize(std::min(views.size(), kFinalists));
+}
 
-    // Fine: the field of view of a 16:9 picture, 16 x 9 rays, with shadows.
-    Camera best;
-    constexpr int kWidth = 16, kHeight = 9;
-    constexpr float kTanHalfFov = 0.4830550656f; // of Camera's yfov, 0.9
-    float bestScore = -1.0f;
-    for (const Sight& view : views) {
-        const glm::vec3 forward = glm::normalize(view.forward);
-        const glm::vec3 right = glm::normalize(glm::cross(forward, glm::vec3(0, 1, 0)));
-        const glm::vec3 up = glm::normalize(glm::cross(right, forward));
-        std::vector<Sample> samples;
-        for (int y = 0; y < kHeight; ++y)
-            for (int x = 0; x < kWidth; ++x) {
-                const float u = (2.0f * (float(x) + 0.5f) / kWidth - 1.0f) * (16.0f / 9.0f);
-                const float v = 1.0f - 2.0f * (float(y) + 0.5f) / kHeight;
-                samples.push_back(
-                    judge.look(stations[view.station].position,
-                               glm::normalize(forward + (right * u + up * v) * kTanHalfFov)));
-            }
-        const float score = judge.score(samples, kWidth, true);
-        if (score > bestScore) {
-            bestScore = score;
-            best.positionWorld = stations[view.station].position;
-            best.forward = forward;
-            best.up = up;
+/// Adds views of all of a world that stands in the open, such as a model: from outside, around it.
+void addOrbit(const Box& bounds, std::vector<Sight>& sights) {
+    const glm::vec3 center = 0.5f * (bounds.min + bounds.max);
+    const float radius = 0.5f * glm::length(bounds.extent());
+    for (int a = 0; a < kAzimuthCount; a += 2)
+        for (int e = 3; e <= 4; ++e) { // from above
+            Sight sight;
+            glm::vec3 out = direction(a, e);
+            out.y *= e == 3 ? 0.6f : 0.8f;
+            out = glm::normalize(out);
+            sight.position = center + out * (radius / kSinHalfFov);
+            sight.forward = -out;
+            sight.isOrbit = true;
+            sights.push_back(std::move(sight));
         }
+}
+
+/// Scores a view by the field of view of a picture, and sets its up.
+void scoreFine(const ViewScore& score, Sight& sight) {
+    const glm::vec3 right = glm::normalize(glm::cross(sight.forward, glm::vec3(0, 1, 0)));
+    sight.up = glm::normalize(glm::cross(right, sight.forward));
+    std::vector<ViewSample> samples;
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x) {
+            const float u = (2.0f * (float(x) + 0.5f) / kWidth - 1.0f) * (16.0f / 9.0f);
+            const float v = 1.0f - 2.0f * (float(y) + 0.5f) / kHeight;
+            samples.push_back(score.look(
+                sight.position,
+                glm::normalize(sight.forward + (right * u + sight.up * v) * kTanHalfFov)));
+        }
+    sight.light = score.light(samples, kFineRays);
+    sight.score = score.shape(samples, kWidth, sight.isOrbit ? 1.0f : 0.1f) *
+                  (sight.isOrbit ? 1.0f : score.wholeObjects(samples, kWidth)) *
+                  score.lightWorth(sight.light);
+}
+
+/// Returns how much a view adds to those chosen: from 0.08 for one of them again to 1. It stands or
+/// looks elsewhere, and shows lights that they do not.
+float novelty(const Sight& sight, const std::vector<const Sight*>& chosen, float unit) {
+    if (chosen.empty())
+        return 1.0f;
+    float apart = 1.0f;
+    for (const Sight* other : chosen) {
+        const float away = glm::length(sight.position - other->position) / unit;
+        const float turned = 0.5f * (1.0f - glm::dot(sight.forward, other->forward));
+        apart = std::min(apart, std::max(std::min(away, 1.0f), turned));
     }
+    size_t newCount = 0;
+    const size_t seenCount = sight.light.seenCount();
+    for (size_t l = 0; l < sight.light.isSeen.size(); ++l)
+        newCount += sight.light.isSeen[l] != 0 &&
+                    std::none_of(chosen.begin(), chosen.end(),
+                                 [&](const Sight* other) { return other->light.isSeen[l] != 0; });
+    const float isNew = seenCount > 0 ? float(newCount) / float(seenCount) : 1.0f;
+    return (0.2f + 0.8f * apart) * (0.4f + 0.6f * isNew);
+}
+
+Camera cameraOf(const Sight& sight, const World& world, const OpenSpace& open) {
+    const Box& bounds = world.boundsWorld();
     const float diagonal = glm::length(bounds.extent());
     const float unit = diagonal > 0.0f ? diagonal : 1.0f;
-    const float clearance = open.grid().distance(best.positionWorld, 0.02f * unit);
-    best.znear = std::clamp(0.5f * clearance, unit * 1e-4f, unit * 2e-3f);
-    const glm::vec3 far = glm::max(glm::abs(bounds.min - best.positionWorld),
-                                   glm::abs(bounds.max - best.positionWorld));
-    best.zfar = std::max(1.01f * glm::length(far), 2.0f * best.znear);
-    return best;
+    Camera camera;
+    camera.positionWorld = sight.position;
+    camera.forward = sight.forward;
+    camera.up = sight.up;
+    const float clearance = open.grid().distance(sight.position, 0.02f * unit);
+    camera.znear = std::clamp(0.5f * clearance, unit * 1e-4f, unit * 2e-3f);
+    const glm::vec3 far = glm::max(glm::abs(bounds.min - camera.positionWorld),
+                                   glm::abs(bounds.max - camera.positionWorld));
+    camera.zfar = std::max(1.01f * glm::length(far), 2.0f * camera.znear);
+    return camera;
+}
+
+} // namespace
+
+std::vector<Camera> placeCameras(const World& world, size_t count) {
+    const Box& bounds = world.boundsWorld();
+    const OpenSpace open(world.triangles(), bounds, world.lights(), kSeed);
+    const Stations stations = findStations(world, open);
+    const ViewScore score(world, open, stations.unit);
+    std::vector<Sight> sights;
+    addCoarse(score, stations.positions, !world.lights().empty(), sights);
+    std::stable_sort(sights.begin(), sights.end(), isBetter);
+    sights.resize(std::min(sights.size(), kFinalists));
+    const bool hasExtent = glm::length(bounds.extent()) > 0.0f;
+    if (hasExtent && score.typicalEscape() > kAllAroundEscape)
+        sights.clear(); // nothing is inside
+    if (hasExtent && score.typicalEscape() > kOpenEscape)
+        addOrbit(bounds, sights);
+    for (Sight& sight : sights)
+        scoreFine(score, sight);
+
+    const float unit = std::max(2.0f * stations.unit, 1e-30f);
+    const bool hasLights = !world.lights().empty();
+    std::vector<const Sight*> chosen;
+    std::vector<Camera> cameras;
+    while (cameras.size() < count) {
+        const Sight* best = nullptr;
+        float bestScore = -1.0f;
+        for (const Sight& sight : sights) {
+            if (std::find(chosen.begin(), chosen.end(), &sight) != chosen.end())
+                continue;
+            if (!chosen.empty() && hasLights &&
+                (sight.light.litCount == 0 || sight.light.darkCount == 0))
+                continue;
+            const float worth = sight.score * novelty(sight, chosen, unit);
+            if (worth > bestScore) {
+                bestScore = worth;
+                best = &sight;
+            }
+        }
+        if (best == nullptr)
+            break;
+        chosen.push_back(best);
+        cameras.push_back(cameraOf(*best, world, open));
+    }
+    return cameras;
+}
+
+Camera placeCamera(const World& world) {
+    return placeCameras(world, 1).front();
 }
 
 } // namespace shadowdag

@@ -13,7 +13,7 @@ namespace shadowdag {
 /// Returns the XXH3-128 hash of the bytes, canonical (big endian) order: the same on every machine.
 std::array<uint8_t, 16> contentHash(const void* data, size_t byteCount);
 
-/// The same of bytes that come piece by piece; the pieces' lengths do not matter.
+/// The same for bytes that arrive in pieces; the pieces' lengths do not matter.
 class ContentHasher {
 public:
     ContentHasher();
@@ -22,7 +22,7 @@ public:
     ContentHasher& operator=(ContentHasher&&) noexcept;
 
     void add(const void* data, size_t byteCount);
-    /// Returns the hash of what was added so far.
+    /// Returns the hash of all bytes added so far.
     std::array<uint8_t, 16> hash() const;
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A failure scene as meshes, and its right answers in closed form.
+// A failure scene as meshes, and its correct visibilities in closed form.
 #include "scenes/fail_scenes.h"
 
 #include "scenes/builtin_stage.h"
@@ -33,8 +33,8 @@ std::optional<bool> passesHole(const FailBox& b, double timeSeconds, const dvec3
     return square % 2 != 0;
 }
 
-/// Returns where the segment from a to b enters and leaves the box, grown by `grow`, lies empty or
-/// not.
+/// Returns where the segment from a to b enters and leaves the box, grown by `grow`; empty if it
+/// misses.
 bool segmentMeetsBox(const FailBox& b, double timeSeconds, const dvec3& from, const dvec3& to,
                      double grow) {
     const dvec3 center = b.center + b.velocity * timeSeconds;
@@ -59,7 +59,7 @@ bool segmentMeetsBox(const FailBox& b, double timeSeconds, const dvec3& from, co
     return enter <= leave;
 }
 
-/// Returns how near the segment from a to b comes to a point.
+/// Returns the least distance from the segment from a to b to a point.
 double distanceTo(const dvec3& point, const dvec3& a, const dvec3& b) {
     const double share = glm::clamp(glm::dot(point - a, b - a) / glm::dot(b - a, b - a), 0.0, 1.0);
     return glm::length(a + (b - a) * share - point);
@@ -130,7 +130,7 @@ Scene makeFailScene(const FailScene& f) {
         const FailLight& light = f.lights[i];
         const std::string name = "light " + std::to_string(i);
         if (light.sunDirection != dvec3(0.0)) {
-            s.sunLight(name, light.sunDirection, {1.0f, 0.97f, 0.9f}, light.intensity);
+            s.directionalLight(name, light.sunDirection, {1.0f, 0.97f, 0.9f}, light.intensity);
             continue;
         }
         const int node =
@@ -156,7 +156,7 @@ dvec3 lightPointOf(const FailScene& scene, const dvec3& pointWorld, int light, d
     const FailLight& source = scene.lights[size_t(light)];
     if (source.sunDirection == dvec3(0.0))
         return source.position + source.velocity * timeSeconds;
-    double reach = 0.0; // twice as far as anything is from the point
+    double reach = 0.0; // twice the distance of the farthest object from the point
     for (const FailBox& b : scene.boxes) {
         const dvec3 now = b.center + b.velocity * timeSeconds;
         reach = std::max(reach, 2.0 * (glm::length(now - pointWorld) + glm::length(b.half)));

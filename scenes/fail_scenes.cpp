@@ -2,10 +2,12 @@
 // The list of the failure scenes. Sources of the failures: Dou et al., Adaptive Depth Bias for
 // Shadow Maps, I3D 2014 (bias); Kaempe et al., High Resolution Sparse Voxel DAGs, SIGGRAPH 2013
 // (voxel rays); Olsson et al., TVCG 2015 (the rest); found in this program, where a description
-// says ours.
+// says so.
 #include "scenes/fail_scenes.h"
 
 #include "scenes/mesh_shapes.h"
+
+#include <utility>
 
 namespace shadowdag {
 
@@ -13,13 +15,9 @@ using glm::dvec3;
 
 namespace {
 
-FailBox box(dvec3 min, dvec3 max, uint32_t material = 2) {
-    return {(min + max) * 0.5, (max - min) * 0.5, 0.0, 0.0, material, dvec3(0.0)};
-}
-
 /// A floor with its top at y = 0.
 FailBox floorBox(double halfX, double halfZ) {
-    return box({-halfX, -0.5, -halfZ}, {halfX, 0.0, halfZ}, 1);
+    return boxBetween({-halfX, -0.5, -halfZ}, {halfX, 0.0, halfZ}, 1);
 }
 
 FailScene acne() {
@@ -33,13 +31,13 @@ FailScene acne() {
 }
 
 FailScene detachedShadow() {
-    return {
-        "fail-detached-shadow",
-        "a bias in world units detaches shadows from the foot of a wall (Dou et al., I3D 2014)",
-        {floorBox(5, 5), box({-2, 0, -0.05}, {2, 1, 0.05}), box({2.5, 0, -1}, {2.54, 0.5, 1}, 3)},
-        {{{0.5, 3.0, -2.5}, 12.0, 8.0}, {{-3.5, 2.0, 0.8}, 12.0, 5.0}},
-        {2, 3, 5},
-        {0, 0.2, 0}};
+    return {"fail-detached-shadow",
+            "a bias in world units detaches shadows from the foot of a wall (Dou et al., I3D 2014)",
+            {floorBox(5, 5), boxBetween({-2, 0, -0.05}, {2, 1, 0.05}),
+             boxBetween({2.5, 0, -1}, {2.54, 0.5, 1}, 3)},
+            {{{0.5, 3.0, -2.5}, 12.0, 8.0}, {{-3.5, 2.0, 0.8}, 12.0, 5.0}},
+            {2, 3, 5},
+            {0, 0.2, 0}};
 }
 
 FailScene filterAcne() {
@@ -65,7 +63,8 @@ FailScene obliqueUndersampling() {
         {10, 2.5, 6},
         {6, 0, 0}};
     for (int i = 0; i < 24; ++i)
-        s.boxes.push_back(box({-17.5, 0.0, -2.9 + 0.24 * i}, {-17.4, 0.5, -2.78 + 0.24 * i}));
+        s.boxes.push_back(
+            boxBetween({-17.5, 0.0, -2.9 + 0.24 * i}, {-17.4, 0.5, -2.78 + 0.24 * i}));
     return s;
 }
 
@@ -79,16 +78,17 @@ FailScene missingTap() {
         {0, 0, 0}};
     for (int i = 0; i < 7; ++i)
         for (int j = 0; j < 7; ++j)
-            s.boxes.push_back(box({-6 + 2.0 * i - 0.15, 2.0, -6 + 2.0 * j - 0.15},
-                                  {-6 + 2.0 * i + 0.15, 2.1, -6 + 2.0 * j + 0.15}));
+            s.boxes.push_back(boxBetween({-6 + 2.0 * i - 0.15, 2.0, -6 + 2.0 * j - 0.15},
+                                         {-6 + 2.0 * i + 0.15, 2.1, -6 + 2.0 * j + 0.15}));
     return s;
 }
 
 FailScene cubeSeam() {
     FailScene s{"fail-cube-seam",
                 "bars across the edges and corners of the cube map's faces, as seen from the light",
-                {box({-4, -0.5, -4}, {4, 0, 4}, 1), box({-4, 6, -4}, {4, 6.5, 4}, 1),
-                 box({-4.5, -0.5, -4}, {-4, 6.5, 4}, 1), box({-4, -0.5, -4.5}, {4, 6.5, -4}, 1)},
+                {boxBetween({-4, -0.5, -4}, {4, 0, 4}, 1), boxBetween({-4, 6, -4}, {4, 6.5, 4}, 1),
+                 boxBetween({-4.5, -0.5, -4}, {-4, 6.5, 4}, 1),
+                 boxBetween({-4, -0.5, -4.5}, {4, 6.5, -4}, 1)},
                 {{{0.0, 3.0, 0.0}, 12.0, 8.0}},
                 {3.5, 4.5, 3.5},
                 {-2, 2, -2}};
@@ -114,8 +114,9 @@ FailScene lightTouching() {
     return {"fail-light-touching",
             "lights on a face, a centimetre off it and in a narrow gap; the near plane must not "
             "cut blockers off",
-            {floorBox(4, 4), box({-4, 0, -4.3}, {4, 3, -4}, 1), box({-0.3, 0, -0.3}, {0.3, 1, 0.3}),
-             box({1.5, 0, -1}, {1.7, 1.5, 1}, 3), box({1.8, 0, -1}, {2.0, 1.5, 1}, 3)},
+            {floorBox(4, 4), boxBetween({-4, 0, -4.3}, {4, 3, -4}, 1),
+             boxBetween({-0.3, 0, -0.3}, {0.3, 1, 0.3}), boxBetween({1.5, 0, -1}, {1.7, 1.5, 1}, 3),
+             boxBetween({1.8, 0, -1}, {2.0, 1.5, 1}, 3)},
             {{{0.0, 1.0, 0.0}, 10.0, 4.0},
              {{-2.0, 1.5, -3.99}, 10.0, 4.0},
              {{1.75, 0.75, 0.0}, 8.0, 3.0}},
@@ -126,9 +127,10 @@ FailScene lightTouching() {
 FailScene thinWall() {
     return {"fail-thin-wall",
             "light leaks through a wall of 2 cm when texels or offsets are larger than it",
-            {floorBox(5, 4), box({-0.01, 0, -4}, {0.01, 3, 4}), box({-5, 3, -4}, {5, 3.2, 4}, 1),
-             box({-5.2, -0.5, -4}, {-5, 3.2, 4}, 1), box({5, -0.5, -4}, {5.2, 3.2, 4}, 1),
-             box({-5, -0.5, -4.2}, {5, 3.2, -4}, 1)},
+            {floorBox(5, 4), boxBetween({-0.01, 0, -4}, {0.01, 3, 4}),
+             boxBetween({-5, 3, -4}, {5, 3.2, 4}, 1), boxBetween({-5.2, -0.5, -4}, {-5, 3.2, 4}, 1),
+             boxBetween({5, -0.5, -4}, {5.2, 3.2, 4}, 1),
+             boxBetween({-5, -0.5, -4.2}, {5, 3.2, -4}, 1)},
             {{{-2.0, 2.0, 0.5}, 9.0, 5.0}, {{2.5, 1.2, -1.0}, 3.0, 1.0}},
             {0.6, 2.2, 3.8},
             {1.5, 1.0, -1}};
@@ -144,8 +146,8 @@ FailScene wires() {
         {0, 0.5, 0}};
     for (int i = 0; i < 40; ++i) {
         const double t = -1.95 + 0.1 * i;
-        s.boxes.push_back(box({t - 0.006, 1.2, -2}, {t + 0.006, 1.212, 2}));
-        s.boxes.push_back(box({-2, 1.22, t - 0.006}, {2, 1.232, t + 0.006}));
+        s.boxes.push_back(boxBetween({t - 0.006, 1.2, -2}, {t + 0.006, 1.212, 2}));
+        s.boxes.push_back(boxBetween({-2, 1.22, t - 0.006}, {2, 1.232, t + 0.006}));
     }
     return s;
 }
@@ -173,7 +175,8 @@ FailScene contact() {
         {floorBox(4, 2)}, {{{-4.5, 1.2, 0.0}, 14.0, 6.0}},
         {0, 1.5, 2.8},    {0, 0, 0}};
     for (int i = 0; i < 7; ++i)
-        s.boxes.push_back(box({-3 + 0.9 * i, 0.0, -1.0}, {-2.8 + 0.9 * i, 0.002 * (1 << i), 1.0}));
+        s.boxes.push_back(
+            boxBetween({-3 + 0.9 * i, 0.0, -1.0}, {-2.8 + 0.9 * i, 0.002 * (1 << i), 1.0}));
     return s;
 }
 
@@ -202,8 +205,8 @@ FailScene farOrigin() {
                 {{o + dvec3(0.5, 3.0, -2.5), 12.0, 8.0}},
                 o + dvec3(2, 3, 5),
                 o};
-    for (FailBox b : {floorBox(5, 5), box({-2, 0, -0.125}, {2, 1, 0.125}),
-                      box({2.5, 0, -1}, {2.75, 0.5, 1}, 3)}) {
+    for (FailBox b : {floorBox(5, 5), boxBetween({-2, 0, -0.125}, {2, 1, 0.125}),
+                      boxBetween({2.5, 0, -1}, {2.75, 0.5, 1}, 3)}) {
         b.center += o;
         s.boxes.push_back(b);
     }
@@ -221,8 +224,8 @@ FailScene axisAligned() {
     for (int i = -1; i <= 1; ++i)
         for (int j = -1; j <= 1; ++j)
             if (i != 0 || j != 0)
-                s.boxes.push_back(
-                    box({2.0 * i - 0.5, 0.0, 2.0 * j - 0.5}, {2.0 * i + 0.5, 1.0, 2.0 * j + 0.5}));
+                s.boxes.push_back(boxBetween({2.0 * i - 0.5, 0.0, 2.0 * j - 0.5},
+                                             {2.0 * i + 0.5, 1.0, 2.0 * j + 0.5}));
     return s;
 }
 
@@ -230,10 +233,10 @@ FailScene mover() {
     FailScene s{"fail-mover",     "a moving box is not in the voxels; its shadow must move with it",
                 {floorBox(5, 3)}, {{{0.0, 4.0, 0.0}, 12.0, 12.0}},
                 {0, 3.5, 5},      {0, 0.3, 0}};
-    FailBox b = box({-2.5, 0.8, -0.5}, {-1.5, 1.3, 0.5});
+    FailBox b = boxBetween({-2.5, 0.8, -0.5}, {-1.5, 1.3, 0.5});
     b.velocity = {1.0, 0.0, 0.0};
     s.boxes.push_back(b);
-    s.boxes.push_back(box({-0.2, 0.0, -2.0}, {0.2, 0.6, -1.6}, 3));
+    s.boxes.push_back(boxBetween({-0.2, 0.0, -2.0}, {0.2, 0.6, -1.6}, 3));
     return s;
 }
 
@@ -248,7 +251,7 @@ FailScene unequalRanges() {
     for (int i = 0; i < 6; ++i)
         for (int j = 0; j < 5; ++j) {
             const double x = -25.0 + 10.0 * i, z = -20.0 + 10.0 * j;
-            s.boxes.push_back(box({x - 0.15, 0.0, z - 0.15}, {x + 0.15, 1.5, z + 0.15}));
+            s.boxes.push_back(boxBetween({x - 0.15, 0.0, z - 0.15}, {x + 0.15, 1.5, z + 0.15}));
             s.lights.push_back({{x + 0.5, 0.8, z + 0.4}, 2.0, 0.6});
         }
     return s;
@@ -257,14 +260,15 @@ FailScene unequalRanges() {
 FailScene coplanar() {
     FailScene s{"fail-coplanar",
                 "duplicate, degenerate and flipped triangles, and an open sheet with a hole",
-                {floorBox(4, 4), box({-1.5, 0, -0.5}, {-0.5, 1, 0.5})},
+                {floorBox(4, 4), boxBetween({-1.5, 0, -0.5}, {-0.5, 1, 0.5})},
                 {{{0.0, 3.0, 1.0}, 10.0, 8.0}},
                 {2, 3, 5},
                 {0, 0.5, 0}};
     // The sheet: four flat boxes around a hole of 0.4 m.
     for (const FailBox& b :
-         {box({0.5, 1, -0.8}, {2.1, 1, -0.2}, 3), box({0.5, 1, 0.2}, {2.1, 1, 0.8}, 3),
-          box({0.5, 1, -0.2}, {1.1, 1, 0.2}, 3), box({1.5, 1, -0.2}, {2.1, 1, 0.2}, 3)})
+         {boxBetween({0.5, 1, -0.8}, {2.1, 1, -0.2}, 3),
+          boxBetween({0.5, 1, 0.2}, {2.1, 1, 0.8}, 3), boxBetween({0.5, 1, -0.2}, {1.1, 1, 0.2}, 3),
+          boxBetween({1.5, 1, -0.2}, {2.1, 1, 0.2}, 3)})
         s.boxes.push_back(b);
     s.isMessy = true;
     return s;
@@ -273,12 +277,12 @@ FailScene coplanar() {
 FailScene borderLight() {
     FailScene s{"fail-border-light",
                 "lights at the borders of pages and clusters, and a range that ends on a wall",
-                {floorBox(4, 4), box({4, -0.5, -4}, {4.5, 4, 4}, 1)},
+                {floorBox(4, 4), boxBetween({4, -0.5, -4}, {4.5, 4, 4}, 1)},
                 {{{0.0, 2.0, 0.0}, 4.0, 5.0}, {{-2.0, 1.0, 2.0}, 6.0, 4.0}},
                 {-2, 3, 5},
                 {1, 0.5, 0}};
     for (int i = -3; i <= 3; ++i) // seen from light 0, edges at quarters of the lower cube face
-        s.boxes.push_back(box({0.25 * i, 1.0, -0.75}, {0.25 * i + 0.125, 1.0625, 0.75}));
+        s.boxes.push_back(boxBetween({0.25 * i, 1.0, -0.75}, {0.25 * i + 0.125, 1.0625, 0.75}));
     return s;
 }
 
@@ -301,14 +305,16 @@ FailScene alphaMask() {
     return s;
 }
 
-/// Of a post of height h at elevation e (tan e = 0.48 / sqrt(0.6^2 + 0.64^2)) the shadow is h / tan
-/// e long. A bridge blocks from high above, a box moves through the sun.
+/// A post of height h at elevation e (tan e = 0.48 / sqrt(0.6^2 + 0.64^2)) has a shadow of length h
+/// / tan e. A bridge blocks from high above, and a box moves through the light.
 FailScene sun() {
     FailScene s{"fail-sun",
-                "a sun, which the paper does not have: no position and no range; parallel shadows "
+                "a directional light, which the paper does not have: no position, no range; "
+                "parallel shadows "
                 "of posts, of a high bridge and of moving objects",
-                {floorBox(12, 12), box({-0.1, 0, -0.1}, {0.1, 2.0, 0.1}),
-                 box({-4.15, 0, 1.9}, {-4.05, 3.0, 2.0}, 3), box({-9, 8, -6}, {-5, 8.4, 6})},
+                {floorBox(12, 12), boxBetween({-0.1, 0, -0.1}, {0.1, 2.0, 0.1}),
+                 boxBetween({-4.15, 0, 1.9}, {-4.05, 3.0, 2.0}, 3),
+                 boxBetween({-9, 8, -6}, {-5, 8.4, 6})},
                 {{dvec3(0.0), 0.0, 3.0, {0.6, -0.48, 0.64}}},
                 {3.0, 4.5, 10.0},
                 {0.5, 0.5, 0}};
@@ -321,11 +327,11 @@ FailScene stalePages() {
         "fail-stale-pages",
         "shadow maps that are kept from frame to frame still show the state before a box and a "
         "light moved",
-        {floorBox(5, 3), box({1.4, 0.0, -1.2}, {1.7, 0.8, -0.9}, 3)},
+        {floorBox(5, 3), boxBetween({1.4, 0.0, -1.2}, {1.7, 0.8, -0.9}, 3)},
         {{{0.0, 4.0, 0.0}, 12.0, 12.0}, {{-3.0, 2.0, 1.5}, 9.0, 6.0, dvec3(0.0), {0.4, 0, 0}}},
         {0, 3.5, 5},
         {0, 0.3, 0}};
-    FailBox b = box({-2.5, 0.6, -0.4}, {-1.7, 1.1, 0.4});
+    FailBox b = boxBetween({-2.5, 0.6, -0.4}, {-1.7, 1.1, 0.4});
     b.velocity = {1.0, 0.0, 0.0};
     s.boxes.push_back(b);
     return s;
@@ -348,13 +354,14 @@ FailScene popping() {
         const double t = 0.04 + i * 0.38, r = 0.6 + 0.33 * i, half = 0.03 + 0.015 * (i % 7);
         const dvec3 foot(r * cosTurns(t), 0.0, r * sinTurns(t));
         s.boxes.push_back(
-            box(foot - dvec3(half, 0, half), foot + dvec3(half, 0.9, half), 2 + i % 2));
+            boxBetween(foot - dvec3(half, 0, half), foot + dvec3(half, 0.9, half), 2 + i % 2));
     }
     s.eyeSway = {0.12, 0.0, 0.25};
     return s;
 }
 
-/// Contact shadows of steps and thin plates: what rays' offset and maps' bias lose differs.
+/// Contact shadows of steps and thin plates: the offset of rays and the bias of maps lose different
+/// ones.
 FailScene methodSwitch() {
     FailScene s = popping();
     s.name = "fail-method-switch";
@@ -364,8 +371,8 @@ FailScene methodSwitch() {
     for (int i = 0; i < 14; ++i) {
         const double t = 0.04 + i * 0.38, r = 0.6 + 0.33 * i;
         const dvec3 foot(r * cosTurns(t), 0.0, r * sinTurns(t));
-        s.boxes.push_back(box(foot - dvec3(0.25, 0, 0.04),
-                              foot + dvec3(0.25, 0.02 + 0.02 * (i % 5), 0.04), 2 + i % 2));
+        s.boxes.push_back(boxBetween(foot - dvec3(0.25, 0, 0.04),
+                                     foot + dvec3(0.25, 0.02 + 0.02 * (i % 5), 0.04), 2 + i % 2));
     }
     return s;
 }
@@ -373,21 +380,23 @@ FailScene methodSwitch() {
 FailScene severalMaps() {
     FailScene s{"fail-several-maps",
                 "several maps per light, each at the resolution that its clusters request: the "
-                "coarse ones answer where a single map would be finer",
+                "coarse ones are used where a single map would be finer",
                 {floorBox(3, 16)},
                 {{{0.4, 3.2, 2.0}, 24.0, 14.0}},
                 {0.6, 1.5, 8.0},
                 {0, 0.4, -2}};
     for (int i = 0; i < 26; ++i) {
         const double x = i % 2 ? 1.2 : -1.2, z = 6.0 - 0.8 * i;
-        s.boxes.push_back(box({x - 0.04, 0.0, z - 0.04}, {x + 0.04, 1.0, z + 0.04}, 2 + i % 2));
+        s.boxes.push_back(
+            boxBetween({x - 0.04, 0.0, z - 0.04}, {x + 0.04, 1.0, z + 0.04}, 2 + i % 2));
     }
     return s;
 }
 
 FailScene sunSteps() {
     FailScene s{"fail-sun-steps",
-                "the windows of a low sun are two octaves apart: shadows of posts become coarser "
+                "the windows of a low directional light are two octaves apart: shadows of posts "
+                "become coarser "
                 "where the next window begins, and on ground at grazing light",
                 {floorBox(8, 24)},
                 {{dvec3(0.0), 0.0, 3.0, {0.85, -0.25, -0.2}}},
@@ -395,7 +404,8 @@ FailScene sunSteps() {
                 {0, 0.2, 2}};
     for (int i = 0; i < 18; ++i) {
         const double x = -2.5 + 1.7 * (i % 3), z = 7.5 - 1.5 * i;
-        s.boxes.push_back(box({x - 0.06, 0.0, z - 0.06}, {x + 0.06, 0.7, z + 0.06}, 2 + i % 2));
+        s.boxes.push_back(
+            boxBetween({x - 0.06, 0.0, z - 0.06}, {x + 0.06, 0.7, z + 0.06}, 2 + i % 2));
     }
     s.eyeSway = {0.1, 0.0, 0.3};
     return s;
@@ -417,13 +427,17 @@ FailScene polygonLod() {
 } // namespace
 
 std::vector<FailScene> failScenes() {
-    return {acne(),       detachedShadow(), filterAcne(),    obliqueUndersampling(),
-            missingTap(), cubeSeam(),       lightTouching(), thinWall(),
-            wires(),      selfShadow(),     contact(),       silhouette(),
-            farOrigin(),  axisAligned(),    mover(),         unequalRanges(),
-            coplanar(),   borderLight(),    alphaMask(),     sun(),
-            stalePages(), popping(),        methodSwitch(),  severalMaps(),
-            sunSteps(),   polygonLod()};
+    std::vector<FailScene> scenes = {
+        acne(),       detachedShadow(), filterAcne(),    obliqueUndersampling(),
+        missingTap(), cubeSeam(),       lightTouching(), thinWall(),
+        wires(),      selfShadow(),     contact(),       silhouette(),
+        farOrigin(),  axisAligned(),    mover(),         unequalRanges(),
+        coplanar(),   borderLight(),    alphaMask(),     sun(),
+        stalePages(), popping(),        methodSwitch(),  severalMaps(),
+        sunSteps(),   polygonLod()};
+    for (FailScene& scene : lampFailScenes())
+        scenes.push_back(std::move(scene));
+    return scenes;
 }
 
 } // namespace shadowdag

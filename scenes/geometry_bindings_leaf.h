@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where geometry_gl.h binds the world's triangles for geometry.glsl. A leaf text (gl/leaf.h).
+// The bindings with which geometry_gl.h binds the world's triangles for geometry.glsl. A leaf text
+// (gl/leaf.h).
 #pragma once
 
 #include "gl/leaf.h"

@@ -5,7 +5,7 @@
 
 namespace shadowdag {
 
-// What geometry.glsl takes apart.
+// The structures that geometry.glsl reads.
 static_assert(sizeof(CutTriangle) == 7 * sizeof(uint32_t));
 static_assert(sizeof(MaskInfo) == 5 * sizeof(uint32_t));
 static_assert(sizeof(glm::vec3) == 3 * sizeof(float) && sizeof(glm::uvec3) == 12);

@@ -11,7 +11,8 @@ namespace shadowdag {
 /// The GLSL sources of this folder: scenes/geometry.glsl.
 GlslTexts scenesGlsl();
 
-/// Positions, triangles, their order in batches, and masks. Needs the context current, always.
+/// Positions, triangles, their order in batches, and masks. The context must be current in every
+/// call.
 class GlGeometry {
 public:
     /// Copies everything. @param geometry,batchTriangles on the host
@@ -21,7 +22,7 @@ public:
     bool hasTriangles() const { return batchTriangles_.bytes() > 0; }
     /// Binds positions and triangles alone.
     void bindCorners(uint32_t positionsBinding, uint32_t trianglesBinding);
-    /// Binds what scenes/geometry.glsl names.
+    /// Binds the buffers that scenes/geometry.glsl names.
     void bind(const GlProgram& program);
 
 private:

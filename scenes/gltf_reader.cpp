@@ -128,8 +128,8 @@ void SceneReader::readMaterials() {
     }
 }
 
-// Returns the accessor that holds the texture coordinates of a primitive's mask; kNone where its
-// material has no texture to cut it or it brings no coordinates.
+// Returns the accessor with the texture coordinates of a primitive's mask; kNone if its material
+// has no mask texture or the primitive has no coordinates.
 int SceneReader::uvAccessorOf(const tinygltf::Primitive& primitive) {
     if (primitive.material == -1 || masks_.materials[size_t(primitive.material)].mask == kNone)
         return kNone;
@@ -144,9 +144,8 @@ int SceneReader::uvAccessorOf(const tinygltf::Primitive& primitive) {
     return kNone;
 }
 
-// Appends the triangles of one primitive to `out`, as indices into its POSITION accessor.
-// Source: glTF 2.0, sec. 3.7.2.1, "Topology Types". What does not fill the last triangle is left
-// out.
+// Appends the triangles of one primitive to `out`, as indices into its POSITION accessor. Source:
+// glTF 2.0, sec. 3.7.2.1, "Topology Types". An incomplete last triangle is left out.
 void assembleTriangles(int mode, const std::vector<uint32_t>& v, std::vector<glm::uvec3>& out) {
     if (mode == TINYGLTF_MODE_TRIANGLES) {
         for (size_t i = 0; i + 2 < v.size(); i += 3)
@@ -191,7 +190,7 @@ void SceneReader::readMesh(size_t index) {
     // scene into one accessor.
     struct Group {
         int accessor;
-        int uvAccessor;                      // kNone: no mask has asked for one yet
+        int uvAccessor;                      // kNone: no mask needs one yet
         const gltf::MaterialMask* uvMapping; // of that mask
         std::vector<glm::uvec3> triangles;
         std::vector<size_t> slots; // where each goes in the mesh
@@ -329,7 +328,8 @@ void SceneReader::readLights() {
         if (source.type == "spot") {
             light.kind = Light::kSpot;
             const double inner = source.spot.innerConeAngle, outer = source.spot.outerConeAngle;
-            // Exporters write a sharp cone as equal angles, and half a turn with float's rounding.
+            // Exporters write a sharp cone as equal angles, and half a turn with the rounding of
+            // float.
             if (!(inner >= 0.0 && inner <= outer && outer > 0.0 && outer <= 1.5708))
                 fail(document_, place + "/spot",
                      "cone angles " + std::to_string(inner) + " and " + std::to_string(outer) +
@@ -479,7 +479,7 @@ void SceneReader::readRoots() {
         if (model().defaultScene != -1)
             fail(document_, "scene",
                  std::to_string(model().defaultScene) + ", but there are no scenes");
-        // Nothing says what is shown: everything is.
+        // Without a default scene or a list of scenes, everything is shown.
         for (size_t i = 0; i < scene_.nodes.size(); ++i)
             if (scene_.nodes[i].parent == kNone)
                 scene_.roots.push_back(int(i));
@@ -600,7 +600,7 @@ void SceneReader::writeWarnings() {
     warn(masks_.unreadableCount,
          "masked materials taken as opaque: their textures are neither PNG nor JPEG.");
     warn(noUvCount_, "primitives with a masked material have no texture coordinates: the texel at "
-                     "(0, 0) answers for all of them.");
+                     "(0, 0) is used for all of them.");
     warn(vertexAlphaCount_, "primitives with a masked material have vertex colours, whose alpha is "
                             "ignored.");
     warn(uint64_t(std::count(masks_.isTextureUsed.begin(), masks_.isTextureUsed.end(), 0)),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts of the glTF reader: loading a document through tinygltf, and reading its accessors with
-// every bound checked. Included by gltf_reader*.cpp only, the files that know tinygltf.
+// every bound checked. Included by gltf_reader*.cpp only, the files that use tinygltf.
 #pragma once
 
 #include "scenes/scene.h"
@@ -16,8 +16,8 @@
 
 namespace shadowdag::gltf {
 
-/// What tinygltf understood of a file. It accepts indices out of range, cycles, overlong accessors
-/// and non-finite numbers: nothing in `model` may be trusted.
+/// The part of a file that tinygltf understood. tinygltf accepts indices out of range, cycles,
+/// overlong accessors and non-finite numbers, so nothing in `model` is trusted.
 struct Document {
     std::string path;
     tinygltf::Model model;
@@ -25,10 +25,10 @@ struct Document {
     uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
 };
 
-/// Reads a .glb or .gltf (told apart by content) and the buffers it refers to. Images within the
-/// text are kept as Image::image, undecoded; others are left where they are.
-/// Throws Error kInput for what is no glTF 2.0, is cut short, or requires an extension that is not
-/// supported, and Error kInput for text that nests or counts beyond all reason.
+/// Reads a .glb or .gltf (distinguished by content) and the buffers it refers to. Images within the
+/// text are kept as Image::image, undecoded; others are not read. Throws Error kInput for a file
+/// that is not glTF 2.0, is truncated, requires an unsupported extension, or nests or counts beyond
+/// any reasonable limit.
 Document loadDocument(const std::string& path);
 
 /// Throws Error kInput: "FILE: place: problem".
@@ -40,14 +40,14 @@ Document loadDocument(const std::string& path);
 std::vector<uint8_t> readBeside(const Document& document, const std::string& uri,
                                 const std::string& place);
 
-/// Reads accessors of one document. Counts what it hands out, and refuses a file that would make it
-/// hand out out of all proportion to its size.
+/// Reads accessors of one document. Counts what it returns, and refuses a file whose content would
+/// be far larger than the file.
 class AccessorReader {
 public:
     explicit AccessorReader(const Document& document);
 
     /// Returns count * componentCount floats; integers are normalised when the accessor says so,
-    /// else converted. `place` names the user in messages. All returned values are finite.
+    /// else converted. `place` names the place in messages. All returned values are finite.
     std::vector<float> readFloats(int accessor, int componentCount, const std::string& place);
     /// Returns the positions of a VEC3 accessor; the reference stays valid for the reader's life.
     const std::vector<glm::vec3>& readPositions(int accessor, const std::string& place);
@@ -55,7 +55,7 @@ public:
     std::vector<uint32_t> readIndices(int accessor, const std::string& place);
     /// Returns the bytes of a buffer view; they are the document's.
     std::pair<const uint8_t*, size_t> bytesOf(int bufferView, const std::string& place) const;
-    /// Adds to what was handed out. Throws when it passes the limit.
+    /// Adds to the count of returned content. Throws when it passes the limit.
     void charge(uint64_t bytes, const std::string& place);
 
 private:

@@ -103,7 +103,7 @@ AccessorReader::AccessorReader(const Document& document)
 void AccessorReader::charge(uint64_t bytes, const std::string& place) {
     if (bytes > budgetBytes_ - usedBytes_)
         fail(document_, place,
-             "the file of " + std::to_string(document_.inputBytes) + " bytes claims more than " +
+             "the file of " + std::to_string(document_.inputBytes) + " bytes declares more than " +
                  std::to_string(budgetBytes_) + " bytes of content; its counts are wrong");
     usedBytes_ += bytes;
 }
@@ -120,7 +120,7 @@ const tinygltf::Accessor& AccessorReader::accessorAt(int accessor, const std::st
     if (componentBytes(a.componentType) == 0)
         fail(document_, place,
              "accessor " + std::to_string(accessor) + " has component type " +
-                 std::to_string(a.componentType) + ", which glTF does not know");
+                 std::to_string(a.componentType) + ", which glTF does not have");
     return a;
 }
 
@@ -167,7 +167,7 @@ std::pair<const uint8_t*, size_t> AccessorReader::bytesOf(int bufferView,
     const auto& views = document_.model.bufferViews;
     const size_t count = bufferView >= 0 && size_t(bufferView) < views.size()
                              ? views[size_t(bufferView)].byteLength
-                             : 1; // source says what is wrong
+                             : 1; // source states the problem
     if (count == 0)
         fail(document_, place, "buffer view " + std::to_string(bufferView) + " is empty");
     return {source(bufferView, 0, 1, count, false, place).data, count};

@@ -21,7 +21,7 @@ constexpr int kMaxDepth = 256;
 // tinygltf keeps up to a kilobyte for an empty JSON object; two million are more than the largest
 // scenes that exporters write, and cost what a workstation has.
 constexpr uint64_t kMaxObjectCount = 2'000'000;
-// A buffer file may be named more than once, but not to multiply it.
+// A file may refer to a buffer file more than once, but not multiply its size.
 constexpr int kMaxReadsOfOneFile = 4;
 
 // Extensions that a file may require because they change neither geometry nor lights: colours come
@@ -54,10 +54,26 @@ std::string lowerCaseExtension(const std::string& path) {
     return extension;
 }
 
+// The compressions of geometry that other tools undo, with their commands.
+constexpr std::array<std::pair<const char*, const char*>, 2> kCompressions = {{
+    {"KHR_draco_mesh_compression", "gltf-transform cp IN.glb OUT.glb"},
+    {"EXT_meshopt_compression", "gltfpack -noq -i IN.glb -o OUT.glb (0.22 or later)"},
+}};
+
+// Returns that an extension is not supported, and what to do.
+std::string unsupported(const std::string& name) {
+    for (const auto& [compression, command] : kCompressions)
+        if (name == compression)
+            return "the extension '" + name +
+                   "', which is not supported; decompress the file: " + command;
+    return "the extension '" + name + "', which is not supported; export it without";
+}
+
 // The callbacks by which tinygltf reaches files: buffers beside the document only.
 struct FileAccess {
     std::string baseFolder;
-    std::map<std::string, int> readCounts;
+    std::map<std::string, std::vector<uint64_t>> byteLengths = {}; // of its buffers, in order
+    std::map<std::string, int> readCounts = {};
     uint64_t bytes = 0;
 };
 
@@ -67,7 +83,7 @@ std::string baseFolderOf(const std::string& path) {
 }
 
 // Returns whether a path below the base folder, as tinygltf joins them, leads out of it: the URI
-// was absolute or climbs.
+// was absolute or contains "..".
 bool leadsOut(const FileAccess& access, const std::string& path) {
     const std::string& base = access.baseFolder;
     const std::string uri = path.substr(base.size() + (base.back() == '/' ? 0 : 1));
@@ -76,20 +92,20 @@ bool leadsOut(const FileAccess& access, const std::string& path) {
 }
 
 bool bufferExists(const std::string& path, void* userData) {
-    // tinygltf also looks into the working folder; what is found there would be another file by
-    // chance.
+    // tinygltf also looks into the working folder, where a file of the same name would be another
+    // one.
     const FileAccess& access = *static_cast<FileAccess*>(userData);
     const std::string& base = access.baseFolder;
     if (path.rfind(base.back() == '/' ? base : base + "/", 0) != 0)
         return false;
-    // Images are asked for through the same callback, before it is known whether they are needed:
+    // Images are requested through the same callback, before it is known whether they are needed:
     // "not found" is only a warning.
     static constexpr std::array kImages = {".png", ".jpg",  ".jpeg", ".webp", ".ktx2",  ".ktx",
                                            ".dds", ".avif", ".gif",  ".bmp",  ".basis", ".tga"};
     if (contains(kImages, lowerCaseExtension(path)))
         return false;
     if (leadsOut(access, path))
-        return true; // readBuffer then says why it is refused
+        return true; // readBuffer then reports why it is refused
     std::error_code ignored;
     return std::filesystem::is_regular_file(path, ignored);
 }
@@ -106,11 +122,17 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
         return false;
     }
     if (++access.readCounts[path] > kMaxReadsOfOneFile) {
-        *error = "named by more than " + std::to_string(kMaxReadsOfOneFile) + " buffers";
+        *error = "referred to by more than " + std::to_string(kMaxReadsOfOneFile) + " buffers";
         return false;
     }
     std::error_code sizeError;
-    const uint64_t size = std::filesystem::file_size(path, sizeError);
+    uint64_t size = std::filesystem::file_size(path, sizeError);
+    // A file may be longer than its buffer (glTF 2.0, sec. 3.6.1.1); tinygltf accepts no such file.
+    if (const auto found = access.byteLengths.find(path); found != access.byteLengths.end()) {
+        const auto buffer = size_t(access.readCounts[path] - 1);
+        if (buffer < found->second.size())
+            size = std::min(size, found->second[buffer]);
+    }
     std::ifstream stream(path, std::ios::binary);
     if (sizeError || !stream) {
         *error = "cannot be read";
@@ -119,7 +141,7 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
     out->resize(size);
     stream.read(reinterpret_cast<char*>(out->data()), std::streamsize(size));
     if (uint64_t(stream.gcount()) != size) {
-        *error = "cannot be read whole";
+        *error = "cannot be read completely";
         return false;
     }
     access.bytes += size;
@@ -151,13 +173,23 @@ std::string decodeUri(const std::string& uri) {
     return path;
 }
 
+// Returns the path of a URI, as tinygltf joins it.
+std::string pathBeside(const FileAccess& access, const std::string& uri) {
+    const bool isRoot = access.baseFolder.back() == '/';
+    return access.baseFolder + (isRoot ? "" : "/") + decodeUri(uri);
+}
+
 struct JsonSummary {
-    uint64_t bufferCount = 0;
+    struct Buffer {
+        std::string uri;
+        uint64_t byteLength = 0;
+    };
+    std::vector<Buffer> buffers;
 };
 
-// Goes over the text once before tinygltf sees it: limits depth and objects, counts buffers, and
-// blanks the values of "extras", which may hold anything and which nothing here reads. Text that is
-// no JSON passes through; the parser will say so.
+// Scans the text before tinygltf parses it: limits depth and objects, lists buffers, and blanks
+// the values of "extras", which may hold anything and are not used. Text that is not JSON passes
+// through; the parser will report it.
 JsonSummary screenJson(const Document& document, char* text, size_t length) {
     JsonSummary summary;
     uint64_t objectCount = 0;
@@ -189,8 +221,20 @@ JsonSummary screenJson(const Document& document, char* text, size_t length) {
                 if (key.find('\\') != std::string_view::npos)
                     fail(document, "JSON",
                          "the top-level key \"" + std::string(key) +
-                             "\" is escaped; write it plainly");
+                             "\" contains escape sequences; write it without");
                 topKey = key;
+            }
+            if (depth == 3 && topKey == "buffers" && !summary.buffers.empty()) {
+                JsonSummary::Buffer& buffer = summary.buffers.back();
+                size_t value = colon + 1;
+                while (value < length && std::strchr(" \t\r\n", text[value]) && text[value])
+                    ++value;
+                if (key == "byteLength")
+                    std::from_chars(text + value, text + length, buffer.byteLength);
+                else if (key == "uri" && value < length && text[value] == '"')
+                    for (++value; value < length && text[value] != '"'; ++value)
+                        if (text[value] != '\\') // of "\/" alone; other escapes match no file
+                            buffer.uri += text[value];
             }
             if (key == "extras" && blankDepth < 0) {
                 blankDepth = depth;
@@ -203,7 +247,7 @@ JsonSummary screenJson(const Document& document, char* text, size_t length) {
                 fail(document, "JSON",
                      "more than " + std::to_string(kMaxObjectCount) + " objects; split the scene");
             if (depth == 2 && topKey == "buffers")
-                ++summary.bufferCount;
+                summary.buffers.emplace_back();
             [[fallthrough]];
         case '[':
             if (++depth > kMaxDepth)
@@ -238,7 +282,50 @@ struct GlbLayout {
     uint32_t binaryBytes = 0;
 };
 
-// Source: glTF 2.0, sec. 4.4. tinygltf's own check of the second chunk forgets its header.
+// The kind of a file that is not glTF, by how it begins.
+struct OtherKind {
+    const char* name;
+    const char* begin; // its first bytes; "": known by its extension
+    const char* extension;
+    bool isConvertible; // to glTF, by the tools that the message names
+};
+
+constexpr OtherKind kOtherKinds[] = {
+    {"a PLY file", "ply\n", ".ply", true},
+    {"a PLY file", "ply\r", ".ply", true},
+    {"an FBX file", "Kaydara FBX Binary", ".fbx", true},
+    {"an FBX file", "; FBX", ".fbx", true},
+    {"an STL file", "solid ", ".stl", true},
+    {"a Blender file", "BLENDER", ".blend", true},
+    {"a USD file", "PXR-USDC", ".usdc", true},
+    {"a USD file", "#usda", ".usda", true},
+    {"an XML file, such as COLLADA", "<?xml", ".dae", true},
+    {"an OBJ file", "", ".obj", true},
+    {"an STL file", "", ".stl", true},
+    {"a material library of an OBJ file", "", ".mtl", false},
+    {"a ZIP archive; unpack it and name the .glb or .gltf inside", "PK\3\4", ".zip", false},
+    {"compressed by gzip; unpack it first", "\x1f\x8b", ".gz", false},
+};
+
+// Throws for a file that is not JSON: names its kind and says how to convert it.
+void refuseOtherKinds(const Document& document, const std::vector<unsigned char>& bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const size_t first = text.find_first_not_of("\xef\xbb\xbf \t\r\n"); // after a byte order mark
+    if (first != std::string_view::npos && (text[first] == '{' || text[first] == '['))
+        return; // JSON, if anything
+    const std::string extension = lowerCaseExtension(document.path);
+    const std::string convert = "; convert it: import it into Blender and export glTF 2.0, or "
+                                "assimp export FILE OUT.glb";
+    for (const OtherKind& kind : kOtherKinds)
+        if (*kind.begin != 0 ? text.starts_with(kind.begin) : extension == kind.extension)
+            throw Error(ErrorKind::kInput, document.path + ": not glTF but " + kind.name +
+                                               (kind.isConvertible ? convert : ""));
+    throw Error(ErrorKind::kInput, document.path +
+                                       ": neither JSON nor binary glTF; name a .glb or .gltf "
+                                       "file, or convert the scene to one in Blender");
+}
+
+// Source: glTF 2.0, sec. 4.4. tinygltf's own check of the second chunk ignores its header.
 GlbLayout checkGlb(const Document& document, const std::vector<unsigned char>& bytes) {
     constexpr uint64_t kHeaderBytes = 12, kChunkHeaderBytes = 8;
     if (bytes.size() < kHeaderBytes + kChunkHeaderBytes)
@@ -301,13 +388,11 @@ void checkExtensions(Document& document) {
         if (contains(kColorExtensions, name))
             ++document.ignoredMaterialExtensionCount;
         else if (!contains(kSupportedExtensions, name))
-            fail(document, "extensionsRequired",
-                 "the file requires the extension '" + name +
-                     "', which is not supported; export it without");
+            fail(document, "extensionsRequired", "the file requires " + unsupported(name));
     }
 }
 
-// The first line of tinygltf's message, which may hold a whole data URI.
+// The first line of tinygltf's message; later lines may contain a whole data URI.
 std::string firstLine(const std::string& text) {
     std::string line = text.substr(0, text.find('\n'));
     if (line.size() > 200)
@@ -325,8 +410,7 @@ std::vector<uint8_t> readBeside(const Document& document, const std::string& uri
                                 const std::string& place) {
     FileAccess access;
     access.baseFolder = baseFolderOf(document.path);
-    const bool isRoot = access.baseFolder.back() == '/';
-    const std::string path = access.baseFolder + (isRoot ? "" : "/") + decodeUri(uri);
+    const std::string path = pathBeside(access, uri);
     std::vector<uint8_t> bytes;
     std::string error;
     std::error_code ignored;
@@ -342,23 +426,29 @@ Document loadDocument(const std::string& path) {
     document.path = path;
     std::vector<unsigned char> bytes = readWhole(document);
     document.inputBytes = bytes.size();
+    JsonSummary summary;
     const bool isGlb = bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
     if (isGlb) {
         const GlbLayout layout = checkGlb(document, bytes);
-        const JsonSummary summary =
+        summary =
             screenJson(document, reinterpret_cast<char*>(bytes.data()) + 20, layout.jsonBytes);
         // tinygltf copies the BIN chunk into every buffer without a URI; the format allows one.
-        if (summary.bufferCount > 1 && (summary.bufferCount - 1) * uint64_t(layout.binaryBytes) >
-                                           16 * bytes.size() + (64u << 20))
+        const uint64_t bufferCount = summary.buffers.size();
+        if (bufferCount > 1 &&
+            (bufferCount - 1) * uint64_t(layout.binaryBytes) > 16 * bytes.size() + (64u << 20))
             fail(document, "buffers",
-                 std::to_string(summary.bufferCount) + " buffers over a BIN chunk of " +
+                 std::to_string(bufferCount) + " buffers over a BIN chunk of " +
                      std::to_string(layout.binaryBytes) + " bytes; one is meant to use it");
     } else {
-        screenJson(document, reinterpret_cast<char*>(bytes.data()), bytes.size());
+        refuseOtherKinds(document, bytes);
+        summary = screenJson(document, reinterpret_cast<char*>(bytes.data()), bytes.size());
     }
 
     FileAccess access;
     access.baseFolder = baseFolderOf(path);
+    for (const JsonSummary::Buffer& buffer : summary.buffers)
+        if (!buffer.uri.empty() && !buffer.uri.starts_with("data:"))
+            access.byteLengths[pathBeside(access, buffer.uri)].push_back(buffer.byteLength);
     tinygltf::TinyGLTF loader;
     loader.SetFsCallbacks({bufferExists, sameFilePath, readBuffer, nullptr, &access});
     loader.SetImageLoader(keepImage, nullptr);
@@ -376,13 +466,13 @@ Document loadDocument(const std::string& path) {
     } catch (const std::exception& e) {
         error = e.what();
     }
-    // A missing extension is the better explanation of whatever else went wrong.
+    // A missing extension explains other errors best.
     checkExtensions(document);
     if (!isLoaded) {
         std::string reason = firstLine(error);
         for (const std::string& name : document.model.extensionsUsed)
             if (!contains(kColorExtensions, name) && !contains(kSupportedExtensions, name))
-                reason += "; it uses the extension '" + name + "', which is not supported";
+                reason += "; it uses " + unsupported(name);
         fail(document, "not a readable glTF 2.0 file", reason);
     }
     const tinygltf::Asset& asset = document.model.asset;

@@ -23,13 +23,13 @@ struct MaskSource {
     MaskWrap wrapU = MaskWrap::kRepeat, wrapV = MaskWrap::kRepeat;
     double factor, cutoff;
 
-    /// Alpha is compared as a float, so that factors written as decimals meet cutoffs written so.
+    /// Alpha is compared as a float, so that decimal factors equal the same decimal cutoffs.
     bool isOpaque(uint8_t alpha) const {
         return float(factor * double(alpha) / 255.0) >= float(cutoff);
     }
 };
 
-/// The bytes of an image as its file holds them.
+/// The bytes of an image as stored in its file.
 struct ImageBytes {
     const uint8_t* data = nullptr;
     size_t count = 0;
@@ -52,7 +52,7 @@ public:
         for (size_t i = 0; i < model().materials.size(); ++i)
             if (model().materials[i].alphaMode == "MASK")
                 readMaterial(i);
-        // By image, so that each is decoded once and only one is held at a time.
+        // By image, so that each is decoded once and only one is in memory at a time.
         std::stable_sort(
             sources_.begin(), sources_.end(),
             [](const MaskSource& a, const MaskSource& b) { return a.image < b.image; });
@@ -120,7 +120,7 @@ void MaskReader::readTransform(const tinygltf::TextureInfo& info, const std::str
         transform.Has("rotation") ? number(transform.Get("rotation"), where + "/rotation") : 0.0;
     constexpr double kTurn = 6.283185307179586;
     const double c = cosTurns(angle / kTurn), s = sinTurns(angle / kTurn);
-    // Counter-clockwise as v points down: this is the reading of three.js and Khronos' own viewer.
+    // Counter-clockwise as v points down, as in three.js and Khronos' own viewer.
     mask.uvFromAuthored =
         glm::dmat3(glm::dvec3(c * scale.x, -s * scale.x, 0.0),
                    glm::dvec3(s * scale.y, c * scale.y, 0.0), glm::dvec3(pair("offset", 0.0), 1.0));

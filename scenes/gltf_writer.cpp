@@ -343,7 +343,7 @@ void GlbWriter::save(const std::string& path) {
     if (total > 0xffffffffu)
         throw Error(ErrorKind::kResource,
                     path + ": " + std::to_string(total) +
-                        " bytes; a .glb ends at 4 GiB, write a smaller scene");
+                        " bytes; a .glb is limited to 4 GiB, write a smaller scene");
     OutputFile file(path);
     const auto word = [&](uint64_t value) {
         const unsigned char bytes[4] = {

@@ -1,31 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// Punctual lights in world space, and the light that one sends to a point without shadows. A sun is
-// a directional light: its rays are parallel. Other code uses the functions here and does not
-// distinguish it. A leaf text (gl/leaf.h).
+// Punctual lights in world space, and the light that one sends to a point without shadows. The rays
+// of a directional light are parallel. Other code uses the functions here and does not distinguish
+// the kinds. A leaf text (gl/leaf.h).
 #pragma once
 
 #include "gl/leaf.h"
 
 SDAG_LEAF_BEGIN
 
-SDAG_CONST uint kPointLight = 0u, kSpotLight = 1u, kSunLight = 2u;
+SDAG_CONST uint kPointLight = 0u, kSpotLight = 1u, kDirectionalLight = 2u;
 
-/// A point or spot light in world space with a finite range (sphere of influence), or a sun, which
-/// has neither place nor range: its sphere is one that holds the whole scene (World sets it), so
-/// that tests of spheres need not distinguish suns. Metres.
+/// A point or spot light in world space with a finite range (sphere of influence), or a directional
+/// light, which has neither position nor range: its sphere is one that contains the whole scene
+/// (World sets it), so that tests of spheres need not distinguish it. Metres.
 struct Light {
 #ifdef __cplusplus
-    enum Kind : uint32_t { kPoint = kPointLight, kSpot = kSpotLight, kSun = kSunLight };
+    enum Kind : uint32_t { kPoint = kPointLight, kSpot = kSpotLight, kSun = kDirectionalLight };
 
     glm::vec3 positionWorld{0.0f};
     float rangeWorld = 0.0f;   ///< > 0; the light is exactly zero from here on
-    glm::vec3 intensity{1.0f}; ///< colour times intensity, candela; of a sun lux
+    glm::vec3 intensity{1.0f}; ///< colour times intensity, candela; lux for directional lights
     Kind kind = kPoint;
-    glm::vec3 directionWorld{0, 0, -1}; ///< unit; where a spot points, where a sun's light goes
-    float cosInner = 1.0f;              ///< cosine of the cone of full light, > cosOuter
-    float cosOuter = -1.0f;             ///< cosine of the cone outside which a spot is dark
-    uint32_t isMoving = 0;              ///< 1 when an animation moves it
-    float sunDistanceWorld = 0.0f;      ///< of a sun: see pointAtLight; a power of two
+    glm::vec3 directionWorld{0, 0, -1};    ///< unit; direction of a spot or directional light
+    float cosInner = 1.0f;                 ///< cosine of the cone of full light, > cosOuter
+    float cosOuter = -1.0f;                ///< cosine of the cone outside which a spot is dark
+    uint32_t isMoving = 0;                 ///< 1 when an animation moves it
+    float directionalDistanceWorld = 0.0f; ///< directional lights: see pointAtLight; a power of two
 #else
     vec3 positionWorld;
     float rangeWorld;
@@ -34,30 +34,30 @@ struct Light {
     vec3 directionWorld;
     float cosInner, cosOuter;
     uint isMoving;
-    float sunDistanceWorld;
+    float directionalDistanceWorld;
 #endif
 };
 
-/// Returns the point from which a light shines on a point: its place, or, of a sun, a point
-/// straight towards it beyond the whole scene, sunDistanceWorld away. What shadows the point blocks
-/// the segment between the two. A sun's is rounded to float, which turns the segment by less than
-/// 2^-23.
+/// Returns the point from which a light shines on a point: its position, or, for a directional
+/// light, a point towards it beyond the whole scene, directionalDistanceWorld away. A surface
+/// shadows the point if it blocks the segment between the two. A directional light's point is
+/// rounded to float, which turns the segment by less than 2^-23.
 SDAG_LEAF vec3 pointAtLight(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld) {
-    SDAG_EXACT vec3 beyond = pointWorld - light.directionWorld * light.sunDistanceWorld;
-    return light.kind == kSunLight ? beyond : light.positionWorld;
+    SDAG_EXACT vec3 beyond = pointWorld - light.directionWorld * light.directionalDistanceWorld;
+    return light.kind == kDirectionalLight ? beyond : light.positionWorld;
 }
 
 /// Returns a vector from a point towards the light, of any length.
 SDAG_LEAF vec3 towardsLight(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld) {
     SDAG_EXACT vec3 way = light.positionWorld - pointWorld;
-    return light.kind == kSunLight ? -light.directionWorld : way;
+    return light.kind == kDirectionalLight ? -light.directionWorld : way;
 }
 
-/// Returns whether the light reaches a point at all, shadows and normals aside: nearer than the
-/// range (half open: a point at the range exactly is out), not at the light itself, and inside a
-/// spot's outer cone. A sun reaches every point.
+/// Returns whether the light reaches a point at all, ignoring shadows and normals: nearer than the
+/// range (half open: a point at exactly the range is out), not at the light itself, and inside a
+/// spot's outer cone. A directional light reaches every point.
 SDAG_LEAF bool lightReaches(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld) {
-    if (light.kind == kSunLight)
+    if (light.kind == kDirectionalLight)
         return true;
     SDAG_EXACT vec3 toLight = light.positionWorld - pointWorld;
     float d2 = dotInOrder(toLight, toLight);
@@ -74,8 +74,8 @@ SDAG_LEAF bool lightReaches(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld) {
     return true;
 }
 
-/// Returns whether the light would light a sample if nothing stood between.
-/// @param normalWorld on the side that is seen
+/// Returns whether the light would light a sample without occluders.
+/// @param normalWorld on the visible side
 SDAG_LEAF bool lightsSample(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld,
                             SDAG_IN(vec3) normalWorld) {
     return lightReaches(light, pointWorld) &&
@@ -84,10 +84,10 @@ SDAG_LEAF bool lightsSample(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld,
 
 /// Returns the unshadowed irradiance per unit n.l that the light sends to a point that it reaches:
 /// intensity over the squared distance, windowed to reach zero at the range, times the spot's cone;
-/// a sun's is the same everywhere. Source: Khronos, KHR_lights_punctual, "Range Property" and
+/// constant for a directional light. Source: Khronos, KHR_lights_punctual, "Range Property" and
 /// "Inner and Outer Cone Angles".
 SDAG_LEAF vec3 irradianceAt(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld) {
-    if (light.kind == kSunLight)
+    if (light.kind == kDirectionalLight)
         return light.intensity;
     SDAG_EXACT vec3 toLight = light.positionWorld - pointWorld;
     float d2 = dotInOrder(toLight, toLight);
@@ -111,8 +111,8 @@ SDAG_LEAF vec3 lightIrradiance(SDAG_IN(Light) light, SDAG_IN(vec3) pointWorld) {
     return lightReaches(light, pointWorld) ? irradianceAt(light, pointWorld) : vec3(0.0f);
 }
 
-/// Radiance that every surface of albedo 1 has in full shadow, so that a picture shows what is
-/// dark. Not light transport: a constant.
+/// Radiance that every surface of albedo 1 has in full shadow, so that a picture shows dark areas.
+/// Not light transport: a constant.
 SDAG_CONST float kAmbientRadiance = 0.02f;
 SDAG_CONST float kInversePi = 0.318309886f;
 

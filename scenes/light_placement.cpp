@@ -20,8 +20,8 @@ bool isInside(const Box& box, const glm::vec3& p) {
 // A light is in the open when it is seen from this many of the stations nearest to it.
 constexpr int kStationsInSight = 4;
 
-// One place: the first of 64 tries that is free enough and in the open, else the freest of those
-// that are most in the open.
+// One place: the first of 64 tries that has enough free space and is in the open, else the freest
+// of those that are most in the open.
 glm::vec3 placeOne(const SurfaceSampler& surface, const OpenSpace& open, const Box& bounds,
                    PlacementRandom& random) {
     const TriangleGrid& grid = open.grid();
@@ -35,12 +35,12 @@ glm::vec3 placeOne(const SurfaceSampler& surface, const OpenSpace& open, const B
         if (point.normal == glm::vec3(0.0f))
             continue;
         const glm::vec3 lifted = point.normal * (height * 1e-3f);
-        const float roomFront = roomAlong(grid, bounds, point.position + lifted, point.normal);
-        const float roomBack = roomAlong(grid, bounds, point.position - lifted, -point.normal);
-        // The side with more room first; of a sealed map's wall that is often the outer one.
-        for (const bool isBack : {roomBack > roomFront, !(roomBack > roomFront)}) {
+        const float spaceFront = spaceAlong(grid, bounds, point.position + lifted, point.normal);
+        const float spaceBack = spaceAlong(grid, bounds, point.position - lifted, -point.normal);
+        // The side with more space first; for the wall of a sealed map that is often the outer one.
+        for (const bool isBack : {spaceBack > spaceFront, !(spaceBack > spaceFront)}) {
             const glm::vec3 side = isBack ? -point.normal : point.normal;
-            const float room = isBack ? roomBack : roomFront;
+            const float room = isBack ? spaceBack : spaceFront;
             // A niche narrower than the height gets its light in the middle.
             const glm::vec3 place = point.position + side * std::min(height, 0.5f * room);
             if (!isInside(bounds, place))
@@ -61,8 +61,7 @@ glm::vec3 placeOne(const SurfaceSampler& surface, const OpenSpace& open, const B
 
 constexpr float kNever = std::numeric_limits<float>::max();
 
-// 1 when the front of the surface there is in sight of open space, -1 when the back is, 0 when
-// neither.
+// 1 if the front of the surface there is visible from open space, -1 if the back is, 0 if neither.
 float sideInSight(const SurfaceSampler::Point& point, const OpenSpace& open) {
     const glm::vec3 lifted = point.normal * (1e-3f * open.typicalOpenness());
     if (point.normal == glm::vec3(0.0f))

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Seeded point lights for scenes without lights, and for `--lights N --seed S`, which also replaces
-// a sun.
+// a directional light.
 #pragma once
 
 #include "scenes/light.h"
@@ -8,16 +8,16 @@
 
 namespace shadowdag {
 
-/// Returns `count` static point lights in free space near the surfaces of the world as it stands
-/// now. Each starts at an area-weighted random point of the triangles and is pushed out along the
-/// side of the surface that has more room, else the other; places nearer to another surface than
-/// half of the distance kept, outside the bounds, or seen from fewer than four of the nearest
-/// stations of OpenSpace (open_space.h), as in gaps and solids, are rejected while there are
-/// others. Ranges differ by a factor of up to four, smaller ones more often, around a radius chosen
-/// so that twelve lights on average reach a surface point that a station sees, from the side on
-/// which it does; or 3/4 of those on that side, when that is less. Intensities give each light an
-/// irradiance of about 1 lux at half its range. Nothing assumes a scale. Deterministic in (world,
-/// count, seed); places do not depend on the count, ranges do.
+/// Returns `count` static point lights in free space near the surfaces of the world at its current
+/// time. Each starts at an area-weighted random point of the triangles and is moved away along the
+/// side of the surface that has more space, else the other. Places are rejected, while there are
+/// others, if they are nearer to another surface than half of that distance, outside the bounds, or
+/// visible from fewer than four of the nearest stations of OpenSpace (open_space.h), as in gaps and
+/// solids. Ranges differ by a factor of up to four, smaller ones more often, around a radius chosen
+/// so that on average twelve lights reach a surface point visible from a station, from the visible
+/// side; or 3/4 of those on that side, if that is less. Intensities give each light an irradiance
+/// of about 1 lux at half its range. No scale is assumed. Deterministic in (world, count, seed);
+/// places do not depend on the count, ranges do.
 std::vector<Light> placeLights(const World& world, int count, uint64_t seed);
 
 } // namespace shadowdag

@@ -45,7 +45,7 @@ public:
     }
 
     void setMaterial(uint32_t material) { material_ = material; }
-    /// Sets where shapes go from now on: rotated about +Y by `yawTurns`, then moved.
+    /// Sets the placement of further shapes: rotated about +Y by `yawTurns`, then moved.
     void moveTo(glm::dvec3 offset, double yawTurns = 0.0, double scale = 1.0);
     /// Sets the whole map from shape to object space.
     void setTransform(const glm::dmat4& objectFromShape) { toMesh_ = objectFromShape; }
@@ -73,7 +73,7 @@ private:
 glm::dmat4 placement(glm::dvec3 offset, double yawTurns = 0.0, double pitchTurns = 0.0,
                      double scale = 1.0);
 
-/// Adds a closed box; `withBottom` false leaves the -Y face out (things that stand on a floor).
+/// Adds a closed box; `withBottom` false omits the -Y face (for objects on a floor).
 void addBox(MeshBuilder& m, glm::dvec3 min, glm::dvec3 max, bool withBottom = true);
 
 /// Adds a closed hexahedron: corners 0..3 counter-clockwise seen from below, 4..7 above them.

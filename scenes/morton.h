@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Morton (Z-order) codes of points in a box: what boxes and triangles are sorted by.
+// Morton (Z-order) codes of points in a box, by which boxes and triangles are sorted.
 #pragma once
 
 #include "scenes/box.h"

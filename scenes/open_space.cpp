@@ -37,8 +37,8 @@ float quantile(std::vector<float> values, double share) {
 
 } // namespace
 
-float roomAlong(const TriangleGrid& grid, const Box& bounds, const glm::vec3& point,
-                const glm::vec3& direction) {
+float spaceAlong(const TriangleGrid& grid, const Box& bounds, const glm::vec3& point,
+                 const glm::vec3& direction) {
     float room = grid.trace(point, direction).distance;
     for (int axis = 0; axis < 3; ++axis)
         if (direction[axis] != 0.0f) {
@@ -106,15 +106,10 @@ OpenSpace::OpenSpace(TriangleView triangles, const Box& bounds, const std::vecto
         if (i % 4 == 3 && !lights.empty()) {
             const size_t light =
                 std::min(size_t(random.next() * double(lights.size())), lights.size() - 1);
-            glm::vec3 aside = at * 2.0f - 1.0f;
-            aside.y *= 0.25f;
-            const float length = std::sqrt(glm::dot(aside, aside));
             position = lights[light].positionWorld;
             if (lights[light].kind == Light::kSun || distanceSquared(bounds, position) > 0.0f)
                 continue;
-            if (length > 0.0f)
-                position += (aside / length) * (float(random.next()) *
-                                                roomAlong(grid_, bounds, position, aside / length));
+            moveAside(position, at, random);
         } else if (i % 4 != 2) {
             SurfaceSampler::Point point = surface.draw(random);
             for (int attempt = 0; attempt < 16 && std::fabs(point.normal.y) < 0.7f; ++attempt)
@@ -154,6 +149,34 @@ OpenSpace::OpenSpace(TriangleView triangles, const Box& bounds, const std::vecto
     keep([&](const Station& c) { return c.openness >= 0.5f * typicalOpenness_; });
     keep([&](const Station& c) { return c.clearance >= 0.1f * typicalOpenness_; });
     stations_ = std::move(candidates);
+}
+
+// Moves a point along a direction that is more level than steep by a random share of its room.
+void OpenSpace::moveAside(glm::vec3& position, const glm::vec3& at, PlacementRandom& random) const {
+    glm::vec3 aside = at * 2.0f - 1.0f;
+    aside.y *= 0.25f;
+    const float length = std::sqrt(glm::dot(aside, aside));
+    if (length > 0.0f)
+        position += (aside / length) *
+                    (float(random.next()) * spaceAlong(grid_, bounds_, position, aside / length));
+}
+
+std::vector<OpenSpace::Station> OpenSpace::stationsAround(const glm::vec3& point, int tries,
+                                                          PlacementRandom& random) const {
+    std::vector<Station> found;
+    for (int i = 0; i < tries; ++i) {
+        const glm::vec3 at = {float(random.next()), float(random.next()), float(random.next())};
+        const double share = 0.2 + 0.4 * random.next();
+        glm::vec3 position = point;
+        if (distanceSquared(bounds_, position) > 0.0f)
+            break;
+        moveAside(position, at, random);
+        raiseToEyeHeight(position, share);
+        const Station station = probe(glm::clamp(position, bounds_.min, bounds_.max));
+        if (station.backShare <= typicalBackShare_ + 0.1f)
+            found.push_back(station);
+    }
+    return found;
 }
 
 // Stations that see each other, directly or over others, share a room. A room counts by the

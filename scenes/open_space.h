@@ -3,6 +3,7 @@
 // of a solid, not the outside of a closed map. Cameras and lights are placed there.
 #pragma once
 
+#include "scenes/surface_sampler.h"
 #include "scenes/triangle_grid.h"
 #include "scenes/world.h"
 
@@ -17,7 +18,8 @@ class OpenSpace {
 public:
     struct Station {
         glm::vec3 position;
-        float openness;    ///< median length of the fan's rays; one that escapes ends at the bounds
+        float
+            openness; ///< median length of the fan's rays; one that hits nothing ends at the bounds
         float clearance;   ///< length of the shortest
         float backShare;   ///< share of the hits that see a triangle from behind
         float escapeShare; ///< share of rays that hit nothing
@@ -44,20 +46,25 @@ public:
 
     /// Returns the kept candidates; never empty.
     const std::vector<Station>& stations() const { return stations_; }
-    /// Returns a length by which to tell near from far, world units; > 0 unless the scene is a
-    /// point.
+    /// Returns a length that separates near from far, world units; > 0 unless the scene is a point.
     float typicalOpenness() const { return typicalOpenness_; }
     /// Returns the share of back faces that the least tenth of the candidates see.
     float typicalBackShare() const { return typicalBackShare_; }
+    /// Returns places at eye height around a point, of up to `tries`: those that see no more back
+    /// faces than stations may. Unlike stations they may be narrow, cramped, or in rooms that are
+    /// less varied or less open than others.
+    std::vector<Station> stationsAround(const glm::vec3& point, int tries,
+                                        PlacementRandom& random) const;
     const TriangleGrid& grid() const { return grid_; }
 
-    /// Returns whether nothing stands between the two points.
+    /// Returns whether the segment between the two points is unblocked.
     bool sees(const glm::vec3& from, const glm::vec3& to) const;
-    /// Returns how many of the 12 stations nearest to the point see it; counting ends at `enough`.
+    /// Returns how many of the 12 stations nearest to the point see it; counting stops at `enough`.
     int stationsInSight(const glm::vec3& point, int enough) const;
 
 private:
     Station probe(const glm::vec3& position, std::vector<uint32_t>* triangles = nullptr) const;
+    void moveAside(glm::vec3& position, const glm::vec3& at, PlacementRandom& random) const;
     void keepVariedRooms();
     bool raiseToEyeHeight(glm::vec3& position, double share) const;
 
@@ -68,9 +75,9 @@ private:
     float typicalBackShare_ = 0.0f;
 };
 
-/// Returns how far one gets from a point of the bounds to the next surface or, where there is none,
-/// to the end of the bounds.
-float roomAlong(const TriangleGrid& grid, const Box& bounds, const glm::vec3& point,
-                const glm::vec3& direction);
+/// Returns the distance from a point of the bounds to the next surface, or to the end of the bounds
+/// if there is none.
+float spaceAlong(const TriangleGrid& grid, const Box& bounds, const glm::vec3& point,
+                 const glm::vec3& direction);
 
 } // namespace shadowdag

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/output_file.h"
 
+#include "cuda/cancel.h"
 #include "cuda/error.h"
 #include "cuda/macros.h"
 
@@ -12,6 +13,8 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <mutex>
+#include <set>
 #include <utility>
 
 namespace shadowdag {
@@ -20,14 +23,25 @@ namespace {
 
 std::atomic<unsigned> gFileCounter{0};
 
+/// The temporary files of the process.
+struct Unfinished {
+    std::mutex mutex;
+    std::set<std::string> paths;
+};
+
+Unfinished& unfinished() {
+    static Unfinished all;
+    return all;
+}
+
 [[noreturn]] void fail(const std::string& what, const std::string& path, int error) {
     throw Error(ErrorKind::kResource,
                 what + " '" + path + "': " + (error ? std::strerror(error) : "unknown reason") +
                     "; choose another place or free some disk space");
 }
 
-// Makes what was written under `path` survive a power cut; a file system that cannot sync (EINVAL)
-// is taken as it is.
+// Flushes the file at `path` to disk, so that it survives a power failure; a file system that
+// cannot sync (EINVAL) is accepted.
 void syncToDisk(const std::string& path) {
     const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     if (fd < 0)
@@ -43,26 +57,32 @@ void syncToDisk(const std::string& path) {
 
 OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
     if (path_.empty())
-        throw Error(ErrorKind::kResource, "cannot write a file with an empty name; name one");
+        throw Error(ErrorKind::kResource, "cannot write a file with an empty name; give a name");
     std::error_code ignored;
     if (std::filesystem::is_directory(path_, ignored))
         throw Error(ErrorKind::kResource,
                     "cannot write '" + path_ + "': it is a folder; name a file in it");
-    // The process id and a counter keep two writers of one name apart; the same folder keeps the
+    // The process id and a counter distinguish two writers of one name; the same folder keeps the
     // rename atomic.
     temporaryPath_ = path_ + ".tmp-" + std::to_string(::getpid()) + "-" +
                      std::to_string(gFileCounter.fetch_add(1));
+    const std::lock_guard lock(unfinished().mutex);
+    unfinished().paths.insert(temporaryPath_);
     errno = 0;
     stream_.open(temporaryPath_, std::ios::binary | std::ios::trunc);
-    if (!stream_)
+    if (!stream_) {
+        unfinished().paths.erase(temporaryPath_);
         fail("cannot create", temporaryPath_, errno);
+    }
 }
 
 OutputFile::~OutputFile() {
     if (committed_)
         return;
     stream_.close();
+    const std::lock_guard lock(unfinished().mutex);
     std::remove(temporaryPath_.c_str());
+    unfinished().paths.erase(temporaryPath_);
 }
 
 void OutputFile::write(const void* data, size_t byteCount) {
@@ -74,14 +94,23 @@ void OutputFile::write(const void* data, size_t byteCount) {
 
 void OutputFile::commit() {
     SDAG_ASSERT(!committed_);
+    pollCpu(); // nothing appears once the work was cancelled
     errno = 0;
     stream_.close();
     if (!stream_)
         fail("cannot write", path_, errno);
     syncToDisk(temporaryPath_);
+    const std::lock_guard lock(unfinished().mutex);
     if (std::rename(temporaryPath_.c_str(), path_.c_str()) != 0)
         fail("cannot rename the finished file to", path_, errno);
+    unfinished().paths.erase(temporaryPath_);
     committed_ = true;
+}
+
+void removeUnfinishedFiles() {
+    unfinished().mutex.lock(); // for good: no file is created or renamed from here on
+    for (const std::string& path : unfinished().paths)
+        std::remove(path.c_str());
 }
 
 } // namespace shadowdag

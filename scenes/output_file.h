@@ -8,8 +8,8 @@
 
 namespace shadowdag {
 
-/// Writes next to the final name and renames on commit(); destroyed without commit, it removes what
-/// it wrote and leaves an old file of that name alone. Throws Error kResource naming path and
+/// Writes next to the final name and renames on commit(); destroyed without commit, it removes its
+/// file and leaves an old file of that name unchanged. Throws Error kResource naming path and
 /// reason.
 class OutputFile {
 public:
@@ -20,9 +20,9 @@ public:
 
     void write(const void* data, size_t byteCount);
     void write(const std::string& text) { write(text.data(), text.size()); }
-    /// Returns where the bytes go for now, for libraries that open files by name themselves.
+    /// Returns the temporary path, for libraries that open files by name themselves.
     const std::string& temporaryPath() const { return temporaryPath_; }
-    /// Flushes to disk and renames. Call once, last.
+    /// Flushes to disk and renames. Call once, last. Throws the exceptions of pollCpu.
     void commit();
 
 private:
@@ -31,5 +31,9 @@ private:
     std::ofstream stream_;
     bool committed_ = false;
 };
+
+/// Removes the temporary files of all OutputFiles of the process, just before it ends itself: from
+/// then on every thread that creates, commits or destroys one waits forever.
+void removeUnfinishedFiles();
 
 } // namespace shadowdag

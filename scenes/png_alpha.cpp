@@ -45,12 +45,12 @@ uint32_t checksum(const uint8_t* data, size_t byteCount) {
     throw Error(ErrorKind::kInput, place + ": " + problem + "; export the image again");
 }
 
-/// Goes over all chunks before a decoder sees them: stb checks neither checksums nor the size of
+/// Verifies all chunks before the decoder sees them: stb checks neither checksums nor the size of
 /// what it inflates.
 void checkChunks(const uint8_t* data, size_t byteCount, const std::string& place,
                  AlphaImage& image) {
     if (!isPng(data, byteCount))
-        fail(place, "is no PNG");
+        fail(place, "is not a PNG");
     uint64_t dataBytes = 0, rowBits = 0;
     bool isFirst = true;
     for (size_t at = sizeof kSignature;;) {
@@ -110,7 +110,7 @@ AlphaImage readPngAlpha(const uint8_t* data, size_t byteCount, const std::string
     AlphaImage image;
     checkChunks(data, byteCount, place, image);
     if (byteCount > INT_MAX)
-        fail(place, std::to_string(byteCount) + " bytes are too many");
+        fail(place, std::to_string(byteCount) + " bytes are too large");
     int width = 0, height = 0, channels = 0;
     const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
         stbi_load_from_memory(data, int(byteCount), &width, &height, &channels, 4),

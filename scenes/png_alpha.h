@@ -24,9 +24,9 @@ struct AlphaImage {
 bool isPng(const uint8_t* data, size_t byteCount);
 
 /// Returns the alpha of a PNG of any kind, 16 bits cut to the upper 8; 255 without alpha. Throws
-/// Error kInput, "PLACE: problem", for what is cut short, fails a checksum, claims more pixels than
-/// its data can hold or than masks may have (kMaxMaskSide, kMaxMaskTexels). While it runs it takes
-/// five bytes a pixel.
+/// Error kInput, "PLACE: problem", for a file that is truncated, fails a checksum, declares more
+/// pixels than its data can hold or than masks may have (kMaxMaskSide, kMaxMaskTexels). Needs five
+/// temporary bytes per pixel.
 AlphaImage readPngAlpha(const uint8_t* data, size_t byteCount, const std::string& place);
 
 /// Returns a mask as a PNG of grey and alpha: white, alpha 255 where it is opaque and 0 elsewhere.

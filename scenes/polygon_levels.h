@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which level of polygon detail of a part of an instance a cube map draws. Levels are made by
+// Chooses the level of polygon detail of an instance's part for a cube map. Levels are made by
 // polygon_lod.h. Source: Olsson et al. 2015, sec. V, tried it with one low-polygon scene for all
 // lights; the choice by map and part is ours.
 #pragma once
@@ -13,11 +13,10 @@ namespace shadowdag {
 
 constexpr uint32_t kMaxPolygonLevels = 8; ///< of a part, the full one included
 
-/// Levels of every part of every instance, 0 the full one. A batch is of part (Batch::instance %
-/// partCount), at level (Batch::instance / partCount).
-/// partBoxes: partCount, world, closed. errorsWorld: partCount * kMaxPolygonLevels, how
-/// far a level's surface is from the full one; ascending, 0 first, infinity for a level that is
-/// none.
+/// Levels of every part of every instance, 0 the full one. A batch belongs to part (Batch::instance
+/// % partCount), at level (Batch::instance / partCount). partBoxes: partCount, world, closed.
+/// errorsWorld: partCount * kMaxPolygonLevels, the distance of a level's surface from the full one;
+/// ascending, 0 first, infinity for a missing level.
 struct PolygonLevelsView {
     View<const Box> partBoxes;
     View<const float> errorsWorld;

@@ -17,7 +17,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// A level that keeps more than this of the finer one is not worth its batches.
 constexpr double kLeastReduction = 5.0 / 6.0;
-/// Simplification stops at this part of the mesh's longest side: beyond, shapes are gone.
+/// Simplification stops at this fraction of the mesh's longest side, beyond which shapes are lost.
 constexpr float kMostError = 0.25f;
 
 Box boundsOf(const TriangleView& triangles) {
@@ -28,7 +28,7 @@ Box boundsOf(const TriangleView& triangles) {
     return bounds;
 }
 
-/// A surface that is asked how far points are from it, most of which are near.
+/// A surface for distance queries of points, most of which are near.
 class Surface {
 public:
     explicit Surface(const TriangleView& triangles) : triangles_(triangles) {
@@ -99,9 +99,9 @@ float farthest(const TriangleView& full, const Surface& fullSurface, const Trian
     return most;
 }
 
-/// Returns how much a linear map lengthens a vector at most: its greatest singular value, by
-/// Jacobi's rotations of its square (Golub and Van Loan, Matrix Computations, sec. 8.5). Square
-/// roots only, so the same on every machine.
+/// Returns the greatest factor by which a linear map lengthens a vector: its greatest singular
+/// value, by Jacobi's rotations of its square (Golub and Van Loan, Matrix Computations, sec. 8.5).
+/// Square roots only, so the same on every machine.
 double greatestScale(const glm::dmat3& m) {
     glm::dmat3 s = glm::transpose(m) * m;
     for (int sweep = 0; sweep < 12; ++sweep)
@@ -167,7 +167,7 @@ std::vector<PolygonLevel> simplify(const TriangleView& full, bool keepsBorder) {
         PolygonLevel found;
         for (size_t t = 0; t < kept; ++t)
             found.triangles.push_back({indices[3 * t], indices[3 * t + 1], indices[3 * t + 2]});
-        // Not less than what rounding of positions may hide.
+        // At least what rounding of positions may hide.
         error = std::max({error, relative * toAbsolute, side * 1e-6f});
         error = farthest(full, fullSurface, {full.positions, viewOf(found.triangles), {}}, error);
         found.error = error;
@@ -189,7 +189,7 @@ std::vector<MeshPart> simplifyMesh(const Mesh& mesh) {
         part.triangles.assign(&view.triangles[batch.first],
                               &view.triangles[batch.first] + batch.count);
         std::sort(part.triangles.begin(), part.triangles.end());
-        // The simplifier takes time in all vertices, so it is given the part's own.
+        // The simplifier takes time in all vertices, so it gets only the part's own.
         std::vector<uint32_t> meshVertex;
         std::vector<glm::vec3> positions;
         std::vector<glm::uvec3> triangles;

@@ -24,9 +24,8 @@ struct PolygonLevel {
 /// Metrics, SIGGRAPH 1997) that keeps vertices in place and the mesh's topology.
 ///
 /// Errors ascend. Each is the greater of the simplifier's own and of distances measured both ways
-/// at corners and centres of the full triangles, centres and middles of edges of the others. Not
-/// guaranteed: that no point in between is farther; what tests found there is within a quarter
-/// more.
+/// at corners and centres of the full triangles, centres and middles of edges of the others. Points
+/// in between may be farther; tests found at most a quarter more.
 /// @param keepsBorder leaves every edge in place that only one triangle has
 std::vector<PolygonLevel> simplify(const TriangleView& full, bool keepsBorder);
 
@@ -36,10 +35,10 @@ struct MeshPart {
     std::vector<PolygonLevel> levels; ///< into the mesh's positions
 };
 
-/// Returns the parts of a mesh, which hold each triangle once: what agglomeration makes of it
-/// (batches.h) at kMaxBatchTriangleCount triangles. A fence around a village is near to some light
-/// everywhere; a part of it is not. Parts meet in edges that all levels keep, so neighbours may be
-/// drawn at any two levels without a gap.
+/// Returns the parts of a mesh, which contain each triangle once: the clusters of the agglomeration
+/// (batches.h) at kMaxBatchTriangleCount triangles. A large mesh, such as a fence around a village,
+/// is near to every light; its parts are not. Parts meet in edges that all levels keep, so
+/// neighbours may be drawn at any two levels without a gap.
 std::vector<MeshPart> simplifyMesh(const Mesh& mesh);
 
 /// The levels of a world's instances, as triangles and batches of their own. The world outlives it.
@@ -59,7 +58,7 @@ public:
     /// Returns the batches of all levels over triangles(), every level over its own batches, with
     /// their levels. @param allowedTexels of PolygonLevelsView
     BatchView batches(float allowedTexels) const;
-    /// Returns the same with what moved.
+    /// Returns the same with the moved batches.
     const BatchSet& batchSet() const { return *batchSet_; }
     size_t partCount() const { return parts_.size(); }
     /// Returns the instance of a part; those of an instance follow each other.

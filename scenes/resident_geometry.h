@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Triangles and batches of the host where passes read them.
+// Triangles and batches of the host, made available to passes.
 #pragma once
 
 #include "cuda/resident.h"
@@ -13,16 +13,16 @@ namespace shadowdag {
 /// themselves, which outlive this in place. Hierarchy and levels of detail included.
 class ResidentGeometry {
 public:
-    /// @param name what the names in the ledger begin with
+    /// @param name prefix of the names in the ledger
     ResidentGeometry(Backend backend, const std::string& name);
 
     /// Makes all of it available.
     void set(const TriangleView& triangles, const BatchView& batches);
-    /// The same where only places changed since set().
+    /// The same if only positions changed since set().
     void setMoved(const TriangleView& triangles, const BatchView& batches);
 
     TriangleView triangles() const;
-    /// Returns what `host` shows, of which set() was given last.
+    /// Returns `host`, which set() was given last, on the backend.
     BatchView batches(const BatchView& host) const;
 
 private:

@@ -17,7 +17,7 @@ namespace shadowdag {
 
 constexpr int kNone = -1;
 
-/// Surface colour, which pictures use, and what is cut out of the surface, which shadows see, too.
+/// Surface colour, for pictures, and the mask that cuts out the surface, which shadows use, too.
 struct Material {
     std::string name;
     glm::vec3 baseColor{0.8f};
@@ -61,18 +61,19 @@ struct Node {
     std::vector<int> children;
 };
 
-/// A light as authored: its place and direction (-Z) come from the node that refers to it.
+/// A light as authored: its position and direction (-Z) come from the node that refers to it.
 struct LightSource {
     std::string name;
     Light::Kind kind = Light::kPoint;
     glm::vec3 color{1.0f};
-    float intensity = 1.0f;  ///< candela; of a sun lux
-    float rangeWorld = 0.0f; ///< 0: none authored, a cutoff decides (see world.h); a sun has none
+    float intensity = 1.0f; ///< candela; lux for directional lights
+    float rangeWorld =
+        0.0f; ///< 0: none authored, a cutoff decides (see world.h); directional lights have none
     float innerConeAngle = 0.0f;
     float outerConeAngle = 0.7853982f;
 };
 
-/// A camera as authored; its place comes from the node that refers to it.
+/// A camera as authored; its position comes from the node that refers to it.
 struct CameraSource {
     std::string name;
     float yfov = 0.9f;

@@ -9,17 +9,17 @@
 
 namespace shadowdag {
 
-/// A segment made ready for boxes. Boxes are grown by 2^-44 of the segment's largest coordinate,
-/// which is more than all rounding: of the ends, of a plane's distance and of its product with the
-/// inverse, each a few 2^-53 of that coordinate while the time of a plane is within [0, 1], and
-/// outside of it the sign is not in doubt.
+/// A segment prepared for tests of boxes. Boxes are grown by 2^-44 of the segment's largest
+/// coordinate, which is more than all rounding: of the ends, of a plane's distance and of its
+/// product with the inverse, each a few 2^-53 of that coordinate while the time of a plane is
+/// within [0, 1]; outside of it the sign is certain.
 class BoxSegment {
 public:
     /// @param from, to finite, as large as floats are
     SDAG_HD BoxSegment(const glm::dvec3& from, const glm::dvec3& to)
         : slabs_(makeBoxSlabs(from, to)) {}
 
-    /// Returns whether the closed segment touches the closed box; may say so of a box that it
+    /// Returns whether the closed segment touches the closed box; may be true for a box that it
     /// passes within the slack. Never for an empty box.
     SDAG_HD bool touches(const Box& box) const { return touches(box, glm::dvec3(0.0)); }
 
@@ -33,11 +33,11 @@ private:
     BoxSlabs slabs_;
 };
 
-/// Segments from anywhere in one box to anywhere in another against boxes, in double: whatever one
-/// of them touches, the bundle touches. A segment's point at a time is never farther from the point
-/// of the segment between the boxes' middles at that time, per axis, than the larger of the boxes'
-/// half extents; so that one segment is held against grown boxes. 2^-40 of the largest coordinate
-/// on top is more than rounding and than what BoxSegment grows boxes by.
+/// Segments from anywhere in one box to anywhere in another against boxes, in double: the bundle
+/// touches every box that one of them touches. A segment's point at a time is never farther, per
+/// axis, from the point of the segment between the boxes' middles at that time than the larger of
+/// the boxes' half extents, so that one segment is tested against grown boxes. 2^-40 of the largest
+/// coordinate is added, which is more than rounding and than the growth by BoxSegment.
 class BoxSegmentBundle {
 public:
     /// @param fromMin, fromMax, toMin, toMax finite corners, min <= max

@@ -7,13 +7,13 @@
 
 SDAG_LEAF_BEGIN
 
-/// 2^-44 of the segment's largest coordinate: by how much boxes are grown.
+/// 2^-44 of the segment's largest coordinate: the growth of boxes.
 SDAG_CONST double kBoxSlack = 1.0f / 17592186044416.0f;
-/// 2^100, of which an axis along which nothing changes has the eighth power as its inverse: any
-/// huge number will do, as 0 times infinity is none.
+/// 2^100. An axis along which the segment does not change has its eighth power as inverse: any huge
+/// finite number works, unlike infinity, because 0 times infinity is NaN.
 SDAG_CONST double kHuge = 1267650600228229401496703205376.0f;
 
-/// A segment made ready for boxes.
+/// A segment prepared for tests of boxes.
 struct BoxSlabs {
     dvec3 from, inverse;
     double slack;
@@ -35,7 +35,7 @@ SDAG_LEAF BoxSlabs makeBoxSlabs(SDAG_IN(dvec3) from, SDAG_IN(dvec3) to) {
 }
 
 /// Returns whether the closed segment touches the closed box, grown by so much to both sides of
-/// each axis; may say so of a box that it passes within the slack. Never for an empty box.
+/// each axis; may be true for a box that it passes within the slack. Never for an empty box.
 SDAG_LEAF bool touchesBox(SDAG_IN(BoxSlabs) s, SDAG_IN(vec3) least, SDAG_IN(vec3) most,
                           SDAG_IN(dvec3) grown) {
     double enter = 0.0f, leave = 1.0f;

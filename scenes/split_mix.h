@@ -6,7 +6,7 @@
 
 namespace shadowdag {
 
-/// What the state of SplitMix64 grows by with every number.
+/// The increment of SplitMix64's state per number.
 constexpr uint64_t kSplitMixGamma = 0x9e3779b97f4a7c15u;
 
 /// Returns the number that SplitMix64 draws in state `x`; its state is x + kSplitMixGamma then.

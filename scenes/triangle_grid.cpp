@@ -32,8 +32,8 @@ float intersect(const glm::vec3& origin, const glm::vec3& direction, const glm::
     return t;
 }
 
-// Whether the plane of a triangle passes the box: spares long diagonal triangles most of their
-// cells.
+// Returns whether the plane of a triangle crosses the box: spares long diagonal triangles most of
+// their cells.
 bool planePasses(const Box& box, const glm::vec3& a, const glm::vec3& normal) {
     const glm::vec3 half = box.extent() * 0.5f;
     const float reach = glm::dot(glm::abs(normal), half);

@@ -15,7 +15,7 @@ namespace shadowdag {
 glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b,
                        const glm::vec3& c);
 
-/// The same answers on every machine: only add, multiply, divide and square root.
+/// The same results on every machine: only add, multiply, divide and square root.
 class TriangleGrid {
 public:
     /// Copies nothing: the triangles must outlive the grid and not move. @param bounds encloses
@@ -27,7 +27,7 @@ public:
         bool isFrontFace;      ///< the corners turn counter-clockwise as seen from the origin
         uint32_t triangle = 0; ///< which was hit; 0 when none was
     };
-    /// Returns the first triangle along a ray. @param direction unit. Rays through edges may slip.
+    /// Returns the first triangle along a ray. @param direction unit. Rays through edges may miss.
     Hit trace(const glm::vec3& origin, const glm::vec3& direction) const;
 
     /// Returns the distance from a point to the nearest triangle, or `limit` when none is nearer.

@@ -79,7 +79,7 @@ void WideBvh::build(View<const Box> boxes, std::vector<uint8_t> isMover) {
     refit(boxes);
 }
 
-/// Gives every mover its code and its slot.
+/// Gives every moving item its code and its slot.
 void WideBvh::sortMovers(View<const Box> boxes) {
     Box centres;
     for (const Entry& mover : movers_)
@@ -135,7 +135,7 @@ BvhUpdateCounts WideBvh::update(View<const Box> boxes, const std::vector<uint32_
     }
 
     std::vector<Entry> changed;
-    std::vector<uint32_t> left; // places along movers_ that are given up
+    std::vector<uint32_t> left; // positions along movers_ that become free
     for (const uint32_t item : moved) {
         const uint32_t place = slotOf_[item] - firstMover_;
         const uint64_t code = codeOf(boxes[item], moverGrid_);

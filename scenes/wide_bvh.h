@@ -15,12 +15,12 @@ namespace shadowdag {
 constexpr uint32_t kBvhWidth = 32;
 constexpr uint32_t kBvhMaxLevels = 7; ///< 32^7 > 2^32 items
 
-constexpr uint32_t kNoBvhItem = ~0u; ///< fills up the last 32 of what stands still
+constexpr uint32_t kNoBvhItem = ~0u; ///< fills the last 32 of the static items
 
-/// Levels of boxes, leaves first. Level 0 holds the items' boxes in Morton order, first of those
-/// that stand still, then of those that move, each run along its own curve; where there are both,
-/// empty boxes fill the first run up to a multiple of 32. Box i of level k + 1 encloses boxes [32
-/// i, 32 i + 32) of level k; the last level has at most 32 boxes.
+/// Levels of boxes, leaves first. Level 0 holds the items' boxes in Morton order, first the static
+/// ones, then the moving ones, each run along its own curve; if there are both, empty boxes fill
+/// the first run up to a multiple of 32. Box i of level k + 1 encloses boxes [32 i, 32 i + 32) of
+/// level k; the last level has at most 32 boxes.
 ///
 ///     level 0   S S S ... S - -|M M M ... M       -: empty, kNoBvhItem
 ///     level 1   [0,32) ... [P-32,P)|[P,P+32) ...  P: start of the movers
@@ -48,7 +48,7 @@ SDAG_HD void traverseFrom(const WideBvhView& bvh, uint32_t topBegin, uint32_t to
                           const Test& test, const Hit& hit) {
     if (bvh.levelCount == 0)
         return;
-    // One cursor a level: the next box to look at and where its siblings end.
+    // One cursor per level: the next box to test and the end of its siblings.
     uint32_t next[kBvhMaxLevels], end[kBvhMaxLevels];
     int level = int(bvh.levelCount) - 1;
     next[level] = bvh.levelStart[level] + topBegin;
@@ -81,32 +81,32 @@ SDAG_HD void traverse(const WideBvhView& bvh, const Test& test, const Hit& hit) 
     traverseFrom(bvh, 0, topBoxCount(bvh), test, hit);
 }
 
-/// What an update of a hierarchy did.
+/// Counts of an update of a hierarchy.
 struct BvhUpdateCounts {
     uint32_t sortedKeyCount = 0; ///< Morton codes that changed, and so places along the curve
     uint32_t boxCount = 0;       ///< boxes written, of all levels
     bool isRebuilt = false;      ///< everything was sorted again: a new mover, or a new grid
 };
 
-/// Owns a hierarchy on the host. Deterministic: its arrays are a function of the boxes and of which
-/// items are movers, whatever moved before.
+/// Owns a hierarchy on the host. Deterministic: its arrays are a function of the boxes and of the
+/// set of moving items, whatever moved before.
 class WideBvh {
 public:
-    /// Builds over the boxes (empty boxes allowed: they enclose nothing), all standing still.
+    /// Builds over the boxes (empty boxes allowed: they enclose nothing), all static.
     void build(View<const Box> boxes);
-    /// The same with movers in a run of their own. @param isMover one flag an item; empty: none is
+    /// The same with moving items in a separate run. @param isMover one flag per item; empty: none
+    /// is
     void build(View<const Box> boxes, std::vector<uint8_t> isMover);
-    /// Follows what moved, to the very arrays that build would make: only codes that changed are
-    /// sorted, between their neighbours that stayed, and only boxes above changed ones are
-    /// recomputed. An item that stood still until now becomes a mover for good; then everything is
-    /// built anew, as the run of movers is when its bounds leave the power-of-two grid that its
-    /// codes count in.
-    /// Cost: movers times a comparison, moved codes times a logarithm; not the items that never
-    /// moved.
+    /// Follows motion, with the same arrays as build: only codes that changed are sorted, between
+    /// their unchanged neighbours, and only boxes above changed ones are recomputed. A static item
+    /// that moves becomes a moving one for good; then everything is built again, as is the run of
+    /// moving items when its bounds leave the power-of-two grid of its codes.
+    /// Cost: moving items times a comparison, changed codes times a logarithm; nothing for static
+    /// items.
     /// @param boxes all items' boxes, as many as built; @param moved every item whose box changed
     BvhUpdateCounts update(View<const Box> boxes, const std::vector<uint32_t>& moved);
-    /// Recomputes all boxes for moved items without sorting again: correct, if looser. What update
-    /// is measured against; not to be followed by update.
+    /// Recomputes all boxes for moved items without sorting again: correct, but looser. The
+    /// baseline for update; do not call update after it.
     void refit(View<const Box> boxes);
     WideBvhView view() const;
 
@@ -133,7 +133,7 @@ private:
     std::vector<Entry> movers_;    ///< in the order of their slots
     std::vector<uint32_t> slotOf_; ///< by item, of movers
     uint32_t firstMover_ = 0;      ///< slot
-    Box moverGrid_;                ///< what the movers' codes count in
+    Box moverGrid_;                ///< the grid of the movers' codes
     std::vector<uint32_t> dirty_;  ///< boxes of level 1 above a changed leaf
 };
 

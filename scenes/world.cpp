@@ -27,7 +27,7 @@ std::string nodeLabel(const Scene& scene, uint32_t node) {
            (scene.nodes[node].name.empty() ? "" : " ('" + scene.nodes[node].name + "')");
 }
 
-// The world's share of a point: rows times columns in a stated order, in double.
+// The contribution of a point's coordinates: rows times columns in a stated order, in double.
 glm::dvec3 transformPoint(const glm::dmat4& m, const glm::vec3& p) {
     const double x = p.x, y = p.y, z = p.z;
     return {m[0].x * x + m[1].x * y + m[2].x * z + m[3].x,
@@ -42,20 +42,20 @@ glm::dvec3 normalizedOr(const glm::dvec3& v, const glm::dvec3& otherwise) {
     return v / std::sqrt(lengthSquared);
 }
 
-// Gives a sun the sphere around the bounds, which it has instead of a place and a range. The point
-// that rays go to is twice as far as the scene is wide and as its coordinates are large: nearer,
-// rounding that point to float would turn the ray by more than rounding its start does.
-void surroundScene(Light& sun, const Box& bounds) {
+// Sets the sphere around the bounds, which a directional light has instead of a position and a
+// range. The end of rays is at twice the width of the scene and twice its coordinates: at a smaller
+// distance, rounding the end to float would turn the ray by more than rounding its start does.
+void surroundScene(Light& light, const Box& bounds) {
     const glm::dvec3 center = 0.5 * (glm::dvec3(bounds.min) + glm::dvec3(bounds.max));
     const glm::dvec3 largest =
         glm::max(glm::abs(glm::dvec3(bounds.min)), glm::abs(glm::dvec3(bounds.max)));
     const double coordinate = std::max({largest.x, largest.y, largest.z});
     const double radius = 0.5 * glm::length(glm::dvec3(bounds.max) - glm::dvec3(bounds.min));
-    sun.positionWorld = glm::vec3(center);
-    sun.rangeWorld = float(radius * 1.001 + coordinate * 1e-6 + 1e-30);
+    light.positionWorld = glm::vec3(center);
+    light.rangeWorld = float(radius * 1.001 + coordinate * 1e-6 + 1e-30);
     int exponent = 0;
-    std::frexp(std::max(4.0 * double(sun.rangeWorld), 2.0 * coordinate), &exponent);
-    sun.sunDistanceWorld = std::ldexp(1.0f, exponent);
+    std::frexp(std::max(4.0 * double(light.rangeWorld), 2.0 * coordinate), &exponent);
+    light.directionalDistanceWorld = std::ldexp(1.0f, exponent);
 }
 
 bool mirrors(const glm::dmat4& m) {
@@ -364,7 +364,7 @@ std::string World::geometryHash() const {
             flush();
     }
     flush();
-    // Where nothing is cut nothing more is hashed: such scenes keep the hashes that they had.
+    // Without masks nothing more is hashed: such scenes keep their former hashes.
     std::map<uint32_t, std::array<uint8_t, 16>> maskHashes;
     for (size_t i = 0; i < staticTriangles_.size() && !masks_.triangleCut.empty(); ++i) {
         const uint32_t index = masks_.triangleCut[staticTriangles_[i]];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene at one time, in world space: instanced triangles, lights, cameras. What every method
-// and the truth read, so that all of them see the same floats.
+// The scene at one time, in world space: instanced triangles, lights, cameras. Every method and the
+// truth read it, so that all of them have the same floats.
 #pragma once
 
 #include "cuda/view.h"
@@ -37,7 +37,7 @@ struct Instance {
     glm::mat4 worldFromObject;
 };
 
-/// How lights and cameras that the scene leaves open are filled in.
+/// How missing lights and cameras of a scene are added.
 struct WorldOptions {
     /// A light without an authored range gets the radius at which its strongest channel's
     /// intensity / d^2 falls to this, lux.
@@ -51,7 +51,7 @@ struct WorldOptions {
 };
 
 /// The scene in world space at one time. Triangles keep their index over time: only positions of
-/// moving instances change. Degenerate triangles are kept (everything downstream must cope).
+/// moving instances change. Degenerate triangles are kept (all later stages must handle them).
 class World {
 public:
     /// Flattens the default scene at time 0: nodes in index order, each mesh's triangles in their
@@ -82,15 +82,15 @@ public:
     const std::vector<Camera>& cameras() const { return cameras_; }
     /// Returns the bounds of all triangles at the current time.
     const Box& boundsWorld() const { return bounds_; }
-    /// Returns the bounds of staticTriangles(), the same at every time: what a voxel grid is laid
-    /// around. Where every instance moves, the bounds of all triangles at time 0.
+    /// Returns the bounds of staticTriangles(), the same at every time, which determine the voxel
+    /// grid. If every instance moves, the bounds of all triangles at time 0.
     const Box& staticBoundsWorld() const { return staticBounds_; }
 
     /// Returns a 128-bit hash, 32 hex digits, of the corners of staticTriangles(), in order, as
-    /// their bits, and of what masks cut out of them. Together with a resolution it names a voxel
-    /// asset of this scene, provided that its grid is laid around staticBoundsWorld():
-    /// boundsWorld() also follows what moves, which the hash does not cover. Every scene without
-    /// static triangles has the same hash.
+    /// their bits, and of their masks. Together with a resolution it names a voxel asset of this
+    /// scene, provided that its grid encloses staticBoundsWorld(): boundsWorld() also includes
+    /// moving triangles, which the hash does not cover. Every scene without static triangles has
+    /// the same hash.
     std::string geometryHash() const;
 
 private:
@@ -123,22 +123,22 @@ private:
     Box bounds_;
 };
 
-/// Returns a camera that stands inside the bounds in the scene's open space (OpenSpace of
-/// open_space.h: no gap, no solid, no outside of a sealed map) and overlooks a large and varied
-/// part of it: used when a scene brings none or `--camera auto` asks for it. Up to 160 stations
-/// look along 80 directions; every window of 3 x 3 rays is scored, and the best 40 again with 16 x
-/// 9 rays of the actual field of view. The score is a product of
+/// Returns the best automatic camera (camera_placement.h gives several). It stands in the scene's
+/// open space (open_space.h: no gap, no solid, no outside of a sealed map) or near a light and sees a
+/// large and varied part of it, or all of a scene without surroundings from outside. From up to 350
+/// places 80 directions are tried; each window of 3 x 3 rays is scored, and the best 80 again with
+/// 16 x 9 rays of the actual field of view. The score is a product of
 /// - how far the rays reach, d / (d + 2 typical openness) on average;
 /// - variety: the chance that two rays differ in octave of distance or main axis of the normal, and
 ///   the share of neighbouring rays between which depth or normal jumps;
 /// - one less the share of rays that are nearer than 3/10 of the typical openness, twice counted,
-///   that escape beyond a tenth, and that see more back faces than is usual here, each squared;
-/// - lights, when the world has any: lights that reach a sample and face it (best up to 16 on
-/// average),
-///   samples with none, lights that light something, the share of shadow rays that are blocked
+///   that escape more than is usual here, and that see more back faces than that, each squared;
+/// - whole objects: what jumps of depth or normal enclose and the frame does not cut;
+/// - lights, if the world has any: lights per sample (best up to 16), how many of them light
+///   something, samples that none reaches or lights, the share of shadow rays that are blocked
 ///   (best from 3/10 to 6/10).
 /// Deterministic in the triangles and lights as they stand now; assumes no scale; uses no libm but
-/// the square root. Not guaranteed: that a scene which is one closed object gets a good view of it.
+/// the square root.
 Camera placeCamera(const World& world);
 
 } // namespace shadowdag

@@ -73,7 +73,7 @@ struct CellDepthView {
     SDAG_HD bool empty() const { return cells.empty(); }
 
     /// Returns whether test(cell index, its depth) holds for a cell of the rectangle whose depth is
-    /// at least `bits`; asks no others.
+    /// at least `bits`; tests no other cells.
     template <class Test>
     SDAG_HD bool any(uint32_t mapIndex, uint32_t face, const CellRect& rect, uint32_t bits,
                      const Test& test) const {
@@ -122,7 +122,7 @@ SDAG_HD inline void raiseCells(View<uint32_t> cells, View<uint32_t> blocks, uint
         }
 }
 
-/// Makes block i and its cells hold what CellDepthView says.
+/// Completes block i and its cells as CellDepthView describes them.
 struct GatherBlock {
     View<uint32_t> cells;
     View<uint32_t> blocks;

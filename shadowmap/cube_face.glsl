@@ -4,10 +4,10 @@
 
 struct ShadowMapInfo {
     float lightX, lightY, lightZ, rangeWorld;
-    uint faceTexels, facePages, pageTableStart, isSun;
+    uint faceTexels, facePages, pageTableStart, isDirectional;
     uint layer0, layer1, layer2, layer3, layer4, layer5; // of sparse textures: array << 16 | layer
     uint spare0, spare1;
-    dvec4 u, v, w; // a sun's window: dot(xyz, point) - w
+    dvec4 u, v, w; // a directional light's window: dot(xyz, point) - w
 };
 layout(std430, binding = SDAG_MAPS_BINDING) readonly buffer Maps { ShadowMapInfo maps[]; };
 
@@ -28,5 +28,5 @@ uint pageTableIndex(ShadowMapInfo map, uint face, uint x, uint y) {
 
 // Surfaces nearer to the light than this do not block.
 double nearDepth(ShadowMapInfo map) {
-    return nearDepthOf(map.isSun != 0u, map.rangeWorld);
+    return nearDepthOf(map.isDirectional != 0u, map.rangeWorld);
 }

@@ -11,23 +11,23 @@
 
 namespace shadowdag {
 
-/// Where a box lies on a face: a rectangle within [-1, 1]^2 and the depths along the face's axis,
-/// in world units.
+/// The part of a face that a box covers: a rectangle within [-1, 1]^2 and the depths along the
+/// face's axis, in world units.
 struct FaceRect {
     float uMin, uMax, vMin, vMax;
     float depthMin, depthMax; ///< depthMin >= 0
 };
 
-/// Covers what float division rounds: 2 units in the last place of 1.
+/// Covers the rounding of float division: 2 units in the last place of 1.
 constexpr float kProjectionSlack = 1e-6f;
 
 /// Returns whether a box reaches a face, and its rectangle there: every point of the box that
-/// projects on the face lies in the rectangle (conservative; a box across the edge of the face's
-/// pyramid may be told to reach it when it does not). A box that holds the light reaches every
-/// face, whole.
+/// projects on the face lies in the rectangle. Conservative: the result may be true for a box
+/// across the edge of the face's pyramid that misses the face. A box that contains the light
+/// reaches every face completely.
 /// @param boxLight relative to the light, world axes and units
-/// @param margin grows the unclamped rectangle on all sides, in face coordinates, before it is held
-/// against the face
+/// @param margin grows the unclamped rectangle on all sides, in face coordinates, before it is
+/// clamped to the face
 SDAG_HD inline bool projectBox(const Box& boxLight, uint32_t face, float margin, FaceRect& rect) {
     const glm::vec3 a = faceFromLight(face, boxLight.min);
     const glm::vec3 b = faceFromLight(face, boxLight.max);
@@ -39,7 +39,7 @@ SDAG_HD inline bool projectBox(const Box& boxLight, uint32_t face, float margin,
     // u = x / z is least for the least x, at the near side when x < 0 and at the far side
     // otherwise. A near side at or behind the light leaves it unbounded; on the face it still is at
     // least -1.
-    constexpr float kLeastDepth = 1e-30f; // below, 1 / z would overflow
+    constexpr float kLeastDepth = 1e-30f; // below this, 1 / z would overflow
     if (lo.z > kLeastDepth) {
         const float rNear = 1.0f / lo.z;
         rect.uMin = lo.x * (lo.x < 0.0f ? rNear : rFar);

@@ -10,7 +10,7 @@ SDAG_CONST uint kFaceCount = 6u;
 /// An entry of a page table without a page.
 SDAG_CONST uint kNoPage = 0xffffffffu;
 /// The one face of a directional light's map: its frame is (u axis, v axis, depth) itself.
-SDAG_CONST uint kSunFace = 4u;
+SDAG_CONST uint kDirectionalFace = 4u;
 
 /// faceFromLight returns a light-relative vector in the frame of a face: (u axis, v axis, depth).
 /// Face 2 a looks along +axis a and face 2 a + 1 along -axis a; u runs along axis a + 1 and v along
@@ -40,9 +40,9 @@ SDAG_LEAF uint faceOf(SDAG_IN(vec3) d) {
     return d.z < 0.0f ? 5u : 4u;
 }
 
-/// Returns the texel (or page, or cell) that holds face coordinate u in [-1, 1] when `count` of
-/// them divide the face; clamped. Half open: a border belongs to the upper one. Monotone in u,
-/// which the conservative masks rely on.
+/// Returns the texel (or page, or cell) that contains face coordinate u in [-1, 1] when `count` of
+/// them divide the face; clamped. Half open: a border belongs to the upper one. Monotone in u, on
+/// which the conservative masks rely.
 SDAG_LEAF uint faceCell(float u, uint count) {
     SDAG_EXACT float s = (u + 1.0f) * (0.5f * float(count));
     if (!(s > 0.0f)) // NaN as well
@@ -69,9 +69,8 @@ SDAG_LEAF CubeTexel cubeTexel(uint face, uint x, uint y) {
     return texel;
 }
 
-/// Returns the texel that column x and row y of a face mean, both possibly outside of the face by
-/// less than its side: such a direction belongs to a neighbour face, and the texel that holds it
-/// there answers for it.
+/// Returns the texel of column x and row y of a face, both possibly outside of the face by less
+/// than its side. Such a direction belongs to a neighbour face; the texel of that face is returned.
 SDAG_LEAF CubeTexel wrapTexel(uint face, int x, int y, uint faceTexels) {
     int n = int(faceTexels);
     if (x >= 0 && x < n && y >= 0 && y < n)
@@ -90,7 +89,7 @@ SDAG_LEAF uint pageTableIndexOf(uint start, uint facePages, uint face, uint x, u
     return start + (face * facePages + y) * facePages + x;
 }
 
-/// Returns where texel (x, y) of a face lies in its page: rows of v, u fastest.
+/// Returns the index of texel (x, y) of a face in its page: rows of v, u fastest.
 SDAG_LEAF uint texelInPage(uint x, uint y, uint pageTexelsLog2) {
     uint inPage = (1u << pageTexelsLog2) - 1u;
     return ((y & inPage) << pageTexelsLog2) + (x & inPage);
@@ -118,9 +117,9 @@ SDAG_LEAF dvec3 lightFromWindow(SDAG_IN(dvec3) q) {
 SDAG_CONST double kNearPerRange = 1.0f / 1048576.0f;
 
 /// Returns the depth along a face's axis below which surfaces do not block.
-SDAG_LEAF double nearDepthOf(bool isSun, float rangeWorld) {
+SDAG_LEAF double nearDepthOf(bool isDirectional, float rangeWorld) {
     SDAG_EXACT double depth = double(rangeWorld) * kNearPerRange;
-    return isSun ? kNearPerRange : depth;
+    return isDirectional ? kNearPerRange : depth;
 }
 
 SDAG_LEAF_END

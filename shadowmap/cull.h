@@ -15,10 +15,10 @@ namespace shadowdag {
 struct BatchDraw {
     uint32_t map;
     uint32_t batch;
-    uint32_t faces; ///< bit f: into face f; of a batch that is only reached: not yet known
+    uint32_t faces; ///< bit f: into face f; not yet set for a batch that is only reached
 };
 
-/// What one item found.
+/// The counts of one item.
 struct CullCounts {
     uint32_t batchFaces;        ///< (batch, face) pairs to draw
     uint32_t triangleFaces;     ///< their triangles
@@ -34,12 +34,12 @@ struct BatchFaces {
     uint32_t drawn;
 };
 
-/// What culling asks of maps that are kept from frame to frame.
+/// The state of maps that are kept from frame to frame, as culling reads it.
 struct KeptView {
-    View<const uint32_t> drawnCells; ///< DrawnView::cells; empty: no map is kept
+    View<const uint32_t> drawnCells; ///< DrawnView::cells; empty if no map is kept
     View<const uint32_t> slots;
     View<const uint32_t> openBlocks; ///< PrepareBlock::openBlocks
-    View<const uint32_t> moved;      ///< a bit a batch: it moved since the last frame
+    View<const uint32_t> moved;      ///< bit per batch: moved since the last frame
 };
 
 /// Returns the level of polygon detail that a map draws of a batch's part.
@@ -47,19 +47,19 @@ SDAG_HD inline uint32_t levelFor(const PolygonLevelsView& levels, const ShadowMa
                                  uint32_t batchInstance) {
     if (levels.empty())
         return 0;
-    return map.window.isSun()
+    return map.window.isDirectional()
                ? levels.levelBelow(batchInstance, levels.allowedTexels *
                                                       float(map.window.texelWorld(map.faceTexels)))
                : levels.levelFor(batchInstance, map.lightPositionWorld, map.faceTexels);
 }
 
-/// Returns the level of polygon detail that a batch is of.
+/// Returns the level of polygon detail of a batch.
 SDAG_HD inline uint32_t levelOf(const PolygonLevelsView& levels, uint32_t batchInstance) {
     return levels.empty() ? 0 : levels.levelOf(batchInstance);
 }
 
-/// What culling reads. Item i is part i % parts of the hierarchy's top level for map i / parts, so
-/// the list of draws is ordered by map, then along the Morton curve.
+/// The input of culling. Item i is part i % parts of the hierarchy's top level for map i / parts,
+/// so the list of draws is ordered by map, then along the Morton curve.
 struct CullView {
     View<const ShadowMapInfo> maps;
     PageMaskView masks;
@@ -99,8 +99,8 @@ struct CullView {
         return {faces, faces};
     }
 
-    /// Calls reach(batch, level, isDrawn) for every batch of item i that its map reaches: of which
-    /// level of detail it is, and whether that is the level that the map draws.
+    /// Calls reach(batch, level, isDrawn) for every batch of item i that its map reaches, with the
+    /// batch's level of detail and whether the map draws that level.
     template <class Reach> SDAG_HD void query(size_t i, const Reach& reach) const {
         const uint32_t part = uint32_t(i % parts());
         const ShadowMapInfo& map = maps[i / parts()];
@@ -170,8 +170,8 @@ struct CountReached {
     }
 };
 
-/// Where the entries of item i stand in a list: from first[i] to the next item's. Nowhere, where
-/// the list is too short for them: all is done again then.
+/// The entries of item i in a list: from first[i] to the next item's. Empty if the list is too
+/// short for them; then everything is repeated.
 struct ItemRange {
     size_t begin, end;
 };
@@ -202,8 +202,8 @@ struct ListReached {
 
 struct CountDrawsOfEntry;
 
-/// Holds what was reached against its map's masks: writes the faces of each, which of them are
-/// drawn at all, and the counts.
+/// Tests the batches that were reached against their map's masks: writes the faces of each, whether
+/// it is drawn, and the counts.
 struct CountDraws {
     CullView cull;
     View<const uint32_t> firstReached;
@@ -213,19 +213,20 @@ struct CountDraws {
 
     size_t itemCount() const { return counts.count; }
     size_t grain() const { return 4; }
-    /// An item may have reached thousands: CUDA takes them entry by entry.
+    /// An item may have reached thousands of batches, so CUDA processes them entry by entry.
     CountDrawsOfEntry shortItems() const;
-    /// Does all that item i reached.
+    /// Processes all batches that item i reached.
     SDAG_HD void operator()(size_t i) const {
         const ItemRange range = rangeOf(firstReached, i, reached.count);
         CullCounts& found = counts[i];
         for (size_t at = range.begin; at < range.end; ++at)
             test(at, found);
     }
-    /// Does one entry, whose item's counts others add to as well; none where the list has room to
-    /// spare.
+    /// Processes one entry; other entries add to the same item's counts. Does nothing for unused
+    /// entries at the end of the list.
     SDAG_HD void testEntry(size_t at) const {
-        size_t first = 0, end = firstReached.count - 1; // the last item that starts at or before
+        size_t first = 0,
+               end = firstReached.count - 1; // the last item that starts at or before the entry
         if (at >= firstReached[end])
             return;
         while (end - first > 1) {
@@ -276,8 +277,8 @@ inline CountDrawsOfEntry CountDraws::shortItems() const {
     return {*this};
 }
 
-/// Writes entry i of what was reached to the draws, if it is one and there is room. Those that the
-/// list has room to spare for are of no face, as they were before.
+/// Writes entry i of the reached batches to the draws, if it is drawn and there is space. Unused
+/// entries at the end of the list keep an empty face mask.
 struct ListDraws {
     View<const BatchDraw> reached; ///< with the faces that CountDraws found
     View<const uint32_t> drawOf;   ///< by entry: exclusive scan of CountDraws, the total last
@@ -291,7 +292,7 @@ struct ListDraws {
     }
 };
 
-/// The lengths of culling's lists, in the order in which they are noted.
+/// The lengths of culling's lists, in the order in which they are stored.
 enum CullLength : uint32_t { kReachedLength, kDrawLength, kCullLengths };
 
 /// Copies the lengths to where they are fetched together.

@@ -1,20 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// How deep a kept map has been drawn, cell by cell of its projection map, and so which batches need
-// not be drawn again. Source: Olsson et al. 2015, sec. V-D (static optimization); there a batch is
-// tested against the last frame's projection map and a clear mask, here both are one depth a cell,
-// which also remembers frames before the last.
+// The depth to which each projection-map cell of a kept map has been drawn, which decides which
+// batches need not be drawn again. Source: Olsson et al. 2015, sec. V-D (static optimization).
+// There a batch is tested against the last frame's projection map and a clear mask; here both are
+// one depth per cell, which also covers frames before the last.
 //
-// V(c), the drawn depth of cell c: every batch over the cell that stands still and is no deeper
-// than V(c) has been drawn into all texels of the cell that have memory. N(c), the needed depth:
-// what receivers under the cell ask for this frame. A batch at depth d that did not move is drawn
-// into a face iff one of its cells has V(c) < d <= N(c); one that moved iff one has d <= N(c).
-// It is drawn into the open pages: those with a cell that has V(c) < N(c), or under something that
-// moved. Drawing is idempotent, so after it V(c) is the greater of both in every cell. V(c) becomes
-// 0 where a page gets memory, and where a batch moved to and was not drawn it falls below the
-// batch's depth. The six conditions of the paper: (1) the light and (6) the resolution make the map
-// another one when they change; (2) moved batches ignore V; (3) V is what was drawn; (4) pages
-// under the old place of what moved release their memory (kept_pages.h) and (5) pages with new
-// memory reset V.
+// V(c), the drawn depth of cell c: every static batch over the cell that is no deeper than V(c) has
+// been drawn into all texels of the cell that have memory. N(c), the needed depth: the depth that
+// receivers under the cell need this frame. A batch at depth d that did not move is drawn into a
+// face iff one of its cells has V(c) < d <= N(c); one that moved iff one has d <= N(c). It is drawn
+// into the open pages: those with a cell that has V(c) < N(c), or under something that moved.
+// Drawing is idempotent, so afterwards V(c) is the greater of both in every cell. V(c) becomes 0 if
+// a page gets memory; it falls below a batch's depth if the batch moved over the cell and was not
+// drawn. The six conditions of the paper: (1) a change of the light or (6) of the resolution makes
+// another map; (2) moved batches ignore V; (3) V records what was drawn; (4) pages under the old
+// place of a moved batch release their memory (kept_pages.h) and (5) pages with new memory reset V.
 #pragma once
 
 #include "shadowmap/kept_pages.h"
@@ -30,9 +29,9 @@ struct DrawnView {
     View<const uint32_t> slots; ///< mapCount
 };
 
-/// Returns needed depth `bits` raised to the next eighth of an octave when it exceeds what is
-/// drawn, so that a camera that creeps backwards draws a batch again once in a while and not once a
-/// frame; for each cell of the batch.
+/// Returns needed depth `bits` for a cell of a batch, rounded up to the next eighth of an octave
+/// when it exceeds the drawn depth. A camera that moves backwards slowly then redraws a batch once
+/// in a while, not in every frame.
 SDAG_HD inline uint32_t roundedNeed(uint32_t bits, uint32_t drawn) {
     constexpr uint32_t kStep = 1u << 20;
     return bits <= drawn ? bits : (bits + (kStep - 1)) & ~(kStep - 1);
@@ -67,7 +66,7 @@ SDAG_HD inline CellRect cellsOfPage(const ShadowMapInfo& map, uint32_t x, uint32
             cellOf(last(y))};
 }
 
-/// Takes the drawn depth from the cells of fresh page i.
+/// Resets the drawn depth of the cells of fresh page i.
 struct ResetCells {
     View<const ShadowMapInfo> maps;
     View<const uint32_t> freshEntries;
@@ -89,8 +88,8 @@ struct ResetCells {
     }
 };
 
-/// Writes the needed depths of block i's cells, rounded up, and what its cells need at most, with
-/// and without those that are drawn.
+/// Writes the needed depths of block i's cells, rounded up, and the greatest need of its cells,
+/// with and without those that are drawn.
 struct PrepareBlock {
     PageMaskView masks; ///< cells and blocks are read with kCellDepth and written always
     MapCulling culling;
@@ -120,7 +119,7 @@ struct PrepareBlock {
     }
 
 private:
-    /// What coarser kinds of culling ask of a cell.
+    /// The depth of a cell that coarser kinds of culling need.
     SDAG_HD uint32_t needOf(uint32_t mapIndex, uint32_t face, uint32_t u, uint32_t v,
                             uint32_t cell) const {
         constexpr uint32_t kEverything = 0x7f700000u;
@@ -143,8 +142,8 @@ private:
 /// boxes.count, unless it is drawn there this frame.
 struct LowerCells {
     View<const ShadowMapInfo> maps;
-    View<const Box> boxesWorld; ///< of what moved, as it is now
-    CellDepthView needed;       ///< of the first maps; the others are needed nowhere
+    View<const Box> boxesWorld; ///< of moved batches, at their new place
+    CellDepthView needed;       ///< of the first maps; the others need nothing
     DrawnView drawn;
 
     size_t itemCount() const { return maps.count * boxesWorld.count; }
@@ -172,13 +171,12 @@ struct LowerCells {
     }
 };
 
-/// Writes word i of the page table as the rasterizer sees it: without pages that have all they
-/// need.
+/// Writes word i of the page table for the rasterizer: without the pages that are complete.
 struct ListOpenPages {
     View<const ShadowMapInfo> maps;
     View<const uint32_t> cells; ///< needed, rounded
     DrawnView drawn;
-    View<const uint32_t> marked; ///< bits: pages under what moved; empty: none
+    View<const uint32_t> marked; ///< bits: pages under moved batches; empty: none
     View<const uint32_t> pageTable;
     View<uint32_t> openTable;
     uint32_t pageTexelsLog2;
@@ -213,7 +211,7 @@ private:
     }
 };
 
-/// Raises the drawn depths of row i of all needed cells to what was just drawn.
+/// Raises the drawn depths of row i of all needed cells to the depths just drawn.
 struct RaiseDrawn {
     View<const uint32_t> cells; ///< needed, rounded
     DrawnView drawn;

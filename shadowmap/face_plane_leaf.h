@@ -6,9 +6,9 @@
 
 SDAG_LEAF_BEGIN
 
-/// 32 times 2^-53: the part of its factors that an edge's or a plane's determinant may be off by.
+/// 32 times 2^-53: the relative error, in its factors, of an edge's or a plane's determinant.
 SDAG_CONST double kDeterminantRounding = 32.0f / 9007199254740992.0f;
-/// 1/z of what reaches the light; no depth is greater.
+/// 1/z of a surface at the light; no depth is greater.
 SDAG_CONST float kLargestInverseDepth = 3.0e38f;
 
 /// Returns the largest magnitude of a coordinate.
@@ -16,8 +16,9 @@ SDAG_LEAF double largestOf(SDAG_IN(dvec3) p) {
     return greater(magnitude(p.x), greater(magnitude(p.y), magnitude(p.z)));
 }
 
-/// Returns whether a triangle has area as the light sees it, and its plane: n = (b - a) x (c - a),
-/// 1/z = n.c / n.a, from differences, which lose nothing on small triangles far away.
+/// Returns whether a triangle has area as seen from the light, and its plane: n = (b - a) x (c -
+/// a), 1/z = n.c / n.a, computed from differences, which keep precision for small distant
+/// triangles.
 /// @param a,b,c corners in the face's frame (faceFromLight)
 /// @param plane 1/z = x X + y Y + z at the texel's X = 2 x + 1 - N, Y = 2 y + 1 - N; unset without
 /// area

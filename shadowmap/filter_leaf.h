@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a receiver is compared with the texels of its map: the planes of a receiver of a cube map and
-// of a directional light's window, the taps and their weights. shadow_map_lookup.h and sun_filter.h
-// explain them. A leaf text (gl/leaf.h).
+// The comparison of a receiver with the texels of its map: the planes of a receiver of a cube map
+// and of a directional light's window, the taps and their weights. shadow_map_lookup.h and
+// directional_filter.h explain them. A leaf text (gl/leaf.h).
 #pragma once
 
 #include "shadowmap/cube_face_leaf.h"
@@ -11,25 +11,25 @@ SDAG_LEAF_BEGIN
 /// A tap whose ray meets the receiver's plane more than this many texels before the receiver tests
 /// another place and is omitted (see lookupVisibility). Measured in FILTERS.md.
 SDAG_CONST float kLowTapTexels = 6.0f;
-/// Where no tap of a directional light's window is left out: more than any depth.
+/// Limit with which no tap of a directional light's window is omitted: more than any depth.
 SDAG_CONST float kNoLowTap = 1e30f;
 
 /// The result of a tap.
 SDAG_CONST uint kTapLit = 0u, kTapDark = 1u, kTapMissing = 2u;
 
-/// Across a surface that a sun grazes the lift by a level of detail would have no end: it grows as
-/// if the sine of the sun's height were this at least (3.6 degrees).
+/// For a surface at grazing light the lift by a level of detail would be unbounded: the sine of the
+/// light's height is taken as at least this (3.6 degrees).
 SDAG_CONST float kLeastFacingOfLevels = 1.0f / 16.0f;
 /// The same for the lift by rounding.
 SDAG_CONST double kLeastFacing = 1.0f / 1024.0f;
-/// 2^-22 of a position: what it was rounded by.
+/// 2^-22 of a position: its rounding error.
 SDAG_CONST float kPlaceRounding = 1.0f / 4194304.0f;
-/// 2^-20 of a vector from the light: what the comparison rounds.
+/// 2^-20 of a vector from the light: the rounding error of the comparison.
 SDAG_CONST float kWayRounding = 1.0f / 1048576.0f;
 /// 2^-22: two halves of an ulp of a window's depth, and again.
 SDAG_CONST float kDepthRounding = 1.0f / 4194304.0f;
 
-/// Returns how many texels a side of the filter has.
+/// Returns the filter's side in texels.
 SDAG_LEAF uint filterSide(uint taps) {
     return taps >= 9u ? 3u : taps >= 4u ? 2u : 1u;
 }
@@ -44,8 +44,8 @@ SDAG_LEAF float tapWeight(int side, int i, float f) {
     return side == 1 || i + i + 1 == side ? 1.0f : i == 0 ? 1.0f - f : f;
 }
 
-/// Changes the texel that holds the receiver into the filter's first one, and the place in it into
-/// that in the texel (3 x 3) or between the centres around it (2 x 2).
+/// Changes the texel that holds the receiver into the filter's first one, and the position in it
+/// into that in the texel (3 x 3) or between the centres around it (2 x 2).
 SDAG_LEAF void moveToFirstTap(int side, SDAG_INOUT(int) texel, SDAG_INOUT(float) f) {
     if (side == 3) {
         --texel;
@@ -56,9 +56,9 @@ SDAG_LEAF void moveToFirstTap(int side, SDAG_INOUT(int) texel, SDAG_INOUT(float)
     }
 }
 
-/// Returns whether a filter has its answer, 255 lit .. 0 dark, of the taps that were not left out.
-/// Where all were (taps snapped to the texels of a neighbour face), they are all there is: they are
-/// tested again with none omitted.
+/// Returns whether the taps that were not omitted give a result, 255 lit .. 0 dark. If all were
+/// omitted (taps snapped to the texels of a neighbour face), they are tested again with none
+/// omitted.
 SDAG_LEAF bool endsFilter(float lit, float leftOut, float total, SDAG_OUT(uint) visibility) {
     visibility = 0u;
     SDAG_EXACT float most = 0.99f * total, counted = total - leftOut;
@@ -74,11 +74,11 @@ SDAG_LEAF bool endsFilter(float lit, float leftOut, float total, SDAG_OUT(uint) 
 struct CubeReceiver {
     uint face;        ///< that holds it
     int side, x0, y0; ///< of the filter, and its first texel
-    float fx, fy;     ///< the place in it
+    float fx, fy;     ///< position in it
     bool isInFace;    ///< every tap lies in the face
-    vec3 own, across; ///< the receiver's plane, and that across the light's way; world axes
+    vec3 own, across; ///< the receiver's plane, and that perpendicular to the ray; world axes
     float rTexels;    ///< 1 / texels of a face
-    float low;        ///< taps end too early on the plane from here on; 0: none does
+    float low;        ///< limit beyond which a tap meets the plane too early; 0: none does
 };
 
 /// Returns a receiver. @param d the receiver less the light, not 0 @param dd d.d @param lodTexels
@@ -137,8 +137,8 @@ SDAG_LEAF float tapCentre(SDAG_IN(CubeReceiver) r, uint texel, uint faceTexels) 
     return u;
 }
 
-/// Returns the 1/z over which something blocks the tap at (u, v). @param own,across the receiver's
-/// planes in the frame of the tap's face @param isLow whether the tap tells of another place
+/// Returns the 1/z above which a surface blocks the tap at (u, v). @param own,across the receiver's
+/// planes in the frame of the tap's face @param isLow whether the tap tests another place
 SDAG_LEAF float cubeTapLimit(SDAG_IN(vec3) own, SDAG_IN(vec3) across, float u, float v, float low,
                              SDAG_OUT(bool) isLow) {
     SDAG_EXACT float ownHere = own.x * u + own.y * v + own.z;
@@ -148,26 +148,28 @@ SDAG_LEAF float cubeTapLimit(SDAG_IN(vec3) own, SDAG_IN(vec3) across, float u, f
     return greater(ownHere, acrossHere);
 }
 
-/// A receiver in a window of a sun, as the filter's taps are compared with it: places in texels,
-/// depths as w relative to the receiver's. Derived in sun_filter.h.
-struct SunReceiver {
-    double x, y;          ///< place in texels
-    float w;              ///< depth
-    float slopeX, slopeY; ///< of the receiver's plane: w a texel; 0 when it does not face the sun
-    float own, across;    ///< what the plane and the depth are lifted by
-    float forgiven;       ///< nearer blockers count: the bias
-    float texelDepth;     ///< w a texel
-    bool isValid;         ///< the position is a number
+/// A receiver in a directional light's window, prepared for the filter's taps: positions in texels,
+/// depths as w relative to the receiver's. Derived in directional_filter.h.
+struct DirectionalReceiver {
+    double x, y; ///< position in texels
+    float w;     ///< depth
+    float slopeX,
+        slopeY;        ///< of the receiver's plane: w per texel; 0 when it does not face the light
+    float own, across; ///< lift of the plane and of the depth
+    float forgiven;    ///< bias: only blockers farther than this count
+    float texelDepth;  ///< w per texel
+    bool isValid;      ///< the position is a number
 };
 
 /// Returns the receiver. @param q its position in the window @param u,v,w the window's rows; the
 /// rest as makeCubeReceiver has them
-SDAG_LEAF SunReceiver makeWindowReceiver(SDAG_IN(dvec3) q, SDAG_IN(dvec3) u, SDAG_IN(dvec3) v,
-                                         SDAG_IN(dvec3) w, SDAG_IN(vec3) lightPositionWorld,
-                                         float rangeWorld, uint faceTexels, float lodTexels,
-                                         SDAG_IN(vec3) positionWorld, SDAG_IN(vec3) normalWorld,
-                                         float constantTexels) {
-    SunReceiver r;
+SDAG_LEAF DirectionalReceiver makeWindowReceiver(SDAG_IN(dvec3) q, SDAG_IN(dvec3) u,
+                                                 SDAG_IN(dvec3) v, SDAG_IN(dvec3) w,
+                                                 SDAG_IN(vec3) lightPositionWorld, float rangeWorld,
+                                                 uint faceTexels, float lodTexels,
+                                                 SDAG_IN(vec3) positionWorld,
+                                                 SDAG_IN(vec3) normalWorld, float constantTexels) {
+    DirectionalReceiver r;
     SDAG_EXACT double halfSide = 0.5f * double(faceTexels);
     double perWorld = squareRoot(dotInOrder(w, w)); // |W|
     double perWindow = squareRoot(dotInOrder(u, u));
@@ -202,8 +204,8 @@ SDAG_LEAF SunReceiver makeWindowReceiver(SDAG_IN(dvec3) q, SDAG_IN(dvec3) u, SDA
     return r;
 }
 
-/// Returns the texel of a window that holds place x, and the place in it. The double keeps its
-/// fraction far out, too.
+/// Returns the texel of a window that contains position x, and the position in it. The double keeps
+/// its fraction at large coordinates, too.
 SDAG_LEAF int windowTexel(double x, int end, SDAG_OUT(float) f) {
     double inside = lesser(greater(x, double(0.0f)), double(end));
     int texel = int(inside) < end ? int(inside) : end - 1;
@@ -212,9 +214,9 @@ SDAG_LEAF int windowTexel(double x, int end, SDAG_OUT(float) f) {
     return texel;
 }
 
-/// Returns the depth over which something blocks tap (x, y) of the window.
-/// @param isLow whether the tap tells of another place
-SDAG_LEAF float windowTapLimit(SDAG_IN(SunReceiver) r, int x, int y, float low,
+/// Returns the depth above which a surface blocks tap (x, y) of the window.
+/// @param isLow whether the tap tests another place
+SDAG_LEAF float windowTapLimit(SDAG_IN(DirectionalReceiver) r, int x, int y, float low,
                                SDAG_OUT(bool) isLow) {
     SDAG_EXACT double toX = double(x) + 0.5f - r.x, toY = double(y) + 0.5f - r.y;
     SDAG_EXACT float own = r.slopeX * float(toX) + r.slopeY * float(toY);

@@ -9,9 +9,9 @@ namespace shadowdag {
 
 namespace {
 
-std::atomic<GlPages> askedPages{GlPages::kAuto};
+std::atomic<GlPages> requestedPages{GlPages::kAuto};
 
-// What is missing for sparse textures; empty: nothing.
+// What the device lacks for sparse textures; empty: nothing.
 std::string missingFor(const GlInfo& info) {
     if (!info.hasSparseTextures)
         return "no ARB_sparse_texture";
@@ -23,17 +23,17 @@ std::string missingFor(const GlInfo& info) {
 } // namespace
 
 void setGlPages(GlPages pages) {
-    askedPages = pages;
+    requestedPages = pages;
 }
 
-GlPages askedGlPages() {
-    return askedPages;
+GlPages requestedGlPages() {
+    return requestedPages;
 }
 
 GlPages chooseGlPages(GlPages asked, const GlInfo& info) {
     const std::string missing = missingFor(info);
     if (asked == GlPages::kSparse && !missing.empty())
-        throw Error(ErrorKind::kDevice, "sparse pages were asked for, but " + info.renderer +
+        throw Error(ErrorKind::kDevice, "sparse pages are not supported: " + info.renderer +
                                             " has " + missing + "; use --gl-pages atlas");
     if (asked == GlPages::kDenseLayers)
         return asked;
@@ -46,9 +46,9 @@ uint32_t glPageTexels(GlPages pages, const GlInfo& info) {
                                             : 0;
 }
 
-uint32_t askedGlPageTexels() {
+uint32_t requestedGlPageTexels() {
     const GlInfo& info = glDeviceInfo();
-    return glPageTexels(chooseGlPages(askedGlPages(), info), info);
+    return glPageTexels(chooseGlPages(requestedGlPages(), info), info);
 }
 
 bool drawsLayers(GlPages pages, const GlInfo& info) {
@@ -65,9 +65,10 @@ std::string describeGlPages(GlPages asked, const GlInfo& info) {
                (info.drawsSparseLayers ? ", layers drawn into"
                                        : ", written by atomics (it draws layers of them wrongly)");
     if (asked == GlPages::kDenseLayers)
-        return info.renderer + ", pages in layers that have all their memory (as asked)";
+        return info.renderer + ", pages in fully allocated layers (as requested)";
     const std::string missing = missingFor(info);
-    return info.renderer + ", pages in an atlas (" + (missing.empty() ? "as asked" : missing) + ")";
+    return info.renderer + ", pages in an atlas (" + (missing.empty() ? "as requested" : missing) +
+           ")";
 }
 
 } // namespace shadowdag

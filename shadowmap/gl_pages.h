@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the pages of shadow maps in OpenGL have their memory.
+// Where the memory of shadow-map pages is in OpenGL.
 #pragma once
 
 #include "gl/context.h"
@@ -9,37 +9,37 @@
 namespace shadowdag {
 
 enum class GlPages {
-    kAuto,   ///< sparse where there is ARB_sparse_texture, else an atlas
+    kAuto,   ///< sparse if the device has ARB_sparse_texture, else an atlas
     kSparse, ///< layers of sparse textures, pages committed by the driver (the paper)
     kAtlas,  ///< one pool, pages found by the page table
-    /// Layers as kSparse has them, with all their memory from the beginning: what tests ask for
-    /// where there is no ARB_sparse_texture.
+    /// Layers as kSparse has them, fully allocated: for tests on devices without
+    /// ARB_sparse_texture.
     kDenseLayers,
 };
 
 /// Side of a page in dense layers, texels.
 constexpr uint32_t kDensePageTexels = 128;
 
-/// Sets what renderers that are created later use, for the whole process; initially kAuto.
+/// Sets the mode of renderers that are created later, for the whole process; initially kAuto.
 void setGlPages(GlPages pages);
-/// Returns what was asked for last.
-GlPages askedGlPages();
+/// Returns the last requested mode.
+GlPages requestedGlPages();
 
-/// Returns what `asked` resolves to on a device, never kAuto. Throws Error kDevice for kSparse
-/// where there are no sparse textures with square pages.
+/// Returns the mode that `asked` resolves to on a device, never kAuto. Throws Error kDevice for
+/// kSparse if the device has no sparse textures with square pages.
 GlPages chooseGlPages(GlPages asked, const GlInfo& info);
 
-/// Returns the side of the pages that a device has: of `pages`, which is not kAuto; 0: any side.
+/// Returns the page side that a device has for `pages`, which is not kAuto; 0: any side.
 uint32_t glPageTexels(GlPages pages, const GlInfo& info);
-/// Returns the same for what was asked for last, on the device that this process has. Throws Error
+/// Returns the same for the last requested mode, on the device that this process has. Throws Error
 /// kDevice as chooseGlPages and glDeviceInfo do.
-uint32_t askedGlPageTexels();
+uint32_t requestedGlPageTexels();
 
-/// Returns whether maps are layers that the device draws into, which hold floats; else fragments
+/// Returns whether the device draws into maps as layers, which hold floats; otherwise fragments
 /// write them by atomics. @param pages not kAuto
 bool drawsLayers(GlPages pages, const GlInfo& info);
 
-/// Returns a sentence to print: the device, where pages are, and why.
+/// Returns a sentence to print: the device, the location of pages, and the reason.
 std::string describeGlPages(GlPages asked, const GlInfo& info);
 
 } // namespace shadowdag

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pages that outlive a frame: which are carried over, which are stale, which release their memory,
-// and what is cleared. Source: Olsson et al. 2015, sec. V-D; there a page is freed when a frame
-// does not need it (sec. VII-b), here when its memory is needed elsewhere.
+// Pages that are kept from frame to frame: which are carried over, which are stale, which release
+// their memory, and which are cleared. Source: Olsson et al. 2015, sec. V-D; there a page is freed
+// when a frame does not need it (sec. VII-b), here when its memory is needed elsewhere.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -23,10 +23,10 @@ SDAG_HD inline uint32_t mapOfWord(View<const ShadowMapInfo> maps, size_t word) {
     return first;
 }
 
-/// Writes word i of the page table: what the same map held before, or nothing.
+/// Writes word i of the page table: the entries of the same map before, or none.
 struct CarryPages {
     View<const ShadowMapInfo> maps;
-    View<const uint32_t> startBefore; ///< mapCount; where the map stood in `before`, or kNoPage
+    View<const uint32_t> startBefore; ///< mapCount; the map's start in `before`, or kNoPage
     View<const uint32_t> before;
     View<uint32_t> pageTable; ///< 32 a word
 
@@ -40,12 +40,12 @@ struct CarryPages {
     }
 };
 
-/// Marks the pages of map i / boxes.count that what is in box i % boxes.count may be drawn into, or
-/// may have been before it moved.
+/// Marks the pages of map i / boxes.count into which the batch of box i % boxes.count may be drawn,
+/// or may have been drawn before it moved.
 struct MarkUnder {
     View<const ShadowMapInfo> maps;
     View<const uint32_t> slots;       ///< mapCount; see DrawnView
-    View<const uint32_t> drawnDepths; ///< kFaceCount a slot: nothing beyond was ever drawn; empty:
+    View<const uint32_t> drawnDepths; ///< kFaceCount a slot: greatest drawn depth; empty:
                                       ///< all depths count
     View<const Box> boxesWorld;
     View<uint32_t> marked; ///< bits in the page table's order; start at 0
@@ -76,10 +76,10 @@ struct MarkUnder {
     }
 };
 
-/// What sorting out the carried pages counted, by place in an array.
+/// The counts of SortOutPages, by position in an array.
 enum KeptPageCount : uint32_t {
     kPagesHeld,     ///< needed, and their texels stay
-    kPagesStale,    ///< needed, but something moved there: given up and asked for again
+    kPagesStale,    ///< needed, but something moved there: freed and allocated again
     kPagesRetained, ///< not needed, but kept
     kPagesMissing,  ///< needed, and without memory
     kKeptPageCounts
@@ -92,10 +92,10 @@ struct SortOutPages {
     View<const uint32_t> needed; ///< bits; words beyond are not needed
     View<const uint32_t> stale;  ///< bits; empty: none
     View<uint32_t> pageTable;
-    View<uint32_t> pageStamps;  ///< a pool page: when it was last needed, 1 or later
-    View<uint32_t> pageKeys;    ///< a pool page; starts at 0, free: then the order of giving up
-    View<uint32_t> pageEntries; ///< a pool page: its page-table entry
-    View<uint32_t> missing;     ///< a word of `needed`: needed pages without memory
+    View<uint32_t> pageStamps;  ///< per pool page: when it was last needed, 1 or later
+    View<uint32_t> pageKeys;    ///< per pool page; starts at 0, free; then the order of eviction
+    View<uint32_t> pageEntries; ///< per pool page: its page-table entry
+    View<uint32_t> missing;     ///< per word of `needed`: needed pages without memory
     View<uint32_t> pagesPerMap; ///< starts at 0: pages kept
     View<uint32_t> counts;      ///< kKeptPageCounts; start at 0
     uint32_t now;
@@ -134,17 +134,17 @@ struct SortOutPages {
     }
 };
 
-/// Gives the needed pages of word i that have no memory some, in order, as far as it goes: free
-/// pages first, then those that were needed longest ago.
+/// Allocates memory to the needed pages of word i that have none, in order, as far as memory goes:
+/// free pages first, then the least recently needed ones.
 struct AssignPages {
     View<const uint32_t> needed;    ///< bits
     View<const uint32_t> firstPage; ///< exclusive scan of the words' missing pages
     View<uint32_t> pageTable;       ///< 32 a word and perhaps more
-    View<const uint32_t> order;     ///< pool pages in the order of giving up; empty: ascending
+    View<const uint32_t> order;     ///< pool pages in the order of eviction; empty: ascending
     View<const uint32_t> pageKeys;  ///< as SortOutPages left them, sorted as `order`; empty: all 0
     View<const uint32_t> pageEntries;
     View<uint32_t> pageStamps;   ///< may be empty
-    View<uint32_t> freshEntries; ///< by rank: the page-table entries that got memory
+    View<uint32_t> freshEntries; ///< by rank: the page-table entries that were allocated
     uint32_t poolPages;
     uint32_t now;
 
@@ -191,7 +191,7 @@ struct ClearPages {
     }
 };
 
-/// order[i] = i: what sorting pages by their keys moves along.
+/// order[i] = i: the values that sorting pages by their keys moves along.
 struct NumberPages {
     View<uint32_t> order;
 

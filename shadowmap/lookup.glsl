@@ -18,7 +18,7 @@ layout(std430, binding = SDAG_MORE_DEPTHS_BINDING) readonly buffer MoreDepths { 
 // Of the current lookup.
 uint missingTapCount = 0u;
 
-uint tapAnswer(ShadowMapInfo map, CubeTexel texel, float limit) {
+uint tapResult(ShadowMapInfo map, CubeTexel texel, float limit) {
     uint page = pageTable[pageTableIndex(map, texel.face, texel.x >> pageTexelsLog2,
                                          texel.y >> pageTexelsLog2)];
     if (page == kNoPage) {
@@ -35,13 +35,13 @@ uint tapAnswer(ShadowMapInfo map, CubeTexel texel, float limit) {
     return w > limit ? kTapDark : kTapLit;
 }
 
-#include "shadowmap/sun_lookup.glsl"
+#include "shadowmap/directional_lookup.glsl"
 
 uint lookupVisibility(uint mapIndex, vec3 positionWorld, vec3 normalWorld) {
     missingTapCount = 0u;
     ShadowMapInfo map = maps[mapIndex];
-    if (map.isSun != 0u)
-        return lookupSun(map, positionWorld, normalWorld);
+    if (map.isDirectional != 0u)
+        return lookupDirectional(map, positionWorld, normalWorld);
     precise vec3 d = positionWorld - lightPosition(map);
     float dd = dotInOrder(d, d);
     if (dd == 0.0)
@@ -66,7 +66,7 @@ uint lookupVisibility(uint mapIndex, vec3 positionWorld, vec3 normalWorld) {
                 bool isLow;
                 float limit = cubeTapLimit(own, across, tapCentre(r, texel.x, map.faceTexels),
                                            tapCentre(r, texel.y, map.faceTexels), r.low, isLow);
-                uint answer = tapAnswer(map, texel, limit);
+                uint answer = tapResult(map, texel, limit);
                 if (isLow && answer != kTapMissing)
                     leftOut += weight;
                 else if (answer == kTapLit)

@@ -8,23 +8,24 @@
 
 namespace shadowdag {
 
-/// Pages that were given memory and that lost it.
+/// Pages that were allocated and freed.
 struct PageCommits {
     uint64_t committedCount = 0, freedCount = 0;
 };
 
 /// The interface between the passes of ShadowMaps::build and a pool of pages that they cannot
-/// access. Calls come in the order of the functions here, each once a build; all views are the
-/// host's.
+/// access. The functions are called in the order of declaration, each once per build; all views are
+/// the host's.
 class MapDrawer {
 public:
     virtual ~MapDrawer() = default;
 
-    /// The pool holds so many pages from now on. @param keeps whether pages below keep their texels
+    /// The pool has so many pages from now on. @param keeps whether existing pages keep their
+    /// texels
     virtual void makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) = 0;
 
-    /// Gives the pages of `pageTable` memory, those and no others. Returns true and what that came
-    /// to if the driver allocates memory; false if the pool has it.
+    /// Allocates exactly the pages of `pageTable`. Returns true and the counts if the driver
+    /// allocates memory; false if the pool has it.
     /// @param freshEntries entries whose texels are not those of an earlier build
     virtual bool commit(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
                         View<const uint32_t> pageTable, PageCommits& commits) = 0;

@@ -12,7 +12,7 @@
 namespace shadowdag {
 namespace {
 
-/// Makes a buffer hold `count` elements at least and keeps what it holds.
+/// Grows a buffer to at least `count` elements and keeps its content.
 template <class T> void growKeeping(Buffer<T>& buffer, size_t count) {
     if (count <= buffer.size())
         return;
@@ -31,21 +31,21 @@ uint64_t wordsOf(const ShadowMapInfo& map) {
     return (uint64_t(kFaceCount) * map.facePages * map.facePages + 31) / 32;
 }
 
-/// Returns whether two maps hold the same texels, wherever their page tables stand. The sphere
-/// around the scene, which a sun has for a place, does not matter to them.
+/// Returns whether two maps hold the same texels, wherever their page tables are. The sphere around
+/// the scene, which is the position and range of a directional light, does not matter.
 bool isSameMap(ShadowMapInfo a, const ShadowMapInfo& b) {
     a.pageTableStart = b.pageTableStart;
-    if (a.window.isSun()) {
+    if (a.window.isDirectional()) {
         a.lightPositionWorld = b.lightPositionWorld;
         a.rangeWorld = b.rangeWorld;
     }
     return a == b;
 }
 
-/// Returns whether two maps differ in resolution at most, or, of a sun, in what part of the world
-/// they see.
+/// Returns whether two maps differ at most in resolution or, for a directional light, in the part
+/// of the world that they cover.
 bool isSameLight(ShadowMapInfo a, const ShadowMapInfo& b) {
-    if (a.window.isSun() || b.window.isSun())
+    if (a.window.isDirectional() || b.window.isDirectional())
         return a.window.w == b.window.w && a.window.w0 == b.window.w0;
     a.faceTexels = b.faceTexels;
     a.facePages = b.facePages;
@@ -75,7 +75,7 @@ PageCache::PageCache(Backend backend, MapDrawer* drawer)
 void PageCache::reset() {
     forget();
     for (Resident<uint32_t>* before : {&slots_, &startBefore_, &movedBits_})
-        before->forget(); // what is uploaded next follows from what is asked next
+        before->forget(); // the next uploads depend on these
     heldPages_ = 0;
 }
 
@@ -192,7 +192,7 @@ void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> mo
         if (!(batchBoxes_[batch] == hostBatches.boxesWorld[batch]))
             mark(batch);
     if (!hostBatches.levels.empty()) {
-        // What moves may change its level of detail, and with it all its batches.
+        // Motion may change an instance's level of detail, and with it all its batches.
         const size_t parts = hostBatches.levels.partBoxes.count;
         std::vector<uint8_t> hasMoved(parts, 0);
         for (size_t batch = 0; batch < count; ++batch)
@@ -257,8 +257,7 @@ void PageCache::allocate(View<const ShadowMapInfo> maps, View<const uint32_t> ne
             fresh = found[kPagesMissing];
             stale = found[kPagesStale];
             const uint64_t held = found[kPagesHeld] + uint64_t(found[kPagesRetained]);
-            // Room for all, as far as the budget goes; in larger steps, for what is there is
-            // copied.
+            // Grow in larger steps up to the budget, because growing copies the content.
             const uint64_t poolPages = pageStamps_.size();
             const uint64_t roomy = glm::min(
                 capacityPages_,

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pool of pages and the page tables of the maps of a frame, and what of them outlives it: which
-// map of this frame is which of the last, and where its pages and drawn depths lie. The bookkeeping
-// by map is done on the host (hundreds of maps); pages and cells are passes (kept_pages.h,
-// drawn_cells.h).
+// The pool of pages and the page tables of the maps of a frame, and their state between frames:
+// which map of this frame is which of the last, and where its pages and drawn depths are. The host
+// does the bookkeeping per map (hundreds of maps); pages and cells are handled by passes
+// (kept_pages.h, drawn_cells.h).
 #pragma once
 
 #include "cuda/resident.h"
@@ -18,12 +18,12 @@ class MapDrawer;
 /// Internal to this folder.
 class PageCache {
 public:
-    /// @param drawer who holds the pool; null: this
+    /// @param drawer holds the pool; null: this object does
     explicit PageCache(Backend backend, MapDrawer* drawer = nullptr);
 
-    /// Gives up all kept maps; their pages count as freed in the next frame.
+    /// Releases all kept maps; their pages count as freed in the next frame.
     void forget();
-    /// Gives up all that frames before left, counts too: the next frame depends on itself alone.
+    /// Releases all state of earlier frames, counts too: the next frame depends on itself alone.
     void reset();
 
     /// Starts a frame. With `keeps`, finds the kept maps of the requests, and appends to `maps` and
@@ -33,13 +33,14 @@ public:
     void begin(const std::vector<MapRequest>& requests, std::vector<ShadowMapInfo>& maps,
                uint64_t& wordCount, const ShadowMapOptions& options, bool keeps);
 
-    /// Notes what moved since the last frame. Call between begin and allocate, only when it keeps.
+    /// Stores which batches moved since the last frame. Call between begin and allocate, only when
+    /// it keeps.
     void noteMotion(const BatchView& hostBatches, View<const uint32_t> movedBatches);
 
-    /// Gives the needed pages memory, and clears what is new.
+    /// Allocates the needed pages, and clears the new ones.
     /// @param needed bits of the requests' words; @param firstPage their exclusive scan
     /// @param wanted bits set
-    /// @param counts receives all that is counted by the page
+    /// @param counts receives all counts of pages
     /// @param stages receives the times of "page commit" and "page clear"
     void allocate(View<const ShadowMapInfo> maps, View<const uint32_t> needed,
                   View<const uint32_t> firstPage, uint64_t wanted, ShadowMapCounts& counts,
@@ -49,12 +50,12 @@ public:
     KeptView prepareCulling(View<const ShadowMapInfo> maps, const PageMaskView& masks,
                             MapCulling culling);
 
-    /// Notes that everything culling asked for is drawn. Only when it keeps.
+    /// Stores that everything that culling requested is drawn. Only when it keeps.
     void noteDrawn(View<const uint32_t> cells);
 
     bool keeps() const { return keeps_; }
     View<const uint32_t> pageTable() const { return pageTable_.view(); }
-    /// Returns the page table that is drawn by: without pages that hold all that is needed.
+    /// Returns the page table for drawing: without pages that are complete.
     View<const uint32_t> openTable() const {
         return keeps_ ? openTable_.view() : pageTable_.view();
     }
@@ -94,9 +95,10 @@ private:
     Buffer<uint32_t> freshSlots_;
     // Entries: 32 a word; pool page or kNoPage.
     Buffer<uint32_t> pageTable_, tableBefore_, openTable_;
-    // Bits in the page table's order: under what moved, first where it was, then where it is.
+    // Bits in the page table's order: pages under moved batches, first at the old place, then at
+    // the new one.
     Buffer<uint32_t> marked_;
-    // What moved: boxes before and now; a bit a batch.
+    // Moved batches: boxes before and now; one bit per batch.
     Buffer<Box> movedBefore_, movedNow_;
     Resident<uint32_t> movedBits_;
     // poolPages * see SortOutPages.

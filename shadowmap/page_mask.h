@@ -11,11 +11,11 @@
 
 namespace shadowdag {
 
-/// Faces smaller than this are needed whole with all their neighbours: a filter's taps then reach
-/// around corners.
+/// Faces smaller than this are needed completely with all their neighbours, because a filter's taps
+/// then reach around corners.
 constexpr uint32_t kLeastMaskedFaceTexels = 8;
 
-/// Which batches are drawn into which faces; each tests what the one before does, and more. The
+/// Which batches are drawn into which faces. Each kind includes the tests of the one before. The
 /// paper's names in brackets.
 enum class MapCulling : uint8_t {
     kSphere,        ///< batches in the light's sphere into all six faces: the baseline of culling
@@ -32,7 +32,7 @@ struct MapReceiver {
 };
 constexpr uint32_t kNoMap = 0xffffffffu;
 
-/// What receivers need of the maps. All words start at 0.
+/// Needs of the receivers in the maps. All words start at 0.
 /// pages: one bit a page-table entry, in its order (so a map starts at word pageTableStart / 32);
 /// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face
 /// mask, a word a map; depths: kFaceCount a map, the farthest depth at which a blocker can matter,
@@ -64,9 +64,9 @@ SDAG_HD inline float filterMargin(uint32_t faceTexels, uint32_t taps) {
     return 2.0f * e / (1.0f - e) + 2.0f / n;
 }
 
-/// How much deeper than the receiver a blocker may lie and still be compared: taps ask at the plane
-/// through the receiver perpendicular to its ray (see shadow_map_lookup.h), whose 1/depth at a tap
-/// m away is at least (1 - m sqrt(1/2)) of the receiver's. Without bound (1e30) where that is not
+/// How much deeper than the receiver a blocker may lie and still be compared: taps compare at the
+/// plane through the receiver perpendicular to its ray (see shadow_map_lookup.h), whose 1/depth at
+/// a tap m away is at least (1 - m sqrt(1/2)) of the receiver's. Unbounded (1e30) if that is not
 /// positive: very small faces.
 SDAG_HD inline float filterDepthFactor(float margin) {
     const float least = 1.0f - 0.7072f * margin;
@@ -85,7 +85,7 @@ SDAG_HD inline void setBits(View<uint32_t> words, uint32_t begin, uint32_t end) 
     }
 }
 
-/// Marks what receiver i needs.
+/// Marks the needs of receiver i.
 struct MarkReceiver {
     View<const ShadowMapInfo> maps;
     View<const Box> boxesWorld;
@@ -115,7 +115,7 @@ struct MarkReceiver {
                     continue;
                 if (!narrowToCone(map.cone, face, margin, rect))
                     continue;
-                if (!map.window.isSun()) // whose taps ask at the receiver's own depth
+                if (!map.window.isDirectional()) // whose taps compare at the receiver's own depth
                     rect.depthMax *= filterDepthFactor(margin);
             }
             mark(receiver.map, map, face, rect);

@@ -28,7 +28,7 @@ bool isOpaqueOnFace(ShadowMapInfo map, dvec3 ray) {
     for (uint i = 0u; i < 3u; ++i) {
         vec3 world = vertexWorld(triangle, i);
         dvec3 q = dvec3(world) - dvec3(lightPosition(map));
-        if (map.isSun != 0u) {
+        if (map.isDirectional != 0u) {
             q = lightFromWindow(windowFromWorld(map, dvec3(world)));
             weight[i] = q.z;
         }

@@ -3,11 +3,11 @@
 //
 // Fill rule: a texel is covered when the ray from the light through its centre meets the closed
 // triangle; triangles that share an edge or a corner leave no gap between them. Both sides block. A
-// triangle whose plane holds the light (to double rounding) has no area from there and covers
-// nothing, like a degenerate one. Near plane: what lies nearer to the light than nearDepth(map),
-// along the face's axis, does not block. Depth convention: see ShadowMapView. The
-// greatest bits win, so the order of triangles does not matter. What an alpha mask cuts out is
-// asked at the same point (scenes/alpha_mask.h): holes smaller than a texel are hit or missed.
+// triangle whose plane contains the light (to double rounding) has no area as seen from there and
+// covers nothing, like a degenerate one. Near plane: surfaces nearer to the light than
+// nearDepth(map), along the face's axis, do not block. Depth convention: see ShadowMapView. The
+// greatest bits win, so the order of triangles does not matter. Alpha masks are sampled at the same
+// point (scenes/alpha_mask.h), so holes smaller than a texel may be missed.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -19,7 +19,7 @@
 
 namespace shadowdag {
 
-/// What rasterization reads and writes.
+/// The data that rasterization reads and writes.
 struct RasterView {
     View<const ShadowMapInfo> maps;
     View<const uint32_t> pageTable;
@@ -38,8 +38,8 @@ struct FaceTriangle {
     double ex[3], ey[3], e0[3]; ///< edge k is inside where ex X + ey Y + e0 >= -tolerance[k]
     double tolerance[3];
     double wx, wy, w0;      ///< 1/z = wx X + wy Y + w0
-    float wMin, wMax;       ///< the range of 1/z over the triangle, as far as it is in front
-    float wNear;            ///< what exceeds this is nearer than the near plane
+    float wMin, wMax;       ///< the range of 1/z over the part of the triangle in front
+    float wNear;            ///< greater 1/z are nearer than the near plane
     int32_t x0, x1, y0, y1; ///< texels whose centres can lie inside, clipped to the face
 };
 
@@ -100,7 +100,7 @@ SDAG_HD inline bool clippedBounds(const glm::dvec3& a, const glm::dvec3& b, cons
     return count > 0;
 }
 
-/// Returns whether a triangle can cover a texel of a face, and its set-up.
+/// Returns whether a triangle can cover a texel of a face, and its setup.
 ///
 /// Edges are evaluated homogeneously: the ray c = (u, v, 1) meets the cone of a, b, c when (a x
 /// b).c, (b x c).c and (c x a).c all have the sign of the determinant, whatever lies behind the
@@ -138,7 +138,7 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
         glm::dvec2 lo, hi;
         if (!clippedBounds(a, b, c, lo, hi))
             return false;
-        const double texel = 2.0 / double(n); // more than clipping rounds
+        const double texel = 2.0 / double(n); // more than the rounding of clipping
         texelSpan(lo.x - texel, hi.x + texel, n, t.x0, t.x1);
         texelSpan(lo.y - texel, hi.y + texel, n, t.y0, t.y1);
         if (t.x0 > t.x1 || t.y0 > t.y1)
@@ -169,12 +169,12 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
     return true;
 }
 
-/// Narrows the columns [first, last] of a row to those inside of an edge. Evaluated like this, ex X
-/// + r never turns around: the columns inside are one run, whose end is found by its quotient and
-/// settled by the edge function itself.
+/// Narrows the columns [first, last] of a row to those inside of an edge. In this form ex X + r is
+/// monotone, so the columns inside are one run, whose end is estimated by its quotient and then
+/// decided by the edge function itself.
 SDAG_HD inline void narrowSpan(double ex, double r, double tolerance, double rEx, int32_t n,
                                int32_t& first, int32_t& last) {
-    if (first > last) // settling an end could otherwise fill an empty run again
+    if (first > last) // deciding an end could otherwise fill an empty run again
         return;
     const auto inside = [&](int32_t x) { return ex * double(2 * x + 1 - n) + r >= -tolerance; };
     if (ex == 0.0) {
@@ -214,11 +214,11 @@ struct MaskedTriangle {
     const AlphaMaskView& masks;
     const FaceTriangle& t;
     uint32_t triangle;     ///< of the world
-    glm::dvec3 scale{1.0}; ///< of a corner's weight; of a sun the corner's depth
+    glm::dvec3 scale{1.0}; ///< of a corner's weight; for directional lights the corner's depth
 
     /// Returns whether it is opaque at texel coordinates X, Y. A corner's weight is the function of
-    /// the edge across from it: edge 0 joins corners 0 and 1. A sun's corners were scaled by their
-    /// depths (sun_window.h), which takes these out of the weights.
+    /// the edge opposite to it: edge 0 joins corners 0 and 1. For a directional light the corners
+    /// were scaled by their depths (directional_window.h), which removes these from the weights.
     SDAG_HD bool isOpaque(double X, double Y) const {
         const auto edge = [&](int k) { return t.ex[k] * X + (t.ey[k] * Y + t.e0[k]); };
         return masks.isOpaque(triangle, edge(1) * scale.x, edge(2) * scale.y, edge(0) * scale.z);
@@ -299,11 +299,11 @@ SDAG_HD inline glm::dvec3 cornerFromLight(const TriangleView& geometry, uint32_t
     return lightFromWorld(map, geometry.vertex(triangle, corner));
 }
 
-/// Returns the surface of a triangle of the world that a mask cuts. @param t its set-up
+/// Returns the surface of a triangle of the world that a mask cuts. @param t its setup
 SDAG_HD inline MaskedTriangle maskedTriangle(const RasterView& view, const ShadowMapInfo& map,
                                              const FaceTriangle& t, uint32_t triangle) {
     MaskedTriangle surface{view.geometry.masks, t, triangle};
-    if (map.window.isSun())
+    if (map.window.isDirectional())
         for (int corner = 0; corner < 3; ++corner)
             surface.scale[corner] = cornerFromLight(view.geometry, triangle, corner, map).z;
     return surface;
@@ -319,7 +319,7 @@ SDAG_HD inline void coverTexels(const RasterView& view, const ShadowMapInfo& map
         coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1, store);
 }
 
-/// Keeps the greater depth; others may write the same texel.
+/// Keeps the greater depth; other threads may write the same texel.
 struct StoreGreaterAtomically {
     View<uint32_t> depths;
     SDAG_HD void operator()(size_t texel, uint32_t bits) const {
@@ -327,8 +327,8 @@ struct StoreGreaterAtomically {
     }
 };
 
-/// Triangles whose rectangle of a face has more texels than this are split, into the pages that it
-/// touches, whose texels are shared among the lanes.
+/// Triangles whose rectangle of a face has more texels than this are split by the pages that they
+/// touch, and the lanes share each page's texels.
 constexpr int64_t kSmallTriangleTexels = 256;
 
 /// Pages [x0, x1] x [y0, y1] of a face that a triangle's rectangle touches.
@@ -343,8 +343,8 @@ SDAG_HD inline PageRect pagesOf(const FaceTriangle& t, uint32_t pageTexelsLog2) 
             t.y1 >> pageTexelsLog2};
 }
 
-/// Draws triangle i % slotsPerDraw of draw i / slotsPerDraw, but for faces in which it is large:
-/// those are put on the list.
+/// Draws triangle i % slotsPerDraw of draw i / slotsPerDraw, except into faces in which it is
+/// large: those are put on the list.
 struct RasterizeTriangle {
     RasterView view;
     SplitWorkView large; ///< a: the draw; b: the triangle within its batch, times 8, and the face
@@ -397,7 +397,7 @@ struct RasterizeLargeTriangle {
                 faceFromLight(face, cornerFromLight(view.geometry, triangle, corner, map));
         FaceTriangle t;
         if (!setUpTriangle(corners[0], corners[1], corners[2], map, t))
-            return; // never: it was set up before
+            return; // never: setup succeeded before
         const PageRect pages = pagesOf(t, view.pageTexelsLog2);
         const int32_t side = 1 << view.pageTexelsLog2;
         const int32_t pageX = pages.x0 + int32_t(part % pages.across()),

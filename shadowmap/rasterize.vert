@@ -16,7 +16,7 @@ flat out vec3 range;  // least and greatest 1/z of the triangle, 1/z of the near
 out float gl_ClipDistance[2];
 
 dvec3 lightFromWorld(ShadowMapInfo map, vec3 world) {
-    if (map.isSun == 0u) {
+    if (map.isDirectional == 0u) {
         precise dvec3 d = dvec3(world) - dvec3(lightPosition(map));
         return d;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CPU's own rasterization kernel: the set-up and fill of rasterize.h, a face of a map at a
+// The CPU's own rasterization kernel: the setup and fill of rasterize.h, one face of a map at a
 // time, so that texels need no atomics.
 #include "shadowmap/rasterize_pass.h"
 
@@ -12,8 +12,8 @@
 namespace shadowdag {
 namespace {
 
-/// Keeps the greater depth, without atomics. Written always, so that the compiler may take several
-/// texels at once.
+/// Keeps the greater depth, without atomics. It always writes, so that the compiler may vectorize
+/// it.
 struct StoreGreater {
     uint32_t* depths;
     void operator()(size_t texel, uint32_t bits) const {
@@ -21,15 +21,15 @@ struct StoreGreater {
     }
 };
 
-/// Covers the texels of a triangle that a mask cuts, by the one text.
+/// Covers the texels of a triangle that a mask cuts, by the shared code.
 void coverCut(const RasterView& view, uint32_t triangle, const ShadowMapInfo& map, uint32_t face,
               const FaceTriangle& t) {
     coverTexels(view, map, face, t, maskedTriangle(view, map, t, triangle), t.y0, t.y1,
                 StoreGreater{view.depths.data});
 }
 
-/// Draws one triangle by the one text. Solid ones are covered here alone, or the compiler keeps
-/// their fill out of line, which costs it 40 % more instructions.
+/// Draws one triangle by the shared code. This function covers solid ones only; otherwise the
+/// compiler keeps their fill out of line, which takes 40 % more instructions.
 void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo& map,
                   uint32_t face) {
     glm::dvec3 corners[3];
@@ -46,7 +46,7 @@ void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo
                     StoreGreater{view.depths.data});
 }
 
-/// Draws a batch into one face of a map, whose pages no other thread writes.
+/// Draws a batch into one face of a map; no other thread writes the face's pages.
 void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& map,
                uint32_t face) {
     const uint32_t* const triangles = &view.batchTriangles[batch.first];
@@ -84,7 +84,7 @@ void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& 
 void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawStart) {
     const size_t mapCount = view.maps.count;
     SDAG_ASSERT(drawStart.size() == mapCount + 1);
-    // Longest first, so that the last thread is not left alone with a big one.
+    // Longest first, so that no thread is left with a big one at the end.
     std::vector<uint32_t> order(mapCount);
     std::iota(order.begin(), order.end(), 0u);
     std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {

@@ -15,14 +15,14 @@ static_assert(offsetof(GlMap, faceLayer) == 32 && offsetof(GlMap, u) == 64 &&
               offsetof(GlMap, w) == 128);
 
 GlMap glMap(const ShadowMapInfo& map) {
-    const SunWindow& s = map.window;
+    const DirectionalWindow& s = map.window;
     GlMap gl{};
     gl.lightPositionWorld = map.lightPositionWorld;
     gl.rangeWorld = map.rangeWorld;
     gl.faceTexels = map.faceTexels;
     gl.facePages = map.facePages;
     gl.pageTableStart = map.pageTableStart;
-    gl.isSun = s.isSun() ? 1u : 0u;
+    gl.isDirectional = s.isDirectional() ? 1u : 0u;
     gl.u = s.u;
     gl.u0 = s.u0;
     gl.v = s.v;
@@ -118,7 +118,7 @@ void GlMapDrawer::drawCommands(uint32_t begin, uint32_t end) const {
 }
 
 void GlMapDrawer::warmUp() {
-    // A light that is nowhere: no triangle has an area from there, whichever it is.
+    // A light that is not finite: no triangle has an area as seen from it.
     GlMap nowhere{};
     nowhere.lightPositionWorld = glm::vec3(std::numeric_limits<float>::quiet_NaN());
     nowhere.faceTexels = nowhere.facePages = 1;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shadow maps in OpenGL: drawn by the hardware's rasterizer, one multi-draw-indirect call of all
-// faces of all maps, into a pool of pages like the processor's (an atlas by page table): a fragment
+// Shadow maps in OpenGL: drawn by the hardware's rasterizer, one multi-draw-indirect call for all
+// faces of all maps, into a pool of pages like that of the CPU (an atlas by page table): a fragment
 // finds the page of its virtual texel and keeps the greatest depth there.
 //
-// Coverage is the hardware's: corners snap to 1/256 texel and an edge's texel centre belongs to one
-// side, where the processor counts it to both; depths are the processor's own formula (double), so
-// a texel that the same triangle wins has the same bits.
+// Coverage is the hardware's: corners snap to 1/256 texel, and a texel centre on an edge belongs to
+// one side, while the CPU counts it to both. Depths use the CPU's formula (double), so a texel won
+// by the same triangle has the same bits.
 #pragma once
 
 #include "gl/context.h"
@@ -21,11 +21,11 @@ namespace shadowdag {
 /// The GLSL sources of this folder.
 GlslTexts shadowmapGlsl();
 
-/// A map as shadowmap/cube_face.glsl takes it apart.
+/// A map in the format of shadowmap/cube_face.glsl.
 struct alignas(32) GlMap {
     glm::vec3 lightPositionWorld;
     float rangeWorld;
-    uint32_t faceTexels, facePages, pageTableStart, isSun;
+    uint32_t faceTexels, facePages, pageTableStart, isDirectional;
     uint32_t faceLayer[kFaceCount] = {}; ///< sparse textures: array << 16 | layer, or kNoPage
     uint32_t spare[2] = {};
     glm::dvec3 u;
@@ -40,16 +40,16 @@ static_assert(sizeof(GlMap) == 160);
 /// Returns a map for shaders.
 GlMap glMap(const ShadowMapInfo& map);
 
-/// What OpenGL's drawers share: the program, the commands, maps and page table for lookups. The
+/// Shared by OpenGL's drawers: the program, the commands, maps and page table for lookups. The
 /// context is current in every call, the destructor too.
 class GlMapDrawer : public MapDrawer {
 public:
-    /// Returns the drawer that a device gets. @param geometry what is drawn; outlives it
+    /// Returns the drawer for a device. @param geometry to draw; outlives it
     static std::unique_ptr<GlMapDrawer> make(GlPages pages, const GlContext& context,
                                              GlGeometry& geometry);
 
-    /// Runs every program once, on nothing: drivers compile when programs are first used, which
-    /// would be in a frame's time.
+    /// Runs every program once without work: drivers compile programs at first use, which would be
+    /// in a frame's time.
     virtual void warmUp();
 
     /// Binds maps, page table and depths for lookups (shadowmap/lookup.glsl with lookupDefines)
@@ -80,7 +80,7 @@ protected:
             }
         }
     }
-    /// Binds all but depths and sets uniforms for commands into a viewport.
+    /// Binds everything except depths and sets uniforms for commands into a viewport.
     void prepare(uint32_t viewportTexels);
     /// Draws commands [begin, end), in pieces that GlSlices cuts.
     void drawCommands(uint32_t begin, uint32_t end) const;
@@ -95,8 +95,8 @@ protected:
     uint32_t pageTexelsLog2_ = 0;
 };
 
-/// Keeps the pool as the processor does: an atlas by page table. It lies in two buffers, because
-/// shaders reach no more of one than GlInfo::maxStorageBytes (128 MiB on Mesa's llvmpipe).
+/// Keeps the pool as on the CPU: an atlas by page table. It consists of two buffers, because
+/// shaders can access at most GlInfo::maxStorageBytes of one (128 MiB on Mesa's llvmpipe).
 class GlAtlasDrawer final : public GlMapDrawer {
 public:
     GlAtlasDrawer(const GlContext& context, GlGeometry& geometry);
@@ -124,7 +124,7 @@ private:
 /// @param pages not kAuto
 GlDefines lookupDefines(GlPages pages, const GlInfo& info);
 
-/// Returns how many texels the first of GlAtlasDrawer's buffers holds: whole pages of any size.
+/// Returns the number of texels in the first of GlAtlasDrawer's buffers: whole pages of any size.
 uint64_t atlasChunkTexels(const GlInfo& info);
 
 /// Returns the definitions of gl/numerics.glsl for a device.

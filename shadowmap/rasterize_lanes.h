@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// rasterize.h in AVX2 lanes: four triangles set up at once, then the texels of one triangle four or
-// eight at once. The same operations in the same order, so the same bits; what a lane cannot settle
-// is left to the one text. Texels are written without atomics: a page has one writer.
+// rasterize.h in AVX2 lanes: sets up four triangles at once, then fills the texels of one triangle
+// four or eight at once. The same operations in the same order give the same bits; cases that a
+// lane cannot handle use the shared code. Texels are written without atomics: each page has one
+// writer.
 #pragma once
 
 #include "shadowmap/rasterize.h"
@@ -58,12 +59,12 @@ inline Lanes3 cornersFromLight(const TriangleView& geometry, const uint32_t* tri
         p[lane] = _mm_maskload_ps(
             &geometry.positions[geometry.triangles[triangles[lane]][corner]].x, three);
     _MM_TRANSPOSE4_PS(p[0], p[1], p[2], p[3]);
-    if (map.window.isSun()) { // as SunWindow::lightFromWorld; face kSunFace
+    if (map.window.isDirectional()) { // as DirectionalWindow::lightFromWorld; face kDirectionalFace
         const Lanes x = _mm256_cvtps_pd(p[0]), y = _mm256_cvtps_pd(p[1]), z = _mm256_cvtps_pd(p[2]);
         const auto row = [&](const glm::dvec3& r, double offset) {
             return all(r.x) * x + all(r.y) * y + all(r.z) * z - all(offset);
         };
-        const SunWindow& window = map.window;
+        const DirectionalWindow& window = map.window;
         const Lanes depth = all(1.0) / row(window.w, window.w0);
         return {row(window.u, window.u0) * depth, row(window.v, window.v0) * depth, depth};
     }
@@ -98,7 +99,7 @@ struct alignas(32) FaceTriangles {
         t.w0 = w0[lane];
         t.wMin = wMin[lane];
         t.wMax = wMax[lane];
-        t.wNear = t.wMax; // all of it lies behind the near plane
+        t.wNear = t.wMax; // all of it is behind the near plane
         t.x0 = x0[lane];
         t.x1 = x1[lane];
         t.y0 = y0[lane];
@@ -220,8 +221,8 @@ struct RowSpans {
 };
 
 /// narrowSpan for four rows at once, from row `y` on, over columns [t.x0, t.x1]. Each end is
-/// guessed by its quotient and proven by the edge function on both sides of it, which never turns
-/// around; a row whose guess is wrong is done by narrowSpan.
+/// estimated by its quotient and verified by the monotone edge function on both sides of it; a row
+/// with a wrong estimate is done by narrowSpan.
 inline void spanRows(const FaceTriangle& t, const double* rEx, int32_t y, int32_t n,
                      RowSpans& spans) {
     const Lanes Y = all(double(2 * y + 1 - n)) + _mm256_setr_pd(0, 2, 4, 6);
@@ -239,7 +240,8 @@ inline void spanRows(const FaceTriangle& t, const double* rEx, int32_t y, int32_
         const Lanes ex = all(t.ex[k]);
         const auto inside = [&](Lanes x) { return atLeast(ex * (two * x + centre) + r, bound); };
         const Lanes end = all(0.5) * ((bound - r) * all(rEx[k]) - centre);
-        // Of a NaN, max and min return their second operand: an end, which proof then refuses.
+        // For a NaN, max and min return their second operand: an end, which the verification then
+        // rejects.
         if (t.ex[k] > 0.0) {
             const Lanes x = _mm256_min_pd(_mm256_max_pd(_mm256_ceil_pd(end), x0), x1 + one);
             const Lanes isProven = _mm256_and_pd(

@@ -20,8 +20,8 @@ void rasterizeTriangles(const RasterizeTriangle& items);
 void rasterizeLargeTriangles(const SplitWorkView& large, const RasterizeLargeTriangle& items);
 } // namespace cuda
 
-/// Draws every draw's batch: an item a triangle, then the large ones page by page. All views live
-/// on the backend, and so does `large`, which is overwritten.
+/// Draws every draw's batch: one item per triangle, then the large ones page by page. All views are
+/// on the backend, and so is `large`, which is overwritten.
 inline void rasterizeTriangles(Backend backend, const RasterView& view, SplitWork& large) {
     const SplitWorkView list = large.begin();
     runPass(backend, RasterizeTriangle{view, list});

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading a virtual cube shadow map: from a receiver to a face, page, texel, and the filtered
-// answer.
+// Reads a virtual cube shadow map: from a receiver to a face, page and texel, and the filtered
+// visibility.
 #pragma once
 
 #include "cuda/view.h"
+#include "shadowmap/directional_filter.h"
 #include "shadowmap/filter_taps.h"
 #include "shadowmap/shadow_map_info.h"
-#include "shadowmap/sun_filter.h"
 
 #include <glm/glm.hpp>
 
@@ -15,11 +15,11 @@
 
 namespace shadowdag {
 
-/// Everything a lookup reads.
+/// The input of a lookup.
 /// maps: mapCount; pageTable: pool page or kNoPage; depths: pageCount * pageTexels^2.
 /// A depth is the float bits of 1/z, z being the depth along the face's axis (world units) of the
-/// nearest surface on the ray through the texel's centre; 0 where there is none. Nearer is greater,
-/// as float and as uint32. Of a sun it is the w of sun_window.h.
+/// nearest surface on the ray through the texel's centre; 0 without a surface. Nearer is greater,
+/// as float and as uint32. For a directional light it is the w of directional_window.h.
 struct ShadowMapView {
     View<const ShadowMapInfo> maps;
     View<const uint32_t> pageTable;
@@ -27,7 +27,7 @@ struct ShadowMapView {
     uint32_t pageTexelsLog2 = 6;
 };
 
-/// What a lookup returns besides its answer.
+/// What a lookup returns besides the visibility.
 struct ShadowMapTrace {
     glm::vec3 blockerWorld{0.0f}; ///< a point of the nearest blocking texel; meaningless when lit
     float texelWorld = 0.0f;      ///< side of a texel at the blocker, world
@@ -45,19 +45,19 @@ SDAG_HD inline uint32_t depthAt(const ShadowMapView& view, const ShadowMapInfo& 
     return view.depths[(size_t(page) << (2 * log2)) + texelInPage(texel.x, texel.y, log2)];
 }
 
-/// The filter of lookupVisibility over whatever answers its taps: the map, or, for the error's
-/// analysis, the truth.
+/// The filter of lookupVisibility over any source of taps: the map, or, for the analysis of the
+/// error, the truth.
 /// @param map,positionWorld,normalWorld,bias as lookupVisibility has them
-/// @param taps taps.begin(face, x, y, side) names the side x side texels from column x and row y of
-///        a face, which may reach beyond it; then taps.ask(texel, u, v, limit, isCounted) is called
-///        once a texel, in order: whether anything blocks the ray through its centre (u, v, 1) of
-///        face texel.face at a 1/z over `limit`. isCounted: false for a tap that is left out.
+/// @param taps taps.begin(face, x, y, side) announces the side x side texels from column x and row
+/// y of a face, which may reach beyond it; then taps.ask(texel, u, v, limit, isCounted) is called
+/// once per texel, in order, and returns whether anything blocks the ray through its centre (u, v,
+/// 1) of face texel.face at a 1/z above `limit`. isCounted: false for a tap that is omitted.
 template <class Taps>
 SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec3& positionWorld,
                                         const glm::vec3& normalWorld, const ShadowMapBias& bias,
                                         Taps& taps) {
-    if (map.window.isSun())
-        return filterSunVisibility(map, positionWorld, normalWorld, bias, taps);
+    if (map.window.isDirectional())
+        return filterDirectionalVisibility(map, positionWorld, normalWorld, bias, taps);
     const glm::vec3 d = positionWorld - map.lightPositionWorld;
     const float dd = glm::dot(d, d);
     if (dd == 0.0f)
@@ -86,10 +86,10 @@ SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec
                 const float v = tapCentre(r, texel.y, map.faceTexels);
                 bool isLow;
                 const float limit = cubeTapLimit(own, across, u, v, low, isLow);
-                const TapAnswer answer = taps.ask(texel, u, v, limit, !isLow);
-                if (isLow && answer != TapAnswer::kMissing)
+                const TapResult answer = taps.ask(texel, u, v, limit, !isLow);
+                if (isLow && answer != TapResult::kMissing)
                     leftOut += w;
-                else if (answer == TapAnswer::kLit)
+                else if (answer == TapResult::kLit)
                     lit += w;
             }
         }
@@ -110,7 +110,7 @@ struct MapTaps {
     float nearest = 0.0f;
     uint32_t missing = 0;
 
-    // Nearly all filters lie within one page: its address is then found once.
+    // Nearly all filters lie within one page, so its address is looked up once.
     SDAG_HD void begin(uint32_t face, int32_t x, int32_t y, int32_t side) {
         const uint32_t log2 = view.pageTexelsLog2;
         const int32_t n = int32_t(map.faceTexels);
@@ -126,7 +126,7 @@ struct MapTaps {
         pageStart = size_t(page) << (2 * log2);
     }
 
-    SDAG_HD TapAnswer ask(const CubeTexel& texel, float u, float v, float limit, bool isCounted) {
+    SDAG_HD TapResult ask(const CubeTexel& texel, float u, float v, float limit, bool isCounted) {
         uint32_t stored = kNoPage;
         if (!isInPage) {
             stored = depthAt(view, map, texel);
@@ -135,19 +135,20 @@ struct MapTaps {
         }
         if (stored == kNoPage) {
             ++missing;
-            return TapAnswer::kMissing;
+            return TapResult::kMissing;
         }
         float w;
         memcpy(&w, &stored, sizeof w);
         if (!(w > limit))
-            return TapAnswer::kLit;
+            return TapResult::kLit;
         if (trace && isCounted && w > nearest) {
             nearest = w;
             trace->blockerWorld = worldFromMap(map, texel.face, u, v, w);
-            trace->texelWorld = map.window.isSun() ? float(map.window.texelWorld(map.faceTexels))
-                                                   : 2.0f / (float(map.faceTexels) * w);
+            trace->texelWorld = map.window.isDirectional()
+                                    ? float(map.window.texelWorld(map.faceTexels))
+                                    : 2.0f / (float(map.faceTexels) * w);
         }
-        return TapAnswer::kDark;
+        return TapResult::kDark;
     }
 };
 
@@ -163,37 +164,38 @@ struct MapTaps {
 /// neighbour face. Every tap compares along the ray through its own texel's centre.
 ///
 /// Bias. Let P be the receiver, d = P - L, n its normal, h = -n.d > 0 the light's height over its
-/// plane. What blocks P lies on the light's side of two planes: the receiver's own, and the one
-/// through P across the ray. On a tap's ray, p = z c with c = (u, v, 1) in the face's frame, they
-/// lie at 1/z = -n.c / h and 1/z = d.c / d.d, so a texel blocks only if its 1/z exceeds both. A
-/// plane lit at any angle answers with the very 1/z that was stored, up to rounding: no slope needs
-/// a bias. What does is a receiver that is not a plane within the filter (a concave edge, a fold of
-/// cloth): for it blockers within k = constantTexels texels (2 z / N each) before the nearer plane
-/// are forgiven:
+/// plane. A blocker of P lies on the light's side of two planes: the receiver's own, and the one
+/// through P perpendicular to the ray. On a tap's ray, p = z c with c = (u, v, 1) in the face's
+/// frame, they lie at 1/z = -n.c / h and 1/z = d.c / d.d, so a texel blocks only if its 1/z exceeds
+/// both. For a plane, lit at any angle, the first is exactly the stored 1/z up to rounding, so
+/// slopes need no bias. A receiver that is not a plane within the filter needs one (a concave edge,
+/// a fold of cloth): for it blockers within k = constantTexels texels (2 z / N each) before the
+/// nearer plane are ignored:
 ///     blocks <=> w > max( -n.c / max(h - r, h / 2), d.c / (d.d (1 - s)) ) / (1 - min(2 k / N,
 ///     1/2)).
 /// r = 2^-22 |P| + 2^-20 |d| (largest components) and s = 2^-20 + r / z_P cover rounding: P is a
-/// float of the world, off its plane by up to sqrt(3) 2^-24 |P|, and 2^-22 |P| is what the truth
-/// takes for one surface, too (hybrid/judge/truth.h); L is what it is, so all else rounds relative
-/// to d. (2^-20 of |P| + |L| as well, as it was, forgave 13 cm at 1e5 m from the origin, and
-/// contact shadows with it.) Along the ray and not along the normal: lifting the plane by k texels
-/// instead forgives k / cos as much and lost contact shadows on slopes (atrium, 256 texels, k =
-/// 1: 2.3 % false light against 1.2 %, false shadow 0.3 % both). Price: blockers nearer to the
+/// float of the world, off its plane by up to sqrt(3) 2^-24 |P|, and 2^-22 |P| is also what the
+/// truth takes for one surface (hybrid/judge/truth.h); L is exact, so all else rounds relative to
+/// d. (A former 2^-20 of |P| + |L| ignored blockers within 13 cm at 1e5 m from the origin, and lost
+/// contact shadows.) The bias acts along the ray and not along the normal: lifting the plane by k
+/// texels instead ignores k / cos as much and lost contact shadows on slopes (atrium, 256 texels, k
+/// = 1: 2.3 % false light against 1.2 %, false shadow 0.3 % both). Cost: blockers nearer to the
 /// receiver than k texels do not block (detached contact shadows).
 ///
-/// Level of detail. What a map with lodTexels = t > 0 holds stands off the full surfaces by less
-/// than t texels: 2 t z_P / N in the world at the receiver, whose own part is no nearer to the
+/// Level of detail. The surfaces in a map with lodTexels = t > 0 deviate from the full surfaces by
+/// less than t texels: 2 t z_P / N in the world at the receiver, whose own part is no nearer to the
 /// light than the place that the level was chosen for (PolygonLevelsView::levelFor). So the
-/// receiver's own level stands less than e = 2 t z_P / N above its plane, across that plane, and
-/// only there is it forgiven: h is e less, down to half of h (a light nearer to the plane than 2
-/// e). Raising k by t instead left acne: along the ray that surface is e |d| / h away.
+/// receiver's own level lies less than e = 2 t z_P / N above its plane, measured perpendicular to
+/// it. The bias is raised only in that direction: h is reduced by e, down to half of h (a light
+/// nearer to the plane than 2 e). Raising k by t instead left acne: along the ray that surface is e
+/// |d| / h away.
 ///
-/// Low taps. On a slope a tap on the low side passes under what stands before the receiver: its ray
-/// ends on the plane nearer to the light, and there it tests another place than the receiver's.
-/// Taps that end more than kLowTapTexels before the receiver are left out and the others weighted
-/// up: light at 76 degrees and more. The taps' weighted mean is the receiver itself, so some tap
-/// with weight ends behind it and stays. Planes lose nothing: every tap of a lit plane is lit.
-/// Measured in FILTERS.md: a tenth less false light, false shadow as before.
+/// Low taps. On a slope a tap on the low side passes under objects before the receiver: its ray
+/// meets the plane nearer to the light, and there it tests another place than the receiver's. Taps
+/// that end more than kLowTapTexels before the receiver are omitted and the others weighted up:
+/// light at 76 degrees and more. The taps' weighted mean is the receiver itself, so some tap with
+/// weight ends behind it and stays. Planes lose nothing: every tap of a lit plane is lit. Measured
+/// in FILTERS.md: a tenth less false light, the same false shadow.
 /// @param positionWorld,normalWorld the receiver and its unit geometric normal on the light's side;
 /// a normal that does
 ///        not face the light is replaced by the direction to it

@@ -48,7 +48,7 @@ void check(const std::vector<MapRequest>& requests, const ShadowMapOptions& opti
         const std::string name = "request " + std::to_string(i);
         if (r.faceTexels < 1 || r.faceTexels > kMaxFaceTexels)
             refuse(name + " has " + std::to_string(r.faceTexels) + " texels a face",
-                   "ask for 1 to " + std::to_string(kMaxFaceTexels));
+                   "choose 1 to " + std::to_string(kMaxFaceTexels));
         if (!(r.rangeWorld > 0.0f) || !std::isfinite(r.rangeWorld))
             refuse(name + " has range " + std::to_string(r.rangeWorld),
                    "give the light a finite range above 0");
@@ -99,7 +99,7 @@ struct ShadowMaps::State {
     std::vector<uint32_t> pagesPerMap, trianglesPerMap;
     std::vector<ShadowMapInfo> infos; // of the requests
     uint32_t cullParts = 0;           // items of a map
-    bool isCounted = true;            // the last build's culling, and pages a map
+    bool isCounted = true;            // the last build's culling, and pages per map
 
     // Inputs of the host.
     Resident<Box> receiverBoxes{backend, "shadowmap receiver boxes"};
@@ -119,21 +119,21 @@ struct ShadowMaps::State {
     Buffer<uint32_t> firstPage{backend, "shadowmap first page of word"};
     PageCache cache;
 
-    // Written by culling: what maps reach, and of it what rasterization draws.
+    // Written by culling: the batches that maps reach, and those of them that rasterization draws.
     Buffer<uint32_t> firstReached{backend, "shadowmap first reached of item"};
     Buffer<BatchDraw> reached{backend, "shadowmap reached batches"};
     Buffer<uint32_t> drawOf{backend, "shadowmap draw of reached batch"};
     Buffer<CullCounts> cullCounts{backend, "shadowmap cull counts"};
     Buffer<BatchDraw> draws{backend, "shadowmap draws"};
 
-    // How long the two lists of culling become, where it is guessed.
+    // The estimated lengths of culling's two lists.
     bool isGuessing = false;
     LengthGuess reachedGuess, drawGuess;
     Buffer<uint32_t> cullLengths{backend, "shadowmap list lengths"};
     std::unique_ptr<Readback> lengthsReadback;
 
-    // What rasterization found too large for one thread; one that finds no room is drawn by its
-    // own.
+    // Triangles that are too large for one thread; if the list is full, a triangle is drawn by its
+    // own thread.
     SplitWork largeTriangles{backend, "shadowmap large triangles", size_t(1) << 18};
 
     uint32_t pageTexelsLog2() const { return log2Exact(options.pageTexels); }
@@ -157,7 +157,7 @@ struct ShadowMaps::State {
         firstPage.resize(words);
         PageMaskView marked = masks();
         if (options.culling < MapCulling::kCellDepth)
-            marked.cells = {}; // written later, from what is coarser
+            marked.cells = {}; // written later, from the coarser levels
         runPass(backend,
                 MarkReceiver{maps.view(), boxes, pairs, marked, pageTexelsLog2(), options.taps});
         runPass(backend, CountPages{std::as_const(pageBits).view(), firstPage.view()});
@@ -185,14 +185,14 @@ struct ShadowMaps::State {
                        wanted, counts, stages);
     }
 
-    /// Fetches what the last build counted on the backend.
+    /// Fetches the counts of the last build from the backend.
     void count() {
         if (isCounted)
             return;
         const std::vector<uint32_t> first = firstPage.download();
         const std::vector<CullCounts> found = cullCounts.download();
         counts.unsplitTriangleCount = largeTriangles.grow();
-        isCounted = true; // not before: a download that fails leaves it to be asked again
+        isCounted = true; // not earlier, so that a failed download can be repeated
         const uint64_t wanted = counts.pageCount + counts.pagesRefusedCount;
         pagesPerMap.clear();
         for (size_t i = 0; i < infos.size(); ++i) {
@@ -207,7 +207,7 @@ struct ShadowMaps::State {
         const size_t parts = cullParts;
         trianglesPerMap.clear();
         for (size_t map = 0; map < infos.size(); ++map) {
-            const uint64_t faceCount = infos[map].window.isSun() ? 1 : kFaceCount;
+            const uint64_t faceCount = infos[map].window.isDirectional() ? 1 : kFaceCount;
             uint32_t triangleFaces = 0;
             for (size_t i = map * parts; i < (map + 1) * parts; ++i) {
                 counts.batchFaceCount += found[i].batchFaces;
@@ -222,8 +222,8 @@ struct ShadowMaps::State {
         }
     }
 
-    /// Makes places in a list of the counts of all items, which stand before a 0, and makes room
-    /// for the list: as much as `guess`, or, when it is 0, as it needs.
+    /// Turns the counts of all items, which are followed by a 0, into offsets, and allocates the
+    /// list: `guess` elements, or, when it is 0, as many as needed.
     void placeList(Buffer<uint32_t>& firstOfItem, Buffer<BatchDraw>& list, size_t guess) {
         if (guess > 0) {
             prefixSums(backend, std::as_const(firstOfItem).view(), firstOfItem.view());
@@ -241,7 +241,7 @@ struct ShadowMaps::State {
         list.resize(count);
     }
 
-    /// Returns what culling asks, and prepares its masks.
+    /// Returns the input of culling, and prepares its masks.
     CullView prepareCulling(const BatchView& onBackend, StageTimes& stages) {
         CullView cull{requestMaps(), masks(), onBackend, options.culling, {}};
         const StageTimer timer(backend, stages, "culling masks");
@@ -256,8 +256,8 @@ struct ShadowMaps::State {
     }
 
     /// Lists the draws.
-    /// @param isGuessed makes lists as long as is guessed; cullLengths then tells how long they
-    /// should be
+    /// @param isGuessed allocates lists of the guessed lengths; cullLengths then gives the lengths
+    /// needed
     void listDrawsOf(const CullView& cull, bool isGuessed, StageTimes& stages) {
         cullParts = cull.parts();
         const size_t items = infos.size() * cullParts;
@@ -290,15 +290,15 @@ struct ShadowMaps::State {
         }
     }
 
-    /// Returns whether lengths may be guessed: they are known to fit 32 bits, and those of the last
-    /// build are known.
+    /// Returns whether lengths may be guessed: they fit 32 bits, and those of the last build are
+    /// known.
     bool mayGuess() const {
         return isGuessing && reachedGuess.get() > 0 && !infos.empty() &&
                uint64_t(infos.size()) * batchCount <= 0xffffffffull;
     }
 
-    /// Waits for the lengths that were guessed. Returns whether the lists had room for all; they
-    /// have none to spare then.
+    /// Waits for the lengths that were guessed. Returns whether the lists were long enough; their
+    /// excess is removed.
     bool trimDraws() {
         const View<const uint32_t> lengths = lengthsReadback->wait();
         const size_t reachedCount = lengths[kReachedLength], drawCount = lengths[kDrawLength];
@@ -311,7 +311,7 @@ struct ShadowMaps::State {
         return true;
     }
 
-    /// Returns the first draw of every map, and their number last, as far as the lists go. On the
+    /// Returns the first draw of every map, and their number last, limited to the lists. On the
     /// CPU.
     std::vector<uint32_t> drawStarts() const {
         SDAG_ASSERT(backend == Backend::kCpu);
@@ -327,7 +327,7 @@ struct ShadowMaps::State {
 
 namespace {
 
-/// A build that an exception ends leaves maps that do not hold what the cache says.
+/// A build that ends by an exception leaves maps that do not match the cache.
 struct ForgetUnlessDone {
     PageCache& cache;
     bool isDone = false;
@@ -340,7 +340,7 @@ struct ForgetUnlessDone {
 
 } // namespace
 
-// The parts of a triangle that fills a face, a page each.
+// The parts of a triangle that fills a face, one per page.
 static_assert((kMaxFaceTexels / 16) * (kMaxFaceTexels / 16) <= kMaxSplitParts);
 
 ShadowMaps::ShadowMaps(Backend backend, MapDrawer* drawer)
@@ -391,11 +391,11 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
                        const BatchView& batches, const ShadowMapOptions& options,
                        StageTimes& stages, View<const uint32_t> movedBatches) {
     State& s = *state_;
-    ForgetUnlessDone guard{s.cache}; // first: what moved is not named again after a refusal
+    ForgetUnlessDone guard{s.cache}; // first: moved batches are not named again after a refusal
     check(requests, options);
     if (!std::isfinite(options.lodTexels) || options.lodTexels < 0.0f)
         refuse("level of detail by " + std::to_string(options.lodTexels) + " texels",
-               "give a number of texels >= 0, 0 for full detail");
+               "choose a number of texels >= 0; 0 is full detail");
     if (options.lodTexels > 0.0f && batches.levels.empty() && batches.batches.count > 0)
         refuse("level of detail by " + std::to_string(options.lodTexels) +
                    " texels, but the batches have one level",
@@ -404,14 +404,14 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
         if (batch >= batches.batches.count)
             refuse("moved batch " + std::to_string(batch) + " of " +
                        std::to_string(batches.batches.count),
-                   "name batches that are passed");
-    // Nothing is drawn without requests, so kept maps could not take in what moves meanwhile.
+                   "give indices of the passed batches");
+    // Nothing is drawn without requests, so kept maps could not follow motion meanwhile.
     if (!(options == s.options) || batches.batches.count != s.batchCount || requests.empty())
         s.cache.forget();
     s.batchCount = batches.batches.count;
     s.options = options;
     s.counts = {};
-    s.isCounted = true; // where an exception ends the build, nothing was counted
+    s.isCounted = true; // for a build that ends by an exception: nothing was counted
     s.pagesPerMap.clear();
     s.trianglesPerMap.clear();
 
@@ -460,11 +460,11 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
             rasterizeTriangles(s.backend, raster, s.largeTriangles);
     };
     draw();
-    // Drawing is queued before the lengths are waited for, so that the device has work meanwhile.
+    // Drawing is queued before the lengths are waited for, so that the device stays busy.
     if (isGuessed && !s.trimDraws()) {
         ++s.counts.listRerunCount;
         s.listDrawsOf(cull, false, stages);
-        draw(); // what is drawn twice stays what it is
+        draw(); // drawing twice has no effect
     }
     if (s.cache.keeps()) {
         const StageTimer timer(s.backend, stages, "rasterization");

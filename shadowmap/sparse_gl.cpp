@@ -9,10 +9,10 @@ namespace shadowdag {
 namespace {
 
 constexpr uint32_t kMostLayers = 2048; // what OpenGL 4.5 promises
-// Mesa 25.0's zink takes the very first page of a texture from it when it takes others (seen in
-// tests/gl): nobody stands there. It costs addresses, no memory.
+// Mesa 25.0's zink frees the very first page of a texture when it frees others (seen in tests/gl),
+// so no face uses it. This costs addresses, no memory.
 constexpr uint32_t kFirstLayer = 1;
-// Of pages that are copied at once: shaders reach 128 MiB of a buffer at least.
+// Number of pages that are copied at once: shaders can access 128 MiB of a buffer at least.
 constexpr uint64_t kGatheredBytes = uint64_t(64) << 20;
 constexpr uint32_t kLeastLayers = 4; // kMaxArrayBytes holds as many of the largest faces
 
@@ -34,7 +34,7 @@ void forRuns(uint32_t layers, uint32_t pages, const IsIn& isIn, const Run& run) 
         }
 }
 
-/// Returns whether anybody stands in a layer. @param isUsed by layer
+/// Returns whether a layer is used. @param isUsed by layer
 bool isAnyUsed(const std::vector<uint8_t>& isUsed) {
     return std::find(isUsed.begin() + kFirstLayer, isUsed.end(), uint8_t(1)) != isUsed.end();
 }
@@ -175,7 +175,7 @@ GlSparseDrawer::Layer GlSparseDrawer::takeLayer(uint32_t side) {
         *found = 1;
         return {a, uint32_t(found - isUsed.begin())};
     }
-    SDAG_ASSERT(false); // reserve() was asked for as many
+    SDAG_ASSERT(false); // reserve() was called for as many
     return {kNoPage, 0};
 }
 
@@ -203,7 +203,7 @@ void GlSparseDrawer::keepPlaces(View<const ShadowMapInfo> maps, View<const uint3
         for (uint32_t face = 0; face < kFaceCount; ++face)
             forPages(map, face, pageTable,
                      [&](uint32_t p, uint32_t, uint32_t) { kept[p] = place_[p]; });
-    place_ = std::move(kept); // what no table has lost its memory
+    place_ = std::move(kept); // pages that are in no table have lost their memory
     for (Array& array : arrays_) {
         std::fill(array.isUsed.begin() + kFirstLayer, array.isUsed.end(), uint8_t(0));
         std::fill(array.isNeeded.begin(), array.isNeeded.end(), uint8_t(0));
@@ -219,7 +219,8 @@ bool GlSparseDrawer::commit(View<const ShadowMapInfo> maps, View<const uint32_t>
         placeAndCommit(maps, freshEntries, pageTable, commits);
         context_.finish("committing pages");
     } catch (...) {
-        // What has memory now is not known: pages taken for committed would swallow what is drawn.
+        // The committed pages are unknown now, and draws into pages wrongly taken for committed
+        // would be lost.
         arrays_.clear();
         place_.clear();
         drawn_.clear();
@@ -246,7 +247,7 @@ void GlSparseDrawer::placeAndCommit(View<const ShadowMapInfo> maps,
     dropIdle(wanted, commits);
     for (const auto& [side, count] : wanted)
         reserve(side, count, wanted, commits);
-    // The layers of faces with kept pages, and new ones for the others.
+    // The layers of faces with kept pages, then new ones for the others.
     drawn_.clear();
     for (const ShadowMapInfo& map : maps) {
         drawn_.push_back(glMap(map));
@@ -285,7 +286,7 @@ void GlSparseDrawer::commitNeeded(PageCommits& commits) {
                     count += run;
                 });
         };
-        change(false, commits.freedCount); // first, so that memory is there for the others
+        change(false, commits.freedCount); // first, so that their memory is free for the others
         change(true, commits.committedCount);
         array.isCommitted = array.isNeeded;
     }
@@ -316,7 +317,7 @@ void GlSparseDrawer::draw(const RasterView& view, View<const uint32_t> pageTable
     std::vector<uint32_t> firstOfArray;
     listed_.clear();
     listedTargets_.clear();
-    drawn_.resize(view.maps.count); // what is kept for nobody is not looked up
+    drawn_.resize(view.maps.count); // pages that are kept without a request are not looked up
     for (uint32_t a = 0; a < arrays_.size(); ++a) {
         firstOfArray.push_back(uint32_t(listed_.size()));
         list(view,

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shadow maps in sparse textures, as the paper has them: a layer a face, drawn by layered
-// rendering, with memory that the driver commits page by page where the page masks ask for it.
-// Where a device was seen to draw into such layers wrongly, fragments write them by atomics
-// instead.
+// Shadow maps in sparse textures, as in the paper: one layer per face, drawn by layered rendering,
+// with memory that the driver commits page by page for the marked pages. On devices that were seen
+// to draw into such layers wrongly, fragments write them by atomics instead.
 //
-// Faces stand in arrays of textures by size, a power of two, so that little address space is
-// wasted; an array has at most kMaxArrayBytes of it. A size has one array that grows, by half at
-// least, and full ones before it; one that was not used for a while is dropped. A face keeps its
-// layer while pages of it are kept from build to build.
+// Faces are in arrays of textures by size, a power of two, so that little address space is wasted;
+// an array has at most kMaxArrayBytes of it. A size has one array that grows, by half at least, and
+// full ones before it; an array that was not used for a while is dropped. A face keeps its layer
+// while pages of it are kept from build to build.
 #pragma once
 
 #include "gl/sparse_texture.h"
@@ -17,7 +16,7 @@
 
 namespace shadowdag {
 
-constexpr uint32_t kMaxSparseArrays = 16; ///< what texture units every stage has
+constexpr uint32_t kMaxSparseArrays = 16; ///< texture units that every stage has
 constexpr uint64_t kMaxArrayBytes = uint64_t(1) << 30;
 
 class GlSparseDrawer final : public GlMapDrawer {
@@ -26,8 +25,8 @@ public:
     GlSparseDrawer(GlPages pages, const GlContext& context, GlGeometry& geometry);
 
     void makeRoom(uint64_t pageCount, uint32_t pageTexelsLog2, bool keeps) override;
-    /// Throws Error kResource when faces need more layers than kMaxSparseArrays hold, and what the
-    /// driver refuses memory with; nothing is kept then.
+    /// Throws Error kResource if faces need more layers than kMaxSparseArrays hold, or if the
+    /// driver refuses memory; nothing is kept then.
     bool commit(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
                 View<const uint32_t> pageTable, PageCommits& commits) override;
     void clear(View<const uint32_t> freshEntries, View<const uint32_t> pageTable) override;
@@ -37,13 +36,12 @@ public:
 
     /// Returns how many textures there are.
     uint32_t textureCount() const { return uint32_t(arrays_.size()); }
-    /// Builds in a row in which nobody needs an array, in the last of which it is dropped: what
-    /// comes and goes from frame to frame is not made anew every time, and costs addresses alone
-    /// meanwhile.
+    /// Number of consecutive builds without use after which an array is dropped: arrays that are
+    /// used in some frames only are not recreated every time, and cost only addresses meanwhile.
     static constexpr uint32_t kIdleBuilds = 8;
 
 private:
-    /// Where a page of the pool lies; gather_pages.comp takes it apart.
+    /// The position of a page of the pool; gather_pages.comp reads it.
     struct Place {
         uint32_t pool, array, layer, x, y;
     };
@@ -55,7 +53,7 @@ private:
         uint32_t layerCount() const { return uint32_t(isUsed.size()); }
         uint32_t pagesPerSide() const;
         uint32_t side = 0, pageTexels = 0;
-        uint32_t idleBuilds = 0; ///< in a row, up to now
+        uint32_t idleBuilds = 0; ///< consecutive builds without use
     };
     struct Layer {
         uint32_t array, layer;
@@ -66,20 +64,21 @@ private:
     uint32_t sideOf(uint32_t faceTexels) const;
     uint32_t mostLayers(uint32_t side) const;
     Array makeArray(uint32_t side, uint32_t layers) const;
-    /// Keeps of place_ what this build keeps, pages of the table that are not fresh, and marks
-    /// their layers, and no others, as used.
+    /// Keeps the part of place_ that this build keeps, pages of the table that are not fresh, and
+    /// marks their layers, and no others, as used.
     void keepPlaces(View<const ShadowMapInfo> maps, View<const uint32_t> freshEntries,
                     View<const uint32_t> pageTable);
-    /// Takes array a away; no page is kept there.
+    /// Removes array a; no page is kept there.
     void drop(uint32_t a, PageCommits& commits);
-    /// Drops what was not used for kIdleBuilds builds. @param wanted layers to be taken, by side
+    /// Drops arrays that were not used for kIdleBuilds builds. @param wanted layers to be taken, by
+    /// side
     void dropIdle(const std::map<uint32_t, uint32_t>& wanted, PageCommits& commits);
-    /// Makes `wantedCount` layers of a side free; arrays keep their places, but those that it drops
-    /// for the sake of others, of which none is `wanted`.
+    /// Makes `wantedCount` layers of a side free. Arrays keep their positions, except those dropped
+    /// to make space, of which none is `wanted`.
     void reserve(uint32_t side, uint32_t wantedCount, const std::map<uint32_t, uint32_t>& wanted,
                  PageCommits& commits);
-    /// Replaces array a by one of more layers, with the pages that are kept, which count as neither
-    /// freed nor committed.
+    /// Replaces array a by one with more layers and the kept pages, which count as neither freed
+    /// nor committed.
     void grow(uint32_t a, uint32_t layers, PageCommits& commits);
     Layer takeLayer(uint32_t side);
     void commitNeeded(PageCommits& commits);

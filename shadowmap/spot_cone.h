@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of a cube map that a spot light needs: what its cone covers of each face. A mask over
-// the cube, so that all else is as for other lights (Olsson et al. 2015 have omni lights only).
+// The part of a cube map that a spot light needs: the part of each face that its cone covers. A
+// mask over the cube; everything else is as for other lights (Olsson et al. 2015 have omni lights
+// only).
 #pragma once
 
 #include "shadowmap/cube_face.h"
@@ -9,7 +10,7 @@
 
 namespace shadowdag {
 
-/// The cone outside which a spot is dark; no cone by default.
+/// The cone outside of which a spot light is dark; no cone by default.
 struct SpotCone {
     glm::vec3 directionWorld{0.0f, 0.0f, -1.0f}; ///< unit
     float cosOuter = -1.0f;                      ///< of the half angle; <= 0: not narrowed
@@ -23,10 +24,9 @@ struct SpotCone {
 /// Derivation. The planes through the light that hold the face's other axis are numbered by u = x /
 /// z; the plane of u has the normal (1, -u) / sqrt(1 + u^2), and the cone (axis a, half angle with
 /// sine s) meets it where |ax - u az| <= s sqrt(1 + u^2), that is
-///     (az^2 - s^2) u^2 - 2 ax az u + ax^2 - s^2 <= 0.
-/// az > s: the cone lies in z > 0, the answer is between the roots. az <= -s: it lies behind.
-/// Otherwise it crosses z = 0: the answer is beyond the root on the side where ax points, or all
-/// when it holds the other axis (no root).
+///     az > s: the cone lies in z > 0, and the interval is between the roots. az <= -s: it lies
+///     behind. Otherwise it crosses z = 0: the interval is beyond the root on the side where ax
+///     points, or unbounded when the cone contains the other axis (no root).
 SDAG_HD inline bool coneSpan(double ax, double az, double s, double& lo, double& hi) {
     lo = -INFINITY;
     hi = INFINITY;
@@ -49,8 +49,8 @@ SDAG_HD inline bool coneSpan(double ax, double az, double s, double& lo, double&
 }
 
 /// Narrows the rectangle of receivers on a face, grown by `margin` (see filterMargin), to those
-/// within the cone, grown alike; returns false when none are. Conservative: the cone's bounding
-/// rectangle. Cones of 90 degrees and more from their axis narrow nothing.
+/// within the cone, grown by the same; returns false when none are. Conservative: uses the cone's
+/// bounding rectangle. Cones of 90 degrees and more from their axis narrow nothing.
 SDAG_HD inline bool narrowToCone(const SpotCone& cone, uint32_t face, float margin,
                                  FaceRect& rect) {
     if (!(cone.cosOuter > 0.0f))

@@ -4,9 +4,9 @@
 //     8  magic 53 56 44 41 47 0d 0a 1a ("SVDAG", then what a text-mode copy would damage)
 //     4  version             4  resolutionLog2
 //     24 originWorld (3 f64) 8  voxelSizeWorld (f64)
-//     32 counts: inner nodes, pointers, references, leaves (4 u64; all 0: no voxel)
+//     32 counts: inner nodes, pointers, references, leaves (4 u64; all 0 if there is no voxel)
 //     4  packing: 0 streams, 1 streams in zstd, 2 compact        8  bytes of the payload
-//     16 XXH3-128 of the payload as it stands
+//     16 XXH3-128 of the payload as stored
 //     4 x (4 length, bytes)  provenance: scene name, scene hash, program version, options
 //     16 XXH3-128 of all before
 //        payload: the streams of asset_encoding.h, or the bytes of compact_encoding.h
@@ -35,15 +35,16 @@ namespace {
 constexpr uint8_t kMagic[8] = {0x53, 0x56, 0x44, 0x41, 0x47, 0x0d, 0x0a, 0x1a};
 constexpr uint32_t kVersion = 1;
 constexpr uint32_t kPackingNone = 0, kPackingZstd = 1, kPackingCompact = 2;
-// What a file may unpack to, relative to its payload: bounds what is allocated on its word. The
-// writer leaves what would shrink more as it is.
+// The largest ratio of unpacked size to payload that the reader accepts. It bounds the memory that
+// a damaged file can make it allocate. The writer stores a payload unpacked if it would shrink
+// more.
 constexpr uint64_t kMaxUnpackRatio = 16;
 // Levels above 12 gain a few percent for several times the time.
 constexpr int kZstdLevel = 12;
 
 using Hash = Checksum;
 
-/// What is written behind the header.
+/// The parts of a file after its header.
 struct Payload {
     uint32_t packing = kPackingNone;
     EncodedCounts counts;
@@ -75,7 +76,7 @@ Payload makePayload(const Dag& dag, AssetPacking packing) {
 Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
     ByteReader in(bytes, "asset " + name);
     if (std::memcmp(in.take(sizeof(kMagic), "the magic"), kMagic, sizeof(kMagic)) != 0)
-        in.fail("does not begin as an .svdag file does; it is something else or was damaged by a "
+        in.fail("has no .svdag signature; it is another kind of file or was damaged by a "
                 "text-mode copy");
     const auto version = in.take<uint32_t>("the version");
     if (version != kVersion)
@@ -100,7 +101,7 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
             "its header does not match its checksum; the file is damaged, copy or build it again");
 
     if (grid.resolutionLog2 > kMaxResolutionLog2)
-        in.fail("its resolution 2^" + std::to_string(grid.resolutionLog2) + " is over 2^" +
+        in.fail("its resolution 2^" + std::to_string(grid.resolutionLog2) + " is above 2^" +
                 std::to_string(kMaxResolutionLog2));
     if (!(grid.voxelSizeWorld > 0) || !std::isfinite(grid.voxelSizeWorld) ||
         !std::isfinite(grid.originWorld.x + grid.originWorld.y + grid.originWorld.z))
@@ -113,8 +114,8 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
         in.fail("its packing " + std::to_string(packing) + " is unknown");
     const uint64_t unpackLimit =
         packing == kPackingZstd ? payloadBytes * kMaxUnpackRatio : payloadBytes;
-    // Each count alone against the limit first, so that their sum cannot wrap. decodeCompact checks
-    // its own.
+    // Compare each count with the limit by itself first, so that their sum cannot wrap.
+    // decodeCompact checks its own counts.
     if (packing != kPackingCompact &&
         (counts.innerCount > unpackLimit || counts.pointerCount > 8 * counts.innerCount ||
          counts.referenceCount > counts.pointerCount || counts.leafCount > unpackLimit ||
@@ -149,12 +150,13 @@ Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name) {
 }
 
 uint64_t writingBytes(AssetPacking packing, uint64_t wordCount, uint64_t largestLevelWords) {
-    // Compact: a number a word of the largest level, the file (less than a byte a word; twice more
-    // while it grows), and the coder's tables.
+    // Compact: one number per word of the largest level, the file (less than a byte per word; twice
+    // that while it grows), and the coder's tables.
     if (packing == AssetPacking::kCompact)
         return 4 * largestLevelWords + 3 * wordCount + (uint64_t(8) << 20);
-    // Fast: the streams (under three bytes a word), and beside them first a number a word and two
-    // lists of nodes, then room for them packed and zstd's tables, smaller for short streams.
+    // Fast: the streams (under three bytes per word); beside them first one number per word and two
+    // lists of nodes, later their packed form and zstd's tables, which are smaller for short
+    // streams.
     const uint64_t streams = 3 * wordCount;
     const uint64_t tables =
         ZSTD_estimateCCtxSize_usingCParams(ZSTD_getCParams(kZstdLevel, streams, 0));

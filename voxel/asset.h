@@ -25,25 +25,25 @@ struct Asset {
 /// How a file encodes its nodes; both are read by the same function. LAYOUT.md compares their sizes
 /// and times.
 enum class AssetPacking {
-    kFast,    ///< asset_encoding.h and zstd: sixty times as fast to read
-    kCompact, ///< compact_encoding.h: about half the bytes, for files that are kept or sent
+    kFast,    ///< asset_encoding.h and zstd: read sixty times as fast
+    kCompact, ///< compact_encoding.h: about half the bytes, for archiving and transfer
 };
 
-/// Writes the asset as a whole or not at all. Throws Error kResource.
-/// Returns the file's size in bytes.
+/// Writes the asset completely or not at all and returns the file's size in bytes. Throws Error
+/// kResource.
 uint64_t writeAsset(const Asset& asset, const std::string& path,
                     AssetPacking packing = AssetPacking::kCompact);
 
-/// Returns an estimate, from above, of the bytes of memory that writeAsset takes besides the DAG.
+/// Returns an upper estimate of the memory in bytes that writeAsset needs besides the DAG.
 /// @param wordCount of the DAG @param largestLevelWords of its largest level
 uint64_t writingBytes(AssetPacking packing, uint64_t wordCount, uint64_t largestLevelWords);
 
-/// Reads an asset and verifies everything before it trusts anything: magic, version, sizes against
-/// the file's own size, checksums, every address in range, downwards and aligned to a node of the
-/// right level, no empty child. Throws Error kInput naming file, place and value.
+/// Reads an asset and verifies all of it before use: magic, version, sizes against the size of the
+/// file, checksums, and every address (in range, downward, aligned to a node of the right level, no
+/// empty child). Throws Error kInput naming file, place and value.
 Asset readAsset(const std::string& path);
 
-/// The same for the bytes of a file; `name` stands for its path in messages.
+/// As readAsset(path), from the bytes of a file. `name` replaces its path in messages.
 Asset parseAsset(const std::vector<uint8_t>& bytes, const std::string& name);
 
 } // namespace shadowdag

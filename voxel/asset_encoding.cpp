@@ -9,14 +9,15 @@
 namespace shadowdag {
 namespace {
 
-/// Returns the voxels that a leaf of this grid may hold: all but for grids smaller than a leaf.
+/// Returns a mask of the voxels that a leaf of this grid may hold: all, except for grids smaller
+/// than a leaf.
 uint64_t leafVoxels(const VoxelGrid& grid) {
     if (grid.resolutionLog2 >= kLeafLog2)
         return ~uint64_t(0);
     return grid.resolutionLog2 == 1 ? 0xffu : 0x1u;
 }
 
-/// Where the streams begin.
+/// Offsets of the streams.
 struct Streams {
     uint64_t masks = 0, flags, references, leaves;
     explicit Streams(const EncodedCounts& c)
@@ -24,7 +25,7 @@ struct Streams {
           leaves(references + 4 * c.referenceCount) {}
 };
 
-/// The inner nodes of a DAG level by level: what the writer needs twice.
+/// The inner nodes of a DAG level by level. The writer reads them twice.
 template <class Visit> void walkInner(const Dag& dag, const Visit& visit) {
     const uint32_t rootLevel = std::max(dag.grid.resolutionLog2, kLeafLog2);
     std::vector<uint32_t> nodes{dag.rootAddress}, below;
@@ -115,9 +116,9 @@ Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, co
     dag.words.reserve(counts.wordCount());
     dag.rootAddress = 0;
     EncodedCounts next;
-    // Addresses of the level being read: its own nodes end where the level below begins, so a
-    // level's masks are summed first. nodeAddress: the nodes of the level below, as far as they are
-    // seen.
+    // Addresses of the level being read: its nodes end where the level below begins, so the masks
+    // of a level are summed first. nodeAddress: the nodes of the level below that have been read so
+    // far.
     std::vector<uint32_t> nodeAddress;
     uint64_t nodeCount = 1;
     for (uint32_t level = std::max(grid.resolutionLog2, kLeafLog2); level > kLeafLog2; --level) {
@@ -137,7 +138,7 @@ Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, co
             fail("level " + std::to_string(level) + " has " + std::to_string(pointers) +
                  " pointers, the file holds " +
                  std::to_string(counts.pointerCount - next.pointerCount) + " more");
-        // The words per child node are its mask's bits and one, or two for a leaf.
+        // The words per child node are the bits of its mask and one, or two for a leaf.
         const uint8_t* childMasks = masks + nodeCount;
         const uint64_t childLimit = level - 1 == kLeafLog2
                                         ? counts.leafCount
@@ -161,7 +162,7 @@ Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, co
                 }
                 if (next.referenceCount >= counts.referenceCount)
                     fail("pointer " + std::to_string(p) +
-                         " is a reference, the file holds no more of them");
+                         " is a reference, but the file has no further references");
                 const uint64_t r = next.referenceCount++;
                 uint32_t distance = 0;
                 for (uint64_t plane = 0; plane < 4; ++plane)
@@ -169,7 +170,7 @@ Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, co
                                 << (8 * plane);
                 if (distance == 0 || distance > nodeAddress.size())
                     fail("reference " + std::to_string(r) + " leads " + std::to_string(distance) +
-                         " nodes back, " + std::to_string(nodeAddress.size()) + " are there");
+                         " nodes back, but only " + std::to_string(nodeAddress.size()) + " exist");
                 dag.words.push_back(nodeAddress[nodeAddress.size() - distance]);
             }
         }

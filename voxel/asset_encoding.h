@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The encoding of a DAG in an asset file: smaller than in memory, and valid by construction once it
-// is decoded.
+// The encoding of a DAG in an asset file. It is smaller than the DAG in memory, and a decoded DAG
+// is always valid.
 #pragma once
 
 #include "voxel/dag.h"
@@ -28,15 +28,15 @@ struct EncodedCounts {
     uint64_t wordCount() const { return innerCount + pointerCount + 2 * leafCount; }
 };
 
-/// Nodes are numbered a level at a time by first visit, breadth first, as in dag.h. Most pointers
-/// lead to the next node not yet seen (flag 1: costs a bit); the others name a node of the level
-/// below by its distance back from there (flag 0). So addresses are not stored, and a decoded one
-/// cannot be wrong, only a reference can be too far.
+/// Nodes are numbered level by level in breadth-first order of the first visit, as in dag.h. Most
+/// pointers lead to the next unvisited node (flag 1, one bit). The others store how many nodes back
+/// their target is in the level below (flag 0). Addresses are therefore not stored, and the only
+/// possible error is a reference that is too large.
 std::vector<uint8_t> encodeDag(const Dag& dag, EncodedCounts& counts);
 
 /// Returns the DAG of these streams, in canonical order if encodeDag wrote them. Verifies
-/// everything; nothing is allocated but the counts' words. Throws Error kInput; messages begin with
-/// `name`.
+/// everything and allocates only the words that the counts state. Throws Error kInput; messages
+/// begin with `name`.
 /// @param bytes counts.byteCount() bytes
 Dag decodeDag(const std::vector<uint8_t>& bytes, const EncodedCounts& counts, const VoxelGrid& grid,
               const std::string& name);

@@ -15,7 +15,7 @@
 namespace shadowdag {
 
 static_assert(std::endian::native == std::endian::little,
-              "values are copied as they stand in memory");
+              "values are copied in their byte order in memory");
 
 /// A checksum as contentHash() returns it.
 using Checksum = std::array<uint8_t, 16>;
@@ -45,8 +45,7 @@ private:
     std::vector<uint8_t> data_;
 };
 
-/// Reads bytes from their start, never past their end. Throws Error kInput; messages begin with
-/// `name`.
+/// Reads bytes from the start, never past the end. Throws Error kInput; messages begin with `name`.
 class ByteReader {
 public:
     /// @param bytes outlives the reader

@@ -9,10 +9,10 @@
 namespace shadowdag {
 namespace {
 
-constexpr uint32_t kCubeLevel = 4;  ///< cells of 16^3, whose voxels are known together
+constexpr uint32_t kCubeLevel = 4;  ///< cells of 16^3, whose voxels are coded together
 constexpr uint32_t kBlockLevel = 3; ///< cells of 8^3, written as voxels
 
-/// The leaves of the up to eight blocks of a cube, 0 where there is none.
+/// The leaves of the up to eight blocks of a cube, 0 for a missing block.
 struct CubeLeaves {
     uint64_t at[8][8] = {};
 };
@@ -25,8 +25,8 @@ struct LeafPlace {
           z(int(2 * (b >> 2) + (o >> 2))) {}
 };
 
-/// Makes known what a cube's child mask says, and the blocks written before it (`old`; a child
-/// that repeats a new one of the same cube is neither old nor new).
+/// Writes a cube's child mask and its earlier blocks (`old`) into the context. A child that repeats
+/// a new one of the same cube is neither old nor new.
 void beginCube(VoxelModel& model, uint32_t mask, uint32_t old, const CubeLeaves& leaves) {
     model.known.forget();
     for (uint32_t b = 0; b < 8; ++b) {
@@ -40,8 +40,8 @@ void beginCube(VoxelModel& model, uint32_t mask, uint32_t old, const CubeLeaves&
     }
 }
 
-/// Codes the voxels of a cube's new blocks, coarse to fine. Returns false where a cell that should
-/// be occupied is not: damaged data.
+/// Codes the voxels of a cube's new blocks, coarse to fine. Returns false if a cell that must be
+/// occupied is empty: the data are damaged.
 template <class Coder>
 bool codeBlocks(VoxelModel& model, Coder& coder, uint32_t newBlocks, CubeLeaves& leaves) {
     uint32_t leafMasks[8] = {}, octants[8][8] = {};
@@ -89,7 +89,8 @@ bool codeBlocks(VoxelModel& model, Coder& coder, uint32_t newBlocks, CubeLeaves&
     return true;
 }
 
-/// Returns the voxels that a leaf of this grid may hold: all but for grids smaller than a leaf.
+/// Returns a mask of the voxels that a leaf of this grid may hold: all, except for grids smaller
+/// than a leaf.
 uint64_t leafVoxels(const VoxelGrid& grid) {
     if (grid.resolutionLog2 >= kLeafLog2)
         return ~uint64_t(0);
@@ -100,8 +101,8 @@ uint64_t leafAt(const std::vector<uint32_t>& words, uint32_t address) {
     return words[address] | uint64_t(words[address + 1]) << 32;
 }
 
-/// Where the levels of a DAG begin; starts[kLeafLog2 - 1] is where the leaves end. Each level
-/// begins with the first child of the first node above.
+/// The first words of the levels of a DAG; starts[kLeafLog2 - 1] is the end of the leaves. Each
+/// level begins with the first child of the first node above it.
 struct LevelStarts {
     uint32_t at[kMaxResolutionLog2 + 1] = {};
     uint32_t rootLevel;
@@ -226,7 +227,7 @@ private:
         }
     }
 
-    std::vector<uint32_t> slots_; // 2^n, half of them free
+    std::vector<uint32_t> slots_; // 2^n entries, at least half of them free
     std::vector<uint64_t> leaves_;
 };
 
@@ -254,7 +255,7 @@ public:
         }
         if (rootLevel_ < kCubeLevel)
             readRootCube();
-        // Blocks stand behind their cubes, leaves behind the blocks.
+        // Blocks follow their cubes, and leaves follow the blocks.
         const size_t blocks = dag_.words.size();
         for (uint32_t& address : blockAddresses_)
             address += uint32_t(blocks);
@@ -283,7 +284,7 @@ private:
     }
     void count(uint32_t level, uint32_t mask) {
         if (coder_.isPastEnd())
-            fail("its nodes go on past its end, in level " + std::to_string(level));
+            fail("its nodes continue past its end in level " + std::to_string(level));
         if (mask == 0)
             fail("a node of level " + std::to_string(level) + " has no child");
         ++innerCount_;
@@ -316,7 +317,7 @@ private:
                     if (before >= seen)
                         fail("a pointer of level " + std::to_string(level) +
                              " leads further back than the " + std::to_string(seen) +
-                             " nodes that are there");
+                             " nodes read so far");
                 }
                 model_.follow(context, before);
                 dag_.words.push_back(before);
@@ -388,7 +389,7 @@ private:
         leaves_.of(leaves.at[0][0]);
     }
 
-    /// Makes addresses of the numbers in the nodes from word `begin` to `end`.
+    /// Replaces numbers by addresses in the nodes from word `begin` to `end`.
     void replaceNumbers(size_t begin, size_t end, const std::vector<uint32_t>& addresses) {
         for (size_t i = begin; i < end;)
             for (uint32_t n = bitCount32(dag_.words[i++]); n > 0; --n, ++i)
@@ -422,7 +423,7 @@ std::vector<uint8_t> encodeCompact(const Dag& dag, EncodedCounts& counts) {
 Dag decodeCompact(const std::vector<uint8_t>& bytes, const EncodedCounts& counts,
                   const VoxelGrid& grid, const std::string& name) {
     const uint64_t limit = compactWordLimit(bytes.size());
-    // Each count alone first, so that their sum cannot wrap.
+    // Check each count by itself first, so that their sum cannot wrap.
     if (counts.innerCount > limit || counts.pointerCount > 8 * counts.innerCount ||
         counts.referenceCount != 0 || counts.leafCount > limit || counts.wordCount() > limit ||
         counts.wordCount() >= kNoNode)

@@ -11,8 +11,8 @@
 
 namespace shadowdag {
 
-/// A cut triangle made ready: its texture coordinates, in texels, as affine functions of voxel
-/// coordinates along the setup's axes u and v.
+/// A cut triangle prepared for the test: its texture coordinates, in texels, as affine functions of
+/// voxel coordinates along the setup's axes u and v.
 ///
 /// Error: with det the doubled area seen along d, and E the longest edge, a derivative is off by
 /// 16 eps E T / |det| (T the extent of the coordinates) and det by 8 eps E^2. Triangles with |det|
@@ -28,7 +28,8 @@ struct CutSetup {
     SDAG_HD glm::dvec2 at(const TriangleSetup& s, double u, double v) const {
         return origin + perU * (u - s.p[0][0]) + perV * (v - s.p[1][0]);
     }
-    /// Returns the cover of the mask over a rectangle, as far as points of the triangle lie in it.
+    /// Returns the cover of the mask over the part of a rectangle in which the triangle may have
+    /// points.
     SDAG_HD MaskCover cover(const glm::dvec2& lo, const glm::dvec2& hi) const {
         return mask.cover(glm::clamp(lo - grow, least, most), glm::clamp(hi + grow, least, most));
     }
@@ -66,7 +67,8 @@ SDAG_HD inline CutSetup setupCut(const TriangleSetup& s, const glm::vec2 uv[3],
     return cut;
 }
 
-/// Returns the cover of the mask over the part of the triangle within column (u, v), all of it.
+/// Returns the cover of the mask over the part of the triangle within column (u, v), over its whole
+/// depth.
 SDAG_HD inline MaskCover coverOfColumn(const TriangleSetup& s, const CutSetup& cut, double u,
                                        double v) {
     if (cut.mask.empty())

@@ -19,7 +19,7 @@ struct ByteSet {
     }
 };
 
-/// Writes the wide nodes under canonical ones, each once.
+/// Writes the wide nodes of canonical ones, each once.
 class WideBuilder {
 public:
     WideBuilder(const Dag& dag, WideDag& wide)

@@ -15,14 +15,14 @@ namespace shadowdag {
 /// A leaf holds 4 x 4 x 4 voxels.
 constexpr uint32_t kLeafLog2 = 2;
 
-/// A DAG for tracing on the CPU, made from the canonical one: two levels a node. Words of a node,
-/// which stand after the words of the nodes below it:
+/// A second form of the DAG for tracing on the CPU, built from the canonical one: a node covers two
+/// levels. Its words are stored after the words of the nodes below it:
 ///
 ///     node of level L = 4, 6, ...: 64-bit mask of its 4^3 cells of level L - 2, bit 8 * c + g for
-///     grandchild g of child c; then the addresses of those that are there, ascending
+///     grandchild g of child c; then the addresses of the occupied ones, ascending
 ///     leaf: as in DagView
 ///
-/// The root's level is even: an odd one gets a node above it in which it is child 0.
+/// The root's level is even. An odd root becomes child 0 of a node above it.
 struct WideDagView {
     View<const uint32_t> words; ///< empty: there is none
     uint32_t rootAddress = 0;
@@ -49,16 +49,16 @@ struct DagView {
     View<const uint32_t> words;
     uint32_t rootAddress = 0xffffffffu;
     VoxelGrid grid;
-    WideDagView wide = {}; ///< the same voxels once more, or empty; never changes an answer
+    WideDagView wide = {}; ///< the same voxels in wide form, or empty; does not change results
 };
 
 constexpr uint32_t kNoNode = 0xffffffffu;
 
-/// Numbers of a DAG by level. Level convention of `nodeCounts`: index 0 is the root, every cell
-/// down to the 2^3 voxel cells is a node (so that they can be compared with the counts of other
-/// programs), although this layout stores 4^3 leaves.
+/// Statistics of a DAG by level. In `nodeCounts` index 0 is the root, and every cell down to the
+/// 2^3 voxel cells is a node, so that the counts can be compared with other programs, although this
+/// layout stores 4^3 leaves.
 struct DagStats {
-    uint64_t voxelCount = 0;             ///< occupied voxels (saturates nowhere: 2^51 at most)
+    uint64_t voxelCount = 0;             ///< occupied voxels (at most 2^51, so it cannot overflow)
     std::vector<uint64_t> nodeCounts;    ///< unique nodes per level, root first, 2^3 cells last
     std::vector<uint64_t> svoNodeCounts; ///< the same before merging
     uint64_t leafCount = 0;              ///< unique 4^3 leaves
@@ -75,8 +75,8 @@ struct Dag {
     DagView view() const { return {viewOf(words), rootAddress, grid}; }
     /// Returns whether no voxel is occupied.
     bool empty() const { return rootAddress == kNoNode; }
-    /// Returns whether something was voxelized into it, even if it was only moving triangles, which
-    /// produce no voxels. False if default-constructed: empty over a grid of one voxel.
+    /// Returns whether a scene was voxelized into it, even one of moving triangles only, which
+    /// produce no voxels. False if default-constructed: then it is empty over a grid of one voxel.
     bool isBuilt() const { return !empty() || grid.resolutionLog2 > 0; }
 };
 
@@ -89,11 +89,12 @@ struct WideDag {
     WideDagView view() const { return {viewOf(words), rootAddress, rootLevel}; }
 };
 
-/// Returns the wide form of a DAG; without words where there is none: no voxel, a leaf as root, or
-/// more words than addresses reach. Cost: linear in nodes; one word a word of `dag` besides.
+/// Returns the wide form of a DAG. It has no words if the DAG has no voxel or a leaf as root, or if
+/// it would need more words than addresses reach. Cost: linear in nodes; one word per word of `dag`
+/// besides.
 WideDag buildWideDag(const Dag& dag);
 
-/// Returns the numbers of a DAG by walking it once. Cost: linear in nodes.
+/// Returns the statistics of a DAG by walking it once. Cost: linear in nodes.
 DagStats computeDagStats(const Dag& dag);
 
 /// Returns whether voxel (x, y, z) is occupied; coordinates out of the grid are empty.

@@ -23,18 +23,18 @@ uint32_t wordCountAt(uint32_t level, const std::vector<uint32_t>& words, size_t 
 
 void throwTooManyWords() {
     throw Error(ErrorKind::kResource,
-                "the voxel DAG outgrows the 2^32 words that its 32-bit addresses reach; "
-                "ask for a lower resolution");
+                "the voxel DAG needs more than the 2^32 words that 32-bit addresses reach; "
+                "choose a lower resolution");
 }
 
 void throwOutOfMemory(const std::string& doing, const VoxelGrid& grid) {
     throw Error(ErrorKind::kResource, "out of memory while " + doing + " at " +
                                           std::to_string(grid.resolution()) +
-                                          "^3; ask for a lower resolution");
+                                          "^3; choose a lower resolution");
 }
 
-// A multiply a word, then a finish that brings the high bits down. Any function would do: equality
-// is by content.
+// One multiplication per word, then a final step that mixes the high bits into the low ones. Any
+// function would be correct, because equality is decided by content.
 uint32_t NodeTable::hashWords(const uint32_t* words, uint32_t count) {
     uint64_t h = words[0] * 0x9e3779b97f4a7c15u;
     for (uint32_t i = 1; i < count; ++i)
@@ -111,7 +111,7 @@ uint32_t DagBuilder::addInner(uint32_t level, const uint32_t children[8]) {
 uint32_t DagBuilder::addSubtree(const DagBuilder& other, uint32_t level, uint32_t address) {
     if (address == kNoNode)
         return kNoNode;
-    // From the leaves up: below[a] is where the node at a of the level below went.
+    // From the leaves up: below[a] is the new address of the node at a of the level below.
     std::vector<uint32_t> below, here;
     for (uint32_t l = kLeafLog2; l <= level; ++l) {
         const std::vector<uint32_t>& words = other.table(l).words();

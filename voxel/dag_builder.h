@@ -26,25 +26,25 @@ public:
     explicit NodeTable(Hash hash = hashWords, uint64_t maxWordCount = kNoNode - 1)
         : maxWordCount_(maxWordCount), hash_(hash) {}
 
-    /// Returns where the node is (index of its first word in words()), adding it when it is new.
-    /// Throws Error kResource over 2^32 - 2 words (or maxWordCount).
+    /// Returns the node's address (index of its first word in words()) and adds the node if it is
+    /// new. Throws Error kResource over 2^32 - 2 words (or maxWordCount).
     uint32_t findOrAdd(const uint32_t* node, uint32_t wordCount);
 
     const std::vector<uint32_t>& words() const { return words_; }
     size_t nodeCount() const { return nodeCount_; }
-    /// Makes room for so many words, in address space; memory is taken as they come.
+    /// Reserves address space for so many words; memory is committed as it is used.
     void reserveWords(size_t count) { words_.reserve(count); }
-    /// Returns the bytes held, and those that the next growth may take besides for a while.
+    /// Returns the bytes held, and the bytes that the next growth may take temporarily.
     uint64_t byteCount() const { return 4 * words_.capacity() + 8 * slots_.size(); }
     uint64_t growthByteCount() const {
         return 8 * words_.capacity() + 16 * std::max<uint64_t>(slots_.size(), 64);
     }
-    /// Returns whether the next node may make the index grow, and the bytes that this takes.
+    /// Whether the next node may make the index grow, and the bytes that this takes.
     bool isIndexFull() const { return nodeCount_ * 2 >= slots_.size(); }
     uint64_t indexGrowthByteCount() const { return 16 * slots_.size(); }
-    /// Frees the index; nodes are there to be read, none can be added.
+    /// Frees the index. Nodes can still be read, but none can be added.
     void dropIndex() { std::vector<uint64_t>().swap(slots_); }
-    /// Forgets all nodes, keeps the memory.
+    /// Removes all nodes and keeps the memory.
     void clear();
 
 private:
@@ -85,9 +85,9 @@ public:
     /// Adds the subtree of another builder whose root is at `address` of its level `level`; every
     /// node of `other` must belong to it. Returns its address here.
     uint32_t addSubtree(const DagBuilder& other, uint32_t level, uint32_t address);
-    /// Forgets all nodes, keeps the memory.
+    /// Removes all nodes and keeps the memory.
     void clear();
-    /// Returns the bytes held, with what the growth of one level may take besides for a while.
+    /// Returns the bytes held and those that the growth of one level may take temporarily.
     uint64_t byteCount() const;
 
     /// Returns the DAG under the node at `address` of level `level`, in canonical order (dag.h):
@@ -99,9 +99,9 @@ public:
     const std::vector<uint32_t>& words(uint32_t level) const { return table(level).words(); }
     /// Returns how many nodes and children level `level` has.
     LevelCounts counts(uint32_t level) const;
-    /// Hands the nodes under some roots of level `level` (addresses; kNoNode is passed over, one
-    /// may stand there often) to `sink`, in canonical order, roots in the order given. Returns the
-    /// numbers of the roots, kNoNode for kNoNode.
+    /// Hands the nodes under some roots of level `level` to `sink`, in canonical order and in the
+    /// order of the roots. Roots are addresses; kNoNode is skipped, and an address may occur
+    /// several times. Returns the numbers of the roots, kNoNode for kNoNode.
     std::vector<uint32_t> visit(uint32_t level, const std::vector<uint32_t>& roots,
                                 NodeSink& sink) const;
 
@@ -113,7 +113,7 @@ private:
     std::vector<NodeTable> tables_;
 };
 
-/// Throws the Error kResource of a DAG with more words than 32-bit addresses reach.
+/// Throws the Error kResource for a DAG with more words than 32-bit addresses reach.
 [[noreturn]] void throwTooManyWords();
 /// Throws Error kResource: "out of memory while DOING at N^3".
 [[noreturn]] void throwOutOfMemory(const std::string& doing, const VoxelGrid& grid);

@@ -71,7 +71,7 @@ uint32_t finish(uint32_t level, Projections& p) {
     return detail::coverageByte(most, level == kLeafLog2 + 1 ? 64 : 16 * kUnit);
 }
 
-/// Writes coverages beside wide nodes, each once.
+/// Writes the coverages beside the wide nodes, each once.
 struct WideCoverage {
     const Dag& covered;
     const WideDag& wide;
@@ -82,7 +82,7 @@ struct WideCoverage {
     }
     /// @param address,wideAddress the same node of a level above the leaves', in both forms
     void add(uint32_t address, uint32_t wideAddress, uint32_t level) {
-        if (words[wideAddress + 2] != 0) // coverage is at least 1: been here
+        if (words[wideAddress + 2] != 0) // coverage is at least 1, so this node was visited before
             return;
         words[wideAddress + 2] = ofCell(address, level);
         const uint32_t mask = covered.words[address] & 0xffu;
@@ -113,7 +113,7 @@ Dag withCoverage(const Dag& dag) {
     const uint32_t rootLevel = std::max(dag.grid.resolutionLog2, kLeafLog2);
     if (dag.empty() || rootLevel == kLeafLog2)
         return covered;
-    // Nodes by level, each once, and where each stands in its level.
+    // Nodes by level, each once, and the position of each in its level.
     std::vector<std::vector<uint32_t>> nodes(rootLevel + 1);
     std::vector<uint32_t> place(dag.words.size(), kNoNode);
     nodes[rootLevel] = {dag.rootAddress};

@@ -10,16 +10,16 @@
 //     2. counts: its level is 0, or its coverage (withCoverage) is at least the threshold, and
 //     3. is met during T(L) by the slab test of ray_slabs.h: the latest near time and begin[L] are
 //        at most the earliest far time and end[L].
-// Nothing else matters, so an answer is a function of cell and segment, and any order of visits
-// gives it. A traversal may drop a cell that the segment misses, because the slab test of a box
+// Nothing else matters, so the result is a function of cells and segment, and any order of visits
+// gives it. A traversal may skip a cell that the segment misses, because the slab test of a box
 // encloses those of the boxes in it, also when both are cut to the same times.
 //
-// Where the parts T(L) abut (footprint) this says of every point of the segment: it is dark when
-// the cell of the level that is asked for there is occupied.
+// Where the parts T(L) abut (footprint), a point of the segment is dark when the cell of the level
+// requested there is occupied.
 //
-// Source of the footprint: the pixel's cone narrowing towards the light, as that of a shadow map's
+// Source of the footprint: the pixel's cone narrows towards the light, as that of a shadow map's
 // texel does (Olsson et al., More Efficient Virtual Shadow Maps for Many Lights, TVCG 2015, sec.
-// IV-B); of cones that stop at the voxel as wide as they are: Laine, Karras, Efficient Sparse Voxel
+// IV-B). Cones that stop at a voxel of their own width: Laine, Karras, Efficient Sparse Voxel
 // Octrees, I3D 2010, sec. 5. Ours narrows, and tests the line, not the cone.
 #pragma once
 
@@ -29,11 +29,11 @@
 
 namespace shadowdag {
 
-/// How rays choose the level of the cells that stop them.
+/// How the level of the cells that stop a ray is chosen.
 enum class LodRule : uint8_t {
     kFixed,     ///< one level everywhere
-    kFootprint, ///< the footprint's; every occupied cell stops
-    kCoverage,  ///< the footprint's; a cell stops when enough of it is covered, else it lets pass
+    kFootprint, ///< the footprint's level; every occupied cell stops the ray
+    kCoverage,  ///< the footprint's level; a cell stops the ray if enough of it is covered
 };
 
 /// How wide a ray is, in voxels: min(start, slope * distance to the light).
@@ -42,12 +42,12 @@ struct Footprint {
     double slope = 0; ///< a voxel nearer to the light; at least start / the ray's length
 };
 
-/// Returns the footprint of a pixel's ray to a light: the pixel's at the receiver, narrowing to a
-/// point at the light, nowhere narrower than the light's requested texel there (2 s / R at
-/// distance s) as far as that is not wider than the pixel, all times `scale`.
+/// Returns the footprint of a pixel's ray to a light, times `scale`: the pixel's size at the
+/// receiver, narrowing to a point at the light, but nowhere narrower than the light's requested
+/// texel there (2 s / R at distance s), as far as that is not wider than the pixel.
 /// @param pixelVoxels side of the pixel at the receiver, in voxels
 /// @param lengthVoxels distance of the two, > 0
-/// @param resolution texels across a face of the light's map, R of resolution.h; 0: not asked
+/// @param resolution texels across a face of the light's map, R of resolution.h; 0: no limit
 SDAG_HD inline Footprint makeFootprint(double pixelVoxels, double lengthVoxels, double resolution,
                                        double scale) {
     const double cone = pixelVoxels / lengthVoxels;
@@ -64,16 +64,16 @@ SDAG_HD inline uint32_t lodLevel(double voxels) {
     return level;
 }
 
-/// Which part of a segment is answered by which level; see the head of this file.
-/// begin, end: times of the segment, 0 <= begin[L] <= end[L] <= 1, both not descending as L falls.
-/// Levels outside [bottom, top] have no part.
+/// The part of a segment that is tested at each level; see the head of this file. begin, end: times
+/// of the segment, 0 <= begin[L] <= end[L] <= 1, both not descending as L falls. Levels outside
+/// [bottom, top] have no part.
 struct LodTimes {
     uint32_t top = 0, bottom = 0;
     float begin[kMaxResolutionLog2 + 1], end[kMaxResolutionLog2 + 1];
 };
 
-/// Returns the times of one level for the whole segment: what occluded(dag, segment, level) reads.
-/// A level above the root's means the root's.
+/// Returns the times for one level over the whole segment, as in occluded(dag, segment, level). A
+/// level above the root's means the root's.
 SDAG_HD inline LodTimes fixedLodTimes(const VoxelGrid& grid, uint32_t level) {
     const uint32_t rootLevel = grid.resolutionLog2 > kLeafLog2 ? grid.resolutionLog2 : kLeafLog2;
     LodTimes times;
@@ -83,10 +83,10 @@ SDAG_HD inline LodTimes fixedLodTimes(const VoxelGrid& grid, uint32_t level) {
     return times;
 }
 
-/// Returns the times of the levels that a footprint asks for: T(L) is where lodLevel(footprint) is
-/// L. The distance to the light is counted from the segment's end (the light, or where the offset
-/// drew it back to: finer, never coarser). Degenerate segments and footprints that are not finite
-/// get level 0.
+/// Returns the times of the levels that a footprint requests: T(L) is where lodLevel(footprint) is
+/// L. The distance to the light is measured from the segment's end (the light, or the point that
+/// the offset moved it to: finer, never coarser). Degenerate segments and footprints that are not
+/// finite get level 0.
 SDAG_HD inline LodTimes footprintLodTimes(const VoxelGrid& grid, const DagSegment& segment,
                                           const Footprint& footprint) {
     const uint32_t rootLevel = grid.resolutionLog2 > kLeafLog2 ? grid.resolutionLog2 : kLeafLog2;
@@ -109,8 +109,7 @@ SDAG_HD inline LodTimes footprintLodTimes(const VoxelGrid& grid, const DagSegmen
     return times;
 }
 
-/// Returns the coverage (withCoverage) from which on a cell counts, for a share of its columns in
-/// (0, 1].
+/// Returns the coverage at and above which a cell counts, for a share of its columns in (0, 1].
 SDAG_HD inline uint32_t coverageThreshold(float share) {
     return uint32_t(255.0f * share);
 }
@@ -229,8 +228,8 @@ SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segme
         return detail::stopsInLeaf(tester, detail::leafAt(words, address), corner, times, threshold,
                                    hit);
 
-    // As in occluded(); a node's children are first asked whether they stop the segment, then those
-    // are kept that the segment meets while finer levels are read.
+    // As in occluded(); a node's children are first tested for stopping the segment, then those
+    // that the segment meets at finer levels are kept.
     uint32_t stackAddress[kMaxResolutionLog2 + 1], stackPending[kMaxResolutionLog2 + 1];
     bool isEntered = true;
     uint32_t mask = 0, pending = 0;
@@ -286,20 +285,22 @@ SDAG_HD inline bool occludedByLevels(const DagView& dag, const DagSegment& segme
     }
 }
 
-/// Returns the DAG with the coverage of every node's cell in bits 8..15 of its first word: of the
-/// 4^L columns along x, y or z, whichever are more, how many hold a voxel; 255 for all, rounded
-/// down, at least 1. Exact to cells of 16^3 voxels; larger ones combine grids of 4 x 4 parts of
-/// their halves by the greater value: never more than the truth, which is at most twice that a
-/// level. Leaves stay; theirs is counted from their voxels. Other readers of the words mask them.
-/// Why the greatest: what stands across a cell stops rays from everywhere. Along the ray's longest
-/// axis alone, or weighted by its direction, walls that rays graze let light through (LAYOUT.md).
-/// A function of what is under a node, so nodes stay merged; never written to a file.
-/// Cost: linear in nodes, parallel by level; 96 bytes a node of two levels for the time of it.
+/// Returns the DAG with the coverage of every node's cell in bits 8..15 of its first word: how many
+/// of its 4^L columns along x, y or z, whichever are more, hold a voxel; 255 for all, rounded down,
+/// at least 1. Exact for cells up to 16^3 voxels. Larger ones combine grids of 4 x 4 parts of their
+/// halves by the greater value, which is never more than the true coverage; that is at most twice
+/// as large per level. Leaves are unchanged; their coverage is counted from their voxels. Other
+/// readers mask these bits. The greatest of the three is taken because a surface across the cell
+/// stops rays from all directions: the coverage along the ray's longest axis alone, or weighted by
+/// its direction, lets light through walls that rays graze (LAYOUT.md). It depends only on what is
+/// under a node, so nodes stay merged; it is never written to a file. Cost: linear in nodes,
+/// parallel by level; 96 temporary bytes per node of two levels.
 Dag withCoverage(const Dag& dag);
 
-/// Returns coverages for the wide form of a DAG, for WideDagView::coverage: by a node's address a,
-/// bytes of words a and a + 1: of its eight children; word a + 2: its own. As many words as the
-/// wide form has. @param covered withCoverage of the DAG that `wide` was built from
+/// Returns coverages for the wide form of a DAG, for WideDagView::coverage. By a node's address a:
+/// the bytes of words a and a + 1 are the coverages of its eight children, word a + 2 its own. As
+/// many words as the wide form has. @param covered withCoverage of the DAG that `wide` was built
+/// from
 /// Cost: linear in nodes.
 std::vector<uint32_t> wideCoverage(const Dag& covered, const WideDag& wide);
 

@@ -16,7 +16,7 @@
 
 namespace shadowdag::avx2 {
 
-/// WideTester between two times of the segment.
+/// WideTester limited to the times of the segment between two limits.
 struct WideLodTester : WideTester {
     explicit WideLodTester(const RaySlabs& r) : WideTester(r) {}
 

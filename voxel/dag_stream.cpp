@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Chooses among the files of ray streams, and answers what has no wide form.
+// Chooses the file of ray streams for the processor, and traces rays one by one in a DAG without
+// wide form.
 #include "voxel/dag_stream.h"
 
 #include "voxel/dag_stream_work.h"

@@ -12,7 +12,7 @@ namespace shadowdag {
 /// program may be compiled for an older processor.
 enum class StreamIsa : uint8_t { kPortable, kAvx2, kAvx512 };
 
-/// Returns the widest that this processor and this build have.
+/// Returns the widest set that this processor and this build have.
 StreamIsa bestStreamIsa();
 
 /// Returns whether this processor and this build have it.
@@ -35,9 +35,9 @@ struct WideCell {
 void traceStream(const DagView& dag, View<const DagSegment> segments, View<uint8_t> blocked,
                  StreamIsa isa = bestStreamIsa());
 
-/// The same for segments known to meet no voxels but those of `cells` (a shaft's cut): traced from
-/// there. Cells that a segment does not meet are allowed; order does not change an answer. `dag`
-/// must have its wide form.
+/// The same for segments that can meet only the voxels of `cells` (a shaft's cut): traversal starts
+/// there. Cells that a segment does not meet are allowed; their order does not change the result.
+/// `dag` must have its wide form.
 void traceStream(const DagView& dag, View<const WideCell> cells, View<const DagSegment> segments,
                  View<uint8_t> blocked, StreamIsa isa = bestStreamIsa());
 

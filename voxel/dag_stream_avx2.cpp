@@ -4,59 +4,17 @@
 
 #if defined(__AVX2__) && defined(__FMA__) && defined(__BMI2__)
 #include "voxel/dag_stream_order.h"
-#include "voxel/dag_stream_twice.h"
+#include "voxel/lanes_avx2.h"
+#include "voxel/lanes_twice.h"
 
 #include <immintrin.h>
 
 namespace shadowdag::stream {
 namespace {
 
-struct Avx2 {
-    static constexpr uint32_t kWidth = 8;
-    using Floats = __m256;
-
-    static Floats splat(float v) { return _mm256_set1_ps(v); }
-    static Floats gather(const float* base, const uint32_t* index) {
-        return _mm256_i32gather_ps(base,
-                                   _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), 4);
-    }
-    static float lane(const Floats& v, uint32_t i) {
-        return reinterpret_cast<const float*>(&v)[i]; // vectors may alias
-    }
-    static Floats sub(Floats a, Floats b) { return _mm256_sub_ps(a, b); }
-    static Floats mul(Floats a, Floats b) { return _mm256_mul_ps(a, b); }
-    static Floats div(Floats a, Floats b) { return _mm256_div_ps(a, b); }
-    static Floats fma(Floats a, Floats b, Floats c) { return _mm256_fmadd_ps(a, b, c); }
-    static Floats lesser(Floats a, Floats b) { return _mm256_min_ps(a, b); }
-    static Floats greater(Floats a, Floats b) { return _mm256_max_ps(a, b); }
-    static Floats absolute(Floats a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
-    static uint32_t less(Floats a, Floats b) {
-        return uint32_t(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ)));
-    }
-    static uint32_t lessOrEqual(Floats a, Floats b) {
-        return uint32_t(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LE_OQ)));
-    }
-    static Floats select(uint32_t which, Floats a, Floats b) {
-        const __m256i lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-        const __m256i on =
-            _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(int(which)), lanes), lanes);
-        return _mm256_blendv_ps(b, a, _mm256_castsi256_ps(on));
-    }
-    static float least(uint32_t which, Floats v) {
-        v = select(which, v, splat(kLargestScale));
-        __m128 h = _mm_min_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
-        h = _mm_min_ps(h, _mm_movehl_ps(h, h));
-        return _mm_cvtss_f32(_mm_min_ss(h, _mm_movehdup_ps(h)));
-    }
-    static float greatest(uint32_t which, Floats v) {
-        v = select(which, v, splat(-kLargestScale));
-        __m128 h = _mm_max_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
-        h = _mm_max_ps(h, _mm_movehl_ps(h, h));
-        return _mm_cvtss_f32(_mm_max_ss(h, _mm_movehdup_ps(h)));
-    }
-
-    /// Lanes 0..3 of a pair's one side hold near times, lanes 4..7 far times negated; of its other
-    /// side far times, and near times negated: one <= compares both ways.
+struct Avx2 : Twice<Twice<Avx2Lanes>> {
+    /// Lanes 0..3 of one side of a pair hold near times, lanes 4..7 negated far times; its other
+    /// side holds far times and negated near times, so that one <= compares in both directions.
     class Grid {
     public:
         Grid(const Slabs& s, uint32_t octant) : order_(octant) {
@@ -125,7 +83,7 @@ struct Avx2 {
 } // namespace
 
 void traceAvx2(const Work& work) {
-    traceAll<Twice<Twice<Avx2>>>(work);
+    traceAll<Avx2>(work);
 }
 
 } // namespace shadowdag::stream

@@ -4,7 +4,8 @@
 
 #if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__) && defined(__BMI2__)
 #include "voxel/dag_stream_order.h"
-#include "voxel/dag_stream_twice.h"
+#include "voxel/lanes_avx512.h"
+#include "voxel/lanes_twice.h"
 
 #include <immintrin.h>
 
@@ -23,36 +24,7 @@ struct PairLanes {
 };
 constexpr PairLanes kPairLanes;
 
-struct Avx512 {
-    static constexpr uint32_t kWidth = 16;
-    using Floats = __m512;
-
-    static Floats splat(float v) { return _mm512_set1_ps(v); }
-    static Floats gather(const float* base, const uint32_t* index) {
-        return _mm512_i32gather_ps(_mm512_loadu_si512(index), base, 4);
-    }
-    static float lane(const Floats& v, uint32_t i) {
-        return reinterpret_cast<const float*>(&v)[i]; // vectors may alias
-    }
-    static Floats sub(Floats a, Floats b) { return _mm512_sub_ps(a, b); }
-    static Floats mul(Floats a, Floats b) { return _mm512_mul_ps(a, b); }
-    static Floats div(Floats a, Floats b) { return _mm512_div_ps(a, b); }
-    static Floats fma(Floats a, Floats b, Floats c) { return _mm512_fmadd_ps(a, b, c); }
-    static Floats lesser(Floats a, Floats b) { return _mm512_min_ps(a, b); }
-    static Floats greater(Floats a, Floats b) { return _mm512_max_ps(a, b); }
-    static Floats absolute(Floats a) { return _mm512_abs_ps(a); }
-    static uint32_t less(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
-    static uint32_t lessOrEqual(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
-    static Floats select(uint32_t which, Floats a, Floats b) {
-        return _mm512_mask_blend_ps(__mmask16(which), b, a);
-    }
-    static float least(uint32_t which, Floats v) {
-        return _mm512_reduce_min_ps(select(which, v, splat(kLargestScale)));
-    }
-    static float greatest(uint32_t which, Floats v) {
-        return _mm512_reduce_max_ps(select(which, v, splat(-kLargestScale)));
-    }
-
+struct Avx512 : Twice<Avx512Lanes> {
     /// All 16 pairs of two axes in one register: x and y as first of a pair, y and z as second.
     class Grid {
     public:
@@ -125,7 +97,7 @@ struct Avx512 {
 } // namespace
 
 void traceAvx512(const Work& work) {
-    traceAll<Twice<Avx512>>(work);
+    traceAll<Avx512>(work);
 }
 
 } // namespace shadowdag::stream

@@ -5,12 +5,12 @@
 // inline of other headers is used (dag_stream_work.h says why).
 //
 // A packet is enclosed by a shaft: the box of its starts moves to the box of its ends. At each node
-// one 64-cell slab test of the shaft finds what any ray may meet; each cell that is occupied as
-// well is tested with the rays' own slab test, in lanes, and visited with the rays that meet it.
-// The answers are those of the rays' tests alone, and those are monotone (ray_slabs.h): the bits of
-// occluded(). A shaft drops nothing that a ray's test accepts, since such a cell lies within twice
-// the margin of the exact segment, the shaft is grown by twice the margin, and its own test by a
-// margin more.
+// one 64-cell slab test of the shaft finds the cells that any ray may meet; each of them that is
+// occupied is tested with the rays' own slab test, in lanes, and visited with the rays that meet
+// it. The results are those of the rays' tests alone, and those are monotone (ray_slabs.h), so they
+// are the bits of occluded(). A shaft skips no cell that a ray's test accepts: such a cell lies
+// within twice the margin of the exact segment, the shaft is grown by twice the margin, and its own
+// test by another margin.
 //
 // V has: kWidth; Floats, with splat, lane, sub, mul, div, fma, lesser, greater, absolute;
 // lessOrEqual and less, as bits; select(bits, a, b); least(bits, v), greatest(bits, v) over lanes;
@@ -24,13 +24,13 @@ namespace shadowdag::stream {
 namespace {
 
 constexpr uint32_t kMaxDepth = 9; // nodes on a path: (kMaxResolutionLog2 + 1) / 2
-/// With so few rays left of a packet each goes alone: the packet's shaft is too wide for them.
-/// Measured for 8 to 32 rays, LAYOUT.md.
+/// With so few rays left of a packet each is traced alone, because the packet's shaft is too wide
+/// for them. Measured for 8 to 32 rays, LAYOUT.md.
 constexpr int fewRays(uint32_t width) {
     return int(width / 8);
 }
 
-/// Rays whose ends lie within so many voxels of each other are taken to go to one light.
+/// Rays whose ends lie within so many voxels of each other are assumed to go to one light.
 constexpr float kSameEnd = 16;
 
 /// Slab tests of one segment, or of a shaft: near(p) = fma(p, invNear, cNear) on each axis.
@@ -38,8 +38,8 @@ struct Slabs {
     float invNear[3], invFar[3], cNear[3], cFar[3];
 };
 
-/// Numbers of cells in the order of visits, from the segment's end: number i stands for cell
-/// i ^ order(octant), axis a's planes run backwards where bit a of endOctant is set.
+/// Numbers of cells in the order of visits, from the segment's end: number i is cell i ^
+/// order(octant); axis a's planes run backwards where bit a of endOctant is set.
 inline uint32_t endOctant(uint32_t octant) {
     return octant ^ 7u;
 }
@@ -80,7 +80,7 @@ inline uint64_t maskAt(const uint32_t* words, uint32_t address) {
     return words[address] | uint64_t(words[address + 1]) << 32;
 }
 
-/// Returns the address of what lies below a cell that is there.
+/// Returns the address of the node below an occupied cell.
 inline uint32_t belowCell(const uint32_t* words, uint32_t address, uint64_t mask, uint32_t cell) {
     const uint64_t before = mask & ((uint64_t(1) << cell) - 1);
     return words[address + 2 + uint32_t(__builtin_popcountll(before))];
@@ -181,7 +181,7 @@ template <class V> struct Rays {
         return (against[0] >> lane & 1) | (against[1] >> lane & 1) << 1 |
                (against[2] >> lane & 1) << 2;
     }
-    /// Returns how many rays from the first on go to the first one's light.
+    /// Returns how many rays, starting with the first, go to the first one's light.
     uint32_t countToFirstLight() const {
         uint32_t same = ~0u;
         for (int a = 0; a < 3; ++a)
@@ -250,8 +250,8 @@ template <class V> struct Rays {
     }
 };
 
-/// The way of some rays of one octant through the wide form, from their end: near the start more
-/// cells are met, those of the surface that it left.
+/// Traces some rays of one octant through the wide form from their end, because near the start they
+/// meet more cells, those of the surface that they left.
 template <class V> class Packet {
 public:
     Packet(const uint32_t* words, const Rays<V>& rays, uint32_t active, uint32_t octant)
@@ -407,10 +407,10 @@ private:
     Visit stack_[kStarts + 64 * kMaxDepth];
 };
 
-/// Returns which of the active rays, of one octant, meet a voxel below the starts. What stopped the
-/// packet before, if that was wholly dark, is tried first and brought up to date: `stopper`, of
-/// side 0 when there is none. That gains a tenth where packets are dense and costs nothing where
-/// they are not.
+/// Returns which of the active rays, of one octant, meet a voxel below the starts. The node that
+/// stopped the previous packet, if all of that was dark, is tried first and then updated:
+/// `stopper`, of side 0 if there is none. This saves a tenth where packets are dense and costs
+/// nothing elsewhere.
 template <class V>
 uint32_t tracePacket(const Work& work, const Rays<V>& rays, uint32_t active, uint32_t octant,
                      Visit& stopper) {
@@ -437,7 +437,7 @@ template <class V> void traceAll(const Work& work) {
         for (uint32_t i = 0; i < V::kWidth; ++i)
             index[i] = 6 * (i < count ? i : count - 1);
         const Rays<V> rays(work.segments + 6 * first, index, work.resolution);
-        // A packet ends where the light changes, unless it would have next to nothing.
+        // A packet ends where the light changes, unless it would be almost empty.
         const uint32_t toFirstLight = rays.countToFirstLight();
         if (toFirstLight < count && toFirstLight >= V::kWidth / 4)
             count = toFirstLight;

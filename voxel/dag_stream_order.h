@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masks of 64 cells, brought into the order of visits and put together, for the x86 files of ray
-// streams alone (dag_stream_kernel.h).
+// Masks of 64 cells: reordered into the order of visits, and combined. Only for the x86 files of
+// ray streams (dag_stream_kernel.h).
 #pragma once
 
 #include "voxel/dag_stream_kernel.h"
@@ -56,7 +56,7 @@ private:
 };
 
 /// Returns the cells whose three pairs of coordinates are set. Bit number (x0, y0, z0, x1, y1, z1):
-/// leave gaps at the missing axis, then fill them: the factor has a bit for each of its four
+/// leave gaps at the missing axis, then fill them; the factor has a bit for each of its four
 /// places.
 inline uint64_t cellsOfPairs(uint32_t xy, uint32_t xz, uint32_t yz) {
     return _pdep_u64(xy, 0x000000000f0f0f0fu) * 0x0000001100000011u &

@@ -1,81 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ray streams in plain C++, for processors that have neither AVX2 nor AVX-512.
 #include "voxel/dag_stream_kernel.h"
+#include "voxel/lanes_portable.h"
 
 #include <cmath>
 
 namespace shadowdag::stream {
 namespace {
 
-struct Portable {
-    static constexpr uint32_t kWidth = 8;
-    struct Floats {
-        float at[kWidth];
-    };
-
-    template <class F> static Floats each(const F& of) {
-        Floats r;
-        for (uint32_t i = 0; i < kWidth; ++i)
-            r.at[i] = of(i);
-        return r;
-    }
-    template <class F> static uint32_t bits(const F& of) {
-        uint32_t r = 0;
-        for (uint32_t i = 0; i < kWidth; ++i)
-            r |= uint32_t(of(i)) << i;
-        return r;
-    }
-
-    static Floats splat(float v) {
-        return each([&](uint32_t) { return v; });
-    }
-    static Floats gather(const float* base, const uint32_t* index) {
-        return each([&](uint32_t i) { return base[index[i]]; });
-    }
-    static float lane(const Floats& v, uint32_t i) { return v.at[i]; }
-    static Floats sub(const Floats& a, const Floats& b) {
-        return each([&](uint32_t i) { return a.at[i] - b.at[i]; });
-    }
-    static Floats mul(const Floats& a, const Floats& b) {
-        return each([&](uint32_t i) { return a.at[i] * b.at[i]; });
-    }
-    static Floats div(const Floats& a, const Floats& b) {
-        return each([&](uint32_t i) { return a.at[i] / b.at[i]; });
-    }
-    static Floats fma(const Floats& a, const Floats& b, const Floats& c) {
-        return each([&](uint32_t i) { return __builtin_fmaf(a.at[i], b.at[i], c.at[i]); });
-    }
-    static Floats lesser(const Floats& a, const Floats& b) {
-        return each([&](uint32_t i) { return a.at[i] < b.at[i] ? a.at[i] : b.at[i]; });
-    }
-    static Floats greater(const Floats& a, const Floats& b) {
-        return each([&](uint32_t i) { return a.at[i] > b.at[i] ? a.at[i] : b.at[i]; });
-    }
-    static Floats absolute(const Floats& a) {
-        return each([&](uint32_t i) { return __builtin_fabsf(a.at[i]); });
-    }
-    static uint32_t less(const Floats& a, const Floats& b) {
-        return bits([&](uint32_t i) { return a.at[i] < b.at[i]; });
-    }
-    static uint32_t lessOrEqual(const Floats& a, const Floats& b) {
-        return bits([&](uint32_t i) { return a.at[i] <= b.at[i]; });
-    }
-    static Floats select(uint32_t which, const Floats& a, const Floats& b) {
-        return each([&](uint32_t i) { return which >> i & 1 ? a.at[i] : b.at[i]; });
-    }
-    static float least(uint32_t which, const Floats& v) {
-        float r = v.at[__builtin_ctz(which)];
-        for (uint32_t i = 0; i < kWidth; ++i)
-            r = (which >> i & 1) != 0 && v.at[i] < r ? v.at[i] : r;
-        return r;
-    }
-    static float greatest(uint32_t which, const Floats& v) {
-        float r = v.at[__builtin_ctz(which)];
-        for (uint32_t i = 0; i < kWidth; ++i)
-            r = (which >> i & 1) != 0 && v.at[i] > r ? v.at[i] : r;
-        return r;
-    }
-
+struct Portable : PortableLanes {
     class Grid {
     public:
         Grid(const Slabs& slabs, uint32_t octant) : slabs_(slabs), octant_(octant) {}

@@ -56,7 +56,7 @@ SDAG_HD inline bool occludedInLeaf(const Tester& tester, uint64_t voxels, const 
     return hits != 0;
 }
 
-/// What a traversal that is asked for its answer alone counts.
+/// A counter that counts nothing, for traversals that need the result alone.
 struct NoDagVisits {
     SDAG_HD void add() {}
 };
@@ -154,7 +154,7 @@ SDAG_HD inline bool occluded(const DagView& dag, const DagSegment& segment, uint
     if (!dag.wide.words.empty() && level == 0 && !hit)
         return avx2::meetsWide(dag.wide, r);
 #endif
-    // Any order gives the same answer. From the far end (the light) fewer cells are visited,
+    // Any order gives the same result. Fewer cells are visited from the far end (the light),
     // because the near end skims the surface that it left: 1.11 to 1.50 and 0.95 to 2.15 M rays/s
     // on two sets of lights in Sponza at 4096^3.
     detail::NoDagVisits none;
@@ -162,9 +162,9 @@ SDAG_HD inline bool occluded(const DagView& dag, const DagSegment& segment, uint
 }
 
 /// Returns how many nodes and leaves the traversal of `dag.words` reads for a segment, from its far
-/// end: what a ray costs, as far as that is memory. Traversals of the wide form, which read two
-/// levels at a time, and of levels of detail read other numbers. 0 for ends that are not finite,
-/// for an empty DAG, and at the root's level or above.
+/// end: a measure of the memory cost of a ray. Traversals of the wide form, which read two levels
+/// at a time, and of levels of detail read other numbers. 0 for ends that are not finite, for an
+/// empty DAG, and at the root's level or above.
 SDAG_HD inline uint32_t countDagVisits(const DagView& dag, const DagSegment& segment,
                                        uint32_t level = 0) {
     const uint32_t rootLevel =
@@ -191,16 +191,16 @@ SDAG_HD inline double shadowLift(const VoxelGrid& grid, const glm::vec3& sampleW
                             offset, double(1u << level));
 }
 
-/// Returns the segment, in voxel space, by which a view sample asks for a light: both ends kept out
-/// of the voxels that the sample's surface and the light's fixture lie in. Start: lifted along the
-/// normal by shadowLift, then drawn towards the light, which is upwards, by offset cells, halfway
-/// at most: out of the cells of a wall behind the sample, which no exact ray to the light meets
-/// (one cell: measured against none and sqrt(3), LAYOUT.md). End: drawn back towards the start
-/// by offset * sqrt(3) cells, never past the start, then lifted to the start's height above the
-/// receiver's plane where it lies lower (a light nearer to the plane than the offset would
-/// otherwise be reached through the receiver's own voxels; such a start is only lifted). What it
-/// costs: blockers nearer than the offset are not seen (contact shadows). Not guaranteed: a light
-/// that lies on a face keeps that face's voxels in the way of rays at grazing angles.
+/// Returns the segment, in voxel space, that is tested for a view sample and a light. Both ends are
+/// kept out of the voxels of the sample's surface and of the light's fixture. Start: lifted along
+/// the normal by shadowLift, then moved towards the light by offset cells, halfway at most: out of
+/// the cells of a wall behind the sample, which no exact ray to the light meets (one cell was
+/// measured against none and sqrt(3), LAYOUT.md). End: moved back towards the start by offset *
+/// sqrt(3) cells, never past the start, then lifted to the start's height above the receiver's
+/// plane if it lies lower (a light nearer to the plane than the offset would otherwise be reached
+/// through the receiver's own voxels; such a start is only lifted). Consequence: blockers nearer
+/// than the offset are missed (contact shadows). Not guaranteed: for a light on a face, that face's
+/// voxels may still block rays at grazing angles.
 /// @param sampleWorld,normalWorld position and unit geometric normal on the light's side
 /// @param offset in units of the derived offset; 1 is the default, 0 none
 SDAG_HD inline DagSegment shadowSegment(const VoxelGrid& grid, const glm::vec3& sampleWorld,

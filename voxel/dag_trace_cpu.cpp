@@ -9,9 +9,10 @@ namespace shadowdag {
 
 namespace {
 
-constexpr size_t kBlock = 1024; // segments an item: enough that setting a stream up costs nothing
+constexpr size_t kBlock =
+    1024; // segments per item: enough to make the setup of a stream negligible
 
-/// For item i: answers segments [i * kBlock, ...) as a stream. One item's words are its own.
+/// For item i: traces segments [i * kBlock, ...) as a stream. No other item writes the same words.
 struct TraceSegmentStreams {
     DagView dag;
     View<const DagSegment> segments;

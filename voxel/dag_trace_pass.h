@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pass: answers a list of segments against one DAG.
+// Pass: tests a list of segments against one DAG.
 #pragma once
 
 #include "cuda/pass.h"
@@ -7,8 +7,8 @@
 
 namespace shadowdag {
 
-/// For item i: sets bit i % 32 of bits[i / 32] to occluded(dag, segments[i], level). One item a
-/// word, so that none is shared.
+/// For item i: sets bit i % 32 of bits[i / 32] to occluded(dag, segments[i], level). One item per
+/// word, so that no two items write the same word.
 struct TraceSegments {
     DagView dag;
     View<const DagSegment> segments;
@@ -26,10 +26,10 @@ struct TraceSegments {
     }
 };
 
-/// On the CPU streams answer at level 0: dag_trace_cpu.cpp.
+/// On the CPU, level 0 is traced by streams: dag_trace_cpu.cpp.
 void launchPass(CpuTag, const TraceSegments& work);
 
-/// Answers every segment: bit i % 32 of bits[i / 32] is set where occluded() is true, bits past the
+/// Tests every segment: bit i % 32 of bits[i / 32] is set where occluded() is true; bits past the
 /// last segment are zero.
 /// @param dag,segments,bits live on `backend`; bits: (segments.count + 31) / 32 words
 /// Deterministic: the same bits on both backends, for any thread count.

@@ -79,8 +79,8 @@ struct NeighboursHash {
 };
 
 /// A node of the result at level L covers 2^3 nodes of the source, displaced by the corner modulo
-/// 2^L: the same displacement for all nodes of a level, so the eight nodes alone say what comes
-/// out.
+/// 2^L. The displacement is the same for all nodes of a level, so the eight nodes alone determine
+/// the result.
 class WindowCutter {
 public:
     WindowCutter(const Dag& dag, const glm::uvec3& corner, uint32_t topLevel)
@@ -88,7 +88,7 @@ public:
 
     /// Returns the address, in the builder, of the node that covers these.
     uint32_t cut(uint32_t level, Neighbours nodes) {
-        // Where the displacement along an axis is 0 the farther nodes are not met.
+        // The farther nodes are not met along an axis without displacement.
         const glm::uvec3 shift = corner_ & ((1u << level) - 1);
         bool isEmpty = true;
         for (uint32_t i = 0; i < 8; ++i) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A cube cut out of a DAG, anywhere: how voxels move to another place of a grid without being
-// expanded.
+// Cuts a cube at any position out of a DAG: moves voxels to another place of a grid without
+// expanding them.
 #pragma once
 
 #include "voxel/dag.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files in the scratch folder: level-L.nodes (streams as in node_stream.h; a node's number is its
-// place), map-P-L (where node i of part P's level L went, 4 bytes each; gone once L + 1 is done).
+// position), map-P-L (the new numbers of the nodes of part P's level L, 4 bytes each; removed once
+// L + 1 is done).
 #include "voxel/level_merge.h"
 
 #include "cuda/error.h"
@@ -12,7 +13,7 @@ namespace shadowdag {
 namespace {
 
 constexpr size_t kFlushBytes = size_t(1) << 18;
-/// Nodes between two looks at the clock and at memory.
+/// Nodes between two checks of progress and memory.
 constexpr uint64_t kNodesPerCheck = 1 << 14;
 
 std::vector<uint32_t> readNumbers(const std::string& path, uint64_t count) {
@@ -53,13 +54,13 @@ std::string LevelMerge::levelPath(uint32_t level) const {
 }
 
 void LevelMerge::mergeLevel(const std::vector<PartReader>& parts, uint32_t level) {
-    LevelCounts most; // were no node in two parts
+    LevelCounts most; // if no two parts had a node in common
     for (const PartReader& part : parts) {
         most.nodeCount += part.header().levels[level].nodeCount;
         most.pointerCount += part.header().levels[level].pointerCount;
     }
     NodeTable table;
-    // Address space for all; were it to grow, it would be there twice for a while. No table has
+    // Reserve address space for all of it: a growing table would briefly exist twice. No table has
     // more words than addresses, however many nodes the parts have in common.
     table.reserveWords(std::min<uint64_t>(
         level == kLeafLog2 ? 2 * most.nodeCount : most.nodeCount + most.pointerCount, kNoNode));
@@ -130,7 +131,8 @@ uint32_t LevelMerge::joinAbove(OctreeCounts& counts) {
     const uint32_t rootLevel = rootLevelOf(grid_), taskLevel = taskLevelOf(grid_);
     DagBuilder above(rootLevel);
     uint32_t root = joinSubtrees(above, grid_, subtrees_, &counts);
-    // Children of the lowest level above are numbers already, those of the others addresses.
+    // Children of the lowest of these levels are numbers already; those of the others are
+    // addresses.
     std::vector<uint32_t> below;
     for (uint32_t level = taskLevel + 1; level <= rootLevel; ++level) {
         std::vector<uint32_t> words = above.words(level);
@@ -193,7 +195,7 @@ std::vector<uint32_t> LevelMerge::visit(uint32_t top, const std::vector<uint32_t
         rootRanks.push_back(root == kNoNode ? kNoNode : rank[root]);
     }
     for (uint32_t level = top;; --level) {
-        // A node that no root reaches would leave a hole in the order.
+        // A node that no root reaches would leave a gap in the order.
         if (seen != counts_[level].nodeCount)
             throw Error(ErrorKind::kInput, "the parts hold nodes of level " +
                                                std::to_string(level) +

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Joins parts level by level, through files: what is in memory at a time is the table of one level,
-// and where one part's nodes of the level below went.
+// Joins parts level by level through files. In memory at a time are the table of one level and the
+// new numbers of one part's nodes of the level below.
 #pragma once
 
 #include "voxel/memory_limit.h"
@@ -18,7 +18,7 @@ public:
     /// Merges all levels up to that of tasks, from the leaves up. Throws Error kInput for parts
     /// that have a cell in common, kResource when the limit is too small or the disk is full.
     /// @param folder,limit outlive the merge
-    /// @param check called every so often; what it throws ends the merge
+    /// @param check called regularly; an exception from it ends the merge
     LevelMerge(const std::vector<PartReader>& parts, const ScratchFolder& folder,
                const MemoryLimit& limit, const std::function<void()>& check);
 

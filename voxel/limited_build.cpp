@@ -17,14 +17,14 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The share of the bar that building takes; merging has the rest and does not move it.
+/// The share of the progress bar for building. Merging has the rest and does not report progress.
 constexpr double kBuildShare = 0.95;
 
 std::string doingAt(const std::string& doing, const VoxelGrid& grid) {
     return doing + " at " + std::to_string(grid.resolution()) + "^3";
 }
 
-/// Thrown inside: a task outgrew its share of memory and is built again alone.
+/// Thrown internally when a task exceeds its share of memory; the task is then built again alone.
 struct TaskTooLarge {};
 
 /// Builds the tasks of a part into part files of the scratch folder.
@@ -35,7 +35,7 @@ public:
         : tasks_(tasks), header_(header), folder_(folder), limits_(limits), limit_(limit),
           progress_(progress), merged_(tasks.level()) {}
 
-    /// Returns the part files: those that were there and those that were made.
+    /// Returns the part files, earlier and new ones.
     std::vector<PartReader> run(size_t first, size_t last) {
         const std::set<uint64_t> done = findDone();
         std::vector<size_t> open;
@@ -48,8 +48,8 @@ public:
                 open.push_back(i);
             }
         }
-        // Of what is left for building: the subtrees waiting to be written get a third, writing
-        // them another, the threads share the last.
+        // Of the memory left for building, the subtrees waiting to be written get a third, writing
+        // them another third, and the threads share the last.
         available_ = limit_.available();
         taskShare_ = available_ / 3 / uint64_t(std::max(1, threadCount()));
         cpuParallelRanges(open.size(), 1, [&](size_t begin, size_t end) {
@@ -81,7 +81,7 @@ private:
                              std::to_string(header_.part);
             if (!difference.empty())
                 throw Error(ErrorKind::kInput, path + " belongs to another build: " + difference +
-                                                   "; remove the folder to build anew");
+                                                   "; remove the folder to start over");
             part.verify(progress_);
             for (const Subtree& subtree : part.subtrees())
                 done.insert(subtree.cell);
@@ -174,7 +174,7 @@ private:
 };
 
 /// Writes nodes as the words of a Dag. The address of a child is known once the level below is
-/// complete: until then its number stands in its place.
+/// complete: until then its number is stored instead.
 class DagSink : public NodeSink {
 public:
     DagSink(Dag& dag, uint64_t wordCount) : words_(dag.words) { words_.reserve(wordCount); }
@@ -253,7 +253,7 @@ CountedDag joinToDag(const std::vector<PartReader>& parts, const ScratchFolder& 
     }
     if (wordCount >= kNoNode)
         throwTooManyWords();
-    // The words; then either what numbering takes, or what writeAsset() does.
+    // The words; then the larger of what numbering and what writeAsset() needs.
     limit.requireLast(
         4 * wordCount +
         std::max(12 * mostNodes + (4 << 20), writingBytes(packing, wordCount, largestLevelWords)));

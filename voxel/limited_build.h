@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds that hold a memory limit and can be gone on with: finished subtrees go to part files in a
-// scratch folder next to the output and are merged from there, level by level. Several times the
-// work of voxelize() on nodes, none on voxels; the results are the same bit for bit.
+// Builds under a memory limit that can be resumed. Finished subtrees are written to part files in a
+// scratch folder next to the output and merged from there, level by level. The results are the same
+// bit for bit as those of voxelize(). Nodes cost several times the work, voxels none besides.
 #pragma once
 
 #include "voxel/part_file.h"
@@ -14,20 +14,20 @@ namespace shadowdag {
 
 struct BuildLimits {
     uint64_t memoryBytes = 0; ///< resident size of the process; 0 for none
-    /// Finished work goes to disk after so long, if not earlier for want of memory.
+    /// Finished work is written to disk after this time, or earlier if memory is short.
     double checkpointSeconds = 60;
     AssetPacking packing = AssetPacking::kCompact; ///< how the asset will be written
 };
 
-/// A DAG with its numbers, which would take more memory to compute from it.
+/// A DAG with its statistics, whose separate computation would take more memory.
 struct CountedDag {
     Dag dag;
     DagStats stats;
 };
 
-/// As voxelize(), going on from what an earlier build of the same left in the scratch folder. The
-/// limit leaves room to write the asset. Throws Error kResource saying how much is needed, as far
-/// as is known by then, where the limit cannot be held, kInput where the folder holds files of
+/// As voxelize(), resuming from what an earlier, identical build left in the scratch folder. The
+/// limit includes the memory to write the asset. Throws Error kResource if the limit cannot be
+/// kept, saying how much is needed as far as is known, and kInput if the folder holds files of
 /// another build.
 /// @param folder keep it until the asset is written
 CountedDag voxelizeLimited(const TriangleView& triangles, View<const uint32_t> which,
@@ -35,7 +35,7 @@ CountedDag voxelizeLimited(const TriangleView& triangles, View<const uint32_t> w
                            const ScratchFolder& folder, const BuildLimits& limits,
                            const Progress& progress = {});
 
-/// As voxelizePart(), to the very same file `path`.
+/// As voxelizePart(), with an identical file `path`.
 PartHeader voxelizePartLimited(const TriangleView& triangles, View<const uint32_t> which,
                                const VoxelGrid& grid, const AssetProvenance& provenance,
                                uint32_t part, uint32_t partCount, const std::string& path,

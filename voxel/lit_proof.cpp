@@ -8,9 +8,9 @@ namespace shadowdag {
 
 namespace {
 
-/// Fewer rays than this cost less than the shaft that would save them.
+/// Fewer rays than this cost less than the shaft that would replace them.
 constexpr uint32_t kFewestForShaft = 32;
-/// Fewer than this are not parted further.
+/// Groups smaller than this are not divided further.
 constexpr uint32_t kFewestToPart = 256;
 
 } // namespace
@@ -36,7 +36,7 @@ void LitProof::makeFrame(Facet& f) const {
     }
     a = glm::normalize(a);
     const glm::dvec3 across = glm::cross(n, a);
-    // Skewed as the tile is on the facet, unless it would be a needle.
+    // Skewed as the tile is on the facet, unless the result would be needle-shaped.
     const double bLength = glm::length(b);
     b = bLength > 1e-6 && std::fabs(glm::dot(b, across)) > 0.25 * bLength ? b / bLength : across;
     const double determinant = glm::dot(b, across);
@@ -125,7 +125,7 @@ bool LitProof::provesLit(const DagView& dag, uint32_t facet, uint32_t firstPart,
     const View<const uint32_t> asked{asked_.data() + begin, end - begin};
     if (asked.count < kFewestForShaft)
         return areLit(dag, asked);
-    // A few rays say whether a proof may be had, at a tenth of its cost.
+    // A few rays show whether a proof is likely, at a tenth of its cost.
     const uint32_t probes[] = {asked_[(begin + end) / 2], asked_[begin], asked_[end - 1]};
     if (!areLit(dag, {probes, 3}))
         return false;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Proofs that all samples of a cluster see a light, by shafts from the whole cluster down to parts
-// of it. Frames trace rays instead (LAYOUT.md, "Shafts tried before streams"): a proof costs what
-// its rays do, and pays only where its answer serves more than the rays of one frame.
+// Proves that all samples of a cluster see a light, by shafts from the whole cluster down to parts
+// of it. Frames trace rays instead (LAYOUT.md, "Shafts tried before streams"): a proof costs as
+// much as its rays and pays only if its result is used in more than one frame.
 #pragma once
 
 #include "voxel/receiver_groups.h"
@@ -11,10 +11,10 @@
 
 namespace shadowdag {
 
-/// Proves light for one cluster after the other; one a thread.
+/// Proves clusters lit, one after the other; one object per thread.
 class LitProof {
 public:
-    /// Makes the cluster's shafts ready. @param receivers after build(); outlives the proofs
+    /// Prepares the cluster's shafts. @param receivers after build(); outlives the proofs
     void reset(const ReceiverGroups& receivers);
 
     /// Returns whether the segments of all samples i with isAsked[i] != 0 are proven unblocked: by
@@ -50,7 +50,7 @@ private:
     Facet facets_[kFacets];
     Bounds bounds_[kFacets * kParts];
 
-    // Of the light that is asked for.
+    // Of the current light.
     glm::vec3 lightWorld_;
     uint32_t askedStart_[kFacets * kParts + 1];
     std::vector<uint32_t> asked_; ///< samples, by bin

@@ -23,8 +23,8 @@ SDAG_HD inline uint32_t bitCount64(uint64_t bits) {
     return bitCount32(uint32_t(bits)) + bitCount32(uint32_t(bits >> 32));
 }
 
-/// Returns a share of columns as a coverage: 255 when all are covered, rounded down, never 0 (which
-/// stands for none known) where a voxel is.
+/// Returns a share of columns as a coverage: 255 when all are covered, rounded down, never 0
+/// (unknown) if there is a voxel.
 SDAG_HD inline uint32_t coverageByte(uint32_t covered, uint32_t columns) {
     const uint32_t byte = 255u * covered / columns;
     return byte != 0 ? byte : 1;

@@ -15,11 +15,12 @@ MaskPyramids::MaskPyramids(View<const MaskInfo> ofMasks, View<const uint32_t> of
     for (const MaskInfo& info : ofMasks) {
         const size_t count = size_t(maskRowWords(info.width)) * info.height;
         SDAG_ASSERT(info.firstWord + count <= ofWords.count);
-        // The pyramid above the texels takes less than they do, where rows are longer than a word.
+        // The pyramid above the texels takes less memory than they do if rows are longer than a
+        // word.
         if (words.size() + 4 * count + 64 * size_t(info.height) > 0xffffffffull)
             throw Error(ErrorKind::kResource,
                         "alpha masks of " + std::to_string(ofWords.count) +
-                            " words are too many to voxelize; use smaller textures");
+                            " words are too large to voxelize; use smaller textures");
         const uint32_t firstLevel = uint32_t(levels.size());
         levels.push_back({info.width, info.height, uint32_t(words.size()), uint32_t(words.size())});
         words.insert(words.end(), ofWords.data + info.firstWord,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a rectangle of an alpha mask holds: nothing, something or only what is opaque. Exact, texel
-// by texel; a pyramid of bits spares most of them.
+// Returns whether a rectangle of an alpha mask contains opaque texels: none, some or only opaque
+// ones. Exact to the texel; a pyramid of bits avoids reading most texels.
 #pragma once
 
 #include "scenes/alpha_mask.h"
@@ -11,11 +11,11 @@
 
 namespace shadowdag {
 
-/// What is opaque of the texels that a rectangle touches.
+/// How much of a rectangle's texels is opaque.
 enum class MaskCover : uint8_t { kNone, kSome, kAll };
 
-/// One level of a mask's pyramid, rows as AlphaMask's; a bit says of the texels below it: any, all
-/// opaque.
+/// One level of a mask's pyramid, with rows as in AlphaMask. A bit summarizes the texels below it:
+/// any opaque, or all opaque.
 struct MaskLevel {
     uint32_t width, height;
     uint32_t firstAny, firstAll; ///< into the words of all pyramids
@@ -85,7 +85,7 @@ private:
         last = last - shift > first ? last - shift : first;
         int count = 0;
         for (double start = 0.0; start <= last && count < 3;
-             start += n) { // one tile of the texture
+             start += n) { // one period of the texture
             const double a = (first > start ? first : start) - start;
             const double b = (last < start + n - 1.0 ? last : start + n - 1.0) - start;
             if (a > b)
@@ -97,9 +97,10 @@ private:
         return count;
     }
 
-    /// Goes down from the top to the cells that are all of one kind, or wholly asked for.
+    /// Descends from the top to cells that are uniform or completely inside the rectangle.
     SDAG_HD void gather(const Span& xs, const Span& ys, bool& any, bool& all) const {
-        Cell open[3 * kMaxLevels + 1]; // three wait on every level, and the last goes on
+        Cell open[3 * kMaxLevels +
+                  1]; // three wait on every level, and the descent continues with the last
         int count = 0;
         open[count++] = {uint32_t(levels.count) - 1, 0, 0};
         while (count > 0 && (!any || all)) { // both are settled otherwise
@@ -128,7 +129,7 @@ private:
     }
 };
 
-/// Where the pyramid of one mask stands among all.
+/// The position of one mask's pyramid among all.
 struct MaskPyramidInfo {
     uint32_t width, height;
     MaskWrap wrapU, wrapV;

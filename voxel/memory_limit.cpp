@@ -14,7 +14,7 @@
 namespace shadowdag {
 namespace {
 
-// Stacks of threads, buffers of files, pages of code not yet touched, blocks too small to go back.
+// Stacks of threads, buffers of files, code pages not yet touched, blocks too small to be returned.
 constexpr uint64_t kReserveBytes = uint64_t(12) << 20;
 
 std::string mebibytes(uint64_t bytes) {
@@ -27,16 +27,16 @@ uint64_t residentBytes() {
     std::ifstream file("/proc/self/statm");
     uint64_t total = 0, resident = 0;
     if (!(file >> total >> resident))
-        throw Error(ErrorKind::kResource,
-                    "/proc/self/statm cannot be read, so no memory limit can be held; drop it");
+        throw Error(ErrorKind::kResource, "/proc/self/statm cannot be read, so no memory limit can "
+                                          "be kept; run without --memory-limit");
     return resident * uint64_t(::sysconf(_SC_PAGESIZE));
 }
 
 MemoryLimit::MemoryLimit(uint64_t bytes, std::string doing)
     : bytes_(bytes), doing_(std::move(doing)) {
 #if defined(__GLIBC__)
-    // The C library would raise this threshold with every large block that is freed, and keep the
-    // blocks below it.
+    // By default the C library raises this threshold with every large block that is freed, and
+    // keeps the blocks below it.
     ::mallopt(M_MMAP_THRESHOLD, 128 << 10);
     ::mallopt(M_TRIM_THRESHOLD, 1 << 20);
     ::malloc_trim(0);
@@ -71,8 +71,8 @@ void MemoryLimit::fail(uint64_t missingBytes, bool isLast) const {
     throw Error(ErrorKind::kResource, doing_ + " under --memory-limit " + mebibytes(bytes_) +
                                           (isLast ? " needs about " : " needs more than ") +
                                           mebibytes(bytes_ + missingBytes) +
-                                          "; allow more, build a part of it with --part, or ask "
-                                          "for a lower resolution");
+                                          "; allow more, build a part of it with --part, or choose "
+                                          "a lower resolution");
 }
 
 } // namespace shadowdag

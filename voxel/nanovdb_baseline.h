@@ -22,10 +22,10 @@ public:
     ~NanoVdbBaseline();
 
     /// Returns 1 (blocked) or 0 per segment, on the calling thread: NanoVDB's HDDA from node to
-    /// node, down to the voxel. It steps 1/512 voxel past each boundary to choose the next cell,
-    /// instead of NanoVDB's own firstActive's 1.0001 voxels, which leaps over corners. It has no
-    /// margin and floats step it, so corners grazed by less than that may still be missed, and
-    /// cells as far beside the segment may be hit.
+    /// node, down to the voxel. It steps 1/512 voxel past each boundary to choose the next cell;
+    /// NanoVDB's own firstActive steps 1.0001 voxels and so skips corners. It has no margin and
+    /// steps in float, so corners grazed by less than that may still be missed, and cells as far
+    /// beside the segment may be hit.
     /// @param seconds receives the processor time of the tracing; may be null
     std::vector<uint8_t> occluded(const std::vector<DagSegment>& segments,
                                   double* seconds = nullptr) const;

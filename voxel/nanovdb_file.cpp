@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A .nvdb file: segments of a header, a table of grids with their names, then the grids as they
-// stand in memory, packed or not. Source: nanovdb/util/IO.h, NanoVDB 32.4.
+// A .nvdb file: segments of a header, a table of grids with their names, then the grids in their
+// memory layout, compressed or not. Source: nanovdb/util/IO.h, NanoVDB 32.4.
 #include "voxel/nanovdb_file.h"
 
 #include "cuda/error.h"
 
-// The reader below unpacks by itself: NanoVDB's does not look at what zlib and Blosc answer.
+// The reader below decompresses by itself, because NanoVDB's ignores the results of zlib and Blosc.
 #define NANOVDB_USE_BLOSC
 #define NANOVDB_USE_ZIP
 #include <nanovdb/util/GridChecksum.h>
@@ -16,7 +16,7 @@
 namespace shadowdag {
 namespace {
 
-/// What packed bytes may unpack to, relative to their number: deflate reaches 1032.
+/// The largest accepted ratio of unpacked to packed bytes: deflate reaches 1032.
 constexpr uint64_t kMaxUnpackRatio = 1100;
 
 /// Memory of whole blocks as NanoVDB's nodes are aligned.
@@ -35,7 +35,7 @@ struct PackedGrid {
     uint64_t offset = 0, fileBytes = 0, gridBytes = 0;
 };
 
-/// Returns the grids of all segments. Throws for what does not fit the file.
+/// Returns the grids of all segments. Throws if they do not fit the file.
 std::vector<PackedGrid> listGrids(const std::vector<uint8_t>& bytes, const std::string& name) {
     uint64_t at = 0;
     const auto take = [&](void* to, uint64_t count, const char* what) {
@@ -49,10 +49,10 @@ std::vector<PackedGrid> listGrids(const std::vector<uint8_t>& bytes, const std::
         nanovdb::io::Header header;
         take(&header, sizeof header, "a header");
         if (header.magic != NANOVDB_MAGIC_NUMBER)
-            throw Error(ErrorKind::kInput, name + ": is no .nvdb file, or damaged at byte " +
+            throw Error(ErrorKind::kInput, name + ": is not a .nvdb file or is damaged at byte " +
                                                std::to_string(at - sizeof header));
         if (header.version.getMajor() != NANOVDB_MAJOR_VERSION_NUMBER)
-            throw Error(ErrorKind::kInput, name + ": has NanoVDB's version " +
+            throw Error(ErrorKind::kInput, name + ": has NanoVDB version " +
                                                std::to_string(header.version.getMajor()) +
                                                ", this program reads " +
                                                std::to_string(NANOVDB_MAJOR_VERSION_NUMBER) +
@@ -98,7 +98,8 @@ std::vector<Block> unpack(const std::vector<uint8_t>& bytes, const PackedGrid& g
         std::memcpy(to, from, grid.gridBytes);
         return blocks;
     }
-    // Parts of a length and as many bytes; Blosc's hold a GiB of the grid each, zip's all of it.
+    // Parts, each a length and that many bytes; Blosc's hold a GiB of the grid each, zip's all of
+    // it.
     uint64_t left = grid.fileBytes, missing = grid.gridBytes;
     while (missing > 0) {
         uint64_t part = 0;
@@ -131,7 +132,7 @@ std::vector<Block> unpack(const std::vector<uint8_t>& bytes, const PackedGrid& g
     return blocks;
 }
 
-/// Follows the nodes of a grid, each offset checked first.
+/// Follows the nodes of a grid and checks each offset first.
 template <class BuildT> class NanoWalker {
 public:
     using Grid = nanovdb::NanoGrid<BuildT>;
@@ -148,7 +149,7 @@ public:
     void addTo(VdbDagBuilder& topology) {
         constexpr uint64_t kTreeAt = sizeof(nanovdb::GridData);
         const auto& tree = *at<nanovdb::TreeData<3>>(kTreeAt, "its tree");
-        // The checksum is taken over grid, tree and root in one go.
+        // The checksum covers grid, tree and root in one piece.
         const uint64_t rootAt = kTreeAt + sizeof tree;
         if (tree.mNodeOffset[3] != sizeof tree)
             fail(name_, "its root does not follow its tree");
@@ -171,7 +172,7 @@ public:
         for (uint32_t i = 0; i < root.mTableSize; ++i) {
             const auto& tile = *root.tile(i);
             const nanovdb::Coord origin = tile.origin();
-            // Keys hold 21 bits of 2^12 an axis; their sign is lost above bit 32 - 1.
+            // Keys have 21 bits of 2^12 per axis; their sign is lost above bit 32 - 1.
             const glm::ivec3 corner(origin.x(), origin.y(), origin.z());
             if (tile.isChild())
                 topology.addToRoot(
@@ -182,11 +183,11 @@ public:
             }
         }
         if (left_[0] != 0 || left_[1] != 0 || left_[2] != 0)
-            fail(name_, "its tree counts nodes that it does not hold");
+            fail(name_, "its tree counts nodes that do not exist");
         if (voxelCount != tree.mVoxelCount)
-            fail(name_, "holds " + std::to_string(voxelCount) + " active voxels, its tree says " +
+            fail(name_, "holds " + std::to_string(voxelCount) + " active voxels, its tree states " +
                             std::to_string(tree.mVoxelCount));
-        // Every node was reached, so NanoVDB's own walk for the checksum is as safe.
+        // All nodes were reached, so NanoVDB's own traversal for the checksum is safe as well.
         if (!nanovdb::validateChecksum(*reinterpret_cast<const Grid*>(data_),
                                        nanovdb::ChecksumMode::Full))
             fail(name_, "does not match its checksum");
@@ -203,7 +204,7 @@ private:
     uint64_t follow(uint64_t node, int64_t child, int level) {
         if (left_[level]-- == 0)
             fail(name_, "holds more nodes than its tree counts");
-        return node + uint64_t(child); // wraps where it is negative, and at() looks at the sum
+        return node + uint64_t(child); // a negative offset wraps, and at() checks the sum
     }
 
     uint32_t addUpper(VdbDagBuilder& topology, uint64_t rootAt, int64_t child,
@@ -251,7 +252,7 @@ private:
     uint64_t left_[3] = {}; // nodes that may still be met, by level
 };
 
-/// Calls walk with the build type of a grid; returns whether there is one.
+/// Calls walk with the build type of a grid; returns whether the type is supported.
 template <class F> bool withBuildType(nanovdb::GridType type, const F& walk) {
     using nanovdb::GridType;
     switch (type) {
@@ -317,11 +318,11 @@ VdbSource readNanoVdb(const std::vector<uint8_t>& bytes, const std::string& name
     if (grid.mMagic != NANOVDB_MAGIC_NUMBER || grid.mGridSize != packed.gridBytes ||
         grid.mVersion.getMajor() != NANOVDB_MAJOR_VERSION_NUMBER || grid.mGridCount != 1 ||
         std::memchr(grid.mGridName, 0, sizeof grid.mGridName) == nullptr)
-        fail(place, "its head is not that of a NanoVDB grid of " +
+        fail(place, "its header is not that of a NanoVDB grid of " +
                         std::to_string(packed.gridBytes) + " bytes");
-    // The checksum covers the name in the grid, not the one in the table; long ones are cut here.
+    // The checksum covers the name in the grid, not the one in the table, where long names are cut.
     if (packed.name.size() < sizeof grid.mGridName && packed.name != grid.mGridName)
-        fail(place, "its name in the table of grids is not the grid's own");
+        fail(place, "its name in the table of grids differs from the grid's own");
     if (grid.mGridType < nanovdb::GridType::End)
         source.gridType = nanovdb::toStr(grid.mGridType);
     if (!withBuildType(grid.mGridType, [&](auto build) {
@@ -336,7 +337,7 @@ VdbSource readNanoVdb(const std::vector<uint8_t>& bytes, const std::string& name
         for (int column = 0; column < 3; ++column)
             source.worldFromIndexLinear[column][row] = grid.mMap.mMatD[3 * row + column];
     }
-    // Blind data of ours; anyone else's is not looked at.
+    // Blind data of this program; other data are ignored.
     const uint64_t metaAt = uint64_t(grid.mBlindMetadataOffset);
     for (uint64_t i = 0; i < grid.mBlindMetadataCount; ++i) {
         using Meta = nanovdb::GridBlindMetaData;

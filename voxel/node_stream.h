@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Nodes on their way between tables, files and encoders: a level at a time, never a whole DAG.
+// Streams of nodes between tables, files and encoders: one level at a time, never a whole DAG.
 #pragma once
 
 #include "voxel/dag.h"
@@ -31,9 +31,9 @@ struct LevelCounts {
     }
 };
 
-/// Takes the nodes of a DAG, or of subtrees that share nodes, in canonical order: level by level
-/// from the top to the leaves, a level in order of first visits. A node's number is its place in
-/// its level. May throw to end the walk.
+/// Receives the nodes of a DAG, or of subtrees that share nodes, in canonical order: level by level
+/// from the top to the leaves, a level in order of first visits. A node's number is its position in
+/// its level. May throw to end the traversal.
 class NodeSink {
 public:
     virtual ~NodeSink() = default;
@@ -54,7 +54,7 @@ inline void appendNode(uint32_t level, const NodeWords& node, std::vector<uint8_
     put(node.words + 1, node.count - 1);
 }
 
-/// A file open for reading, closed in the end. Throws Error kInput when it cannot be opened.
+/// A file open for reading, closed by the destructor. Throws Error kInput when it cannot be opened.
 class ReadableFile {
 public:
     /// @param what names the file's kind in messages, as in "part"
@@ -67,7 +67,7 @@ public:
     uint64_t byteCount() const { return byteCount_; }
     /// Returns kind and path, for messages.
     const std::string& name() const { return name_; }
-    /// Reads `count` bytes at `offset`; Error kInput when the file ends before.
+    /// Reads `count` bytes at `offset`; Error kInput if the file ends before that.
     void read(uint64_t offset, void* data, size_t count) const;
 
 private:
@@ -76,18 +76,18 @@ private:
     std::string name_;
 };
 
-/// Reads a stream of nodes that lies in a file, in order. Holds a buffer, nothing else.
+/// Reads a stream of nodes in a file in order. Holds only a buffer.
 class NodeReader {
 public:
-    /// @param file shared: it is open while someone reads
+    /// @param file shared; open while a reader uses it
     /// @param offset where the level's stream begins in it
     /// @param childLimit children's numbers must be below it
     NodeReader(std::shared_ptr<const ReadableFile> file, uint64_t offset, uint32_t level,
                const LevelCounts& counts, uint64_t childLimit);
 
     /// Reads the next node and returns true, or false after the last. Throws Error kInput naming
-    /// the file where the stream is not of that many nodes and children in range, kResource when it
-    /// cannot be read.
+    /// the file if the stream does not contain that many nodes and children in range, kResource if
+    /// it cannot be read.
     bool next(NodeWords& node);
 
 private:

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
+// The only file of the program with OpenVDB in it: what its headers instantiate costs 20 s to
+// compile.
 #include "voxel/openvdb_file.h"
 
 #include "cuda/error.h"
 #include "scenes/output_file.h"
+#include "voxel/nano_grid.h"
 #include "voxel/nanovdb_file.h"
 
-// NanoVDB packs through these where they are defined.
+// NanoVDB compresses with these if they are defined.
 #define NANOVDB_USE_ZIP
 #include <nanovdb/util/GridChecksum.h>
 #include <nanovdb/util/IO.h>
 #include <nanovdb/util/OpenToNanoVDB.h>
 #include <openvdb/openvdb.h>
 
+#include <bit>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -25,7 +29,7 @@ using Leaf = MaskGrid::TreeType::LeafNodeType;
 using LeafBits = Leaf::NodeMaskType;
 
 constexpr const char* kCreator = "shadowdag";
-/// The grid types that have voxels of their own; points have them in other places.
+/// The grid types whose content is their active voxels; a point grid's content is its points.
 using ReadableGrids = openvdb::TypeList<openvdb::MaskGrid, openvdb::BoolGrid, openvdb::FloatGrid,
                                         openvdb::DoubleGrid, openvdb::Int32Grid, openvdb::Int64Grid,
                                         openvdb::Vec3SGrid, openvdb::Vec3DGrid, openvdb::Vec3IGrid>;
@@ -76,7 +80,7 @@ MaskGrid::Ptr maskGridOf(const Asset& asset, const std::string& path) {
     return grid;
 }
 
-/// The writer of an archive to a stream of ours, which throws when the disk is full.
+/// The writer of an archive to our own stream, which throws when the disk is full.
 class Writer : public openvdb::io::Archive {
 public:
     /// @param tag 32 hex digits that stand for the content, in place of OpenVDB's random ones
@@ -119,8 +123,8 @@ template <class Tree> void addTree(const Tree& tree, VdbDagBuilder& topology) {
     }
 }
 
-/// The reader of an archive from a stream of ours, which throws at the end of the file: OpenVDB's
-/// own goes on with whatever its buffers hold.
+/// The reader of an archive from our own stream, which throws at the end of the file. OpenVDB's own
+/// stream continues with stale buffers.
 class Reader : public openvdb::io::Archive {
 public:
     openvdb::GridBase::Ptr read(std::istream& in, uint64_t byteCount, const std::string& name,
@@ -138,7 +142,7 @@ public:
         for (int32_t i = 0; i < count; ++i) {
             openvdb::io::GridDescriptor descriptor;
             grids.push_back(descriptor.read(in));
-            // Without offsets grids follow each other, and the only way past one is through it.
+            // Grids without offsets follow each other and must be read to be skipped.
             if (!inputHasGridOffsets()) {
                 Archive::readGrid(grids.back(), descriptor, in);
             } else {
@@ -170,24 +174,23 @@ public:
         return grids[chosen];
     }
 
-    /// Returns the name of the grid that was read, as users name it.
+    /// Returns the name of the grid that was read, in the user's spelling.
     const std::string& gridName() const { return name_; }
 
 private:
     static void readAt(std::istream& in, const openvdb::io::GridDescriptor& descriptor,
                        const openvdb::GridBase::Ptr& grid) {
         if (!grid->apply<ReadableGrids>([](auto&) {}))
-            return; // readOpenVdb says so; points are a format of their own
+            return; // readOpenVdb reports it; points are a separate format
         descriptor.seekToGrid(in);
         Archive::readGrid(grid, descriptor, in);
     }
     std::string name_;
-    /// What OpenVDB's nodes ask the stream for while they are read.
+    /// The part of the stream's interface that OpenVDB's nodes use while they are read.
     openvdb::SharedPtr<openvdb::io::StreamMetadata> metadata_{new openvdb::io::StreamMetadata};
 };
 
-/// Returns the image of index 0 and of the axes, without the rounding of a matrix where there is
-/// none.
+/// Returns the image of index 0 and of the axes, without the rounding of a matrix if there is none.
 void takeTransform(const openvdb::math::MapBase& map, VdbSource& source) {
     using namespace openvdb::math;
     const auto toGlm = [](const openvdb::Vec3d& v) { return glm::dvec3(v.x(), v.y(), v.z()); };
@@ -208,7 +211,7 @@ void takeTransform(const openvdb::math::MapBase& map, VdbSource& source) {
     }
 }
 
-/// Returns what readVdb needs of a grid.
+/// Returns the data of a grid that readVdb needs.
 VdbSource sourceOf(const openvdb::GridBase& grid, const std::string& gridName,
                    const std::string& name) {
     VdbSource source;
@@ -220,13 +223,13 @@ VdbSource sourceOf(const openvdb::GridBase& grid, const std::string& gridName,
         throw Error(ErrorKind::kInput, place + ": is of type " + source.gridType +
                                            ", whose voxels are not its content; import a mask, "
                                            "bool, float, double, int or vector grid");
-    // Written by every OpenVDB unless told not to: what catches a flipped bit of a mask.
+    // Every OpenVDB writes this count by default; it detects a flipped bit of a mask.
     if (const auto count =
             grid.getMetadata<openvdb::Int64Metadata>(openvdb::GridBase::META_FILE_VOXEL_COUNT);
         count && uint64_t(count->value()) != grid.activeVoxelCount())
         throw Error(ErrorKind::kInput,
                     place + ": holds " + std::to_string(grid.activeVoxelCount()) +
-                        " active voxels, its metadata says " + std::to_string(count->value()) +
+                        " active voxels, its metadata state " + std::to_string(count->value()) +
                         "; the file is damaged");
     source.isOurs = grid.getCreator() == kCreator;
     for (auto meta = grid.beginMeta(); meta != grid.endMeta(); ++meta)
@@ -238,7 +241,7 @@ VdbSource sourceOf(const openvdb::GridBase& grid, const std::string& gridName,
     return source;
 }
 
-/// Runs what writes a file through libraries that throw exceptions of their own.
+/// Runs a function that writes a file through libraries with their own exceptions.
 template <class F> void runWriter(const std::string& path, const F& write) {
     try {
         write();
@@ -250,7 +253,7 @@ template <class F> void runWriter(const std::string& path, const F& write) {
     }
 }
 
-/// Opens the file where an OutputFile's bytes go, so that a full disk throws.
+/// Opens the file behind an OutputFile, so that a full disk throws.
 std::ofstream openThrowing(const OutputFile& file) {
     std::ofstream out;
     out.exceptions(std::ios::failbit | std::ios::badbit);
@@ -258,7 +261,7 @@ std::ofstream openThrowing(const OutputFile& file) {
     return out;
 }
 
-/// Returns the bytes of a grid with the tags behind them, as its only blind data.
+/// Returns the bytes of a grid followed by the tags as its only blind data.
 nanovdb::GridHandle<> withTags(const nanovdb::GridHandle<>& grid, const VdbTags& tags) {
     const std::string text = packTags(tags);
     constexpr uint64_t kAlign = NANOVDB_DATA_ALIGNMENT;
@@ -268,7 +271,7 @@ nanovdb::GridHandle<> withTags(const nanovdb::GridHandle<>& grid, const VdbTags&
     std::memset(result.data(), 0, size);
     std::memcpy(result.data(), grid.data(), grid.size());
     auto* meta = reinterpret_cast<nanovdb::GridBlindMetaData*>(result.data() + metaAt);
-    // No type of NanoVDB's is a byte: whole words, the last filled with zeros.
+    // NanoVDB has no byte type, so whole words are used, the last filled with zeros.
     meta->mElementCount = (size - textAt) / sizeof(uint32_t);
     meta->mSemantic = nanovdb::GridBlindDataSemantic::Unknown;
     meta->mDataClass = nanovdb::GridBlindDataClass::Unknown;
@@ -282,6 +285,22 @@ nanovdb::GridHandle<> withTags(const nanovdb::GridHandle<>& grid, const VdbTags&
     data->mBlindMetadataCount = 1;
     nanovdb::updateChecksum(*result.grid<nanovdb::ValueMask>(), nanovdb::ChecksumMode::Full);
     return result;
+}
+
+/// Calls leaf(x, y, z, voxels) for every 4^3 leaf under a cell.
+template <class F>
+void forEachLeaf(const DagView& dag, uint32_t address, uint32_t level, glm::uvec3 corner,
+                 const F& leaf) {
+    if (level == kLeafLog2) {
+        leaf(corner, dag.words[address] | uint64_t(dag.words[address + 1]) << 32);
+        return;
+    }
+    const uint32_t mask = dag.words[address], half = 1u << (level - 1);
+    uint32_t child = address + 1;
+    for (uint32_t c = 0; c < 8; ++c)
+        if (mask >> c & 1)
+            forEachLeaf(dag, dag.words[child++], level - 1,
+                        corner + half * glm::uvec3(c & 1, c >> 1 & 1, c >> 2), leaf);
 }
 
 } // namespace
@@ -306,7 +325,7 @@ uint64_t writeNanoVdb(const Asset& asset, const std::string& path) {
     nanovdb::GridHandle<> handle;
     try {
         const MaskGrid::Ptr grid = maskGridOf(asset, path);
-        // A longer name would be blind data of its own; the tags hold it whole.
+        // A longer name would need its own blind data; the tags contain it completely.
         grid->setName(asset.provenance.sceneName.substr(0, nanovdb::GridData::MaxNameSize - 1));
         handle =
             nanovdb::openToNanoVDB(*grid, nanovdb::StatsMode::BBox, nanovdb::ChecksumMode::Disable);
@@ -324,12 +343,30 @@ uint64_t writeNanoVdb(const Asset& asset, const std::string& path) {
     return std::filesystem::file_size(path);
 }
 
+nanovdb::GridHandle<> nanoGridOf(const Dag& dag) {
+    MaskGrid open;
+    auto accessor = open.getAccessor();
+    const auto addLeaf = [&](glm::uvec3 corner, uint64_t voxels) {
+        const openvdb::Coord origin(int(corner.x), int(corner.y), int(corner.z));
+        auto* leaf = accessor.touchLeaf(origin);
+        for (; voxels != 0; voxels &= voxels - 1) {
+            const int bit = std::countr_zero(voxels), o = bit >> 3, s = bit & 7;
+            leaf->setValueOn(origin.offsetBy(2 * (o & 1) + (s & 1), 2 * (o >> 1 & 1) + (s >> 1 & 1),
+                                             2 * (o >> 2) + (s >> 2)));
+        }
+    };
+    if (!dag.empty())
+        forEachLeaf(dag.view(), dag.rootAddress, std::max(dag.grid.resolutionLog2, kLeafLog2),
+                    glm::uvec3(0), addLeaf);
+    return nanovdb::openToNanoVDB(open, nanovdb::StatsMode::BBox, nanovdb::ChecksumMode::Disable);
+}
+
 VdbSource readOpenVdb(std::istream& in, uint64_t byteCount, const std::string& name,
                       const std::string& gridName) {
     openvdb::initialize();
     const auto damaged = [&](const std::string& what) {
         return Error(ErrorKind::kInput, name + ": OpenVDB cannot read it: " + what +
-                                            "; it is no .vdb file, cut off or damaged");
+                                            "; it is not a .vdb file, or is truncated or damaged");
     };
     try {
         in.exceptions(std::ios::eofbit | std::ios::failbit | std::ios::badbit);
@@ -339,7 +376,7 @@ VdbSource readOpenVdb(std::istream& in, uint64_t byteCount, const std::string& n
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
-        throw damaged("it asks for more memory than there is");
+        throw damaged("it needs more memory than the machine has");
     } catch (const std::ios_base::failure&) {
         throw damaged("it ends too early");
     } catch (const std::exception& error) {

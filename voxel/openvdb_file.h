@@ -8,16 +8,16 @@
 
 namespace shadowdag {
 
-/// writeVdb for .vdb and for .nvdb, which is made out of OpenVDB's grid.
+/// writeVdb for .vdb and for .nvdb, which is converted from OpenVDB's grid.
 uint64_t writeOpenVdb(const Asset& asset, const std::string& path);
 uint64_t writeNanoVdb(const Asset& asset, const std::string& path);
 
 /// Returns one grid of a .vdb file.
 /// @param byteCount of the file
-/// @param name stands for it in messages
-/// Throws as readVdb. OpenVDB's reader believes what it reads. Its stream throws at the end of the
-/// file, so that most sizes that lie end there; but lengths of packed values are not held against
-/// the buffers they are read into (OpenVDB 10).
+/// @param name of it, for messages
+/// Throws as readVdb. OpenVDB's reader does not verify sizes. Its stream throws at the end of the
+/// file, which catches most wrong sizes; but lengths of compressed values are not compared with the
+/// buffers they are read into (OpenVDB 10).
 VdbSource readOpenVdb(std::istream& in, uint64_t byteCount, const std::string& name,
                       const std::string& gridName);
 

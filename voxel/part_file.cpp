@@ -79,7 +79,7 @@ PartWriter::PartWriter(const PartHeader& header, const std::string& path) : out_
     h.put(kVersion);
     const AssetProvenance& p = header.provenance;
     const std::string* texts[] = {&p.sceneName, &p.sceneHash, &p.programVersion, &p.options};
-    // What stands before the texts does not depend on them.
+    // The bytes before the texts do not depend on them.
     uint32_t headerBytes = 16 + 4 + 24 + 8 + 8 + 16 + 8 + 18 * 8 + 18 * 16 + 16;
     for (const std::string* text : texts)
         headerBytes += 4 + uint32_t(std::min<size_t>(text->size(), kMaxTextBytes));
@@ -164,7 +164,7 @@ PartReader::PartReader(const std::string& path) : path_(path) {
     file.read(0, bytes.data(), bytes.size());
     ByteReader in(bytes, "part " + path);
     if (bytes.size() < sizeof(kMagic) || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0)
-        in.fail("does not begin as an .svpart file does; it is something else or was damaged by a "
+        in.fail("has no .svpart signature; it is another kind of file or was damaged by a "
                 "text-mode copy");
     in.take(sizeof(kMagic), "the magic");
     const auto version = in.take<uint32_t>("the version");
@@ -203,7 +203,7 @@ PartReader::PartReader(const std::string& path) : path_(path) {
         in.fail("is one of " + std::to_string(header_.partCount) + " parts, there are at most " +
                 std::to_string(kMaxPartCount) + "; the file is damaged, build it again");
 
-    // What follows holds for every file whose checksum some writer meant; no sum can wrap.
+    // The following holds for every file with an intended checksum; no sum can wrap.
     const VoxelGrid& grid = header_.grid;
     bool isSound = grid.resolutionLog2 <= kMaxResolutionLog2 && grid.voxelSizeWorld > 0 &&
                    std::isfinite(grid.voxelSizeWorld) && header_.part >= 1 &&
@@ -310,19 +310,20 @@ void checkParts(const std::vector<PartReader>& parts, const std::string& program
         if (!byNumber.contains(part))
             missing.push_back(part);
     if (!missing.empty())
-        throw Error(ErrorKind::kInput,
-                    "of the " + std::to_string(first.partCount) + " parts of " +
-                        first.provenance.sceneName + " number " + listed(missing) +
-                        (missing.size() > 1 ? " are" : " is") + " missing; build with --part k/" +
-                        std::to_string(first.partCount) + " and give all to merge");
+        throw Error(ErrorKind::kInput, "of the " + std::to_string(first.partCount) + " parts of " +
+                                           first.provenance.sceneName + " number " +
+                                           listed(missing) + (missing.size() > 1 ? " are" : " is") +
+                                           " missing; build them with --part k/" +
+                                           std::to_string(first.partCount) +
+                                           " and give all to merge");
     uint64_t subtreeCount = 0;
     for (const PartReader& part : parts)
         subtreeCount += part.header().subtreeCount;
     if (subtreeCount != first.taskCount)
-        throw Error(ErrorKind::kInput, "part " + parts.front().path() + " and its fellows hold " +
-                                           std::to_string(subtreeCount) + " of " +
-                                           std::to_string(first.taskCount) +
-                                           " tasks; they are damaged, build them again");
+        throw Error(ErrorKind::kInput,
+                    "part " + parts.front().path() + " and the other parts hold " +
+                        std::to_string(subtreeCount) + " of " + std::to_string(first.taskCount) +
+                        " tasks; they are damaged, build them again");
     for (const PartReader& part : parts)
         part.verify(progress);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part file (.svpart): a share of a voxelization, merged in itself, with what it takes to join
-// it with the others.
+// The part file (.svpart): a share of a voxelization, merged in itself, with the data needed to
+// join it with the others.
 #pragma once
 
 #include "cuda/progress.h"
@@ -15,10 +15,10 @@
 
 namespace shadowdag {
 
-/// More parts than this have more in common than they differ in.
+/// More parts than this would share more nodes than they differ in.
 constexpr uint32_t kMaxPartCount = 65536;
 
-/// What a part says of itself.
+/// The header of a part.
 struct PartHeader {
     VoxelGrid grid;
     AssetProvenance provenance;
@@ -33,8 +33,8 @@ struct PartHeader {
     uint64_t payloadByteCount() const;
 };
 
-/// Returns what of `a` and `b` shows that they are no parts of one build (names left out), as
-/// "scene hash 1.. against 2..", or "" when they are.
+/// Returns the first difference that shows that `a` and `b` are not parts of one build (names
+/// ignored), as "scene hash 1.. against 2..", or "" if they are.
 std::string partsDiffer(const PartHeader& a, const PartHeader& b);
 
 /// Writes a part as a whole or not at all: nodes come first, in the order of NodeSink, as many as
@@ -72,13 +72,13 @@ void visitSubtrees(const Source& source, uint32_t level, std::vector<Subtree>& s
         subtrees[i].address = roots[i];
 }
 
-/// Writes all that a builder (of top level taskLevelOf()) holds as a part; `subtrees`, ascending in
-/// cell, get numbers for addresses. Returns the header with what was counted.
+/// Writes the whole content of a builder (of top level taskLevelOf()) as a part; `subtrees`,
+/// ascending in cell, get numbers for addresses. Returns the header with the counts.
 PartHeader writePart(PartHeader header, const DagBuilder& builder, std::vector<Subtree>& subtrees,
                      const std::string& path);
 
-/// Reads a part: its header at once, verified; the rest level by level, as it is asked for. Holds
-/// no open file.
+/// Reads a part: its header at once, verified; the rest level by level on request. Keeps no file
+/// open.
 class PartReader {
 public:
     /// Throws Error kInput naming file, place and value.
@@ -86,7 +86,7 @@ public:
 
     const PartHeader& header() const { return header_; }
     const std::string& path() const { return path_; }
-    /// Reads all and compares the checksum; Error kInput. `progress` is called with 0.
+    /// Reads the whole file and compares the checksum; Error kInput. `progress` is called with 0.
     void verify(const Progress& progress) const;
     /// Returns a reader of the nodes of one level, from the leaves to the level of tasks.
     NodeReader level(uint32_t level) const;
@@ -102,8 +102,8 @@ private:
 };
 
 /// Checks that the files are all parts of one build, each once, undamaged. Throws Error kInput
-/// naming the file that is not, or the parts that are missing.
-/// @param programVersion the running program's: what another one built may differ
+/// naming the bad file, or the parts that are missing. @param programVersion the running program's;
+/// a part of another version may differ
 void checkParts(const std::vector<PartReader>& parts, const std::string& programVersion,
                 const Progress& progress);
 

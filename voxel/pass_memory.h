@@ -13,12 +13,12 @@
 
 namespace shadowdag {
 
-/// Thrown by a budget that does not hold what is asked for; whoever can do with less catches it.
+/// Thrown if a budget is too small for an allocation; a caller that can use less memory catches it.
 struct OverBudget {
-    uint64_t bytes; ///< all that would have been held
+    uint64_t bytes; ///< the total that would have been held
 };
 
-/// Bytes that may be held at a time. Outlives what was taken from it.
+/// A limit of the bytes held at a time. Outlives the allocations from it.
 class PassBudget {
 public:
     explicit PassBudget(uint64_t bytes) : limit_(bytes) {}
@@ -81,7 +81,7 @@ using LongWords = PassList<uint64_t>;
 /// What one entry of a list may be numbered by.
 constexpr uint64_t kMaxPassList = 0xfffffffeull;
 
-/// Makes lists on a backend, and does with them what every step of a build does. All throw
+/// Makes lists on a backend and has the operations that every step of a build needs. All throw
 /// OverBudget.
 struct PassMemory {
     PassMemory(Backend ofBackend, uint64_t budgetBytes) : backend(ofBackend), budget(budgetBytes) {}
@@ -91,20 +91,20 @@ struct PassMemory {
 
     Words words(const char* name, size_t count) { return {budget, backend, name, count}; }
     LongWords longWords(const char* name, size_t count) { return {budget, backend, name, count}; }
-    /// Returns count + 1 words, of which the last is 0: counts, and after a scan their places.
+    /// Returns count + 1 words, of which the last is 0: counts, and offsets after a scan.
     Words places(const char* name, size_t count) {
         Words list = words(name, count + 1);
         detail::fillBytes(backend, list.view().data + count, 0, sizeof(uint32_t));
         return list;
     }
-    /// Turns counts into places and returns their sum.
+    /// Turns counts into offsets and returns their sum.
     size_t scan(Words& list) {
         const uint64_t total = exclusiveScan(backend, std::as_const(list).view(), list.view());
         if (total > kMaxPassList)
             throw OverBudget{total * sizeof(uint64_t)};
         return size_t(total);
     }
-    /// Sorts keys, `order` along; the other copies that sorting takes are counted.
+    /// Sorts keys and reorders `order` with them; the copies that sorting needs are counted.
     void sort(LongWords& keys, Words& order) {
         const Reservation scratch(budget, keys.size() * (sizeof(uint64_t) + sizeof(uint32_t)));
         sortPairs(backend, keys.view(), order.view());
@@ -115,7 +115,7 @@ struct PassMemory {
         runPass(backend, CountUp{order.view()});
         return order;
     }
-    /// Runs, and what of the budget they take at most.
+    /// Number of runs, and the most of the budget that they take.
     struct HeldRuns {
         Reservation taken;
         Runs runs;

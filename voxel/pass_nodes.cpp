@@ -44,13 +44,13 @@ Words joinLevel(PassMemory& memory, LongWords& keys, Words& nodeOfCell) {
 /// One level in canonical order.
 struct OrderedLevel {
     Words order;
-    std::optional<Words> first; ///< edges before each node; none of leaves
+    std::optional<Words> first; ///< edges before each node; empty for leaves
     uint32_t base = 0;
 
     LevelWords place() const { return {base, first ? first->view() : View<const uint32_t>{}}; }
 };
 
-/// Returns where a level of `count` words begins, and moves on behind it.
+/// Returns the offset of a level of `count` words and advances past it.
 uint32_t nextBase(uint64_t& wordCount, uint64_t count) {
     const uint64_t base = wordCount;
     wordCount += count;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Leaves to unique nodes to the words of a DAG, on a backend: the second half of a build by passes.
-// Not for other folders.
+// Internal to this folder.
 #pragma once
 
 #include "voxel/dag_builder.h"
@@ -22,12 +22,12 @@ struct PassNodes {
     std::vector<Words> inner;
 };
 
-/// Returns the unique nodes under a cell of `topLevel`, of which that level has one. Throws
+/// Returns the unique nodes under a cell of `topLevel`, which has one node there. Throws
 /// OverBudget.
 /// @param leaves all of the cell, or null
 PassNodes buildNodes(PassMemory& memory, std::optional<PassLeaves> leaves, uint32_t topLevel);
 
-/// Adds the nodes of a cell to those of the whole; returns the address of its root, or kNoNode.
+/// Adds the nodes of a cell to those of the whole DAG; returns the address of its root, or kNoNode.
 uint32_t mergeNodes(const PassNodes& nodes, uint32_t topLevel, DagBuilder& merged);
 
 /// Returns the words of the DAG of a cell in canonical order (dag.h); none of an empty one. Throws

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Binary arithmetic coding with adaptive probabilities. Encoder and decoder have the same `bit`, so
-// that what is coded is written once for both.
+// that one text defines both coding and decoding.
 // Source: Martin, Range encoding, 1979; carries and 32-bit steps of a 64-bit range are ours.
 #pragma once
 
@@ -12,10 +12,10 @@ namespace shadowdag {
 
 namespace detail {
 
-/// After so many bits the past fades, by 1/30 a bit. 60 and 255 gave larger files.
+/// After so many bits the past decays by 1/30 per bit. 60 and 255 gave larger files.
 constexpr uint32_t kMostSeen = 30;
 
-/// 2^16 / (seen + 1.6): how far a chance moves towards the next bit.
+/// 2^16 / (seen + 1.6): how far a probability moves towards the next bit.
 struct LearningRates {
     uint32_t at[kMostSeen + 1] = {};
     constexpr LearningRates() {
@@ -27,9 +27,9 @@ inline constexpr LearningRates kLearningRates;
 
 } // namespace detail
 
-/// The chance that a bit is 1, learned from the bits before it.
+/// The probability that a bit is 1, learned from the bits before it.
 ///
-///     0..15  chance of 1, in 2^-16, never 0       16..23  bits seen, up to kMostSeen
+///     0..15  probability of 1, in 2^-16, never 0       16..23  bits seen, up to kMostSeen
 ///     24..31 free for the owner
 struct AdaptiveBit {
     uint16_t chance = 32768;
@@ -55,12 +55,12 @@ public:
         model.learn(value);
         return value;
     }
-    /// The same for a bit of which nothing is known.
+    /// The same for a bit with no context.
     uint32_t evenBit(uint32_t value) {
         code(32768, value);
         return value;
     }
-    /// Returns all that was coded; call once, last.
+    /// Returns the coded bytes; call once, last.
     std::vector<uint8_t> finish() {
         emit();
         emit();
@@ -104,14 +104,14 @@ public:
         fill();
     }
 
-    /// Returns the next bit; the argument is what an encoder would be given, and ignored.
+    /// Returns the next bit. The argument is that of the encoder and is ignored.
     uint32_t bit(AdaptiveBit& model, uint32_t = 0) {
         const uint32_t value = decode(model.chance);
         model.learn(value);
         return value;
     }
     uint32_t evenBit(uint32_t = 0) { return decode(32768); }
-    /// Returns whether more was asked for than was ever written.
+    /// Returns whether more was read than was ever written.
     bool isPastEnd() const { return isPastEnd_; }
 
 private:

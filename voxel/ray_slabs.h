@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The slab test of a segment against boxes whose corners are integers: one box, the eight children
-// of a cell, the 64 voxels of a leaf. dag_trace.h says what it promises; here is why.
+// of a cell, the 64 voxels of a leaf. dag_trace.h states its guarantees; this is their derivation.
 //
 // Per axis t(p) = fma(p, inv, c) is the time at plane p. inv is fixed, and rounding is monotone, so
 // t is monotone in p: a box inside another has the later near and the earlier far planes, hence
@@ -54,7 +54,7 @@ SDAG_HD inline uint64_t leafHits(const RaySlabs& r, float x, float y, float z, f
     return hits;
 }
 
-/// A cell's least corner, and its way down and up the octree.
+/// A cell's least corner, and steps down and up the octree.
 struct Corner {
     uint32_t x = 0, y = 0, z = 0;
     /// Returns the corner of child c, of side `side`.
@@ -69,7 +69,7 @@ struct Corner {
     SDAG_HD glm::uvec3 cell() const { return glm::uvec3(x, y, z); }
 };
 
-/// The tests of one segment; what they share is made once.
+/// The tests of one segment; the data that they share is computed once.
 struct Tester {
     RaySlabs r;
     uint32_t order; ///< child i ^ order is the i-th visited

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The slab test of a segment against boxes with integer corners: ray_slabs.h says why it is exact
-// enough. A leaf text (gl/leaf.h).
+// The slab test of a segment against boxes with integer corners; ray_slabs.h derives its error
+// bound. A leaf text (gl/leaf.h).
 #pragma once
 
 #include "gl/leaf.h"
@@ -48,8 +48,8 @@ SDAG_LEAF float slabMargin(float scale) {
     return margin;
 }
 
-/// A segment as slab tests want it: near(p) = fma(p, inv, cNear) for the plane entered, far(p) for
-/// the plane left.
+/// A segment prepared for slab tests: near(p) = fma(p, inv, cNear) for the plane entered, far(p)
+/// for the plane left.
 struct RaySlabs {
     vec3 inv, cNear, cFar;
     uint octant; ///< bit a: the segment runs against axis a

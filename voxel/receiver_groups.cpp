@@ -14,6 +14,13 @@ constexpr float kFacetCosine = 0.95f;
 
 void ReceiverGroups::reset(const VoxelGrid& grid, float offset) {
     starts_.reset(grid, offset);
+    hasStarts_ = true;
+    normals_.clear();
+    pixel_.clear();
+}
+
+void ReceiverGroups::reset() {
+    hasStarts_ = false;
     normals_.clear();
     pixel_.clear();
 }
@@ -21,7 +28,8 @@ void ReceiverGroups::reset(const VoxelGrid& grid, float offset) {
 void ReceiverGroups::add(const glm::vec3& positionWorld, const glm::vec3& normalWorld, uint32_t x,
                          uint32_t y) {
     SDAG_ASSERT(x < kTileSide && y < kTileSide);
-    starts_.add(positionWorld, normalWorld);
+    if (hasStarts_)
+        starts_.add(positionWorld, normalWorld);
     normals_.push_back(normalWorld);
     pixel_.push_back(uint16_t(x | y << 8));
 }
@@ -33,7 +41,7 @@ uint32_t ReceiverGroups::binOf(size_t sample) const {
 }
 
 void ReceiverGroups::build() {
-    const uint32_t count = uint32_t(starts_.count());
+    const uint32_t count = uint32_t(normals_.size());
     facetCount_ = 0;
     facetOf_.resize(count);
     glm::vec3 first[kFacets];

@@ -38,8 +38,8 @@ bool takeNumber(std::string_view& text) {
     return count > 0;
 }
 
-/// Returns whether builds give files such a name: the lock, LevelMerge's files, parts, and what
-/// OutputFile makes of a part's name until it is whole.
+/// Returns whether a build creates files of such a name: the lock, LevelMerge's files, parts, and
+/// the temporary names that OutputFile gives to parts.
 bool isOwn(std::string_view name) {
     std::string_view level = name, map = name, part = name;
     if (name == kLockName || (take(level, "level-") && takeNumber(level) && level == ".nodes") ||
@@ -60,7 +60,7 @@ ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume)
         refuseForeign();
         if (!resume && !files(kPartExtension).empty())
             throw Error(ErrorKind::kUsage,
-                        path_ + " holds what an unfinished voxelize left; go on from it with "
+                        path_ + " holds the files of an unfinished voxelize; continue it with "
                                 "voxelize --resume, or remove the folder");
         empty(false);
     } catch (...) {
@@ -72,7 +72,7 @@ ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume)
 bool ScratchFolder::tryLock() {
     std::error_code error;
     if (!fs::create_directory(path_, error) && !error)
-        refuseForeign(); // before a lock is put beside what is not ours
+        refuseForeign(); // before a lock is put into a folder of something else
     const std::string lockPath = path_ + "/" + kLockName;
     if (!error)
         lock_ = ::open(lockPath.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
@@ -84,11 +84,11 @@ bool ScratchFolder::tryLock() {
                                               (error ? error.message() : std::strerror(errno)) +
                                               "; choose another place for the output");
     }
-    // The lock goes with the process that holds it, however that ends.
+    // The lock ends with the process that holds it, in whatever way that ends.
     if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
         ::close(lock_);
         throw Error(ErrorKind::kResource, path_ + " is in use by another process that builds the "
-                                                  "same file; wait for it or end it");
+                                                  "same file; wait for it or stop it");
     }
     // Its last holder may have removed it between the two calls above.
     struct stat held, there;
@@ -103,7 +103,7 @@ bool ScratchFolder::tryLock() {
 ScratchFolder::~ScratchFolder() {
     if (!resume_ || std::uncaught_exceptions() == exceptionCount_) {
         empty(true);
-        // Last, and while it is held: who opened it by then sees that it is gone.
+        // Last, and while it is held: a process that has opened it by then sees that it is gone.
         std::error_code ignored;
         fs::remove(*this / kLockName, ignored);
         fs::remove(path_, ignored);
@@ -115,9 +115,9 @@ void ScratchFolder::refuseForeign() const {
     std::error_code ignored; // the folder may be gone by now
     for (fs::directory_iterator entry(path_, ignored), end; entry != end; entry.increment(ignored))
         if (!isOwn(entry->path().filename().string()))
-            throw Error(ErrorKind::kUsage, path_ + " is for unfinished work, but holds '" +
+            throw Error(ErrorKind::kUsage, path_ + " is for unfinished work, but contains '" +
                                                entry->path().filename().string() +
-                                               "', which no build wrote; move it away or choose "
+                                               "', which no build wrote; move it or choose "
                                                "another name for the output");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The folder next to its output where a build keeps what does not fit into memory.
+// The folder next to the output for data of a build that do not fit into memory.
 #pragma once
 
 #include <cstddef>
@@ -9,15 +9,15 @@
 
 namespace shadowdag {
 
-/// The folder OUTPUT.scratch, held by one process at a time. It is removed in the end, be it by an
-/// exception; a process that is killed leaves it. With `resume` it may hold finished parts (.svpart
-/// files) already, and stays when an exception ends the build, so that the next one can go on.
-/// What a killed process left unfinished is removed at once. Only files with names that builds give
-/// theirs are ever removed.
+/// The folder OUTPUT.scratch, held by one process at a time. It is removed at the end, also by an
+/// exception; a process that is killed leaves it. With `resume` it may already hold finished parts
+/// (.svpart files), and it stays after an exception, so that the next build can continue.
+/// Unfinished files of a killed process are removed at once. Only files with names that builds use
+/// are ever removed.
 class ScratchFolder {
 public:
-    /// Throws Error kUsage when the folder holds another file than builds write, or a finished part
-    /// and `resume` is false; kResource when another process uses it or it cannot be made.
+    /// Throws Error kUsage if the folder holds a file that no build writes, or a finished part and
+    /// `resume` is false; kResource if another process uses it or it cannot be made.
     ScratchFolder(const std::string& outputPath, bool resume);
     ~ScratchFolder();
     ScratchFolder(const ScratchFolder&) = delete;
@@ -29,9 +29,9 @@ public:
 
 private:
     void refuseForeign() const;
-    /// Returns whether the folder is held now; false when its holder removed it meanwhile.
+    /// Returns whether the folder is held now; false if its holder has removed it meanwhile.
     bool tryLock();
-    /// Removes the files of builds but the lock, finished parts only if `withParts`.
+    /// Removes the files of builds except the lock, finished parts only if `withParts`.
     void empty(bool withParts) const;
 
     std::string path_;
@@ -40,8 +40,8 @@ private:
     int lock_ = -1;
 };
 
-/// A file that is written anew and read back by the same process: not synced, not renamed. Throws
-/// Error kResource.
+/// A file that the same process creates and reads back: not synced, not renamed. Throws Error
+/// kResource.
 class ScratchFile {
 public:
     explicit ScratchFile(const std::string& path);

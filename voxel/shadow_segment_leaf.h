@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The segment by which a view sample asks for a light, in voxel space: dag_trace.h explains it. A
-// leaf text (gl/leaf.h).
+// The segment that is tested for a view sample and a light, in voxel space; dag_trace.h explains
+// it. A leaf text (gl/leaf.h).
 #pragma once
 
 #include "voxel/ray_slabs_leaf.h"
@@ -29,7 +29,7 @@ SDAG_LEAF double shadowLiftVoxels(uint resolution, double voxelSizeWorld, SDAG_I
     return lift;
 }
 
-/// Returns what shadowSegment returns, from the start lifted already, all in voxel space.
+/// Returns shadowSegment's result for a start that is lifted already, all in voxel space.
 SDAG_LEAF DagSegment segmentFromLifted(SDAG_IN(dvec3) from, SDAG_IN(dvec3) n, SDAG_IN(dvec3) light,
                                        double offset, double cell) {
     SDAG_EXACT dvec3 way = light - from;
@@ -59,8 +59,8 @@ SDAG_LEAF DagSegment segmentFromLifted(SDAG_IN(dvec3) from, SDAG_IN(dvec3) n, SD
 }
 
 /// Returns `to`, or the point where the segment leaves the grid grown by `beyond` voxels on all
-/// sides, whichever comes first; `from` where it starts behind that. All in voxel space. What lies
-/// in the grid meets the shortened segment where it met the whole.
+/// sides, whichever comes first; `from` if it starts behind that. All in voxel space. The shortened
+/// segment meets the same cells of the grid as the whole one.
 SDAG_LEAF dvec3 endWithinCube(uint resolution, SDAG_IN(dvec3) from, SDAG_IN(dvec3) to,
                               double beyond) {
     SDAG_EXACT dvec3 way = to - from;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The samples of one cluster, made ready to ask for many lights: shadowSegment() of dag_trace.h for
-// all of them, bit for bit, without doing again for each light what depends on the sample alone.
+// The samples of one cluster, prepared for many lights: shadowSegment() of dag_trace.h for all of
+// them, bit for bit. What depends on the sample alone is computed once, not per light.
 #pragma once
 
 #include "voxel/dag_trace.h"
@@ -32,7 +32,7 @@ public:
     glm::dvec3 normal(size_t i) const { return glm::dvec3(normalX_[i], normalY_[i], normalZ_[i]); }
 
     /// Returns by how much more, per axis, starts may be lifted towards this light (voxel space)
-    /// than liftedStart says.
+    /// than liftedStart.
     double lightExcess(const glm::dvec3& lightVoxel) const;
 
     /// Writes shadowSegment(grid, position, normal, lightWorld, offset, 0) of the samples listed.

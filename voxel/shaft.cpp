@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why it is conservative. With eps = 2^-24 and S no less than the resolution and every coordinate,
-// ends included:
+// Why a shaft is conservative. With eps = 2^-24 and S no less than the resolution and every
+// coordinate, ends included:
 //  - A segment's exact ends, before they are rounded to float, lie in the hull of the lifted starts
 //    and the light: shadowSegment moves both along the way between them. (An end that it lifts does
 //    not; make() refuses lights so low.) Rounding moves them by eps S per axis.

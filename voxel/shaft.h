@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shafts: what all shadow segments of a group of samples towards one light say together. A shaft is
-// a convex region that holds every one of the segments. When no occupied voxel meets it, all are
-// lit. That is what occluded() says of each, proven: the predicate of dag_trace.h does not depend
-// on the order in which it is asked.
-// Source: Haines, Wallace, Shaft Culling for Efficient Ray-Traced Radiosity, 1991.
+// Shafts: conservative tests for all shadow segments of a group of samples towards one light. A
+// shaft is a convex region that contains all the segments. If no occupied voxel meets it, all
+// samples are lit. occluded() gives the same result for each segment, because the predicate of
+// dag_trace.h does not depend on the order of evaluation. Source: Haines, Wallace, Shaft Culling
+// for Efficient Ray-Traced Radiosity, 1991.
 #pragma once
 
 #include "voxel/dag_stream.h"
@@ -36,8 +36,8 @@ private:
     float least_ = 0, scale_ = 0;
 };
 
-/// Where the segments of a group of samples start, whatever the light: a skewed box around their
-/// lifted starts, and their normals.
+/// The region in which the segments of a group of samples start, for every light: a skewed box
+/// around their lifted starts, and their normals.
 struct ShaftBase {
     glm::dvec3 corner[8];       ///< voxel space; bits of the index: along axis 0, 1, 2
     glm::dvec3 side[3];         ///< normals of its three pairs of sides; side[2] = normal
@@ -46,8 +46,8 @@ struct ShaftBase {
     const AbovePlane* above;    ///< of `normal`, rounded to float
 };
 
-/// The half-spaces that bound a shaft, 16 of them, in float: a point is inside when n . x + d >= 0
-/// for all. Some are there twice or bound nothing.
+/// The 16 half-spaces that bound a shaft, in float: a point is inside when n . x + d >= 0 for all.
+/// Some occur twice or bound nothing.
 struct ShaftPlanes {
     static constexpr int kCount = 16;
     alignas(64) float n[3][kCount];
@@ -59,10 +59,10 @@ struct ShaftPlanes {
 /// The shaft from a base to a light. Made anew for each; large, so reused.
 class Shaft {
 public:
-    /// Makes the region; returns false when there is none to be had: the light is within a voxel of
-    /// the base on every axis, lies so low above a receiver that an end is lifted
-    /// (shadowSegment), or is too far away for float. Nothing else may be asked then.
-    /// @param base of samples of `starts`, those asked among them
+    /// Makes the region; returns false if there is none: the light is within a voxel of the base on
+    /// every axis, lies so low above a receiver that an end is lifted (shadowSegment), or is too
+    /// far away for float. Call no other function then.
+    /// @param base of samples of `starts`, including the selected ones
     /// @param asked the samples whose segments are meant
     bool make(const ShadowStarts& starts, const ShaftBase& base, View<const uint32_t> asked,
               const glm::vec3& lightWorld);

@@ -25,7 +25,7 @@ SDAG_HD inline double greater(double a, double b) {
     return a > b ? a : b;
 }
 
-/// A triangle made ready for overlap tests. Voxel space; axes are renamed so that d is the axis of
+/// A triangle prepared for overlap tests. Voxel space; axes are renamed so that d is the axis of
 /// the largest normal component.
 ///
 /// Error bound, with eps = 2^-53, M = max(|vertex|, resolution), E = the largest edge component:
@@ -152,17 +152,16 @@ SDAG_HD inline bool touchesCube(const TriangleSetup& s, const glm::ivec3& corner
 constexpr int kBrickLog2 = 6;
 constexpr int kBrickSize = 1 << kBrickLog2;
 
-/// Which voxels of a cube are asked for: first to last along the setup's axes u, v, d, relative to
-/// its corner.
+/// The voxels of a cube to test: first to last along the setup's axes u, v, d, relative to its
+/// corner.
 struct ColumnWindow {
     int first[3], last[3];
 };
 
 /// Calls emit(u, v, first, last) for every column of the cube of side `size` <= kBrickSize at
-/// `corner` in which the triangle touches voxels of the window: numbers are relative to the corner,
-/// along the setup's axes u, v, d; voxels first..last of the column are touched, none else. A
-/// window leaves out voxels and changes none: whatever windows a cube is cut into, together they
-/// give the same.
+/// `corner` in which the triangle touches voxels of the window. Numbers are relative to the corner,
+/// along the setup's axes u, v, d; exactly voxels first..last of the column are touched. A window
+/// omits voxels and changes none: the windows of a cube together give the same voxels as the cube.
 /// @param window within the cube, at most kMostV voxels along v
 template <int kMostV, class Emit>
 SDAG_HD inline void forEachColumnIn(const TriangleSetup& s, const glm::ivec3& corner, int size,
@@ -207,7 +206,8 @@ SDAG_HD inline void forEachColumnIn(const TriangleSetup& s, const glm::ivec3& co
             const int i = v - first[1];
             const double from = greater(greater(floor(middle - reach) - base[2], uLo), vLo[i]);
             const double to = lesser(lesser(floor(middle + reach) - base[2], uHi), vHi[i]);
-            lo[i] = int(lesser(from, double(kBrickSize))); // far outside is as good as just outside
+            lo[i] =
+                int(lesser(from, double(kBrickSize))); // any distance outside gives the same result
             hi[i] = int(greater(to, -1.0));
         }
         for (int v = vFirst; v <= vLast; ++v)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Leaves to a DAG as passes: level by level the nodes that differ, then the canonical order of
-// dag.h. Nodes are compared word by word after sorting, never by a hash, so that they are the same
-// for any run on any processor.
+// Leaves to a DAG as passes: the unique nodes level by level, then the canonical order of dag.h.
+// Nodes are compared word by word after sorting, never by a hash, so that they are the same in any
+// run on any processor.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -12,8 +12,8 @@
 
 namespace shadowdag {
 
-/// The words that a node of an inner level has here: the numbers of its eight children among the
-/// unique nodes of the level below, kNoNode where there is none.
+/// The words of a node of an inner level here: the numbers of its eight children among the unique
+/// nodes of the level below, kNoNode for a missing child.
 constexpr uint32_t kChildCount = 8;
 constexpr uint32_t kNodeKeyCount = kChildCount / 2; ///< 64-bit keys a node is sorted by
 
@@ -26,7 +26,7 @@ struct CountUp {
     SDAG_HD void operator()(size_t i) const { order[i] = uint32_t(i); }
 };
 
-/// Copies what runs of sorted words begin with.
+/// Copies the first word of each run of sorted words.
 struct ListRunValues {
     View<const uint64_t> words; ///< sorted
     View<const uint32_t> runStart;
@@ -37,7 +37,7 @@ struct ListRunValues {
     SDAG_HD void operator()(size_t run) const { values[run] = words[runStart[run]]; }
 };
 
-/// Writes of every cell which unique node it holds: the run that sorting put it into.
+/// Writes for every cell its unique node: the run that contains it after sorting.
 struct NumberByRun {
     View<const uint32_t> order; ///< sorted place to cell
     View<const uint32_t> next;  ///< Runs::next
@@ -102,7 +102,7 @@ struct MarkDistinctNodes {
     }
 };
 
-/// Copies the children of every run's first node.
+/// Copies the children of the first node of each run.
 struct ListDistinctNodes {
     View<const uint32_t> children;
     View<const uint32_t> order;
@@ -163,8 +163,8 @@ struct RankNodes {
     SDAG_HD void operator()(size_t i) const { rank[order[i]] = uint32_t(i); }
 };
 
-/// Where the words of a level stand: node i of an inner level takes 1 word and one an edge, a leaf
-/// two.
+/// Addresses of the words of a level: node i of an inner level takes 1 word and one per edge, a
+/// leaf two.
 struct LevelWords {
     uint32_t base;              ///< address of the level's first node
     View<const uint32_t> first; ///< edges before each node; empty: leaves

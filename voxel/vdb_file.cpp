@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is the same for both formats: endings, what memory it takes, and from a grid to an asset.
+// The parts common to both formats: file endings, memory estimates, and the conversion of a grid to
+// an asset.
 #include "voxel/vdb_file.h"
 
 #include "cuda/error.h"
@@ -19,8 +20,8 @@
 namespace shadowdag {
 namespace {
 
-/// Axes of one voxel may differ by this share of it (less than a hundredth of a voxel at the far
-/// end), and by this share of the grid's offset, which other programs add and take away again.
+/// Voxel sizes along the axes may differ by this relative amount (less than a hundredth of a voxel
+/// at the far end), and by this share of the grid's offset, which other programs add and subtract.
 constexpr double kUnevenTolerance = 1e-8, kOffsetTolerance = 4e-16;
 
 bool isNano(const std::string& path) {
@@ -31,12 +32,12 @@ bool isNano(const std::string& path) {
     return ending == ".nvdb";
 }
 
-/// Throws when a mask grid of the DAG's voxels needs more memory than there is: the system would
-/// end the process without a word.
+/// Throws if a mask grid of the DAG's voxels needs more memory than there is, because the system
+/// would kill the process without a message.
 void checkMemory(const Dag& dag, const std::string& path, bool nano) {
     const VdbCellCounts counts = countVdbCells(dag);
-    // Sizes of OpenVDB 10's nodes with their masks and tables; NanoVDB's grid and its packed bytes
-    // stand beside them.
+    // Sizes of OpenVDB 10's nodes with their masks and tables. NanoVDB's grid and its compressed
+    // bytes exist at the same time.
     const double bytes =
         (96.0 * double(counts.leafCount) + 33.5 * 1024 * double(counts.lowerCount) +
          265.0 * 1024 * double(counts.upperCount)) *
@@ -51,7 +52,7 @@ void checkMemory(const Dag& dag, const std::string& path, bool nano) {
 }
 
 /// Returns the voxel grid whose voxel 0 is the source's index `corner`. Throws for a transform that
-/// no voxel grid has.
+/// no voxel grid can have.
 VoxelGrid gridOf(const VdbSource& source, const glm::ivec3& corner, uint32_t resolutionLog2,
                  const std::string& name) {
     const glm::dmat3& m = source.worldFromIndexLinear;
@@ -77,8 +78,7 @@ VoxelGrid gridOf(const VdbSource& source, const glm::ivec3& corner, uint32_t res
     return grid;
 }
 
-/// Gives the asset that writeVdb was given; returns false where the grid is no longer the one that
-/// it wrote.
+/// Returns the asset that writeVdb was given, or false if the grid was changed since.
 bool takeOurs(VdbSource& source, const std::string& name, VdbAsset& result) {
     Asset asset = assetOf(source.tags, name);
     const VoxelGrid& grid = asset.dag.grid;
@@ -97,7 +97,7 @@ bool takeOurs(VdbSource& source, const std::string& name, VdbAsset& result) {
     }
     const VoxelGrid found = gridOf(source, glm::ivec3(0), grid.resolutionLog2, name);
     const glm::dvec3 moved = glm::abs(found.originWorld - grid.originWorld);
-    // What adding half a voxel and taking it away again rounds.
+    // The rounding error of adding half a voxel and subtracting it again.
     const double slack = 1e-12 * (std::abs(grid.originWorld.x) + std::abs(grid.originWorld.y) +
                                   std::abs(grid.originWorld.z) + grid.voxelSizeWorld);
     if (found.voxelSizeWorld != grid.voxelSizeWorld || moved.x > slack || moved.y > slack ||
@@ -168,10 +168,10 @@ size_t chooseGrid(const std::vector<std::string>& names, const std::string& aske
         throw Error(ErrorKind::kInput, file + ": holds no grid");
     if (asked.empty() && names.size() > 1)
         throw Error(ErrorKind::kUsage, file + ": holds " + std::to_string(names.size()) +
-                                           " grids; say which with --grid NAME: " + list);
+                                           " grids; choose one with --grid NAME: " + list);
     const auto found = asked.empty() ? names.begin() : std::find(names.begin(), names.end(), asked);
     if (found == names.end())
-        throw Error(ErrorKind::kUsage, file + ": has no grid '" + asked + "'; there is " + list);
+        throw Error(ErrorKind::kUsage, file + ": has no grid '" + asked + "'; it has " + list);
     return size_t(found - names.begin());
 }
 

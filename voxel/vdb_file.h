@@ -3,7 +3,7 @@
 //
 // Voxel (i, j, k) of a DAG is index (i, j, k) of the grid. The voxel is the cube from (i, j, k) to
 // (i + 1, ...) in voxel space, while VDB puts an index at the centre of its cube: the grid's
-// transform leads index (0, 0, 0) to the centre of voxel (0, 0, 0).
+// transform maps index (0, 0, 0) to the centre of voxel (0, 0, 0).
 // Source: Museth, VDB: High-Resolution Sparse Volumes with Dynamic Topology, ACM ToG 2013.
 #pragma once
 
@@ -26,13 +26,12 @@ uint64_t writeVdb(const Asset& asset, const std::string& path);
 
 struct VdbReadOptions {
     std::string gridName{}; ///< "": the only one
-    /// Takes a grid of ours whose voxels or transform are no longer those exported as a foreign
-    /// one.
+    /// Imports a grid of this program whose voxels or transform were changed as a foreign grid.
     bool acceptEdited = false;
     std::string programVersion{}; ///< for the provenance of a foreign grid
 };
 
-/// An asset, and where it stood.
+/// An asset and its origin.
 struct VdbAsset {
     Asset asset;
     bool isForeign = false; ///< not exported by writeVdb (or edited since)
@@ -41,16 +40,16 @@ struct VdbAsset {
     glm::ivec3 cornerIndex{0}; ///< the grid's index that became voxel 0
 };
 
-/// Reads one grid of a file. One that writeVdb wrote gives its asset, checked against its checksum.
-/// Of any other grid the active voxels are taken, whatever their values, tiles expanded, in the
-/// smallest power-of-two cube (4 voxels at least) whose voxel 0 is the corner of their bounds;
-/// sceneHash is "none", and options say what was read.
-/// Not safe against every damaged .vdb: OpenVDB's reader takes lengths of values from the file as
-/// they are and may write past its buffers. Read what may be damaged in a process of its own, as
-/// `shadowdag import` does. A .nvdb is read by code of ours, which checks every length and offset.
-/// Not guaranteed: that damage inside a foreign .vdb is noticed; the format has no checksums, only
+/// Reads one grid of a file. A grid that writeVdb wrote gives its asset, checked against its
+/// checksum. Of any other grid the active voxels are taken, whatever their values, with tiles
+/// expanded, in the smallest power-of-two cube (4 voxels at least) whose voxel 0 is the corner of
+/// their bounds; sceneHash is "none", and options describe the source.
+/// Not safe against every damaged .vdb: OpenVDB's reader uses lengths of values from the file
+/// unchecked and may write past its buffers. Read untrusted files in a separate process, as
+/// `shadowdag import` does. A .nvdb is read by our own code, which checks every length and offset.
+/// Not guaranteed: that damage inside a foreign .vdb is detected; the format has no checksums, only
 /// a count of its active voxels, which is checked. .nvdb grids are checked against their own
-/// checksum where they have one.
+/// checksum if they have one.
 /// Throws Error kUsage for another ending, or when there are several grids and none or no existing
 /// one is named; kInput for a file that is missing, damaged or empty, a grid type without topology
 /// of its own (points), a transform that rotates, shears, mirrors or scales unevenly, voxels that

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A grid as the .vdb and the .nvdb reader hand it to readVdb.
+// A grid as the .vdb and .nvdb readers pass it to readVdb.
 #pragma once
 
 #include "voxel/vdb_tags.h"
@@ -20,8 +20,8 @@ struct VdbSource {
     VdbTags tags;
 };
 
-/// Returns which of the names is meant: the one asked for, or the only one when none is. Throws
-/// Error kUsage naming those that are there.
+/// Returns the requested grid's name, or the only one if none is requested. Throws Error kUsage
+/// listing the existing ones.
 size_t chooseGrid(const std::vector<std::string>& names, const std::string& asked,
                   const std::string& file);
 

@@ -125,8 +125,7 @@ VdbTags unpackTags(const std::string& bytes, const std::string& name) {
         if (bytes.size() - at >= sizeof count)
             std::memcpy(&count, bytes.data() + at, sizeof count);
         if (bytes.size() - at < sizeof count || bytes.size() - at - sizeof count < count)
-            throw Error(ErrorKind::kInput, name + ": what it says of its asset ends at byte " +
-                                               std::to_string(at) +
+            throw Error(ErrorKind::kInput, name + ": its tags end at byte " + std::to_string(at) +
                                                " inside a text; the file is damaged");
         const std::string text = bytes.substr(at + sizeof count, count);
         at += sizeof count + count;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an exported grid carries besides its voxels, so that importing it gives the asset back:
+// The metadata of an exported grid besides its voxels, from which importing restores the asset:
 // named texts, which .vdb keeps as metadata and .nvdb as blind data.
 #pragma once
 
@@ -19,12 +19,12 @@ constexpr const char* kVdbTagPrefix = "shadowdag_";
 VdbTags tagsOf(const Asset& asset);
 
 /// Returns the asset of these tags without its voxels. Throws Error kInput, message beginning with
-/// `name`, for a tag that is missing, not readable, or out of its range.
+/// `name`, for a tag that is missing, unreadable or out of range.
 Asset assetOf(const VdbTags& tags, const std::string& name);
 
 /// The tags as bytes: pairs of length-prefixed texts.
 std::string packTags(const VdbTags& tags);
-/// Throws Error kInput, message beginning with `name`, for anything that packTags does not give.
+/// Throws Error kInput, message beginning with `name`, for bytes that packTags cannot produce.
 VdbTags unpackTags(const std::string& bytes, const std::string& name);
 
 } // namespace shadowdag

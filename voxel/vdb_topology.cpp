@@ -11,7 +11,7 @@
 namespace shadowdag {
 namespace {
 
-/// Where the bits of an 8^3 leaf stand in the eight 4^3 leaves of ours: leaf, then bit.
+/// The position of the bits of an 8^3 leaf in the eight 4^3 leaves of a DAG: leaf, then bit.
 struct LeafPlaces {
     uint8_t leaf[512], bit[512];
     LeafPlaces() {
@@ -207,7 +207,7 @@ Dag VdbDagBuilder::finish(const glm::ivec3& corner, uint32_t level, const std::s
     for (size_t i = 1; i < cells.size(); ++i)
         if (cells[i].first == cells[i - 1].first)
             throw Error(ErrorKind::kInput,
-                        name + ": its root holds one place twice; the file is damaged");
+                        name + ": two nodes of its root cover the same place; the file is damaged");
     VoxelGrid grid;
     grid.resolutionLog2 = level;
     const uint32_t top = addRange(level, cells.data(), cells.data() + cells.size());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Between a DAG and the tree that OpenVDB and NanoVDB share: leaves of 8^3 voxels, lower nodes of
-// 16^3 leaves, upper nodes of 32^3 lower nodes, a root of upper nodes. Knows neither library.
-// Source: Museth, VDB: High-Resolution Sparse Volumes with Dynamic Topology, ACM ToG 2013.
+// Conversion between a DAG and the tree that OpenVDB and NanoVDB share: leaves of 8^3 voxels, lower
+// nodes of 16^3 leaves, upper nodes of 32^3 lower nodes, a root of upper nodes. Includes neither
+// library. Source: Museth, VDB: High-Resolution Sparse Volumes with Dynamic Topology, ACM ToG 2013.
 #pragma once
 
 #include "voxel/dag_builder.h"
@@ -15,14 +15,14 @@ namespace shadowdag {
 /// Levels of VDB's nodes: cells of side 2^level voxels.
 constexpr uint32_t kVdbLeafLevel = 3, kVdbLowerLevel = 7, kVdbUpperLevel = 12;
 
-/// The level of a cube of upper nodes that holds 2^kMaxResolutionLog2 voxels wherever they begin.
+/// The level of a cube of upper nodes that contains 2^kMaxResolutionLog2 voxels at any position.
 constexpr uint32_t kVdbTopLevel = kMaxResolutionLog2 + 1;
 
 /// The voxels of an 8^3 leaf: word x, bit y << 3 | z.
 using VdbLeafMask = std::array<uint64_t, 8>;
 
-/// Builds a DAG out of the nodes of such a tree, bottom-up. Nothing is expanded: a tile is one node
-/// a level.
+/// Builds a DAG from the nodes of such a tree, bottom-up. Nothing is expanded: a tile is one node
+/// per level.
 class VdbDagBuilder {
 public:
     VdbDagBuilder() : builder_(kVdbTopLevel) {}
@@ -64,17 +64,16 @@ private:
     std::vector<uint32_t> scratch_, scratchBelow_;
 };
 
-/// How many nodes a DAG has as a VDB tree, and tiles in place of them.
+/// The number of nodes, and of tiles, that a DAG has as a VDB tree.
 struct VdbCellCounts {
     uint64_t leafCount = 0, lowerCount = 0, upperCount = 0, tileCount = 0;
 };
 
-/// Returns what forEachVdbCell's calls make up. Cost: linear in nodes.
+/// Returns the statistics of forEachVdbCell's calls. Cost: linear in nodes.
 VdbCellCounts countVdbCells(const Dag& dag);
 
 /// Calls leaf(corner, mask) for every 8^3 cell with some but not all voxels occupied, and
-/// tile(corner, level) for wholly occupied cells of VDB's levels, as large as they are, in child
-/// order.
+/// tile(corner, level) for the largest fully occupied cells of VDB's levels, in child order.
 void forEachVdbCell(const Dag& dag,
                     const std::function<void(const glm::uvec3&, const VdbLeafMask&)>& leaf,
                     const std::function<void(const glm::uvec3&, uint32_t level)>& tile);

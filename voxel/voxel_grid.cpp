@@ -12,8 +12,9 @@ namespace shadowdag {
 VoxelGrid gridAround(const Box& boundsWorld, uint32_t resolutionLog2) {
     if (resolutionLog2 > kMaxResolutionLog2)
         throw Error(ErrorKind::kUsage, "voxel resolution 2^" + std::to_string(resolutionLog2) +
-                                           " is over the limit of 2^" +
-                                           std::to_string(kMaxResolutionLog2) + "; ask for less");
+                                           " is above the limit of 2^" +
+                                           std::to_string(kMaxResolutionLog2) +
+                                           "; choose a lower resolution");
     const glm::dvec3 min(boundsWorld.min), max(boundsWorld.max);
     const glm::dvec3 extent = max - min;
     double side = std::max(extent.x, std::max(extent.y, extent.z));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where the voxels are: the cubic grid that maps world space to voxel space and back.
+// The position of the voxels: the cubic grid that maps world space to voxel space and back.
 #pragma once
 
 #include "scenes/box.h"

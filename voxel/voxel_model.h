@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is likely in a DAG, level by level and voxel by voxel: the contexts in which
+// A probability model of a DAG, level by level and voxel by voxel: the contexts in which
 // compact_encoding codes it. One text for writing and reading; Coder is RangeEncoder or
 // RangeDecoder.
 //
-// Voxels are coded in cubes of 16^3, coarse to fine: eight cells in a cell known to be occupied are
-// one symbol. First whether they are those that stood last in the same surroundings (70 % of all
-// are), then, if not, one by one. Surroundings are what is known so far of the cells around, to the
-// near sides in full, to the far sides as the coarser cells say; so flat surfaces cost little.
+// Voxels are coded in cubes of 16^3, coarse to fine: the eight cells in an occupied cell are one
+// symbol. First comes whether they are the same as last time in the same surroundings (70 % are);
+// if not, they follow one by one. The surroundings are the cells around that are coded already:
+// fully on the near sides, at the coarser scale on the far sides. Flat surfaces therefore take few
+// bits.
 #pragma once
 
 #include "voxel/range_coder.h"
@@ -17,8 +18,9 @@
 
 namespace shadowdag {
 
-/// What is known of a cube of 16^3 voxels: occupancy at sides of 1, 2, 4 voxels (scale 0, 1, 2).
-/// What is not known yet counts as its coarser cell does, what lies outside as occupied.
+/// The state of a cube of 16^3 voxels as far as it is coded: occupancy at sides of 1, 2, 4 voxels
+/// (scale 0, 1, 2). Cells not coded yet have the value of their coarser cell; cells outside are
+/// occupied.
 class KnownCube {
 public:
     KnownCube() { forget(); }
@@ -34,7 +36,7 @@ public:
         const uint32_t field = ((1u << count) - 1) << (x + 1);
         r = (r & ~field) | bits << (x + 1);
     }
-    /// Sets the cell and all in it to empty.
+    /// Sets the cell and its content to empty.
     void setEmpty(uint32_t scale, int x, int y, int z) {
         for (uint32_t s = 0; s <= std::min(scale, 2u); ++s) {
             const uint32_t up = scale - s;
@@ -44,7 +46,8 @@ public:
                     setRow(s, x << up, (y << up) + j, (z << up) + k, uint32_t(side), 0);
         }
     }
-    /// Sets the eight cells of the coarser cell (x, y, z) to a mask, and what is in those empty.
+    /// Sets the eight cells of the coarser cell (x, y, z) to a mask, and the content of empty ones
+    /// to empty.
     void setOctant(uint32_t scale, int x, int y, int z, uint32_t mask) {
         for (int k = 0; k < 4; ++k)
             setRow(scale, 2 * x, 2 * y + (k & 1), 2 * z + (k >> 1), 2, mask >> (2 * k) & 3);
@@ -72,7 +75,8 @@ private:
     uint32_t rows_[3][kStride * kStride];
 };
 
-/// Learns while it codes. The same calls with the same values leave encoder's and decoder's equal.
+/// Learns while it codes. The same calls with the same values keep encoder's and decoder's models
+/// equal.
 class VoxelModel {
 public:
     /// @param nodeCount of the DAG: small ones get small tables
@@ -90,8 +94,8 @@ public:
 
     KnownCube known; ///< of the cube being coded
 
-    /// Codes the eight cells of scale `scale` in the coarser cell (x, y, z), which is occupied.
-    /// Returns them; 0 (none) only from damaged data. Makes them known.
+    /// Codes the eight cells of scale `scale` in the coarser cell (x, y, z), which is occupied, and
+    /// writes them into the state. Returns them; 0 (none) only from damaged data.
     template <class Coder>
     uint32_t octant(Coder& coder, uint32_t scale, int x, int y, int z, uint32_t mask) {
         AdaptiveBit& last = octants_[scale][at(octantContext(scale, 2 * x, 2 * y, 2 * z))];
@@ -127,7 +131,8 @@ public:
         return result;
     }
 
-    /// Codes whether a child is new; `path` is 1 for a node's first, and kept between its children.
+    /// Codes whether a child is new; `path` is 1 for a node's first child, and kept between its
+    /// children.
     template <class Coder> bool isNew(Coder& coder, uint32_t level, uint32_t& path, bool value) {
         const uint32_t bit = coder.bit(flags_[level][path], value);
         path = (path << 1 | bit) & 0xffu;
@@ -147,7 +152,7 @@ public:
         const uint32_t back = distance(coder, level, seen - number);
         return back <= seen ? seen - back : seen;
     }
-    /// Remembers which child stood there, new or not.
+    /// Stores the child that followed, new or not.
     void follow(uint64_t context, uint32_t number) { followers_[at(context)].number = number; }
 
     /// Returns the context of child c of a node of a level, after the child of that number (~0:
@@ -181,9 +186,9 @@ private:
     }
 
     size_t at(uint64_t context) const { return size_t(context * 0x9e3779b97f4a7c15u >> shift_); }
-    /// What is known around the octant at (x, y, z), in cells: what touches its near sides and
-    /// edges, what its coarser neighbours say at the far ones. Every cell more was tried and lost:
-    /// each distinct surrounding is learned separately.
+    /// Returns the surroundings of the octant at (x, y, z), in cells: those that touch its near
+    /// sides and edges, and its coarser neighbours at the far ones. More cells were tried and gave
+    /// larger files, because each distinct surrounding is learned separately.
     uint64_t octantContext(uint32_t s, int x, int y, int z) const {
         uint64_t k = known.row(s, x, y - 1, z - 1) >> 1 & 3u;
         k = k << 4 | (known.row(s, x, y, z - 1) & 15u);
@@ -198,7 +203,7 @@ private:
         k = k << 1 | (known.row(s, x, y + 2, z) >> 1 & 1u);
         return k << 1 | (known.row(s, x, y, z + 2) >> 1 & 1u);
     }
-    /// What is known around the cell, and its place in its octant.
+    /// The surroundings of the cell, and its position in its octant.
     uint64_t cellContext(uint32_t s, int x, int y, int z) const {
         uint64_t k = known.row(s, x, y - 1, z - 1) & 7u;
         k = k << 3 | (known.row(s, x, y, z - 1) & 7u);
@@ -214,7 +219,7 @@ private:
 
     static constexpr uint32_t kLevels = 18;
     uint32_t shift_;
-    std::vector<AdaptiveBit> octants_[3]; ///< owners: the eight cells that stood there last
+    std::vector<AdaptiveBit> octants_[3]; ///< by context: the eight cells coded last
     std::vector<AdaptiveBit> cells_[3];
     std::vector<Follower> followers_;
     AdaptiveBit masks_[kLevels][256], flags_[kLevels][256], lengths_[kLevels][32];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Triangles are sorted down the octree, depth first, to bricks of 64^3 voxels; a brick is filled
-// column by column and its 4^3 leaves are merged upwards in the table of its task. What is held at
-// a time: one brick of voxels a thread, the triangle lists of one path down, and unique nodes.
+// column by column and its 4^3 leaves are merged upwards in the table of its task. In memory at a
+// time are one brick of voxels per thread, the triangle lists of one path down, and unique nodes.
 #include "voxel/voxel_tasks.h"
 
 #include "cuda/error.h"
@@ -58,7 +58,7 @@ struct Brick {
     std::vector<uint64_t> leaves =
         std::vector<uint64_t>(kLeavesPerBrickAxis * kLeavesPerBrickAxis * kLeavesPerBrickAxis);
 
-    /// Returns what adds voxels first..last of column (u, v), along the axes of a setup.
+    /// Returns a function that adds voxels first..last of column (u, v), along the axes of a setup.
     auto adder(const TriangleSetup& s) {
         const int* shiftU = kTables.voxelShift[s.axis[0]];
         const int* shiftV = kTables.voxelShift[s.axis[1]];
@@ -166,7 +166,7 @@ std::pair<size_t, size_t> VoxelTasks::share(uint32_t part, uint32_t partCount) c
     double all = 0;
     for (const Task& task : tasks_)
         all += task.work;
-    // A task belongs to the part in whose stretch of the work its middle lies.
+    // A task belongs to the part whose range of the work contains its middle.
     size_t first = tasks_.size(), last = tasks_.size();
     double before = 0;
     for (size_t i = 0; i < tasks_.size(); ++i) {
@@ -204,7 +204,7 @@ void VoxelTasks::sortToChildren(uint32_t level, const glm::ivec3& corner,
     }
 }
 
-// Voxels that the triangles fill in the cell, roughly: a triangle has half its bounds' cross
+// Estimate of the voxels that the triangles fill in the cell: a triangle has half its bounds' cross
 // section across its normal.
 double VoxelTasks::expectedWork(const glm::ivec3& corner, const std::vector<uint32_t>& list) const {
     double work = 1000;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The work of voxelizing, cut into cells of the octree that can be built one by one, in any order,
-// by any process.
+// The work of voxelizing, divided into cells of the octree that can be built one by one, in any
+// order, by any process.
 #pragma once
 
 #include "cuda/progress.h"
@@ -15,7 +15,7 @@
 
 namespace shadowdag {
 
-/// What an octree holds before merging; sums over disjoint parts of it.
+/// Statistics of an octree before merging; sums over disjoint parts of it.
 struct OctreeCounts {
     uint64_t voxelCount = 0;
     /// [level]: cells of side 2^level with a voxel in them; index 0 is not used
@@ -35,7 +35,7 @@ struct Subtree {
     uint32_t address = kNoNode; ///< of its root, in the builder that holds it
 };
 
-/// Returns the level of the root of a grid's DAG: leaves are the least there is.
+/// Returns the level of the root of a grid's DAG, at least that of leaves.
 uint32_t rootLevelOf(const VoxelGrid& grid);
 /// Returns the level of tasks: cells of 2^8 voxels, larger where the grid has more than 2^6 of
 /// them an axis. A function of the resolution alone, so that parts built anywhere fit together.
@@ -54,7 +54,7 @@ public:
     uint32_t level() const { return taskLevel_; }
     /// Returns the Morton number of the cell of task i; it grows with i.
     uint64_t cell(size_t i) const { return tasks_[i].cell; }
-    /// Returns what task i is expected to cost, in no unit, above 0.
+    /// Returns the expected cost of task i, without unit, above 0.
     double work(size_t i) const { return tasks_[i].work; }
     /// Returns the tasks [first, last) of part `part` (1..partCount): consecutive cells of about
     /// equal work. Every task is in one part. A function of scene, grid and count alone.
@@ -67,7 +67,7 @@ public:
     /// @param check empty, or called after every few bricks; it may throw to end the work
     uint32_t build(size_t i, DagBuilder& builder, OctreeCounts* counts,
                    const std::function<void()>& check = {}) const;
-    /// Forgets the triangles of task i, which is done.
+    /// Removes the triangles of task i, which is done.
     void release(size_t i) { std::vector<uint32_t>().swap(tasks_[i].triangles); }
 
 private:

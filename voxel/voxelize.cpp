@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every finished task is merged into the whole at once, in memory.
+// Every finished task is merged into the whole DAG at once, in memory.
 #include "voxel/voxelize.h"
 
 #include "cuda/buffer.h"
@@ -24,6 +24,7 @@ std::vector<Subtree> buildTasks(VoxelTasks& tasks, size_t first, size_t last, Da
     for (size_t i = first; i < last; ++i)
         workAll += tasks.work(i);
     std::vector<Subtree> subtrees(last - first);
+    size_t doneCount = 0;
     std::mutex mutex;
     cpuParallelRanges(last - first, 1, [&](size_t begin, size_t end) {
         for (size_t i = begin; i < end; ++i) {
@@ -37,8 +38,9 @@ std::vector<Subtree> buildTasks(VoxelTasks& tasks, size_t first, size_t last, Da
                 *counts += added;
             workDone += tasks.work(task);
             tasks.release(task);
-            if (progress)
-                progress(std::min(1.0, workDone / workAll));
+            ++doneCount;
+            if (progress) // the sum's rounding depends on the order in which tasks end
+                progress(doneCount == last - first ? 1.0 : std::min(1.0, workDone / workAll));
         }
     });
     return subtrees;
@@ -89,7 +91,7 @@ Dag mergeParts(const std::vector<PartReader>& parts, const Progress& progress) {
             if (progress)
                 progress(double(p) / double(parts.size()));
             const PartHeader& header = parts[p].header();
-            // below[i]: where node i of the level below went.
+            // below[i]: the new address of node i of the level below.
             std::vector<uint32_t> below, here;
             for (uint32_t level = kLeafLog2; level <= taskLevelOf(grid); ++level) {
                 here.clear();

@@ -20,21 +20,21 @@ namespace shadowdag {
 /// @param triangles world space
 /// @param which indices into triangles (World::staticTriangles() for an asset)
 /// @param progress may be empty
-/// @param backend who builds it, the same words: the CPU by tasks of its own, CUDA by passes
+/// @param backend builds it, with the same words: the CPU by tasks, CUDA by passes
 /// (voxelize_passes.h) in three quarters of the memory that is free on the device
-/// Throws Error kResource when the DAG outgrows 2^32 words or memory is short.
+/// Throws Error kResource when the DAG needs more than 2^32 words or memory is short.
 Dag voxelize(const TriangleView& triangles, View<const uint32_t> which, const VoxelGrid& grid,
              const Progress& progress = {}, Backend backend = Backend::kCpu);
 
-/// Builds one part of several, voxelize()'s work divided, and writes it to `path`, as a whole or
-/// not at all. The file depends on scene, grid and part alone. Returns its header; Error kResource
-/// as voxelize(), or when it cannot be written.
+/// Builds one of several parts of voxelize()'s work and writes it to `path`, completely or not at
+/// all. The file depends on scene, grid and part alone. Returns its header; Error kResource as
+/// voxelize(), or if it cannot be written.
 /// @param provenance,part,partCount go into the file
 PartHeader voxelizePart(const TriangleView& triangles, View<const uint32_t> which,
                         const VoxelGrid& grid, const AssetProvenance& provenance, uint32_t part,
                         uint32_t partCount, const std::string& path, const Progress& progress = {});
 
-/// Returns the DAG that all parts of a build make together: the very one that voxelize() returns.
+/// Returns the DAG that all parts of a build form together, identical to that of voxelize().
 /// @param parts at least one; see checkParts()
 Dag mergeParts(const std::vector<PartReader>& parts, const Progress& progress = {});
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Triangles to leaves as passes: cells down to bricks, leaves of every (triangle, brick), leaves of
-// the scene. The very tests that VoxelTasks makes (triangle_voxels.h, cut_voxels.h), so that voxels
-// are the same bit for bit; every list is counted, scanned and filled, so none overflows.
+// the scene. The tests are those of VoxelTasks (triangle_voxels.h, cut_voxels.h), so that voxels
+// are the same bit for bit. Every list is counted, scanned and filled, so none overflows.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -14,7 +14,7 @@
 
 namespace shadowdag {
 
-/// What is voxelized, on one backend.
+/// The input of voxelization, on one backend.
 struct VoxelScene {
     TriangleView triangles;
     MaskPyramidsView masks; ///< of triangles.masks
@@ -159,7 +159,8 @@ SDAG_HD inline uint32_t leafBitOf(uint32_t coordinate, int axis) {
     return ((coordinate & 1u) + ((coordinate & 2u) << 2)) << axis;
 }
 
-/// Returns which voxels of a column's run the mask leaves. @param run bit d: voxel d of the column
+/// Returns the voxels of a column's run in which the mask is opaque. @param run bit d: voxel d of
+/// the column
 SDAG_HD inline uint64_t keptOfRun(const TriangleSetup& s, const CutSetup& cut,
                                   const glm::ivec3& corner, int u, int v, uint64_t run) {
     if (cut.mask.empty())
@@ -176,8 +177,8 @@ SDAG_HD inline uint64_t keptOfRun(const TriangleSetup& s, const CutSetup& cut,
 }
 
 /// Calls emit(leaf, voxels) for every leaf of the cube of side `size` <= kBrickSize at `corner` in
-/// which the triangle, or what its mask leaves of it, touches voxels; leaves are numbered from the
-/// grid's corner.
+/// which the triangle, or its opaque part, touches voxels; leaves are numbered from the grid's
+/// corner.
 /// @param cut of the triangle; an empty one for those that no mask cuts
 template <class Emit>
 SDAG_HD inline void forEachLeaf(const TriangleSetup& s, const CutSetup& cut,

@@ -61,7 +61,7 @@ private:
     Resident<uint32_t> words_;
 };
 
-/// A cell that is built by itself, and the triangles that touch it.
+/// A cell that is built separately, and the triangles that touch it.
 struct Tile {
     uint32_t level;
     PackedCell cell;
@@ -96,9 +96,9 @@ private:
         throw Error(ErrorKind::kResource,
                     "voxelizing at " + std::to_string(grid_.resolution()) + "^3 holds " +
                         std::to_string(over.bytes) +
-                        " bytes of lists at a time even cell by cell, more than it may on " +
+                        " bytes of lists at a time even cell by cell, more than the budget on " +
                         backendName(backend_) +
-                        "; ask for a lower resolution, give it more memory, or use --backend cpu");
+                        "; choose a lower resolution, allow more memory, or use --backend cpu");
     }
     void buildFrom(const Tile& whole, Dag& dag) {
         try {
@@ -141,7 +141,7 @@ private:
     }
 
     /// Returns the address of the tile's root among the merged nodes, or kNoNode.
-    /// @param share of the whole work, as far as known
+    /// @param share of the whole work, an estimate
     uint32_t buildTile(const Tile& tile, DagBuilder& merged, double share) {
         try {
             const PassNodes nodes = nodesOf(tile);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The predicate of dag_trace.h in AVX2, 64 cells at a time over the wide form of a DAG (dag.h):
-// half the dependent steps, and no step looks up an order. The same bits, because any traversal
-// gives them.
+// half the dependent steps, and none of them looks up an order. The same bits, because the order of
+// traversal does not matter.
 //
-// Everything is held in the order of visits: number i of a node's cells stands for cell i ^ order,
-// order being the bits of the segment's octant, seen from its end, for both levels of the node. So
-// planes are numbered against the axis where it runs that way, masks are brought into this order
-// beside the slab test, and the first cell is the lowest bit. LAYOUT.md has what else was tried.
+// All masks are in the order of visits: number i of a node's cells is cell i ^ order, order being
+// the bits of the segment's octant, seen from its end, for both levels of the node. Planes are
+// numbered against the axis if it runs backwards, masks are reordered beside the slab test, and the
+// first cell is the lowest bit. LAYOUT.md lists what else was tried.
 #pragma once
 
 #include "voxel/dag.h"
@@ -47,8 +47,9 @@ struct CellPlaces {
 };
 inline constexpr CellPlaces kCells;
 
-/// The tests of one segment. Lanes 0..3 of a pair's one side hold near times, lanes 4..7 far times
-/// negated; of its other side far times, and near times negated: one <= compares both ways.
+/// The tests of one segment. Lanes 0..3 of one side of a pair hold near times, lanes 4..7 negated
+/// far times; its other side holds far times and negated near times, so that one <= compares in
+/// both directions.
 struct WideTester {
     __m256 inv[3], c[3], planes[3];
     __m256 cOther[3], planesOther[3];
@@ -109,7 +110,7 @@ struct WideTester {
     /// each axis' near time is at most each other's far time (an axis' own always is).
     uint64_t hits(const float* corner, const float* place, float side) const {
         const __m256 cell = _mm256_set1_ps(side), node = _mm256_set1_ps(4 * side);
-        // The corner is known before the place: last to be added.
+        // The corner is known before the place, so it is added last.
         const auto times = [&](int a, const __m256& plane, const __m256& offset) {
             const __m256 first = _mm256_fmadd_ps(cell, plane, _mm256_broadcast_ss(corner + a));
             const __m256 p = _mm256_fmadd_ps(node, _mm256_broadcast_ss(place + a), first);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The boxes of clusters: of the cell that implies them, of their samples, or between the two, by
-// one word a cluster. Source of the last: Olsson et al. 2015, sec. V-E, "Explicit Cluster Bounds".
+// The boxes of clusters: that of the cell, that of the samples, or one in between that is stored in
+// one word per cluster. Source of the last: Olsson et al. 2015, sec. V-E, "Explicit Cluster
+// Bounds".
 #pragma once
 
 #include "hybrid/clusters/clusters.h"
@@ -42,14 +43,15 @@ SDAG_HD inline Box implicitBounds(const ClusterGridView& grid, const ViewRays& v
     return box;
 }
 
-/// Which tenths of the implicit box's sides hold samples:
+/// Which tenths of the implicit box's sides contain samples:
 ///
 ///     | 31 30 | 29 .. 20 | 19 .. 10 | 9 .. 0 |
 ///     |   0   |    z     |    y     |   x    |     bit i of a field: tenth i from the minimum
 ///
-/// The space is the world's, along whose axes boxes lie and shadow maps look: what a floor or a
-/// wall leaves empty of its cell falls away. (The paper does not name its space; a subdivision of
-/// the frustum cell along the screen and the depth would have to be boxed again.)
+/// The axes are those of the world, along which boxes lie and shadow maps look, so that the box
+/// excludes the part of its cell that a floor or a wall leaves empty. (The paper does not name its
+/// space; a subdivision of the frustum cell along the screen and the depth would have to be boxed
+/// again.)
 constexpr uint32_t kTenths = 10;
 constexpr uint32_t kTenthsMask = (1u << kTenths) - 1;
 static_assert(3 * kTenths <= 32);
@@ -61,8 +63,8 @@ SDAG_HD inline uint32_t tenthBit(int axis, uint32_t tenth) {
     return 1u << (uint32_t(axis) * kTenths + tenth);
 }
 
-/// Return the first and the last bit that is set of a field that is not 0, by counting zeros from
-/// either end.
+/// Return the first and the last set bit of a field that is not 0, by counting zeros from either
+/// end.
 SDAG_HD inline uint32_t firstTenth(uint32_t tenths) {
     return lowestBit32(tenths);
 }
@@ -83,8 +85,8 @@ SDAG_HD inline float tenthPlane(float low, float high, uint32_t i) {
     return plane < high ? plane : high;
 }
 
-/// Returns the tenth of an interval that holds a coordinate inside of it: the planes around it are
-/// tenthPlane's, rounding and all.
+/// Returns the tenth of an interval that contains a coordinate inside of it: the planes around it
+/// are those of tenthPlane, including their rounding.
 SDAG_HD inline uint32_t tenthOf(float low, float high, float coordinate) {
     const double extent = double(high) - double(low);
     if (!(extent > 0.0))
@@ -137,14 +139,14 @@ struct BoundByCell {
     }
 };
 
-/// Bounds of every cluster: the smallest box of its samples. A minimum does not depend on order,
-/// once its zeros have one sign.
+/// Bounds of every cluster: the smallest box of its samples. A minimum does not depend on order if
+/// all its zeros have the same sign.
 struct BoundBySamples {
     GBufferView gbuffer;
     ClusterView clusters; ///< boxesWorld not read
     View<Box> boxesWorld;
 
-    /// Returns the box of every so manieth sample.
+    /// Returns the box of every n-th sample.
     SDAG_HD Box part(size_t cluster, uint32_t first, uint32_t stride) const {
         Box box;
         const uint32_t end = clusters.sampleStart[cluster + 1];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cluster passes whose items have many samples, on CUDA: a warp an item.
+// The cluster passes whose items have many samples, on CUDA: one warp per item.
 #include "hybrid/clusters/cluster_pass.h"
 
 #include "cuda/parallel_for.h"
@@ -20,7 +20,7 @@ unsigned blocksOfWarps(size_t warpCount) {
     return unsigned((warpCount + kWarpsPerBlock - 1) / kWarpsPerBlock);
 }
 
-// A warp a tile: what one lane counts the others read after the barrier.
+// One warp per tile: the other lanes read what one lane counts after the barrier.
 __global__ void fillTilesKernel(FillTile work) {
     const size_t tile = warpOfGrid();
     if (tile >= work.grid.tileCount())
@@ -33,7 +33,7 @@ __global__ void fillTilesKernel(FillTile work) {
     }
 }
 
-// A warp a cluster.
+// One warp per cluster.
 __global__ void boundBySamplesKernel(BoundBySamples work) {
     const size_t cluster = warpOfGrid();
     if (cluster >= work.clusters.count())

@@ -11,7 +11,8 @@ namespace shadowdag {
 
 std::vector<float> makeSliceTable(const ViewRays& view) {
     const double ratio = 1.0 + kTileSize * view.pixelSize;
-    // Before the loop, which would take as long as the table is, or for ever at a ratio of 1.
+    // Checked before the loop, which would take time proportional to the table, or be endless at a
+    // ratio of 1.
     const double sliceCount =
         std::ceil(std::log(view.zfar / view.znear) / std::log1p(kTileSize * view.pixelSize));
     const double cellCount = sliceCount * clusterGrid(view, {}).tileCount();

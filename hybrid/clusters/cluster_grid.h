@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The grid of cells that view samples fall into: screen tiles times self-similar slices along
+// The grid of cells that contain the view samples: screen tiles times self-similar slices along
 // depth. Source: Olsson, Billeter, Assarsson, Clustered Deferred and Forward Shading, HPG 2012,
 // sec. 3.1.
 #pragma once
@@ -14,7 +14,8 @@ namespace shadowdag {
 constexpr uint32_t kTileSizeLog2 = 5;
 constexpr uint32_t kTileSize = 1u << kTileSizeLog2; ///< pixels a side
 
-/// More cells are refused: their tables take 4 bytes a cell each, and a cell's number is 32 bits.
+/// Larger grids are refused: their tables take 4 bytes per cell each, and a cell's number has 32
+/// bits.
 constexpr uint64_t kMaxCellCount = 1ull << 28;
 
 /// Slice k holds the depths [sliceStart[k], sliceStart[k + 1]), half open; the last slice also
@@ -31,7 +32,7 @@ struct ClusterGridView {
     /// Returns the slice of a depth: the last one that starts at or before it (slice 0 for any
     /// before).
     SDAG_HD uint32_t sliceOf(float depthView) const {
-        uint32_t first = 0, count = sliceCount() - 1; // the answer is in [first, first + count]
+        uint32_t first = 0, count = sliceCount() - 1; // the result is in [first, first + count]
         while (count > 0) {
             const uint32_t half = (count + 1) / 2;
             if (sliceStart[first + half] <= depthView) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which lights reach which cluster: exact for boxes and spheres, conservative for spots and for
-// normals; never loses a light that a pair (pairs.h) needs.
+// The lights that reach each cluster: exact for boxes and spheres, conservative for spots and for
+// normals; contains every light of a pair (pairs.h).
 #pragma once
 
 #include "hybrid/clusters/clusters.h"
@@ -10,8 +10,8 @@
 namespace shadowdag {
 
 /// The lights of every cluster. start: clusterCount + 1, into lights; lights: world light indices,
-/// ascending within a cluster; record: of every entry of `lights`, which of the frame's maps serves
-/// it (an index into FrameResult::maps), or kProvenLit; empty before resolutions are gathered.
+/// ascending within a cluster; record: for every entry of `lights`, the index of its map in
+/// FrameResult::maps, or kProvenLit; empty before resolutions are gathered.
 struct ClusterLightsView {
     View<const uint32_t> start;
     View<const uint32_t> lights;
@@ -19,14 +19,14 @@ struct ClusterLightsView {
 };
 
 /// The record of a (cluster, light) pair that needs no map and no ray: it has no exact pair, or
-/// nothing shadows any of them.
+/// none of them is shadowed.
 constexpr uint32_t kProvenLit = 0xffffffffu;
 
 /// Returns whether the light may reach a point of the box. The distance is computed with the same
 /// operations in the same order as in lightReaches, each monotone, so rounding cannot lose a light;
 /// a box that the sphere touches exactly is out, as its nearest point is. A spot is tested against
-/// the box's bounding sphere: it may keep boxes beside the cone. A directional light reaches every
-/// box.
+/// the box's bounding sphere, so boxes beside the cone may be kept. A directional light reaches
+/// every box.
 SDAG_HD inline bool mayReach(const Light& light, const Box& box) {
     if (light.kind == Light::kSun)
         return true;
@@ -47,7 +47,7 @@ SDAG_HD inline bool mayReach(const Light& light, const Box& box) {
 }
 
 /// Calls hit(light) for every light that may reach the box of a cluster and that its samples may
-/// face, as far as their normals are known; in no useful order.
+/// face, as far as their normals are known; in unspecified order.
 template <class Hit>
 SDAG_HD void forLightsOfCluster(const WideBvhView& lightBvh, View<const Light> lights,
                                 View<const Box> boxesWorld, const ClusterNormalsView& normals,
@@ -104,8 +104,9 @@ struct CountClusterLights {
     }
 };
 
-/// Writes the lights of a cluster, ascending. Of one whose list does not fit, zeros as far as there
-/// is room, which are lights to whoever reads them before all is done again.
+/// Writes the lights of a cluster, ascending. If the list does not fit, it writes zeros up to the
+/// end of the memory; zero is a valid light for passes that read them before everything is
+/// repeated.
 struct FillClusterLights {
     View<const Box> boxesWorld;
     WideBvhView lightBvh;
@@ -133,7 +134,7 @@ struct FillClusterLights {
     }
 };
 
-/// Keeps the starts of lists within the room there is; notes the length that they ask for.
+/// Limits the starts of lists to the available memory; stores the length that they need.
 struct ClampStarts {
     View<uint32_t> start;
     uint32_t limit;
@@ -149,8 +150,8 @@ struct ClampStarts {
     }
 };
 
-/// Numbers the lights along the curve that sorts their hierarchy (of those that stand still, then
-/// of those that move).
+/// Numbers the lights along the curve that sorts their hierarchy (first the static ones, then the
+/// moving ones).
 struct RankLights {
     View<const uint32_t> items; ///< WideBvhView::items
     View<uint32_t> rank;        ///< by light
@@ -163,9 +164,8 @@ struct RankLights {
     }
 };
 
-/// Copies the list of a cluster, ordered by rank: lights that follow each other stand close
-/// together in space, so that the rays and the lookups of one find what those of the last have
-/// fetched.
+/// Copies the list of a cluster, ordered by rank: consecutive lights are close together in space,
+/// so that the rays and the lookups of one reuse data that those of the last have fetched.
 struct OrderClusterLights {
     ClusterLightsView lists;
     View<const uint32_t> rank;

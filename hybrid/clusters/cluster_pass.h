@@ -37,7 +37,8 @@ struct ClusterSet {
     Buffer<uint32_t> normalCell; ///< by cluster; empty without normal clustering
     uint32_t normalCellsPerEdge = 0;
 
-    /// What parting by normals reads and writes; `cell`, `sampleStart`, `samples` are swapped in.
+    /// Input and output of the division by normals; `cell`, `sampleStart`, `samples` are swapped
+    /// in.
     struct Parts {
         explicit Parts(Backend backend)
             : normalCellOfEntry(backend, "sample normals"), start(backend, "cluster part start"),
@@ -53,11 +54,11 @@ struct ClusterSet {
     }
 };
 
-/// A warp a tile, and a warp a cluster: cluster_cuda.cu.
+/// One warp per tile, and one per cluster: cluster_cuda.cu.
 void launchPass(CudaTag, const FillTile& work);
 void launchPass(CudaTag, const BoundBySamples& work);
 
-/// Parts the clusters by position of `set` by the normals of their samples.
+/// Divides the clusters by position of `set` by the normals of their samples.
 /// @param k 1..kMaxNormalCellsPerEdge
 inline void partByNormals(Backend backend, const GBufferView& gbuffer, uint32_t k,
                           ClusterSet& set) {
@@ -73,7 +74,7 @@ inline void partByNormals(Backend backend, const GBufferView& gbuffer, uint32_t 
     parts.cell.resize(count);
     set.normalCell.resize(count);
     parts.sampleStart.resize(count + 1);
-    parts.sampleStart.fill(0); // where there is no cluster, nobody writes the end
+    parts.sampleStart.fill(0); // without clusters, no pass writes the end
     parts.samples.resize(sampleCount);
     runPass(backend,
             SplitByNormals{set.view(), parts.normalCellOfEntry.view(), parts.start.view(),
@@ -107,9 +108,9 @@ inline void boundClusters(Backend backend, const GBufferView& gbuffer, const Clu
 /// normals in samples times the normal cells of their cluster.
 /// @param normalCellsPerEdge the k of Nk clustering, at most kMaxNormalCellsPerEdge; 0: by position
 /// alone
-/// @param guess clusters to make room for without asking how many there are (ClusterView then has
-/// empty ones; clusters beyond are left out); 0: asks. Normals need to know, and ask
-/// @returns how many there are, as a word of the backend's: valid until the set changes
+/// @param guess number of clusters to allocate without waiting for the actual number (ClusterView
+/// then has empty ones; clusters beyond are left out); 0: waits. Normals need the number, and wait
+/// @returns the actual number, as a word on the backend: valid until the set changes
 inline View<const uint32_t> buildClusters(Backend backend, const GBufferView& gbuffer,
                                           const ViewRays& view, ClusterBounds bounds,
                                           ClusterSet& set, uint32_t normalCellsPerEdge = 0,
@@ -117,7 +118,7 @@ inline View<const uint32_t> buildClusters(Backend backend, const GBufferView& gb
     set.sliceStart.upload(makeSliceTable(view));
     const ClusterGridView grid = clusterGrid(view, set.sliceStart.view());
 
-    // One element more than there are cells: the scan then ends with the total.
+    // One element more than there are cells, so that the scan ends with the total.
     set.cellSamples.resize(grid.cellCount() + 1);
     set.cellSamples.fill(0);
     set.clusterOfSample.resize(gbuffer.count());
@@ -158,8 +159,8 @@ inline View<const uint32_t> buildClusters(Backend backend, const GBufferView& gb
     return {std::as_const(set.clusterOfCell).view().data + grid.cellCount(), 1};
 }
 
-/// Takes the empty clusters out of a set that was built by a guess.
-/// @param count,sampleCount what there is
+/// Removes the empty clusters of a set that was built with a guess.
+/// @param count,sampleCount the actual numbers
 inline void trimClusters(size_t count, size_t sampleCount, ClusterSet& set) {
     set.cell.resize(count);
     set.filledCount.resize(count);

@@ -9,7 +9,10 @@ static_assert(ReceiverGroups::kTileSide == kTileSize);
 
 void setReceivers(const GBufferView& gbuffer, View<const uint32_t> samples, const RayInputs& rays,
                   ReceiverGroups& receivers) {
-    receivers.reset(rays.dag.grid, rays.options.offset);
+    if (rays.options.believesNone())
+        receivers.reset();
+    else
+        receivers.reset(rays.dag.grid, rays.options.offset);
     for (const uint32_t s : samples)
         receivers.add(gbuffer.positionWorld[s], gbuffer.normalWorld[s],
                       s % gbuffer.width % kTileSize, s / gbuffer.width % kTileSize);
@@ -29,32 +32,80 @@ uint32_t markPairs(const GBufferView& gbuffer, View<const uint32_t> samples, con
 }
 
 bool ClusterRays::canStream(const RayOptions& options) {
-    return options.kind == RayKind::kVoxels && options.lod == LodRule::kFixed && options.level == 0;
+    return options.believesNone() || (options.lod == LodRule::kFixed && options.level == 0);
 }
 
 void ClusterRays::setCluster(View<const uint32_t> samples) {
     samples_ = samples;
     isPrepared_ = false;
     movers_.reset();
+    starts_.clear();
 }
 
-uint32_t ClusterRays::answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
+RayCounts ClusterRays::answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
                              View<uint8_t> isDark) {
     if (!isPrepared_)
         setReceivers(gbuffer_, samples_, rays_, receivers_);
     isPrepared_ = true;
     receivers_.listAsked(isAsked, asked_);
+    for (const uint32_t i : asked_)
+        isDark[i] = 0;
+    if (!rays_.options.believesNone())
+        traceVoxels(lightIndex, light, isDark);
+    RayCounts counts;
+    if (!rays_.options.believesAll())
+        counts.exactCount = traceTriangles(light, isDark);
+    if (rays_.movers.mayShadow(lightIndex))
+        counts.moverTestCount = askMovers(lightIndex, light, isAsked, isDark);
+    return counts;
+}
+
+void ClusterRays::traceVoxels(uint32_t lightIndex, const Light& light, View<uint8_t> isDark) {
+    const RayOptions& options = rays_.options;
     segments_.resize(asked_.size());
     if (light.kind == Light::kSun) // every ray has an end of its own
         for (size_t i = 0; i < asked_.size(); ++i)
             segments_[i] = pairSegment(rays_, pairOf(asked_[i], lightIndex, light)).segment;
     else
         receivers_.starts().segments(light.positionWorld, viewOf(asked_), segments_.data());
-    blocked_.resize(asked_.size());
+    traced_ = asked_;
+    if (!options.believesAll()) {
+        size_t count = 0;
+        for (size_t i = 0; i < asked_.size(); ++i) {
+            DagSegment segment = segments_[i];
+            if (!shortenToBelieved(rays_, pairOf(asked_[i], lightIndex, light), segment))
+                continue;
+            traced_[count] = asked_[i];
+            segments_[count++] = segment;
+        }
+        traced_.resize(count);
+        segments_.resize(count);
+    }
+    blocked_.resize(traced_.size());
     traceStream(rays_.dag, viewOf(segments_), viewOf(blocked_));
-    for (size_t i = 0; i < asked_.size(); ++i)
-        isDark[asked_[i]] = blocked_[i];
-    return rays_.movers.mayShadow(lightIndex) ? askMovers(lightIndex, light, isAsked, isDark) : 0;
+    for (size_t i = 0; i < traced_.size(); ++i)
+        isDark[traced_[i]] = blocked_[i];
+}
+
+uint32_t ClusterRays::traceTriangles(const Light& light, View<uint8_t> isDark) {
+    if (starts_.empty()) {
+        TruthStarts starts(rays_.exact.geometry);
+        positions_.clear();
+        for (const uint32_t s : samples_) {
+            starts_.push_back(starts.make(gbuffer_.positionWorld[s], gbuffer_.normalWorld[s],
+                                          gbuffer_.triangle[s]));
+            positions_.push_back(gbuffer_.positionWorld[s]);
+        }
+    }
+    traced_.clear();
+    for (const uint32_t i : asked_)
+        if (!isDark[i])
+            traced_.push_back(i);
+    blocked_.resize(traced_.size());
+    exact_.trace(light, viewOf(starts_), viewOf(positions_), viewOf(traced_), viewOf(blocked_));
+    for (size_t i = 0; i < traced_.size(); ++i)
+        isDark[traced_[i]] = blocked_[i];
+    return uint32_t(traced_.size());
 }
 
 ShadowPair ClusterRays::pairOf(uint32_t i, uint32_t lightIndex, const Light& light) const {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The voxel rays of a cluster and a light together, in streams: the CPU's faster kernel of
-// isDarkByRays (shadow_rays.h), with its bits.
+// The rays of a cluster and a light together, in streams: the CPU's faster kernel of isDarkByRays
+// (shadow_rays.h), with its bits.
 #pragma once
 
 #include "hybrid/clusters/clusters.h"
 #include "hybrid/clusters/pairs.h"
+#include "hybrid/rays/exact_stream.h"
 #include "hybrid/rays/mover_receivers.h"
 #include "hybrid/rays/shadow_rays.h"
 #include "voxel/receiver_groups.h"
@@ -24,12 +25,14 @@ uint32_t markPairs(const GBufferView& gbuffer, View<const uint32_t> samples, con
 /// Answers the rays of one cluster after the other. Not thread-safe: one a thread.
 class ClusterRays {
 public:
-    /// Returns whether rays of these options can be streamed: through voxels, at level 0.
+    /// Returns whether rays of these options can be streamed: those through voxels at level 0, and
+    /// those that believe none.
     static bool canStream(const RayOptions& options);
 
-    /// @param rays canStream(rays.options); outlives the answers
+    /// @param rays canStream(rays.options), with exact.bvh unless all is believed; outlives the
+    /// answers
     ClusterRays(const GBufferView& gbuffer, const RayInputs& rays)
-        : gbuffer_(gbuffer), rays_(rays) {}
+        : gbuffer_(gbuffer), rays_(rays), exact_(rays.exact.geometry, rays.exact.bvh) {}
 
     /// Goes on to the samples of another cluster.
     void setCluster(View<const uint32_t> samples);
@@ -37,12 +40,14 @@ public:
     /// Sets isDark[i] to isDarkByRays of the pair of sample i, for the samples with
     /// isAsked[i] != 0; leaves the others alone.
     /// @param isAsked,isDark by sample of the cluster
-    /// @return the pairs that were held against what moves
-    uint32_t answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
+    RayCounts answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
                     View<uint8_t> isDark);
 
 private:
     ShadowPair pairOf(uint32_t i, uint32_t lightIndex, const Light& light) const;
+    void traceVoxels(uint32_t lightIndex, const Light& light, View<uint8_t> isDark);
+    /// @return how many rays were traced
+    uint32_t traceTriangles(const Light& light, View<uint8_t> isDark);
     uint32_t askMovers(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
                        View<uint8_t> isDark);
 
@@ -52,8 +57,12 @@ private:
     bool isPrepared_ = false;      ///< receivers_ are those of the cluster
     ReceiverGroups receivers_;
     MoverReceivers movers_;
+    ExactStream exact_;
+    std::vector<TruthStart> starts_; ///< of the cluster; empty until triangles are asked
+    std::vector<glm::vec3> positions_;
     // Of the light that is asked for.
     std::vector<uint32_t> asked_; ///< samples of the cluster, in the order in which they are traced
+    std::vector<uint32_t> traced_; ///< those that are traced now, of asked_
     std::vector<DagSegment> segments_;
     std::vector<uint8_t> blocked_;
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Clusters: the occupied cells of the grid and their samples; cluster_bounds.h bounds them,
-// normal_clusters.h parts them by direction. Sorting is not needed: a cell's samples all lie in one
-// tile, so one item a tile puts them in order.
+// normal_clusters.h divides them by direction. No sort is needed: a cell's samples are all in one
+// tile, so one item per tile orders them.
 #pragma once
 
 #include "cuda/atomics.h"
@@ -15,7 +15,7 @@ namespace shadowdag {
 
 constexpr uint32_t kNoCluster = 0xffffffffu;
 
-/// Samples stand in a cluster by blocks of 8 x 4 pixels, so that neighbours in the list, which are
+/// A cluster lists its samples by blocks of 8 x 4 pixels, so that neighbours in the list, which are
 /// traced together, are neighbours in both directions: the rays of a packet then share more nodes
 /// than those of a row (voxel/LAYOUT.md).
 constexpr uint32_t kBlockWidthLog2 = 3, kBlockHeightLog2 = 2;
@@ -31,7 +31,7 @@ SDAG_HD inline glm::uvec2 pixelOfTile(uint32_t i) {
             block >> kBlocksAcrossLog2 << kBlockHeightLog2 | inBlock >> kBlockWidthLog2};
 }
 
-/// Which box a cluster has.
+/// The kind of box that a cluster has.
 enum class ClusterBounds : uint8_t {
     kImplicit, ///< of the grid cell
     kExplicit, ///< the cell's, shrunk to the tenths of its sides that hold samples (EB)
@@ -44,9 +44,9 @@ enum class ClusterBounds : uint8_t {
 /// * height, kNoCluster for background; normals.cells: clusterCount, or empty where clusters are by
 /// position alone.
 ///
-/// While passes run whose lengths are guessed (list_length.h), there may be more clusters than
-/// there are cells: their cell is kNoCluster, their box empty, they have no samples; and `samples`
-/// may be longer than sampleStart's last.
+/// While passes with guessed lengths run (list_length.h), there may be more clusters than occupied
+/// cells: their cell is kNoCluster, their box empty, they have no samples; and `samples` may be
+/// longer than sampleStart's last.
 struct ClusterView {
     View<const uint32_t> cell;
     View<const Box> boxesWorld;
@@ -59,7 +59,7 @@ struct ClusterView {
     SDAG_HD uint32_t sampleCount(size_t cluster) const {
         return sampleStart[cluster + 1] - sampleStart[cluster];
     }
-    /// Returns whether entry i of `samples` is one.
+    /// Returns whether entry i of `samples` is used.
     SDAG_HD bool isEntry(size_t i) const { return i < sampleStart[cell.count]; }
 };
 
@@ -95,7 +95,7 @@ struct MarkOccupiedCells {
     SDAG_HD void operator()(size_t cell) const { clusterOfCell[cell] = cellSamples[cell] != 0; }
 };
 
-/// Writes the compact list of occupied cells and their sample counts, as far as it has room.
+/// Writes the compact list of occupied cells and their sample counts, up to its capacity.
 struct CompactCells {
     View<const uint32_t> cellSamples;
     View<const uint32_t> clusterOfCell;
@@ -113,9 +113,9 @@ struct CompactCells {
 };
 
 /// Writes the samples of a tile into their clusters' lists, in the order of pixelOfTile: one after
-/// the other (operator()), or block after block of kGroupLanes pixels, a pixel a lane. A lane finds
-/// its place by how many lanes before it are of its cell; the last of a cell counts them all, once
-/// the others have read what was there.
+/// the other (operator()), or block after block of kGroupLanes pixels, one pixel per lane. A lane's
+/// offset is the number of lanes before it with the same cell; the last lane of a cell adds their
+/// number after the others have read the old value.
 struct FillTile {
     ClusterGridView grid;
     View<const uint32_t> cellOfSample;
@@ -127,7 +127,7 @@ struct FillTile {
 
     static constexpr uint32_t kBlockCount = kTileSize * kTileSize / kGroupLanes;
 
-    /// What a lane leaves to be counted.
+    /// A lane's contribution to the counts.
     struct Placed {
         uint32_t cluster = kNoCluster; ///< kNoCluster: nothing
         uint32_t filledCount = 0;
@@ -162,7 +162,7 @@ struct FillTile {
 
     size_t itemCount() const { return grid.tileCount(); }
     size_t grain() const { return 8; }
-    /// Does a whole tile.
+    /// Processes a whole tile.
     SDAG_HD void operator()(size_t tile) const {
         for (uint32_t block = 0; block < kBlockCount; ++block)
             for (uint32_t lane = 0; lane < kGroupLanes; ++lane) {
@@ -179,7 +179,7 @@ struct FillTile {
 private:
     static constexpr uint32_t kNoSample = 0xffffffffu;
 
-    /// Returns the cluster of a cell, none where there is no room for it: all is done again then.
+    /// Returns the cluster of a cell, none if the list is full: then everything is repeated.
     SDAG_HD uint32_t clusterOf(uint32_t cell) const {
         const uint32_t cluster = cell == kNoCluster ? kNoCluster : clusterOfCell[cell];
         return cluster < filledCount.count ? cluster : kNoCluster;

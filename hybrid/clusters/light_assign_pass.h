@@ -28,9 +28,9 @@ struct ClusterLights {
 /// Replaces the lists by those of these clusters. Deterministic. Throws Error kResource when there
 /// are 2^32 (cluster, light) pairs or more. All views live on the backend.
 /// @param normals drops lights that a cluster faces away from; empty: none
-/// @param guess entries to make room for without asking how many there are: lists.length then
-/// tells, and if it is more, the lists are of no use; 0: asks. Where there may be 2^32 it asks as
-/// well
+/// @param guess number of entries to allocate without waiting for the actual number: lists.length
+/// then gives that, and if it is larger, the lists are unusable; 0: waits. It also waits if there
+/// may be 2^32 entries
 /// @returns whether it guessed
 inline bool assignLights(Backend backend, View<const Box> clusterBoxes, const WideBvhView& lightBvh,
                          View<const Light> lights, ClusterLights& lists,
@@ -61,8 +61,8 @@ inline bool assignLights(Backend backend, View<const Box> clusterBoxes, const Wi
     return isGuessed;
 }
 
-/// Takes the room to spare off lists that were guessed.
-/// @param clusterCount,entryCount what there is
+/// Removes unused entries of lists that were guessed.
+/// @param clusterCount,entryCount the actual numbers
 inline void trimLights(size_t clusterCount, size_t entryCount, ClusterLights& lists) {
     lists.start.resize(clusterCount + 1);
     lists.lights.resize(entryCount);

@@ -10,8 +10,8 @@ namespace shadowdag {
 Box sphereBox(const Light& light) {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     Box box;
-    // A directional light's, which holds the scene with room to spare, is only there for the order
-    // of the boxes.
+    // The sphere of a directional light, which contains the scene with a margin, is needed only for
+    // the order of the boxes.
     for (int axis = 0; axis < 3; ++axis) {
         box.min[axis] = std::nextafter(light.positionWorld[axis] - light.rangeWorld, -kInfinity);
         box.max[axis] = std::nextafter(light.positionWorld[axis] + light.rangeWorld, kInfinity);

@@ -32,8 +32,8 @@ SDAG_HD inline uint32_t normalCellOf(const glm::vec3& normal, uint32_t k) {
     return (face * k + row) * k + column;
 }
 
-/// The cell of normals that all samples of a cluster lie in. cells: clusterCount, as normalCellOf
-/// numbers them; empty: not known.
+/// The cell that contains the normals of all samples of a cluster. cells: clusterCount, as
+/// normalCellOf numbers them; empty: unknown.
 struct ClusterNormalsView {
     View<const uint32_t> cells;
     uint32_t k = 0; ///< cells along an edge of a face

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parts clusters by the cells of their samples' geometric normals (Nk clustering). Source: Olsson,
-// Billeter, Assarsson, Clustered Deferred and Forward Shading, HPG 2012, sec. 3.2; Olsson et al.
-// 2015, sec. V-F. Theirs sort keys of position and normal at once; here a cluster by position is
-// parted in its own list, so that the grid's tables do not grow with k.
+// Divides clusters by the cells of their samples' geometric normals (Nk clustering). Source:
+// Olsson, Billeter, Assarsson, Clustered Deferred and Forward Shading, HPG 2012, sec. 3.2; Olsson
+// et al. 2015, sec. V-F. They sort keys of position and normal at once; here a cluster by position
+// is divided in its own list, so that the grid's tables do not grow with k.
 #pragma once
 
 #include "hybrid/clusters/clusters.h"

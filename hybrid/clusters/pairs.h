@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The (view sample, light) pairs of a frame: what every method and the truth answer, in one order.
+// The (view sample, light) pairs of a frame, in a defined order: the pairs whose visibility every
+// method and the truth compute.
 #pragma once
 
 #include "hybrid/gbuffer/gbuffer.h"
@@ -9,8 +10,8 @@
 
 namespace shadowdag {
 
-/// A pair is a view sample and a light that reaches it (scenes/light.h) and towards which its
-/// geometric normal, flipped to the camera, points.
+/// A pair is a view sample and a light that reaches it (scenes/light.h) and that its geometric
+/// normal, flipped to the camera, faces.
 SDAG_HD inline bool isPair(const Light& light, const glm::vec3& positionWorld,
                            const glm::vec3& normalWorld) {
     return lightsSample(light, positionWorld, normalWorld);

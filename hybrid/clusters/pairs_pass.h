@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists the exact pairs of a frame, and estimates how many each map serves.
+// Lists the exact pairs of a frame, and estimates the number of each map.
 #pragma once
 
 #include "cuda/buffer.h"
@@ -37,12 +37,12 @@ struct ListPairs {
     }
 };
 
-/// One sample of a cluster in so many is asked when pairs are estimated: coprime to the blocks that
-/// samples stand in, so that they come from all over the cluster. Asking all of them takes a tenth
-/// of what few lights' rays take; what this leaves of that is within the noise of a frame.
+/// Stride of the samples of a cluster from which pairs are estimated: coprime to the blocks of
+/// samples, so that they come from all over the cluster. Using all samples takes a tenth of the
+/// rays of few lights; the remaining cost is within the noise of a frame.
 constexpr uint32_t kPairStride = 31;
 
-/// Adds to every map the pairs of a cluster, as far as some of its samples tell: their share times
+/// Adds to every map the pairs of a cluster, estimated from some of its samples: their share times
 /// all samples, rounded. All integers, so that the order of clusters does not matter.
 struct EstimatePairs {
     GBufferView gbuffer;
@@ -81,7 +81,7 @@ struct PairSet {
     Buffer<uint32_t> light;
 };
 
-/// Does EstimatePairs for all clusters. All views live on the backend.
+/// Runs EstimatePairs for all clusters. All views are on the backend.
 inline void estimatePairs(Backend backend, const EstimatePairs& work) {
     runPass(backend, work);
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // (cluster, light) pairs that need neither a page nor a ray: those in which no sample faces the
-// light, and those that the voxel DAG proves wholly lit. Taken out before resolutions are asked
-// for, so that they raise no map's resolution and mark no page.
+// light, and those that the voxel DAG proves completely lit. They are removed before resolutions
+// are gathered, so that they raise no map's resolution and mark no page.
 #pragma once
 
 #include "hybrid/clusters/cluster_lights.h"
@@ -9,14 +9,16 @@
 
 namespace shadowdag {
 
-/// Which (cluster, light) pairs are taken out.
+/// Which (cluster, light) pairs are removed.
 enum class PairPruning : uint8_t {
     kNone,
-    kFacing, ///< those without an exact pair (pairs.h). Takes no answer away; but what they asked
-             ///< for is asked no more, so that a map may be coarser and answer otherwise
-    kLit,    ///< and those whose every voxel ray a shaft proves unblocked, where nothing that moves
-             ///< may shadow them: their pairs are answered as voxel rays of level 0 answer them.
-             ///< A directional light is not asked about
+    /// Those without an exact pair (pairs.h). No pair loses its result, but maps may become coarser
+    /// without their requests and give other results.
+    kFacing,
+    /// And those whose every voxel ray a shaft proves unblocked and that no moving object may
+    /// shadow: their pairs get the result of voxel rays of level 0. Not applied to directional
+    /// lights.
+    kLit,
 };
 
 /// Returns whether any sample of the cluster and the light are a pair.
@@ -42,7 +44,7 @@ struct PruneFacing {
 
     size_t itemCount() const { return clusters.count(); }
     size_t grain() const { return 16; }
-    /// A cluster may have a thousand samples and as many lights: CUDA takes pair by pair.
+    /// A cluster may have a thousand samples and as many lights, so CUDA processes pair by pair.
     PruneEntry shortItems() const;
     SDAG_HD void operator()(size_t cluster) const {
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i)
@@ -53,7 +55,8 @@ struct PruneFacing {
     }
 };
 
-/// The same by entry i of the lists: many more items, none of them long. Entries to spare stay.
+/// The same by entry i of the lists: many more items, none of them long. Unused entries are
+/// unchanged.
 struct PruneEntry {
     PruneFacing work;
 

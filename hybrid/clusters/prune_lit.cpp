@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pruning by proofs of light, which only the CPU has.
+// Pruning by proofs of light, on the CPU only.
 #include "hybrid/clusters/prune_pass.h"
 
 #include "cuda/parallel_for.h"
@@ -12,7 +12,7 @@ namespace shadowdag {
 
 namespace {
 
-/// Proves light cluster by cluster; one a thread.
+/// Proves light cluster by cluster; one object per thread.
 class LitPruner {
 public:
     LitPruner(const PruneFacing& work, const RayInputs& rays) : work_(work), rays_(rays) {}
@@ -24,7 +24,7 @@ public:
         for (uint32_t i = work_.lists.start[cluster]; i < work_.lists.start[cluster + 1]; ++i) {
             const uint32_t light = work_.lists.lights[i];
             if (work_.record[i] == kProvenLit || rays_.movers.mayShadow(light) ||
-                work_.lights[light].kind == Light::kSun) // shafts end at one point
+                work_.lights[light].kind == Light::kSun) // a shaft ends at one point
                 continue;
             if (!isPrepared) {
                 setReceivers(work_.gbuffer, samples_, rays_, receivers_);

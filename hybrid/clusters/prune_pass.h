@@ -8,15 +8,15 @@
 
 namespace shadowdag {
 
-/// Does PruneFacing for all clusters. All views live on the backend.
+/// Runs PruneFacing for all clusters. All views are on the backend.
 inline void pruneFacing(Backend backend, const PruneFacing& work) {
     runPass(backend, work);
 }
 
-/// Gives the record kProvenLit to those of the other entries (record != kProvenLit) whose pairs are
-/// all lit by voxel rays of level 0, where shafts and, for small groups, rays show it; entries that
-/// are lit but not shown to be so stay. Does nothing for lights that movers may shadow, or through
-/// a DAG without its wide form. On the CPU.
+/// Gives the record kProvenLit to those of the other entries (record != kProvenLit) for which
+/// shafts and, for small groups, rays prove that voxel rays of level 0 light all pairs; entries
+/// that are lit without a proof are unchanged. Does nothing for lights that moving objects may
+/// shadow, or for a DAG without its wide form. On the CPU.
 /// @param rays the DAG, the ray offset and the movers
 void pruneLit(const PruneFacing& work, const RayInputs& rays);
 

@@ -13,15 +13,15 @@ void fitDirectionalWindows(const FrameClusters& clusters, const std::vector<Ligh
     };
     if (std::none_of(records.begin(), records.end(), isDirectional))
         return;
-    std::vector<SunFrame> frames(records.size());
+    std::vector<DirectionalFrame> frames(records.size());
     for (size_t r = 0; r < records.size(); ++r)
         if (isDirectional(records[r]))
-            frames[r] = makeSunFrame(lights[records[r].quantities.light]);
+            frames[r] = makeDirectionalFrame(lights[records[r].quantities.light]);
 
     const std::vector<Box> boxes = clusters.clusters().boxesWorld.download();
     const std::vector<uint32_t> start = clusters.lights().start.download();
     const std::vector<uint32_t> recordOf = clusters.lights().record.download();
-    std::vector<SunRect> rects(records.size());
+    std::vector<DirectionalRect> rects(records.size());
     for (size_t cluster = 0; cluster + 1 < start.size(); ++cluster)
         for (uint32_t i = start[cluster]; i < start[cluster + 1]; ++i) {
             const uint32_t r = recordOf[i];
@@ -29,13 +29,14 @@ void fitDirectionalWindows(const FrameClusters& clusters, const std::vector<Ligh
                 rects[r].add(frames[r], boxes[cluster]);
         }
 
-    // A window spans what the four side faces of a cube do.
+    // A window covers as much as the four side faces of a cube.
     const uint32_t maxTexels =
         std::clamp(std::bit_floor(4 * options.maxFaceTexels), 64u, kMaxFaceTexels);
     for (size_t r = 0; r < records.size(); ++r) {
         if (!isDirectional(records[r]))
             continue;
-        const SunMap map = fitSunWindow(frames[r], rects[r], records[r].heldTexels, maxTexels);
+        const FittedWindow map =
+            fitDirectionalWindow(frames[r], rects[r], records[r].heldTexels, maxTexels);
         records[r].window = map.window;
         records[r].quantities.faceTexels = map.faceTexels;
         records[r].quantities.texels = float(map.widthTexels);

@@ -6,7 +6,7 @@
 
 namespace shadowdag {
 
-/// Gives the records of directional lights their windows, over the clusters that ask for them.
+/// Gives the records of directional lights their windows, over the clusters that request them.
 /// @param lights the world's
 void fitDirectionalWindows(const FrameClusters& clusters, const std::vector<Light>& lights,
                            const FrameOptions& options, std::vector<MapRecord>& records);

@@ -31,7 +31,7 @@ void DrawnMaps::build(const FrameClusters& clusters, const std::vector<MapRecord
         for (const MapRecord& record : records) {
             if (record.route == Route::kMap) {
                 requests.push_back(requestOf(scene.world().lights(), record));
-            } else if (!scene.hasDag()) {
+            } else if (!scene.canTrace(options.rays)) {
                 throw Error(ErrorKind::kUsage,
                             "light " + std::to_string(record.quantities.light) +
                                 " is routed to rays, but there is no voxel DAG; voxelize the "

@@ -9,7 +9,7 @@
 
 namespace shadowdag {
 
-/// Builds the maps of a frame and says who serves the others. Keeps maps from frame to frame.
+/// Builds the maps of a frame and lists the sources of all records. Keeps maps from frame to frame.
 class DrawnMaps {
 public:
     explicit DrawnMaps(const FrameContext& context)
@@ -26,12 +26,12 @@ public:
     void buildAlone(const FrameClusters& clusters, const MapRequest& request,
                     View<const MapReceiver> receivers, const ShadowMapOptions& options,
                     StageTimes& stages);
-    /// Says who serves the records of a frame.
+    /// Sets the sources of the records of a frame.
     void setServers(std::vector<PairServer> servers);
 
-    /// Returns who serves every record of the last frame, on the backend.
+    /// Returns the source of every record of the last frame, on the backend.
     View<const PairServer> servers() const { return serversOnBackend_.view(); }
-    /// Returns what lookups need; valid until the next build.
+    /// Returns the input of lookups; valid until the next build.
     ShadowMapView view() const { return maps_.view(); }
     ShadowMaps& maps() { return maps_; }
     const ShadowMaps& maps() const { return maps_; }

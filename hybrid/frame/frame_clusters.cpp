@@ -29,8 +29,8 @@ void FrameClusters::prunePairs(const VisibleSurface& surface, const FrameOptions
     pruneLit(work, {scene.dag(), options.rays, scene.movers(), ExactView{}, rayDetail_});
 }
 
-/// Gathers once, and fetches what the host needs of it.
-/// @param clusterGuess,clusterLightGuess the lists' lengths; both 0: asks for them
+/// Gathers once, and fetches the results that the host needs.
+/// @param clusterGuess,clusterLightGuess the lists' lengths; both 0: waits for them
 void FrameClusters::gatherLists(const VisibleSurface& surface, const ViewRays& view,
                                 const FrameOptions& options, size_t clusterGuess,
                                 size_t clusterLightGuess, StageTimes& stages) {
@@ -68,7 +68,7 @@ void FrameClusters::gatherLists(const VisibleSurface& surface, const ViewRays& v
     ofMaps_ = demand_.ofMaps.download();
 }
 
-/// Takes the room to spare off the lists. Returns false when one of them had too little.
+/// Removes the unused entries of the lists. Returns false if one of them was too short.
 bool FrameClusters::trimLists() {
     const uint32_t* const lengths = ofMaps_.data() + 3 * demand_.slotCount();
     const size_t clusters = lengths[kClusterLength], samples = lengths[kSampleLength],
@@ -83,7 +83,7 @@ bool FrameClusters::trimLists() {
 
 void FrameClusters::gather(const VisibleSurface& surface, const ViewRays& view,
                            const FrameOptions& options, StageTimes& stages) {
-    // Normals are parted by lengths that are asked for; the host then waits anyway.
+    // The division by normals waits for lengths, so the host waits anyway.
     const bool mayGuess = isGuessing_ && options.normalClusters == 0 && clusterGuess_.get() > 0 &&
                           clusterLightGuess_.get() > 0;
     if (mayGuess)

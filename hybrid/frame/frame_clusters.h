@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The first half of a frame, up to what the host makes routes of: clusters, their lights, and what
-// these ask of their maps. On CUDA by guessed lengths (cuda/list_length.h), so that the host need
+// The first half of a frame, up to the input of routing on the host: clusters, their lights, and
+// their requests of maps. On CUDA by guessed lengths (cuda/list_length.h), so that the host need
 // not wait before.
 #pragma once
 
@@ -18,15 +18,15 @@ public:
         : context_(context), clusters_(context.backend), lights_(context.backend),
           ordered_(context.backend), demand_(context.backend) {}
 
-    /// Says whether lists are made by guessed lengths; forgets those. @param spare as
+    /// Sets whether lists have guessed lengths; forgets the guesses. @param spare as
     /// LengthGuess::forget
     void guessLengths(bool isOn, size_t spare);
     bool isGuessing() const { return isGuessing_; }
     /// Returns how many lists of the last frame were guessed too short.
     uint64_t listRerunCount() const { return listRerunCount_; }
 
-    /// Gathers clusters, assigns lights and gathers what the lights ask of their maps, and fetches
-    /// that; adds the stages' times. Lists have no room to spare afterwards.
+    /// Gathers clusters, assigns lights, gathers the lights' requests of maps, and fetches these;
+    /// adds the stages' times. Lists have no unused entries afterwards.
     void gather(const VisibleSurface& surface, const ViewRays& view, const FrameOptions& options,
                 StageTimes& stages);
 
@@ -41,10 +41,10 @@ public:
 
     /// Returns LightDemand::ofMaps on the host.
     const std::vector<uint32_t>& demandOfMaps() const { return ofMaps_; }
-    /// Returns what the levels of rays follow, on the backend.
+    /// Returns the requests that the levels of rays follow, on the backend.
     const RayDetail& rayDetail() const { return rayDetail_; }
 
-    /// Return the last frame's clusters, their lights and what these want on the host; valid until
+    /// Return the last frame's clusters, their lights and their requests on the host; valid until
     /// the next frame.
     ClusterView hostView();
     ClusterLightsView hostLists();
@@ -66,7 +66,7 @@ private:
     std::vector<uint32_t> ofMaps_;
     RayDetail rayDetail_;
 
-    /// How long the lists become, where it is guessed.
+    /// The estimated lengths of the lists.
     bool isGuessing_ = false;
     LengthGuess clusterGuess_, clusterLightGuess_;
     uint64_t listRerunCount_ = 0;

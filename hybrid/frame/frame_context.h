@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all pieces of a frame work with.
+// The context that all parts of a frame share.
 #pragma once
 
 #include "hybrid/frame/frame_device.h"
@@ -7,7 +7,7 @@
 
 namespace shadowdag {
 
-/// Where passes run, what they read and what draws for them. All of it outlives the pieces.
+/// The backend of the passes, their input and the device. All of it outlives the parts.
 struct FrameContext {
     Backend backend; ///< of passes and buffers: passBackend of the renderer's
     FrameScene& scene;

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Costs of maps: every map of a frame served alone, by each method, and scaled to whole frames.
+// Costs of maps: every map of a frame is measured alone, by each method, and scaled to whole
+// frames.
 #include "cuda/statistics.h"
 #include "hybrid/frame/frame_state.h"
+
+#include <algorithm>
 
 namespace shadowdag {
 
 namespace {
 
-// The clusters of one map alone, so that shading them costs nothing for the others.
+// The clusters of one map alone, so that shading the others costs nothing.
 struct OneMap {
     explicit OneMap(Backend backend) : clusters(backend), lists(backend) {}
 
@@ -62,7 +65,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     if (repeats < 1)
         throw Error(ErrorKind::kUsage, "costs measured " + std::to_string(repeats) +
                                            " times; use at least one repeat");
-    if (!state.context.scene.hasDag())
+    if (!state.context.scene.canTrace(options.rays))
         throw Error(ErrorKind::kUsage, "costs of rays cannot be measured without a voxel DAG; "
                                        "voxelize the scene first");
     StageTimes ignored;
@@ -73,7 +76,8 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     const bool isGuessing = state.clusters.isGuessing();
     OneMap one(state.context.backend);
     ShadowMapOptions mapOptions = options.maps;
-    mapOptions.useStaticOptimization = false; // what a map costs, not what is left of it to do
+    mapOptions.useStaticOptimization =
+        false; // the full cost of a map, not that of its remaining work
     Buffer<MapReceiver> receivers(state.context.backend, "isolated map receivers");
     FrameCosts costs;
 
@@ -86,8 +90,9 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
             hostReceivers.push_back({cluster, 0});
         receivers.upload(hostReceivers);
 
-        // Guessed lengths are those of the map before: forgotten, and found by a build that does
-        // not count, or a map's cost would depend on who is measured first.
+        // Guessed lengths are those of the map before, so they are released and found again by a
+        // build that does not count; otherwise a map's cost would depend on the order of
+        // measurement.
         if (isGuessing)
             state.maps.maps().guessLengths(true);
         std::vector<double> raysMs, mapMs;
@@ -133,7 +138,8 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
     const std::unique_ptr<CostModel> rays = makeCostModel("texels:inf"),
                                      maps = makeCostModel("texels:0");
     std::vector<double> raysMs, mapsMs;
-    for (int repeat = 0; repeat < repeats; ++repeat) { // in turn, so that both see the same noise
+    for (int repeat = 0; repeat < repeats;
+         ++repeat) { // alternately, so that both have the same noise
         renderer.reset();
         raysMs.push_back(servingMs(renderer.render(camera, *rays, alone, beforeStage).stages));
         renderer.reset();
@@ -145,8 +151,23 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
         mapsMs.push_back(servingMs(drawn.stages));
         costs.degradeDivisor = drawn.counts.maps.degradeDivisor;
     }
-    renderer.reset();
     scaleCosts(costs, median(raysMs), median(mapsMs));
+    const std::unique_ptr<CostModel> cheaper = makeCostModel("oracle");
+    cheaper->setCosts(costs);
+    std::vector<double> cheaperMs;
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+        renderer.reset();
+        cheaperMs.push_back(
+            servingMs(renderer.render(camera, *cheaper, alone, beforeStage).stages));
+    }
+    renderer.reset();
+    takeWholeFrame(costs, median(raysMs), median(mapsMs), median(cheaperMs));
+}
+
+void takeWholeFrame(FrameCosts& costs, double raysMs, double mapsMs, double cheaperMs) {
+    costs.wholeFrame.reset();
+    if (std::min(raysMs, mapsMs) < cheaperMs)
+        costs.wholeFrame = raysMs < mapsMs ? Route::kRays : Route::kMap;
 }
 
 void scaleCosts(FrameCosts& costs, double raysMs, double mapsMs) {

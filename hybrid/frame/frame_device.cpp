@@ -21,7 +21,7 @@ public:
                                     std::vector<uint32_t>& copy) override {
         return copyToHost(backend_, depths, copy);
     }
-    /// In two passes: what is sent without lights comes first.
+    /// In two passes: first the radiance without lights.
     void shade(const ShadeSamples& work, View<const uint32_t>) override {
         shadeUnlit(backend_, work);
         shadeLights(backend_, work);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What options of a frame are refused, whatever the backend.
+// The options of a frame that are refused on every backend.
 #include "hybrid/frame/frame_state.h"
 
 #include <cmath>
@@ -33,7 +33,8 @@ void checkOptions(const FrameOptions& options) {
               " cells an edge; use 0 for none to " + std::to_string(kMaxNormalCellsPerEdge));
     check(options.pruning != PairPruning::kLit ||
               (options.rays.level == 0 && options.rays.lod == LodRule::kFixed),
-          "proofs of light hold for voxel rays of level 0; use no other level of detail with them");
+          "proofs of light are valid for voxel rays of level 0 only; use them without a level of "
+          "detail");
     check(options.bias.taps <= options.maps.taps,
           "lookups with " + std::to_string(options.bias.taps) + " taps in maps marked for " +
               std::to_string(options.maps.taps) +
@@ -45,13 +46,13 @@ void checkOptions(const FrameOptions& options) {
           "ray offset " + std::to_string(options.rays.offset) + "; use a number >= 0");
     check(options.rays.lod == LodRule::kFixed || options.rays.level == 0,
           "level of detail " + std::to_string(options.rays.level) +
-              " and one by footprint contradict each other; use level 0 with footprints");
+              " contradicts levels by footprint; use level 0 with footprints");
     check(std::isfinite(options.rays.footprintScale) && options.rays.footprintScale > 0.0f,
           "footprint scale " + std::to_string(options.rays.footprintScale) +
               "; use a number above 0, 1 for the pixel's");
     check(options.rays.coverage > 0.0f && options.rays.coverage <= 1.0f,
           "coverage " + std::to_string(options.rays.coverage) +
-              "; use a share above 0, at most 1 (footprint is what counts every voxel)");
+              "; use a share above 0, at most 1 (rule footprint counts every voxel)");
 }
 
 } // namespace shadowdag

@@ -2,6 +2,7 @@
 // Brings the world to the backend and keeps it current.
 #include "hybrid/frame/frame_scene.h"
 
+#include "hybrid/clusters/cluster_rays.h"
 #include "hybrid/clusters/light_bvh.h"
 #include "hybrid/frame/frame_device.h"
 #include "voxel/dag_lod.h"
@@ -19,7 +20,8 @@ FrameScene::FrameScene(Backend asked, const World& world, const Dag& dag,
       lightBoxes_(backend_, "light boxes"), lightItems_(backend_, "light items"),
       materials_(backend_, "materials"), triangleMaterial_(backend_, "triangle materials"),
       dagWords_(backend_, "dag words"), coveredWords_(backend_, "dag words with coverage"),
-      exactWords_(backend_, "triangles near voxels") {
+      bvhNodes_(backend_, "hierarchy of triangles"),
+      bvhLeaves_(backend_, "leaves of the hierarchy of triangles") {
     for (const Material& material : world.scene().materials)
         hostMaterials_.push_back({material.baseColor, material.emission});
     materials_.set(hostMaterials_);
@@ -92,7 +94,7 @@ MovedBatches::~MovedBatches() {
 }
 
 std::vector<uint32_t> MovedBatches::take(float lodTexels) {
-    // Maps of the other kind are drawn anew when they are asked for next.
+    // Maps of the other kind are drawn again when they are requested next.
     const std::vector<bool>& all = lodTexels > 0.0f ? levels_ : full_;
     std::vector<uint32_t> moved;
     for (size_t batch = 0; batch < all.size(); ++batch)
@@ -132,11 +134,11 @@ DagView FrameScene::dag() const {
 }
 
 RayInputs FrameScene::rayInputs(const RayOptions& options, const RayDetail& detail) {
-    const bool isExact = options.kind == RayKind::kExact;
+    const bool isExact = !options.believesAll();
     if (isExact)
         prepareExact();
     const DagView traced = dag();
-    if (options.level > traced.grid.resolutionLog2)
+    if (!options.believesNone() && options.level > traced.grid.resolutionLog2)
         throw Error(ErrorKind::kUsage, "level of detail " + std::to_string(options.level) +
                                            " of a voxel DAG of " +
                                            std::to_string(traced.grid.resolutionLog2) +
@@ -146,16 +148,27 @@ RayInputs FrameScene::rayInputs(const RayOptions& options, const RayDetail& deta
 }
 
 RayInputs FrameScene::hostRayInputs(const RayOptions& options, const RayDetail& detail) {
+    if (!options.believesAll())
+        prepareExact();
     return {options.lod == LodRule::kCoverage ? hostCoveredDag() : hostDag(), options, hostMovers(),
             hostExact(), detail};
 }
 
 void FrameScene::prepareExact() {
-    if (hasTree_)
+    if (hasBvh_)
         return;
-    tree_ = buildTriangleTree(world_.triangles(), viewOf(world_.staticTriangles()), hostDag_.grid);
-    exactWords_.set(tree_.words);
-    hasTree_ = true;
+    bvh_ = buildTriangleBvh(geometry(world_.triangles()), viewOf(world_.staticTriangles()));
+    bvhNodes_.set(bvh_.nodes);
+    bvhLeaves_.set(bvh_.leaves);
+    hasBvh_ = true;
+}
+
+uint64_t FrameScene::exactBytes() const {
+    if (!hasBvh_)
+        return 0;
+    const TriangleView& all = world_.triangles();
+    return bvh_.bytes() + all.positions.count * sizeof(glm::vec3) +
+           all.triangles.count * sizeof(glm::uvec3);
 }
 
 MoverView FrameScene::movers() const {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The world as the frame's passes read it on one backend.
+// The world on one backend, as the frame's passes read it.
 #pragma once
 
 #include "hybrid/gbuffer/shade_model.h"
 #include "hybrid/rays/dynamic_geometry.h"
-#include "hybrid/rays/exact_tree.h"
+#include "hybrid/rays/exact_ray.h"
 #include "hybrid/rays/shadow_rays.h"
 #include "scenes/batches.h"
 #include "scenes/polygon_lod.h"
@@ -17,7 +17,7 @@
 
 namespace shadowdag {
 
-/// What shadow maps are drawn from.
+/// The input of drawing shadow maps.
 struct MapGeometry {
     TriangleView triangles;
     BatchView batches;
@@ -38,7 +38,7 @@ public:
     /// Follows World::setTime: batches of the moved instances, positions, all lights.
     /// @param stages receives the times of "batch boxes", "batch hierarchy" and "scene update", the
     /// rest
-    /// @param ofLevels receives the times of the first two for levels of detail, where they are
+    /// @param ofLevels receives the times of the first two for levels of detail, if they are
     void update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
                 StageTimes& ofLevels);
 
@@ -47,12 +47,12 @@ public:
     const World& world() const { return world_; }
     /// Returns the batches on the host, with their hierarchy.
     BatchView hostBatches() const { return batchSet_.view(); }
-    /// Returns what maps are drawn from, on the host. @param lodTexels as
-    /// ShadowMapOptions::lodTexels; above 0: with levels of detail, made when first asked for
+    /// Returns the geometry that maps draw, on the host. @param lodTexels as
+    /// ShadowMapOptions::lodTexels; above 0: with levels of detail, made at the first request
     MapGeometry mapGeometry(float lodTexels);
     /// Returns the same on the backend; valid until the next update.
     MapGeometry mapGeometryOnBackend(float lodTexels);
-    /// Returns what the last update of the batches at full detail did.
+    /// Returns the counts of the last update of the batches at full detail.
     const BatchUpdateCounts& batchUpdateCounts() const { return batchSet_.updateCounts(); }
 
     // On the backend:
@@ -63,31 +63,35 @@ public:
     View<const SurfaceColor> materials() const { return materials_.view(); }
     View<const uint32_t> triangleMaterial() const { return triangleMaterial_.view(); }
     DagView dag() const;
-    /// Returns the DAG with coverages in its words (withCoverage), made when first asked for.
+    /// Returns the DAG with coverages in its words (withCoverage), made at the first request.
     DagView coveredDag();
     /// Return both on the host.
     DagView hostDag() const { return hostDag_.view(); }
     DagView hostCoveredDag();
     MoverView movers() const;
-    /// Returns the movers on the host.
+    /// Returns the moving geometry on the host.
     MoverView hostMovers() const;
-    /// Returns what exact rays need; without words before prepareExact().
+    /// Returns the triangles for exact rays, as far as they are prepared.
     ExactView exact() const {
-        return {geometry(triangles()), {exactWords_.view(), tree_.rootEntry}};
+        return {geometry(triangles()), {bvhNodes_.view(), bvhLeaves_.view(), bvh_.root}};
     }
-    ExactView hostExact() const { return {geometry(world_.triangles()), tree_.view()}; }
-    /// Lists the triangles near voxels, once: what stands still stays.
+    ExactView hostExact() const { return {geometry(world_.triangles()), bvh_.view()}; }
+    /// Builds the hierarchy over static triangles for exact rays, once.
     void prepareExact();
-    /// Returns what frames are made of on the device.
+    /// Returns the bytes that exact rays read besides the DAG: the triangles and their hierarchy; 0
+    /// until they are prepared.
+    uint64_t exactBytes() const;
+    /// Returns the scene on the device.
     SceneDevice& device() const { return *device_; }
-    /// Returns what rays of these options read; lists the triangles that exact ones need. Throws
-    /// Error kUsage for a level that the DAG does not have.
+    /// Returns the input of rays with these options; prepares what exact ones need. Throws Error
+    /// kUsage for a level that the DAG does not have.
     RayInputs rayInputs(const RayOptions& options, const RayDetail& detail);
-    /// Returns the same on the host, but that triangles are those listed already.
+    /// Returns the same on the host, for single rays.
     /// @param detail on the host
     RayInputs hostRayInputs(const RayOptions& options, const RayDetail& detail);
-    /// Returns whether rays can be traced; a DAG without voxels blocks none.
     bool hasDag() const { return hostDag_.isBuilt(); }
+    /// Returns whether rays with these options can be traced; a DAG without voxels blocks none.
+    bool canTrace(const RayOptions& options) const { return options.believesNone() || hasDag(); }
 
 private:
     friend class MovedBatches;
@@ -108,8 +112,8 @@ private:
     std::vector<class MovedBatches*> listeners_; // all that there are
     TruthSpace space_;
     DynamicGeometry movers_;
-    TriangleTree tree_;
-    bool hasTree_ = false;
+    TriangleBvh bvh_;
+    bool hasBvh_ = false;
     WideBvh hostLightBvh_;
     std::vector<SurfaceColor> hostMaterials_;
 
@@ -121,11 +125,13 @@ private:
     Resident<uint32_t> triangleMaterial_;
     Resident<uint32_t> dagWords_;
     Resident<uint32_t> coveredWords_;
-    Resident<uint32_t> exactWords_;
+    Resident<TriangleBvhNode> bvhNodes_;
+    Resident<TriangleBvhLeaf> bvhLeaves_;
     std::unique_ptr<SceneDevice> device_;
 };
 
-/// What updates of a scene moved, for one of its renderers, which asks when it draws.
+/// The motion that updates of a scene caused, for one of its renderers, which reads it when it
+/// draws.
 class MovedBatches {
 public:
     /// @param scene outlives it
@@ -134,8 +140,8 @@ public:
     MovedBatches(const MovedBatches&) = delete;
     MovedBatches& operator=(const MovedBatches&) = delete;
 
-    /// Returns the batches of mapGeometry(lodTexels) that updates moved since it was last asked,
-    /// each once, ascending.
+    /// Returns the batches of mapGeometry(lodTexels) that updates moved since the last call, each
+    /// once, ascending.
     std::vector<uint32_t> take(float lodTexels);
 
 private:

@@ -25,7 +25,8 @@ struct ShadeLists {
     size_t lightCount; ///< of the world
 };
 
-/// Counts the traced pairs by whether their light lights its cluster wholly, not at all, in part.
+/// Counts the traced pairs by whether their light lights its cluster completely, not at all, or
+/// partly.
 void countWholeClusters(const ShadeLists& lists, FrameResult& result) {
     const auto& [sampleStart, samples, lightStart, lights, lightCount] = lists;
     std::vector<uint64_t> lit(lightCount, 0), dark = lit;
@@ -46,7 +47,7 @@ void countWholeClusters(const ShadeLists& lists, FrameResult& result) {
     }
 }
 
-/// Counts the pairs of every map; those that are proven lit belong to none.
+/// Counts the pairs of every map; those proven lit belong to none.
 void countPairsOfMaps(const ShadeLists& lists, const std::vector<uint32_t>& records,
                       FrameResult& result) {
     const auto& [sampleStart, samples, lightStart, lights, lightCount] = lists;
@@ -70,7 +71,8 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
                                    const DrawnMaps& maps, const FrameOptions& options) {
     color_.resize(surface.view().count());
     for (Buffer<uint32_t>* counts :
-         {&rayCount_, &lookupCount_, &provenCount_, &missingTapCount_, &moverTestCount_}) {
+         {&rayCount_, &lookupCount_, &provenCount_, &missingTapCount_, &moverTestCount_,
+          &exactCount_}) {
         counts->resize(clusters.clusters().cell.size());
         counts->fill(0);
     }
@@ -90,6 +92,7 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
             provenCount_.view(),
             missingTapCount_.view(),
             moverTestCount_.view(),
+            exactCount_.view(),
             {}};
 }
 
@@ -135,6 +138,7 @@ void FrameShading::count(FrameCounts& counts) const {
     counts.pairCount = counts.rayCount + counts.lookupCount + counts.provenPairCount;
     counts.missingTapCount = sum(missingTapCount_);
     counts.moverTestCount = sum(moverTestCount_);
+    counts.exactRayCount = sum(exactCount_);
 }
 
 } // namespace shadowdag

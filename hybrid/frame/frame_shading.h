@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last step of a frame: one pass that shades with rays and lookups alike, and what reports ask
-// of it.
+// The last step of a frame: one pass that shades with rays and lookups, and the results that
+// reports need of it.
 #pragma once
 
 #include "hybrid/clusters/pairs_pass.h"
@@ -16,7 +16,8 @@ public:
           rayCount_(context.backend, "ray counts"), lookupCount_(context.backend, "lookup counts"),
           provenCount_(context.backend, "proven pair counts"),
           missingTapCount_(context.backend, "missing tap counts"),
-          moverTestCount_(context.backend, "mover test counts"), pairs_(context.backend),
+          moverTestCount_(context.backend, "mover test counts"),
+          exactCount_(context.backend, "exact ray counts"), pairs_(context.backend),
           nextPair_(context.backend, "pair cursor"),
           pairVisibility_(context.backend, "pair visibility"),
           pairServer_(context.backend, "pair servers") {}
@@ -28,31 +29,33 @@ public:
     /// Shades every sample by all its lights.
     void shade(const ShadeSamples& shading);
 
-    /// Returns the exact pairs of what was gathered, and keeps them on the backend.
+    /// Returns the exact pairs of the gathered clusters, and keeps them on the backend.
     PairList findPairs(const VisibleSurface& surface, const FrameClusters& clusters);
 
-    /// Lists the exact pairs and answers them again with recording on; fills pairs, visibility,
+    /// Lists the exact pairs and computes them again with recording on; fills pairs, visibility,
     /// pairRoute and the records' pair counts.
     /// @param records of every (cluster, light) pair, ClusterLightsView::record on the host
     void recordPairs(const VisibleSurface& surface, const FrameClusters& clusters,
                      const ShadeSamples& shading, const std::vector<uint32_t>& records,
                      FrameResult& result);
 
-    /// Fills in what shading counted of its pairs.
+    /// Fills in the counts of the shading pass.
     void count(FrameCounts& counts) const;
 
-    /// What the last shading wrote: width * height colours, and counts by cluster.
+    /// The output of the last shading: width * height colours, and counts by cluster.
     const Buffer<glm::vec3>& color() const { return color_; }
     const Buffer<uint32_t>& rayCount() const { return rayCount_; }
     const Buffer<uint32_t>& lookupCount() const { return lookupCount_; }
     const Buffer<uint32_t>& provenCount() const { return provenCount_; }
     const Buffer<uint32_t>& missingTapCount() const { return missingTapCount_; }
     const Buffer<uint32_t>& moverTestCount() const { return moverTestCount_; }
+    const Buffer<uint32_t>& exactCount() const { return exactCount_; }
 
 private:
     FrameContext context_;
     Buffer<glm::vec3> color_;
-    Buffer<uint32_t> rayCount_, lookupCount_, provenCount_, missingTapCount_, moverTestCount_;
+    Buffer<uint32_t> rayCount_, lookupCount_, provenCount_, missingTapCount_, moverTestCount_,
+        exactCount_;
     PairSet pairs_;
     Buffer<uint32_t> nextPair_;
     Buffer<uint8_t> pairVisibility_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a FrameRenderer keeps: the pieces of a frame, in the order in which frames use them. Not for
-// other folders.
+// The state of a FrameRenderer: the parts of a frame, in the order in which frames use them.
+// Internal to this folder.
 #pragma once
 
 #include "hybrid/frame/frame_shading.h"
@@ -24,10 +24,10 @@ struct FrameState {
     DrawnMaps maps;
     FrameShading shading;
 
-    /// Returns the options that frames follow. Throws Error kUsage naming the option that is out of
-    /// range, contradicts another, or that the device does not follow.
+    /// Returns the options as frames apply them. Throws Error kUsage naming the option that is out
+    /// of range, contradicts another, or is not supported by the device.
     FrameOptions accept(const FrameOptions& asked) const;
-    /// Draws the surface and gathers its clusters with what they ask for; adds the stages' times.
+    /// Draws the surface and gathers its clusters with their requests; adds the stages' times.
     void gather(const ViewRays& view, const FrameOptions& options, StageTimes& stages);
     /// Returns the shading of the current frame; counters are cleared, nothing is recorded.
     ShadeSamples prepareShading(const FrameOptions& options) {
@@ -37,24 +37,29 @@ struct FrameState {
     /// @param records of every (cluster, light) pair, ClusterLightsView::record on the host
     void count(const std::vector<uint32_t>& records, FrameResult& result);
 
-    /// Does what FrameRenderer::guessLengths does.
+    /// Implements FrameRenderer::guessLengths.
     void guessLengths(bool isOn, size_t spare = LengthGuess::kSpare);
-    /// Does what FrameRenderer::reset does.
+    /// Implements FrameRenderer::reset.
     void forget();
 };
 
 /// Throws Error kUsage naming the option that is out of range or contradicts another.
 void checkOptions(const FrameOptions& options);
 
-/// Returns what FrameRenderer::measureCosts returns, before any scaling.
+/// Returns the result of FrameRenderer::measureCosts, before any scaling.
 FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const FrameOptions& options,
                              int repeats, const std::function<void()>& beforeStage);
 
-/// Multiplies the costs of a frame's maps so that those by one method add up to what the frame
-/// takes by it; leaves costs alone that add up to 0.
+/// Multiplies the costs of a frame's maps so that those by one method add up to the frame's time by
+/// it; leaves costs unchanged that add up to 0.
 void scaleCosts(FrameCosts& costs, double raysMs, double mapsMs);
 
-/// Scales the costs of a frame's maps to whole frames by one method.
+/// Sets FrameCosts::wholeFrame from the times of the whole frame by rays, by maps and by the
+/// cheaper method of each map.
+void takeWholeFrame(FrameCosts& costs, double raysMs, double mapsMs, double cheaperMs);
+
+/// Scales the costs of a frame's maps to whole frames by one method, and measures whether one of
+/// the methods serves the whole frame faster than the cheaper of each map does.
 void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
                   int repeats, FrameCosts& costs, const std::function<void()>& beforeStage);
 

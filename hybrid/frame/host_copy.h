@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame left on its backend, as reports read it on the host.
+// Copies results of a frame from its backend to the host, for reports.
 #pragma once
 
 #include "cuda/buffer.h"
@@ -8,7 +8,7 @@
 
 namespace shadowdag {
 
-/// Returns `array` itself where it is on the host, else a copy of it.
+/// Returns `array` itself if it is on the host, else a copy of it.
 /// @param copy memory for that; valid until it is used again
 template <class T>
 View<const T> copyToHost(Backend backend, View<const T> array, std::vector<T>& copy) {

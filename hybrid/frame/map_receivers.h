@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which clusters read which shadow maps: the (cluster, light) pairs whose map is drawn.
+// The clusters that read each shadow map: the (cluster, light) pairs whose map is drawn.
 #pragma once
 
 #include "hybrid/clusters/cluster_lights.h"
@@ -8,7 +8,7 @@
 
 namespace shadowdag {
 
-/// Who serves a record. servers: by record; empty: a map of the record's own number.
+/// The source of each record. servers: by record; empty: a map of the record's own number.
 struct ServerOfRecord {
     View<const PairServer> servers;
 
@@ -35,8 +35,8 @@ struct CountMapReceivers {
     }
 };
 
-/// Writes them, by cluster, in the order of its lights. A list may have room to spare: entries
-/// beyond the last are of no map (kNoMap, as the list was before).
+/// Writes them, by cluster, in the order of its lights. A list may have unused entries at its end:
+/// they have no map (kNoMap, as the list was before).
 struct ListMapReceivers {
     ClusterLightsView lists;
     ServerOfRecord servers;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lists which clusters read which shadow maps.
+// Lists the clusters that read each shadow map.
 #pragma once
 
 #include "cuda/buffer.h"
@@ -20,7 +20,7 @@ struct MapReceivers {
 
 /// Replaces the list by the receivers of these lists of lights, by cluster. Deterministic. All
 /// views live on the backend.
-/// @param isPadded makes room for every (cluster, light) pair instead of asking how many there are
+/// @param isPadded allocates every (cluster, light) pair instead of waiting for the actual number
 inline void listReceivers(Backend backend, const ClusterLightsView& lists,
                           const ServerOfRecord& servers, MapReceivers& receivers,
                           bool isPadded = false) {

@@ -19,11 +19,11 @@ namespace shadowdag {
 
 namespace {
 
-// Counts what moves within the map's reach. By how much it hinders rays: a line through a convex
-// body crosses S_i / S of the boxes in it on average (S_i: a box's surface, S: the body's;
-// Crofton's formula; Santalo, Integral Geometry and Geometric Probability, 1976, III.14), a box
-// that is larger than the body at most 1. A directional light's rays are parallel: S_i / 4 over the
-// window's area.
+// Counts moving boxes within the map's range, and estimates how many of them a ray crosses: a line
+// through a convex body crosses S_i / S of the boxes in it on average (S_i: a box's surface, S: the
+// body's; Crofton's formula; Santalo, Integral Geometry and Geometric Probability, 1976, III.14), a
+// box that is larger than the body at most 1. A directional light's rays are parallel: S_i / 4 over
+// the window's area.
 void countMovers(const MoverView& movers, View<const Box> batchBoxes, const ShadowMapInfo& info,
                  MapQuantities& map) {
     map.movers = 0;
@@ -31,7 +31,7 @@ void countMovers(const MoverView& movers, View<const Box> batchBoxes, const Shad
     if (!movers.mayShadow(map.light))
         return;
     const double pi = glm::pi<double>(), range = info.rangeWorld;
-    const double across = info.window.isSun()
+    const double across = info.window.isDirectional()
                               ? 4.0 / (glm::length(info.window.u) * glm::length(info.window.v))
                               : pi * range * range;
     double crossings = 0;
@@ -49,7 +49,7 @@ void countMovers(const MoverView& movers, View<const Box> batchBoxes, const Shad
 } // namespace
 
 // Counts the pages that the clusters of every record touch at its allocated resolution, by the
-// shadow maps' own marks; what a full pool does to them is left out.
+// marks of the shadow maps; a full pool is ignored.
 void MapRouting::countPages(const FrameClusters& clusters, const FrameOptions& options,
                             std::vector<MapRecord>& records) {
     const std::vector<Light>& lights = context_.scene.world().lights();
@@ -80,7 +80,7 @@ void MapRouting::countPages(const FrameClusters& clusters, const FrameOptions& o
         records[m].quantities.pages = found[m];
 }
 
-// Counts what stands still in the spheres of lights that were not there in the frame before.
+// Counts the static batches in the spheres of lights that were not there in the frame before.
 // Directional lights have none: their windows move with the camera.
 void MapRouting::countStanding(const std::vector<MapRecord>& maps) {
     const World& world = context_.scene.world();
@@ -210,13 +210,13 @@ void MapRouting::count(const VisibleSurface& surface, const FrameClusters& clust
     measure(kCountsPages, [&] { countPages(clusters, options, maps); });
     measure(kCountsPairs, [&] { estimatePairs(surface, clusters, maps); });
     measure(kCountsTriangles, [&] {
-        // Levels of detail follow what a map's texels are worth: nothing is known from before.
+        // Levels of detail follow the size of a map's texels, so earlier counts do not apply.
         const bool hasLevels = options.maps.lodTexels > 0.0f;
         const BatchView drawn = context_.scene.mapGeometry(options.maps.lodTexels).batches;
         if (!hasLevels)
             countStanding(maps);
         countEach([&](const ShadowMapInfo& info, MapQuantities& map) {
-            const bool isAll = hasLevels || info.window.isSun();
+            const bool isAll = hasLevels || info.window.isDirectional();
             map.batches = isAll ? 0 : spheres_[map.light].batches;
             map.triangles = isAll ? 0 : spheres_[map.light].triangles;
             traverse(
@@ -262,7 +262,7 @@ void MapRouting::forget() {
     heldRoutes_.clear();
     for (SphereCount& sphere : spheres_)
         if (sphere.hasMoved)
-            sphere.rangeWorld = -1; // what a light that moves costs is paid every frame
+            sphere.rangeWorld = -1; // the cost of a light that moves is incurred every frame
 }
 
 } // namespace shadowdag

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What cost models route: a record of every map that clusters ask for, with its quantities, and
-// what is held of it from frame to frame.
+// The input of cost models: a record of every map that clusters request, with its quantities, and
+// its state between frames.
 #pragma once
 
 #include "hybrid/frame/frame_clusters.h"
@@ -15,22 +15,21 @@ public:
     explicit MapRouting(const FrameContext& context)
         : context_(context), receivers_(context.backend), counting_(context.backend) {}
 
-    /// Returns a record of every map that a cluster asks for, in the order of
-    /// ClusterLightsView::record, with all quantities but those of count(). Reads the held
+    /// Returns a record of every map that a cluster requests, in the order of
+    /// ClusterLightsView::record, with all quantities except those of count(). Reads the held
     /// resolutions and does not change them.
     std::vector<MapRecord> describe(const FrameClusters& clusters,
                                     const FrameOptions& options) const;
 
     /// Fills in the counted quantities of every record.
-    /// @param counts which, a set of Counts
-    /// @param times the time of each is added, by kCountNames
+    /// @param counts which, a set of Counts. @param times the time of each is added, by kCountNames
     void count(const VisibleSurface& surface, const FrameClusters& clusters,
                const FrameOptions& options, uint32_t counts, std::vector<MapRecord>& maps,
                StageTimes& times);
 
     /// Keeps the allocated resolutions and the routes for the next frame.
     void hold(const FrameClusters& clusters, const std::vector<MapRecord>& maps);
-    /// Forgets what earlier frames left.
+    /// Releases the state of earlier frames.
     void forget();
 
 private:
@@ -40,9 +39,9 @@ private:
         float rangeWorld = -1; ///< < 0: not counted yet
         uint32_t batches = 0;
         uint64_t triangles = 0;
-        bool hasMoved = false; ///< the light stood elsewhere before
+        bool hasMoved = false; ///< the light moved
     };
-    /// What counting a map's pages and pairs writes.
+    /// The output of counting a map's pages and pairs.
     struct Counting {
         explicit Counting(Backend backend)
             : maps(backend, "routing maps"), pageCounts(backend, "routing page counts"),
@@ -63,8 +62,9 @@ private:
     FrameContext context_;
     MapReceivers receivers_; ///< of all maps
     Counting counting_;
-    std::vector<SphereCount> spheres_; ///< by light; changes no result
-    /// By slot (LightDemandView): what the last frame allocated, 0 for none; who served it.
+    std::vector<SphereCount> spheres_; ///< by light; affects no result
+    /// By slot (LightDemandView): the resolution that the last frame allocated, 0 for none, and its
+    /// source.
     std::vector<uint32_t> heldFaceTexels_;
     std::vector<PreviousRoute> heldRoutes_;
 };
@@ -72,7 +72,7 @@ private:
 /// Returns the quantities of every record.
 std::vector<MapQuantities> quantitiesOf(const std::vector<MapRecord>& maps);
 
-/// Returns what a map asks of the shadow maps.
+/// Returns the request of a map to the shadow maps.
 MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& map);
 
 } // namespace shadowdag

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The passes of this room.
+// The passes of this folder.
 #include "cuda/pass_launch.h"
 #include "hybrid/frame/map_receivers_pass.h"
 #include "hybrid/frame/shade_pass.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shading: one text for lights that are traced and lights that have a map, in one pass.
+// Shading: one functor for lights that are traced and lights that have a map, in one pass.
 #pragma once
 
 #include "hybrid/clusters/cluster_lights.h"
@@ -11,29 +11,30 @@
 
 namespace shadowdag {
 
-/// Everything that decides whether a sample sees a light.
+/// All data that decide whether a sample sees a light.
 struct VisibilityInputs {
     RayInputs rays;
     ShadowMapView maps;
     ShadowMapBias bias;
 };
 
-/// What answering counted, and what it remembers from pair to pair.
+/// Counts of the visibility tests, and state between pairs.
 struct VisibilityCounts {
     uint32_t rayCount = 0;
     uint32_t lookupCount = 0;
     uint32_t provenCount = 0;
     uint32_t missingTapCount = 0;
-    uint32_t moverTestCount = 0;
+    RayCounts rays;
     uint32_t lastBlocker = kBackground; ///< of exact rays
 };
 
-/// Returns the visibility of a pair by the method that serves its light, 255 lit .. 0 dark.
+/// Returns the visibility of a pair by the method of its light, 255 lit .. 0 dark.
 /// @param receiver the sample's world triangle
-SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, PairServer server,
-                                  uint32_t lightIndex, const Light& light,
-                                  const glm::vec3& positionWorld, const glm::vec3& normalWorld,
-                                  uint32_t receiver, VisibilityCounts& counts) {
+SDAG_HD inline uint8_t computePairResult(const VisibilityInputs& inputs, PairServer server,
+                                         uint32_t lightIndex, const Light& light,
+                                         const glm::vec3& positionWorld,
+                                         const glm::vec3& normalWorld, uint32_t receiver,
+                                         VisibilityCounts& counts) {
     switch (server.by()) {
     case ServedBy::kProof:
         ++counts.provenCount;
@@ -42,7 +43,7 @@ SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, PairServer ser
         ++counts.rayCount;
         const ShadowPair pair{positionWorld, normalWorld, pointAtLight(light, positionWorld),
                               receiver,      lightIndex,  light.kind == Light::kSun};
-        return isDarkByRays(inputs.rays, pair, &counts.moverTestCount, &counts.lastBlocker)
+        return isDarkByRays(inputs.rays, pair, &counts.rays, &counts.lastBlocker)
                    ? uint8_t(0)
                    : kLit;
     }
@@ -57,9 +58,9 @@ SDAG_HD inline uint8_t answerPair(const VisibilityInputs& inputs, PairServer ser
     return visibility;
 }
 
-/// Where recorded answers go, by pair; empty views: nothing is recorded.
-/// nextPair: sampleCount, the sample's first pair before, its last but one after; visibility,
-/// server: pairCount.
+/// Destination of recorded results, by pair; empty views: nothing is recorded. nextPair:
+/// sampleCount, the sample's first pair before, its last but one after; visibility, server:
+/// pairCount.
 struct PairRecorder {
     View<uint32_t> nextPair;
     View<uint8_t> visibility;
@@ -74,8 +75,8 @@ struct PairRecorder {
     }
 };
 
-/// Shades samples. The lights of a sample are added in ascending order by whoever runs it, sample
-/// by sample or light by light through a cluster, so both give the same bits.
+/// Shades samples. The lights of a sample are added in ascending order, whether the pass iterates
+/// sample by sample or light by light through a cluster, so both give the same bits.
 struct ShadeSamples {
     GBufferView gbuffer;
     View<const uint32_t> triangleMaterial; ///< by world triangle
@@ -86,32 +87,33 @@ struct ShadeSamples {
     View<const PairServer> servers; ///< by record
     VisibilityInputs visibility;
     View<glm::vec3> color;   ///< width * height, linear radiance; zero where nothing is seen
-    View<uint32_t> rayCount; ///< these five: clusterCount, zero before
+    View<uint32_t> rayCount; ///< these six: clusterCount, zero before
     View<uint32_t> lookupCount;
     View<uint32_t> provenCount;
     View<uint32_t> missingTapCount;
     View<uint32_t> moverTestCount;
+    View<uint32_t> exactCount;
     PairRecorder recorder;
 
-    /// Returns what serves entry `entry` of the lists.
+    /// Returns the source of entry `entry` of the lists.
     SDAG_HD PairServer serverOf(uint32_t entry) const {
         const uint32_t record = lists.record[entry];
         return record == kProvenLit ? PairServer::proof() : servers[record];
     }
 
-    /// Returns what a light adds to a sample.
+    /// Returns the contribution of a light to a sample.
     SDAG_HD glm::vec3 shadePair(uint32_t sample, PairServer server, uint32_t lightIndex,
                                 const Light& light, VisibilityCounts& counts) const {
         const glm::vec3 position = gbuffer.positionWorld[sample];
         const glm::vec3 normal = gbuffer.normalWorld[sample];
         if (!isPair(light, position, normal))
             return glm::vec3(0.0f);
-        const uint8_t seen = answerPair(visibility, server, lightIndex, light, position, normal,
-                                        gbuffer.triangle[sample], counts);
+        const uint8_t seen = computePairResult(visibility, server, lightIndex, light, position,
+                                               normal, gbuffer.triangle[sample], counts);
         return shadeAnswered(sample, server, light, seen);
     }
 
-    /// Records the visibility of a pair and returns what the light then adds to the sample.
+    /// Records the visibility of a pair and returns the light's contribution to the sample.
     SDAG_HD glm::vec3 shadeAnswered(uint32_t sample, PairServer server, const Light& light,
                                     uint8_t seen) const {
         recorder.add(sample, seen, server);
@@ -122,7 +124,7 @@ struct ShadeSamples {
                                  surface, seen);
     }
 
-    /// Sets a sample to what it sends without lights.
+    /// Sets a sample to its radiance without lights.
     SDAG_HD void shadeUnlit(size_t sample) const {
         const uint32_t triangle = gbuffer.triangle[sample];
         color[sample] = triangle == kBackground
@@ -170,8 +172,10 @@ struct ShadeSamples {
             atomicAddRelaxed(&provenCount[cluster], counts.provenCount);
         if (counts.missingTapCount)
             atomicAddRelaxed(&missingTapCount[cluster], counts.missingTapCount);
-        if (counts.moverTestCount)
-            atomicAddRelaxed(&moverTestCount[cluster], counts.moverTestCount);
+        if (counts.rays.moverTestCount)
+            atomicAddRelaxed(&moverTestCount[cluster], counts.rays.moverTestCount);
+        if (counts.rays.exactCount)
+            atomicAddRelaxed(&exactCount[cluster], counts.rays.exactCount);
     }
 };
 

@@ -49,7 +49,7 @@ private:
             return;
         counts.rayCount += askedCount;
         isDark_.resize(samples_.count);
-        counts.moverTestCount += rays_.answer(lightIndex, light, viewOf(isAsked_), viewOf(isDark_));
+        counts.rays += rays_.answer(lightIndex, light, viewOf(isAsked_), viewOf(isDark_));
         for (size_t i = 0; i < samples_.count; ++i)
             if (isAsked_[i])
                 work_.color[samples_[i]] += work_.shadeAnswered(

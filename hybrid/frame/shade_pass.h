@@ -7,7 +7,7 @@
 
 namespace shadowdag {
 
-/// Sets pixel i to what it sends without lights.
+/// Sets pixel i to its radiance without lights.
 struct ShadeUnlit {
     ShadeSamples work;
 
@@ -26,7 +26,7 @@ struct ShadeLights {
 };
 void launchPass(CpuTag, const ShadeLights& pass);
 
-/// Sets every pixel to what it sends without lights. All views of `work` live on the backend.
+/// Sets every pixel to its radiance without lights. All views of `work` are on the backend.
 inline void shadeUnlit(Backend backend, const ShadeSamples& work) {
     runPass(backend, ShadeUnlit{work});
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the camera sees in a frame.
+// The surface that the camera sees in a frame.
 #pragma once
 
 #include "hybrid/frame/frame_context.h"
@@ -13,7 +13,7 @@ public:
     explicit VisibleSurface(const FrameContext& context)
         : context_(context), gbuffer_(context.backend) {}
 
-    /// Draws what the view sees; adds the stage's time.
+    /// Draws the view's visible samples; adds the stage's time.
     void draw(const ViewRays& view, StageTimes& stages);
 
     const GBuffer& buffers() const { return gbuffer_; }
@@ -21,8 +21,8 @@ public:
     /// Returns the G-buffer on the host; valid until the next frame.
     GBufferView hostView();
 
-    /// Returns how many large triangles found no room to be shared out, and makes room for the
-    /// next frame. CUDA only: 0 elsewhere.
+    /// Returns how many large triangles did not fit the list, and enlarges it for the next frame.
+    /// CUDA only: 0 elsewhere.
     uint64_t unsplitTriangleCount() { return gbuffer_.large.grow(); }
 
 private:

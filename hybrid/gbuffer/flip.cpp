@@ -117,7 +117,7 @@ struct SensitivityTerm {
     double a, b;
 };
 
-/// Returns a channel as the eye resolves it (eq. 5).
+/// Returns a channel after the eye's spatial filter (eq. 5).
 Plane filterChannel(const Plane& in, int width, int height,
                     const std::vector<SensitivityTerm>& terms) {
     constexpr double kWidestB = 0.04; // of all channels: one radius for all

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws the world as the camera sees it into a G-buffer.
+// Draws the world from the camera into a G-buffer.
 #pragma once
 
 #include "cuda/pass.h"
@@ -17,7 +17,7 @@ struct GBuffer {
           triangle(backend, "g-buffer triangle"),
           large(backend, "g-buffer large triangles", kLargeTriangles) {}
 
-    /// Large triangles that find room at first; one that finds none is drawn by its own thread.
+    /// Initial capacity for large triangles; one that does not fit is drawn by its own thread.
     static constexpr size_t kLargeTriangles = size_t(1) << 16;
 
     Buffer<uint64_t> visibility;
@@ -48,11 +48,11 @@ struct GBuffer {
     }
 };
 
-/// How the CPU draws: its own way, or as a GPU does, by the same text (same bits).
+/// How the CPU draws: with its own loop, or as a GPU does, with the same functor (same bits).
 enum class GBufferDraw : uint8_t { kByBatch, kBySlot };
 
-/// Fills the G-buffer with what the view sees: two-sided triangles, by the fill rule of
-/// gbuffer_raster.h. Deterministic. `batches` holds every triangle once and lives on the G-buffer's
+/// Fills the G-buffer with the view's visible samples: two-sided triangles, by the fill rule of
+/// gbuffer_raster.h. Deterministic. `batches` contains every triangle once and is on the G-buffer's
 /// backend; its hierarchy is not used.
 /// @param draw CPU only
 inline void drawGBuffer(Backend backend, const TriangleView& triangles, const BatchView& batches,

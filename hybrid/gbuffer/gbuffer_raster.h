@@ -25,7 +25,7 @@ namespace shadowdag {
 constexpr uint64_t kNothingSeen = ~uint64_t(0);
 
 /// The cross product of parallel sides a, b rounds to at most about 1e-15 |a| |b|, not always to
-/// zero: where its square is no more than this part of theirs, a triangle has no area.
+/// zero: if its square is no more than this part of theirs, a triangle has no area.
 constexpr double kParallelSides = 1e-28;
 
 /// A triangle relative to the camera.
@@ -77,7 +77,7 @@ SDAG_HD inline PixelRect boundPixels(const ViewTriangle& t, const ViewRays& view
             add(a.x + s * (b.x - a.x), a.y + s * (b.y - a.y), view.znear);
         }
     }
-    // A hundredth of a pixel is far more than the rounding of all this.
+    // A hundredth of a pixel is far more than the rounding of this computation.
     constexpr double kMargin = 0.01;
     const double scale = 1.0 / view.pixelSize;
     const double left = (minX - view.firstX) * scale - kMargin;
@@ -109,7 +109,7 @@ SDAG_HD inline bool mayBeSeen(const Box& box, const ViewRays& view) {
 }
 
 /// A triangle set up for the view. edge k (3: the plane) at pixel (x, y) = start + y * perY + x *
-/// perX; of edges it is the side on which the pixel's ray passes.
+/// perX; the sign of an edge is the side on which the pixel's ray passes.
 struct SeenTriangle {
     double start[4], perX[4], perY[4];
     double plane;
@@ -117,7 +117,7 @@ struct SeenTriangle {
     PixelRect rect; ///< pixels that may see it
 };
 
-/// Returns whether a triangle may be seen, and its set-up.
+/// Returns whether a triangle may be seen, and its setup.
 SDAG_HD inline bool setUpSeen(const TriangleView& triangles, uint32_t index, const ViewRays& view,
                               SeenTriangle& seen) {
     const ViewTriangle t = loadViewTriangle(triangles, index, view.origin);
@@ -138,8 +138,8 @@ SDAG_HD inline bool setUpSeen(const TriangleView& triangles, uint32_t index, con
     return true;
 }
 
-/// Draws the pixels of `rect` that a triangle covers into the visibility buffer, without what its
-/// alpha mask cuts out.
+/// Draws the pixels of `rect` that a triangle covers into the visibility buffer, without those that
+/// its alpha mask cuts out.
 SDAG_HD inline void coverPixels(const TriangleView& triangles, const SeenTriangle& seen,
                                 const PixelRect& rect, const ViewRays& view,
                                 View<uint64_t> visibility) {
@@ -159,7 +159,7 @@ SDAG_HD inline void coverPixels(const TriangleView& triangles, const SeenTriangl
             const double depth = seen.plane / (row[3] + double(x) * seen.perX[3]);
             if (!(depth >= view.znear && depth <= view.zfar)) // NaN: seen edge on
                 continue;
-            // A corner's weight is the function of the edge across from it.
+            // A corner's weight is the function of the edge opposite to it.
             if (isCut && !triangles.masks.isOpaque(seen.triangle, e1, e2, e0))
                 continue;
             const uint64_t bits = std::bit_cast<uint32_t>(float(depth));
@@ -176,7 +176,7 @@ SDAG_HD inline void rasterizeTriangle(const TriangleView& triangles, uint32_t in
         coverPixels(triangles, seen, seen.rect, view, visibility);
 }
 
-/// Draws the batches that may be seen, a batch an item: on the CPU.
+/// Draws the batches that may be seen, one batch per item: on the CPU.
 struct RasterizeBatches {
     TriangleView triangles;
     View<const Batch> batches;
@@ -195,13 +195,13 @@ struct RasterizeBatches {
     }
 };
 
-/// Triangles whose rectangle has more pixels than this are split, into tiles of so many pixels a
-/// side, a column a lane.
+/// Triangles whose rectangle has more pixels than this are split into tiles of so many pixels per
+/// side, one column per lane.
 constexpr int kSmallTrianglePixels = 256;
 constexpr int kPartPixels = int(kGroupLanes);
 
-/// Draws triangle i % slotsPerBatch of batch i / slotsPerBatch, or, where it is large, puts it on
-/// the list: on a GPU.
+/// Draws triangle i % slotsPerBatch of batch i / slotsPerBatch, or, if it is large, puts it on the
+/// list: on a GPU.
 struct RasterizeSlots {
     RasterizeBatches batches;
     uint32_t slotsPerBatch; ///< no batch holds more triangles
@@ -239,7 +239,7 @@ struct RasterizeLarge {
     SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
         SeenTriangle seen;
         if (!setUpSeen(batches.triangles, item.a, batches.view, seen))
-            return; // never: it was set up before
+            return; // never: setup succeeded before
         const uint32_t across = RasterizeSlots::partsOf(seen.rect.maxX - seen.rect.minX + 1);
         const int x = seen.rect.minX + int(part % across) * kPartPixels + int(lane);
         const int y = seen.rect.minY + int(part / across) * kPartPixels;

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The light that a view sample sends to the camera: what the shading pass, and pictures made from
-// other visibilities, add up. Lambert's diffuse reflection; nothing else matters to shadows.
+// The light that a view sample sends to the camera: the sum that the shading pass computes, and
+// pictures made from other visibilities. Lambert's diffuse reflection, because nothing else matters
+// to shadows.
 #pragma once
 
 #include "scenes/light.h"
 
 namespace shadowdag {
 
-/// What pictures need to know about a material.
+/// The properties of a material that pictures use.
 struct SurfaceColor {
     glm::vec3 baseColor{0.8f}; ///< diffuse albedo
     glm::vec3 emission{0.0f};  ///< radiance
 };
 
-/// Returns the radiance that a sample has without any light: emission and the ambient constant.
+/// Returns the radiance of a sample without any light: emission and the ambient constant.
 SDAG_HD inline glm::vec3 unlitRadiance(const SurfaceColor& surface) {
     return surface.emission + surface.baseColor * kAmbientRadiance;
 }

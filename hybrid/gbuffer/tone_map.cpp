@@ -2,6 +2,7 @@
 #include "hybrid/gbuffer/tone_map.h"
 
 #include "cuda/parallel_for.h"
+#include "scenes/light.h"
 
 #include <algorithm>
 #include <cmath>
@@ -44,16 +45,21 @@ std::vector<glm::vec3> toneMap(const std::vector<glm::vec3>& linear, float expos
 }
 
 float autoExposure(const std::vector<glm::vec3>& linear) {
-    double sum = 0;
-    size_t count = 0;
+    std::vector<float> lit, any;
     for (const glm::vec3& p : linear) {
-        const double luminance = 0.2126 * p.x + 0.7152 * p.y + 0.0722 * p.z;
-        if (!(luminance > 0.0) || !std::isfinite(luminance))
+        const float luminance = 0.2126f * p.x + 0.7152f * p.y + 0.0722f * p.z;
+        if (!(luminance > 0.0f) || !std::isfinite(luminance))
             continue;
-        sum += std::log(luminance);
-        ++count;
+        any.push_back(luminance);
+        if (luminance > kAmbientRadiance)
+            lit.push_back(luminance);
     }
-    return count ? float(0.18 / std::exp(sum / double(count))) : 1.0f;
+    std::vector<float>& of = lit.empty() ? any : lit;
+    if (of.empty())
+        return 1.0f;
+    const auto middle = of.begin() + std::ptrdiff_t(of.size() / 2);
+    std::nth_element(of.begin(), middle, of.end());
+    return 0.18f / *middle;
 }
 
 } // namespace shadowdag

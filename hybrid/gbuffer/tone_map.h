@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From linear radiance to what a display shows.
+// Converts linear radiance to display values.
 #pragma once
 
 #include <glm/glm.hpp>
@@ -18,9 +18,11 @@ float linearFromSrgb(float srgb);
 /// negative radiance give 0. Source of the curve: Narkowicz, ACES Filmic Tone Mapping Curve, 2016.
 std::vector<glm::vec3> toneMap(const std::vector<glm::vec3>& linear, float exposure);
 
-/// Returns the exposure that puts the log-average luminance at 0.18; 1 for a black image. Pixels of
-/// no luminance (background) and such that are not finite do not count. Source: Reinhard, Stark,
-/// Shirley, Ferwerda, Photographic Tone Reproduction for Digital Images, SIGGRAPH 2002, eq. 1.
+/// Returns the exposure that puts the median luminance of lit pixels at 0.18; 1 for a black image.
+/// Lit are pixels that are brighter than kAmbientRadiance on white; where there are none, those of
+/// any luminance. Such that are not finite do not count. The median, and not the logarithmic
+/// average of Reinhard et al., Photographic Tone Reproduction for Digital Images, SIGGRAPH 2002,
+/// eq. 1: in a frame that is mostly dark that average makes what is lit white.
 float autoExposure(const std::vector<glm::vec3>& linear);
 
 } // namespace shadowdag

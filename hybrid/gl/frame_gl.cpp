@@ -7,7 +7,7 @@ namespace shadowdag {
 
 GlScene::GlScene(const TriangleView& triangles, View<const uint32_t> batchTriangles,
                  const DagView& dag)
-    : pages_(chooseGlPages(askedGlPages(), context_.info())) {
+    : pages_(chooseGlPages(requestedGlPages(), context_.info())) {
     const GlContext::Current current(context_);
     try {
         geometry_ = std::make_unique<GlGeometry>();
@@ -24,8 +24,8 @@ GlScene::GlScene(const TriangleView& triangles, View<const uint32_t> batchTriang
 
 namespace {
 
-/// Ends objects with their context current. Where it cannot be made current they stay, for as long
-/// as the process: what they name in OpenGL goes with the context.
+/// Destroys objects with their context current. If it cannot be made current, they remain for the
+/// lifetime of the process, and OpenGL frees their memory with the context.
 template <class... Objects>
 void endCurrent(const GlContext& context, std::unique_ptr<Objects>&... objects) noexcept {
     try {
@@ -94,14 +94,14 @@ FrameOptions GlFrame::followed(const FrameOptions& options) const {
 }
 
 std::string unfollowedByGl(const FrameOptions& options) {
-    if (options.rays.kind == RayKind::kExact)
-        return "traces voxels, not triangles (dag-exact)";
+    if (!options.rays.believesAll())
+        return "believes all voxels: its rays ask no triangles (--believe all)";
     if (options.rays.lod != LodRule::kFixed || options.rays.level != 0)
-        return "traces voxels of level 0 alone, without a level of detail (--lod)";
+        return "traces voxels of level 0 only, without a level of detail (--lod)";
     if (options.maps.retainsPages)
-        return "frees pages at once and keeps none that no map asks for (SOR of --variants)";
+        return "frees pages at once and keeps none that no map requests (SOR of --variants)";
     if (options.maps.lodTexels > 0.0f)
-        return "draws full detail alone, without polygon levels of detail (--polygon-lod, PLOD of "
+        return "draws full detail only, without polygon levels of detail (--polygon-lod, PLOD of "
                "--variants)";
     return "";
 }
@@ -116,7 +116,7 @@ void GlFrame::checkOptions(const FrameOptions& options) const {
         throw Error(ErrorKind::kUsage, "a picture of " + std::to_string(options.width) + " x " +
                                            std::to_string(options.height) + " pixels, but " +
                                            info.renderer + " draws " + std::to_string(most) +
-                                           " a side; ask for a smaller one, or use --backend cpu");
+                                           " per side; choose a smaller one, or use --backend cpu");
 }
 
 void GlFrame::drawGBuffer(const TriangleView& triangles, const BatchView& batches,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What frames of Backend::kGl have beside what those of the CPU have: G-buffer, shadow maps and
-// shading in OpenGL; clusters, assignment of lights, resolutions, page masks, allocation and
-// culling remain the CPU's passes, one text for both. Frames know it as a FrameDevice.
+// The parts of frames that Backend::kGl replaces: G-buffer, shadow maps and shading in OpenGL.
+// Clusters, assignment of lights, resolutions, page masks, allocation and culling remain the CPU's
+// passes, the same code for both. Frames use it as a FrameDevice.
 #pragma once
 
 #include "hybrid/frame/frame_device.h"
@@ -16,11 +16,11 @@ namespace shadowdag {
 /// is. Makes its context current by itself.
 class GlScene final : public SceneDevice {
 public:
-    /// Pages are where setGlPages says. Throws Error kDevice where there is no OpenGL 4.5. The
-    /// views are those of the host.
+    /// Pages are in the memory that setGlPages chose. Throws Error kDevice if there is no OpenGL
+    /// 4.5. The views are those of the host.
     GlScene(const TriangleView& triangles, View<const uint32_t> batchTriangles, const DagView& dag);
-    /// Its context is current on no other thread; else what OpenGL holds is left to the driver,
-    /// which frees it with the context.
+    /// Its context is current on no other thread; otherwise the driver frees OpenGL's memory with
+    /// the context.
     ~GlScene() override;
 
     void setPositions(View<const glm::vec3> positionsWorld) override;
@@ -42,16 +42,16 @@ private:
     std::unique_ptr<GlShading> shading_;
 };
 
-/// What one renderer keeps there.
+/// The state of one renderer in OpenGL.
 class GlFrame final : public FrameDevice {
 public:
-    /// Compiles what frames run, by running it.
+    /// Compiles the programs that frames use, by running them.
     explicit GlFrame(GlScene& scene);
     /// As ~GlScene.
     ~GlFrame() override;
 
     std::shared_ptr<void> makeCurrent() const override;
-    /// Also refuses a picture that the device does not draw.
+    /// Also refuses a picture size that the device does not draw.
     void checkOptions(const FrameOptions& options) const override;
     /// In layers of textures a page has their side.
     FrameOptions followed(const FrameOptions& options) const override;

@@ -9,13 +9,13 @@ namespace shadowdag {
 
 namespace {
 
-/// Where the hardware's outline takes in a pixel whose ray passes beside a triangle that is seen at
-/// a grazing angle, the plane may be anywhere: such a pixel sees nothing when it is by more than
-/// this share nearer or farther than the triangle reaches.
+/// The hardware's outline may include a pixel whose ray passes beside a triangle at a grazing
+/// angle, where the plane's depth is arbitrary. Such a pixel is background if its depth is outside
+/// of the triangle's range by more than this share.
 constexpr double kMostBeyond = 1.0 / 64.0;
 
-/// Writes the visibility buffer of the CPU from the triangles that pixels see: depths by the plane,
-/// as rasterizeTriangle has them.
+/// Writes the visibility buffer of the CPU from the triangles of the pixels: depths by the plane,
+/// as in rasterizeTriangle.
 struct FillVisibility {
     TriangleView triangles;
     ViewRays view;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The G-buffer with OpenGL's rasterizer: a visibility buffer of triangle indices, whose samples the
-// processor resolves by the one text of gbuffer_raster.h. So a pixel that sees the same triangle as
-// on the CPU has the same bits; at outlines, where corners snap to 1/256 pixel, it may see another.
+// CPU computes by the code of gbuffer_raster.h. A pixel with the same triangle as on the CPU
+// therefore has the same bits; at outlines, where corners snap to 1/256 pixel, it may have another
+// triangle.
 #pragma once
 
 #include "gl/context.h"
@@ -11,16 +12,16 @@
 
 namespace shadowdag {
 
-/// The texts of this room.
+/// The GLSL sources of this folder.
 GlslTexts hybridGlsl();
 
 /// Draws G-buffers. The context is current in every call.
 class GlGBuffer {
 public:
-    /// @param geometry all that is seen; outlives it
+    /// @param geometry all triangles; outlives it
     GlGBuffer(const GlContext& context, GlGeometry& geometry);
 
-    /// Runs the program once, on nothing, so that no frame pays for compiling it.
+    /// Runs the program once without work, so that no frame includes the time to compile it.
     void warmUp();
 
     /// Fills a G-buffer of the CPU, as drawGBuffer does. @param triangles,batches on the host

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What frames of Backend::kGl do not follow.
+// The options of frames that Backend::kGl does not support.
 #pragma once
 
 #include "hybrid/frame.h"
@@ -8,8 +8,8 @@
 
 namespace shadowdag {
 
-/// Returns what of the options frames of Backend::kGl do not follow, as what follows "OpenGL" in a
-/// sentence, with the options that ask for it; empty where they follow all.
+/// Returns a text about the options that Backend::kGl does not support, to follow "OpenGL" in a
+/// sentence, with the names of the options; empty if all are supported.
 std::string unfollowedByGl(const FrameOptions& options);
 
 } // namespace shadowdag

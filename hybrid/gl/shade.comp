@@ -18,7 +18,7 @@ struct LightWords { // Light of scenes/light_leaf.h, without a vec3's padding
     uint kind;
     float directionX, directionY, directionZ, cosInner, cosOuter;
     uint isMoving;
-    float sunDistance;
+    float directionalDistance;
 };
 struct Surface {
     float red, green, blue, emissionRed, emissionGreen, emissionBlue;
@@ -42,7 +42,7 @@ Light lightAt(uint index) {
     LightWords w = lights[index];
     return Light(vec3(w.x, w.y, w.z), w.range, vec3(w.red, w.green, w.blue), w.kind,
                  vec3(w.directionX, w.directionY, w.directionZ), w.cosInner, w.cosOuter, w.isMoving,
-                 w.sunDistance);
+                 w.directionalDistance);
 }
 
 #include "hybrid/gl/shadow_rays.glsl"

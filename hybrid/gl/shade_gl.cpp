@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What shading reads goes to the device as few, packed arrays (drivers bind 16 to a stage), in the
-// order in which clusters list their samples; what it writes comes back where the CPU would have
-// written it.
+// The input of shading is uploaded as few, packed arrays (drivers bind 16 to a stage), in the order
+// in which clusters list their samples; its output is copied to where the CPU would have written
+// it.
 #include "hybrid/gl/shade_gl.h"
 
 #include "cuda/parallel_for.h"
@@ -16,7 +16,7 @@ namespace shadowdag {
 
 namespace {
 
-/// As shade.comp takes it apart.
+/// In the format of shade.comp.
 struct GlSample {
     glm::vec3 positionWorld;
     uint32_t triangle;
@@ -126,7 +126,7 @@ void GlShading::download(const ShadeSamples& work) {
         answers.begin(), answers.end(), [](uint32_t answer) { return !(answer & kAnswered); }));
     if (unanswered)
         throw Error(ErrorKind::kDevice,
-                    "OpenGL answered all but " + std::to_string(unanswered) + " of " +
+                    "OpenGL computed all but " + std::to_string(unanswered) + " of " +
                         std::to_string(answers.size()) +
                         " recorded pairs: their lights are not in the order of their clusters' "
                         "lists, or this driver's compute shaders fail; use --backend cpu, and "

@@ -7,21 +7,20 @@
 
 namespace shadowdag {
 
-/// Shades with what a ShadeSamples of the CPU says. The context is current in every call.
+/// Shades the input of a ShadeSamples of the CPU. The context is current in every call.
 class GlShading {
 public:
-    /// @param pages what the maps are read from @param geometry the world's;
-    /// outlives it
+    /// @param pages the memory that the maps are read from @param geometry the world's; outlives it
     GlShading(GlPages pages, const GlContext& context, GlGeometry& geometry);
 
     /// Copies the DAG; an empty one blocks nothing.
     void setDag(const DagView& dag);
 
-    /// Runs the program once, on nothing, so that no frame pays for compiling it.
+    /// Runs the program once without work, so that no frame includes the time to compile it.
     void warmUp(GlMapDrawer& maps);
 
-    /// Does what shadeUnlit and shadeLights do; depths come from `maps`, which drew them. Colours
-    /// are those of the CPU to a few roundings.
+    /// Runs shadeUnlit and shadeLights; depths come from `maps`, which drew them. Colours differ
+    /// from those of the CPU by a few roundings.
     /// @param work views on the host, its maps without depths; counters are added to
     /// @param pairLights with a recorder: PairSet::light, on the host
     void shade(const ShadeSamples& work, GlMapDrawer& maps, View<const uint32_t> pairLights);

@@ -5,7 +5,7 @@
 
 vec3 rayEnd(Light light, vec3 point) {
     vec3 end = pointAtLight(light, point);
-    if (light.kind != kSunLight)
+    if (light.kind != kDirectionalLight)
         return end;
     precise double beyond = 4.0LF + 2.0LF * double(rayOffset);
     dvec3 voxel = endWithinCube(1u << dagResolutionLog2, voxelFromWorld(dvec3(point)),

@@ -14,8 +14,8 @@
 namespace shadowdag {
 namespace {
 
-/// Rays of all segments as one interface wants them; Embree overwrites tfar, so every run packs
-/// anew.
+/// Rays of all segments in the format of one interface; Embree overwrites tfar, so every run packs
+/// them again.
 template <class Packet, uint32_t kWidth> struct PackedRays {
     std::vector<Packet> packets;
     size_t count;
@@ -60,7 +60,7 @@ struct SingleRays {
     bool isBlocked(size_t i) const { return rays[i].tfar < 0.0f; }
 };
 
-/// Runs `trace` over the packed rays and returns its seconds of processor.
+/// Runs `trace` over the packed rays and returns its processor time in seconds.
 template <class F> double secondsOf(const F& trace) {
     const EmbreeFloatMode mode;
     const double start = threadSeconds();
@@ -68,14 +68,14 @@ template <class F> double secondsOf(const F& trace) {
     return threadSeconds() - start;
 }
 
-template <class Rays> std::vector<uint8_t> answersOf(const Rays& rays) {
+template <class Rays> std::vector<uint8_t> pairResultsOf(const Rays& rays) {
     std::vector<uint8_t> blocked(rays.count);
     for (size_t i = 0; i < rays.count; ++i)
         blocked[i] = rays.isBlocked(i);
     return blocked;
 }
 
-/// Refuses hits in holes, by Embree's own coordinates of the hit.
+/// Rejects hits in holes, by Embree's own coordinates of the hit.
 void refuseHoles(const RTCFilterFunctionNArguments* args) {
     const AlphaMaskView masks = static_cast<const AlphaMaskSet*>(args->geometryUserPtr)->view();
     for (unsigned lane = 0; lane < args->N; ++lane) {
@@ -113,7 +113,7 @@ struct EmbreeBaseline::State {
             rtcReleaseDevice(device);
     }
 
-    /// Returns the answers and, in `seconds`, the time of tracing alone.
+    /// Returns the results and, in `seconds`, the time of tracing alone.
     std::vector<uint8_t> run(EmbreeCall call, const std::vector<WorldSegment>& segments,
                              double& seconds) const {
         seconds = 0;
@@ -131,7 +131,7 @@ struct EmbreeBaseline::State {
                 for (RTCRay8& packet : rays.packets)
                     rtcOccluded8(valid, scene, &context, &packet);
             });
-            return answersOf(rays);
+            return pairResultsOf(rays);
         }
         case EmbreeCall::kOccluded16: {
             PackedRays<RTCRay16, 16> rays(segments);
@@ -139,7 +139,7 @@ struct EmbreeBaseline::State {
                 for (RTCRay16& packet : rays.packets)
                     rtcOccluded16(valid, scene, &context, &packet);
             });
-            return answersOf(rays);
+            return pairResultsOf(rays);
         }
         case EmbreeCall::kStream: {
             SingleRays rays(segments);
@@ -149,7 +149,7 @@ struct EmbreeBaseline::State {
                                   unsigned(std::min(kEmbreeStreamLength, rays.count - i)),
                                   sizeof(RTCRay));
             });
-            return answersOf(rays);
+            return pairResultsOf(rays);
         }
         case EmbreeCall::kOccluded1:
             break;
@@ -159,7 +159,7 @@ struct EmbreeBaseline::State {
             for (RTCRay& ray : rays.rays)
                 rtcOccluded1(scene, &context, &ray);
         });
-        return answersOf(rays);
+        return pairResultsOf(rays);
     }
 };
 
@@ -183,7 +183,7 @@ EmbreeBaseline::EmbreeBaseline(const TriangleView& triangles, const EmbreeBaseli
     for (const glm::vec3& p : triangles.positions) {
         if (!(std::fabs(p.x) < 1e18f && std::fabs(p.y) < 1e18f && std::fabs(p.z) < 1e18f))
             throw Error(ErrorKind::kInput,
-                        "Embree leaves out triangles beyond 1e18, a vertex is at (" +
+                        "Embree ignores triangles beyond 1e18; a vertex is at (" +
                             std::to_string(p.x) + ", " + std::to_string(p.y) + ", " +
                             std::to_string(p.z) + "); scale the scene down");
         s.vertices.emplace_back(p, 0.0f);
@@ -209,7 +209,7 @@ EmbreeBaseline::EmbreeBaseline(const TriangleView& triangles, const EmbreeBaseli
                                s.vertices.data(), 0, sizeof(glm::vec4), s.vertices.size());
     rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, s.triangles.data(),
                                0, sizeof(glm::uvec3), s.triangles.size());
-    if (!s.masks.triangleCut.empty()) { // a filter costs rays that it never refuses
+    if (!s.masks.triangleCut.empty()) { // a filter costs time even if it rejects nothing
         rtcSetGeometryUserData(mesh, &s.masks);
         rtcSetGeometryOccludedFilterFunction(mesh, refuseHoles);
     }
@@ -240,7 +240,7 @@ std::vector<EmbreeRate> EmbreeBaseline::measure(const std::vector<WorldSegment>&
     for (const EmbreeCall call : kEmbreeCalls) {
         EmbreeRate rate;
         rate.call = call;
-        const std::vector<uint8_t> answers = occluded(call, segments); // the warm-up
+        const std::vector<uint8_t> answers = occluded(call, segments); // warm-up
         for (size_t i = 0; i < answers.size(); ++i) {
             rate.occludedCount += answers[i];
             rate.disagreementCount += answers[i] != single[i];

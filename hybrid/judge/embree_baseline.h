@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree's own shadow-ray rates over a list of segments, by each of its interfaces: what our
-// tracers are held against. Not the truth: no filter, no offsets, and by default not robust,
-// because that is Embree at its fastest.
+// Embree's shadow-ray rates over a list of segments, by each of its interfaces: the baseline of our
+// tracers. Not the truth: no filter, no offsets, and by default not robust, because that is
+// Embree's fastest mode.
 #pragma once
 
 #include "scenes/world.h"
@@ -34,18 +34,18 @@ const char* embreeCallName(EmbreeCall call);
 struct EmbreeBaselineOptions {
     bool isRobust = false; ///< RTC_SCENE_FLAG_ROBUST
     bool isCoherent =
-        true; ///< RTC_INTERSECT_CONTEXT_FLAG_COHERENT: neighbours in the list are alike
+        true; ///< RTC_INTERSECT_CONTEXT_FLAG_COHERENT: neighbours in the list are similar
     bool useHighQuality = true; ///< RTC_BUILD_QUALITY_HIGH (spatial splits)
 };
 
-/// What one interface reached.
+/// The result of one interface.
 struct EmbreeRate {
     EmbreeCall call;
     double megaraysPerSecond = 0; ///< of processor time; median over repeats, one thread
     double megaraysPerSecondMin = 0, megaraysPerSecondMax = 0;
     uint64_t occludedCount = 0;
     uint64_t disagreementCount =
-        0; ///< segments answered otherwise than by rtcOccluded1 (edges, unless robust)
+        0; ///< segments with another result than rtcOccluded1 (edges, unless robust)
 };
 
 /// Embree over a set of triangles, with the best instruction set of the machine. Triangles are
@@ -59,7 +59,7 @@ public:
 
     /// Returns 1 (blocked) or 0 per segment, on the calling thread.
     /// @param seconds receives the processor time of the tracing, without packing segments into
-    /// rays and reading answers; may be null
+    /// rays and reading results; may be null
     std::vector<uint8_t> occluded(EmbreeCall call, const std::vector<WorldSegment>& segments,
                                   double* seconds = nullptr) const;
 

@@ -11,7 +11,7 @@
 namespace shadowdag {
 namespace {
 
-/// A pair with its sample, which PairList keeps only the other way round.
+/// A pair with its sample, which PairList stores only in the other direction.
 struct Case {
     uint64_t pair;
     uint32_t sample;
@@ -26,8 +26,8 @@ uint32_t sampleOf(const PairList& pairs, uint64_t pair) {
     return uint32_t(after - pairs.sampleStart.begin() - 1);
 }
 
-/// Returns `count` seeded right pairs, with replacement, uniform over the right ones; fewer when
-/// hardly any answer is right.
+/// Returns `count` seeded right pairs, with replacement, uniform over the right ones; fewer if
+/// there are almost none.
 std::vector<Case> sampleRightPairs(const PairList& pairs, const std::vector<uint8_t>& visibility,
                                    const std::vector<uint8_t>& truthVisibility, uint64_t seed,
                                    uint32_t count) {
@@ -50,7 +50,7 @@ void checkSizes(const ErrorInputs& inputs, const std::vector<uint8_t>& truthVisi
                               inputs.pairServer.size(), truthVisibility.size()})
         if (size != count)
             throw Error(ErrorKind::kUsage, "the error of " + std::to_string(count) +
-                                               " pairs needs one answer a pair, got " +
+                                               " pairs needs one visibility per pair, got " +
                                                std::to_string(size) + "; render with recordPairs");
 }
 
@@ -68,6 +68,7 @@ void ErrorCounts::add(const ErrorCounts& other) {
     tapSettledCount += other.tapSettledCount;
     acneCount += other.acneCount;
     contactCount += other.contactCount;
+    magnifiedCount += other.magnifiedCount;
     absVisibilityErrorSum += other.absVisibilityErrorSum;
 }
 
@@ -106,6 +107,7 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
         const PairVerdict verdict = report.verdicts[c.pair];
         counts.acneCount += verdict == PairVerdict::kAcne;
         counts.contactCount += verdict == PairVerdict::kContact;
+        counts.magnifiedCount += verdict == PairVerdict::kMagnified;
         counts.tapSettledCount += verdict == PairVerdict::kTapSettled;
         const bool isSettled =
             verdict == PairVerdict::kSettled || verdict == PairVerdict::kTapSettled;
@@ -130,7 +132,9 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
                                    isDark(inputs.visibility[right[i].pair]));
     });
     uint64_t shiftCount = 0, tapCount = 0, tapOnlyCount = 0;
+    uint64_t countedCount = 0;
     for (const PairJudge::Flips& of : flips) {
+        countedCount += !of.isMagnified;
         shiftCount += of.byShifts;
         report.tapNullSampleCount += of.hasTaps;
         tapCount += of.byTaps;
@@ -139,8 +143,8 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
     const auto share = [](uint64_t count, uint64_t of) {
         return of > 0 ? double(count) / double(of) : 0.0;
     };
-    report.nullSampleCount = right.size();
-    report.nullRate = share(shiftCount, right.size());
+    report.nullSampleCount = countedCount;
+    report.nullRate = share(shiftCount, countedCount);
     report.tapNullRate = share(tapCount, report.tapNullSampleCount);
     report.tapOnlyNullRate = share(tapOnlyCount, report.tapNullSampleCount);
     return report;

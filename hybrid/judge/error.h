@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A method held against the truth: confusion per light, explained and unexplained errors.
+// Compares a method with the truth: confusion per light, explained and unexplained errors.
 #pragma once
 
 #include "hybrid/frame.h"
@@ -14,21 +14,22 @@
 
 namespace shadowdag {
 
-/// Counts of pairs; see the words in the interface description: dark is visibility < kHalfLit, a
-/// false shadow is dark where the truth is lit, a false light the reverse.
+/// Counts of pairs. A pair is dark when visibility < kHalfLit; a false shadow is dark where the
+/// truth is lit, a false light the reverse.
 struct ErrorCounts {
     uint64_t pairCount = 0;
-    uint64_t occludedCount = 0; ///< dark by the truth
+    uint64_t occludedCount = 0; ///< dark in the truth
     uint64_t falseShadowCount = 0;
     uint64_t falseLightCount = 0;
-    uint64_t unexplainedFalseShadowCount = 0; ///< neither explained, nor acne, nor contact
+    uint64_t unexplainedFalseShadowCount = 0; ///< none of the other classes
     uint64_t unexplainedFalseLightCount = 0;
-    uint64_t settledFalseShadowCount = 0; ///< of the unexplained: see settled in explain.h
+    uint64_t settledFalseShadowCount = 0; ///< of the unexplained: "settled" of explain.h
     uint64_t settledFalseLightCount = 0;
     uint64_t tapSettledCount = 0; ///< of the settled: by the truth along the taps' own rays
     uint64_t acneCount = 0;       ///< false shadow whose blocker is the receiver's own surface
     uint64_t contactCount =
         0; ///< false light whose true blockers are nearer to an end than the offset
+    uint64_t magnifiedCount = 0;      ///< wrong, displaced by many pixels: "magnified" of explain.h
     double absVisibilityErrorSum = 0; ///< sum |method - truth| in [0, 1] over pairs
 
     void add(const ErrorCounts& other);
@@ -37,14 +38,15 @@ struct ErrorCounts {
     }
 };
 
-/// What became of one pair; all but the first are wrong pairs. Definitions in explain.h. Settled
-/// pairs are unexplained ones of which more is known: by an aimed shift, or by the taps' own rays.
+/// The classification of one pair; all but the first are wrong pairs. Definitions in explain.h.
+/// Settled pairs are unexplained ones that an aimed shift or the taps' own rays confirm.
 enum class PairVerdict : uint8_t {
     kRight,
     kExplained,
     kUnexplained,
     kAcne,
     kContact,
+    kMagnified,
     kSettled,
     kTapSettled
 };
@@ -53,15 +55,16 @@ struct ErrorReport {
     ErrorCounts total;
     std::vector<ErrorCounts> perLight;               ///< by world light
     std::array<uint64_t, 256> visibilityHistogram{}; ///< the method's visibility over all pairs
-    double nullRate = 0; ///< share of sampled right answers that the same 32 rays would flip
-    uint64_t nullSampleCount = 0; ///< right answers sampled, with replacement
-    /// What settling by the taps' own rays is worth: the share of the right answers by maps among
-    /// the sampled that it would settle had they been wrong, that is where the truth along the
-    /// taps' rays differs from the answer. The nearer to 0, the less of what it settles is chance.
+    double nullRate = 0; ///< share of sampled right pairs that the same 32 rays would flip
+    /// Right pairs sampled, with replacement, without those whose reverse would be magnified.
+    uint64_t nullSampleCount = 0;
+    /// How selective settling by the taps' own rays is: the share of the sampled right pairs by
+    /// maps that it would settle if they were wrong, that is those for which the truth along the
+    /// taps' rays differs. The nearer to 0, the less of it is chance.
     double tapNullRate = 0;
-    /// The same, where none of the 32 rays would have flipped the answer: only then are taps asked.
+    /// The same for pairs that none of the 32 rays would have flipped: only then are taps tested.
     double tapOnlyNullRate = 0;
-    uint64_t tapNullSampleCount = 0;   ///< right answers by maps among the sampled
+    uint64_t tapNullSampleCount = 0;   ///< right pairs by maps among the sampled
     std::vector<PairVerdict> verdicts; ///< per pair
 };
 
@@ -72,9 +75,9 @@ struct ErrorOptions {
     ShadowMapBias bias; ///< as the frame used
 };
 
-/// A frame's answers and everything needed to ask again, as views on the host.
-/// visibility, pairRoute, pairServer: one per pair (FrameResult). triangles: what the DAG and the
-/// truth were built from.
+/// A frame's visibilities and all inputs needed to trace them again, as views on the host.
+/// visibility, pairRoute, pairServer: one per pair (FrameResult). triangles: those of the DAG and
+/// of the truth.
 struct ErrorInputs {
     GBufferView gbuffer;
     TriangleView triangles;
@@ -98,9 +101,9 @@ ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame
 ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
                          const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options);
 
-/// Returns the image that shading gives with these visibilities (the truth's, say): same formula
-/// and same order of sums as the frame's shading pass, so the frame's own visibilities give the
-/// frame's own image.
+/// Returns the shaded image for these visibilities (for example the truth's): same formula and same
+/// order of sums as the frame's shading pass, so the frame's own visibilities give the frame's own
+/// image.
 std::vector<glm::vec3> shadePairs(const GBufferView& gbuffer, const World& world,
                                   const PairList& pairs, const std::vector<uint8_t>& visibility);
 

@@ -39,19 +39,20 @@ std::vector<glm::dvec3> clipToCube(std::vector<glm::dvec3> polygon, const glm::d
     return polygon;
 }
 
-/// The taps of a lookup, each asked of the truth along its own ray. The receiver's triangle, which
-/// a map holds too, cannot block: the ray ends before its plane.
+/// The taps of a lookup, each traced in the truth along its own ray. The receiver's triangle, which
+/// is in the map as well, cannot block: the ray ends before its plane.
 struct TruthTaps {
     const Truth& truth;
     const ShadowMapInfo& map;
     uint32_t receiver;
 
     void begin(uint32_t, int32_t, int32_t, int32_t) {}
-    TapAnswer ask(const CubeTexel& texel, float u, float v, float limit, bool) const {
-        if (map.window.isSun()) // from before the near end of its depths
+    TapResult ask(const CubeTexel& texel, float u, float v, float limit, bool) const {
+        if (map.window.isDirectional()) // from before the near end of its depths
             return answer(truth.segmentRay(worldFromMap(map, texel.face, u, v, 2.0625f),
                                            worldFromMap(map, texel.face, u, v, limit)));
-        // On the few texels of a tiny face the planes may lie behind the light: all else counts.
+        // On the few texels of a tiny face the planes may lie behind the light: then everything
+        // counts.
         const double end =
             1.0 / std::max(double(limit), 0.25 / std::max(double(map.rangeWorld), 1e-30));
         const glm::dvec3 way(lightFromFace(texel.face, glm::vec3(u, v, 1.0f)));
@@ -59,11 +60,11 @@ struct TruthTaps {
                                        glm::vec3(glm::dvec3(map.lightPositionWorld) + way * end)));
     }
 
-    TapAnswer answer(TruthRay ray) const {
+    TapResult answer(TruthRay ray) const {
         ray.receiver = receiver;
         uint8_t blocked = 0;
         truth.traceBlocked(&ray, 1, &blocked);
-        return blocked ? TapAnswer::kDark : TapAnswer::kLit;
+        return blocked ? TapResult::kDark : TapResult::kLit;
     }
 };
 
@@ -94,15 +95,16 @@ std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed) {
     return shifts;
 }
 
-/// A pair, and what asking its method again told.
+/// A pair, and the result of repeating its method.
 struct PairJudge::Question {
     glm::vec3 position, normal, light;
     uint32_t receiver;
     Route route;
     uint32_t map; ///< maps
     double rhoWorld;
+    double displacedWorld; ///< of a shadow's edge at the sample; 0: not by resolution
     double startOffsetWorld, endOffsetWorld;
-    bool isExact;         ///< rays, by triangles: nothing but rounding can be wrong
+    bool isExact;         ///< rays, by triangles: only rounding can differ
     DagHit hit;           ///< rays, dark by a voxel
     ShadowMapTrace trace; ///< maps, dark
 };
@@ -120,7 +122,7 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
     const Light& light = inputs_.lights[lightIndex];
     q.light = pointAtLight(light, q.position);
     q.route = inputs_.pairRoute[pair];
-    if (q.route == Route::kRays && method.rays.options.kind == RayKind::kExact) {
+    if (q.route == Route::kRays && method.rays.options.believesNone()) {
         q.isExact = true;
         q.rhoWorld = truth_.clearance(q.position, q.receiver);
         return q;
@@ -131,8 +133,9 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
                                     q.receiver, lightIndex, light.kind == Light::kSun};
         const PairSegment asked = pairSegment(method.rays, shadowPair);
         q.hit.level = asked.startLevel;
-        q.isExact = // by a mover
-            isDark && !isStopped(method.rays, asked, &q.hit);
+        // By moving geometry or, where not all voxels are believed, by triangles.
+        q.isExact = isDark ? !isDarkByBelievedVoxel(method.rays, shadowPair, &q.hit)
+                           : !method.rays.options.believesAll();
         if (q.isExact) {
             q.rhoWorld = truth_.clearance(q.position, q.receiver);
             return q;
@@ -146,7 +149,16 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         const double lift = shadowLift(grid, q.position, q.normal,
                                        rayEnd(method.rays, shadowPair, asked.startLevel),
                                        method.rays.options.offset, asked.startLevel);
-        q.rhoWorld = (kSqrt3 * double(1u << q.hit.level) + lift) * grid.voxelSizeWorld;
+        const double side = double(1u << q.hit.level);
+        q.rhoWorld = (kSqrt3 * side + lift) * grid.voxelSizeWorld;
+        double magnification = 1.0;
+        if (isDark && !shadowPair.isDirectional) {
+            const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(q.light));
+            const double near = glm::length(glm::dvec3(q.hit.cell) + 0.5 * side - light);
+            const double far = glm::length(grid.voxelFromWorld(glm::dvec3(q.position)) - light);
+            magnification = std::max(far / std::max(near, 0.5 * side), 1.0);
+        }
+        q.displacedWorld = (kSqrt3 * side * magnification + lift) * grid.voxelSizeWorld;
         return q;
     }
     q.map = inputs_.pairServer[pair].map();
@@ -161,25 +173,34 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
         texelWorld = texelWorldAt(
             map, q.position + toLight * found.distanceWorld); // the receiver's when lit
     }
-    // What the lookup's bias leaves out of the ray, as a share of its length: see forgiven there.
+    // The part of the ray that the lookup's bias skips, as a share of its length: see `forgiven`
+    // there.
     q.startOffsetWorld = glm::length(glm::dvec3(q.light) - glm::dvec3(q.position)) *
                          std::min(2.0 * method.bias.constantTexels / map.faceTexels, 0.5);
-    if (map.window.isSun())
+    if (map.window.isDirectional())
         q.startOffsetWorld = method.bias.constantTexels * texelWorldAt(map, q.position);
     if (map.lodTexels >
-        0.0f) { // the plane is lifted across itself, down to half the light's height
+        0.0f) { // the plane is lifted along its normal, down to half the light's height
         const glm::dvec3 toLight(q.light - q.position);
         const double distance = glm::length(toLight);
         double height = glm::dot(glm::dvec3(q.normal), toLight);
-        if (map.window.isSun()) // as far as lookups lift it
+        if (map.window.isDirectional()) // as far as lookups lift it
             height = std::max(height, distance * kLeastFacingOfLevels);
         q.startOffsetWorld +=
             distance * std::min(map.lodTexels * texelWorldAt(map, q.position) / height, 0.5);
     }
     q.endOffsetWorld = 0.0;
     // Half the diagonal of the filter's box of (side - 1)^2 texels, and a texel.
-    q.rhoWorld = (0.5 * kSqrt2 * (filterSide(method.bias.taps) - 1) + 1.0) * texelWorld;
+    const double texels = 0.5 * kSqrt2 * (filterSide(method.bias.taps) - 1) + 1.0;
+    q.rhoWorld = texels * texelWorld;
+    q.displacedWorld = texels * texelWorldAt(map, q.position);
     return q;
+}
+
+bool PairJudge::isMagnified(const Question& q) const {
+    const RayDetail& detail = inputs_.method.rays.detail;
+    return detail.pixelSize > 0.0 && // else the pixels are not known
+           q.displacedWorld > kMagnifiedFootprints * pixelFootprintWorld(detail, q.position);
 }
 
 bool PairJudge::isAcne(const Question& q) const {
@@ -207,11 +228,11 @@ bool PairJudge::isAcne(const Question& q) const {
                                         glm::dvec3(inputs_.triangles.vertex(q.receiver, 2)) - v0);
     const double height = std::fabs(glm::dot(cross, glm::dvec3(q.trace.blockerWorld) - v0));
     if (q.trace.missingTapCount != 0 &&
-        q.trace.texelWorld == 0.0f) // dark for want of pages: no blocker
+        q.trace.texelWorld == 0.0f) // dark because of missing pages: no blocker
         return false;
     if (!(height <= q.trace.texelWorld * glm::length(cross)))
         return false;
-    // A little past the point, which is as exact as the map's 1/z.
+    // A little past the point, which has the precision of the map's 1/z.
     const glm::vec3 past = q.light + (q.trace.blockerWorld - q.light) * 1.5f;
     return truth_.isCoplanar(q.receiver, truth_.traceFirst(truth_.segmentRay(q.light, past)));
 }
@@ -231,7 +252,7 @@ bool PairJudge::isContact(const Question& q) const {
     return blocked == 0;
 }
 
-bool PairJudge::anyShiftAnswers(const Question& q, bool dark) const {
+bool PairJudge::anyShiftAgrees(const Question& q, bool dark) const {
     const glm::dvec3 way = glm::normalize(glm::dvec3(q.light) - glm::dvec3(q.position));
     const glm::dvec3 size = glm::abs(way);
     const glm::dvec3 axis = size.x <= size.y && size.x <= size.z ? glm::dvec3(1, 0, 0)
@@ -291,7 +312,8 @@ bool PairJudge::anyAimedShiftIsDark(const Question& q) const {
                                 glm::dvec3 middle(0.0);
                                 for (const glm::dvec3& corner : part)
                                     middle += corner / double(part.size());
-                                // Corners are drawn in a little, off the triangle's own border.
+                                // Corners are moved slightly inwards, off the triangle's own
+                                // border.
                                 for (const glm::dvec3& corner : part)
                                     aimAt(grid.worldFromVoxel(corner + (middle - corner) * 0.01));
                                 aimAt(grid.worldFromVoxel(middle));
@@ -317,7 +339,10 @@ PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const 
     const Question q = ask(sample, pair, isDark);
     if (isDark ? isAcne(q) : isContact(q))
         return isDark ? PairVerdict::kAcne : PairVerdict::kContact;
-    if (anyShiftAnswers(q, isDark))
+    const bool isExplained = anyShiftAgrees(q, isDark);
+    if (isMagnified(q) && (isExplained || (isDark && anyAimedShiftIsDark(q))))
+        return PairVerdict::kMagnified;
+    if (isExplained)
         return PairVerdict::kExplained;
     if (q.isExact)
         return PairVerdict::kUnexplained;
@@ -334,7 +359,10 @@ PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const 
 PairJudge::Flips PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {
     const Question q = ask(sample, pair, isDark);
     Flips flips;
-    flips.byShifts = anyShiftAnswers(q, !isDark);
+    flips.isMagnified = isMagnified(q);
+    if (flips.isMagnified)
+        return flips; // its reverse would be magnified, not explained
+    flips.byShifts = anyShiftAgrees(q, !isDark);
     flips.hasTaps = hasTaps(q);
     flips.byTaps = flips.hasTaps && isDarkByTruthTaps(q, 0.0f) != isDark;
     return flips;

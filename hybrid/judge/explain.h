@@ -1,47 +1,57 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why a method was wrong about a pair: acne, contact, explained by a shift within its resolution,
-// or unexplained.
+// Why a method was wrong about a pair: acne, contact, magnified, explained by a shift within its
+// resolution, or unexplained.
 //
 // Acne (false shadows only): the blocker is the receiver's own surface, that is its triangle or one
-// in its plane to within the truth's c (Truth::isCoplanar). Connected or not makes no difference:
-// no triangle in the plane can shadow a point of it, so this counts more than asked, never less.
+// in its plane to within the truth's c (Truth::isCoplanar). They need not be connected: no triangle
+// in the plane can shadow a point of it, so this counts too many pairs rather than too few.
 //     DAG: such a triangle touches the closed cell that stopped the ray.
 //     Map: the blocking texel's point is within one texel of the receiver's plane, and the first
 //     triangle that Embree meets from the light through that point is such a triangle.
 //
-// Contact (false lights only): every blocker that Embree has lies nearer to an end of its ray than
-// the offset, that is: with the ray cut by the offsets nothing blocks it.
+// Contact (false lights only): every blocker found by Embree is nearer to an end of its ray than
+// the offset, that is: the ray shortened by the offsets is unblocked.
 //     DAG: the distances by which shadowSegment moved the two ends.
-//     Map: the part of the ray that the lookup's bias leaves out (shadow_map_lookup.h): the share
-//     2 k / N of its length next to the receiver, k = constantTexels. Nothing at the light's end.
-//     Last, where nothing else says why (see settled): the truth along the taps' own rays is dark,
+//     Map: the part of the ray that the lookup's bias skips (shadow_map_lookup.h): the share 2 k /
+//     N of its length next to the receiver, k = constantTexels. Nothing at the light's end.
+//     Last, if no other class applies (see settled): the truth along the taps' own rays is dark,
 //     and lit once these rays end by the bias before the planes.
 //
+// Magnified: the method's resolution lets a shadow's edge be displaced at the sample by more than
+// kMagnifiedFootprints footprints of a pixel there: a voxel or texel is small where the blocker is
+// and large where its shadow falls. Such an error is not counted as explained; but it must be found
+// by one of the shifts below, or by one aimed at the blocker, or it is unexplained.
+//     DAG: the cell that stopped the ray, of side s, is at the distance t from the light, the
+//     sample at d: sqrt(3) s d / t + the lift, t to the cell's middle, at least s / 2. For a false
+//     light the cell at the start.
+//     Triangles: never.
+//     Map: rho below, with the texel at the receiver.
+//
 // Explained: of 32 fixed shifts perpendicular to the ray, no longer than rho, both ends by one
-// vector, the start lifted back to the lit side of the receiver's plane, Embree answers at least
-// one as the method did.
-//     DAG: rho = sqrt(3) voxels of the level that was hit (of the level at the start, when nothing
-//     was) + the start's lift.
-//     Triangles (exact rays, and what moves under any): they are held against the truth's own ray,
-//     so only rounding can differ: rho = c of truth.h; never acne, never contact.
+// vector, the start lifted back to the lit side of the receiver's plane, Embree gives the method's
+// result for at least one.
+//     DAG: rho = sqrt(3) voxels of the level that was hit (of the level at the start, if there was
+//     no hit) + the start's lift.
+//     Triangles (exact rays, and moving geometry with any): they are compared with the truth's own
+//     ray, so only rounding can differ: rho = c of truth.h; never acne, never contact.
 //     Map: rho = the filter's radius (half the diagonal of its box: sqrt(2) texels with 9 taps,
 //     sqrt(1/2) with 4, 0 with one) + one texel, at the blocker: the map's for a false shadow,
 //     Embree's nearest to the receiver for a false light.
 //
-// Settled (what none of the 32 explains; it stays counted as unexplained): more is known than that
-// something near would agree.
+// Settled (not explained by any of the 32; still counted as unexplained): there is stronger
+// evidence than a nearby ray that agrees.
 //     DAG, false shadow: a shift no longer than rho, aimed at the corners and the middle of each
-//     triangle's part within the cell that was hit, finds it in the truth too. The 32 sample a disc
-//     of area pi rho^2 and miss what is small in it, a wire's end or a leaf seen edge-on.
-//     Map, false shadow: so does a shift aimed at the blocking texel's point.
-//     Map, both: the truth asked along the very rays that the map answers, light to texel centre to
-//     the planes of the lookup without its bias, tap by tap, and weighted as the taps are, gives
-//     the method's answer. The map then holds what is there, and the error is where it was sampled:
-//     no ray of those lies farther than rho from the pair's own. This asks more than the 32 do, of
-//     which any may agree: a map that misses a wall is not settled (error_test.cpp). What the 32
-//     miss is a gap or a rim of a texel's size that a tap sees, and light at grazing angles, where
-//     a tap's ray ends on the receiver's plane far from the receiver, while a shift that is lifted
-//     back to that plane stays over it.
+//     triangle's part within the cell that was hit, is dark in the truth too. The 32 sample a disc
+//     of area pi rho^2 and miss small objects in it, a wire's end or a leaf seen edge-on.
+//     Map, false shadow: the same with a shift aimed at the blocking texel's point.
+//     Map, both: the truth traced along the rays of the map's taps, light to texel centre to the
+//     planes of the lookup without its bias, weighted as the taps are, gives the method's result.
+//     The map's content is then right, and the error is in the position of its samples: none of
+//     those rays is farther than rho from the pair's own. This is stricter than the 32 shifts, of
+//     which any may agree: a map that misses a wall is not settled (error_test.cpp). The 32 miss a
+//     gap or a rim of a texel's size that a tap sees, and light at grazing angles, where a tap's
+//     ray ends on the receiver's plane far from the receiver, while a shift that is lifted back to
+//     that plane stays over it.
 #pragma once
 
 #include "hybrid/judge/error.h"
@@ -50,36 +60,43 @@ namespace shadowdag {
 
 constexpr int kShiftCount = 32;
 
+/// The displacement of a shadow's edge, in footprints of a pixel at the sample, beyond which an
+/// error is magnified: a viewer sees the edge in another place, not merely blurred or jagged.
+constexpr double kMagnifiedFootprints = 8.0;
+
 /// Returns the shifts in the unit disc: 24 of a sunflower (radius sqrt((i + 1/2) / 24), golden
 /// angle) and, after every third of them, one of 8 on the rim, all turned by a seeded angle. Basic
 /// IEEE operations only. Source of the sunflower: Vogel, A Better Way to Construct the Sunflower
 /// Head, Mathematical Biosciences 1979.
 std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed);
 
-/// Judges single pairs. Const and thread safe.
+/// Classifies single pairs. Const and thread safe.
 class PairJudge {
 public:
     PairJudge(const ErrorInputs& inputs, const Truth& truth, uint64_t seed);
 
-    /// Returns what a wrong pair is. @param isDark the method's answer, the reverse of the truth's
+    /// Returns the class of a wrong pair. @param isDark the method's result, the reverse of the
+    /// truth's
     PairVerdict judge(uint32_t sample, uint64_t pair, bool isDark) const;
 
-    /// What would call a right answer's reverse explained or settled.
+    /// Whether the reverse of a right result would be explained or settled.
     struct Flips {
-        bool byShifts = false; ///< any of the 32 shifted rays differs from the answer
-        bool hasTaps = false;  ///< a map answered, with all pages at hand
-        bool byTaps = false;   ///< the truth along the taps' own rays differs from the answer
+        bool isMagnified = false; ///< its reverse would be magnified: not part of the rate
+        bool byShifts = false;    ///< any of the 32 shifted rays differs from the result
+        bool hasTaps = false;     ///< by a map that had all pages
+        bool byTaps = false;      ///< the truth along the taps' own rays differs from the result
     };
-    /// Returns what differs from a right pair's answer. @param isDark that answer
+    /// Returns what differs from a right pair's result. @param isDark that result
     Flips flips(uint32_t sample, uint64_t pair, bool isDark) const;
 
 private:
     struct Question;
     Question ask(uint32_t sample, uint64_t pair, bool isDark) const;
+    bool isMagnified(const Question& q) const;
     bool isAcne(const Question& q) const;
     bool isContact(const Question& q) const;
     bool hasTaps(const Question& q) const;
-    bool anyShiftAnswers(const Question& q, bool dark) const;
+    bool anyShiftAgrees(const Question& q, bool dark) const;
     bool anyAimedShiftIsDark(const Question& q) const;
     bool isDarkByTruthTaps(const Question& q, float constantTexels) const;
 

@@ -17,7 +17,7 @@ namespace {
 // Points that leave the view or vanish behind something are replaced by spare ones.
 constexpr uint32_t kDrawnPerPoint = 2;
 
-// What serves an answer: a face resolution in texels, or one of these.
+// The source of a result: a face resolution in texels, or one of these.
 constexpr uint32_t kServedByRays = 0, kServedByProof = 0xffffffffu;
 
 uint32_t servedBy(const ErrorInputs& inputs, PairServer server) {
@@ -74,7 +74,7 @@ std::array<glm::vec3, 3> cornersOf(const TriangleView& triangles, uint32_t trian
             triangles.vertex(triangle, 2)};
 }
 
-/// Finds the pixel whose centre is nearest to the point's picture; false outside of the view.
+/// Finds the pixel whose centre is nearest to the point's projection; false outside of the view.
 bool projectToPixel(const ViewRays& view, const glm::vec3& point, uint32_t& x, uint32_t& y) {
     const glm::dvec3 d = glm::dvec3(point) - view.origin;
     const double depth = glm::dot(d, view.forward);
@@ -116,7 +116,7 @@ uint64_t pairOf(const PairList& pairs, uint32_t sample, uint32_t light) {
     return found != end && *found == light ? uint64_t(found - pairs.light.begin()) : pairs.count();
 }
 
-/// Points with their pairs in the form of a frame, for the truth and the judge.
+/// Points with their pairs in the form of a frame, for the truth and the error analysis.
 struct PointPairs {
     std::vector<glm::vec3> positionWorld, normalWorld;
     std::vector<float> depthView;
@@ -161,6 +161,7 @@ void FlickerCounts::Class::add(const Class& other) {
     explainedCount += other.explainedCount;
     contactCount += other.contactCount;
     acneCount += other.acneCount;
+    magnifiedCount += other.magnifiedCount;
 }
 
 FlickerCounts::Class FlickerCounts::total() const {
@@ -173,7 +174,7 @@ FlickerCounts::Class FlickerCounts::total() const {
 void FlickerCounts::add(const FlickerCounts& other) {
     pointCount += other.pointCount;
     truthChangeCount += other.truthChangeCount;
-    unansweredCount += other.unansweredCount;
+    missingResultCount += other.missingResultCount;
     missingTapCount += other.missingTapCount;
     for (size_t i = 0; i < byChange.size(); ++i)
         byChange[i].add(other.byChange[i]);
@@ -194,9 +195,10 @@ FlickerCounts FlickerMeter::add(const FlickerFrame& frame) {
     const size_t count = inputs.pairs.count();
     if (inputs.visibility.size() != count || inputs.pairServer.size() != count ||
         inputs.pairRoute.size() != count)
-        throw Error(ErrorKind::kUsage,
-                    "flicker of " + std::to_string(count) + " pairs needs one answer a pair, got " +
-                        std::to_string(inputs.visibility.size()) + "; render with recordPairs");
+        throw Error(ErrorKind::kUsage, "flicker of " + std::to_string(count) +
+                                           " pairs needs one visibility per pair, got " +
+                                           std::to_string(inputs.visibility.size()) +
+                                           "; render with recordPairs");
     const FlickerCounts counts = follow(frame);
     draw(frame);
     return counts;
@@ -265,7 +267,7 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
     const GBufferView& gbuffer = inputs.gbuffer;
     const ViewRays view = makeViewRays(frame.camera, gbuffer.width, gbuffer.height);
 
-    // Where the points are now, and whether they are seen.
+    // The current positions of the points, and whether they are visible.
     std::vector<Point> now = points_;
     std::vector<uint8_t> isSeen(now.size());
     std::vector<std::pair<uint32_t, uint32_t>> pixel(now.size());
@@ -273,7 +275,7 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
         for (size_t i = begin; i < end; ++i) {
             Point& point = now[i];
             const std::array<glm::vec3, 3> corners = cornersOf(inputs.triangles, point.triangle);
-            // What stands still keeps the very bits of its position.
+            // Static points keep the exact bits of their position.
             if (corners != point.corners) {
                 const auto side = [](const Point& p, const std::array<glm::vec3, 3>& c) {
                     return glm::dot(glm::cross(c[1] - c[0], c[2] - c[0]), p.normalWorld) < 0.0f;
@@ -299,9 +301,9 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
         }
     });
 
-    // The first of them that are seen, answered by this frame.
+    // The first visible ones, with the results of this frame.
     PointPairs list;
-    std::vector<uint32_t> before; // the answer before, by pair of the list
+    std::vector<uint32_t> before; // the result before, by pair of the list
     for (size_t i = 0; i < now.size() && counts.pointCount < pointCount_; ++i) {
         if (!isSeen[i])
             continue;
@@ -310,7 +312,7 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
         list.addPoint(point.positionWorld, point.normalWorld, point.triangle);
         const std::vector<uint32_t> beside =
             samplesBeside(gbuffer, pixel[i].first, pixel[i].second, point.positionWorld);
-        for (uint32_t a = point.firstAnswer; a < point.firstAnswer + point.answerCount; ++a) {
+        for (uint32_t a = point.firstResult; a < point.firstResult + point.answerCount; ++a) {
             const uint32_t lightIndex = answers_[a].light;
             const Light& light = inputs.lights[lightIndex];
             if (!isPair(light, point.positionWorld, point.normalWorld))
@@ -319,13 +321,13 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
             for (size_t s = 0; s < beside.size() && pair == inputs.pairs.count(); ++s)
                 pair = pairOf(inputs.pairs, beside[s], lightIndex);
             if (pair == inputs.pairs.count()) {
-                ++counts.unansweredCount;
+                ++counts.missingResultCount;
                 continue;
             }
             VisibilityCounts asked;
             const uint8_t visibility =
-                answerPair(inputs.method, inputs.pairServer[pair], lightIndex, light,
-                           point.positionWorld, point.normalWorld, point.triangle, asked);
+                computePairResult(inputs.method, inputs.pairServer[pair], lightIndex, light,
+                                  point.positionWorld, point.normalWorld, point.triangle, asked);
             if (asked.missingTapCount > 0) {
                 ++counts.missingTapCount;
                 continue;
@@ -359,6 +361,7 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
             of.explainedCount += verdict == PairVerdict::kExplained;
             of.contactCount += verdict == PairVerdict::kContact;
             of.acneCount += verdict == PairVerdict::kAcne;
+            of.magnifiedCount += verdict == PairVerdict::kMagnified;
         }
     return counts;
 }

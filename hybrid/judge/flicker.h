@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flicker: answers that change from a frame to the next where Embree's do not.
+// Flicker: results that change from one frame to the next while Embree's do not.
 //
 // Points are seeded samples of a frame, followed as points of their triangle into the next frame.
-// Those that both frames see are answered by each frame for itself: in the first by what it showed,
-// in the second at the point's own place by whatever serves the light in the nearest sample beside
-// it (3 x 3 pixels). An answer is a point and a light that are a pair in both frames. It flickers
-// when dark becomes lit or lit dark and Embree's answer stays: then exactly one of the two is
-// wrong, and it is explained, acne or contact where that wrong answer is (explain.h). Counted
-// apart: answers by maps of one resolution or by one method in both frames, those whose map's
-// resolution was switched, those whose method was.
+// Each frame gives results for those visible in both: the first those that it showed, the second
+// those at the point's own position, by the method of the light in the nearest sample beside it (3
+// x 3 pixels). A result is of a point and a light that are a pair in both frames. It flickers when
+// dark becomes lit or lit dark and Embree's result stays: then exactly one of the two is wrong, and
+// it is explained, acne or contact if that wrong result is (explain.h). Counted separately: results
+// by maps of one resolution or by one method in both frames, those whose map's resolution changed,
+// those whose method changed.
 #pragma once
 
 #include "hybrid/judge/error.h"
@@ -20,25 +20,26 @@
 
 namespace shadowdag {
 
-/// What happened between two frames to what serves an answer.
+/// The change between two frames of the source of a result.
 enum class FlickerChange : uint8_t { kHeld, kResolutionSwitch, kMethodSwitch };
 constexpr int kFlickerChangeCount = 3;
 
 struct FlickerCounts {
     struct Class {
-        uint64_t answerCount = 0;    ///< asked in both frames, Embree's answer the same
+        uint64_t answerCount = 0;    ///< traced in both frames, with the same result by Embree
         uint64_t flickerCount = 0;   ///< of these, changed
-        uint64_t explainedCount = 0; ///< of these, explained by the resolution of the wrong answer
+        uint64_t explainedCount = 0; ///< of these, explained by the resolution of the wrong result
         uint64_t contactCount = 0;
         uint64_t acneCount = 0;
+        uint64_t magnifiedCount = 0;
 
         void add(const Class& other);
     };
-    uint64_t pointCount = 0;       ///< points that both frames see
-    uint64_t truthChangeCount = 0; ///< answers that Embree changes itself: not judged
-    uint64_t unansweredCount = 0;  ///< no sample beside the point has the light
-    uint64_t missingTapCount = 0;  ///< answers whose taps want pages that the frame has not: a
-                                   ///< filter wider than what the samples beside it marked
+    uint64_t pointCount = 0;         ///< points visible in both frames
+    uint64_t truthChangeCount = 0;   ///< results that change in Embree as well: not judged
+    uint64_t missingResultCount = 0; ///< no sample beside the point has the light
+    uint64_t missingTapCount = 0;    ///< results whose taps need pages that the frame lacks: a
+                                     ///< filter wider than the marks of the samples beside it
     std::array<Class, kFlickerChangeCount> byChange; ///< index: FlickerChange
 
     const Class& of(FlickerChange change) const { return byChange[size_t(change)]; }
@@ -46,7 +47,7 @@ struct FlickerCounts {
     void add(const FlickerCounts& other);
 };
 
-/// A rendered frame: its answers as the error analysis takes them, and its camera.
+/// A rendered frame: its results in the form of the error analysis, and its camera.
 struct FlickerFrame {
     const ErrorInputs& inputs;
     Camera camera;
@@ -56,19 +57,19 @@ struct FlickerFrame {
 class FlickerMeter {
 public:
     /// @param truth holds, whenever add is called, the triangles of that frame
-    /// @param pointCount how many points are followed; fewer where a frame does not hold as many
+    /// @param pointCount number of points to follow; fewer if a frame has fewer
     FlickerMeter(const Truth& truth, uint64_t seed, uint32_t pointCount)
         : truth_(truth), seed_(seed), pointCount_(pointCount) {}
 
-    /// Returns what changed since the frame given last (nothing for the first), and draws the
-    /// points that the next will be held against. Deterministic. Throws Error kUsage when the
-    /// inputs do not have one answer per pair.
+    /// Returns the changes since the last frame (none for the first), and draws the points that the
+    /// next will be compared with. Deterministic. Throws Error kUsage if the inputs do not have one
+    /// visibility per pair.
     FlickerCounts add(const FlickerFrame& frame);
 
-    /// Forgets the frame given last.
+    /// Forgets the last frame.
     void forget();
-    /// Passes over a frame that was answered elsewhere: as forget, but the frames that follow draw
-    /// the points that they would draw after it.
+    /// Skips a frame that is evaluated elsewhere: as forget, but the following frames draw the same
+    /// points as after it.
     void skip();
 
 private:
@@ -76,14 +77,14 @@ private:
         uint32_t light;
         uint32_t servedBy; ///< servedBy() of flicker.cpp
         bool isDark, isTruthDark;
-        PairVerdict verdict; ///< kRight unless the answer is wrong
+        PairVerdict verdict; ///< kRight unless the result is wrong
     };
     struct Point {
         glm::vec3 positionWorld, normalWorld;
         uint32_t triangle;
         std::array<glm::vec3, 3> corners; ///< world, in the frame that it was drawn in
         glm::dvec3 barycentric;           ///< of the position among them
-        uint32_t firstAnswer, answerCount;
+        uint32_t firstResult, answerCount;
     };
 
     void draw(const FlickerFrame& frame);

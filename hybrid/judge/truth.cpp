@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree's door: building, the filter that confirms hits in double, packets. Ray set-up is in
-// truth_ray.h.
+// The use of Embree for the truth: building, the filter that confirms hits in double, packets. Ray
+// setup is in truth_ray.h.
 #include "hybrid/judge/truth_state.h"
 
 #include "cuda/error.h"
 #include "cuda/parallel_for.h"
+#include "hybrid/rays/build_poll.h"
 #include "hybrid/rays/float_mode.h"
 
 #include <algorithm>
@@ -19,9 +20,9 @@ constexpr uint32_t kPacketWidth = 8;
 /// invisible.
 constexpr float kEmbreeLimit = 1.0e18f;
 
-/// Embree's context with what the filter needs to know about the rays of a packet.
+/// Embree's context with the data of a packet's rays that the filter needs.
 struct FilterContext {
-    RTCIntersectContext embree; ///< first, so that Embree's pointer is ours
+    RTCIntersectContext embree; ///< first, so that Embree's pointer can be cast to this type
     const Truth::State* state;
     const TruthRay* rays; ///< of this packet; a ray's id is its index here
 };
@@ -131,7 +132,11 @@ void Truth::State::build(const TriangleView& source) {
     rtcCommitGeometry(mesh);
     rtcAttachGeometryByID(scene, mesh, 0);
     rtcReleaseGeometry(mesh);
+    BuildPoll poll;
+    rtcSetSceneProgressMonitorFunction(scene, BuildPoll::goesOn, &poll);
     rtcCommitScene(scene);
+    rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
+    poll.rethrow();
     if (!lastError.empty())
         throw Error(ErrorKind::kResource,
                     "Embree cannot build over " + std::to_string(triangles.size()) +
@@ -190,7 +195,7 @@ uint32_t Truth::traceFirst(const TruthRay& ray, float* t) const {
 void Truth::forTrianglesNear(const glm::dvec3& centerWorld, double radiusWorld,
                              const std::function<void(uint32_t)>& visit) const {
     const glm::vec3 center(centerWorld - state_->origin);
-    // The local centre is rounded by half an ulp an axis: grow by more.
+    // The local centre is rounded by half an ulp per axis, so grow by more.
     const float reach = std::max({std::fabs(center.x), std::fabs(center.y), std::fabs(center.z)});
     RTCPointQuery query;
     query.x = center.x;
@@ -213,7 +218,7 @@ void Truth::forTrianglesNear(const glm::dvec3& centerWorld, double radiusWorld,
 std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::vector<Light>& lights,
                                        const PairList& pairs) const {
     std::vector<uint8_t> result(pairs.count());
-    // Within a screen tile the rays of one light are neighbours; over tiles we run in parallel.
+    // Within a screen tile the rays of one light are neighbours; tiles run in parallel.
     constexpr uint32_t kTile = 16;
     const uint32_t tilesX = (gbuffer.width + kTile - 1) / kTile,
                    tilesY = (gbuffer.height + kTile - 1) / kTile;
@@ -223,15 +228,16 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
             uint32_t receiver; ///< of this tile
             uint64_t pair;
         };
-        std::vector<TruthReceiver> receivers;
-        std::vector<glm::vec3> starts;
+        TruthStarts startOf(*state_);
+        std::vector<TruthStart> starts;
+        std::vector<glm::vec3> samplesWorld;
         std::vector<Item> items;
         std::vector<TruthRay> rays;
         std::vector<uint8_t> blocked;
         for (size_t tile = begin; tile < end; ++tile) {
             items.clear();
-            receivers.clear();
             starts.clear();
+            samplesWorld.clear();
             for (uint32_t k = 0; k < kTile * kTile; ++k) {
                 // 4 x 2 blocks of samples: a packet is as square as 8 allows.
                 const uint32_t block = k / 8;
@@ -245,21 +251,21 @@ std::vector<uint8_t> Truth::visibility(const GBufferView& gbuffer, const std::ve
                 if (first == last)
                     continue;
                 for (uint64_t p = first; p < last; ++p)
-                    items.push_back({pairs.light[p], uint32_t(receivers.size()), p});
-                receivers.push_back(makeTruthReceiver(*state_, gbuffer.positionWorld[sample],
-                                                      gbuffer.normalWorld[sample],
-                                                      gbuffer.triangle[sample]));
-                starts.push_back(truthStart(receivers.back()));
+                    items.push_back({pairs.light[p], uint32_t(starts.size()), p});
+                samplesWorld.push_back(gbuffer.positionWorld[sample]);
+                starts.push_back(startOf.make(gbuffer.positionWorld[sample],
+                                              gbuffer.normalWorld[sample],
+                                              gbuffer.triangle[sample]));
             }
             std::stable_sort(items.begin(), items.end(),
                              [](const Item& a, const Item& b) { return a.light < b.light; });
             rays.resize(items.size());
             blocked.resize(items.size());
             for (size_t i = 0; i < items.size(); ++i) {
-                const TruthReceiver& receiver = receivers[items[i].receiver];
-                const glm::vec3 sampleWorld(receiver.sample + state_->origin); // exact again
-                rays[i] = truthRay(receiver, starts[items[i].receiver],
-                                   glm::dvec3(pointAtLight(lights[items[i].light], sampleWorld)) -
+                const TruthStart& start = starts[items[i].receiver];
+                rays[i] = truthRay(start.plane, start.startLocal,
+                                   glm::dvec3(pointAtLight(lights[items[i].light],
+                                                           samplesWorld[items[i].receiver])) -
                                        state_->origin);
             }
             traceBlocked(rays.data(), rays.size(), blocked.data());

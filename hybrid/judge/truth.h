@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The truth: Embree's answer for every pair. The only door to Embree besides embree_baseline.
+// The truth: Embree's result for every pair. Only this and embree_baseline use Embree.
 //
-// What it answers. The triangles are what they are as floats in world space. A pair is dark when a
-// triangle other than the receiver's crosses the truth ray strictly between its ends. The ray
+// Definition. The triangles are exactly their floats in world space. A pair is dark when a triangle
+// other than the receiver's crosses the truth ray strictly between its ends. The ray
 //  - starts above the receiver's plane by at least c, on the light's side, and inside the
-//    receiver's outline by c where the triangle is wide enough: the G-buffer's error is measured
-//    against the triangle, not guessed;
-//  - ends at the light, raised to c above that plane if it lies lower, and is cut at 1 - 16 u of
-//    its length;
-//  - never counts the receiver's own triangle: it is flat, and the whole ray lies above it.
+//    receiver's outline by c if the triangle is wide enough: the G-buffer's error is measured
+//    against the triangle, not estimated;
+//  - ends at the light, raised to c above that plane if it is lower, and is cut at 1 - 16 u of its
+//    length;
+//  - ignores the receiver's own triangle: it is flat, and the whole ray is above it.
 // With u = 2^-24, M the largest coordinate of receiver and sample and L the diagonal of the bounds,
 //     c = 4 u M + 16 u L.
 // Derivation: tessellated or doubled flat surfaces are flat only to the rounding of their vertices.
@@ -16,12 +16,12 @@
 // plane through three of them is off by sqrt(3) of that, two planes by 2 sqrt(3) < 4 times. Below c
 // surfaces count as one surface (`fail-coplanar`), above they shadow each other.
 //
-// Embree's distances along the ray are float, at slivers and grazing rays arbitrarily wrong: each
-// hit that it reports is confirmed in double, 0 < t < end, so what touches only an end never
-// blocks. Its edge tests are its own (robust, watertight). A triangle seen edge-on does not block,
-// nor one that its alpha mask leaves open at the crossing (scenes/alpha_mask.h).
-// Not guaranteed: that a blocker nearer than c to the sample is seen, nor which way a ray through
-// an outer edge within rounding is answered.
+// Embree's distances along the ray are float, and arbitrarily wrong for slivers and grazing rays.
+// Each hit that it reports is therefore confirmed in double, 0 < t < end, so a surface that touches
+// only an end never blocks. Its edge tests are its own (robust, watertight). A triangle seen
+// edge-on does not block, nor one whose alpha mask is open at the crossing (scenes/alpha_mask.h).
+// Not guaranteed: that a blocker nearer than c to the sample is found, nor the result for a ray
+// through an outer edge within rounding.
 #pragma once
 
 #include "hybrid/clusters/pairs.h"
@@ -34,17 +34,17 @@
 
 namespace shadowdag {
 
-/// What blocks a pair according to the truth.
+/// The blocker of a pair in the truth.
 struct TruthBlocker {
     uint32_t triangle = kBackground; ///< world triangle, kBackground when lit
     float distanceWorld = 0;         ///< from the sample
 };
 
-/// Embree over the triangles of a world at its current time. Robust flag; both ends moved by a
-/// derived error bound so that it does not hit the receiver itself; ends short of the light. The
-/// processor's float mode is saved and restored around Embree's calls. Const functions are thread
-/// safe. Embree is held to AVX2 (isa=avx2): the same answers on every machine that runs our
-/// programs.
+/// Embree over the triangles of a world at its current time. Robust flag; both ends are moved by a
+/// derived error bound so that a ray does not hit the receiver itself; rays end short of the light.
+/// The processor's float mode is saved and restored around Embree's calls. Const functions are
+/// thread safe. Embree is restricted to AVX2 (isa=avx2): the same results on every machine that
+/// runs the program.
 class Truth {
 public:
     /// Builds over all triangles (static and moving), two-sided. Throws Error kInput when a
@@ -63,8 +63,8 @@ public:
     std::vector<uint8_t> visibility(const GBufferView& gbuffer, const std::vector<Light>& lights,
                                     const PairList& pairs) const;
 
-    /// Returns whether the segment between two world points is blocked; the ends are used as they
-    /// are (rounded to the local frame); what only touches an end does not block.
+    /// Returns whether the segment between two world points is blocked; the ends are used as given
+    /// (rounded to the local frame); a surface that only touches an end does not block.
     bool isBlocked(const glm::vec3& from, const glm::vec3& to) const;
     /// Returns the blocker nearest to the start of a pair's own truth ray.
     TruthBlocker blocker(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
@@ -79,7 +79,7 @@ public:
     void shiftedPairRays(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
                          uint32_t receiverTriangle, const glm::vec3& lightWorld,
                          const glm::dvec3* shiftsWorld, size_t count, TruthRay* rays) const;
-    /// Returns the segment between two world points as isBlocked asks for it.
+    /// Returns the segment between two world points in the form that isBlocked uses.
     TruthRay segmentRay(const glm::vec3& fromWorld, const glm::vec3& toWorld) const;
 
     /// Writes 1 (blocked) or 0 for each ray, on the calling thread, in packets of 8: neighbours
@@ -89,7 +89,7 @@ public:
     uint32_t traceFirst(const TruthRay& ray, float* t = nullptr) const;
 
     /// Calls visit(triangle) once for each triangle that may come within `radiusWorld` of a point;
-    /// may call it for others near by.
+    /// it may also call it for others nearby.
     void forTrianglesNear(const glm::dvec3& centerWorld, double radiusWorld,
                           const std::function<void(uint32_t)>& visit) const;
     /// Returns whether triangle `other` lies in the plane of `triangle` to within c; true for the

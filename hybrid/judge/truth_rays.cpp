@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rays of the truth as its users ask for them; their set-up is in truth_ray.h.
+// The public rays of the truth; their setup is in truth_ray.h.
 #include "hybrid/judge/truth_state.h"
 
 #include <cmath>
@@ -29,9 +29,13 @@ TruthRay Truth::pairRay(const glm::vec3& sampleWorld, const glm::vec3& normalWor
 void Truth::shiftedPairRays(const glm::vec3& sampleWorld, const glm::vec3& normalWorld,
                             uint32_t receiverTriangle, const glm::vec3& lightWorld,
                             const glm::dvec3* shiftsWorld, size_t count, TruthRay* rays) const {
-    const TruthReceiver r = makeTruthReceiver(*state_, sampleWorld, normalWorld, receiverTriangle);
+    const ReceiverPlane plane =
+        makeTruthStart(*state_, makeTruthTriangle(*state_, receiverTriangle), sampleWorld,
+                       normalWorld)
+            .plane;
+    const glm::dvec3 sample = glm::dvec3(sampleWorld) - state_->origin;
     for (size_t i = 0; i < count; ++i)
-        rays[i] = truthRay(r, liftOffPlane(r, r.sample + shiftsWorld[i]),
+        rays[i] = truthRay(plane, liftOffPlane(plane, sample + shiftsWorld[i]),
                            glm::dvec3(lightWorld) + shiftsWorld[i] - state_->origin);
 }
 
@@ -61,7 +65,8 @@ TruthBlocker Truth::blocker(const glm::vec3& sampleWorld, const glm::vec3& norma
 }
 
 double Truth::clearance(const glm::vec3& sampleWorld, uint32_t receiverTriangle) const {
-    return truthClearance(*state_, glm::dvec3(sampleWorld) - state_->origin, receiverTriangle);
+    return truthClearance(*state_, glm::dvec3(sampleWorld) - state_->origin,
+                          makeTruthTriangle(*state_, receiverTriangle));
 }
 
 bool Truth::isCoplanar(uint32_t triangle, uint32_t other) const {
@@ -75,7 +80,7 @@ bool Truth::isCoplanar(uint32_t triangle, uint32_t other) const {
     const double area = glm::length(cross);
     if (!(area > 0.0))
         return false;
-    const double c = truthClearance(*state_, v0, triangle);
+    const double c = truthClearance(*state_, v0, makeTruthTriangle(*state_, triangle));
     for (int i = 0; i < 3; ++i)
         if (std::fabs(glm::dot(cross, state_->vertex(other, i) - v0)) > c * area)
             return false;

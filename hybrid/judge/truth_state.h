@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the truth holds: Embree's scene and the triangles in the local frame. Only for truth*.cpp.
+// The state of the truth: Embree's scene and the triangles in the local frame. Only for truth*.cpp.
 #pragma once
 
 #include "hybrid/judge/truth.h"

@@ -9,11 +9,10 @@ namespace shadowdag {
 void MoverReceivers::makeStarts(const MoverView& movers, const GBufferView& gbuffer,
                                 View<const uint32_t> samples) {
     starts_.reserve(samples.count);
-    for (const uint32_t s : samples) {
-        const TruthReceiver receiver = makeTruthReceiver(
-            movers.geometry, gbuffer.positionWorld[s], gbuffer.normalWorld[s], gbuffer.triangle[s]);
-        starts_.push_back({receiver, truthStart(receiver)});
-    }
+    TruthStarts starts(movers.geometry);
+    for (const uint32_t s : samples)
+        starts_.push_back(
+            starts.make(gbuffer.positionWorld[s], gbuffer.normalWorld[s], gbuffer.triangle[s]));
 }
 
 void MoverReceivers::findCandidates(const MoverView& movers, const glm::dvec3& lightLocal) {
@@ -21,7 +20,7 @@ void MoverReceivers::findCandidates(const MoverView& movers, const glm::dvec3& l
     glm::dvec3 least(kMost), largest(-kMost);
     double lift = 0;
     for (const uint32_t i : asked_) {
-        const glm::dvec3 start(starts_[i].local);
+        const glm::dvec3 start(starts_[i].startLocal);
         least = glm::min(least, start);
         largest = glm::max(largest, start);
         lift = std::max(lift, starts_[i].plane.lift(lightLocal));
@@ -78,7 +77,8 @@ uint32_t MoverReceivers::answer(const MoverView& movers, const GBufferView& gbuf
     findCandidates(movers, lightLocal);
     if (!candidates_.empty())
         for (const uint32_t i : asked_)
-            isDark[i] = isBlocked(movers, truthRay(starts_[i].plane, starts_[i].local, lightLocal));
+            isDark[i] =
+                isBlocked(movers, truthRay(starts_[i].plane, starts_[i].startLocal, lightLocal));
     return uint32_t(asked_.size());
 }
 

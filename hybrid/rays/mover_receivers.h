@@ -31,10 +31,6 @@ public:
                     View<const uint8_t> isAsked, View<uint8_t> isDark);
 
 private:
-    struct Start {
-        ReceiverPlane plane;
-        glm::vec3 local;
-    };
     struct Candidate {
         Batch batch;
         Box boxWorld;
@@ -45,7 +41,7 @@ private:
     void findCandidates(const MoverView& movers, const glm::dvec3& lightLocal);
     bool isBlocked(const MoverView& movers, const TruthRay& ray);
 
-    std::vector<Start> starts_;         ///< by sample of the cluster
+    std::vector<TruthStart> starts_;    ///< by sample of the cluster
     std::vector<uint32_t> asked_;       ///< samples of the cluster that are in question
     std::vector<Candidate> candidates_; ///< batches that a ray of the bundle may touch
 };

@@ -4,20 +4,15 @@
 #pragma once
 
 #include "hybrid/rays/directional_rays.h"
-#include "hybrid/rays/exact_tree.h"
+#include "hybrid/rays/exact_ray.h"
 #include "hybrid/rays/mover_rays.h"
 #include "scenes/light.h"
 #include "voxel/dag_lod.h"
 
 #include <bit>
+#include <limits>
 
 namespace shadowdag {
-
-/// What a ray that meets a voxel is taken for.
-enum class RayKind : uint8_t {
-    kVoxels, ///< blocked: the voxels are the geometry, ends are offset out of the receiver's own
-    kExact   ///< a question to the triangles there: the truth's own ray, no offset
-};
 
 /// How many rays are asked together on the CPU. Changes no answer.
 enum class RayBatch : uint8_t {
@@ -27,15 +22,21 @@ enum class RayBatch : uint8_t {
 
 /// How the rays of a frame are asked; the same for all of them.
 struct RayOptions {
-    float offset = 1.0f;             ///< in units of the derived offset, dag_trace.h
-    uint32_t level = 0;              ///< level of detail: cells of 2^level voxels; kFixed only
-    RayKind kind = RayKind::kVoxels; ///< exact rays use neither offset nor level of detail
-    /// Of voxel rays of level 0, kFixed; others go one by one.
+    float offset = 1.0f; ///< in units of the derived offset, dag_trace.h
+    uint32_t level = 0;  ///< level of detail: cells of 2^level voxels; kFixed only
+    /// Which voxels that a ray meets are believed to be its blocker, in pixel footprints by which a
+    /// shadow's edge may be displaced (shortenToBelieved). Infinity: all; then triangles are never
+    /// asked. 0: none. What is not believed, and what meets no voxel, is decided by the triangles:
+    /// the truth's own ray, without offset or level of detail.
+    float believe = std::numeric_limits<float>::infinity();
+    /// Of level 0, kFixed; other rays through voxels go one by one.
     RayBatch batch = RayBatch::kStream;
     LodRule lod = LodRule::kFixed;
     float footprintScale = 1.0f; ///< kFootprint, kCoverage: footprints are multiplied by this
     float coverage = 0.75f;      ///< kCoverage: share of a cell's columns that stops a ray
 
+    SDAG_HD bool believesAll() const { return believe == std::numeric_limits<float>::infinity(); }
+    SDAG_HD bool believesNone() const { return believe == 0.0f; }
     bool operator==(const RayOptions&) const = default;
 };
 
@@ -52,8 +53,9 @@ struct RayInputs {
     DagView dag;
     RayOptions options;
     MoverView movers = {};
-    ExactView exact = {};  ///< for RayKind::kExact
-    RayDetail detail = {}; ///< of all but LodRule::kFixed
+    ExactView exact = {}; ///< unless all is believed
+    RayDetail detail =
+        {}; ///< read by levels of detail, where some voxels are believed, and by the judge
 };
 
 /// A view sample that asks for a light.
@@ -88,20 +90,25 @@ SDAG_HD inline glm::vec3 rayEnd(const RayInputs& inputs, const ShadowPair& pair,
                       grid.voxelFromWorld(glm::dvec3(pair.lightWorld)), beyond)));
 }
 
+/// Returns the side of a pixel at the pair's sample, world units.
+SDAG_HD inline double pixelFootprintWorld(const RayDetail& detail, const glm::vec3& positionWorld) {
+    const double depth = glm::dot(glm::dvec3(positionWorld) - detail.eyeWorld, detail.forward);
+    return detail.pixelSize * depth;
+}
+
 /// Returns the footprint of a pair's ray, in voxels. A directional light's is the pixel's all
 /// along: texels of its windows are no wider.
 SDAG_HD inline Footprint footprintOf(const RayInputs& inputs, const ShadowPair& pair) {
     const RayDetail& detail = inputs.detail;
     const glm::dvec3 position(pair.positionWorld), toLight = glm::dvec3(pair.lightWorld) - position;
     const double length = sqrt(glm::dot(toLight, toLight));
-    const double depth = glm::dot(position - detail.eyeWorld, detail.forward);
     const double resolution =
         detail.resolutionSquaredBits.empty() || pair.isDirectional
             ? 0.0
             : sqrt(double(std::bit_cast<float>(detail.resolutionSquaredBits[pair.light])));
     const double voxel = inputs.dag.grid.voxelSizeWorld;
-    return makeFootprint(detail.pixelSize * depth / voxel, length / voxel, resolution,
-                         inputs.options.footprintScale);
+    return makeFootprint(pixelFootprintWorld(detail, pair.positionWorld) / voxel, length / voxel,
+                         resolution, inputs.options.footprintScale);
 }
 
 /// Returns a pair's segment, its offset going with the level at its start.
@@ -134,10 +141,64 @@ SDAG_HD inline bool isStopped(const RayInputs& inputs, const PairSegment& pair,
     return occludedByLevels(inputs.dag, pair.segment, times, threshold, hit);
 }
 
-/// Returns whether the voxels, which hold what never moves, say that the pair is dark.
-SDAG_HD inline bool isDarkByVoxels(const RayInputs& inputs, const ShadowPair& pair) {
-    return isStopped(inputs, pairSegment(inputs, pair));
+/// Shortens a pair's segment to the part on which a voxel that it meets is believed; returns false
+/// when there is none.
+///
+/// A voxel of side h that the segment meets at the distance t from the light holds a point of a
+/// triangle within sqrt(3) h of the segment. The segment starts where the sample was lifted, by at
+/// most b = offset sqrt(3) h (1 + 2^-10), and ends on the line to the light. So the point's shadow
+/// falls within sqrt(3) h d / t + b of the sample, across the light's direction, d the sample's
+/// distance from the light: no shadow that is believed is displaced by more. It is believed where
+/// that is at most `believe` pixel footprints w, so where t / d is at least
+/// sqrt(3) h / (believe w - b). Towards a directional light t / d is 1.
+SDAG_HD inline bool shortenToBelieved(const RayInputs& inputs, const ShadowPair& pair,
+                                      DagSegment& segment) {
+    const VoxelGrid& grid = inputs.dag.grid;
+    const double reach = 1.7320508075688774 * grid.voxelSizeWorld;
+    const double footprint = pixelFootprintWorld(inputs.detail, pair.positionWorld);
+    const double room = double(inputs.options.believe) * footprint -
+                        double(inputs.options.offset) * reach * (1.0 + 0x1p-10);
+    if (!(reach <= room))
+        return false;
+    const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(pair.lightWorld));
+    const glm::dvec3 from(segment.from), to(segment.to);
+    if (glm::dot(glm::dvec3(pair.normalWorld), light - from) <= 0.0)
+        return false; // the segment was bent up to the plane through its start
+    if (pair.isDirectional)
+        return true;
+    const double distance =
+        glm::length(light - grid.voxelFromWorld(glm::dvec3(pair.positionWorld)));
+    const double atStart = glm::length(light - from), atEnd = glm::length(light - to);
+    const double nearest = reach / room * distance; // to the light
+    if (nearest <= atEnd)
+        return true;
+    if (!(nearest < atStart))
+        return false;
+    segment.to = glm::vec3(from + (to - from) * ((atStart - nearest) / (atStart - atEnd)));
+    return true;
 }
+
+/// Returns whether a voxel that is believed makes the pair dark. `hit`, when not null, receives it.
+SDAG_HD inline bool isDarkByBelievedVoxel(const RayInputs& inputs, const ShadowPair& pair,
+                                          DagHit* hit = nullptr) {
+    if (inputs.options.believesAll())
+        return isStopped(inputs, pairSegment(inputs, pair), hit);
+    if (inputs.options.believesNone())
+        return false;
+    PairSegment believed = pairSegment(inputs, pair);
+    return shortenToBelieved(inputs, pair, believed.segment) && isStopped(inputs, believed, hit);
+}
+
+/// What the answers of rays took, counted.
+struct RayCounts {
+    uint32_t moverTestCount = 0; ///< rays that were tested against moving triangles
+    uint32_t exactCount = 0;     ///< rays that were left to the triangles, static ones first
+
+    SDAG_HD void operator+=(const RayCounts& other) {
+        moverTestCount += other.moverTestCount;
+        exactCount += other.exactCount;
+    }
+};
 
 /// Returns whether a moving triangle makes the pair dark; asked of pairs that the voxels leave lit
 /// where movers.mayShadow(pair.light).
@@ -147,11 +208,13 @@ SDAG_HD inline bool isDarkByMovers(const MoverView& movers, const ShadowPair& pa
                                           pair.receiver, pair.lightWorld));
 }
 
-/// Returns whether a triangle makes the pair dark; confirms what the voxels suspect.
-/// @param moverTestCount as isDarkByRays @param blocker the last triangle that blocked, asked
+/// Returns whether a triangle makes the pair dark, a static or a moving one.
+/// @param counts grows; may be null @param blocker the last triangle that blocked, asked
 /// first: it often blocks the next ray to the same light, too; may be null. Changes no answer.
 SDAG_HD inline bool isDarkByTriangles(const RayInputs& inputs, const ShadowPair& pair,
-                                      uint32_t* moverTestCount, uint32_t* blocker) {
+                                      RayCounts* counts, uint32_t* blocker) {
+    if (counts)
+        ++counts->exactCount;
     const ExactView& exact = inputs.exact;
     const TruthRay ray = truthPairRay(exact.geometry, pair.positionWorld, pair.normalWorld,
                                       pair.receiver, pair.lightWorld);
@@ -159,28 +222,27 @@ SDAG_HD inline bool isDarkByTriangles(const RayInputs& inputs, const ShadowPair&
         return false;
     if (blocker && *blocker != kBackground && blocksTruthRay(exact.geometry, ray, *blocker))
         return true;
-    if (isBlockedExactly(inputs.dag, exact, ray, blocker))
+    if (isBlockedExactly(exact, ray, blocker))
         return true;
     if (!inputs.movers.mayShadow(pair.light))
         return false;
-    if (moverTestCount)
-        ++*moverTestCount;
+    if (counts)
+        ++counts->moverTestCount;
     return isBlockedByMovers(inputs.movers, ray);
 }
 
 /// Returns whether the rays' method says that the pair is dark: by voxels or by movers.
-/// @param moverTestCount grows by one when movers were asked; may be null
-/// @param blocker of isDarkByTriangles; may be null
+/// @param counts grows; may be null @param blocker of isDarkByTriangles; may be null
 SDAG_HD inline bool isDarkByRays(const RayInputs& inputs, const ShadowPair& pair,
-                                 uint32_t* moverTestCount = nullptr, uint32_t* blocker = nullptr) {
-    if (inputs.options.kind == RayKind::kExact)
-        return isDarkByTriangles(inputs, pair, moverTestCount, blocker);
-    if (isDarkByVoxels(inputs, pair))
+                                 RayCounts* counts = nullptr, uint32_t* blocker = nullptr) {
+    if (isDarkByBelievedVoxel(inputs, pair))
         return true;
+    if (!inputs.options.believesAll())
+        return isDarkByTriangles(inputs, pair, counts, blocker);
     if (!inputs.movers.mayShadow(pair.light))
         return false;
-    if (moverTestCount)
-        ++*moverTestCount;
+    if (counts)
+        ++counts->moverTestCount;
     return isDarkByMovers(inputs.movers, pair);
 }
 

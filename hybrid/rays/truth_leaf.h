@@ -45,6 +45,8 @@ SDAG_LEAF double insideEdge(SDAG_IN(ReceiverEdges) e, int edge, SDAG_IN(dvec3) p
 /// incentre where the triangle is too narrow for that. Where an edge meets another room's wall, a
 /// sample that rounding put behind the wall comes back.
 SDAG_LEAF dvec3 moveInside(SDAG_IN(ReceiverEdges) e, double c, SDAG_IN(dvec3) from) {
+    if (insideEdge(e, 0, from) >= c && insideEdge(e, 1, from) >= c && insideEdge(e, 2, from) >= c)
+        return from;
     SDAG_EXACT dvec3 p = from;
     // Twice, because at a corner the second edge pushes back over the first; right and obtuse
     // corners are then done.

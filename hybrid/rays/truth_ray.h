@@ -62,57 +62,48 @@ struct ReceiverPlane {
     }
 };
 
-/// The receiver as the ray set-up needs it; the same for all lights of a sample.
-struct TruthReceiver : ReceiverPlane, ReceiverEdges {
-    glm::dvec3 sample; ///< local
-    bool hasTriangle;  ///< the edges are set
+/// What the ray set-up needs of a receiver's triangle, whatever the sample.
+struct TruthTriangle : ReceiverEdges {
+    uint32_t triangle = kBackground;
+    bool hasArea = false; ///< what follows and the edges are set
+    glm::dvec3 cross;     ///< of two edges
+    double area;          ///< length of `cross`
+    double largest = 0;   ///< coordinate of a corner, world
 };
+
+/// Returns what is needed of a triangle. @param triangle kBackground: none
+template <class Geometry>
+SDAG_HD TruthTriangle makeTruthTriangle(const Geometry& geometry, uint32_t triangle) {
+    TruthTriangle t;
+    t.triangle = triangle;
+    if (triangle == kBackground)
+        return t;
+    for (int i = 0; i < 3; ++i) {
+        t.corner[i] = geometry.vertex(triangle, i);
+        for (int a = 0; a < 3; ++a)
+            t.largest = greater(t.largest, fabs(t.corner[i][a] + geometry.origin[a]));
+    }
+    t.cross = glm::cross(t.corner[1] - t.corner[0], t.corner[2] - t.corner[0]);
+    t.area = glm::length(t.cross);
+    t.hasArea = t.area > 0.0; // else no camera ray hits it; the G-buffer's plane will do
+    if (t.hasArea)
+        setInward(t, t.cross);
+    return t;
+}
 
 /// Returns c of the head of truth.h for a receiver: its corners and the sample decide M.
 template <class Geometry>
 SDAG_HD double truthClearance(const Geometry& geometry, const glm::dvec3& sampleLocal,
-                              uint32_t triangle) {
-    double largest = 0;
-    for (int a = 0; a < 3; ++a) {
+                              const TruthTriangle& of) {
+    double largest = of.largest;
+    for (int a = 0; a < 3; ++a)
         largest = greater(largest, fabs(sampleLocal[a] + geometry.origin[a]));
-        if (triangle != kBackground)
-            for (int i = 0; i < 3; ++i)
-                largest =
-                    greater(largest, fabs(geometry.vertex(triangle, i)[a] + geometry.origin[a]));
-    }
     return clearanceOf(largest, geometry.diagonal);
-}
-
-/// Returns a sample's receiver. @param normalWorld on the light's side @param triangle
-/// kBackground: the plane through sample and normal is used
-template <class Geometry>
-SDAG_HD TruthReceiver makeTruthReceiver(const Geometry& geometry, const glm::vec3& sampleWorld,
-                                        const glm::vec3& normalWorld, uint32_t triangle) {
-    TruthReceiver r;
-    r.triangle = triangle;
-    r.sample = glm::dvec3(sampleWorld) - geometry.origin;
-    r.clearance = truthClearance(geometry, r.sample, triangle);
-    r.normal = unitOf(glm::dvec3(normalWorld));
-    r.offset = glm::dot(r.normal, r.sample);
-    r.hasTriangle = false;
-    if (triangle == kBackground)
-        return r;
-    for (int i = 0; i < 3; ++i)
-        r.corner[i] = geometry.vertex(triangle, i);
-    const glm::dvec3 cross = glm::cross(r.corner[1] - r.corner[0], r.corner[2] - r.corner[0]);
-    const double area = glm::length(cross);
-    if (!(area > 0.0)) // degenerate: no camera ray hits it; the G-buffer's plane will do
-        return r;
-    r.hasTriangle = true;
-    r.normal = glm::dot(cross, r.normal) < 0.0 ? cross / -area : cross / area;
-    r.offset = glm::dot(r.normal, r.corner[0]);
-    setInward(r, cross);
-    return r;
 }
 
 /// Returns the float point next to p at least c above the receiver's plane, moved along the normal
 /// only.
-SDAG_HD inline glm::vec3 liftOffPlane(const TruthReceiver& r, glm::dvec3 p) {
+SDAG_HD inline glm::vec3 liftOffPlane(const ReceiverPlane& r, glm::dvec3 p) {
     p += r.normal * greater(r.clearance - r.height(p), 0.0);
     glm::vec3 rounded(p);
     // Rounding costs at most half an ulp an axis; one axis, the normal's largest, is stepped until
@@ -124,10 +115,53 @@ SDAG_HD inline glm::vec3 liftOffPlane(const TruthReceiver& r, glm::dvec3 p) {
     return rounded;
 }
 
-/// Returns where the receiver's own ray starts.
-SDAG_HD inline glm::vec3 truthStart(const TruthReceiver& r) {
-    return liftOffPlane(r, r.hasTriangle ? moveInside(r, r.clearance, r.sample) : r.sample);
+/// A sample as rays to lights need it; the same for all lights.
+struct TruthStart {
+    ReceiverPlane plane;
+    glm::vec3
+        startLocal; ///< at least c above the plane and, where it has the room, inside the triangle
+};
+
+/// Returns the start of a sample. @param normalWorld on the light's side @param of the sample's
+/// triangle; without area the plane through sample and normal is used
+template <class Geometry>
+SDAG_HD TruthStart makeTruthStart(const Geometry& geometry, const TruthTriangle& of,
+                                  const glm::vec3& sampleWorld, const glm::vec3& normalWorld) {
+    const glm::dvec3 sample = glm::dvec3(sampleWorld) - geometry.origin;
+    TruthStart start;
+    ReceiverPlane& plane = start.plane;
+    plane.triangle = of.triangle;
+    plane.clearance = truthClearance(geometry, sample, of);
+    plane.normal = unitOf(glm::dvec3(normalWorld));
+    plane.offset = glm::dot(plane.normal, sample);
+    if (of.hasArea) {
+        plane.normal =
+            glm::dot(of.cross, plane.normal) < 0.0 ? of.cross / -of.area : of.cross / of.area;
+        plane.offset = glm::dot(plane.normal, of.corner[0]);
+    }
+    start.startLocal =
+        liftOffPlane(plane, of.hasArea ? moveInside(of, plane.clearance, sample) : sample);
+    return start;
 }
+
+/// Makes the starts of many samples: neighbours often share their triangle.
+template <class Geometry> class TruthStarts {
+public:
+    explicit TruthStarts(const Geometry& geometry) : geometry_(geometry) {}
+
+    /// Returns makeTruthStart of the sample.
+    TruthStart make(const glm::vec3& sampleWorld, const glm::vec3& normalWorld, uint32_t triangle) {
+        if (!isMade_ || of_.triangle != triangle)
+            of_ = makeTruthTriangle(geometry_, triangle);
+        isMade_ = true;
+        return makeTruthStart(geometry_, of_, sampleWorld, normalWorld);
+    }
+
+private:
+    const Geometry& geometry_;
+    TruthTriangle of_;
+    bool isMade_ = false;
+};
 
 /// Returns the ray from `start` to a light, raised to c above the receiver's plane.
 SDAG_HD inline TruthRay truthRay(const ReceiverPlane& r, const glm::vec3& start,
@@ -147,8 +181,9 @@ template <class Geometry>
 SDAG_HD TruthRay truthPairRay(const Geometry& geometry, const glm::vec3& sampleWorld,
                               const glm::vec3& normalWorld, uint32_t triangle,
                               const glm::vec3& lightWorld) {
-    const TruthReceiver r = makeTruthReceiver(geometry, sampleWorld, normalWorld, triangle);
-    return truthRay(r, truthStart(r), glm::dvec3(lightWorld) - geometry.origin);
+    const TruthStart start =
+        makeTruthStart(geometry, makeTruthTriangle(geometry, triangle), sampleWorld, normalWorld);
+    return truthRay(start.plane, start.startLocal, glm::dvec3(lightWorld) - geometry.origin);
 }
 
 /// Returns crossingOf a ray and a triangle.

@@ -55,8 +55,8 @@ public:
     }
 
 private:
-    // A sign alone, beyond doubt: an expression need not be a cost, so nothing tells how sure it
-    // is. A parser a call: weigh() is const, and muParser's evaluation is not.
+    // A result without magnitude: an expression need not be a cost, so it has no certainty. A new
+    // parser per call: weigh() is const, and muParser's evaluation is not.
     std::vector<double> evaluate(const std::vector<MapQuantities>& maps, double offset) const {
         std::vector<double> ratios;
         ratios.reserve(maps.size());

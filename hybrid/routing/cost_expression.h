@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cost model that a user writes as an expression. The only door to muParser.
+// The cost model that a user writes as an expression. With formula.h the only user of muParser.
 #pragma once
 
 #include "hybrid/routing/cost_model.h"

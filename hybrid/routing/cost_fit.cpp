@@ -15,9 +15,9 @@ namespace shadowdag {
 
 namespace {
 
-constexpr size_t kMaxTerms = 3; ///< a sum: all choices of as many are tried
-/// What routing gains at least, of a scene's time, where a scene is worth judging by: less is
-/// noise.
+constexpr size_t kMaxTerms = 3; ///< per sum: all choices of as many are tried
+/// The least gain by routing, as a share of a scene's time, at which a scene can judge a fit: less
+/// is noise.
 constexpr double kContestedGain = 0.02;
 static_assert(kMaxTerms <= kMaxUnknowns);
 
@@ -76,7 +76,7 @@ std::unique_ptr<CostModel> thresholdModel(double texels) {
     return makeCostModel(text);
 }
 
-/// Takes the summands that add nothing out of a sum, as far as another is left.
+/// Removes the summands that add nothing from a sum, but keeps at least one.
 void dropNothing(std::vector<CostSummand>& sum) {
     if (std::any_of(sum.begin(), sum.end(), [](const CostSummand& s) { return s.ms > 0; }))
         std::erase_if(sum, [](const CostSummand& s) { return !(s.ms > 0); });
@@ -89,7 +89,7 @@ CostCalibration constantForm() {
 }
 
 /// Returns the frames, by index, of every group that is held out together. One frame in several
-/// views is one frame: what it shows is the same.
+/// views is one frame: it shows the same.
 std::vector<std::vector<size_t>> groupsOf(const ObservedFrames& frames, HeldOut heldOut) {
     std::vector<std::vector<size_t>> groups;
     for (size_t k = 0; k < frames.size(); ++k) {
@@ -124,7 +124,7 @@ std::vector<std::vector<CostSummand>> choicesOf(bool CostTerm::*isOf) {
     for (size_t first = 0, size = 1; size <= kMaxTerms; ++size) {
         const size_t end = choices.size();
         for (; first < end; ++first) {
-            const std::vector<CostSummand> shorter = choices[first]; // choices grow
+            const std::vector<CostSummand> shorter = choices[first]; // the number of choices grows
             for (const CostTerm& term : costTerms()) {
                 if (!(term.*isOf) || (!shorter.empty() && &term <= shorter.back().term))
                     continue;
@@ -137,8 +137,8 @@ std::vector<std::vector<CostSummand>> choicesOf(bool CostTerm::*isOf) {
     return choices;
 }
 
-/// Returns the mean over what is held out together, each group by its own mean: views of one frame,
-/// or frames of one scene, are no independent samples.
+/// Returns the mean over the groups that are held out together, each by its own mean: views of one
+/// frame, or frames of one scene, are not independent samples.
 Regret meanOfGroups(const std::vector<std::vector<size_t>>& groups,
                     const std::vector<double>& ofFrames) {
     std::vector<double> means;
@@ -156,11 +156,11 @@ Regret meanOfGroups(const ObservedFrames& frames, HeldOut heldOut,
     return meanOfGroups(groupsOf(frames, heldOut), ofFrames);
 }
 
-/// A choice of terms for one sum, and what it predicts of every map while the map is held out.
+/// A choice of terms for one sum, and its prediction for every map while the map is held out.
 struct HeldOutSum {
     std::vector<CostSummand> form;
-    std::vector<uint32_t> counts;               ///< by frame: what the fitted sum reads
-    std::vector<std::vector<double>> predicted; ///< by frame, ms a map
+    std::vector<uint32_t> counts;               ///< by frame: the input of the fitted sum
+    std::vector<std::vector<double>> predicted; ///< by frame, ms per map
 
     HeldOutSum(const ObservedFrames& frames, HeldOut heldOut, std::vector<CostSummand> terms,
                double MapCost::*cost)
@@ -177,7 +177,7 @@ struct HeldOutSum {
     }
 };
 
-/// Forms and how they fare.
+/// Forms and their regrets.
 class FormSearch {
 public:
     FormSearch(const ObservedFrames& frames, HeldOut judgedBy)
@@ -260,11 +260,12 @@ private:
 
     const ObservedFrames& frames_;
     HeldOut judgedBy_;
-    std::vector<std::vector<size_t>> groups_; ///< as judgedBy_ holds out
+    std::vector<std::vector<size_t>> groups_; ///< with the groups of judgedBy_ held out
 };
 
-/// Returns what can judge a fit. A scene that one method serves best says nothing about where the
-/// border lies: with one other scene alone, holding that one out leaves nothing to learn it from.
+/// Returns the groups that can judge a fit. A scene that one method serves best has no information
+/// about the border; if only one other scene is left, holding that one out leaves nothing to learn
+/// from.
 std::optional<HeldOut> judgeOf(const ObservedFrames& frames) {
     struct Sums {
         double rays = 0, maps = 0, cheaper = 0;
@@ -322,8 +323,8 @@ CostCalibration fitForm(const ObservedFrames& frames, const CostCalibration& for
 }
 
 double bestThreshold(const ObservedFrames& frames) {
-    // A map moves from the map's to the rays' side as the threshold passes what it requires: its
-    // frame's regret changes by what that costs.
+    // As the threshold passes a map's requirement, the map moves to the rays' side, and its frame's
+    // regret changes by the difference.
     struct Change {
         double texels, by;
     };
@@ -343,7 +344,7 @@ double bestThreshold(const ObservedFrames& frames) {
     double best = 0, least = 0, sum = 0;
     for (size_t i = 0; i < changes.size(); ++i) {
         sum += changes[i].by;
-        // All maps up to here are traced: thresholds up to the next requirement do that.
+        // All maps up to here are traced: any threshold up to the next requirement does that.
         const bool isLast = i + 1 == changes.size();
         if (!isLast && changes[i + 1].texels == changes[i].texels)
             continue;
@@ -378,7 +379,7 @@ heldOutRegret(const ObservedFrames& frames, HeldOut heldOut,
 CostFit fitCosts(const std::vector<ObservedFrame>& frames) {
     const ObservedFrames observed = pointersTo(frames);
     if (observed.empty())
-        throw Error(ErrorKind::kUsage, "costs cannot be fitted: no frame measured has a map; "
+        throw Error(ErrorKind::kUsage, "costs cannot be fitted: no measured frame has a map; "
                                        "choose scenes and cameras that see lit surfaces");
     CostFit fit;
     fit.judgedBy = judgeOf(observed);

@@ -34,7 +34,7 @@ private:
     double threshold_; // texels; infinity traces all
 };
 
-// The cheaper method by measured costs.
+// The cheaper method by measured costs, or one method where that was measured to be faster.
 class OracleModel : public CostModel {
 public:
     std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
@@ -48,11 +48,14 @@ public:
             if (cost == costs_.maps.end() || std::pair(cost->light, cost->octave) != wanted)
                 throw Error(ErrorKind::kInput,
                             "the costs of frame " + std::to_string(costs_.frame) +
-                                " say nothing about light " + std::to_string(map.light) +
+                                " do not contain light " + std::to_string(map.light) +
                                 (map.octave ? ", octave " + std::to_string(map.octave) : "") +
                                 ", which the frame needs; measure them again for this scene, "
                                 "camera and size");
-            ratios.push_back(costRatio(cost->raysMs, cost->mapMs));
+            ratios.push_back(!costs_.wholeFrame ? costRatio(cost->raysMs, cost->mapMs)
+                             : *costs_.wholeFrame == Route::kRays
+                                 ? std::numeric_limits<double>::infinity()
+                                 : 0.0);
         }
         return ratios;
     }

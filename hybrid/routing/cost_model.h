@@ -1,20 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which method serves which shadow map: the interface, what a map is known by, and the table of
-// models.
+// Decides which method serves each shadow map: the interface, the quantities of a map, and the
+// table of models.
 #pragma once
 
 #include <cstdint>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace shadowdag {
 
-/// How the samples of a shadow map get their answers.
+/// The method that computes the visibility of a map's samples.
 enum class Route : uint8_t { kRays = 0, kMap = 1 };
 
-/// Who served a map in the frame before: nobody (it was not asked for, or the renderer was reset),
+/// The method of a map in the frame before: none (it was not requested, or the renderer was reset),
 /// rays, or a map.
 enum class PreviousRoute : uint8_t { kNone = 0, kRays = 1, kMap = 2 };
 
@@ -32,11 +33,11 @@ constexpr const char* kCountNames[] = {"pages", "triangles", "pairs", "movers"};
 constexpr size_t kCountNameCount = std::size(kCountNames);
 static_assert(kCountsAll == (1u << kCountNameCount) - 1);
 
-/// What is known about a shadow map before it is served. All counts are integers of this frame.
+/// The known quantities of a shadow map before routing. All counts are integers of this frame.
 struct MapQuantities {
     uint32_t light = 0;
-    uint32_t octave = 0; ///< of this map among the light's: floor(log2) of what its clusters ask
-                         ///< for, lower ones with the lowest; 0 with one map a light
+    uint32_t octave = 0; ///< of this map among the light's: floor(log2) of its clusters'
+                         ///< requests, lower ones with the lowest; 0 with one map per light
     float texels = 0;    ///< requested face resolution R, after undersampling, before any rounding
     uint32_t faceTexels = 0; ///< allocated face resolution
     uint32_t pages = 0;      ///< pages its receivers touch at faceTexels
@@ -61,26 +62,28 @@ struct MapCost {
     double mapMs = 0;
 };
 
-/// Costs of every map of a frame, as `oracle` measures them and `--costs` replays them: the same
-/// file gives the same routing.
+/// Costs of every map of a frame, measured by `oracle` and replayed by `--costs`: the same file
+/// gives the same routing.
 struct FrameCosts {
     uint32_t frame = 0;
     std::vector<MapCost> maps; ///< ascending light, then octave
-    /// By what the maps' costs were multiplied, so that those of all maps by one method add up to
-    /// the frame by that method; 1 where they are isolated.
+    /// The factors by which the maps' costs were multiplied, so that those of all maps by one
+    /// method add up to the frame by that method; 1 if they are isolated.
     double raysScale = 1, mapsScale = 1;
-    double degradeDivisor =
-        1; ///< of the frame with every map drawn: over 1 where the pool was full
+    double degradeDivisor = 1; ///< of the frame with every map drawn: above 1 if the pool was full
+    /// The route of all maps if the whole frame by it was measured to be faster than the frame by
+    /// the cheaper method of each map: a frame of both methods pays for both.
+    std::optional<Route> wholeFrame = {};
 };
 
 struct CostCalibration;
 
-/// Returns by what factor a map costs more than its rays; infinity for rays that cost nothing
-/// beside a map that does, 1 where both cost nothing.
+/// Returns the ratio of a map's cost to its rays' cost; infinity for rays that cost nothing and a
+/// map that does, 1 if both cost nothing.
 double costRatio(double raysMs, double mapMs);
 
-/// Returns who serves a map whose drawing costs `ratio` times its tracing: rays over `least`, else
-/// the map. Not a number goes to the map, as a tie does: its cost does not grow with the samples.
+/// Returns the method of a map whose drawing costs `ratio` times its tracing: rays above `least`,
+/// else the map. NaN selects the map, as a tie does: its cost does not grow with the samples.
 inline Route routeOfRatio(double ratio, double least = 1) {
     return ratio > least ? Route::kRays : Route::kMap;
 }
@@ -89,9 +92,9 @@ inline Route routeOfRatio(double ratio, double least = 1) {
 class CostModel {
 public:
     virtual ~CostModel() = default;
-    /// Returns of every map, in order, by what factor drawing it costs more than tracing it, as far
-    /// as the model knows: over 1 where rays are cheaper, infinity where they are beyond doubt, 0
-    /// where the map is.
+    /// Returns for every map, in order, the ratio of the cost of drawing it to that of tracing it,
+    /// as far as the model knows: above 1 if rays are cheaper, infinity if they certainly are, 0 if
+    /// the map certainly is.
     virtual std::vector<double> weigh(const std::vector<MapQuantities>& maps) const = 0;
     /// Returns the route of every map, in order: rays where they are cheaper, the map at a tie. A
     /// map that had a route in the last frame keeps it until the other method is cheaper by more
@@ -105,12 +108,12 @@ public:
     /// Returns which of the counted quantities route() reads, a set of Counts. The others are
     /// counted for reports only, outside of the frame's time.
     virtual uint32_t counts() const { return kCountsAll; }
-    /// Gives the costs of the frame that is routed next; ignored by models that need none.
+    /// Sets the costs of the frame that is routed next; ignored by models that need none.
     virtual void setCosts(const FrameCosts&) {}
-    /// Returns whether weigh() needs a calibration that was not given yet (setCalibration).
+    /// Returns whether weigh() needs a calibration that was not set yet (setCalibration).
     virtual bool needsCalibration() const { return false; }
-    /// Gives what maps cost on this machine; ignored by models that need none. Throws Error kUsage
-    /// for a calibration without terms or with coefficients that are no costs.
+    /// Sets the costs of maps on this machine; ignored by models that need none. Throws Error
+    /// kUsage for a calibration without terms or with coefficients that are not costs.
     virtual void setCalibration(const CostCalibration&) {}
 };
 

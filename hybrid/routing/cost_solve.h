@@ -9,8 +9,8 @@ namespace shadowdag {
 
 constexpr size_t kMaxUnknowns = 10; ///< 2^10 sets of them are tried
 
-/// Returns x >= 0 that minimises |A x - b|^2: one coefficient a column. Deterministic; a column
-/// that is zero or that others make up gets 0, the later one of two that are alike.
+/// Returns x >= 0 that minimises |A x - b|^2: one coefficient per column. Deterministic; a zero
+/// column or a linear combination of others gets 0, and so does the later one of two equal columns.
 ///
 /// The positive coefficients of the best solution are the unconstrained solution in their columns,
 /// so the best of all sets of columns whose unconstrained solution is positive is the best of all:

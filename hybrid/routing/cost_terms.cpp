@@ -24,11 +24,11 @@ constexpr CostTerm kTerms[] = {
      false, true},
     {"face_side", "texels along a face's side", [](const Map& m) { return double(m.faceTexels); },
      kCountsNothing, false, true},
-    {"range_samples", "samples x range: lengths of rays, at most",
+    {"range_samples", "samples x range: an upper bound of the rays' lengths",
      [](const Map& m) { return double(m.samples) * double(m.range); }, kCountsNothing, true, false},
     {"pairs", "its exact pairs, estimated", [](const Map& m) { return double(m.pairs); },
      kCountsPairs, true, true},
-    {"mover_pairs", "pairs of lights that something moves near",
+    {"mover_pairs", "pairs of lights with moving objects nearby",
      [](const Map& m) { return m.movers > 0 ? double(m.pairs) : 0.0; },
      kCountsPairs | kCountsMovers, true, false},
     {"mover_crossings", "pairs x moving boxes that a line through the light's sphere crosses",
@@ -44,7 +44,7 @@ constexpr CostTerm kTerms[] = {
 
 void checkSum(const std::vector<CostSummand>& sum, const char* what) {
     if (sum.empty())
-        throw Error(ErrorKind::kUsage, std::string("cost model 'cost': no cost is known for ") +
+        throw Error(ErrorKind::kUsage, std::string("cost model 'cost': there is no cost for ") +
                                            what + "; calibrate again");
     for (const CostSummand& summand : sum)
         if (!std::isfinite(summand.ms) || summand.ms < 0)
@@ -68,8 +68,8 @@ public:
     std::vector<double> weigh(const std::vector<MapQuantities>& maps) const override {
         if (needsCalibration())
             throw Error(ErrorKind::kUsage,
-                        "cost model 'cost' routes by measured costs; give --costs C.json, as "
-                        "shadowdag calibrate -o C.json writes it");
+                        "cost model 'cost' routes by measured costs; give --costs C.json, which "
+                        "shadowdag calibrate -o C.json writes");
         std::vector<double> ratios;
         ratios.reserve(maps.size());
         for (const MapQuantities& map : maps)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas over named numbers, as files of studies have them. With cost_expression.h the only door
-// to muParser.
+// Formulas over named numbers, used by study files. With cost_expression.h the only user of
+// muParser.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ namespace shadowdag {
 using FormulaNames = std::vector<std::pair<const char*, double>>;
 
 /// Returns the value of a muParser expression over the names. Throws Error kUsage with muParser's
-/// reason and the position, and where it has not one value.
+/// reason and the position, and if it does not have exactly one value.
 double evaluateFormula(const std::string& formula, const FormulaNames& names);
 
 } // namespace shadowdag

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who answers the pairs of a map, or of a cluster and a light.
+// The method that computes the pairs of a map, or of a cluster and a light.
 #pragma once
 
 #include "cuda/macros.h"
@@ -8,11 +8,11 @@
 
 namespace shadowdag {
 
-/// How a pair is answered.
+/// How the visibility of a pair is computed.
 enum class ServedBy : uint32_t {
-    kRays,  ///< rays through voxels, and whatever else RayInputs names
-    kMap,   ///< a lookup in a shadow map that is drawn
-    kProof, ///< nothing: its cluster and light were proven to see each other
+    kRays,  ///< rays through voxels and the other inputs of RayInputs
+    kMap,   ///< a lookup in a drawn shadow map
+    kProof, ///< none: the light was proven to see the whole cluster
 };
 
 /// The method, and which of ShadowMapView::maps it reads.

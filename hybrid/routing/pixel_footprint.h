@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much of a light's map a pixel covers where both fall on the surface that the pixel shows:
-// what equation 1 leaves out (Olsson et al. 2015, sec. IV-B, names the light at an oblique angle as
-// its failure).
+// How much of a light's map a pixel covers if both project on the surface that the pixel shows: the
+// part that equation 1 leaves out (Olsson et al. 2015, sec. IV-B, names the light at an oblique
+// angle as its failure).
 //
 // Derivation. A pixel of side s at distance 1, at depth z on a ray of length v, is (s z)^2 large
 // across the camera's axis, (s z)^2 z / v across the ray, and A = (s z)^2 z / (n.v) on a surface of
@@ -11,22 +11,22 @@
 #pragma once
 
 #include "hybrid/clusters/cluster_lights.h"
-#include "shadowmap/sun_window.h"
+#include "shadowmap/directional_window.h"
 
 namespace shadowdag {
 
-/// How the resolution that a (cluster, light) pair wants is found.
+/// How the resolution requested by a (cluster, light) pair is computed.
 enum class ResolutionRule : uint8_t {
     kSphere, ///< the paper's equation 1: pixels over the solid angle of the cluster's sphere
     kPlane,  ///< a texel for a pixel at the cluster's mean position, on its mean plane
 };
 
-/// The least cosine of the angles to the light and to the camera that footprints are counted with.
-/// Without a bound a cluster that the light just touches would rule its whole map.
+/// The lower bound of the cosines of the angles to the light and to the camera in footprints.
+/// Without a bound a cluster at grazing light would decide the resolution of its whole map.
 constexpr double kLeastCosine = 0.1;
 
-/// Returns what a pixel covers of a light: of a point or spot light the solid angle, of a
-/// directional light the area across its rays in square metres. 0 where the surface faces away from
+/// Returns the part of a light that a pixel covers: for a point or spot light the solid angle, for
+/// a directional light the area across its rays in square metres. 0 if the surface faces away from
 /// the light.
 /// @param position,normal unit, of the surface that the pixel shows
 SDAG_HD inline double pixelShare(const ViewRays& view, const glm::dvec3& position,
@@ -48,10 +48,10 @@ SDAG_HD inline double pixelShare(const ViewRays& view, const glm::dvec3& positio
     return isDirectional ? across : across / distanceSquared;
 }
 
-/// Returns what a light's texels share together, times its R^2: what one texel covers at R = 1.
+/// Returns the total measure of a light's texels times 1 / R^2: that of one texel at R = 1.
 SDAG_HD inline double shareOfTexel(const Light& light) {
     constexpr double kFourPiOverSix = 2.0943951023931955;
-    return light.kind == Light::kSun ? sunExtentWorld(light) * sunExtentWorld(light)
+    return light.kind == Light::kSun ? directionalExtentWorld(light) * directionalExtentWorld(light)
                                      : kFourPiOverSix;
 }
 

@@ -10,27 +10,27 @@
 // cancel for small x.
 //
 // The light inside the sphere (d <= r): alpha is taken as 2 pi, R^2 = S / 3. The pixels are on
-// surfaces, and what a light sees of a surface in front of it, however near, stays within a half
-// space; 4 pi would spread them over twice the directions they can have. The rule continues the
-// equation, whose alpha is 2 pi at d = r, so R never jumps as a light or the camera moves, and it
-// never grows as the light comes nearer. (Octants of the box, S / 4 each, were considered: they ask
-// for up to 2.1 times as much for a light at the sphere's border, but jump by that factor there,
-// and the next clusters' equations rule at such a light anyway.)
+// surfaces, and a surface in front of a light, however near, covers at most a half space; 4 pi
+// would spread the pixels over twice the directions they can have. The rule continues the equation,
+// whose alpha is 2 pi at d = r, so R never jumps as a light or the camera moves, and it never grows
+// as the light comes nearer. (Octants of the box, S / 4 each, were considered: they request up to
+// 2.1 times as much for a light at the sphere's border, but jump by that factor there, and the next
+// clusters' equations decide at such a light anyway.)
 //
 // A deviation: r is the radius of the samples' box plus half a pixel's diagonal at the cluster's
-// far end. A pixel is not a point; without it a cluster of one sample has r = 0 and wants an
+// far end. A pixel is not a point; without this a cluster of one sample has r = 0 and requests an
 // infinite resolution, with it one texel for its pixel.
 #pragma once
 
 #include "hybrid/clusters/cluster_lights.h"
 #include "hybrid/routing/pixel_footprint.h"
-#include "shadowmap/sun_window.h"
+#include "shadowmap/directional_window.h"
 
 #include <bit>
 
 namespace shadowdag {
 
-/// Returns R^2, texels squared, that a cluster of `sampleCount` > 0 pixels wants of a light.
+/// Returns R^2, texels squared, that a cluster of `sampleCount` > 0 pixels requests of a light.
 /// @param radiusSquared,distanceSquared of the cluster's bounding sphere and of its centre from the
 /// light, same unit
 SDAG_HD inline float requiredResolutionSquared(uint32_t sampleCount, double radiusSquared,
@@ -42,9 +42,9 @@ SDAG_HD inline float requiredResolutionSquared(uint32_t sampleCount, double radi
     return float(samples * (1.0 + glm::sqrt(1.0 - x)) / (3.0 * x));
 }
 
-/// Returns R^2 that a cluster wants of a directional light, in texels of the lattice of which R
-/// make sunExtentWorld: the equation in the limit of a light far away, where the sphere covers the
-/// disc pi r^2 of the light, and S texels are to cover that.
+/// Returns R^2 that a cluster requests of a directional light, in texels of the lattice of which R
+/// make directionalExtentWorld: the limit of the equation for a light far away, for which the
+/// sphere covers the disc pi r^2, and S texels are to cover that.
 SDAG_HD inline float requiredDirectionalResolutionSquared(uint32_t sampleCount,
                                                           double radiusSquared,
                                                           double extentWorld) {
@@ -65,7 +65,8 @@ SDAG_HD inline double clusterRadiusSquared(const Box& box, const ViewRays& view)
     return radius * radius;
 }
 
-/// The most maps a light may have, and the number of octaves that requests are told apart by.
+/// The maximum number of maps per light, and the number of octaves by which requests are
+/// distinguished.
 constexpr uint32_t kMaxMapsPerLight = 16;
 
 /// Returns floor(log2 R), 0 to kMaxMapsPerLight - 1, of a squared resolution.
@@ -75,7 +76,7 @@ SDAG_HD inline uint32_t octaveOf(float resolutionSquared) {
     return uint32_t(octave < int(kMaxMapsPerLight) ? octave : int(kMaxMapsPerLight) - 1);
 }
 
-/// What lights' clusters ask for together.
+/// The combined requests of lights' clusters.
 /// A slot is light * kMaxMapsPerLight + octave. wantedSquared: one a (cluster, light) pair.
 struct LightDemandView {
     View<uint32_t> resolutionSquaredBits; ///< by light: float bits of the maximum R^2
@@ -85,8 +86,8 @@ struct LightDemandView {
     View<uint32_t> mapClusterCount;       ///< its clusters
 };
 
-/// Finds what every pair of a cluster asks for, and raises the demand of its light (zero before;
-/// order independent).
+/// Computes the request of every pair of a cluster, and raises the demand of its light (zero
+/// before; order independent).
 struct DemandResolution {
     ClusterView clusters;
     ClusterLightsView lists;
@@ -117,7 +118,7 @@ struct DemandResolution {
             float wanted =
                 light.kind == Light::kSun
                     ? requiredDirectionalResolutionSquared(samples, radiusSquared,
-                                                           sunExtentWorld(light))
+                                                           directionalExtentWorld(light))
                     : requiredResolutionSquared(samples, radiusSquared, glm::dot(toLight, toLight));
             if (rule == ResolutionRule::kPlane) {
                 const double share = pixelShare(view, plane.position, plane.normal, light);
@@ -131,21 +132,21 @@ struct DemandResolution {
     }
 };
 
-/// Tells every pair of a cluster which of its light's maps serves it, and raises that map's demand
-/// (zero before; order independent). With several maps a light a pair goes by the octave of what it
-/// asks for, the octaves below the mapsPerLight highest together with the lowest of these. An
-/// octave's bounds do not move with the light's maximum, so a still cluster stays with its map when
-/// others come and go. Source: Olsson et al. 2015, sec. IV-C (histogram of requested resolutions;
-/// its buckets are not given there). A directional light always has a map for every two octaves,
-/// each the window of a clipmap: one map over near and far receivers would hold them all at the
-/// resolution of the nearest. (One an octave drew half as many triangles again, 2.1 against 1.4
-/// million with a sun over `houses`, 0.79 against 0.48 in `atrium`, on 101 % and 83 % of the
-/// pages.)
+/// Assigns every pair of a cluster to one of its light's maps, and raises that map's demand (zero
+/// before; order independent). With several maps per light a pair goes by the octave of its
+/// request; octaves below the mapsPerLight highest are combined with the lowest of these. An
+/// octave's bounds do not move with the light's maximum, so a static cluster keeps its map when
+/// others change. Source: Olsson et al. 2015, sec. IV-C (histogram of requested resolutions; its
+/// buckets are not given there). A directional light always has a map for every two octaves, each
+/// the window of a clipmap: a single map over near and far receivers would have the resolution of
+/// the nearest everywhere. (One per octave drew half as many triangles again, 2.1 against 1.4
+/// million with a directional light over `houses`, 0.79 against 0.48 in `atrium`, on 101 % and 83 %
+/// of the pages.)
 struct DemandMaps {
     ClusterView clusters;
     ClusterLightsView lists; ///< record not read
     LightDemandView demand;
-    View<uint32_t> slot;   ///< one a pair; kProvenLit before: none is wanted
+    View<uint32_t> slot;   ///< one per pair; kProvenLit before: no request
     float scale;           ///< of R^2: 1 / undersample^2
     uint32_t mapsPerLight; ///< 1..kMaxMapsPerLight
     View<const Light> lights;
@@ -188,15 +189,15 @@ struct MarkOccupiedSlots {
     SDAG_HD void operator()(size_t slot) const { recordOfSlot[slot] = mapClusterCount[slot] != 0; }
 };
 
-/// The lengths of what gathering lists, in the order in which they are noted.
+/// The lengths of the gathered lists, in the order in which they are stored.
 enum GatheredLength : uint32_t {
     kClusterLength,
-    kSampleLength,       ///< of the clusters that found room
+    kSampleLength,       ///< of the clusters in the list
     kClusterLightLength, ///< (cluster, light) pairs of these
     kGatheredLengths
 };
 
-/// Copies the lengths, wherever they were found, to where they are fetched together.
+/// Copies the lengths to where they are fetched together.
 struct NoteLengths {
     View<const uint32_t> clusterCount, sampleCount, clusterLightCount; ///< 1 each
     View<uint32_t> lengths;                                            ///< kGatheredLengths

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gathers what every light's clusters ask of its shadow maps, and numbers the maps.
+// Gathers the requests of every light's clusters to its shadow maps, and numbers the maps.
 #pragma once
 
 #include "cuda/pass.h"
@@ -18,7 +18,7 @@ struct LightDemand {
 
     Buffer<uint32_t> resolutionSquaredBits;
     Buffer<float> wantedSquared;
-    /// The three arrays by slot, one after the other, and kGatheredLengths: fetched in one go.
+    /// The three arrays by slot, one after the other, and kGatheredLengths: fetched in one copy.
     Buffer<uint32_t> ofMaps;
     Buffer<uint32_t> recordOfSlot;
 
@@ -28,7 +28,7 @@ struct LightDemand {
     size_t slotCount() const {
         return ofMaps.size() < kGatheredLengths ? 0 : (ofMaps.size() - kGatheredLengths) / 3;
     }
-    /// Where gathering notes its lengths.
+    /// The destination of the lengths of gathering.
     View<uint32_t> lengths() { return {ofMaps.view().data + 3 * slotCount(), kGatheredLengths}; }
 
 private:
@@ -42,11 +42,11 @@ inline void noteLengths(Backend backend, const NoteLengths& work) {
     runPass(backend, work);
 }
 
-/// Replaces the demands by those of these clusters and writes lists.record, which assignLights made
-/// and pruning may have filled in. Maps are numbered by
-/// light, then by octave. All integers, deterministic. All views live on the backend.
+/// Replaces the demands by those of these clusters and writes lists.record, which assignLights
+/// created and pruning may have filled in. Maps are numbered by light, then by octave. All
+/// integers, deterministic. All views are on the backend.
 /// @param undersample > 0, divides resolutions; @param mapsPerLight 1..kMaxMapsPerLight
-/// @param gbuffer of the clusters' samples; only kSphere does without
+/// @param gbuffer of the clusters' samples; not needed by kSphere
 inline void gatherDemand(Backend backend, const ClusterView& clusters, ClusterLights& lists,
                          View<const Light> lights, const ViewRays& view, float undersample,
                          uint32_t mapsPerLight, LightDemand& demand,

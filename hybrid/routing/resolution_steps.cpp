@@ -55,8 +55,8 @@ uint32_t allocateResolution(const std::vector<uint32_t>& steps, double resolutio
         return step == steps.end() ? steps.back() : *step;
     };
     const uint32_t enough = least(resolutionSquared);
-    // What is kept against shrinking: the step that a request 1 / kShrinkBelow times as large would
-    // get, at most.
+    // The resolution kept against shrinking: at most the step of a request 1 / kShrinkBelow times
+    // as large.
     const uint32_t kept = least(resolutionSquared / squared(kShrinkBelow));
     return std::clamp(previousFaceTexels, enough, kept);
 }

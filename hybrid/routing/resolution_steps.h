@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The resolutions that shadow maps are allocated in, and how one that wavers between two stays
-// where it is.
+// The allocated resolutions of shadow maps, and hysteresis for a request that varies between two of
+// them.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,12 @@
 
 namespace shadowdag {
 
-/// Steps of 2^(1/4): a map has up to 41 % more texels than it asked for, 20 % on average. (Steps of
-/// sqrt(2) would have 100 % and 44 %; what finer steps cost is a redraw more often, which
-/// hysteresis takes back.)
+/// Steps of 2^(1/4): a map has up to 41 % more texels than requested, 20 % on average. (Steps of
+/// sqrt(2) would have 100 % and 44 %; finer steps cause more redraws, which hysteresis reduces.)
 constexpr uint32_t kStepsPerOctave = 4;
 
-/// A map shrinks only when it needs less than this of the lower step: its request may waver by 10 %
-/// without changing it.
+/// A map shrinks only when it needs less than this part of the lower step: its request may vary by
+/// 10 % without changing it.
 constexpr double kShrinkBelow = 0.9;
 
 /// Returns the face resolutions, ascending integers from 1 to `maxFaceTexels` inclusive: 2^(k / 4)
@@ -26,10 +25,10 @@ std::vector<uint32_t> makeResolutionSteps(uint32_t maxFaceTexels);
 std::vector<uint32_t> makeDirectionalResolutionSteps();
 
 /// Returns the step to allocate for a request of `resolutionSquared` texels^2: the least step that
-/// holds it, within [minFaceTexels, the last step]; the previous one if that is enough and not too
-/// much (kShrinkBelow). Compares squares: no root decides.
+/// is enough, within [minFaceTexels, the last step]; the previous one if that is enough and not too
+/// large (kShrinkBelow). Compares squares, so no root decides.
 /// @param steps from makeResolutionSteps
-/// @param previousFaceTexels what the map had in the last frame; 0 for none
+/// @param previousFaceTexels resolution in the last frame; 0 for none
 uint32_t allocateResolution(const std::vector<uint32_t>& steps, double resolutionSquared,
                             uint32_t minFaceTexels, uint32_t previousFaceTexels);
 

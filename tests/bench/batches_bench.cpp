@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What batches cost and save: their size and how the tree is cut, updates against rebuilds, polygon
-// levels of detail. One JSON object on standard output; scenes/BATCHES.md and
-// shadowmap/POLYGON_LOD.md keep the tables.
+// Costs and gains of batches: their size and the cut of the tree, updates compared with rebuilds,
+// polygon levels of detail. One JSON object on standard output; scenes/BATCHES.md and
+// shadowmap/POLYGON_LOD.md contain the tables.
 //     batches_bench sizes SCENE TIME...     triangles and batches drawn, times of two stages
 //     batches_bench lod SCENE TIME...       triangles drawn and errors, at 640 x 360
 //     batches_bench update|refit|rebuild SCENE COUNT   the same motion three ways: for callgrind

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What bias and filter of a map's lookup cost and give, on standard output as one JSON object, for
+// Effects of bias and filter of a map's lookup, on standard output as one JSON object, for
 // shadowmap/FILTERS.md and `shadowdag_report bias` (tools/report):
 // "acne": on surfaces alone in the world, the share of points, lit by Embree, that a lookup calls
 //   dark (under one half), by the light's angle and the bias;

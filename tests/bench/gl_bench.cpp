@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The OpenGL backend beside the CPU's, pair by pair, as a table on standard output: what differs,
-// and what frames take on both. Times are medians of three frames from nothing, after one that is
-// not counted (drivers compile shaders when they first run). Differences are checked against what
-// tests allow before times are printed.
+// Compares the OpenGL backend with the CPU's, pair by pair, as a table on standard output:
+// differences, and times of frames on both. Times are medians of three frames without kept state,
+// after an uncounted one (drivers compile shaders at first use). Differences are compared with the
+// tests' bounds before times are printed.
 //
 //     gl_bench [WIDTH HEIGHT [VOXELS]]      640 360 1024 by default
 #include "cuda/statistics.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Google Benchmark over voxelizing and shadow rays at small sizes, for watching our own changes.
 // The comparison with Embree and NanoVDB is `shadowdag bench voxel`, which this runs once first:
-// nothing is timed before it has verified the answers.
+// nothing is timed before it has verified the results.
 #include "scenes/builtin.h"
 #include "tools/bench/bench_voxel.h"
 #include "voxel/dag_stream.h"

@@ -10,7 +10,7 @@
 namespace shadowdag {
 namespace {
 
-TEST(Atomics, ReturnWhatWasThereBefore) {
+TEST(Atomics, ReturnThePreviousValue) {
     uint32_t word = 5;
     EXPECT_EQ(atomicAddRelaxed(&word, 2), 5u);
     EXPECT_EQ(word, 7u);

@@ -22,7 +22,7 @@ Error errorOf(const std::string& name) {
     return Error(ErrorKind::kUsage, "");
 }
 
-TEST(Backend, CpuIsAlwaysThere) {
+TEST(Backend, CpuIsAlwaysAvailable) {
     EXPECT_EQ(chooseBackend("cpu"), Backend::kCpu);
     EXPECT_STREQ(backendName(Backend::kCpu), "cpu");
     EXPECT_STREQ(backendName(Backend::kCuda), "cuda");
@@ -42,7 +42,7 @@ TEST(Backend, UnknownNameIsAUsageErrorThatListsTheChoices) {
 }
 
 // OpenGL's room says what there is (tests/gl); a program without that room says so.
-TEST(Backend, OpenGlWithoutItsRoomIsADeviceError) {
+TEST(Backend, OpenGlWithoutItsLibraryIsADeviceError) {
     const Error error = errorOf("gl");
     EXPECT_EQ(error.kind(), ErrorKind::kDevice);
     EXPECT_THAT(error.what(), HasSubstr("built without OpenGL"));
@@ -50,7 +50,7 @@ TEST(Backend, OpenGlWithoutItsRoomIsADeviceError) {
     EXPECT_EQ(deviceName(Backend::kGl), "");
 }
 
-TEST(Backend, CudaAskedAndAbsentIsADeviceErrorWithReasonAndRemedy) {
+TEST(Backend, CudaWithoutADeviceIsADeviceErrorWithReasonAndRemedy) {
     if (chooseBackend("auto") == Backend::kCuda)
         GTEST_SKIP() << "a CUDA device is present";
     const Error error = errorOf("cuda");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs a test on both backends: the CUDA half skips with the reason where no device answers.
+// Runs a test on both backends: the CUDA half skips with the reason if there is no device.
 #pragma once
 
 #include "cuda/backend.h"

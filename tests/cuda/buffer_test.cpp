@@ -50,7 +50,7 @@ TEST_P(BufferOn, EmptyIsAllowedEverywhere) {
     EXPECT_EQ(buffer.view().data, nullptr);
 }
 
-TEST_P(BufferOn, LedgerKnowsWhatIsHeldAndThePeak) {
+TEST_P(BufferOn, LedgerRecordsHeldBytesAndThePeak) {
     const std::string name = "test/ledger";
     {
         Buffer<uint32_t> a(GetParam(), name, 100);
@@ -79,7 +79,7 @@ TEST_P(BufferOn, ResizeWithinCapacityAllocatesNothing) {
     EXPECT_EQ(entryOf("test/capacity", GetParam()).bytes, 6000u); // half as much again
 }
 
-TEST_P(BufferOn, MoreThanThereIsIsAResourceErrorThatNamesTheBuffer) {
+TEST_P(BufferOn, TooLargeIsAResourceErrorThatNamesTheBuffer) {
     Buffer<uint64_t> buffer(GetParam(), "test/too large");
     for (const size_t count :
          {size_t(1) << 50, size_t(1) << 60, (size_t(1) << 61) + 1, ~size_t(0)}) {
@@ -97,18 +97,18 @@ TEST_P(BufferOn, MoreThanThereIsIsAResourceErrorThatNamesTheBuffer) {
     EXPECT_EQ(buffer.size(), 3u);
 }
 
-TEST(AvailableBytes, AreRefusedWhereTheSystemDoesNotTell) {
+TEST(AvailableBytes, AreRefusedIfTheSystemDoesNotReportThem) {
     EXPECT_EQ(detail::bytesOfPages(3, 4096), 12288u);
     try {
         detail::bytesOfPages(-1, 4096);
         FAIL() << "taken for a number";
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kDevice);
-        EXPECT_THAT(error.what(), HasSubstr("does not tell how much memory is available on cpu"));
+        EXPECT_THAT(error.what(), HasSubstr("does not report how much memory is available on cpu"));
     }
 }
 
-TEST_P(BufferOn, AvailableBytesAreWhatIsThere) {
+TEST_P(BufferOn, AvailableBytesAreThoseOfTheSystem) {
     const uint64_t bytes = availableBytes(GetParam());
     EXPECT_GT(bytes, 1u << 20);
     EXPECT_LT(bytes, uint64_t(1) << 50);

@@ -12,7 +12,7 @@ constexpr bool kAssertions = true;
 constexpr bool kAssertions = false;
 #endif
 
-TEST(AssertDeathTest, FalseConditionAbortsAndSaysWhichAndWhere) {
+TEST(AssertDeathTest, FalseConditionAbortsAndPrintsItsTextAndPlace) {
     if (!kAssertions)
         GTEST_SKIP() << "built without SDAG_ASSERTIONS";
     const int one = 1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What passes left on one backend, held against what they left on another: integers and whatever
-// integers are made from bit for bit, other floats within a stated tolerance.
+// Compares the results of passes on two backends: integers, and floats from which integers are
+// computed, bit for bit, other floats within a stated tolerance.
 #pragma once
 
 #include "cuda/buffer.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The judge of parity, judged: differences planted in copies of a snapshot.
+// Tests the comparison of parity with differences planted in copies of a snapshot.
 #include "tests/cuda/parity.h"
 
 #include "tests/cuda/backends.h"
@@ -73,7 +73,7 @@ TEST(Parity, NamesTheFirstArrayAndCountsTheRest) {
                              HasSubstr("2 later arrays differ as well")));
 }
 
-TEST(Parity, FindsLengthsAndArraysThatAreNotThere) {
+TEST(Parity, FindsMissingArraysAndOtherLengths) {
     EXPECT_EQ(foundAfter([](Contents& c) { c.ids.push_back(0); }),
               "'frame 1: ids' has 4 elements instead of 3");
     EXPECT_EQ(foundAfter([](Contents& c) { c.colors.pop_back(); }),
@@ -86,7 +86,7 @@ TEST(Parity, FindsLengthsAndArraysThatAreNotThere) {
 }
 
 // 1e-4 of the larger of 1 and the value: 1e-4 beside 0 and 1, 1e-2 beside 100.
-TEST(Parity, AllowsFloatsTheirToleranceAndNoMore) {
+TEST(Parity, AllowsFloatsTheirToleranceOnly) {
     const auto at = [](size_t element, int axis, float value) {
         return foundAfter([&](Contents& c) { c.colors[element][axis] = value; });
     };

@@ -52,7 +52,7 @@ TEST_P(ProbeOn, GivesTheBitsOfUnfusedArithmetic) {
 
 INSTANTIATE_TEST_SUITE_P(Both, ProbeOn, kBothBackends, backendSuffix);
 
-TEST(Probe, AskedForCudaInAProgramWithoutItIsADeviceError) {
+TEST(Probe, CudaInAProgramWithoutItIsADeviceError) {
     if (builtWithCuda())
         GTEST_SKIP() << "this program was built with CUDA";
     try {

@@ -15,7 +15,7 @@ namespace {
 
 class ReadbackOn : public OnBackend {};
 
-TEST_P(ReadbackOn, HoldsWhatWasThereWhenItWasAskedFor) {
+TEST_P(ReadbackOn, ContainsTheDataAtTheTimeOfTheRequest) {
     Buffer<uint32_t> words(GetParam(), "test/words");
     Readback readback(GetParam(), 3);
     for (uint32_t i = 0; i < 3; ++i) {
@@ -32,7 +32,7 @@ TEST_P(ReadbackOn, HoldsWhatWasThereWhenItWasAskedFor) {
 
 INSTANTIATE_TEST_SUITE_P(Both, ReadbackOn, kBothBackends, backendSuffix);
 
-TEST(LengthGuess, KnowsNothingAtFirstAndThenALittleMoreThanWasThere) {
+TEST(LengthGuess, IsEmptyAtFirstAndThenExceedsTheLastLengthSlightly) {
     LengthGuess guess;
     EXPECT_EQ(guess.get(), 0u);
     guess.note(800);

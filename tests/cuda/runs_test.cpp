@@ -38,7 +38,7 @@ TEST_P(RunsOn, OfNothingAreNone) {
     expectRuns(GetParam(), {}, 0);
 }
 
-TEST_P(RunsOn, OfHandMadeKeysAreWhatTheEyeSees) {
+TEST_P(RunsOn, OfHandMadeKeysAreTheExpectedOnes) {
     expectRuns(GetParam(), {7}, 0);
     expectRuns(GetParam(), {7, 7, 7}, 0);
     expectRuns(GetParam(), {0, 1, 2}, 0);
@@ -62,7 +62,7 @@ TEST_P(RunsOn, OfRandomKeysAreThoseOfASerialWalk) {
             }
 }
 
-TEST_P(RunsOn, ReplaceThoseOfBefore) {
+TEST_P(RunsOn, ReplaceEarlierOnes) {
     Buffer<uint64_t> many(GetParam(), "test/many"), few(GetParam(), "test/few");
     many.upload({1, 2, 3, 4, 5});
     few.upload({9, 9});

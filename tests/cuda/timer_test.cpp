@@ -45,8 +45,8 @@ TEST(StageTimer, LetsAnotherExceptionPassAndAddsNoTime) {
     EXPECT_TRUE(times.stagesMs.empty());
 }
 
-// As the device's stages come in: places first, times when they are asked for.
-TEST(StageTimes, SettleAddsWhatWasPendingOnceInThePlacesTaken) {
+// As the device's stages come in: places first, times at settle().
+TEST(StageTimes, SettleAddsPendingTimesOnceInTheirPlaces) {
     StageTimes times;
     int waitCount = 0;
     times.addLater("draw", [&] {
@@ -68,14 +68,14 @@ TEST(StageTimes, SettleAddsWhatWasPendingOnceInThePlacesTaken) {
     EXPECT_EQ(times.stagesMs, settled);
 }
 
-TEST(StageTimes, SettleThrowsWhatFailedAndAddsNoTimeForIt) {
+TEST(StageTimes, SettleRethrowsFailuresAndAddsNoTimeForThem) {
     StageTimes times;
     times.addLater("draw", [] { return 1.0; });
     times.addLater("shade", []() -> double { throw Error(ErrorKind::kDevice, "a kernel failed"); });
     EXPECT_THROW(times.settle(), Error);
     EXPECT_EQ(times.stageMs("draw"), 1.0);
     EXPECT_EQ(times.stageMs("shade"), 0.0);
-    times.settle(); // asks nobody twice
+    times.settle(); // fetches no time twice
     EXPECT_EQ(times.totalMs(), 1.0);
 }
 
@@ -83,7 +83,7 @@ class StageTimerOn : public OnBackend {};
 
 // Queueing fills takes a device's host microseconds; the fills take what memory can do, of which
 // there is none of 50 TB a second.
-TEST_P(StageTimerOn, CoversWhatIsQueuedWithinItAndNotWhatWasBefore) {
+TEST_P(StageTimerOn, CoversTheWorkQueuedWithinItOnly) {
     constexpr int kFillCount = 10;
     StageTimes times;
     Buffer<uint32_t> words(GetParam(), "test/words",

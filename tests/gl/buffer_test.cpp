@@ -29,7 +29,7 @@ uint64_t held(const std::string& name) {
     return 0;
 }
 
-TEST_F(GlBufferTest, HoldsWhatWasUploaded) {
+TEST_F(GlBufferTest, ContainsTheUploadedData) {
     GlBuffer buffer("test words");
     const std::vector<uint32_t> words{3, 1, 4, 1, 5};
     buffer.upload(words);
@@ -41,7 +41,7 @@ TEST_F(GlBufferTest, HoldsWhatWasUploaded) {
     EXPECT_THAT(buffer.download<uint32_t>(), testing::ElementsAre(7, 7, 9, 7, 7));
 }
 
-TEST_F(GlBufferTest, GrowsAndKeepsWhatItIsAskedToKeep) {
+TEST_F(GlBufferTest, GrowsAndKeepsItsContentOnRequest) {
     GlBuffer buffer("test growing");
     buffer.upload(std::vector<uint32_t>{1, 2, 3});
     buffer.resize(1000 * sizeof(uint32_t), true);
@@ -51,7 +51,7 @@ TEST_F(GlBufferTest, GrowsAndKeepsWhatItIsAskedToKeep) {
               (std::vector<uint32_t>{1, 2, 3}));
 }
 
-TEST_F(GlBufferTest, StandsInTheLedgerWhileItLives) {
+TEST_F(GlBufferTest, IsInTheLedgerDuringItsLifetime) {
     {
         GlBuffer buffer("test ledger");
         buffer.resize(4096);

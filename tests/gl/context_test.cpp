@@ -30,7 +30,7 @@ TEST_F(GlContextTest, IsOpenGl45WithWhatShadersNeed) {
     EXPECT_GE(10 * major + minor, 45);
 }
 
-TEST_F(GlContextTest, CurrentGivesBackWhatWasCurrent) {
+TEST_F(GlContextTest, CurrentRestoresThePreviousContext) {
     const GlContext one, other;
     ASSERT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
     {
@@ -47,7 +47,7 @@ TEST_F(GlContextTest, CurrentGivesBackWhatWasCurrent) {
     EXPECT_EQ(eglGetCurrentContext(), EGL_NO_CONTEXT);
 }
 
-TEST_F(GlContextTest, MovesFromThreadToThreadButIsOfOneAtATime) {
+TEST_F(GlContextTest, MovesBetweenThreadsButBelongsToOneAtATime) {
     const GlContext context;
     std::string renderer;
     std::thread([&] {
@@ -67,7 +67,7 @@ TEST_F(GlContextTest, MovesFromThreadToThreadButIsOfOneAtATime) {
     EXPECT_THAT(refusal, testing::HasSubstr("EGL_BAD_ACCESS"));
 }
 
-TEST_F(GlContextTest, ErrorsAreThrownWithTheWorkThatIsBlamed) {
+TEST_F(GlContextTest, ErrorsNameTheWork) {
     const GlContext context;
     const GlContext::Current current(context);
     glEnable(0x1234);
@@ -103,18 +103,18 @@ TEST(GlLimits, TooLittleIsRefusedByName) {
             return error.what();
         }
     };
-    EXPECT_THAT(refusal(&GlInfo::vertexStorageBlocks), testing::HasSubstr("a vertex shader"));
-    EXPECT_THAT(refusal(&GlInfo::fragmentStorageBlocks), testing::HasSubstr("a fragment shader"));
+    EXPECT_THAT(refusal(&GlInfo::vertexStorageBlocks), testing::HasSubstr("per vertex shader"));
+    EXPECT_THAT(refusal(&GlInfo::fragmentStorageBlocks), testing::HasSubstr("per fragment shader"));
     EXPECT_THAT(refusal(&GlInfo::computeStorageBlocks),
-                testing::HasSubstr("a device has 15 storage blocks a compute shader, and the "
+                testing::HasSubstr("a device has 15 storage blocks per compute shader, and the "
                                    "OpenGL backend needs 16"));
     EXPECT_THAT(refusal(&GlInfo::combinedStorageBlocks),
-                testing::HasSubstr("15 storage blocks a program"));
+                testing::HasSubstr("15 storage blocks per program"));
     EXPECT_THAT(refusal(&GlInfo::storageBindings), testing::HasSubstr("bindings"));
-    EXPECT_THAT(refusal(&GlInfo::subpixelBits), testing::HasSubstr("7 bits below a pixel"));
+    EXPECT_THAT(refusal(&GlInfo::subpixelBits), testing::HasSubstr("7 subpixel bits"));
 }
 
-TEST(GlLimits, ADriverThatIsTooOldIsNotToBeInstalledButUpdated) {
+TEST(GlLimits, ATooOldDriverGetsTheAdviceToUpdate) {
     const std::string old = glAbsence("; device 0: EGL_BAD_MATCH (no OpenGL 4.5 core)", true);
     EXPECT_THAT(old, testing::HasSubstr("has no OpenGL 4.5 core: update it"));
     EXPECT_THAT(old, testing::Not(testing::HasSubstr("install")));

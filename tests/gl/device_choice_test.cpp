@@ -14,7 +14,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// Devices that answer or not, and who was asked.
+/// Devices that work or not, and the devices that were tried.
 struct Devices {
     std::vector<std::string> names{"device 0", "surfaceless", "device 1"};
     std::map<std::string, bool> answers;
@@ -32,7 +32,7 @@ struct Devices {
     }
 };
 
-TEST(GlDeviceChoice, TheFirstThatAnswersIsAskedAloneEverAfter) {
+TEST(GlDeviceChoice, TheFirstWorkingDeviceIsUsedFromThenOn) {
     Devices devices;
     devices.answers["surfaceless"] = true;
     GlDeviceChoice choice;
@@ -46,7 +46,7 @@ TEST(GlDeviceChoice, TheFirstThatAnswersIsAskedAloneEverAfter) {
     EXPECT_THAT(devices.asked, ElementsAre("surfaceless"));
 }
 
-TEST(GlDeviceChoice, OneThatDoesNotAnswerAgainIsNotReplaced) {
+TEST(GlDeviceChoice, AFailedDeviceIsNotReplaced) {
     Devices devices;
     devices.answers["device 0"] = devices.answers["device 1"] = true;
     GlDeviceChoice choice;
@@ -63,16 +63,16 @@ TEST(GlDeviceChoice, OneThatDoesNotAnswerAgainIsNotReplaced) {
         }
     };
     devices.answers["device 0"] = false;
-    EXPECT_THAT(refusal(), HasSubstr("device 0 so far, which does not answer again; device 0: "
+    EXPECT_THAT(refusal(), HasSubstr("device 0 before, which can no longer be opened; device 0: "
                                      "asleep"));
     devices.names.erase(devices.names.begin());
-    EXPECT_THAT(refusal(), HasSubstr("not there any more"));
+    EXPECT_THAT(refusal(), HasSubstr("no longer exists"));
     devices.names.insert(devices.names.begin(), "device 0");
     devices.answers["device 0"] = true; // back again: the same device
     EXPECT_EQ(refusal(), "");
 }
 
-TEST(GlDeviceChoice, WhereNoneAnswersAllAreToldAndAskedAgain) {
+TEST(GlDeviceChoice, IfNoneWorksAllAreReportedAndTriedAgain) {
     Devices devices;
     GlDeviceChoice choice;
     std::string why;

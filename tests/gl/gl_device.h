@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Tests that need OpenGL 4.5: they skip, with EGL's reason, where there is none.
+// Tests that need OpenGL 4.5: they skip, with EGL's reason, if it is missing.
 #pragma once
 
 #include "cuda/backend.h"

@@ -36,7 +36,7 @@ TEST(Glsl, ConstantsKeepEveryBit) {
     EXPECT_EQ(std::stod(text.substr(1)), 1e-28);
 }
 
-TEST(Glsl, AFileThatIsNotThereIsNamed) {
+TEST(Glsl, AMissingFileIsReportedByName) {
     try {
         expandGlsl({{"a", "#include \"nowhere.glsl\"\n"}}, "a");
         FAIL() << "expanded";
@@ -53,7 +53,7 @@ TEST(Glsl, NumbersThatStartALogsLinesBecomePaths) {
     EXPECT_EQ(nameGlslFiles("9:1: z\n17 errors\n: 1:2\n", paths), "9:1: z\n17 errors\n: 1:2\n");
 }
 
-TEST(Glsl, TheRoomsTextsAreInTheProgram) {
+TEST(Glsl, TheFoldersTextsAreEmbedded) {
     EXPECT_THAT(expandGlsl(glGlsl(), "gl/groups.glsl").text, testing::HasSubstr("itemIndex"));
     EXPECT_EQ(glGlsl().size(), 3u);
 }

@@ -60,7 +60,7 @@ TEST_F(GlProgramTest, AdjacentDispatchesRunEveryItemOnce) {
         ASSERT_EQ(found[i], 1u) << i;
 }
 
-TEST_F(GlProgramTest, ARefusalNamesTheFileAndWhatTheCompilerSays) {
+TEST_F(GlProgramTest, ARefusalContainsTheFileAndTheCompilersMessage) {
     const GlContext context;
     const GlContext::Current current(context);
     const GlslTexts texts{{"main.comp", "#include \"part.glsl\"\nlayout(local_size_x = 1) in;\n"
@@ -77,7 +77,7 @@ TEST_F(GlProgramTest, ARefusalNamesTheFileAndWhatTheCompilerSays) {
 }
 
 // What gl/numerics.glsl promises, whichever way this device takes: the processor's bits.
-TEST_F(GlProgramTest, NumericsAreThoseOfTheProcessor) {
+TEST_F(GlProgramTest, NumericsAreThoseOfTheCpu) {
     const GlContext context;
     const GlContext::Current current(context);
     constexpr char kText[] =

@@ -14,7 +14,7 @@ protected:
     ~GlSlicesTest() override { setGlPoll({}); }
 };
 
-TEST_F(GlSlicesTest, PiecesCoverAllAndFollowWhatTheyTake) {
+TEST_F(GlSlicesTest, PiecesCoverAllAndAdaptToTheirTimes) {
     const GlContext context;
     const GlContext::Current current(context);
     int pollCount = 0;
@@ -45,7 +45,7 @@ TEST_F(GlSlicesTest, PiecesCoverAllAndFollowWhatTheyTake) {
     EXPECT_LE(longest, 10u);
 }
 
-TEST_F(GlSlicesTest, WhatThePollThrowsEndsTheWork) {
+TEST_F(GlSlicesTest, AnExceptionOfThePollEndsTheWork) {
     struct Stop {};
     const GlContext context;
     const GlContext::Current current(context);

@@ -90,7 +90,7 @@ TEST_F(GlSparseArrayTest, PagesKeepTheirTexelsWhileOthersComeAndGo) {
     }
 }
 
-TEST_F(GlSparseArrayTest, WhetherLayersCanBeDrawnIntoIsKnown) {
+TEST_F(GlSparseArrayTest, DrawingIntoLayersIsTested) {
     EXPECT_EQ(context->info().drawsSparseLayers,
               GlSparseArray::canBeDrawnInto(context->info().layerExtension));
     RecordProperty("drawsSparseLayers", context->info().drawsSparseLayers);

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks what every file must keep: the licence line, #pragma once, no dead code, no path of one machine, and one
+"""Checks rules for every file: the licence line, #pragma once, no dead code, no path of one machine, and one
 package list.
 
     conventions.py SOURCE_DIR      checks the tree, after checking itself on planted violations
@@ -14,13 +14,17 @@ from sources import CODE_SUFFIXES, expect, project_files, read, report
 SPDX = "SPDX-License-Identifier: Apache-2.0"
 SPDX_SUFFIXES = CODE_SUFFIXES + (".py", ".cmake", ".sh")
 PACKAGE_LIST = "packages.txt"
-# Folders that exist on somebody's machine only. Assembled, so that this file does not break its own rule.
-MACHINE_PATH = re.compile(r"(?<![\w.$}~/:*-])/(?:" + "|".join(("home", "root", "work", "Users", "workspace", "mnt")) +
+# Folders that exist on one machine only. Assembled, so that this file does not break its own rule.
+MACHINE_FOLDERS = ("home", "root", "work", "Users", "workspace", "mnt")
+MACHINE_PATH = re.compile(r"(?<![\w.$}~/:*-])/(?:" + "|".join(MACHINE_FOLDERS) +
                           r")(?:/[\w.-]|\b(?![\w/.-]))|\b[A-Z]:\\\\?[Uu]sers")
 DEAD_CODE = re.compile(r"^\s*#\s*if\s+0\b")
 TO_DO = re.compile(r"\b(TO" r"DO|FIX" r"ME|XX" r"X)\b(?!\()")
-# A literal package after apt's install; git and its certificates are what fetches this list.
+# A literal package after apt's install; git and its certificates are needed to fetch this list.
 APT_INSTALL = re.compile(r"\bapt(?:-get)?\s+(?:-\S+\s+)*install\s+(?:-\S+\s+)*(?!git\b|ca-certificates\b)([a-z][a-z0-9.+-]+)")
+
+# At least one of these is in every text that MACHINE_PATH or APT_INSTALL finds something in.
+LINE_WORDS = tuple("/" + folder for folder in MACHINE_FOLDERS) + ("sers", "apt")
 
 
 def packages_of(text):
@@ -38,7 +42,9 @@ def check_text(path, text, packages):
             violations.append(f"{path}:1: the first line must hold '{SPDX}'")
     if path.suffix == ".h" and "#pragma once" not in lines:
         violations.append(f"{path}:1: no #pragma once")
-    for number, line in enumerate(lines, 1):
+    # Most files, committed results above all, contain no word of the lines' rules; a search for words is fast.
+    may_have_lines = path.suffix in SPDX_SUFFIXES or any(word in text for word in LINE_WORDS)
+    for number, line in enumerate(lines if may_have_lines else [], 1):
         where = f"{path}:{number}:"
         if path.suffix in CODE_SUFFIXES:
             if DEAD_CODE.search(line):
@@ -52,7 +58,7 @@ def check_text(path, text, packages):
         if match and path.name != PACKAGE_LIST and path.suffix not in CODE_SUFFIXES: # an error may name a remedy
             violations.append(f"{where} installs '{match[1]}'; {PACKAGE_LIST} is the only package list")
     if str(path) != PACKAGE_LIST and path.suffix not in CODE_SUFFIXES:
-        named = sorted({p for p in packages if p.endswith("-dev") and re.search(rf"(?<![\w-]){re.escape(p)}(?![\w-])", text)})
+        named = sorted({p for p in packages if p.endswith("-dev") and p in text and re.search(rf"(?<![\w-]){re.escape(p)}(?![\w-])", text)})
         if len(named) >= 3:
             violations.append(f"{path}:1: names {', '.join(named)}; {PACKAGE_LIST} is the only package list")
     return violations
@@ -66,7 +72,7 @@ def check_packages(packages):
 
 
 def check(root):
-    """Returns the violations of the tree, and the number of files looked at."""
+    """Returns the violations of the tree, and the number of files checked."""
     files = project_files(root)
     packages = packages_of(read(root, PACKAGE_LIST))
     violations = check_packages(packages)
@@ -76,7 +82,7 @@ def check(root):
 
 
 def self_test():
-    """Plants one violation of each kind, and clean files, and sees the check tell them apart."""
+    """Self-test: plants one violation of each kind and clean files, and verifies the result."""
     home, work = "/" + "home", "/" + "work"
     spdx = f"// {SPDX}\n"
     planted = {

@@ -20,6 +20,9 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 # A step of docs/developing.md: a numbered item that starts with a link names the file and, in brackets, an anchor: text
 # that the file holds at the place to edit.
 STEP = re.compile(r"^\d+\. \[`?([^\]`]+)`?\]\(([^)]+)\)(?: \(`([^`]+)`\))?", re.MULTILINE)
+# A key that the reader of a study asks for.
+STUDY_KEY = re.compile(r'\.(?:choices?|flag|list|numbers?|object|required|requiredNumber|settings|texts?)\(\s*"(\w+)"')
+STUDY_KINDS = ("failures", "real", "stability", "ablation")
 # A path below one of our folders, as comments and documents name it.
 FOLDERS = "cuda|gl|scenes|voxel|shadowmap|hybrid|tools|tests|docs|workflow|cmake"
 MENTION = re.compile(rf"(?<![\w./-])((?:{FOLDERS})/[\w./-]*\w\.(?:h|cpp|cu|py|md|glsl|comp|json))\b(?![*<{{])")
@@ -37,7 +40,7 @@ def anchor_of(heading):
 
 
 def check_links(root, path, text):
-    """Returns the links of a document that lead nowhere."""
+    """Returns the broken links of a document."""
     violations = []
     for target, anchor in LINK.findall(text):
         if re.match(r"[a-z]+:", target):
@@ -51,8 +54,8 @@ def check_links(root, path, text):
 
 
 def check_mentions(path, text, known):
-    """Returns the files of this project that a document or a comment mentions and that do not exist, and what it cites
-    from elsewhere. NAME in a path stands for any name."""
+    """Returns the missing files of this project that a document or a comment mentions, and its citations of other
+    documents. NAME in a path means any name."""
     if path.suffix in CODE_SUFFIXES:
         text = "\n".join(COMMENT.findall(text))
     violations = [f"{path}: mentions '{name}', which does not exist"
@@ -62,7 +65,7 @@ def check_mentions(path, text, known):
 
 
 def check_readme(text):
-    """Returns what is wrong with README's size."""
+    """Returns the violations of README's size."""
     lines = text.splitlines()
     violations = []
     if len(lines) > README_LINES:
@@ -96,22 +99,43 @@ def check_developing(root, text):
     return violations
 
 
+def check_studies(document, readers):
+    """Returns the keys that a study's reader asks for and that docs/studies.md lacks in the section of its kind.
+
+    @param readers the text of a kind's reader, by kind
+    """
+    sections = {text.split()[0]: text for text in re.split(r"^## ", document, flags=re.MULTILINE)[1:]}
+    return [f"docs/studies.md: '## {kind}' does not describe the key '{key}'"
+            for kind, text in readers.items() for key in sorted(set(STUDY_KEY.findall(text)) - {"name"})
+            if f"`{key}`" not in sections.get(kind, "")]
+
+
+def check_statuses(guide, help_text):
+    """Returns what the user guide and the program's help say differently of exit statuses."""
+    in_guide = re.findall(r"^\| (\d) \| (.*?) \|$", guide, re.MULTILINE)
+    in_help = re.findall(r'^\s*"  (\d) (.*)\\n"$', help_text, re.MULTILINE)
+    if in_guide and [(number, meaning.replace("`", "")) for number, meaning in in_guide] == in_help:
+        return []
+    return [f"docs/user_guide.md: the exit statuses are {in_guide}, and {in_help} in the help"]
+
+
 def claims_of(results):
-    """Returns what README must say, word for word, from the committed results."""
+    """Returns the literal claims of README, from the committed results."""
     def load(name):
         return json.loads((results / name).read_text())
     runs = {run["label"]: run for run in load("compare-atrium.json")["runs"]}
-    dag, maps, exact = runs["dag 4096^3"], runs["maps"], runs["dag-exact 4096^3"]
-    validations = [load(path.name) for path in sorted(results.glob("validate-*-dag-exact.json"))]
+    labels = ("dag believe none", "embree", "dag 4096^3 believe all", "maps")
+    exact, embree, dag, maps = (runs[label] for label in labels)
+    validations = [load(path.name) for path in sorted(results.glob("validate-*-dag-none.json"))]
     wrong = sum(v["false_shadow_count"] + v["false_light_count"] for v in validations)
     rates = {r["tracer"]: r["megarays_per_s"] for r in load("bench-voxel-atrium-4096.json")["rates"] if r["order"] == "cluster"}
-    mebibytes = [(run["dag_bytes"] + run["map_bytes"]) / 2.0**20 for run in (dag, maps)]
+    mebibytes = [(run["dag_bytes"] + run["map_bytes"] + run.get("exact_bytes", 0)) / 2.0**20 for run in (exact, dag, maps)]
     return [
+        f"{exact['time_ms']:.0f} ms by rays that believe no voxel, {embree['time_ms']:.0f} ms by Embree's packets, "
         f"{dag['time_ms']:.0f} ms through the DAG at 4096^3 and {maps['time_ms']:.0f} ms with maps",
-        f"{dag['mean_abs_visibility_error']:.4f} and {maps['mean_abs_visibility_error']:.4f}",
-        "{:.1f} and {:.1f} MiB".format(*mebibytes),
+        "{:.5f}, 0, {:.4f} and {:.4f}".format(*(run["mean_abs_visibility_error"] for run in (exact, dag, maps))),
+        "{:.1f}, {:.1f} and {:.1f} MiB".format(*mebibytes),
         "all but {} of {} pairs".format(wrong, f"{sum(v['pair_count'] for v in validations):,}".replace(",", " ")),
-        f"{exact['time_ms']:.0f} ms a frame",
         f"{rates['traceStream AVX-512']:.2f} million rays",
         f"`rtcOccluded1` traces {rates['rtcOccluded1']:.2f}, `rtcOccluded16` {rates['rtcOccluded16']:.2f}",
         f"NanoVDB's HDDA {rates['NanoVDB HDDA']:.2f}",
@@ -119,13 +143,13 @@ def claims_of(results):
 
 
 def check_claims(text, claims):
-    """Returns the claims that README does not state as they were measured."""
+    """Returns the claims that README lacks or states differently."""
     flat = " ".join(text.split())
     return [f"README.md: does not say '{claim}', as the committed results do" for claim in claims if claim not in flat]
 
 
 def check(root, claims):
-    """Returns the violations of the tree, and the number of files looked at."""
+    """Returns the violations of the tree, and the number of files checked."""
     root = pathlib.Path(root)
     files = [path for path in project_files(root) if path.suffix in MENTIONING]
     known = {str(path) for path in project_files(root)}
@@ -136,7 +160,7 @@ def check(root, claims):
             violations.append(f"{path}: holds the markers of a merge conflict")
         if path.suffix == ".md":
             violations += check_links(root, path, text)
-        if path.parts[:2] != ("tests", "house"):  # the checks plant what they look for
+        if path.parts[:2] != ("tests", "house"):  # the checks plant violations themselves
             violations += check_mentions(path, text, known)
     readme = read(root, "README.md")
     violations += check_readme(readme) + check_claims(readme, claims)
@@ -144,8 +168,15 @@ def check(root, claims):
     return violations, len(files)
 
 
+def check_against_sources(root):
+    """Returns where documents differ from the sources that they describe."""
+    readers = {kind: read(root, f"tools/studies/{kind}_study.cpp") for kind in STUDY_KINDS}
+    return (check_studies(read(root, "docs/studies.md"), readers)
+            + check_statuses(read(root, "docs/user_guide.md"), read(root, "tools/settings/command_line.cpp")))
+
+
 def self_test():
-    """Plants one violation of each kind, and clean files, and sees the check tell them apart."""
+    """Self-test: plants one violation of each kind and clean files, and verifies the result."""
     developing = ("# Developing\n## Add a row\n1. [`tools/a.cpp`](../tools/a.cpp) (`kRows`): add one.\n"
                   "2. [`tools/a.cpp`](../tools/a.cpp) (`kGone`): add one.\n3. [`tools/b.cpp`](../tools/b.cpp) (`kRows`)\n"
                   "4. [`tools/a.cpp`](../tools/a.cpp): no anchor\n5. [`tools/c.h`](../tools/a.cpp) (`kRows`)\n## Add nothing\nText.\n")
@@ -170,6 +201,13 @@ def self_test():
             expect(sum(part in v for v in violations) == 1, f"wanted one violation with {part}, got {violations}")
         extra = [v for v in violations if not any(part in v for part in expected)]
         expect(not [v for v in extra if "mentions 'tools/" not in v], f"not wanted: {extra}")
+    readers = {"real": 'reader.required("name"); reader.text("said", a); reader.numbers("unsaid", b);'}
+    found = check_studies("# Studies\n## real\n| `said` |\n## other\n`unsaid`\n", readers)
+    expect(found == ["docs/studies.md: '## real' does not describe the key 'unsaid'"], f"got {found}")
+    table = "| 0 | done |\n| 1 | wrong usage, or `fit` |\n"
+    equal = '    "Exit status:\\n"\n    "  0 done\\n"\n    "  1 wrong usage, or fit\\n"\n'
+    expect(not check_statuses(table, equal), "equal statuses")
+    expect(len(check_statuses(table, equal.replace("wrong ", ""))) == 1, "a status that differs")
     expect(len(check_readme("x\n" * (README_LINES + 1))) == 1, "a README that is too long")
     expect(len(check_readme("x" * (README_COLUMNS + 1))) == 1, "a README that is too wide")
     expect(not check_readme("x" * README_COLUMNS + "\n" + "x\n" * (README_LINES - 1)), "a README of the right size")
@@ -178,4 +216,5 @@ def self_test():
 if __name__ == "__main__":
     self_test()
     source = pathlib.Path(sys.argv[1])
-    sys.exit(report("documents", *check(source, claims_of(source / "tests/bench/results"))))
+    found, count = check(source, claims_of(source / "tests/bench/results"))
+    sys.exit(report("documents", found + check_against_sources(source), count))

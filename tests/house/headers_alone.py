@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles every header alone: each includes what it uses. A header that its own x.cpp includes before all else has
-been compiled alone by the build; the rest is compiled here.
+"""Compiles every header alone: each includes what it uses.
 
-    headers_alone.py SOURCE_DIR [--cuda-include DIR] -- COMPILER [FLAG...]
+    headers_alone.py SOURCE_DIR [--built] [--cuda-include DIR] -- COMPILER [FLAG...]
 
-Headers that include the CUDA runtime are skipped, by name, where no toolkit is given. A compiler cache in front of
-COMPILER makes the second run cheap, which is why objects are written and -fsyntax-only is not used.
+With --built, the build also compiles sources one by one, so that a header that its own x.cpp includes first is compiled
+alone there, and is skipped here. Headers that include the CUDA runtime are skipped, by name, if no toolkit is given. A
+compiler cache in front of COMPILER makes the second run fast; for that objects are written and -fsyntax-only is not
+used.
 """
 import concurrent.futures
 import os
@@ -32,7 +33,7 @@ def proven_by_build(root, header):
 
 
 def compile_alone(root, header, command, folder):
-    """Returns the compiler's complaint about a source that holds nothing but this include, or an empty string."""
+    """Returns the compiler's message about a source with only this include, or an empty string."""
     stem = str(header).replace("/", "_")
     source = pathlib.Path(folder) / f"{stem}.cpp"
     source.write_text(f'#include "{header}"\n#include "{header}"\n')
@@ -42,9 +43,10 @@ def compile_alone(root, header, command, folder):
     return "\n".join(lines[:8]) if result.returncode else ""
 
 
-def check(root, command, cuda_include, folder):
-    """Returns the violations, the number of headers compiled, and those skipped."""
-    headers = [path for path in code_files(root) if path.suffix == ".h" and not proven_by_build(root, path)]
+def check(root, command, cuda_include, folder, is_built):
+    """Returns the violations, the number of headers compiled, those skipped, and how many the build compiles."""
+    every = [path for path in code_files(root) if path.suffix == ".h"]
+    headers = [path for path in every if not (is_built and proven_by_build(root, path))]
     skipped = [h for h in headers if not cuda_include and needs_cuda(root, h)]
     chosen = [h for h in headers if h not in skipped]
     if cuda_include:
@@ -52,11 +54,11 @@ def check(root, command, cuda_include, folder):
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         complaints = pool.map(lambda h: compile_alone(root, h, command, folder), chosen)
         violations = [f"{h} does not compile alone:\n{c}" for h, c in zip(chosen, complaints) if c]
-    return violations, len(chosen), skipped
+    return violations, len(chosen), skipped, len(every) - len(headers)
 
 
 def self_test(command, folder):
-    """Plants headers that lean on another's includes, one without #pragma once, and ones that are clean or proven."""
+    """Self-test: plants headers that rely on another's includes, one without #pragma once, and ones that are clean or proven."""
     with tempfile.TemporaryDirectory() as planted:
         root = pathlib.Path(planted)
         (root / "alone.h").write_text("#pragma once\n#include <string>\ninline std::string a() { return {}; }\n")
@@ -66,9 +68,11 @@ def self_test(command, folder):
         (root / "proven.cpp").write_text('// The build compiles it.\n#include "proven.h"\n')
         (root / "late.h").write_text("#pragma once\ninline std::vector<int> d() { return {}; }\n")
         (root / "late.cpp").write_text('#include <vector>\n#include "late.h"\n')
-        violations, checked, skipped = check(root, command, None, folder)
-        expect(checked == 4 and not skipped, f"{checked} headers seen")
-        expect([v.split()[0] for v in violations] == ["late.h", "leaning.h", "twice.h"], f"got {violations}")
+        for is_built, count, broken in ((True, 4, ["late.h", "leaning.h", "twice.h"]),
+                                        (False, 5, ["late.h", "leaning.h", "proven.h", "twice.h"])):
+            violations, checked, skipped, proven = check(root, command, None, folder, is_built)
+            expect(checked == count and proven == 5 - count and not skipped, f"{checked} headers seen")
+            expect([v.split()[0] for v in violations] == broken, f"got {violations}")
 
 
 if __name__ == "__main__":
@@ -76,7 +80,10 @@ if __name__ == "__main__":
     cuda = own[own.index("--cuda-include") + 1] if "--cuda-include" in own else None
     with tempfile.TemporaryDirectory() as objects:
         self_test(compiler, objects)
-        found, count, left_out = check(pathlib.Path(own[0]).resolve(), compiler, cuda, objects)
+        found, count, left_out, left_to_build = check(pathlib.Path(own[0]).resolve(), compiler, cuda, objects,
+                                                      "--built" in own)
     for name in left_out:
         print(f"skipped: {name} needs the CUDA toolkit")
+    if left_to_build:
+        print(f"skipped: {left_to_build} headers that their own sources include first: the build compiles them")
     sys.exit(report("headers alone", found, count))

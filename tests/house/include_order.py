@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Enforces the include table: folders include only what stands to their left, third-party headers only where
-their library is at home, and every file's includes come in the order own, project, third-party, std.
+"""Enforces the include table: folders include only those to their left, third-party headers are included only in
+their library's folders, and every file's includes come in the order own, project, third-party, std.
 
     include_order.py SOURCE_DIR      checks the tree, after checking itself on planted violations
+
+The orders that docs/method.md states must be these, too.
 """
 import pathlib
 import re
@@ -24,7 +26,7 @@ MAY_INCLUDE = {
 }
 
 # Rooms of a folder, each with the rooms that it may include. Files beside the rooms belong to the room given for ".".
-# A folder that is not here has no order of its own yet.
+# A folder that is not listed has no internal order yet.
 ROOMS = {
     # gbuffer <- rays <- clusters <- routing <- frame <- { gl, judge }
     "hybrid": {
@@ -153,8 +155,33 @@ def check_file(root, path):
     return violations
 
 
+def order_of(chains):
+    """Returns {name: those that it may include} of lines such as "a <- { b, c } <- d": all to the left, and itself."""
+    allowed = {}
+    for chain in chains:
+        before = set()
+        for step in chain.split("<-"):
+            names = set(re.findall(r"\w+", step))
+            for name in names:
+                allowed.setdefault(name, {name}).update(before)
+            before |= {of for name in names for of in allowed[name]}
+    return allowed
+
+
+def check_document(text):
+    """Returns the orders of docs/method.md that are not those enforced here."""
+    chains = re.findall(r"^ {4,}(\w+ <- .*)$", text, re.MULTILINE)
+    violations = []
+    for what, table in (("of the folders", MAY_INCLUDE), *((f"inside {folder}/", ROOMS[folder]) for folder in ROOMS)):
+        stated = order_of(chain for chain in chains if set(re.findall(r"\w+", chain)) <= set(table))
+        if stated != table:
+            wrong = sorted(name for name in table if stated.get(name) != table[name])
+            violations.append(f"docs/method.md: the order {what} is another than here, for {', '.join(wrong)}")
+    return violations
+
+
 def check(root):
-    """Returns the violations of the tree, and the number of files looked at."""
+    """Returns the violations of the tree, and the number of files checked."""
     files = [path for path in code_files(root) if path.parts[0] in MAY_INCLUDE]
     strangers = [f"{path}: sources live in {', '.join(MAY_INCLUDE)}" for path in code_files(root)
                  if path.parts[0] not in MAY_INCLUDE]
@@ -162,7 +189,7 @@ def check(root):
 
 
 def self_test():
-    """Plants one violation of each kind, and clean files, and sees the check tell them apart."""
+    """Self-test: plants one violation of each kind and clean files, and verifies the result."""
     planted = {
         "cuda/a.h": ('#include "scenes/b.h"\n', "does not stand before"),
         "scenes/b.h": ('#include <glm/vec3.hpp>\n#include <vector>\n', None),
@@ -187,6 +214,9 @@ def self_test():
         "hybrid/judge/r.cpp": ('#include "hybrid/gl/p.h"\n', "hybrid/gl/ does not stand before it"),
         "hybrid/attic/s.h": ('#include "hybrid/routing/q.h"\n', 'no room "attic"'),
     }
+    expect(order_of(["a <- { b, c } <- d", "a <- e"]) ==
+           {"a": {"a"}, "b": {"a", "b"}, "c": {"a", "c"}, "d": {"a", "b", "c", "d"}, "e": {"a", "e"}}, "an order")
+    expect(len(check_document("    gl <- cuda\n")) == 1 + len(ROOMS), "orders that are not stated")
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder)
         for name, (text, _) in planted.items():
@@ -204,4 +234,5 @@ def self_test():
 
 if __name__ == "__main__":
     self_test()
-    sys.exit(report("include order", *check(sys.argv[1])))
+    found, count = check(sys.argv[1])
+    sys.exit(report("include order", found + check_document(read(sys.argv[1], "docs/method.md")), count))

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks that every pass (cuda/pass.h) is registered once, in a file that is compiled for both processors, and that
-what it has for one processor alone it has for the other as well.
+a kernel for one processor has a counterpart for the other.
 
     passes.py SOURCE_DIR [LIBRARY...]      checks the tree, after checking itself on planted violations
 
-With the libraries of a build with CUDA, it also looks their symbols up: both launchers of every pass must be defined.
+With the libraries of a build with CUDA, it also checks their symbols: both launchers of every pass must be defined.
 """
 import pathlib
 import re
@@ -14,7 +14,7 @@ import tempfile
 
 from sources import code_files, expect, project_files, read, report
 
-# Passes that one processor alone runs, and why.
+# Passes for one processor only, with the reason.
 ONE_PROCESSOR = {"RasterizeBatches": "a GPU draws by slots"}
 REGISTRATION = re.compile(r"^\s*SDAG(_CPU|_CUDA)?_PASS\((\w+)\)", re.M)
 RUN = re.compile(r"\brunPass\(\s*[^,;]+,\s*(\w+)\{")
@@ -34,7 +34,7 @@ def added_files(root):
 
 
 def check(root):
-    """Returns the violations of the tree, the number of files looked at, and the registered passes."""
+    """Returns the violations of the tree, the number of files checked, and the registered passes."""
     added = added_files(root)
     files = [path for path in code_files(root) if path.name not in ("pass.h", "pass_launch.h")]
     violations, registered, own, run = [], {}, {}, {}
@@ -78,7 +78,7 @@ def check_libraries(registered, libraries):
 
 
 def self_test():
-    """Plants one violation of each kind, and clean passes, and sees the check tell them apart."""
+    """Self-test: plants one violation of each kind and clean passes, and verifies the result."""
     planted = {
         "a/CMakeLists.txt": "sdag_add_passes(lib passes.cpp)\nsdag_add_cuda_sources(lib warp_cuda.cu\n  other.cu)\n",
         "a/passes.cpp": "SDAG_PASS(Both)\nSDAG_CPU_PASS(Warp)\nSDAG_CUDA_PASS(Stream)\nSDAG_CPU_PASS(Lost)\n"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that shaders and C++ type nothing twice: a constant or a function that both need stands in a leaf header
+"""Checks that shaders and C++ share their texts: a constant or a function that both need is in a leaf header
 (gl/leaf.h), or reaches the shader as a definition that the program prints (glslConstant of gl/program.h).
 
     shared_texts.py SOURCE_DIR      checks the tree, after checking itself on planted violations
@@ -26,11 +26,11 @@ OWN_OF_SHADERS = {
     "main",
     # Access to buffers that C++ hides in views.
     "vertexWorld", "pageTableIndex", "faceLayer", "voxelFromWorld",
-    # Traversals and loops over those buffers: any order gives the same bits, and the shaders' parity tests hold them to it.
+    # Traversals and loops over those buffers: any order gives the same bits, which the shaders' parity tests verify.
     "occluded", "occludedInLeaf", "childHits", "childCorner", "shadowSegment", "lookupVisibility", "truthPairRay",
     "blocksTruthRay", "isDarkByRays", "isDarkByMovers", "mayShadow", "nearDepth", "lightFromWorld", "windowFromWorld",
     "isCut", "isOpaque", "isOpaqueOnFace", "rayEnd",
-    # The processor's arithmetic, which GLSL has to be told.
+    # The CPU's arithmetic, which GLSL has to reproduce.
     "fusedMultiplyAdd", "quotient", "dotInOrder", "crossInOrder",
 }
 
@@ -70,7 +70,7 @@ def check_shader(path, text, cpp_names, cpp_functions):
 
 
 def check(root):
-    """Returns the violations of the tree, and the number of shaders and leaf headers looked at."""
+    """Returns the violations of the tree, and the number of shaders and leaf headers checked."""
     files = project_files(root)
     shaders = [path for path in files if path.suffix in SHADER_SUFFIXES]
     leaves = [path for path in files if is_leaf(path)]
@@ -108,7 +108,7 @@ def check(root):
 
 
 def self_test():
-    """Plants one violation of each kind, and clean files, and sees the check tell them apart."""
+    """Self-test: plants one violation of each kind and clean files, and verifies the result."""
     planted = {
         "CMakeLists.txt": ("sdag_embed_glsl(a glsl a_leaf.h c.comp)\n", []),
         "a.h": ("constexpr float kOwn = 7.0f;\ninline float weigh(float x) {\n    return x;\n}\n"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files that the checks of this folder read, and how a check reports. Standard library only."""
+"""Lists the files for the checks of this folder, and reports their results. Standard library only."""
 import pathlib
 import subprocess
 import sys
@@ -17,7 +17,7 @@ def project_files(root):
             check=True, capture_output=True).stdout.decode().split("\0")
         files = [pathlib.Path(name) for name in listed if name]
     except (OSError, subprocess.CalledProcessError):
-        # An unpacked archive: everything but builds and outputs.
+        # An unpacked archive: everything except builds and outputs.
         files = [path.relative_to(root) for path in root.rglob("*")
                  if path.relative_to(root).parts[0] not in (".git", "build", "report", "install")]
     return sorted(path for path in files
@@ -45,6 +45,6 @@ def report(what, violations, checked):
 
 
 def expect(condition, message):
-    """A self-test's assertion; active whatever the interpreter's flags."""
+    """A self-test's assertion; active with any flags of the interpreter."""
     if not condition:
         sys.exit(f"self-test failed: {message}")

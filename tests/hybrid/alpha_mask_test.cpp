@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Alpha masks before every method: G-buffer, truth, exact rays, movers, maps and voxels see the
-// same holes, and a chequer board's umbra is where it must be.
+// Alpha masks in every method: G-buffer, truth, exact rays, moving geometry, maps and voxels have
+// the same holes, and a chequer board's umbra is correct.
 #include "scenes/alpha_mask.h"
 
 #include "hybrid/gbuffer/gbuffer_pass.h"
 #include "hybrid/judge/embree_baseline.h"
-#include "hybrid/rays/exact_tree.h"
+#include "hybrid/rays/exact_ray.h"
 #include "scenes/split_mix.h"
 #include "tests/hybrid/fail_stage.h"
 #include "tests/hybrid/triangle_soup.h"
@@ -22,7 +22,7 @@ constexpr uint32_t kResolutionLog2 = 9;
 
 FrameOptions exactFrame() {
     FrameOptions options = failFrame();
-    options.rays.kind = RayKind::kExact;
+    options.rays.believe = 0.0f;
     return options;
 }
 
@@ -41,7 +41,7 @@ TEST_P(FailAlpha, ExactRaysAreTheTruth) {
 }
 
 // Errors by maps are outlines: each is explained, or is the contact that the bias forgives.
-TEST_P(FailAlpha, MapsErrAtOutlinesOnly) {
+TEST_P(FailAlpha, MapsDifferAtOutlinesOnly) {
     FailStage stage(failSceneOf("fail-alpha"), kResolutionLog2, GetParam());
     const FailOutcome maps = stage.run("texels:0");
     EXPECT_EQ(maps.report.total.unexplainedFalseShadowCount, 0u);
@@ -120,7 +120,7 @@ TEST(AlphaMaskTruth, RebuildingFollowsTheMasks) {
 }
 
 // The camera looks straight down through the board at the floor.
-TEST(AlphaMaskGBuffer, HolesShowWhatLiesBehind) {
+TEST(AlphaMaskGBuffer, HolesShowTheSurfaceBehind) {
     const BoardStage stage(2.0f, 1.0f, 8.0f);
     const BatchSet batches(stage.view(), std::vector<uint32_t>(stage.soup.triangles.size(), 0u));
     Camera camera;
@@ -152,7 +152,7 @@ TEST(AlphaMaskGBuffer, HolesShowWhatLiesBehind) {
     EXPECT_GT(holeCount, 300u);
 }
 
-// The tree of triangles near the voxels of opaque parts against every triangle.
+// Single rays through the hierarchy over opaque parts against every triangle.
 TEST(AlphaMaskExact, RaysThroughCutSoupsAreDecidedAsByEveryTriangle) {
     constexpr uint64_t kSeed = 20260401;
     RecordProperty("seed", std::to_string(kSeed));
@@ -183,38 +183,31 @@ TEST(AlphaMaskExact, RaysThroughCutSoupsAreDecidedAsByEveryTriangle) {
     triangles.masks = masks.view();
     std::vector<uint32_t> all(triangles.count());
     std::iota(all.begin(), all.end(), 0u);
-    Box bounds;
-    for (const glm::vec3& p : soup.positions)
-        bounds.add(p);
     const TruthSpace space = truthSpaceOf(triangles.positions);
     const TruthGeometry geometry{triangles, space.origin, space.diagonal};
     const Truth truth(triangles);
-    for (const uint32_t log2 : {4u, 8u}) {
-        const VoxelGrid grid = gridAround(bounds, log2);
-        const Dag dag = voxelize(triangles, viewOf(all), grid);
-        const TriangleTree tree = buildTriangleTree(triangles, viewOf(all), grid);
-        uint64_t blockedCount = 0, throughHoleCount = 0;
-        for (int i = 0; i < 20000; ++i) {
-            const glm::vec3 from = inCube(3.0f), to = inCube(3.0f);
-            const TruthRay ray = truth.segmentRay(from, to);
-            bool isBlocked = false, crossesAny = false;
-            for (const uint32_t t : all) {
-                const bool blocks = blocksTruthRay(geometry, ray, t);
-                isBlocked |= blocks;
-                TruthGeometry solid = geometry;
-                solid.triangles.masks = {};
-                crossesAny |= blocksTruthRay(solid, ray, t);
-            }
-            ASSERT_EQ(isBlockedExactly(dag.view(), {geometry, tree.view()}, ray), isBlocked) << i;
-            uint8_t byEmbree = 0;
-            truth.traceBlocked(&ray, 1, &byEmbree);
-            ASSERT_EQ(byEmbree != 0, isBlocked) << i;
-            blockedCount += isBlocked;
-            throughHoleCount += crossesAny && !isBlocked;
+    const TriangleBvh bvh = buildTriangleBvh(geometry, viewOf(all));
+    uint64_t blockedCount = 0, throughHoleCount = 0;
+    for (int i = 0; i < 20000; ++i) {
+        const glm::vec3 from = inCube(3.0f), to = inCube(3.0f);
+        const TruthRay ray = truth.segmentRay(from, to);
+        bool isBlocked = false, crossesAny = false;
+        for (const uint32_t t : all) {
+            const bool blocks = blocksTruthRay(geometry, ray, t);
+            isBlocked |= blocks;
+            TruthGeometry solid = geometry;
+            solid.triangles.masks = {};
+            crossesAny |= blocksTruthRay(solid, ray, t);
         }
-        EXPECT_GT(blockedCount, 2000u);
-        EXPECT_GT(throughHoleCount, 1000u);
+        ASSERT_EQ(isBlockedExactly({geometry, bvh.view()}, ray), isBlocked) << i;
+        uint8_t byEmbree = 0;
+        truth.traceBlocked(&ray, 1, &byEmbree);
+        ASSERT_EQ(byEmbree != 0, isBlocked) << i;
+        blockedCount += isBlocked;
+        throughHoleCount += crossesAny && !isBlocked;
     }
+    EXPECT_GT(blockedCount, 2000u);
+    EXPECT_GT(throughHoleCount, 1000u);
 }
 
 } // namespace

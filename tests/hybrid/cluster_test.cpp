@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Clusters partition the samples, and their boxes hold them.
+// Clusters partition the samples, and their boxes contain them.
 #include "hybrid/clusters/cluster_pass.h"
 
 #include "cuda/error.h"
@@ -131,7 +131,7 @@ TEST(Clusters, HoldEverySampleExactlyOnceInItsCell) {
     }
 }
 
-TEST(Clusters, BoxesHoldTheirSamplesAndTightOnesAreLeast) {
+TEST(Clusters, BoxesContainTheirSamplesAndTightOnesAreMinimal) {
     for (const ClusterBounds bounds : {ClusterBounds::kImplicit, ClusterBounds::kTight}) {
         const Clustered c(5, 200, 100, bounds);
         const ClusterView clusters = c.clusters.view();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Suns through the whole frame: closed forms, every method, far from the origin, through time.
+// Directional lights through the whole frame: closed forms, every method, far from the origin,
+// through time.
 #include "tests/hybrid/fail_stage.h"
 
 #include <gtest/gtest.h>
@@ -78,7 +79,7 @@ TEST(DirectionalLight, APostsShadowIsItsHeightOverTheTangentOfTheElevation) {
     const glm::dvec2 along = glm::normalize(glm::dvec2(0.6, 0.64));
     const double length = 2.0 / kTanElevation; // the post at the origin is 2 m high
     FrameOptions exactly = failFrame();
-    exactly.rays.kind = RayKind::kExact;
+    exactly.rays.believe = 0.0f;
     for (const auto& [model, options, slack] :
          {std::tuple("texels:0", failFrame(), 0.25), std::tuple("texels:inf", failFrame(), 0.25),
           std::tuple("texels:inf", exactly, 0.17)}) {
@@ -126,7 +127,7 @@ TEST(DirectionalLight, EveryMethodAgreesWithTheClosedFormThroughTime) {
         EXPECT_LT(voxels.falseShadowPercent(), 1.6) << time;
         EXPECT_LT(voxels.falseLightPercent(), 0.05) << time;
 
-        options.rays.kind = RayKind::kExact;
+        options.rays.believe = 0.0f;
         const FailOutcome exact = stage.run("texels:inf", options);
         EXPECT_EQ(exact.report.total.falseShadowCount + exact.report.total.falseLightCount, 0u)
             << time;
@@ -154,7 +155,7 @@ TEST(DirectionalLight, FarFromTheOriginNothingIsUnexplained) {
     EXPECT_EQ(voxels.report.total.unexplainedFalseLightCount, 0u);
     EXPECT_EQ(voxels.report.total.acneCount, 0u);
     FrameOptions exactly = failFrame();
-    exactly.rays.kind = RayKind::kExact;
+    exactly.rays.believe = 0.0f;
     const FailOutcome exact = stage.run("texels:inf", exactly);
     // Vertices and samples lie on the same grid of 8 mm: some rays pass through edges exactly.
     EXPECT_LE(exact.report.total.falseShadowCount + exact.report.total.falseLightCount,
@@ -163,7 +164,7 @@ TEST(DirectionalLight, FarFromTheOriginNothingIsUnexplained) {
     EXPECT_EQ(exact.report.total.unexplainedFalseLightCount, 0u);
 }
 
-TEST(DirectionalLight, HasAWindowForTwoOctavesWhateverMapsPerLightSays) {
+TEST(DirectionalLight, HasAWindowForTwoOctavesForAnyMapsPerLight) {
     FailStage stage(failSceneOf("fail-sun"), 5);
     std::vector<size_t> counts;
     for (const uint32_t mapsPerLight : {1u, 4u, 16u}) {
@@ -174,10 +175,10 @@ TEST(DirectionalLight, HasAWindowForTwoOctavesWhateverMapsPerLightSays) {
         std::set<uint32_t> octaves;
         for (const MapRecord& map : outcome.frame.maps) {
             octaves.insert(map.quantities.octave);
-            EXPECT_TRUE(map.window.isSun());
+            EXPECT_TRUE(map.window.isDirectional());
             EXPECT_EQ(map.quantities.octave % 2, 1u);
-            // A texel is no wider than asked for: 2^(octave - 1) or more make the scene's extent.
-            const double extent = sunExtentWorld(stage.world.lights()[0]);
+            // A texel is no wider than requested: 2^(octave - 1) or more make the scene's extent.
+            const double extent = directionalExtentWorld(stage.world.lights()[0]);
             EXPECT_LE(map.window.texelWorld(map.quantities.faceTexels),
                       extent / double(1u << (map.quantities.octave - 1)) * (1.0 + 1e-9));
         }
@@ -188,7 +189,7 @@ TEST(DirectionalLight, HasAWindowForTwoOctavesWhateverMapsPerLightSays) {
     EXPECT_EQ(counts[2], counts[0]);
 }
 
-TEST(DirectionalLight, StreamsAnswerAsSingleRays) {
+TEST(DirectionalLight, StreamsEqualSingleRays) {
     FailStage stage(failSceneOf("fail-sun"), 8, 1.0f);
     std::vector<FrameResult> frames;
     for (const RayBatch batch : {RayBatch::kSingle, RayBatch::kStream}) {
@@ -205,7 +206,7 @@ TEST(DirectionalLight, StreamsAnswerAsSingleRays) {
     EXPECT_EQ(stage.run("texels:inf", pruned).frame.visibility, frames[0].visibility);
 }
 
-TEST(DirectionalLight, KeptWindowsAnswerAsFreshOnesWhileTheCameraFliesAndABoxMoves) {
+TEST(DirectionalLight, KeptWindowsEqualFreshOnesWhileTheCameraAndABoxMove) {
     FailStage kept(failSceneOf("fail-sun"), 5), fresh(failSceneOf("fail-sun"), 5);
     FrameOptions options = failFrame();
     options.width = 160;
@@ -228,7 +229,7 @@ TEST(DirectionalLight, KeptWindowsAnswerAsFreshOnesWhileTheCameraFliesAndABoxMov
     EXPECT_GT(keptMaps, 24u);
 }
 
-TEST(SunRays, EndBeyondTheGridAndNoFarther) {
+TEST(DirectionalRays, EndBeyondTheGridAndNoFarther) {
     VoxelGrid grid;
     grid.resolutionLog2 = 8;
     std::mt19937 rng(1);

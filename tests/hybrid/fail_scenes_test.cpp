@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every failure scene by every method: the truth against the closed form, each method against the
-// truth within what is known of it, and every remedy that is a parameter seen failing when it is
-// off.
+// Every failure scene by every method: the truth compared with the closed form, each method with
+// the truth, and every remedy that is a parameter verified by switching it off.
 //
-// Unless said otherwise voxels are 2^9 an axis and frames 320 x 180 (the hybrid's 160 x 90, where
-// 96 texels part the scenes' lights), so that errors are large enough to be measured.
+// Unless stated otherwise voxels are 2^9 per axis and frames 320 x 180 (the hybrid's 160 x 90,
+// where 96 texels divide the scenes' lights), so that errors are large enough to be measured.
 #include "tests/hybrid/fail_stage.h"
 
 #include <gtest/gtest.h>
@@ -98,12 +97,24 @@ const Known kKnown[] = {
     // pair
     // behind a plate is unexplained (maps).
     {"fail-method-switch", 0, {0.11, 0.05, 0, 4}, {0.05, 0.09, 1, 2}, {0.08, 0.08}},
-    // Posts of 8 cm through voxels of 63 mm; one map as fine as the nearest cluster asks.
+    // Posts of 8 cm through voxels of 63 mm; one map as fine as the nearest cluster requests.
     {"fail-several-maps", 0, {2.3, 0}, {0.03, 0.05}, {0.03, 0.13}},
     // Posts of 12 cm through voxels of 94 mm, and light at 16 degrees.
     {"fail-sun-steps", 0, {2.05, 0.09}, {0.12, 0.25}, {0.33, 0.66}},
     // Outlines of balls.
     {"fail-polygon-lod", 0, {0.65, 0}, {0.06, 0.05}, {0.09, 0.15}},
+    // Voxels of 16 mm. Rays: the lantern of 1 cm lies within their offset at the light and has no
+    // shadow (contact; unexplained, as shifts by a voxel see nothing of a centimetre), that of
+    // 10 cm gives nearly no light. Maps: bars of 1.2 mm on a wall.
+    {"fail-lantern", 0, {24.5, 7.1, 4810, 6400}, {0.51, 0.20, 0, 1}, {24.5, 7.0, 1210, 1580}},
+    // Voxels close the shade of 4 cm (contact: its rim lies within the offset).
+    {"fail-shade", 0, {8.0, 0.38, 0, 340}, {0.05, 0.06}, {2.8, 0.22}},
+    // Voxels grow into the gap between wall and light; the cup of 5 cm lies within the offset.
+    // Maps:
+    // grazing light on a wall, texels of 3 cm.
+    {"fail-sconce", 0, {21.7, 3.6, 0, 1640}, {0.60, 2.6}, {21.8, 3.6, 0, 420}},
+    // Voxels close gaps of 15 mm. Contact: the start's lift passes the crate's bottom.
+    {"fail-inside", 0, {3.4, 0.01, 0, 7}, {0.32, 0.39, 0, 1}, {3.4, 0.01}},
 };
 
 FrameOptions hybridFrame() {
@@ -160,7 +171,7 @@ Disagreement compareWithClosedForm(const FailStage& stage, const FailScene& desc
 
 class FailScenes : public testing::TestWithParam<Known> {};
 
-TEST_P(FailScenes, AreDecidedWithinWhatIsKnown) {
+TEST_P(FailScenes, AreDecidedWithinTheClosedForm) {
     const Known& known = GetParam();
     FailStage stage(failSceneOf(known.scene), kResolutionLog2, known.timeSeconds);
     {
@@ -193,7 +204,7 @@ INSTANTIATE_TEST_SUITE_P(All, FailScenes, testing::ValuesIn(kKnown), [](const au
     return name + (info.param.timeSeconds > 0 ? "_later" : "");
 });
 
-TEST(FailScenesTable, HoldsEveryScene) {
+TEST(FailScenesTable, ContainsEveryScene) {
     for (const FailScene& scene : failScenes()) {
         bool isThere = false;
         for (const Known& known : kKnown)
@@ -202,7 +213,7 @@ TEST(FailScenesTable, HoldsEveryScene) {
     }
 }
 
-// Row 12. The remedy: the start leaves the receiver's own voxels.
+// The remedy: the start leaves the receiver's own voxels.
 TEST(Remedy, WithoutItsOffsetEveryRayStopsInItsOwnSurface) {
     for (const char* name : {"fail-acne", "fail-self-shadow", "fail-coplanar"}) {
         SCOPED_TRACE(name);
@@ -284,7 +295,7 @@ TEST(Remedy, WithoutTheReceiversPlaneMapsHaveAcne) {
     }
 }
 
-// Row 3, where the receiver is no plane within the filter. The remedy: half a texel is forgiven.
+// A receiver that is not a plane within the filter. The remedy: a bias of half a texel.
 TEST(Remedy, WithoutItsBiasTheFilterDarkensConcaveEdges) {
     for (const char* name : {"fail-cube-seam", "fail-axis-aligned", "fail-thin-wall"}) {
         SCOPED_TRACE(name);
@@ -315,8 +326,8 @@ TEST(Remedy, NineTapsSmoothOutlinesAndLoseWires) {
               1.5 * wires.run("texels:0", one).falseLightPercent());
 }
 
-// Row 5. The remedy: pages within the filter's reach are marked. (It is no parameter: without it,
-// that is with filterMargin 0, this test fails.)
+// The remedy: pages within the filter's reach are marked. (It is not a parameter: without it, that
+// is with filterMargin 0, this test fails.)
 TEST(Remedy, NoTapMissesItsPageHoweverSmallThePages) {
     FrameOptions options = failFrame();
     options.maps.pageTexels = 16;
@@ -331,8 +342,8 @@ TEST(Remedy, NoTapMissesItsPageHoweverSmallThePages) {
     }
 }
 
-// Row 6. The remedy: the pool's size bounds the resolution of all maps, and the frame says so.
-TEST(Remedy, ASmallPoolCoarsensAllMapsAndATinyOneIsDarkNeverSilentlyLit) {
+// The remedy: the pool's size bounds the resolution of all maps, and the frame reports it.
+TEST(Remedy, ASmallPoolMakesAllMapsCoarserAndATinyOneIsDarkAndNeverLit) {
     FailStage stage(failSceneOf("fail-unequal-ranges"), 4);
     FrameOptions options = failFrame();
     options.maps.poolBytes = 4'000'000;
@@ -347,7 +358,7 @@ TEST(Remedy, ASmallPoolCoarsensAllMapsAndATinyOneIsDarkNeverSilentlyLit) {
     EXPECT_EQ(askMapsAgain(stage, tiny, options.bias, true).litForMissingTaps, 0u);
 }
 
-// Row 10. The remedy: a lower limit on the resolution.
+// The remedy: a lower limit on the resolution.
 TEST(Remedy, WithoutALeastResolutionLightLeaksThroughTheThinWall) {
     FailStage stage(failSceneOf("fail-thin-wall"), 4);
     FrameOptions options = failFrame();
@@ -359,7 +370,7 @@ TEST(Remedy, WithoutALeastResolutionLightLeaksThroughTheThinWall) {
     EXPECT_LT(stage.run("texels:0", options).falseLightPercent(), 0.2 * without);
 }
 
-// Row 4. The remedy: more texels. (The pixel's footprint on the receiver is not asked for yet.)
+// The remedy: more texels. (Without the pixel's footprint on the receiver.)
 TEST(Remedy, UndersamplingLosesTheShadowsOfAFenceUnderGrazingLight) {
     FailStage stage(failSceneOf("fail-oblique-undersampling"), 4);
     FrameOptions options = failFrame();
@@ -394,8 +405,8 @@ TEST(Remedy, FinerVoxelsHalveOutlinesWiresAndLostContacts) {
     }
 }
 
-// Row 9. Maps have no near plane that cuts; rays lose a light that lies on a face, whatever the
-// resolution: known, and no parameter helps but a larger offset, which costs contacts.
+// Maps have no near plane that cuts; rays lose a light that lies on a face, at any resolution:
+// known, and no parameter helps except a larger offset, which loses contacts.
 TEST(Known, ALightOnAFaceIsLostToGrazingRaysAndNotToMaps) {
     for (const uint32_t log2 : {9u, 10u}) {
         FailStage stage(failSceneOf("fail-light-touching"), log2);
@@ -407,9 +418,10 @@ TEST(Known, ALightOnAFaceIsLostToGrazingRaysAndNotToMaps) {
     }
 }
 
-// Row 25. The remedy: rays that the voxels, which hold no movers, leave lit are held against the
-// moving triangles. Without them rays answer exactly as if the mover were not there.
-TEST(Remedy, WithoutItsMoversRaysSeeTheSceneWithoutThem) {
+// The remedy: rays that the voxels, which do not contain moving geometry, leave lit are tested
+// against the moving triangles. Without it the results are exactly those of the scene without
+// moving geometry.
+TEST(Remedy, WithoutMovingGeometryRaysIgnoreIt) {
     FailScene withoutMovers = failSceneOf("fail-mover");
     std::erase_if(withoutMovers.boxes,
                   [](const FailBox& b) { return b.velocity != glm::dvec3(0.0); });
@@ -440,9 +452,9 @@ TEST(Remedy, WithoutItsMoversRaysSeeTheSceneWithoutThem) {
     }
 }
 
-// Row 27. Doubled, degenerate and flipped triangles change nothing. (Not the voxels: a triangle
-// with two equal corners is the segment that it is, here through the inside of a box.)
-TEST(Known, MessyTrianglesChangeNoAnswer) {
+// Doubled, degenerate and flipped triangles change nothing. (Except the voxels: a triangle with two
+// equal corners is a segment, here through the inside of a box.)
+TEST(Known, DegenerateTrianglesChangeNoVisibility) {
     FailScene clean = failSceneOf("fail-coplanar");
     ASSERT_TRUE(clean.isMessy);
     FailStage messyStage(clean, kResolutionLog2);
@@ -455,8 +467,9 @@ TEST(Known, MessyTrianglesChangeNoAnswer) {
     }
 }
 
-// Row 18. The same walls at the origin and 100 km away: what differs is what 8 mm of rounding, and
-// the lifts of 24 mm (truth) and 48 mm (rays) that cover it, do along the shadows' edges.
+// The same walls at the origin and 100 km away: the differences are the effects of 8 mm of
+// rounding, and of the lifts of 24 mm (truth) and 48 mm (rays) that cover it, along the shadows'
+// edges.
 TEST(Known, FarFromTheOriginMapsAreCloserToTheClosedFormThanTheTruthIs) {
     FailStage stage(failSceneOf("fail-far-origin"), kResolutionLog2);
     const FailOutcome maps = stage.run("texels:0");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A failure scene made ready for all methods: world, voxels, truth, and a method's frame held
-// against the truth.
+// A failure scene prepared for all methods: world, voxels, truth, and a method's frame compared
+// with the truth.
 #pragma once
 
 #include "cuda/error.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames that are given up between two stages: what comes after them is what it would have been.
+// Frames that are cancelled between two stages do not affect later ones.
 #include "tests/hybrid/blocker_stage.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ FrameOptions optionsOf(bool keepsMaps) {
     return options;
 }
 
-/// Calls what is asked before each stage; throws at the `last`-th call.
+/// Calls a function before each stage; throws at the `last`-th call.
 struct Asked {
     int last = 0, count = 0;
     std::function<void()> function() {
@@ -63,7 +63,7 @@ void expectEqual(const FrameResult& a, const FrameResult& b) {
     EXPECT_EQ(a.counts.missingTapCount, 0u);
 }
 
-TEST(FrameGiveUp, TheFrameAfterIsWhatItWouldHaveBeen) {
+TEST(FrameGiveUp, TheNextFrameIsUnaffected) {
     const Scene scene = movingScene();
     World world(scene, {});
     const Dag dag = dagOf(world, 6);
@@ -89,7 +89,7 @@ TEST(FrameGiveUp, TheFrameAfterIsWhatItWouldHaveBeen) {
                 expectEqual(disturbed.render(cameraAt(0), *model, options),
                             calm->render(cameraAt(0), *model, options));
                 moveTo(1);
-                // Far nearer: other resolutions and routes are asked for than before and after.
+                // Far nearer: resolutions and routes differ from those before and after.
                 Asked asked{last};
                 EXPECT_THROW(disturbed.render(cameraAt(2.5f), *model, options, asked.function()),
                              Enough);
@@ -106,7 +106,7 @@ TEST(FrameGiveUp, TheFrameAfterIsWhatItWouldHaveBeen) {
     EXPECT_GT(keptCount, 0u) << "nothing was kept that could have been spoilt";
 }
 
-TEST(FrameGiveUp, MeasuringLeavesNothingBehind) {
+TEST(FrameGiveUp, MeasuringLeavesNoState) {
     Stage stage(blockerScene(kManyLights), 6);
     const FrameOptions options = optionsOf(true);
     const auto model = makeCostModel("texels:150");
@@ -122,7 +122,7 @@ TEST(FrameGiveUp, MeasuringLeavesNothingBehind) {
     }
 }
 
-TEST(FrameGiveUp, ResultsAskNobody) {
+TEST(FrameGiveUp, ResultsDoNotCallThePoll) {
     Stage stage(blockerScene(kManyLights), 6);
     Asked all;
     const FrameResult frame = stage.renderer.render(roomCamera(), *makeCostModel("texels:0"),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a frame tells of itself: clusters, their lights, demands, projection maps.
+// Data of a frame for inspection: clusters, their lights, demands, projection maps.
 #include "hybrid/frame.h"
 
 #include "shadowmap/page_mask.h"
@@ -13,7 +13,7 @@
 namespace shadowdag::test {
 namespace {
 
-TEST(FrameInsight, ClustersHoldEverySampleOnceAndTheirLightsEveryPair) {
+TEST(FrameInsight, ClustersContainEverySampleOnceAndTheirLightsEveryPair) {
     Stage stage(blockerScene(kManyLights, true));
     const FrameResult frame =
         stage.renderer.render(roomCamera(), *makeCostModel("texels:0"), smallFrame());
@@ -36,7 +36,7 @@ TEST(FrameInsight, ClustersHoldEverySampleOnceAndTheirLightsEveryPair) {
     EXPECT_EQ(sampleCount, frame.counts.sampleCount);
 }
 
-TEST(FrameInsight, AMapAsksForTheMostThatItsClustersWant) {
+TEST(FrameInsight, AMapRequestsTheMaximumOfItsClusters) {
     Stage stage(blockerScene(kManyLights, true));
     FrameOptions options = smallFrame();
     options.undersample = 2;
@@ -53,7 +53,7 @@ TEST(FrameInsight, AMapAsksForTheMostThatItsClustersWant) {
         EXPECT_FLOAT_EQ(std::sqrt(most[r]) / 2.0f, frame.maps[r].quantities.texels) << r;
 }
 
-TEST(FrameInsight, ProjectionMapsHoldTheCellOfEveryPair) {
+TEST(FrameInsight, ProjectionMapsContainTheCellOfEveryPair) {
     Stage stage(blockerScene(kManyLights, true));
     const FrameResult frame =
         stage.renderer.render(roomCamera(), *makeCostModel("texels:0"), smallFrame());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whole frames of a small room with a blocker: what options and costs change, and what is refused.
+// Whole frames of a small room with a blocker: effects of options and costs, and refusals.
 #include "hybrid/frame.h"
 
 #include "tests/hybrid/blocker_stage.h"
@@ -30,7 +30,7 @@ TEST(Frame, WithoutADagRefusesRaysAndDrawsMaps) {
     EXPECT_THROW(renderer.measureCosts(roomCamera(), smallFrame(), 1), Error);
 }
 
-TEST(Frame, DagOfASceneThatOnlyMovesBlocksNothing) {
+TEST(Frame, DagOfAnAllMovingSceneBlocksNothing) {
     const Scene scene = blockerScene({{0, kLightHeight, 0}});
     const World world(scene, {});
     const Dag nothing = voxelize(world.triangles(), {}, gridAround(world.boundsWorld(), 8));
@@ -106,7 +106,7 @@ TEST(Frame, SeveralMapsALightServeEveryPairByItsOctaveWithFewerTexels) {
         const MapQuantities& map = four.maps[m].quantities;
         samples += map.samples;
         pairs += four.maps[m].pairCount;
-        // No map asks for more than its octave holds.
+        // No map requests more than its octave.
         EXPECT_LT(map.texels, float(2u << map.octave));
         if (m > 0 && four.maps[m - 1].quantities.light == map.light) {
             EXPECT_GT(map.octave, four.maps[m - 1].quantities.octave);
@@ -118,7 +118,7 @@ TEST(Frame, SeveralMapsALightServeEveryPairByItsOctaveWithFewerTexels) {
         ASSERT_EQ(four.maps[four.pairServer[p].map()].quantities.light, four.pairs.light[p]);
 }
 
-TEST(Frame, ReorderedLightListsChangeNoAnswerAndColoursByRoundingAlone) {
+TEST(Frame, ReorderedLightListsChangeNoVisibilityAndColoursByRoundingOnly) {
     Stage stage(blockerScene(kManyLights), 5);
     FrameOptions options = smallFrame();
     for (const char* model : {"texels:0", "texels:inf"}) {
@@ -151,7 +151,7 @@ TEST(Frame, MeasuredCostsNameEveryMapAndRouteTheOracle) {
     options.mapsPerLight = 4;
     const FrameResult frame =
         stage.renderer.render(roomCamera(), *makeCostModel("texels:inf"), options);
-    const FrameCosts costs = stage.renderer.measureCosts(roomCamera(), options, 3);
+    FrameCosts costs = stage.renderer.measureCosts(roomCamera(), options, 3);
     ASSERT_EQ(costs.maps.size(), frame.maps.size());
     for (size_t m = 0; m < costs.maps.size(); ++m) {
         EXPECT_EQ(costs.maps[m].light, frame.maps[m].quantities.light);
@@ -160,10 +160,18 @@ TEST(Frame, MeasuredCostsNameEveryMapAndRouteTheOracle) {
         EXPECT_GT(costs.maps[m].mapMs, 0.0);
     }
     const auto oracle = makeCostModel("oracle");
+    costs.wholeFrame.reset(); // map by map
     oracle->setCosts(costs);
     const FrameResult routed = stage.renderer.render(roomCamera(), *oracle, options);
     for (size_t m = 0; m < costs.maps.size(); ++m)
         EXPECT_EQ(routed.maps[m].route == Route::kRays, costs.maps[m].raysMs < costs.maps[m].mapMs);
+    // A whole frame by one method that was faster than this mixture serves all.
+    for (const Route route : {Route::kRays, Route::kMap}) {
+        costs.wholeFrame = route;
+        oracle->setCosts(costs);
+        for (const MapRecord& map : stage.renderer.render(roomCamera(), *oracle, options).maps)
+            EXPECT_EQ(map.route, route);
+    }
 }
 
 TEST(Frame, WithoutLightsShowsTheUnlitWorld) {

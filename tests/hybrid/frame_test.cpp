@@ -81,7 +81,7 @@ TEST(Frame, RecordsThePairsThatBruteForceFinds) {
     EXPECT_EQ(sum, expected.count());
 }
 
-TEST(Frame, OfRaysAnswersEveryPairAsASingleRayDoes) {
+TEST(Frame, OfRaysEqualsASingleRayInEveryPair) {
     Stage stage(blockerScene(kManyLights, true));
     FrameOptions options = smallFrame();
     options.rays.offset = 1.5f;
@@ -109,7 +109,7 @@ TEST(Frame, OfRaysAnswersEveryPairAsASingleRayDoes) {
     EXPECT_LT(darkCount, frame.pairs.count() * 19 / 20);
 }
 
-TEST(Frame, MixesBothMethodsAsTheModelSays) {
+TEST(Frame, UsesBothMethodsAsRouted) {
     Stage stage(blockerScene(kManyLights, true));
     const FrameOptions options = smallFrame();
     const FrameResult rays =
@@ -229,7 +229,7 @@ TEST(Frame, ShadesSampleBySampleAsClusterByCluster) {
 TEST(Frame, ForgetsHeldResolutionsOnReset) {
     Stage stage(blockerScene(kManyLights));
     Camera near = roomCamera();
-    near.positionWorld += 0.35f * near.forward; // asks for a little more everywhere
+    near.positionWorld += 0.35f * near.forward; // requests a little more everywhere
     const auto model = makeCostModel("texels:0");
     const auto facesOf = [&](const Camera& camera) {
         std::vector<uint32_t> faces;
@@ -248,7 +248,7 @@ TEST(Frame, ForgetsHeldResolutionsOnReset) {
 }
 
 // What a frame counts follows from the frame, also where maps are kept: memory and freed pages.
-TEST(Frame, AfterAResetCountsNothingOfFramesBefore) {
+TEST(Frame, AfterAResetEarlierFramesAreNotCounted) {
     Stage stage(blockerScene(kManyLights));
     const auto maps = makeCostModel("texels:0"), rays = makeCostModel("texels:inf");
     FrameOptions options = smallFrame();
@@ -277,7 +277,7 @@ void animate(Scene& scene, int node, const glm::vec3& to) {
     scene.animations.push_back(animation);
 }
 
-TEST(Frame, FollowsMovedInstancesAndLightsAsIfBuiltAnew) {
+TEST(Frame, UpdatesEqualARebuildForMovedInstancesAndLights) {
     Scene scene = blockerScene(kManyLights, true);
     scene.nodes.push_back(scene.nodes[0]); // a second, moving copy of all triangles
     scene.roots.push_back(int(scene.nodes.size() - 1));

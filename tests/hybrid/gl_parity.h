@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A frame of the OpenGL backend held against the CPU's, pixel by pixel and pair by pair.
+// Compares a frame of the OpenGL backend with the CPU's, pixel by pixel and pair by pair.
 #pragma once
 
 #include "hybrid/frame.h"

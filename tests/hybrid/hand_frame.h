@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames built by hand, voxel by voxel and texel by texel, in which every verdict is known.
+// Frames built by hand, voxel by voxel and texel by texel, in which the class of every pair is
+// known.
 #pragma once
 
 #include "hybrid/judge/error.h"
@@ -69,6 +70,7 @@ struct HandFrame {
     std::vector<uint32_t> pageTable, depths;
     uint32_t pageTexelsLog2 = 4;
     RayOptions rays;
+    RayDetail detail; ///< pixels of unknown size
     ShadowMapBias bias{0.0f, 1};
 
     HandFrame() { pairs.sampleStart.push_back(0); }
@@ -89,7 +91,7 @@ struct HandFrame {
                 visibility,
                 route,
                 pairServer,
-                {RayInputs{dag.view(), rays},
+                {RayInputs{dag.view(), rays, {}, {}, detail},
                  {viewOf(maps), viewOf(pageTable), viewOf(depths), pageTexelsLog2},
                  bias}};
     }
@@ -98,9 +100,9 @@ struct HandFrame {
         VisibilityCounts counts;
         visibility.clear();
         for (size_t i = 0; i < lights.size(); ++i)
-            visibility.push_back(answerPair(inputs().method, pairServer[i], uint32_t(i), lights[i],
-                                            row.position[i], row.normal[i], row.triangle[i],
-                                            counts));
+            visibility.push_back(computePairResult(inputs().method, pairServer[i], uint32_t(i),
+                                                   lights[i], row.position[i], row.normal[i],
+                                                   row.triangle[i], counts));
     }
     ErrorReport judge(std::vector<uint8_t>* truthVisibility = nullptr, uint64_t seed = 1) const {
         const Truth truth(soup.view());

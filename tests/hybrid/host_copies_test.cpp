@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often a frame goes between host and backend when lengths are guessed, as on CUDA, where each
-// is a round trip; counted on the CPU, where it costs nothing. Whoever adds one finds the list
-// here.
+// The number of copies of a frame between host and backend when lengths are guessed, as on CUDA,
+// where each is a round trip; counted on the CPU, where it costs nothing. A new copy must be added
+// to the list here.
 #include "hybrid/frame.h"
 
 #include "tests/cuda/backends.h"
@@ -43,7 +43,7 @@ TEST_P(HostCopiesOn, OfAFrameOfRaysAreThoseOfGatheringAndRouting) {
     EXPECT_EQ(copies.readbackCount, kDemandReadbacks);
 }
 
-TEST_P(HostCopiesOn, OfAFrameOfMapsThatStandStillAreThreeMore) {
+TEST_P(HostCopiesOn, OfAFrameOfStaticMapsAreThreeMore) {
     const HostCopyCounts copies = thirdFrame("texels:0");
     EXPECT_EQ(copies.uploadCount, kGatherUploads + kRouteUploads);
     EXPECT_EQ(copies.readbackCount, kDemandReadbacks + kMapReadbacks);
@@ -58,8 +58,8 @@ TEST_P(HostCopiesOn, OfAFrameOfMapsDrawnAnewAreTwoMore) {
     EXPECT_EQ(copies.readbackCount, kDemandReadbacks + kMapReadbacks - 1);
 }
 
-// A model that asks for pages needs maps laid out (up) and pages counted (back);
-// one that asks for pairs, their counts.
+// A model that reads pages needs maps laid out (up) and pages counted (back);
+// one that reads pairs, their counts.
 TEST_P(HostCopiesOn, OfCountedQuantitiesAreTheirs) {
     const HostCopyCounts without = thirdFrame("expr:samples < 9000");
     const HostCopyCounts pages = thirdFrame("expr:samples < 9000 + 0 * pages");
@@ -79,8 +79,8 @@ TEST_P(HostCopiesOn, DoNotDependOnWhatReportsFetch) {
     EXPECT_EQ(with.readbackCount, without.readbackCount);
 }
 
-// Without guesses a list is asked for its length before it is filled.
-TEST_P(HostCopiesOn, AreFiveMoreForFourListsWhoseLengthsAreAsked) {
+// Without guesses the length of a list is read before it is filled.
+TEST_P(HostCopiesOn, AreFiveMoreForFourListsWithReadLengths) {
     const Scene scene = blockerScene(kManyLights, true);
     const World world(scene, {});
     const Dag dag = dagOf(world, 8);
@@ -101,7 +101,7 @@ TEST_P(HostCopiesOn, AreFiveMoreForFourListsWhoseLengthsAreAsked) {
 class FrameMemoryOn : public OnBackend {};
 
 // Memory is taken while lists grow, and never again for frames that need no more.
-TEST_P(FrameMemoryOn, IsNotTakenByFramesThatNeedNoMoreThanTheLast) {
+TEST_P(FrameMemoryOn, DoesNotGrowForFramesOfTheSameSize) {
     const Scene scene = blockerScene(kManyLights, true);
     const World world(scene, {});
     const Dag dag = dagOf(world, 8);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames that guess the lengths of their lists: the same as those that ask, whether a guess was
-// right or too short.
+// Frames that guess the lengths of their lists are the same as those that read them, for right and
+// for too short guesses.
 #include "hybrid/frame/frame_state.h"
 
 #include "tests/cuda/backends.h"
@@ -47,13 +47,14 @@ protected:
     const Dag dag = dagOf(world, 8);
 };
 
-TEST_P(GuessedListsOn, GiveTheFramesOfListsThatAreAsked) {
+TEST_P(GuessedListsOn, GiveTheFramesOfReadLengths) {
     for (const char* model : {"texels:0", "texels:48"})
         for (const size_t spare : {size_t(1), kRoomForAll})
             for (const ClusterBounds bounds : {ClusterBounds::kTight, ClusterBounds::kExplicit}) {
                 FrameOptions options = smallFrame();
                 options.width = 112;
                 options.height = 72;
+                options.maxFaceTexels = 256; // lists are of pages and triangles, not of texels
                 options.clusterBounds = bounds;
                 options.maps.useAtomicRasterizer = spare == 1; // as a device draws
                 FrameRenderer asking(GetParam(), world, dag), guessing(GetParam(), world, dag);
@@ -88,7 +89,7 @@ TEST_P(GuessedListsOn, GiveTheFramesOfListsThatAreAsked) {
             }
 }
 
-TEST_P(GuessedListsOn, AreMadeOnceForACameraThatStands) {
+TEST_P(GuessedListsOn, AreMadeOnceForAStaticCamera) {
     FrameRenderer renderer(GetParam(), world, dag);
     renderer.guessLengths(true, 1);
     for (int frame = 0; frame < 4; ++frame)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays whose level of detail follows the footprint: what of a frame the footprint is made of, the
-// offset that goes with it, and whole frames, each pair of which is asked again by hand.
+// Rays whose level of detail follows the footprint: the footprint computed from a frame, its
+// offset, and whole frames, each pair of which is traced again by hand.
 #include "hybrid/frame.h"
 
 #include "cuda/error.h"
@@ -26,7 +26,7 @@ RayOptions raysBy(LodRule rule, float scale = 1.0f, float coverage = 0.5f) {
     return rays;
 }
 
-/// Nothing in it moves: its rays are held against voxels alone.
+/// Nothing in it moves, so its rays are tested against voxels alone.
 FailScene stillFailScene() {
     for (const FailScene& scene : failScenes())
         if (scene.boxes.size() >= 2 &&
@@ -71,7 +71,7 @@ TEST(RayLod, StartsAtThePixelsLevelAndItsOffsetToo) {
     EXPECT_EQ(asked.segment.to, level3.to);
 }
 
-TEST(RayLod, FramesAnswerEveryPairAsASingleRayDoes) {
+TEST(RayLod, FramesEqualASingleRayInEveryPair) {
     FailStage stage(stillFailScene(), 9);
     size_t differing = 0;
     for (const RayOptions& rays : {raysBy(LodRule::kFootprint), raysBy(LodRule::kFootprint, 3.0f),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What cost models read of maps, in closed form and against the frame's exact pairs; and costs that
-// are scaled to whole frames.
+// Quantities of maps for cost models, in closed form and compared with the frame's exact pairs; and
+// costs that are scaled to whole frames.
 #include "cuda/statistics.h"
 #include "hybrid/frame/frame_state.h"
 #include "scenes/builtin.h"
@@ -67,7 +67,7 @@ TEST(MapQuantities, EstimatedPairsAreNearTheExactOnes) {
     }
 }
 
-TEST(MapQuantities, AreTheSameWhetherAModelOrAReportAsks) {
+TEST(MapQuantities, AreTheSameForModelsAndReports) {
     FailStage stage(plateAndRod(), 6);
     const auto quantitiesBy = [&](const std::string& model) {
         std::vector<MapQuantities> all;
@@ -125,7 +125,7 @@ TEST(MapQuantities, TrianglesFollowLightsAndMovers) {
     }
 }
 
-TEST(MapQuantities, ASunCountsAllThatItsWindowSees) {
+TEST(MapQuantities, ADirectionalLightCountsEverythingInItsWindow) {
     FailStage stage(failSceneOf("fail-sun"), 6);
     const std::vector<MapRecord> maps = stage.run("expr:1").frame.maps;
     ASSERT_FALSE(maps.empty());
@@ -158,7 +158,7 @@ TEST(FrameCosts, OfAllMapsByOneMethodAddUpToTheFrame) {
         raysMs += cost.raysMs;
         mapsMs += cost.mapMs;
     }
-    // Times of a machine that others share: a factor tells only stages that were left out.
+    // Times of a shared machine: a factor detects only missing stages.
     EXPECT_GT(raysMs, frameMs("texels:inf") / 4);
     EXPECT_LT(raysMs, frameMs("texels:inf") * 4);
     EXPECT_GT(mapsMs, frameMs("texels:0") / 4);
@@ -180,6 +180,16 @@ TEST(FrameCosts, AreScaledByOneFactorAMethod) {
     EXPECT_EQ(nothing.raysScale, 1.0);
     EXPECT_EQ(nothing.maps[0].raysMs, 0.0);
     EXPECT_EQ(nothing.maps[0].mapMs, 2.0);
+}
+
+TEST(FrameCosts, OneMethodServesAllMapsWhereItsFrameIsFasterThanThatOfTheCheaperOfEach) {
+    FrameCosts costs{7, {{0, 0, 1.0, 6.0}, {1, 0, 3.0, 2.0}}};
+    takeWholeFrame(costs, 5.0, 9.0, 4.0);
+    EXPECT_EQ(costs.wholeFrame, std::nullopt);
+    takeWholeFrame(costs, 5.0, 9.0, 6.0);
+    EXPECT_EQ(costs.wholeFrame, Route::kRays);
+    takeWholeFrame(costs, 9.0, 5.0, 6.0);
+    EXPECT_EQ(costs.wholeFrame, Route::kMap);
 }
 
 TEST(ServingMs, SumsTheStagesThatRoutesDecide) {

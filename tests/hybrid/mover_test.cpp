@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Movers under rays: a plate that slides between a light and the floor, in closed form and against
-// the truth.
+// Moving geometry in rays: a plate that slides between a light and the floor, in closed form and
+// compared with the truth.
 #include "hybrid/judge/error.h"
 #include "scenes/builtin.h"
 #include "scenes/split_mix.h"
@@ -42,7 +42,7 @@ double insidePlate(const glm::vec3& sample, const glm::dvec3& light, double time
     return kPlateHalf - std::max(std::fabs(q.x - (-2.0 + kSpeed * time)), std::fabs(q.z));
 }
 
-TEST(Movers, CastTheirShadowWhereTheClosedFormSaysAtEveryTime) {
+TEST(Movers, CastTheirShadowAsInTheClosedFormAtEveryTime) {
     const FailScene description = slidingPlate();
     const glm::dvec3 light = description.lights[0].position;
     for (const float time : {0.0f, 0.5f, 1.75f, 4.0f}) {
@@ -91,7 +91,7 @@ TEST(Movers, AgreeWithTheTruthInEveryPairOfTheirShadow) {
     }
 }
 
-TEST(Movers, AreAskedOnlyForLightsWhoseSphereHoldsOne) {
+TEST(Movers, AreTestedOnlyForLightsWithOneInTheirSphere) {
     FailStage stage(slidingPlate(), 7);
     const FailOutcome rays = stage.run("texels:inf");
     const MoverView movers = stage.renderer->movers();
@@ -165,7 +165,7 @@ TEST(Movers, OfTheNecropolisLoseNoShadowAtAnyTime) {
 }
 
 // The hierarchy and the box test leave no triangle out.
-TEST(Movers, BlockWhatATestOfEveryTriangleBlocks) {
+TEST(Movers, EqualATestOfEveryTriangle) {
     FailStage stage(failSceneOf("fail-mover"), 5, 1.0f);
     const MoverView movers = stage.renderer->movers();
     uint64_t state = 7;

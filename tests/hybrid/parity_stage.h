@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built-in scenes by the CPU as it is and by another runner of the same passes: what both left,
-// held against each other pass by pass and frame by frame.
+// Built-in scenes by the CPU and by another runner of the same passes, compared pass by pass and
+// frame by frame.
 #pragma once
 
 #include "hybrid/frame/frame_state.h"
 #include "hybrid/frame/shade_pass.h"
 #include "scenes/builtin.h"
 #include "tests/cuda/parity.h"
+#include "tests/scenes/fewer_lights.h"
 #include "voxel/voxelize.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +19,7 @@
 
 namespace shadowdag::test {
 
-/// Who is held against the CPU as it is.
+/// The runner that is compared with the CPU.
 enum class Runner {
     kOneText, ///< the CPU by the one text alone, on one thread: no streams, no rasterizer by face
     kCuda,
@@ -56,6 +57,9 @@ inline std::string caseName(const testing::TestParamInfo<ParityCase>& info) {
 /// integer is not promised; a few last bits of a sum of tens of lights are below this.
 constexpr double kColorTolerance = 1e-5;
 
+/// Lights of which tests may leave out some.
+constexpr uint32_t kManyLights = 32;
+
 /// A scene at a small size, for both runners. Skips the test where the case's backend is absent.
 class ParityStage : public testing::TestWithParam<ParityCase> {
 protected:
@@ -67,11 +71,16 @@ protected:
             GTEST_SKIP() << error.what();
         }
         scene = makeBuiltin(GetParam().scene);
+        if (lightCount(scene) > kManyLights)
+            scene = withEveryNthLight(std::move(scene), lightStride());
         world = std::make_unique<World>(scene, WorldOptions{});
         dag = voxelize(world->triangles(), viewOf(world->staticTriangles()),
                        gridAround(world->boundsWorld(), 8));
     }
     void TearDown() override { setThreadCount(0); }
+
+    /// Every how many-th light of a scene the test needs, where it has more than kManyLights.
+    virtual uint32_t lightStride() const { return 1; }
 
     /// Returns what `run`(backend, isOneText) leaves: of the CPU, and of the case's runner.
     template <class Run> std::string differenceOf(const Run& run) {

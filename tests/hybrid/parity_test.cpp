@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parity of the frame: every pass, and whole frames by every method, over every built-in scene. By
-// the CPU's one text (which the device runs) everywhere, on a device where there is one.
+// Parity of the frame: every pass, and whole frames by every method, over every built-in scene.
+// With the code shared with CUDA on the CPU everywhere, and on a device if there is one.
 #include "tests/hybrid/parity_stage.h"
 
 namespace shadowdag::test {
@@ -29,7 +29,7 @@ void addGathered(Snapshot& snapshot, const FrameState& state) {
     snapshot.add("cluster lights", lists.lights);
     snapshot.add("cluster light records", lists.record);
     snapshot.add("demand of lights", demand.resolutionSquaredBits);
-    // Of pairs that are taken out nobody asks, and nothing is written.
+    // Removed pairs are not requested, and nothing is written.
     std::vector<float> wanted = demand.wantedSquared.download();
     const std::vector<uint32_t> records = lists.record.download();
     for (size_t i = 0; i < wanted.size(); ++i)
@@ -51,6 +51,7 @@ void addShaded(Snapshot& snapshot, FrameState& state, const FrameOptions& option
     snapshot.add("proven counts", state.shading.provenCount());
     snapshot.add("missing tap counts", state.shading.missingTapCount());
     snapshot.add("mover test counts", state.shading.moverTestCount());
+    snapshot.add("exact ray counts", state.shading.exactCount());
     FrameResult result;
     result.maps = state.routing.describe(state.clusters, options);
     state.shading.recordPairs(state.surface, state.clusters, shading,
@@ -100,9 +101,15 @@ TEST_P(PassParity, OfEveryPassOverTwoFramesIsBitForBit) {
               "");
 }
 
+INSTANTIATE_TEST_SUITE_P(Scenes, PassParity, testing::ValuesIn(parityCases()), caseName);
+
+class PassParityOfOptions : public ParityStage {
+    uint32_t lightStride() const override { return 8; } // four maps each
+};
+
 // What the defaults leave out: clusters by normals and explicit bounds, several maps a light,
 // everything asked for by pixels on its plane, small pages that are kept, and a full pool.
-TEST_P(PassParity, WithTheOtherOptionsIsBitForBit) {
+TEST_P(PassParityOfOptions, ThatAreNotDefaultsIsBitForBit) {
     EXPECT_EQ(differenceOf([&](Backend backend, bool isOneText) {
                   FrameOptions o = options(isOneText);
                   o.clusterBounds = ClusterBounds::kExplicit;
@@ -118,9 +125,12 @@ TEST_P(PassParity, WithTheOtherOptionsIsBitForBit) {
               "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, PassParity, testing::ValuesIn(parityCases()), caseName);
+INSTANTIATE_TEST_SUITE_P(Scenes, PassParityOfOptions, testing::ValuesIn(parityCases()), caseName);
 
-class FrameParity : public ParityStage {};
+// PassParity compares the passes under all lights. Here are many frames.
+class FrameParity : public ParityStage {
+    uint32_t lightStride() const override { return 8; }
+};
 
 /// Adds a whole frame as callers see it.
 void addFrame(Snapshot& snapshot, const FrameResult& frame) {
@@ -148,17 +158,18 @@ void addFrame(Snapshot& snapshot, const FrameResult& frame) {
 
 struct Method {
     const char *name, *model;
-    RayKind kind = RayKind::kVoxels;
+    float believe = RayOptions{}.believe;
     LodRule lod = LodRule::kFixed;
     float polygonLod = 0.0f;
 };
 const Method kMethods[] = {
     {"dag", "texels:inf"},
-    {"dag by footprint", "texels:inf", RayKind::kVoxels, LodRule::kFootprint},
-    {"dag by coverage", "texels:inf", RayKind::kVoxels, LodRule::kCoverage},
-    {"dag-exact", "texels:inf", RayKind::kExact},
+    {"dag by footprint", "texels:inf", RayOptions{}.believe, LodRule::kFootprint},
+    {"dag by coverage", "texels:inf", RayOptions{}.believe, LodRule::kCoverage},
+    {"dag, what is displaced by 4 pixels believed", "texels:inf", 4.0f},
+    {"dag, no voxel believed", "texels:inf", 0.0f},
     {"maps", "texels:0"},
-    {"maps of simplified polygons", "texels:0", RayKind::kVoxels, LodRule::kFixed, 2.0f},
+    {"maps of simplified polygons", "texels:0", RayOptions{}.believe, LodRule::kFixed, 2.0f},
     {"hybrid", "texels:32"},
     {"hybrid by all quantities",
      "expr:pairs + 3 * pages + triangles / 64 + 8 * movers < 900 + samples / 4"}};
@@ -176,7 +187,7 @@ TEST_P(FrameParity, OfEveryMethodHasTheSameAnswers) {
                 FrameOptions o = options(isOneText);
                 o.width = 96;
                 o.height = 54;
-                o.rays.kind = method.kind;
+                o.rays.believe = method.believe;
                 o.rays.lod = method.lod;
                 o.maps.lodTexels = method.polygonLod;
                 snapshot.under(std::string(method.name) + " at " + std::to_string(time) + ": ");

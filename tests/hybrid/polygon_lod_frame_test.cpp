@@ -79,7 +79,7 @@ FrameOptions optionsAt(float lodTexels) {
     return options;
 }
 
-TEST(PolygonLodFrame, TrianglesDrawnFallToAThirdAtOneTexelWithoutAcneAndHardlyAnError) {
+TEST(PolygonLodFrame, TrianglesDrawnFallToAThirdAtOneTexelWithoutAcneAndFewErrors) {
     const Scene scene = spheresOverFloor();
     const World world(scene, {});
     const Dag none;
@@ -108,7 +108,7 @@ TEST(PolygonLodFrame, TrianglesDrawnFallToAThirdAtOneTexelWithoutAcneAndHardlyAn
     EXPECT_LE(errors[1].falseLightCount, errors[0].falseLightCount + errors[0].pairCount / 500);
 }
 
-TEST(PolygonLodFrame, RoutingIsToldOfTheTrianglesThatWouldBeDrawn) {
+TEST(PolygonLodFrame, RoutingUsesTheTrianglesThatWouldBeDrawn) {
     const Scene scene = spheresOverFloor();
     const World world(scene, {});
     const Dag none;
@@ -135,7 +135,7 @@ TEST(PolygonLodFrame, RoutingIsToldOfTheTrianglesThatWouldBeDrawn) {
     }
 }
 
-TEST(PolygonLodFrame, FollowsMoversAsIfBuiltAnewWithAndWithoutKeptMaps) {
+TEST(PolygonLodFrame, UpdatesEqualARebuildWithAndWithoutKeptMaps) {
     const Scene scene = spheresOverFloor();
     World world(scene, {});
     const Dag none;

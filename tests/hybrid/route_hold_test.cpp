@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Hysteresis of routing: a map stays with its method while costs waver by less than the margin.
+// Hysteresis of routing: a map keeps its method while costs vary by less than the margin.
 #include "hybrid/frame.h"
 #include "hybrid/routing/cost_terms.h"
 #include "tests/hybrid/triangle_soup.h"
@@ -31,7 +31,7 @@ int countFlaps(const CostModel& model, double margin, float low, float high) {
     return flaps;
 }
 
-TEST(RouteHold, ARequestThatWaversWithinTheMarginNeverFlaps) {
+TEST(RouteHold, ARequestThatVariesWithinTheMarginKeepsItsRoute) {
     const auto model = makeCostModel("texels:96");
     EXPECT_EQ(countFlaps(*model, 0.0, 92, 100), 39);
     EXPECT_EQ(countFlaps(*model, 0.1, 92, 100), 0);
@@ -49,7 +49,7 @@ TEST(RouteHold, TheBorderIsTheFactorOfOneAndTheMargin) {
     EXPECT_EQ(model->route({mapWith(100, PreviousRoute::kNone)}, 0.25)[0], Route::kMap);
 }
 
-TEST(RouteHold, SingleMethodsAndSignsAreBeyondDoubt) {
+TEST(RouteHold, SingleMethodsAndSignsAreNeverHeld) {
     EXPECT_EQ(makeCostModel("texels:0")->route({mapWith(0, PreviousRoute::kRays)}, 9)[0],
               Route::kMap);
     EXPECT_EQ(makeCostModel("texels:inf")->route({mapWith(8000, PreviousRoute::kMap)}, 9)[0],

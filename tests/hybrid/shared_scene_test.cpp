@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Renderers that share what stands for their world and DAG.
+// Renderers that share the data of their world and DAG.
 #include "tests/hybrid/blocker_stage.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +45,7 @@ FrameOptions optionsOf(const Kind& kind) {
 
 } // namespace
 
-TEST(SharedScene, RenderersFindWhatThoseOfTheirOwnFindFrameByFrame) {
+TEST(SharedScene, SharedRenderersEqualSeparateOnesFrameByFrame) {
     const Scene scene = turningScene();
     World world(scene, {});
     const Dag dag = dagOf(world, 7);
@@ -82,7 +82,7 @@ TEST(SharedScene, RenderersFindWhatThoseOfTheirOwnFindFrameByFrame) {
     EXPECT_GT(keptCount, 0u);
 }
 
-TEST(SharedScene, LevelsOfDetailAreToldApartFromWhatAllPayFor) {
+TEST(SharedScene, LevelsOfDetailAreTimedSeparately) {
     const Scene scene = turningScene();
     World world(scene, {});
     const Dag dag = dagOf(world, 5);
@@ -98,7 +98,7 @@ TEST(SharedScene, LevelsOfDetailAreToldApartFromWhatAllPayFor) {
     EXPECT_EQ(stages(2), 2u); // boxes and their hierarchy
 }
 
-TEST(SharedScene, PairsAreListedWithoutAnswersAndLeaveWhatIsKept) {
+TEST(SharedScene, PairsAreListedWithoutChangingKeptState) {
     Stage stage(turningScene());
     const auto model = makeCostModel("texels:0");
     const FrameOptions options = optionsOf(kKinds[1]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Alpha masks: which texel answers, and how the world hands them on.
+// Alpha masks: the choice of a texel, and masks in the world.
 #include "scenes/alpha_mask.h"
 
 #include "scenes/world.h"
@@ -26,7 +26,7 @@ TEST(AlphaMask, WrapModesFoldTexelsAsTheFormatSays) {
     }
 }
 
-TEST(AlphaMask, AnyNumberNamesATexel) {
+TEST(AlphaMask, EveryNumberMapsToATexel) {
     for (const MaskWrap wrap : {MaskWrap::kRepeat, MaskWrap::kMirror, MaskWrap::kClamp})
         for (const uint32_t size : {1u, 2u, 5u, 16384u})
             for (const double at :
@@ -88,7 +88,7 @@ TEST(AlphaMask, PointsOnAnEdgeAndPastItBelongToTheInside) {
     EXPECT_FALSE(set.view().isOpaque(1, -1e-9, 0.6, 0.4 + 1e-9));
 }
 
-TEST(AlphaMask, CopiesAnswerAlikeAndHashesFollowContent) {
+TEST(AlphaMask, CopiesAreEqualAndHashesDependOnContent) {
     AlphaMaskSet set = cornerMask();
     const AlphaMaskSet copy(set.view());
     EXPECT_EQ(copy.triangleCut, set.triangleCut);
@@ -156,7 +156,7 @@ TEST(AlphaMaskWorld, InstancesShareCutsAndMirroredOnesKeepTheirHoles) {
     EXPECT_NE(triangles.masks.triangleCut[2], triangles.masks.triangleCut[0]);
 }
 
-TEST(AlphaMaskWorld, SolidScenesCarryNothing) {
+TEST(AlphaMaskWorld, SolidScenesHaveNoMasks) {
     Scene scene = boards();
     scene.materials[1].alphaMask = kNone;
     const World world(scene, {});
@@ -165,7 +165,7 @@ TEST(AlphaMaskWorld, SolidScenesCarryNothing) {
     EXPECT_FALSE(world.triangles().masks.isCut(7));
 }
 
-TEST(AlphaMaskWorld, GeometryHashFollowsWhatIsCutOutNotHowMasksAreNumbered) {
+TEST(AlphaMaskWorld, GeometryHashDependsOnHolesNotOnMaskNumbers) {
     const Scene scene = boards();
     const std::string hash = World(scene, {}).geometryHash();
     {

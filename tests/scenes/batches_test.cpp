@@ -250,7 +250,7 @@ TEST(BatchSet, SizesOutOfBoundsAreRefusedByName) {
     }
 }
 
-TEST(BatchSet, WhatAnAnimationDrivesIsMovedOnlyWhileItMoves) {
+TEST(BatchSet, AnimatedBatchesAreMovedOnlyWhileTheyMove) {
     // Node 1 stands until second 1, moves until 2, stands again; node 0 never moves.
     Scene scene;
     scene.materials.emplace_back();
@@ -293,7 +293,7 @@ TEST(BatchSet, WhatAnAnimationDrivesIsMovedOnlyWhileItMoves) {
     EXPECT_EQ(movedAt(0.0f), moverCount);
 }
 
-TEST(BatchSet, NothingGivesNothing) {
+TEST(BatchSet, EmptyInputGivesNoBatches) {
     const Triangles t;
     const BatchSet set(t.view(), t.instances);
     EXPECT_EQ(set.size(), 0u);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree's answers for one frame of a scene, for the tests of the built-in scenes.
+// Embree's results for one frame of a scene, for the tests of the built-in scenes.
 #pragma once
 
 #include "scenes/world.h"
@@ -11,7 +11,7 @@ namespace shadowdag {
 /// The triangles of a world at its current time as Embree sees them.
 class EmbreeWorld {
 public:
-    /// @param originWorld becomes the origin of all that is asked: floats are too coarse far from
+    /// @param originWorld becomes the origin of all rays: floats are too coarse far from
     /// theirs.
     explicit EmbreeWorld(const World& world, const glm::dvec3& originWorld = glm::dvec3(0.0));
     ~EmbreeWorld();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Built-in scenes leave the program as .glb files and come back as they were.
+// Built-in scenes are written as .glb files and read back without changes.
 #include "scenes/builtin.h"
 #include "scenes/gltf.h"
 #include "scenes/world.h"

@@ -140,7 +140,7 @@ TEST(GltfCorpus, RealScenesHaveTheirTrianglesLightsAndBounds) {
         ASSERT_TRUE(world.has_value());
         EXPECT_EQ(world->triangles().count(), std::stoul(fields[4]));
         const size_t slash = fields[5].find('/');
-        size_t pointCount = 0, spotCount = 0; // the table does not count suns
+        size_t pointCount = 0, spotCount = 0; // the table does not count directional lights
         for (const Light& light : world->lights()) {
             pointCount += light.kind == Light::kPoint;
             spotCount += light.kind == Light::kSpot;

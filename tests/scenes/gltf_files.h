@@ -43,7 +43,7 @@ struct GltfParts {
         return *this;
     }
     std::string json() const;
-    std::string glb() const; ///< padded as the format asks
+    std::string glb() const; ///< padded as the format requires
 };
 
 /// Returns a valid file: one node, one triangle (0 0 0), (2 0 0), (0 1 0) with indices of two

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Masked materials of glTF files: where the image lies, what alpha means, and every way in which it
-// can be missing or broken.
+// Masked materials of glTF files: the place of the image, the meaning of alpha, and every way in
+// which it can be missing or broken.
 #include "cuda/error.h"
 #include "scenes/gltf.h"
 #include "scenes/png_alpha.h"
@@ -254,7 +254,7 @@ TEST(GltfMasks, EqualMasksAreKeptOnceAndSharedImagesDecodeAlike) {
     EXPECT_NE(scene.materials[1].alphaMask, scene.materials[2].alphaMask);
 }
 
-TEST(GltfMasks, WhatIsNotCutOutIsSaid) {
+TEST(GltfMasks, UnsupportedMasksAreReported) {
     GltfParts parts = boardFile();
     const auto expectWarning = [&](const std::string& start) {
         EXPECT_THAT(readParts(parts).warnings, testing::Contains(testing::StartsWith(start)));
@@ -338,7 +338,7 @@ TEST(GltfMasks, ManyMasksOfOneImageAreRefusedBeforeTheyFillTheMemory) {
                 std::to_string(100 + i) +
                 R"(,"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}})";
     parts.set("materials", "[" + list + "]");
-    EXPECT_THAT(messageOf(parts), HasSubstr("claims more than"));
+    EXPECT_THAT(messageOf(parts), HasSubstr("declares more than"));
 }
 
 // Bit flips and cuts over a file whose mask is read: an error or a sound scene, in little memory.

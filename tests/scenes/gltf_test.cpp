@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The glTF reader on small files made here: what it understands, what it ignores and says so, and
-// every message with which it refuses. Over 500 lines because the broken parts are a table.
+// The glTF reader on small files made here: supported features, ignored ones with their warnings,
+// and every error message. More than 500 lines because the broken parts are a table.
 #include "scenes/gltf.h"
 
 #include "cuda/error.h"
@@ -290,7 +290,7 @@ TEST(Gltf, BuffersOutsideTheFilesFolderAreRefused) {
     }
 }
 
-TEST(Gltf, WhatIsIgnoredIsCountedInWarnings) {
+TEST(Gltf, IgnoredFeaturesAreCountedInWarnings) {
     GltfParts parts = triangleFile();
     parts
         .set(
@@ -486,7 +486,7 @@ TEST(Gltf, NodeUnderAnotherCannotBeARoot) {
     EXPECT_THAT(messageOf(parts), HasSubstr("node 0 is no root: it has the parent 1"));
 }
 
-TEST(Gltf, CutAndForeignFilesHaveTheirMessages) {
+TEST(Gltf, TruncatedAndForeignFilesHaveTheirMessages) {
     const std::string good = triangleFile().glb();
     EXPECT_THAT(messageOf("t.glb", ""), HasSubstr("the file is empty"));
     EXPECT_THAT(messageOf("t.glb", good.substr(0, 10)), HasSubstr("the file ends after 10 bytes"));
@@ -501,8 +501,61 @@ TEST(Gltf, CutAndForeignFilesHaveTheirMessages) {
     const size_t binary = good.find(std::string("BIN\0", 4)) - 4;
     other[binary] += 8; // runs 8 bytes beyond the file: tinygltf does not notice
     EXPECT_THAT(messageOf("t.glb", other), HasSubstr("GLB BIN chunk"));
-    EXPECT_THAT(messageOf("t.gltf", "a poem"), HasSubstr("not a readable glTF 2.0 file"));
     EXPECT_THAT(messageOf("t.gltf", "[]"), HasSubstr("not a readable glTF 2.0 file"));
+}
+
+// Each is named by how it begins or, if that says nothing, by its extension.
+TEST(Gltf, FilesOfOtherKindsAreNamedWithHowToConvertThem) {
+    const struct {
+        const char *file, *content, *kind;
+        bool isConvertible;
+    } cases[] = {{"a.ply", "ply\nformat ascii 1.0\n", "a PLY file", true},
+                 {"a.bin", "ply\r\nformat ascii 1.0\r\n", "a PLY file", true},
+                 {"a.fbx", "Kaydara FBX Binary  ", "an FBX file", true},
+                 {"a.glb", "; FBX 7.3.0 project file", "an FBX file", true},
+                 {"a.stl", "solid cube\n", "an STL file", true},
+                 {"b.STL", "exported by a scanner", "an STL file", true},
+                 {"a.obj", "# made by hand\nv 0 0 0\n", "an OBJ file", true},
+                 {"a.blend", "BLENDER-v300", "a Blender file", true},
+                 {"a.dae", "<?xml version=\"1.0\"?>", "an XML file, such as COLLADA", true},
+                 {"a.zip", "PK\3\4", "a ZIP archive; unpack it", false},
+                 {"a.mtl", "newmtl red", "a material library", false}};
+    for (const auto& c : cases) {
+        const std::string message = messageOf(c.file, c.content);
+        EXPECT_THAT(message, HasSubstr(std::string(c.file) + ": not glTF but " + c.kind));
+        EXPECT_EQ(message.find("assimp export FILE OUT.glb") != std::string::npos, c.isConvertible)
+            << message;
+    }
+    EXPECT_THAT(messageOf("t.gltf", "a poem"), HasSubstr("neither JSON nor binary glTF"));
+    EXPECT_THAT(messageOf("t.gltf", "\xef\xbb\xbf{"), HasSubstr("not a readable glTF 2.0 file"));
+}
+
+TEST(Gltf, CompressedGeometryIsRefusedWithTheToolThatDecompressesIt) {
+    for (const auto& [extension, command] :
+         {std::pair("KHR_draco_mesh_compression", "gltf-transform cp IN.glb OUT.glb"),
+          std::pair("EXT_meshopt_compression", "gltfpack -noq -i IN.glb")}) {
+        GltfParts parts = triangleFile();
+        parts.set("extensionsUsed", "[\"" + std::string(extension) + "\"]")
+            .set("extensionsRequired", "[\"" + std::string(extension) + "\"]");
+        EXPECT_THAT(messageOf(parts), HasSubstr(extension));
+        EXPECT_THAT(messageOf(parts), HasSubstr(command));
+    }
+}
+
+TEST(Gltf, ABufferFileMayBeLongerThanItsBuffers) {
+    const TemporaryFolder folder;
+    GltfParts parts = triangleFile();
+    const size_t length = parts.binary.size();
+    folder.write("a long.bin", parts.binary + "and more");
+    const std::string buffer =
+        "{\"uri\":\"a%20long.bin\", \"byteLength\" : " + std::to_string(length) + "}";
+    const std::string tiny = R"({"byteLength":3,"uri":"a%20long.bin"})";
+    for (const std::string& buffers : {"[" + buffer + "]", "[" + buffer + "," + tiny + "]"}) {
+        parts.set("buffers", buffers);
+        const Scene scene = readGltf(folder.write("t.gltf", parts.json()));
+        ASSERT_EQ(scene.meshes.size(), 1u) << buffers;
+        EXPECT_EQ(scene.meshes[0].positions, readParts(triangleFile()).meshes[0].positions);
+    }
 }
 
 TEST(Gltf, AbsentFilesHaveTheirMessages) {
@@ -538,7 +591,7 @@ TEST(Gltf, UnreasonableTextIsRefusedBeforeItIsParsed) {
     EXPECT_THAT(messageOf(parts), HasSubstr("nested deeper than 256"));
     parts = triangleFile();
     parts.set("\\u0062uffers", "[]");
-    EXPECT_THAT(messageOf(parts), HasSubstr("is escaped"));
+    EXPECT_THAT(messageOf(parts), HasSubstr("contains escape sequences"));
     parts = triangleFile();
     std::string objects = "[{}";
     for (int i = 0; i < 2'000'000; ++i)
@@ -554,7 +607,7 @@ TEST(Gltf, UnreasonableTextIsRefusedBeforeItIsParsed) {
     EXPECT_THAT(messageOf(parts), HasSubstr("1001 buffers over a BIN chunk"));
 }
 
-TEST(Gltf, ExtrasMayHoldAnything) {
+TEST(Gltf, ExtrasMayContainAnything) {
     GltfParts parts = triangleFile();
     parts.set("extras", R"({"a":[1,2,{"extras":"}]","b":"\"{"}],"c":null})")
         .set("nodes", R"([{"extras":[{},{}],"mesh":0},{"extras":"\\"},{"extras" : 3 }])");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What writeGlb writes reads back as the same scene, and is what the format asks for.
+// Files of writeGlb read back as the same scene and follow the format.
 #include "cuda/error.h"
 #include "scenes/gltf.h"
 #include "scenes/world.h"
@@ -138,7 +138,7 @@ TEST(GltfWriter, SceneReadsBackBitForBit) {
     }
 }
 
-TEST(GltfWriter, WritingWhatWasReadGivesTheSameFile) {
+TEST(GltfWriter, WritingAReadSceneGivesTheSameFile) {
     // The scene takes its name from the file, hence one name in two folders.
     const test::TemporaryFolder first, second, third;
     const auto content = [](const test::TemporaryFolder& folder) {
@@ -154,7 +154,7 @@ TEST(GltfWriter, WritingWhatWasReadGivesTheSameFile) {
 
 // glTF 2.0: chunk alignment (4.4.3), accessor alignment (3.6.2.4), bounds of POSITION (3.7.2.1), no
 // empty arrays.
-TEST(GltfWriter, FileIsWhatTheFormatAsksFor) {
+TEST(GltfWriter, FileFollowsTheFormat) {
     const test::TemporaryFolder folder;
     const Scene scene = richScene(7);
     writeGlb(scene, folder.path("s.glb"));
@@ -198,7 +198,7 @@ TEST(GltfWriter, FileIsWhatTheFormatAsksFor) {
     EXPECT_LE(json["materials"][1]["emissiveFactor"][0].get<float>(), 1.0f);
 }
 
-TEST(GltfWriter, RefusedDiskIsSaidAndLeavesNothing) {
+TEST(GltfWriter, WriteErrorsAreReportedAndLeaveNoFile) {
     const test::TemporaryFolder folder;
     try {
         writeGlb(richScene(1), folder.path("absent/s.glb"));

@@ -37,7 +37,7 @@ TEST(Light, RangeIsHalfOpen) {
 }
 
 // intensity / d^2 * (1 - (d / range)^4): at d = 2, 8 / 4 * 15 / 16.
-TEST(Light, IrradianceFallsAsTheExtensionSays) {
+TEST(Light, IrradianceFallsAsInTheExtension) {
     const glm::vec3 e = lightIrradiance(pointLight(), {3, 0, 0});
     EXPECT_FLOAT_EQ(e.x, 1.875f);
     EXPECT_FLOAT_EQ(e.y, 3.75f);

@@ -79,7 +79,7 @@ TEST(OutputFile, LibraryMayReplaceTheTemporaryFileByName) {
     EXPECT_EQ(content(folder.path("a")), "by a library");
 }
 
-TEST(OutputFile, TroubleNamesPathAndReason) {
+TEST(OutputFile, ErrorsContainPathAndReason) {
     const test::TemporaryFolder folder;
     const auto message = [](const std::string& path) {
         try {
@@ -97,7 +97,7 @@ TEST(OutputFile, TroubleNamesPathAndReason) {
 }
 
 // A full disk, played by a limit on file size: the write or the commit says so and nothing is left.
-TEST(OutputFile, FullDiskIsSaidAndLeavesNothing) {
+TEST(OutputFile, FullDiskIsReportedAndLeavesNoFile) {
     const test::TemporaryFolder folder;
     folder.write("a", "old");
     rlimit before{};
@@ -122,7 +122,7 @@ TEST(OutputFile, FullDiskIsSaidAndLeavesNothing) {
     EXPECT_EQ(fileCount(folder), 1u);
 }
 
-TEST(OutputFile, RenameThatFailsIsSaid) {
+TEST(OutputFile, FailedRenameIsReported) {
     const test::TemporaryFolder folder;
     OutputFile file(folder.path("a"));
     std::filesystem::create_directory(folder.path("a"));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG alpha in and out: what is written reads back, and no damaged byte passes.
+// PNG alpha: round trips, and refusal of every damaged byte.
 #include "scenes/png_alpha.h"
 
 #include "cuda/error.h"
@@ -34,7 +34,7 @@ std::string messageOf(const std::vector<uint8_t>& bytes) {
     return "no error";
 }
 
-TEST(PngAlpha, WhatIsWrittenReadsBack) {
+TEST(PngAlpha, RoundTripIsExact) {
     for (const auto& [width, height] : {std::pair(1u, 1u), {3u, 70u}, {70u, 3u}, {64u, 64u}}) {
         const AlphaMask mask = randomMask(width, height, width);
         const std::vector<uint8_t> png = writePngMask(mask);
@@ -85,7 +85,7 @@ std::vector<uint8_t> withHeader(std::vector<uint8_t> png, uint32_t width, uint32
     return png;
 }
 
-TEST(PngAlpha, ClaimsAreHeldAgainstTheDataBeforeMemoryIsTaken) {
+TEST(PngAlpha, ClaimsAreComparedWithTheDataBeforeMemoryIsAllocated) {
     const std::vector<uint8_t> png = writePngMask(randomMask(9, 5, 1));
     EXPECT_EQ(messageOf(withHeader(png, 9, 5)), "no error");
     test::resetAllocationPeak();
@@ -96,11 +96,11 @@ TEST(PngAlpha, ClaimsAreHeldAgainstTheDataBeforeMemoryIsTaken) {
     EXPECT_LE(test::allocationPeakBytes(), 1u << 20);
 }
 
-TEST(PngAlpha, WhatTheDecoderRefusesIsSaid) {
+TEST(PngAlpha, DecoderErrorsAreReported) {
     const std::vector<uint8_t> png = writePngMask(randomMask(9, 5, 1));
     EXPECT_THAT(messageOf(withHeader(png, 9, 5, 8, 7)), testing::HasSubstr("cannot be decoded"));
     EXPECT_THAT(messageOf(withHeader(png, 9, 6)), testing::HasSubstr("cannot be decoded"));
-    EXPECT_THAT(messageOf({'G', 'I', 'F'}), testing::HasSubstr("is no PNG"));
+    EXPECT_THAT(messageOf({'G', 'I', 'F'}), testing::HasSubstr("is not a PNG"));
 }
 
 } // namespace

@@ -27,7 +27,7 @@ TEST(BoxSegment, DecidesAxisParallelSegmentsAndPoints) {
     EXPECT_FALSE(BoxSegment({0, 0, 0}, {1, 1, 1}).touches(Box{}));
 }
 
-TEST(BoxSegment, TouchesWhatItsEndsFacesEdgesAndCornersTouch) {
+TEST(BoxSegment, TouchesBoxesAtEndsFacesEdgesAndCorners) {
     const Box box = boxOf({-1, -1, -1}, {1, 1, 1});
     EXPECT_TRUE(BoxSegment({1, 0, 0}, {5, 0, 0}).touches(box));
     EXPECT_TRUE(BoxSegment({1, -5, 0}, {1, 5, 0}).touches(box));
@@ -58,7 +58,7 @@ TEST(BoxSegment, NeverMissesABoxAroundOneOfItsPoints) {
 
 // Ends drawn from two boxes, a third box anywhere between; also flat ones, and far from the origin,
 // where a box's floats are as coarse as the bundle is thin.
-TEST(BoxSegmentBundle, TouchesWhatAnyOfItsSegmentsTouches) {
+TEST(BoxSegmentBundle, TouchesEveryBoxThatOneOfItsSegmentsTouches) {
     uint64_t state = 20261122;
     RecordProperty("seed", "20261122");
     const auto random = [&] { return double(splitMix64(state += kSplitMixGamma) >> 11) * 0x1p-53; };

@@ -74,7 +74,7 @@ TEST(WideBvh, NoItemsMakeNoLevelsAndThirtyTwoMakeOne) {
     EXPECT_EQ(topBoxCount(bvh.view()), 2u);
 }
 
-TEST(WideBvh, RefitAfterMotionAnswersAsAFreshOneDoes) {
+TEST(WideBvh, RefitAfterMotionEqualsAFreshOne) {
     std::vector<Box> boxes = randomBoxes(5, 3000);
     WideBvh bvh;
     bvh.build(viewOf(boxes));
@@ -95,7 +95,7 @@ void expectSameArrays(const WideBvh& a, const WideBvh& b) {
     ASSERT_EQ(std::memcmp(x.items.data, y.items.data, x.items.count * sizeof(uint32_t)), 0);
 }
 
-TEST(WideBvh, UpdateMakesTheArraysOfAFreshBuildWhateverMovedBefore) {
+TEST(WideBvh, UpdateMakesTheArraysOfAFreshBuildAfterAnyMotion) {
     // count, every how many is a mover
     for (const auto& [count, stride] :
          {std::pair(1u, 1u), {33u, 2u}, {70u, 1u}, {1500u, 5u}, {40000u, 9u}}) {
@@ -139,7 +139,7 @@ TEST(WideBvh, UpdateMakesTheArraysOfAFreshBuildWhateverMovedBefore) {
     }
 }
 
-TEST(WideBvh, UpdateSortsWhatLeftItsCellAndWritesOnlyTheBoxesAboveIt) {
+TEST(WideBvh, UpdateSortsOnlyItemsThatLeftTheirCellsAndWritesOnlyBoxesAboveThem) {
     // 64 that stand still, 1024 movers in a row: 32 boxes of level 1 above movers, 2 above others.
     std::vector<Box> boxes;
     std::vector<uint8_t> isMover;

@@ -77,7 +77,7 @@ TEST(World, NestedTransformsMultiplyParentFirst) {
     EXPECT_EQ(world.boundsWorld(), (Box{{7, 1, 0}, {10, 3, 0}}));
 }
 
-TEST(World, MatrixAndItsPartsPlaceAlike) {
+TEST(World, MatrixAndItsPartsGiveTheSameTransform) {
     Scene parts = triangles(1);
     parts.nodes[0].local.translation = {1, 2, 3};
     parts.nodes[0].local.scale = {2, -3, 0.5f};
@@ -205,7 +205,7 @@ TEST(World, LightsAndCamerasFollowTheirNodes) {
         EXPECT_LT(std::fabs(x - camera.positionWorld.x), camera.zfar);
 }
 
-TEST(World, GeometryHashKnowsStaticTrianglesOnly) {
+TEST(World, GeometryHashCoversStaticTrianglesOnly) {
     Scene scene = triangles(2);
     scene.animations = {{"a", {glide(1, {0, 0, 8})}}};
     World world(scene, {});
@@ -220,7 +220,7 @@ TEST(World, GeometryHashKnowsStaticTrianglesOnly) {
     EXPECT_NE(World(scene, {}).geometryHash(), hash);
 }
 
-TEST(World, StaticBoundsDoNotFollowMovers) {
+TEST(World, StaticBoundsIgnoreMovingGeometry) {
     Scene scene = triangles(2);
     scene.animations.resize(1);
     scene.animations[0].channels = {glide(1, {0, 0, 8})};
@@ -240,7 +240,7 @@ TEST(World, StaticBoundsDoNotFollowMovers) {
     EXPECT_EQ(other.geometryHash(), hash);
 }
 
-TEST(World, StaticBoundsOfASceneThatOnlyMovesAreThoseOfTimeZero) {
+TEST(World, StaticBoundsOfAnAllMovingSceneAreThoseOfTimeZero) {
     Scene scene = triangles(1);
     scene.animations.resize(1);
     scene.animations[0].channels = {glide(0, {0, 0, 8})};
@@ -250,7 +250,7 @@ TEST(World, StaticBoundsOfASceneThatOnlyMovesAreThoseOfTimeZero) {
     EXPECT_EQ(world.staticBoundsWorld(), (Box{{0, 0, 0}, {1, 1, 0}}));
 }
 
-TEST(World, BadScenesHaveTheirMessages) {
+TEST(World, InvalidScenesHaveTheirMessages) {
     Scene scene = triangles(1);
     scene.roots.clear();
     EXPECT_THAT(messageOf(scene), HasSubstr("'test' has no triangle"));

@@ -12,7 +12,7 @@
 namespace shadowdag {
 namespace {
 
-TEST(CellDepth, BitsAreOrderedAsDepthsAndNeverThatOfNoReceiver) {
+TEST(CellDepth, BitsAreOrderedAsDepthsAndNeverZero) {
     EXPECT_EQ(depthBits(0.0f), 1u);
     float before = 0.0f;
     for (const float depth : {1e-30f, 0.5f, 1.0f, 1.0000001f, 7.0f, 3e38f}) {
@@ -34,7 +34,7 @@ TEST(CellDepth, RectangleCoversTheCellsItTouches) {
 }
 
 // Rectangles of receivers raise, rectangles of batches ask: the blocks must not change an answer.
-TEST(CellDepth, AsksAreAnsweredAsByLookingAtEveryCell) {
+TEST(CellDepth, QueriesEqualATestOfEveryCell) {
     for (const uint32_t seed : {1u, 2u, 3u}) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         std::mt19937 rng(seed);

@@ -80,7 +80,7 @@ TEST(CubeFace, RectangleHoldsEveryPointOfTheBoxThatProjectsOnTheFace) {
     }
 }
 
-TEST(CubeFace, BoxAroundTheLightReachesEveryFaceWhole) {
+TEST(CubeFace, BoxAroundTheLightCoversEveryFace) {
     const Box box{{-1, -2, -1}, {3, 1, 1}};
     for (uint32_t face = 0; face < kFaceCount; ++face) {
         FaceRect r;

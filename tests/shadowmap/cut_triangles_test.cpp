@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What alpha masks cut out of triangles is missing from maps, and nothing else is.
+// The parts of triangles that alpha masks cut out are missing from maps, and nothing else is.
 #include "shadowmap/rasterize.h"
 #include "tests/shadowmap/small_scene.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The choice of a face and a texel at the edges and corners of a cube map, against integers without
-// rounding: the 26 directions, those a rounding beside them, and texels beyond a face's border.
+// The choice of a face and a texel at the edges and corners of a cube map, compared with integers:
+// the 26 directions, those a rounding beside them, and texels beyond a face's border.
 #include "shadowmap/shadow_map_lookup.h"
 
 #include "tools/workspace/cube_texel.h"
@@ -57,7 +57,7 @@ TEST(ExactFaces, The26DirectionsAndThoseARoundingBesideThemHaveOneFace) {
     EXPECT_GT(ties, 500u);
 }
 
-TEST(ExactFaces, TexelsBeyondABorderAreThoseThatIntegersFind) {
+TEST(ExactFaces, TexelsBeyondABorderEqualTheIntegerReference) {
     size_t ties = 0, judged = 0;
     for (const int32_t n : {1, 2, 3, 4, 16, 97, 1024, 8191, 8192})
         for (uint32_t face = 0; face < kFaceCount; ++face) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The taps of a lookup: the filter held against one by hand, in double, across edges, corners and
-// pages; taps without pages; taps that pass under what they stand on.
+// The taps of a lookup: the filter compared with one by hand, in double, across edges, corners and
+// pages; taps without pages; taps that pass under an object on the receiver.
 #include "shadowmap/shadow_map_lookup.h"
 
 #include "tests/shadowmap/small_scene.h"
@@ -21,7 +21,7 @@ using test::SmallScene;
 
 // A wall under a light so low that a texel is a metre and more long on the floor: right behind the
 // wall the taps on the low side pass under it and end on the lit floor before it.
-TEST(ShadowMapLookup, BehindAWallAtGrazingLightTapsThatPassUnderItAreLeftOut) {
+TEST(ShadowMapLookup, BehindAWallAtGrazingLightTapsThatPassUnderItAreOmitted) {
     SmallScene scene;
     scene.addQuad({0, 0, 0}, {30, 0, 0}, {0, 0, 30}, 4);
     scene.addQuad({9.5f, 0, 0}, {0, 2, 0}, {0, 0, 20});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What moves, and by which options maps are kept, for tests of static optimization.
+// Moving scenes and options with which maps are kept, for tests of static optimization.
 #pragma once
 
 #include "shadowmap/shadow_maps.h"

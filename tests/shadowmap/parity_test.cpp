@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parity of the shadow maps' passes: what each writes for the same inputs, by every culling; and
+// Parity of the shadow maps' passes: the output of each for the same inputs, by every culling; and
 // maps that are kept over an animation, build by build.
 #include "tests/cuda/backends.h"
 #include "tests/cuda/parity.h"

@@ -83,7 +83,7 @@ TEST(PolygonLodMaps, TrianglesDrawnFallToThoseOfTheLevelsThatTheTexelsAllow) {
         EXPECT_EQ(maps.counts().triangleDrawCount, expected);
         EXPECT_LT(expected, before);
         before = expected;
-        // What culling is held against stays the full detail.
+        // The baseline of culling stays the full detail.
         EXPECT_EQ(maps.counts().triangleSphereCount, kFaceCount * stage.world.triangles().count());
     }
     EXPECT_LE(4 * before, kFaceCount * stage.world.triangles().count());
@@ -142,7 +142,7 @@ TEST(PolygonLodMaps, CoverageDiffersOnlyNearSilhouettes) {
     }
 }
 
-TEST(PolygonLodMaps, KeptMapsOfAMoverThatChangesItsLevelAreThoseDrawnAnew) {
+TEST(PolygonLodMaps, KeptMapsOfAMovingBatchThatChangesItsLevelEqualRedrawnOnes) {
     Stage stage(300);
     ShadowMapOptions options = freshMaps();
     options.lodTexels = 1.0f;
@@ -171,7 +171,7 @@ TEST(PolygonLodMaps, KeptMapsOfAMoverThatChangesItsLevelAreThoseDrawnAnew) {
 
 // What a level may stand above its receiver, drawn as a floor of its own: it does not shadow the
 // receiver at any angle of light, and what stands higher does.
-TEST(PolygonLodMaps, ALevelThatStandsAboveItsReceiverByTheTexelsAllowedDoesNotShadowIt) {
+TEST(PolygonLodMaps, ALevelAboveItsReceiverByTheAllowedTexelsDoesNotShadowIt) {
     const uint32_t n = 256;
     const float texels = 2.0f;
     const glm::vec3 light(0.0f, 3.0f, 0.0f);
@@ -223,7 +223,7 @@ TEST(PolygonLodMaps, TexelsWithoutLevelsAndTexelsBelowZeroAreRefused) {
     BatchView flat = stage.lod.batches(0.0f);
     flat.levels = {};
     EXPECT_NE(messageFor(1.0f, flat).find("pass the batches of PolygonLod"), std::string::npos);
-    EXPECT_NE(messageFor(-1.0f, stage.lod.batches(0.0f)).find("give a number of texels >= 0"),
+    EXPECT_NE(messageFor(-1.0f, stage.lod.batches(0.0f)).find("choose a number of texels >= 0"),
               std::string::npos);
     EXPECT_NE(messageFor(std::nanf(""), stage.lod.batches(0.0f)).find("nan"), std::string::npos);
 }

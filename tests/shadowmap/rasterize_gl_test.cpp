@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Depths that OpenGL draws, texel by texel against the processor's, in the atlas and in sparse
+// Depths drawn by OpenGL compared texel by texel with the CPU's, in the atlas and in sparse
 // textures. Bounds were measured on Mesa 22.3 and 25.0 (llvmpipe, zink) and rounded up.
 #include "shadowmap/rasterize_gl.h"
 
@@ -151,7 +151,7 @@ TEST_P(RasterizeGl, ManyMapsOfManySizesDifferAtOutlinesOnly) {
 }
 
 // Nothing around: what only one of the two covers.
-TEST_P(RasterizeGl, LooseTrianglesCoverTheSameTexelsButAtOutlines) {
+TEST_P(RasterizeGl, SeparateTrianglesCoverTheSameTexelsExceptAtOutlines) {
     std::mt19937 rng(9);
     const SmallScene scene = test::randomScene(rng, 800, 5.0f, 0.5f);
     const DepthParity p = compare(scene, {{{0, 0, 0}, 12.0f, 0, 500}, {{1, 2, 0}, 12.0f, 1, 90}});
@@ -194,7 +194,7 @@ TEST_P(RasterizeGl, MemoryIsCommittedForThePagesThatAreNeeded) {
 }
 
 // Slow growth neither uses up the textures that a shader may read nor loses what is kept.
-TEST_P(RasterizeGl, AMapMoreInEveryBuildFindsRoom) {
+TEST_P(RasterizeGl, AnAdditionalMapInEveryBuildFits) {
     SmallScene scene;
     scene.addBox(glm::vec3(-3, -2, -4), glm::vec3(3, 2, 4));
     const BatchSet batches = scene.batches();
@@ -219,8 +219,8 @@ TEST_P(RasterizeGl, AMapMoreInEveryBuildFindsRoom) {
     }
 }
 
-// A camera's way through sizes of maps: each is asked for a while, then not again.
-TEST_P(RasterizeGl, TexturesThatNobodyUsesAreDropped) {
+// A camera's path through sizes of maps: each is requested for a while, then not again.
+TEST_P(RasterizeGl, UnusedTexturesAreDropped) {
     SmallScene scene;
     scene.addBox(glm::vec3(-3, -2, -4), glm::vec3(3, 2, 4));
     const BatchSet batches = scene.batches();
@@ -244,7 +244,7 @@ TEST_P(RasterizeGl, TexturesThatNobodyUsesAreDropped) {
 }
 
 // A driver that refuses memory: what it gave is not known, so nothing is taken for given.
-TEST_P(RasterizeGl, PagesThatWereRefusedAreCommittedAnew) {
+TEST_P(RasterizeGl, RefusedPagesAreCommittedLater) {
     if (GetParam() == Where::kAtlas)
         GTEST_SKIP() << "an atlas commits nothing";
     SmallScene scene;

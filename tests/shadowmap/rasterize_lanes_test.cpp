@@ -12,7 +12,7 @@ namespace {
 
 // Small whole numbers and no tolerance put the ends of rows exactly on texel centres, where a
 // quotient rounds to either side: guesses are wrong there, and must be found out.
-TEST(RasterizeLanes, RowsEndWhereTheOneTextEndsThem) {
+TEST(RasterizeLanes, RowsEndAsInTheSharedCode) {
     const uint32_t seed = 5;
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 rng(seed);
@@ -58,7 +58,7 @@ TEST(RasterizeLanes, RowsEndWhereTheOneTextEndsThem) {
     EXPECT_GT(covered, 1000000u);
 }
 
-TEST(RasterizeLanes, SetUpIsTheOneTextsBitForBit) {
+TEST(RasterizeLanes, SetupEqualsTheSharedCodeBitForBit) {
     const uint32_t seed = 6;
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 rng(seed);

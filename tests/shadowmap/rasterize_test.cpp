@@ -88,9 +88,9 @@ TEST(Rasterize, RotatedBoxesSharingEdgesLeaveNoHoles) {
     }
 }
 
-// Failure 9. The stated convention: what is nearer than the near plane (range / 2^20) and what lies
-// in a plane with the light does not block; a light within a closed body is dark outside of it; a
-// light just over a surface lights it.
+// The stated convention: surfaces nearer than the near plane (range / 2^20) and triangles in a
+// plane with the light do not block; a light within a closed body is dark outside of it; a light
+// just above a surface lights it.
 TEST(Rasterize, LightTouchingOrInsideGeometryFollowsTheConvention) {
     const float range = 8.0f;
     SmallScene floor;
@@ -115,7 +115,7 @@ TEST(Rasterize, LightTouchingOrInsideGeometryFollowsTheConvention) {
     EXPECT_EQ(lookupVisibility(inside.maps.view(), 0, {0.02f, -0.1f, 0.02f}, {0, 1, 0}, {}), 255);
 }
 
-// Failure 27: needles, points, and coincident corners have no area; opposite windings block alike.
+// Needles, points, and coincident corners have no area; opposite windings block equally.
 TEST(Rasterize, DegenerateTrianglesCoverNothingAndBothWindingsCoverTheSame) {
     SmallScene none;
     none.addTriangle({1, 1, 1}, {1, 1, 1}, {1, 1, 1});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lookups in drawn maps against closed forms and Embree: planes, rooms, umbrae, receivers that are
-// no place.
+// Lookups in drawn maps compared with closed forms and Embree: planes, rooms, umbrae, invalid
+// receivers.
 #include "shadowmap/shadow_map_lookup.h"
 
 #include "tests/shadowmap/small_scene.h"
@@ -80,7 +80,7 @@ TEST(ShadowMapLookup, LitPlanesHaveNoAcneFromFiveToEightyFiveDegrees) {
 }
 
 // A square of side 1 at height 2 under a light at height 4 throws an umbra of side 2 on the floor.
-TEST(ShadowMapLookup, SquareOverAPlaneThrowsItsUmbraWithinTheFiltersReach) {
+TEST(ShadowMapLookup, SquareOverAPlaneCastsItsUmbraWithinTheFilter) {
     SmallScene scene;
     scene.addQuad({0, 0, 0}, {6, 0, 0}, {0, 0, 6});
     scene.addQuad({0, 2, 0}, {0.5f, 0, 0}, {0, 0, 0.5f});
@@ -127,7 +127,7 @@ TEST(ShadowMapLookup, FarFromTheOriginAPlateNearItsFloorStillShadowsIt) {
     }
 }
 
-TEST(ShadowMapLookup, TraceNamesAPointOfTheBlockerAndItsTexel) {
+TEST(ShadowMapLookup, TraceReturnsAPointOfTheBlockerAndItsTexel) {
     SmallScene scene;
     scene.addQuad({0, 0, 0}, {6, 0, 0}, {0, 0, 6});
     scene.addQuad({0, 2, 0}, {0.5f, 0, 0}, {0, 0, 0.5f});
@@ -142,7 +142,7 @@ TEST(ShadowMapLookup, TraceNamesAPointOfTheBlockerAndItsTexel) {
 }
 
 // Nothing that is not a place is ever lit, and nothing divides by zero into light.
-TEST(ShadowMapLookup, ReceiversThatAreNoPlaceAreDarkAndOneAtTheLightIsLit) {
+TEST(ShadowMapLookup, NanReceiversAreDarkAndOneAtTheLightIsLit) {
     SmallScene scene;
     scene.addQuad({0, 0, 0}, {6, 0, 0}, {0, 0, 6});
     const glm::vec3 light(0, 4, 0);
@@ -224,7 +224,7 @@ TEST(ShadowMapLookup, RoomWithPostsShowsNoSeams) {
 
 // A concave edge is the one place of an empty room where the filter may see a wall in front of
 // another: nowhere else, and no farther from the edge than it reaches.
-TEST(ShadowMapLookup, EmptyRoomIsDarkNowhereButWithinTheFiltersReachOfAnEdge) {
+TEST(ShadowMapLookup, EmptyRoomIsDarkOnlyWithinTheFilterOfAnEdge) {
     SmallScene scene;
     const glm::vec3 lo(-2, -1, -3), hi(2, 2, 1.5f);
     scene.addBox(lo, hi, 2);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shadow maps from receivers to stored depths. Over 500 lines because its cases share how maps are
-// set up and compared.
+// Shadow maps from receivers to stored depths. More than 500 lines because its cases share setup
+// and comparison of maps.
 #include "shadowmap/shadow_maps.h"
 
 #include "tests/shadowmap/small_scene.h"
@@ -157,7 +157,7 @@ TEST(ShadowMaps, CudaGivesTheBitsOfTheCpu) {
 
 // Any receiver in its box, any normal: no tap misses its page, and no culling switch changes an
 // answer.
-TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingNeverChangesAnAnswer) {
+TEST(ShadowMaps, NoReceiverInItsBoxMissesAPageAndCullingChangesNoLookup) {
     for (const uint32_t seed : {1u, 2u})
         for (const uint32_t taps : {1u, 9u})
             for (const uint32_t pageTexels : {16u, 64u, 256u}) {
@@ -291,7 +291,7 @@ TEST(ShadowMaps, CellDepthsDropABatchBehindTheReceiversOfItsOwnCells) {
 
 // Triangles of all sizes around and behind the light, thin and on texel centres: where the CPU's
 // kernel guesses, proves and leaves things to the one text.
-TEST(ShadowMaps, CpuKernelEqualsTheOneTextOnSliversGridsAndTrianglesAroundTheLight) {
+TEST(ShadowMaps, CpuKernelEqualsTheSharedCodeOnSliversGridsAndTrianglesAroundTheLight) {
     for (const uint32_t seed : {11u, 12u, 13u})
         for (const uint32_t pageTexels : {16u, 64u}) {
             SCOPED_TRACE("seed " + std::to_string(seed));
@@ -309,6 +309,8 @@ TEST(ShadowMaps, CpuKernelEqualsTheOneTextOnSliversGridsAndTrianglesAroundTheLig
             }
             const glm::vec3 light = seed == 11 ? glm::vec3(0) : 0.1f * test::randomDirection(rng);
             for (const uint32_t n : {1u, 5u, 64u, 200u, 777u}) {
+                if (n == 777 && seed != 13)
+                    continue; // which takes most of the time
                 ShadowMapOptions options = freshMaps();
                 options.pageTexels = pageTexels;
                 // Whole, and with holes between the pages.
@@ -328,7 +330,7 @@ TEST(ShadowMaps, CpuKernelEqualsTheOneTextOnSliversGridsAndTrianglesAroundTheLig
         }
 }
 
-TEST(ShadowMaps, FullPoolDividesEveryResolutionUntilItFitsAndSaysSo) {
+TEST(ShadowMaps, FullPoolDividesEveryResolutionUntilItFitsAndReportsIt) {
     const Frame frame(5, 500);
     ShadowMaps roomy(Backend::kCpu), tight(Backend::kCpu);
     frame.build(roomy);

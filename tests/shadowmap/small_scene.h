@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small triangle scenes for the shadow-map tests: built by hand, batched, drawn, and asked of
+// Small triangle scenes for the shadow-map tests: built by hand, batched, drawn, and traced by
 // Embree.
 #pragma once
 

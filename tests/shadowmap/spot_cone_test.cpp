@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spots: a map's pages within the light's cone, and nothing that a lookup needs left out.
+// Spot lights: a map's pages within the light's cone, and all that a lookup needs.
 #include "shadowmap/spot_cone.h"
 
 #include "scenes/light.h"
@@ -91,7 +91,7 @@ TEST(SpotCone, EveryDirectionWithinAConeLiesInItsRectangles) {
 }
 
 /// Clusters of a room around a light, and what a spot in its middle sees there.
-TEST(SpotCone, SpotsNeedPagesWithinTheirConeAloneAndAnswerAlike) {
+TEST(SpotCone, SpotsNeedPagesWithinTheirConeOnlyAndGiveTheSameLookups) {
     SmallScene scene;
     scene.addBox(glm::vec3(-2), glm::vec3(2), 3);
     for (int k = 0; k < 8; ++k) {

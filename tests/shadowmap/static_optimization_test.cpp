@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps that are kept from frame to frame over animations, held against maps drawn from nothing.
+// Maps that are kept from frame to frame over animations, compared with maps drawn from the
+// beginning.
 #include "cuda/pass.h"
 #include "shadowmap/cull.h"
 #include "shadowmap/page_mask.h"

@@ -70,7 +70,7 @@ private:
 };
 
 // The switch moves triangleDrawCount: to nothing when nothing changed, and by what was kept.
-TEST(StaticOptimization, WhatStandsStillIsDrawnOnce) {
+TEST(StaticOptimization, StaticGeometryIsDrawnOnce) {
     Wall wall;
     const ShadowMapCounts first = wall.build();
     EXPECT_EQ(first.triangleDrawCount, 8u); // the board: the wall is behind the receivers
@@ -91,7 +91,7 @@ TEST(StaticOptimization, WhatStandsStillIsDrawnOnce) {
     EXPECT_EQ(without.pagesFreedCount, second.pageCount);
 }
 
-TEST(StaticOptimization, ForgettingALightThatMovedOrAnotherResolutionDrawsAnew) {
+TEST(StaticOptimization, AResetAMovedLightOrAnotherResolutionRedraws) {
     Wall wall;
     wall.build();
     wall.maps.forget();
@@ -128,8 +128,8 @@ TEST(StaticOptimization, BoardThatMovesIsDrawnEveryFrameAndOnceMoreWhenItsOldPla
     EXPECT_EQ(wall.build().triangleDrawCount, 0u);
 }
 
-// Depth 5 was drawn when the board stood elsewhere; it came where nobody looked, and stopped.
-TEST(StaticOptimization, BoardThatStoppedWhereNobodyLookedIsDrawnWhenSomebodyLooksAgain) {
+// Depth 5 was drawn when the board was elsewhere; it moved out of view, and stopped there.
+TEST(StaticOptimization, BoardThatStoppedOutOfViewIsDrawnWhenVisibleAgain) {
     Wall wall;
     wall.moveBoard(10.0f);
     wall.build();
@@ -142,8 +142,8 @@ TEST(StaticOptimization, BoardThatStoppedWhereNobodyLookedIsDrawnWhenSomebodyLoo
     EXPECT_EQ(wall.build().triangleDrawCount, 8u);
 }
 
-// The same when no map at all is asked for while it moves.
-TEST(StaticOptimization, BoardThatMovedWhileNoMapWasAskedForIsDrawn) {
+// The same when no map at all is requested while it moves.
+TEST(StaticOptimization, BoardThatMovedWhileNoMapWasRequestedIsDrawn) {
     Wall wall;
     wall.moveBoard(10.0f);
     wall.build();
@@ -152,7 +152,7 @@ TEST(StaticOptimization, BoardThatMovedWhileNoMapWasAskedForIsDrawn) {
     wall.build(); // expects darkness behind the board
 }
 
-TEST(StaticOptimization, BatchThatIsNotThereIsRefused) {
+TEST(StaticOptimization, UnknownBatchIsRefused) {
     Wall wall;
     StageTimes stages;
     const std::vector<uint32_t> moved{1};

@@ -50,10 +50,10 @@ class GpuCheck(unittest.TestCase):
         self.assertEqual(results["failed_steps"], [])
         steps = [step["step"] for step in results["steps"]]
         for name in ("parity cuda_test", "parity voxel_test", "parity shadowmap_test", "parity test_parity",
-                     "parity test_frame", "voxelize atrium", "frames atrium dag", "frames atrium maps",
+                     "parity test_frame", "voxelize atrium", "frames atrium dag", "frames atrium exact", "frames atrium maps",
                      "frames atrium hybrid", "compare atrium"):
             self.assertIn(name, steps)
-        self.assertEqual([row["method"] for row in results["frames"]], ["dag", "maps", "hybrid"])
+        self.assertEqual([row["method"] for row in results["frames"]], ["dag", "exact", "maps", "hybrid"])
         for row in results["frames"]:
             self.assertGreater(row["time_ms"], 0)
             self.assertIn("shading", row["stages_ms"])
@@ -69,7 +69,7 @@ class GpuCheck(unittest.TestCase):
     def test_without_a_device_says_what_is_missing_and_exits_with_4(self):
         done = run("--build", BUILD, "-o", self.out, CUDA_VISIBLE_DEVICES="")
         self.assertEqual(done.returncode, 4, done.stdout)
-        self.assertIn("gpu_check: no device: shadowdag: error: backend 'cuda' was asked for", done.stderr)
+        self.assertIn("gpu_check: no device: shadowdag: error: backend 'cuda' is not available", done.stderr)
         self.assertEqual(self.results()["failed_steps"], ["device"])
 
     def test_names_the_step_that_failed(self):
@@ -90,7 +90,7 @@ class GpuCheck(unittest.TestCase):
         self.assertEqual(done.returncode, 1)
         notes = {step["step"]: step["note"] for step in self.results()["steps"]}
         self.assertIn("ended with 127: cannot open libfoo.so.1", notes["parity cuda_test"])
-        self.assertIn("is not there", notes["parity voxel_test"])
+        self.assertIn("does not exist", notes["parity voxel_test"])
 
     def test_sanitizers_run_where_they_are_found_and_what_they_find_is_a_failed_step(self):
         report = {"testsuites": [{"name": "Scan", "testsuite": [{"name": "Sums/cuda", "result": "COMPLETED"}]}]}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A directory that is gone after the test.
+// A directory that is removed after the test.
 #pragma once
 
 #include <stdlib.h>

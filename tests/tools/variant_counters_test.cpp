@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every part of a variant's name does to the counters of one small frame, and that it does it
-// to them alone: answers that culling, static optimization and order of lights must not change
-// stay.
+// The effect of every part of a variant's name on the counters of one small frame, and on no other:
+// visibilities that culling, static optimization and order of lights must not change stay.
 #include "tools/settings/variants.h"
 
 #include "scenes/world.h"
@@ -143,7 +142,7 @@ void expectShare(uint64_t less, uint64_t more, double share) {
 
 } // namespace
 
-TEST_F(VariantCounters, EveryCullingDrawsFewerTrianglesAndAnswersTheSame) {
+TEST_F(VariantCounters, EveryCullingDrawsFewerTrianglesWithTheSameResults) {
     const FrameResult sphere = render("Sphere"), cfm = render("CFM"), pmc = render("PMC"),
                       pmcd = render("PMCD"), pmcc = render("PMCC");
     const auto drawn = [](const FrameResult& f) { return f.counts.maps.triangleDrawCount; };
@@ -158,7 +157,7 @@ TEST_F(VariantCounters, EveryCullingDrawsFewerTrianglesAndAnswersTheSame) {
     }
 }
 
-TEST_F(VariantCounters, ExplicitBoundsAskForFewerTexelsAndTriangles) {
+TEST_F(VariantCounters, ExplicitBoundsNeedFewerTexelsAndTriangles) {
     const FrameResult implicit = render("PMCD"), eb = render("PMCD-EB"), tight = render("PMCD-TB");
     expectShare(eb.counts.clusterLightCount, implicit.counts.clusterLightCount, 0.98);
     expectShare(eb.counts.maps.triangleDrawCount, implicit.counts.maps.triangleDrawCount, 0.95);
@@ -175,7 +174,7 @@ TEST_F(VariantCounters, MapsALightSplitWhatOneMapAllocatesByItsNearest) {
     expectShare(four.counts.maps.texelCount, one.counts.maps.texelCount, 1.0);
 }
 
-TEST_F(VariantCounters, UndersamplingByTwoHalvesWhatMapsAskFor) {
+TEST_F(VariantCounters, UndersamplingByTwoHalvesTheRequests) {
     const FrameResult full = render("PMCD-EB-1SM"), half = render("PMCD-EB-1SM-u2");
     ASSERT_EQ(full.maps.size(), half.maps.size());
     for (size_t m = 0; m < full.maps.size(); ++m)
@@ -191,7 +190,7 @@ TEST_F(VariantCounters, NormalClustersAreMoreAndShadeFewerPairs) {
     EXPECT_EQ(nk3.counts.pairCount, plain.counts.pairCount);
 }
 
-TEST_F(VariantCounters, StaticOptimizationDrawsNothingAgainWhereNothingMoves) {
+TEST_F(VariantCounters, StaticOptimizationRedrawsNoStaticGeometry) {
     const FrameResult plain = render("PMCD-EB", 2), kept = render("PMCD-EB-SO", 2);
     EXPECT_GT(plain.counts.maps.triangleDrawCount, 0u);
     EXPECT_EQ(kept.counts.maps.triangleDrawCount, 0u);
@@ -216,7 +215,7 @@ TEST_F(VariantCounters, PairsThatDoNotFaceOrAreProvenLitNeedNoPage) {
     expectShare(lit.counts.maps.pageCount, plain.counts.maps.pageCount, 0.98);
 }
 
-TEST_F(VariantCounters, OneTapAnswersLitOrDark) {
+TEST_F(VariantCounters, OneTapIsLitOrDark) {
     const FrameResult nine = render("PMCD-EB-T9"), one = render("PMCD-EB-T1");
     for (const uint8_t visibility : one.visibility)
         ASSERT_TRUE(visibility == 0 || visibility == 255);
@@ -228,14 +227,14 @@ TEST_F(VariantCounters, OneTapAnswersLitOrDark) {
     EXPECT_LE(one.counts.maps.pageCount, nine.counts.maps.pageCount);
 }
 
-TEST_F(VariantCounters, ReorderedListsChangeNoCounterAndNoAnswer) {
+TEST_F(VariantCounters, ReorderedListsChangeNoCounterAndNoResult) {
     const FrameResult plain = render("PMCD-EB"), ordered = render("PMCD-EB-RL");
     EXPECT_EQ(ordered.visibility, plain.visibility);
     EXPECT_EQ(ordered.counts.clusterLightCount, plain.counts.clusterLightCount);
     EXPECT_EQ(ordered.counts.maps.triangleDrawCount, plain.counts.maps.triangleDrawCount);
 }
 
-TEST_F(VariantCounters, RaysAnswerAllAndTheHybridSomePairs) {
+TEST_F(VariantCounters, DagTracesAllAndTheHybridSomePairs) {
     const FrameResult rays = render("RT"), hybrid = render("Hybrid:texels:48");
     EXPECT_EQ(rays.counts.rayCount, rays.counts.pairCount);
     EXPECT_EQ(rays.counts.lookupCount, 0u);
@@ -245,7 +244,7 @@ TEST_F(VariantCounters, RaysAnswerAllAndTheHybridSomePairs) {
     EXPECT_EQ(hybrid.counts.rayCount + hybrid.counts.lookupCount, rays.counts.pairCount);
 }
 
-TEST_F(VariantCounters, AMarginKeepsMapsWithTheirMethodWhileRequestsWaver) {
+TEST_F(VariantCounters, AMarginKeepsRoutesWhileRequestsVary) {
     // A threshold between what a lamp asks for from the camera's two places: without a margin it
     // changes its method in every frame.
     const float here = render("PMCD-EB-1SM").maps.front().quantities.texels;
@@ -259,7 +258,7 @@ TEST_F(VariantCounters, AMarginKeepsMapsWithTheirMethodWhileRequestsWaver) {
     EXPECT_EQ(countRouteChanges(name + "-RH0.2"), 0u);
 }
 
-TEST_F(VariantCounters, AnotherRuleAsksForOtherResolutions) {
+TEST_F(VariantCounters, AnotherRuleRequestsOtherResolutions) {
     const FrameResult paper = render("PMCD-EB-1SM"), plane = render("PMCD-EB-1SM-RP");
     ASSERT_EQ(paper.maps.size(), plane.maps.size());
     bool differs = false;

@@ -61,7 +61,7 @@ void expectEqual(const Asset& a, const Asset& b) {
     EXPECT_EQ(a.provenance.options, b.provenance.options);
 }
 
-TEST(Asset, ReadsBackWhatWasWritten) {
+TEST(Asset, RoundTripIsExact) {
     const TempFile file("round_trip.svdag");
     for (uint32_t log2 = 0; log2 <= 6; ++log2)
         for (const double density : {0.0, 0.03, 0.5, 1.0}) {
@@ -338,7 +338,7 @@ TEST(CompactEncoding, EachFaultIsNamed) {
     EXPECT_THAT(message(leaf, one, single), HasSubstr("outside the grid"));
 }
 
-TEST(RangeCoder, BitsComeBackWhateverTheyWereExpectedToBe) {
+TEST(RangeCoder, BitsRoundTripWithAnyProbability) {
     std::mt19937 random(57);
     for (int round = 0; round < 200; ++round) {
         // Long runs, then the unexpected; and chances that force carries.
@@ -393,7 +393,7 @@ TEST(Asset, EachStructuralFaultIsNamed) {
         return refusal(file, bytes);
     };
     using testing::HasSubstr;
-    EXPECT_THAT(with(0, 'X', 1), HasSubstr("does not begin as an .svdag"));
+    EXPECT_THAT(with(0, 'X', 1), HasSubstr("has no .svdag signature"));
     EXPECT_THAT(with(8, 2, 4), HasSubstr("version 2"));
     EXPECT_THAT(with(kResolutionAt, 18, 4), HasSubstr("2^18"));
     EXPECT_THAT(with(40, 0, 8), HasSubstr("transform"));

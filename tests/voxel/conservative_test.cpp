@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Conservative means conservative: what Embree finds blocked between empty voxels is never free in
-// the DAG. Where the two disagree, integers decide: Embree rounds, too.
+// Voxels are conservative: a ray that Embree finds blocked is never free in the DAG. If the two
+// disagree, integers decide, because Embree rounds, too.
 #include "scenes/builtin.h"
 #include "tests/voxel/exact_geometry.h"
 #include "tests/voxel/soup.h"

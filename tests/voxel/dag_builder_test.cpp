@@ -39,7 +39,7 @@ TEST(NodeTable, FindsEveryNodeAgainThroughManyGrowths) {
 }
 
 // Nodes are equal only when their words are, whatever their hashes: all keys into one chain.
-TEST(NodeTable, EqualHashesOfDifferentNodesKeepThemApart) {
+TEST(NodeTable, NodesWithEqualHashesAreDistinguished) {
     NodeTable table(+[](const uint32_t*, uint32_t) { return 7u; });
     std::vector<uint32_t> addresses;
     for (uint32_t i = 0; i < 300; ++i) {
@@ -53,7 +53,7 @@ TEST(NodeTable, EqualHashesOfDifferentNodesKeepThemApart) {
     }
 }
 
-TEST(DagBuilder, OrderOfAdditionsDoesNotShow) {
+TEST(DagBuilder, OrderOfAdditionsDoesNotMatter) {
     std::mt19937 random(4);
     const DenseGrid grid = randomGrid(5, 0.1, random);
     const Dag expected = dagOf(grid);

@@ -87,7 +87,7 @@ Footprint anyFootprint(const DagSegment& s, uint32_t topLevel, std::mt19937& ran
     return {start, std::max(start / std::max(length, 1e-9), random() % 2 ? 0.0 : 0.3)};
 }
 
-TEST(DagLod, AnswersEveryBitAsTestingEveryCellDoes) {
+TEST(DagLod, EqualsATestOfEveryCellBitForBit) {
     int hits = 0, misses = 0, byLevel[6] = {};
     for (uint32_t seed = 1; seed <= 3; ++seed) {
         std::mt19937 random(seed);
@@ -215,7 +215,7 @@ TEST(DagLod, TimesAbutAndFollowTheFootprint) {
     EXPECT_EQ(times.top, 4u);
     EXPECT_EQ(times.bottom, 0u);
     EXPECT_EQ(times.begin[4], 0.0f);
-    EXPECT_EQ(times.end[4], 0.0f); // level 4 is asked for at the very start
+    EXPECT_EQ(times.end[4], 0.0f); // level 4 is requested at the very start
     EXPECT_EQ(times.end[3], 0.5f);
     EXPECT_EQ(times.end[2], 0.75f);
     EXPECT_EQ(times.end[1], 0.875f);
@@ -228,7 +228,7 @@ TEST(DagLod, TimesAbutAndFollowTheFootprint) {
     EXPECT_EQ(texels.top, 2u);
     EXPECT_EQ(texels.end[2], 0.5f);
     EXPECT_EQ(texels.end[1], 0.75f);
-    // A larger map than the pixel asks for does not make the ray finer than its pixel's cone.
+    // A larger map than the pixel requests does not make the ray finer than its pixel's cone.
     EXPECT_EQ(footprintLodTimes(grid, s, makeFootprint(16, 100, 4096, 1)).end[3], 0.5f);
     EXPECT_EQ(footprintLodTimes(grid, s, makeFootprint(16, 100, 0, 0.5)).top, 3u);
     EXPECT_EQ(lodLevel(std::numeric_limits<double>::quiet_NaN()), 0u);
@@ -316,7 +316,7 @@ TEST(DagLodCoverage, IsExactToLevelFourAndALowerBoundAbove) {
     }
 }
 
-TEST(DagLodCoverage, LeavesTheDagAsItWasForOtherReaders) {
+TEST(DagLodCoverage, DoesNotChangeTheDagForOtherReaders) {
     std::mt19937 random(12);
     const Dag dag = dagOf(randomGrid(6, 0.01, random));
     const Dag covered = withCoverage(dag);

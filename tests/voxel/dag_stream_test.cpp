@@ -78,7 +78,7 @@ TEST(DagStream, EveryIsaGivesTheBitsOfOccluded) {
             for (const StreamIsa isa : kIsas) {
                 if (!hasStreamIsa(isa))
                     continue;
-                // One more than asked for: streams must not write past their end.
+                // One more than requested: streams must not write past their end.
                 std::vector<uint8_t> blocked(segments.size() + 1, 7);
                 traceStream(forms.view(), viewOf(segments),
                             View<uint8_t>{blocked.data(), segments.size()}, isa);
@@ -162,7 +162,7 @@ TEST(DagStream, AnySplitOfTheListGivesTheSameBits) {
     EXPECT_EQ(whole, parts);
 }
 
-TEST(DagStream, BestIsaIsOneThatIsThere) {
+TEST(DagStream, BestIsaIsSupported) {
     EXPECT_TRUE(hasStreamIsa(StreamIsa::kPortable));
     EXPECT_TRUE(hasStreamIsa(bestStreamIsa()));
     for (const StreamIsa isa : kIsas)

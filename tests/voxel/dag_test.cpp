@@ -12,7 +12,7 @@
 namespace shadowdag {
 namespace {
 
-TEST(Dag, HoldsExactlyTheVoxelsItWasBuiltFrom) {
+TEST(Dag, ContainsExactlyTheVoxelsItWasBuiltFrom) {
     std::mt19937 random(1);
     for (uint32_t log2 = 0; log2 <= 5; ++log2)
         for (const double density : {0.0, 0.02, 0.5, 1.0}) {

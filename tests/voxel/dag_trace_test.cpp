@@ -70,7 +70,7 @@ DagSegment awkwardSegment(float size, std::mt19937& random) {
     return s;
 }
 
-TEST(DagTrace, AnswersEveryBitAsTestingEveryVoxelDoes) {
+TEST(DagTrace, EqualsATestOfEveryVoxelBitForBit) {
     std::mt19937 random(11);
     int hits = 0, misses = 0;
     for (uint32_t log2 = 0; log2 <= 5; ++log2)
@@ -93,7 +93,7 @@ TEST(DagTrace, AnswersEveryBitAsTestingEveryVoxelDoes) {
 
 // Odd and even resolutions, so that the root is in a node by itself and is not; 2^7 for paths of
 // several nodes.
-TEST(DagTrace, WideFormAnswersEveryBitAsTheCanonicalOne) {
+TEST(DagTrace, WideFormEqualsTheCanonicalOneBitForBit) {
     std::mt19937 random(16);
     int hits = 0, misses = 0;
     for (uint32_t log2 = 0; log2 <= 7; ++log2)
@@ -217,7 +217,7 @@ TEST(DagTrace, MinusZeroIsZero) {
 
 // The slab test against integers: it accepts whatever the exact segment touches, and nothing that
 // it does not touch when grown by twice the margin.
-TEST(RaySlabs, ErrsByNoMoreThanTwiceTheMarginAndOnlyOutwards) {
+TEST(RaySlabs, IsConservativeByTwiceTheMarginAtMost) {
     std::mt19937 random(13);
     int touching = 0, apart = 0, between = 0;
     for (const uint32_t log2 : {2u, 7u, 12u, 17u}) {

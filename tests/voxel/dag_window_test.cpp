@@ -56,7 +56,7 @@ TEST(DagWindow, OfNothingIsEmpty) {
 }
 
 TEST(DagWindow, OfAFullGridCostsItsLevelsAlone) {
-    // All of 2^17 voxels an axis, shifted by an odd step: 2^51 voxels that nobody may touch.
+    // All of 2^17 voxels per axis, shifted by an odd step: 2^51 voxels that must not be expanded.
     DagBuilder builder(kMaxResolutionLog2);
     uint32_t address = builder.addLeaf(~uint64_t(0));
     for (uint32_t level = kLeafLog2 + 1; level <= kMaxResolutionLog2; ++level) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The judges: closed overlap and intersection in integers of any length, hence without rounding.
-// Slow, and plain on purpose.
+// The reference: closed overlap and intersection in integers of any length, hence without rounding.
+// Slow and simple.
 #pragma once
 
 #include <boost/multiprecision/cpp_int.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The judges judged, by cases worked out by hand.
+// Tests the integer reference with cases worked out by hand.
 #include "tests/voxel/exact_geometry.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ties against integers without rounding: segments of all 26 directions through and past corners,
-// edges and faces of voxels, by every tracer.
+// Ties compared with integers: segments of all 26 directions through and past corners, edges and
+// faces of voxels, by every tracer.
 #include "tests/voxel/exact_geometry.h"
 #include "tests/voxel/voxel_sets.h"
 #include "voxel/dag_trace.h"
@@ -80,7 +80,7 @@ bool touchesExactly(const DagSegment& segment, double grow) {
     return false;
 }
 
-TEST(ExactTies, EveryTracerStopsExactlyWhatTouches) {
+TEST(ExactTies, EveryTracerBlocksExactlyTheTouchingSegments) {
     const TwoForms forms(clusterDag());
     const std::vector<DagSegment> segments = tyingSegments();
     std::vector<uint8_t> expected(segments.size());
@@ -113,7 +113,7 @@ TEST(ExactTies, EveryTracerStopsExactlyWhatTouches) {
 
 // A shaft around starts in a plane of voxel faces, to a light on a lattice point, in all 26
 // directions: what it proves holds exactly, ties included.
-TEST(ExactTies, ShaftsProveNothingThatIntegersDeny) {
+TEST(ExactTies, ShaftsProveNoBlockedSegmentLit) {
     const TwoForms forms(clusterDag());
     size_t lit = 0, made = 0;
     for (const glm::vec3 target : {glm::vec3(10, 10, 10), {16, 16, 16}, {8, 24, 9}, {24, 8, 24}})

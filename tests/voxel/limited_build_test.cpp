@@ -76,7 +76,7 @@ TEST(LimitedBuild, NoTriangleGivesAnEmptyDag) {
     EXPECT_TRUE(scene.build(folder, 0).dag.empty());
 }
 
-TEST(LimitedBuild, PartsAreTheVeryFilesOfPartsInMemory) {
+TEST(LimitedBuild, PartsEqualPartsBuiltInMemory) {
     const Scene scene;
     std::vector<PartReader> parts;
     for (uint32_t k = 1; k <= 3; ++k) {
@@ -94,7 +94,7 @@ TEST(LimitedBuild, PartsAreTheVeryFilesOfPartsInMemory) {
               voxelize(scene.soup.view(), scene.soup.all(), scene.grid).words);
 }
 
-TEST(LimitedBuild, GoesOnFromWhatAnInterruptedOneLeft) {
+TEST(LimitedBuild, ContinuesAnInterruptedBuild) {
     const Scene scene;
     const Dag expected = voxelize(scene.soup.view(), scene.soup.all(), scene.grid);
     const std::string output = scene.directory / "a.svdag";
@@ -113,7 +113,7 @@ TEST(LimitedBuild, GoesOnFromWhatAnInterruptedOneLeft) {
     }
     // What is done is not done again: the first number heard of the build is past the last stop.
     EXPECT_THAT(messageOf([&] { ScratchFolder(output, false); }, ErrorKind::kUsage),
-                HasSubstr("a.svdag.scratch holds what an unfinished voxelize left; go on from it "
+                HasSubstr("a.svdag.scratch holds the files of an unfinished voxelize; continue it "
                           "with voxelize --resume, or remove the folder"));
     Scene other;
     other.provenance.sceneHash = "4567";
@@ -141,7 +141,7 @@ TEST(LimitedBuild, GoesOnFromWhatAnInterruptedOneLeft) {
     EXPECT_FALSE(scene.hasScratch());
 }
 
-TEST(LimitedBuild, WithoutResumeNothingStaysBehindAnException) {
+TEST(LimitedBuild, WithoutResumeAnExceptionLeavesNoFiles) {
     const Scene scene;
     struct Stop {};
     EXPECT_THROW(
@@ -156,7 +156,7 @@ TEST(LimitedBuild, WithoutResumeNothingStaysBehindAnException) {
     EXPECT_FALSE(scene.hasScratch());
 }
 
-TEST(LimitedBuild, WhatAKilledMergeLeftIsNoHindrance) {
+TEST(LimitedBuild, FilesOfAKilledMergeDoNotMatter) {
     const Scene scene;
     const std::filesystem::path left = scene.directory / "a.svdag.scratch";
     for (const bool resume : {false, true}) {
@@ -172,7 +172,7 @@ TEST(LimitedBuild, WhatAKilledMergeLeftIsNoHindrance) {
     }
 }
 
-TEST(LimitedBuild, FilesThatNoBuildWroteAreNamedAndKept) {
+TEST(LimitedBuild, ForeignFilesAreReportedAndKept) {
     const Scene scene;
     const std::filesystem::path left = scene.directory / "a.svdag.scratch";
     for (const char* name : {"notes.txt", "level-.nodes", "map-1-2.txt", "mine.svpart"}) {
@@ -181,7 +181,7 @@ TEST(LimitedBuild, FilesThatNoBuildWroteAreNamedAndKept) {
         for (const bool resume : {false, true})
             EXPECT_THAT(messageOf([&] { ScratchFolder(scene.directory / "a.svdag", resume); },
                                   ErrorKind::kUsage),
-                        HasSubstr(std::string("holds '") + name + "', which no build wrote"));
+                        HasSubstr(std::string("contains '") + name + "', which no build wrote"));
         EXPECT_EQ(readText((left / name).string()), "mine");
         EXPECT_FALSE(std::filesystem::exists(left / "lock"));
         std::filesystem::remove_all(left);
@@ -195,7 +195,7 @@ TEST(LimitedBuild, FilesThatNoBuildWroteAreNamedAndKept) {
     EXPECT_FALSE(std::filesystem::exists(left / "lock"));
 }
 
-TEST(LimitedBuild, ALimitThatCannotBeHeldSaysWhatIsNeeded) {
+TEST(LimitedBuild, ALimitThatIsTooLowIsReportedWithTheNeed) {
     const Scene scene;
     const ScratchFolder folder(scene.directory / "a.svdag", false);
     EXPECT_THAT(messageOf([&] { scene.build(folder, 0, 1 << 20); }, ErrorKind::kResource),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shafts and proofs of light: whatever they prove, every single ray says as well.
+// Shafts and proofs of light: every single ray confirms what they prove.
 #include "voxel/lit_proof.h"
 
 #include "tests/voxel/voxel_sets.h"
@@ -166,7 +166,7 @@ TEST(ShadowStarts, GiveTheSegmentsOfShadowSegmentBitForBit) {
     }
 }
 
-TEST(Shaft, ProvesNothingThatARayDenies) {
+TEST(Shaft, ProvesNoBlockedRayLit) {
     constexpr uint32_t kSeed = 17;
     std::mt19937 random(kSeed);
     size_t litCount = 0, openCount = 0;
@@ -195,7 +195,7 @@ TEST(Shaft, ProvesNothingThatARayDenies) {
     EXPECT_GT(openCount, 100u);
 }
 
-/// A hall of 128 voxels with a floor at y = 0 and, if asked, a wall at x = 64.
+/// A hall of 128 voxels with a floor at y = 0 and, optionally, a wall at x = 64.
 DenseGrid hall(bool hasWall, bool hasHole) {
     DenseGrid grid(7);
     for (uint32_t b = 0; b < grid.size(); ++b)
@@ -215,7 +215,7 @@ Samples floorPatch() {
     return samples;
 }
 
-TEST(Shaft, AHallIsLitAndAWallKeepsItFromBeingProven) {
+TEST(Shaft, AHallIsProvenLitUnlessAWallCrossesIt) {
     const glm::vec3 light(110, 50, 64);
     EXPECT_TRUE(isProvenLit(TwoForms(dagOf(hall(false, false))), floorPatch(), light));
     EXPECT_FALSE(isProvenLit(TwoForms(dagOf(hall(true, false))), floorPatch(), light));
@@ -224,7 +224,7 @@ TEST(Shaft, AHallIsLitAndAWallKeepsItFromBeingProven) {
     EXPECT_TRUE(isProvenLit(TwoForms(dagOf(hall(true, false))), floorPatch(), {60, 50, 64}));
 }
 
-TEST(Shaft, RefusesLightsThatItCannotHold) {
+TEST(Shaft, RefusesUnsupportedLights) {
     const TwoForms forms(dagOf(hall(false, false)));
     const Samples samples = floorPatch();
     ShadowStarts starts;
@@ -246,7 +246,7 @@ TEST(Shaft, RefusesLightsThatItCannotHold) {
     EXPECT_TRUE(shaft.make(starts, base, viewOf(all), {-900, 4000, 64})); // outside the grid
 }
 
-/// Samples as a cluster sorts them, and which of them are asked.
+/// Samples in the order of a cluster, and which of them are selected.
 struct Cluster {
     ReceiverGroups receivers;
     std::vector<uint8_t> isAsked;
@@ -261,7 +261,7 @@ struct Cluster {
     }
 };
 
-/// Returns whether the samples asked are proven lit; checks it against single rays.
+/// Returns whether the selected samples are proven lit; compares with single rays.
 bool provesLit(const TwoForms& forms, const Samples& samples, const glm::vec3& light,
                uint32_t everyOther = 1) {
     const Cluster cluster(forms.dag.grid, samples, everyOther);
@@ -276,7 +276,7 @@ bool provesLit(const TwoForms& forms, const Samples& samples, const glm::vec3& l
     return true;
 }
 
-TEST(LitProof, ProvesNothingThatARayDenies) {
+TEST(LitProof, ProvesNoBlockedRayLit) {
     constexpr uint32_t kSeed = 5;
     std::mt19937 random(kSeed);
     size_t litCount = 0, openCount = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rectangles of masks against every texel, and voxels of cut triangles against their points.
+// Rectangles of masks compared with every texel, and voxels of cut triangles with their points.
 #include "voxel/mask_pyramid.h"
 
 #include "tests/voxel/soup.h"
@@ -73,7 +73,7 @@ TEST(MaskPyramid, CoverIsThatOfEveryTexelTouched) {
         EXPECT_GT(count, 1000);
 }
 
-TEST(MaskPyramid, NothingFiniteIsTakenForSomething) {
+TEST(MaskPyramid, NonFiniteRectanglesCountAsSome) {
     AlphaMaskSet set;
     set.add(makeAlphaMask(3, 3));
     const MaskPyramids pyramids(viewOf(set.masks), viewOf(set.words));
@@ -121,7 +121,7 @@ uint64_t countVoxels(const Dag& dag) {
 }
 
 // The one text decides which points are opaque; each of them must lie in a voxel.
-TEST(CutVoxels, HoldEveryOpaquePointAndFewerVoxelsThanTheWholeTriangles) {
+TEST(CutVoxels, ContainEveryOpaquePointAndFewerVoxelsThanTheFullTriangles) {
     const unsigned seed = 11;
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);

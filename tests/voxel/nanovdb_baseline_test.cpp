@@ -11,7 +11,7 @@ namespace {
 
 constexpr uint32_t kSeed = 4712;
 
-TEST(NanoVdbBaseline, HoldsTheVoxelsOfTheDag) {
+TEST(NanoVdbBaseline, ContainsTheVoxelsOfTheDag) {
     std::mt19937 random(kSeed);
     for (uint32_t log2 = 0; log2 <= 6; ++log2) {
         const DenseGrid grid = randomGrid(log2, 0.1, random);
@@ -40,7 +40,7 @@ TEST(NanoVdbBaseline, EmptyGridBlocksNothing) {
               (std::vector<uint8_t>{0, 0}));
 }
 
-TEST(NanoVdbBaseline, SegmentsEndWhereTheyEnd) {
+TEST(NanoVdbBaseline, SegmentsAreNotTracedBeyondTheirEnds) {
     DenseGrid grid(6);
     grid.set(40, 5, 5);
     const Dag dag = dagOf(grid);
@@ -57,7 +57,7 @@ TEST(NanoVdbBaseline, SegmentsEndWhereTheyEnd) {
 
 // Both walk the same voxels; only what lies within our margin or NanoVDB's step past a boundary of
 // a voxel may differ.
-TEST(NanoVdbBaseline, AgreesWithTheDagButForGrazedCorners) {
+TEST(NanoVdbBaseline, AgreesWithTheDagExceptForGrazedCorners) {
     std::mt19937 random(kSeed);
     std::uniform_real_distribution<float> inside(-4.0f, 68.0f);
     const DenseGrid grid = randomGrid(6, 0.01, random);

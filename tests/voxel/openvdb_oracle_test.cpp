@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// OpenVDB's distances to the same triangles as the oracle of our voxels. In a file of its own: its
-// headers take half a minute to compile.
+// OpenVDB's distances to the same triangles as a reference for our voxels. In a separate file
+// because its headers take half a minute to compile.
 #include "scenes/builtin.h"
 #include "tests/voxel/soup.h"
 #include "voxel/voxelize.h"

@@ -42,7 +42,7 @@ std::vector<DagSegment> segmentsAround(const VoxelGrid& grid, size_t count, std:
     return segments;
 }
 
-Snapshot answersOf(Backend backend, const Dag& dag, const std::vector<DagSegment>& segments) {
+Snapshot pairResultsOf(Backend backend, const Dag& dag, const std::vector<DagSegment>& segments) {
     Snapshot snapshot;
     Buffer<uint32_t> words(backend, "test/dag words"), bits(backend, "test/answers");
     Buffer<DagSegment> asked(backend, "test/segments");
@@ -77,9 +77,9 @@ TEST_P(VoxelParityOn, OfRaysThroughRandomGridsIsBitForBit) {
         for (const double density : {0.0, 0.002, 0.05, 0.6}) {
             const Dag dag = dagOf(randomGrid(log2, density, random));
             const std::vector<DagSegment> segments = segmentsAround(dag.grid, 3001, random);
-            EXPECT_EQ(
-                firstDifference(definitionOf(dag, segments), answersOf(GetParam(), dag, segments)),
-                "")
+            EXPECT_EQ(firstDifference(definitionOf(dag, segments),
+                                      pairResultsOf(GetParam(), dag, segments)),
+                      "")
                 << log2 << " " << density;
         }
 }
@@ -95,7 +95,8 @@ TEST_P(VoxelParityOn, OfRaysThroughEveryBuiltinSceneIsBitForBit) {
                                  gridAround(world.boundsWorld(), 8));
         const std::vector<DagSegment> segments = segmentsAround(dag.grid, 10'007, random);
         EXPECT_EQ(
-            firstDifference(definitionOf(dag, segments), answersOf(GetParam(), dag, segments)), "")
+            firstDifference(definitionOf(dag, segments), pairResultsOf(GetParam(), dag, segments)),
+            "")
             << info.name;
     }
 }

@@ -69,7 +69,7 @@ std::string refusal(const std::vector<PartReader>& parts, const std::string& ver
     return "";
 }
 
-TEST(PartFile, AnyNumberOfPartsMakesTheDagOfOneBuild) {
+TEST(PartFile, AnyNumberOfPartsGivesTheDagOfOneBuild) {
     Build build;
     const Dag whole = voxelize(build.soup.view(), build.soup.all(), build.grid);
     const DagStats stats = computeDagStats(whole);

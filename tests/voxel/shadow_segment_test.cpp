@@ -97,7 +97,7 @@ TEST(ShadowSegment, OffsetIsTight) {
     EXPECT_GT(shadowed, 0);
 }
 
-TEST(ShadowSegment, EndsAreWhereTheFormulaPutsThem) {
+TEST(ShadowSegment, EndsAreThoseOfTheFormula) {
     VoxelGrid grid;
     grid.resolutionLog2 = 6;
     grid.voxelSizeWorld = 0.5;

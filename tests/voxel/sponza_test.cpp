@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The voxels of a real scene against other programs: Crytek's Sponza at 1024^3, whose voxels and
-// nodes were counted by public builders of SVDAGs on the same grid (a cube centred on the bounding
-// box, as long as its longest side; a voxel counts when a triangle touches it).
+// The voxels of a real scene compared with other programs: Crytek's Sponza at 1024^3, whose voxels
+// and nodes were counted by public builders of SVDAGs on the same grid (a cube centred on the
+// bounding box, as long as its longest side; a voxel counts when a triangle touches it).
 #include "scenes/gltf.h"
 #include "voxel/voxelize.h"
 

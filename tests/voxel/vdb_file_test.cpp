@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Assets as .vdb and .nvdb files, held against what OpenVDB and NanoVDB read from them themselves.
-// Long because both formats are provoked in the same ways, with the same helpers.
+// Assets as .vdb and .nvdb files, compared with the voxels that OpenVDB and NanoVDB read from them.
+// Long because both formats are tested in the same ways, with the same helpers.
 #include "voxel/vdb_file.h"
 
 #include "cuda/error.h"
@@ -329,7 +329,7 @@ TEST(VdbFile, OfSeveralGridsOneMustBeNamed) {
     EXPECT_EQ(readVdb(nano.path, {.gridName = "heat"}).cornerIndex, glm::ivec3(9));
 }
 
-TEST(VdbFile, WhatIsNoVoxelGridIsRefusedWithItsReason) {
+TEST(VdbFile, UnsupportedGridsAreRefusedWithAReason) {
     openvdb::initialize();
     const TempFile file("refused.vdb");
     const auto refuse = [&](const openvdb::GridBase::Ptr& grid, const char* message) {
@@ -363,13 +363,13 @@ TEST(VdbFile, WhatIsNoVoxelGridIsRefusedWithItsReason) {
     for (const char* ending : kEndings) {
         const TempFile text(std::string("text") + ending);
         text.write(Bytes(1000, 'x'));
-        EXPECT_THAT(messageOf(text.path), HasSubstr("is no ."));
+        EXPECT_THAT(messageOf(text.path), HasSubstr("not a ."));
         text.write({});
         EXPECT_NE(messageOf(text.path), "");
     }
 }
 
-TEST(VdbFile, AnEditedGridOfOursIsTakenOnlyWhenAskedTo) {
+TEST(VdbFile, AnEditedExportIsImportedOnlyOnRequest) {
     const TempFile file("edited.vdb");
     const Asset asset = sampleAsset(4, 0.1, 5);
     writeVdb(asset, file.path);
@@ -444,7 +444,7 @@ std::map<Outcome, int> damage(const TempFile& file, Reading read) {
     return counts;
 }
 
-TEST(VdbFile, DamageToAnExportIsNoticed) {
+TEST(VdbFile, DamageToAnExportIsDetected) {
     for (const char* ending : kEndings) {
         SCOPED_TRACE(ending);
         const TempFile file(std::string("damage") + ending);
@@ -457,7 +457,7 @@ TEST(VdbFile, DamageToAnExportIsNoticed) {
     }
 }
 
-TEST(VdbFile, DamageToAForeignNanoVdbGridIsNoticed) {
+TEST(VdbFile, DamageToAForeignNanoVdbGridIsDetected) {
     const TempFile file("foreign.nvdb");
     nanovdb::io::writeGrid(file.path, nanovdb::openToNanoVDB(*oneVoxel(), nanovdb::StatsMode::All,
                                                              nanovdb::ChecksumMode::Full));
@@ -496,7 +496,7 @@ TEST(VdbFile, AGridLargerThanTheMachineIsRefused) {
     EXPECT_FALSE(std::filesystem::exists(file.path));
 }
 
-TEST(VdbFile, AFullDiskLeavesNothingHalf) {
+TEST(VdbFile, AFullDiskLeavesNoPartialFile) {
     // A limit on the size of files stands for the full disk.
     rlimit old{};
     getrlimit(RLIMIT_FSIZE, &old);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small dense grids: what DAGs are built from and held against in tests.
+// Small dense grids, from which DAGs are built and with which they are compared.
 #pragma once
 
 #include "voxel/dag_builder.h"

@@ -99,7 +99,7 @@ TEST(Voxelize, CoarserGridIsTheFinerOneReduced) {
     }
 }
 
-TEST(Voxelize, IgnoresWhatIsOutsideAndWhatIsNotListed) {
+TEST(Voxelize, IgnoresTrianglesOutsideAndNotListed) {
     Soup soup;
     soup.add({1, 1, 1}, {2, 1, 1}, {1, 2, 1});
     soup.add({-50, -50, -50}, {-60, -50, -50}, {-50, -50, -60});

@@ -4,6 +4,8 @@
 #include "cuda/thread_clock.h"
 #include "hybrid/clusters/cluster_lights.h"
 #include "hybrid/clusters/cluster_rays.h"
+#include "hybrid/judge/truth.h"
+#include "tools/settings/parse.h"
 
 #include <cstdio>
 
@@ -11,7 +13,7 @@ namespace shadowdag {
 
 namespace {
 
-/// Rays that Embree is given at once: packed, they take 48 bytes each.
+/// Rays that Embree gets at once: packed, they take 48 bytes each.
 constexpr size_t kChunkRays = 1 << 18;
 
 /// The pairs of one cluster and one light.
@@ -22,7 +24,7 @@ struct ClusterLight {
     uint32_t pairCount;
 };
 
-/// What is asked: a sample and a light a pair, by cluster, light, then as streams sort samples.
+/// The pairs: a sample and a light each, by cluster, light, then in the order of streams.
 struct FramePairs {
     std::vector<uint32_t> samples; ///< by cluster, in the order of ReceiverGroups
     std::vector<uint32_t> sampleStart;
@@ -38,17 +40,27 @@ public:
         : gbuffer_(view.gbuffer.view()), clusters_(view.clusters.view()), world_(world), dag_(dag),
           embree_(embree) {
         listPairs();
+        const TruthSpace space = truthSpaceOf(world.triangles().positions);
+        // Without alpha masks, as Embree here.
+        geometry_ = {{world.triangles().positions, world.triangles().triangles},
+                     space.origin,
+                     space.diagonal};
+        bvh_ = buildTriangleBvh(geometry_, viewOf(world.staticTriangles()));
     }
 
     size_t pairCount() const { return pairs_.pairCount; }
     size_t clusterLightCount() const { return pairs_.asked.size(); }
     size_t clusterCount() const { return clusters_.count(); }
+    uint64_t exactBytes() const { return bvh_.bytes(); }
     size_t sampleCount() const { return pairs_.samples.size(); }
 
-    /// By streams, a cluster and light at a time, as frames do.
-    std::vector<uint8_t> byStreams(double& seconds) {
+    /// By streams, one cluster and light at a time, as frames do.
+    /// @param believe RayOptions::believe: all voxels or none
+    std::vector<uint8_t> byStreams(float believe, double& seconds) {
         std::vector<uint8_t> answers(pairs_.pairCount), isDark;
-        const RayInputs inputs{dag_, {}};
+        RayInputs inputs{dag_, {}};
+        inputs.options.believe = believe;
+        inputs.exact = {geometry_, bvh_.view()};
         ClusterRays rays(gbuffer_, inputs);
         const double start = threadSeconds();
         for (size_t a = 0; a < pairs_.asked.size();) {
@@ -67,6 +79,28 @@ public:
             }
         }
         seconds = threadSeconds() - start;
+        return answers;
+    }
+
+    /// By the truth: Embree, its hits confirmed in double.
+    std::vector<uint8_t> byTruth() const {
+        std::vector<glm::uvec3> still;
+        for (const uint32_t t : world_.staticTriangles())
+            still.push_back(world_.triangles().triangles[t]);
+        std::vector<uint32_t> ofStill(world_.triangles().count(), kBackground);
+        for (uint32_t i = 0; i < world_.staticTriangles().size(); ++i)
+            ofStill[world_.staticTriangles()[i]] = i;
+        const Truth truth({world_.triangles().positions, viewOf(still)});
+        std::vector<TruthRay> rays;
+        rays.reserve(pairs_.pairCount);
+        forEachPair([&](const ClusterLight& c, uint32_t s) {
+            const uint32_t receiver = gbuffer_.triangle[s];
+            rays.push_back(truth.pairRay(gbuffer_.positionWorld[s], gbuffer_.normalWorld[s],
+                                         receiver == kBackground ? receiver : ofStill[receiver],
+                                         world_.lights()[c.light].positionWorld));
+        });
+        std::vector<uint8_t> answers(rays.size());
+        truth.traceBlocked(rays.data(), rays.size(), answers.data());
         return answers;
     }
 
@@ -110,7 +144,8 @@ public:
         return answers;
     }
 
-    /// Returns in how many pairs the light is wholly lit, wholly dark and mixed in its cluster.
+    /// Returns in how many pairs the light is completely lit, completely dark and mixed in its
+    /// cluster.
     void trueShares(const std::vector<uint8_t>& answers, uint64_t shares[3]) const {
         for (const ClusterLight& c : pairs_.asked) {
             uint32_t dark = 0;
@@ -131,7 +166,7 @@ private:
         ReceiverGroups receivers;
         p.sampleStart.assign(1, 0);
         for (uint32_t cluster = 0; cluster < clusters_.count(); ++cluster) {
-            // Rays that are neighbours in a packet are then neighbours in an 8 x 8 block of pixels.
+            // Rays that are neighbours in a packet then come from one 8 x 8 block of pixels.
             const uint32_t begin = clusters_.sampleStart[cluster],
                            count = clusters_.sampleCount(cluster);
             setReceivers(gbuffer_, {clusters_.samples.data + begin, count}, {dag_, {}}, receivers);
@@ -140,8 +175,7 @@ private:
             p.sampleStart.push_back(uint32_t(p.samples.size()));
             for (uint32_t l = 0; l < world_.lights().size(); ++l) {
                 const Light& light = world_.lights()[l];
-                if (light.kind ==
-                        Light::kSun || // Embree is given finished segments: no end, no ray
+                if (light.kind == Light::kSun || // Embree gets finished segments: no end, no ray
                     !mayReach(light, clusters_.boxesWorld[cluster]))
                     continue;
                 ClusterLight asked{cluster, l, p.isAsked.size(), p.pairCount, 0};
@@ -181,6 +215,8 @@ private:
     const World& world_;
     DagView dag_;
     const EmbreeBaseline& embree_;
+    TruthGeometry geometry_;
+    TriangleBvh bvh_;
     FramePairs pairs_;
 };
 
@@ -190,20 +226,30 @@ Json runFrameBench(const BenchView& view, const World& world, const DagView& dag
                    const EmbreeBaseline& embree, int repeats) {
     FrameBench bench(view, world, dag, embree);
     const double pairCount = double(bench.pairCount());
-    enum Method { kStreams, kEmbree, kMethodCount };
-    const char* const names[] = {"streams", "rtcOccluded16"};
+    enum Method { kStreams, kTriangles, kEmbree, kMethodCount };
+    const char* const names[] = {"streams", "exact streams", "rtcOccluded16"};
     std::vector<uint8_t> answers[kMethodCount];
     std::vector<double> seconds[kMethodCount];
-    // The first time verifies and warms up.
+    uint64_t exactWrongCount = 0; // Embree itself misses a few at edges
+    // The first run verifies and warms up.
     for (int r = -1; r < repeats; ++r) {
         double s[kMethodCount];
-        answers[kStreams] = bench.byStreams(s[kStreams]);
+        answers[kStreams] = bench.byStreams(RayOptions{}.believe, s[kStreams]);
+        answers[kTriangles] = bench.byStreams(0.0f, s[kTriangles]);
         answers[kEmbree] = bench.byEmbree(s[kEmbree]);
         checkInterrupted();
         if (r < 0) {
             if (answers[kStreams] != bench.bySingleRays())
-                throw Error(ErrorKind::kInput, "bench voxel: streams and occluded differ over a "
+                throw Error(ErrorKind::kInput, "bench voxel: streams and single rays differ over a "
                                                "frame; please report the scene");
+            const std::vector<uint8_t> truth = bench.byTruth();
+            for (size_t i = 0; i < truth.size(); ++i)
+                exactWrongCount += answers[kTriangles][i] != truth[i];
+            if (double(exactWrongCount) > 1e-5 * pairCount)
+                throw Error(ErrorKind::kInput,
+                            "bench voxel: exact streams and the truth differ in " +
+                                std::to_string(exactWrongCount) + " of " +
+                                std::to_string(truth.size()) + " pairs; please report the scene");
             continue;
         }
         for (int m = 0; m < kMethodCount; ++m)
@@ -236,7 +282,8 @@ Json runFrameBench(const BenchView& view, const World& world, const DagView& dag
         {"pair_count", bench.pairCount()},      {"cluster_count", bench.clusterCount()},
         {"sample_count", bench.sampleCount()},  {"cluster_light_count", bench.clusterLightCount()},
         {"true_lit_share", share(shares[0])},   {"true_dark_share", share(shares[1])},
-        {"true_mixed_share", share(shares[2])}, {"methods", std::move(methods)}};
+        {"true_mixed_share", share(shares[2])}, {"exact_wrong_count", exactWrongCount},
+        {"exact_bytes", bench.exactBytes()},    {"methods", std::move(methods)}};
 }
 
 void printFrameBench(std::ostream& out, const Json& result) {
@@ -250,10 +297,16 @@ void printFrameBench(std::ostream& out, const Json& result) {
         number(result, "sample_count"), number(result, "cluster_light_count"),
         number(result, "cluster_count"));
     out << line;
+    std::snprintf(
+        line, sizeof line,
+        "pairs in cluster-light pairs completely lit %.1f %%, dark %.1f %%, mixed %.1f %%\n",
+        100 * number(result, "true_lit_share"), 100 * number(result, "true_dark_share"),
+        100 * number(result, "true_mixed_share"));
+    out << line;
     std::snprintf(line, sizeof line,
-                  "pairs in cluster-light pairs wholly lit %.1f %%, dark %.1f %%, mixed %.1f %%\n",
-                  100 * number(result, "true_lit_share"), 100 * number(result, "true_dark_share"),
-                  100 * number(result, "true_mixed_share"));
+                  "exact streams: %.0f pairs differ from the truth; hierarchy of triangles %s\n",
+                  number(result, "exact_wrong_count"),
+                  bytesText(number(result, "exact_bytes")).c_str());
     out << line;
     std::snprintf(line, sizeof line, "%-28s %9s %9s   %9s %9s %10s %12s\n", "one thread",
                   "ns / pair", "s (min", "median", "max)", "Embree/it", "disagreement");

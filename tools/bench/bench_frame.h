@@ -13,16 +13,17 @@
 
 namespace shadowdag {
 
-/// Verifies the answers, then measures seconds of processor for the visibility of all pairs of a
-/// view, methods interleaved. Ours starts from samples, normals and which lights a sample asks for;
-/// Embree from finished segments in packets of like rays: its packing is not timed. Returns the
-/// measurements as JSON. Throws Error kInput when an answer by streams differs from the same ray's.
-/// @param dag as frames trace it, with its wide form
+/// Verifies the results, then measures the processor time in seconds for the visibility of all
+/// pairs of a view, methods interleaved. Ours starts from samples, normals and the lights of each
+/// sample; Embree from finished segments in packets of similar rays, whose packing is not timed.
+/// Returns the measurements as JSON. Throws Error kInput when a result by streams differs from the
+/// same ray's.
+/// @param dag in the form that frames trace, with its wide form
 /// @param embree over the triangles that the DAG holds
 Json runFrameBench(const BenchView& view, const World& world, const DagView& dag,
                    const EmbreeBaseline& embree, int repeats);
 
-/// Writes runFrameBench's result for people.
+/// Prints the result of runFrameBench as a table.
 void printFrameBench(std::ostream& out, const Json& result);
 
 } // namespace shadowdag

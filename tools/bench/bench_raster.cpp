@@ -15,7 +15,7 @@ namespace shadowdag {
 
 namespace {
 
-/// The centres of the texels that the receivers' centres fall into, as rays from their lights.
+/// The centres of the texels that contain the receivers' centres, as rays from their lights.
 struct TexelRays {
     std::vector<WorldSegment>
         before; ///< must be free: up to just before the stored depth, or the receiver's
@@ -44,7 +44,7 @@ TexelRays makeTexelRays(const ShadowMapView& view, const RasterBenchInputs& inpu
         }
         const float inverseDepth = bitsFloat(bits);
         const bool isClosed = inverseDepth * q.z > 1.0f + kDepthTolerance;
-        // Past its range a light needs no blockers, and a large box's centre may lie there.
+        // Beyond its range a light needs no blockers, and a large box's centre may lie there.
         const float z =
             isClosed ? 1.0f / inverseDepth : std::min(q.z, map.rangeWorld / glm::length(centre));
         const glm::vec3 light = map.lightPositionWorld;
@@ -91,9 +91,8 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
     const BatchSet batches(world);
     const RasterBenchInputs inputs = makeRasterBenchInputs(world, camera, options);
     if (inputs.requests.empty())
-        throw Error(
-            ErrorKind::kUsage,
-            "bench raster: no light reaches what the camera sees; use --lights N or --camera");
+        throw Error(ErrorKind::kUsage,
+                    "bench raster: no light reaches a visible surface; use --lights N or --camera");
     ShadowMapOptions mapOptions;
     mapOptions.pageTexels = options.pageTexels;
     mapOptions.poolBytes = 2ull << 30;
@@ -114,9 +113,8 @@ Json runRasterBench(const World& world, const Camera& camera, const RasterBenchO
         const View<const uint32_t> depths = maps.view().depths;
         if (depths.count != text.view().depths.count ||
             std::memcmp(depths.data, text.view().depths.data, depths.count * sizeof(uint32_t)) != 0)
-            throw Error(
-                ErrorKind::kInput,
-                "bench raster: the CPU's kernel and the one text differ; please report the scene");
+            throw Error(ErrorKind::kInput, "bench raster: the CPU's kernel and the shared code "
+                                           "differ; please report the scene");
     }
     const TexelRays rays = makeTexelRays(maps.view(), inputs);
     const EmbreeBaseline robust(world.triangles(), {.isRobust = true});

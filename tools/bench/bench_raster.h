@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag bench raster`: the building of virtual cube shadow maps, stage by stage, beside
-// Embree's rays along as many texel centres.
+// `shadowdag bench raster`: times the building of virtual cube shadow maps, stage by stage,
+// compared with Embree's rays along as many texel centres.
 #pragma once
 
 #include "scenes/world.h"
@@ -20,7 +20,7 @@ struct RasterBenchOptions {
     int repeats = 5;
 };
 
-/// The maps of a view: what ShadowMaps::build takes.
+/// The maps of a view: the input of ShadowMaps::build.
 struct RasterBenchInputs {
     std::vector<MapRequest> requests;
     std::vector<Box> boxes;
@@ -31,19 +31,19 @@ struct RasterBenchInputs {
 RasterBenchInputs makeRasterBenchInputs(const World& world, const Camera& camera,
                                         const RasterBenchOptions& options);
 
-/// A stored depth may be off by this share from Embree's, and texels for which it is more may be
-/// this share: their centres lie on an edge within rounding.
+/// The tolerated relative difference of a stored depth from Embree's, and the tolerated share of
+/// texels with a larger one: their centres lie on an edge within rounding.
 constexpr float kDepthTolerance = 1e-4f;
 constexpr double kTexelTolerance = 1e-3;
 
-/// Verifies (the CPU's kernel against the one text, bit for bit; depths against Embree along texel
-/// centres), then measures `repeats` builds on all threads. Returns the measurements as JSON,
+/// Verifies (the CPU's kernel against the shared code, bit for bit; depths against Embree along
+/// texel centres), then measures `repeats` builds on all threads. Returns the measurements as JSON,
 /// without provenance. Throws Error kUsage when no light reaches the view, kInput when a check
 /// fails; nothing is reported then.
 Json runRasterBench(const World& world, const Camera& camera, const RasterBenchOptions& options,
                     const Console& console);
 
-/// Writes the table of runRasterBench's result for people.
+/// Prints the result of runRasterBench as a table.
 void printRasterBench(std::ostream& out, const Json& result);
 
 } // namespace shadowdag

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a camera sees, for benchmarks: the samples and clusters of a frame, and the shadow rays of
-// its pairs.
+// The samples and clusters of a camera's view, and the shadow rays of its pairs, for benchmarks.
 #pragma once
 
 #include "hybrid/clusters/cluster_pass.h"
@@ -20,13 +19,14 @@ struct BenchView {
     ClusterSet clusters{Backend::kCpu};
 };
 
-/// Returns what the camera sees at width x height. Throws Error kUsage as makeViewRays does.
+/// Returns the samples and clusters of the camera at width x height. Throws Error kUsage as
+/// makeViewRays does.
 BenchView makeBenchView(const World& world, const Camera& camera, uint32_t width, uint32_t height);
 
-/// The order in which the pairs of a frame are asked.
+/// The order of a frame's pairs.
 enum class RayOrder {
     kImage,   ///< light by light, samples in scanline order
-    kCluster, ///< cluster by cluster, light by light: neighbours start and end alike
+    kCluster, ///< cluster by cluster, light by light: neighbours have similar ends
 };
 constexpr RayOrder kRayOrders[] = {RayOrder::kImage, RayOrder::kCluster};
 const char* rayOrderName(RayOrder order);
@@ -38,8 +38,8 @@ struct BenchRays {
     std::vector<WorldSegment> world;
 };
 
-/// Returns the shadow rays of all pairs of the view but those to suns, with the offset of 1.
-/// Deterministic.
+/// Returns the shadow rays of all pairs of the view except those to directional lights, with the
+/// offset of 1. Deterministic.
 BenchRays makeBenchRays(const BenchView& view, const World& world, const VoxelGrid& grid,
                         RayOrder order);
 

@@ -20,7 +20,7 @@ namespace shadowdag {
 
 namespace {
 
-using Answers = std::vector<uint8_t>;
+using PairResults = std::vector<uint8_t>;
 
 /// Sets one thread for its lifetime.
 class OneThread {
@@ -34,14 +34,14 @@ private:
     int before_;
 };
 
-/// One tracer: answers a set of rays and gives the seconds of processor.
+/// One tracer: computes the results of a set of rays and returns the processor time in seconds.
 struct Tracer {
     std::string name;
-    std::function<Answers(const BenchRays&, double& seconds)> trace;
+    std::function<PairResults(const BenchRays&, double& seconds)> trace;
 };
 
-Answers traceSingly(const DagView& dag, const BenchRays& rays, double& seconds) {
-    Answers blocked(rays.voxel.size());
+PairResults traceSingly(const DagView& dag, const BenchRays& rays, double& seconds) {
+    PairResults blocked(rays.voxel.size());
     const double start = threadSeconds();
     for (size_t i = 0; i < blocked.size(); ++i)
         blocked[i] = occluded(dag, rays.voxel[i]);
@@ -50,32 +50,33 @@ Answers traceSingly(const DagView& dag, const BenchRays& rays, double& seconds) 
 }
 
 /// The pass as frames use it; it may have a kernel of its own.
-Answers tracePass(const DagView& dag, const BenchRays& rays, double& seconds) {
+PairResults tracePass(const DagView& dag, const BenchRays& rays, double& seconds) {
     std::vector<uint32_t> bits((rays.voxel.size() + 31) / 32);
     const double start = threadSeconds();
     traceSegments(Backend::kCpu, dag, viewOf(rays.voxel), 0, viewOf(bits));
     seconds = threadSeconds() - start;
-    Answers blocked(rays.voxel.size());
+    PairResults blocked(rays.voxel.size());
     for (size_t i = 0; i < blocked.size(); ++i)
         blocked[i] = bits[i / 32] >> (i % 32) & 1;
     return blocked;
 }
 
 /// All rays as one stream: neighbours in the list are traced together.
-Answers traceAsStream(const DagView& dag, StreamIsa isa, const BenchRays& rays, double& seconds) {
-    Answers blocked(rays.voxel.size());
+PairResults traceAsStream(const DagView& dag, StreamIsa isa, const BenchRays& rays,
+                          double& seconds) {
+    PairResults blocked(rays.voxel.size());
     const double start = threadSeconds();
     traceStream(dag, viewOf(rays.voxel), viewOf(blocked), isa);
     seconds = threadSeconds() - start;
     return blocked;
 }
 
-uint64_t countOf(const Answers& answers) {
+uint64_t countOf(const PairResults& answers) {
     return uint64_t(std::count(answers.begin(), answers.end(), 1));
 }
 
-/// Returns how many rays are dark by the first answers and lit by the second.
-uint64_t countDarkLit(const Answers& dark, const Answers& lit) {
+/// Returns how many rays are dark in the first results and lit in the second.
+uint64_t countDarkLit(const PairResults& dark, const PairResults& lit) {
     uint64_t count = 0;
     for (size_t i = 0; i < dark.size(); ++i)
         count += dark[i] && !lit[i];
@@ -87,7 +88,7 @@ void checkShare(const std::string& what, uint64_t count, size_t total, double to
         throw Error(ErrorKind::kInput,
                     "bench voxel: " + std::to_string(count) + " of " + std::to_string(total) +
                         " rays are " + what + ", more than the share of " + numberText(tolerance) +
-                        " that rounding explains; nothing was measured, please report the scene");
+                        " that rounding can cause; nothing was measured, please report the scene");
 }
 
 Json spreadJson(const Spread& spread, const std::string& unit) {
@@ -140,9 +141,9 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
     const size_t rayCount = rays[0].voxel.size();
     if (rayCount == 0)
         throw Error(ErrorKind::kUsage,
-                    "bench voxel: no view sample has a light in reach; use --lights N or --camera");
+                    "bench voxel: no light reaches a view sample; use --lights N or --camera");
 
-    // The DAG holds what never moves; so must the baselines.
+    // The DAG contains the static triangles, so the baselines must, too.
     std::vector<glm::uvec3> triangles;
     for (const uint32_t t : world.staticTriangles())
         triangles.push_back(world.triangles().triangles[t]);
@@ -164,7 +165,7 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
                                [&traced, isa](const BenchRays& r, double& s) {
                                    return traceAsStream(traced, isa, r, s);
                                }});
-    const size_t ourCount = tracers.size(); // Embree's first call stands next
+    const size_t ourCount = tracers.size(); // Embree's first call is next
     for (const EmbreeCall call : kEmbreeCalls)
         tracers.push_back({embreeCallName(call), [&embree, call](const BenchRays& r, double& s) {
                                return embree.occluded(call, r.world, &s);
@@ -174,13 +175,13 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
                                return nanoVdb->occluded(r.voxel, &s);
                            }});
 
-    // Verified before anything is timed; this is the warm-up as well.
+    // Verified before anything is timed; this is also the warm-up.
     const OneThread oneThread;
     Json rates = Json::array();
     Json checks;
     std::vector<std::vector<double>> seconds(tracers.size() * rays.size());
     for (size_t o = 0; o < rays.size(); ++o) {
-        std::vector<Answers> answers;
+        std::vector<PairResults> answers;
         for (const Tracer& tracer : tracers) {
             double ignored;
             answers.push_back(tracer.trace(rays[o], ignored));
@@ -191,8 +192,9 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
         }
         for (size_t t = 1; t < ourCount; ++t)
             if (answers[t] != answers[0])
-                throw Error(ErrorKind::kInput, "bench voxel: " + tracers[t].name +
-                                                   " and occluded differ; please report the scene");
+                throw Error(ErrorKind::kInput,
+                            "bench voxel: " + tracers[t].name +
+                                " and single rays differ; please report the scene");
         const uint64_t falseLight = countDarkLit(answers[ourCount], answers[0]);
         const uint64_t falseShadow = countDarkLit(answers[0], answers[ourCount]);
         checkShare("lit by ours and dark by Embree", falseLight, rayCount, kEmbreeTolerance);
@@ -206,7 +208,7 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
             checkShare("dark by ours and lit by NanoVDB", margin, rayCount, kNanoVdbTolerance);
         }
         if (o > 0 && check != checks)
-            throw Error(ErrorKind::kInput, "bench voxel: the order of rays changed their answers");
+            throw Error(ErrorKind::kInput, "bench voxel: the order of rays changed their results");
         checks = std::move(check);
     }
     if (nanoVdb && nanoVdb->voxelCount() != voxelizing["voxel_count"].get<uint64_t>())
@@ -231,7 +233,7 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
         if (i % tracers.size() < ourCount)
             ours[i / tracers.size()] = std::max(ours[i / tracers.size()], spread.median);
     }
-    // Ours is the fastest of our own.
+    // Ours is our fastest tracer.
     for (size_t i = 0; i < rates.size(); ++i) {
         const double rate = rates[i]["megarays_per_s"].get<double>();
         rates[i]["ours_over_it"] = rate > 0 ? ours[i / tracers.size()] / rate : 0.0;
@@ -250,7 +252,7 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
                    {"rates", std::move(rates)}};
     if (nanoVdb)
         result["nanovdb_bytes"] = nanoVdb->bytes();
-    rays.clear(); // a gigabyte at 1920 x 1080, no longer asked
+    rays.clear(); // a gigabyte at 1920 x 1080, no longer needed
     const BenchView frameView =
         makeBenchView(world, camera, options.frameWidth, options.frameHeight);
     result["frame"] = runFrameBench(frameView, world, traced, embree, options.repeats);
@@ -285,11 +287,11 @@ void printVoxelBench(std::ostream& out, const Json& result) {
                   100 * number(result["checks"], "false_light_count") / rays);
     out << line;
     if (result.contains("nanovdb_bytes")) {
-        std::snprintf(
-            line, sizeof line,
-            "against NanoVDB: %.4f %% dark by ours alone (margin), %.4f %% by NanoVDB alone\n",
-            100 * number(result["checks"], "dark_by_ours_lit_by_nanovdb_count") / rays,
-            100 * number(result["checks"], "lit_by_ours_dark_by_nanovdb_count") / rays);
+        std::snprintf(line, sizeof line,
+                      "compared with NanoVDB: %.4f %% dark by ours alone (margin), %.4f %% by "
+                      "NanoVDB alone\n",
+                      100 * number(result["checks"], "dark_by_ours_lit_by_nanovdb_count") / rays,
+                      100 * number(result["checks"], "lit_by_ours_dark_by_nanovdb_count") / rays);
         out << line;
     }
     std::snprintf(line, sizeof line, "%-8s %-20s %9s %9s   %9s %9s\n", "order", "tracer",

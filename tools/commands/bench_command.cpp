@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag bench`: measures our rates, Embree's and NanoVDB's in one run, after checking the
-// answers.
+// `shadowdag bench`: measures the rates of this program, Embree and NanoVDB in one run, after
+// verifying the results.
 #include "tools/bench/bench_raster.h"
 #include "tools/bench/bench_voxel.h"
 #include "tools/commands/commands.h"
@@ -30,11 +30,11 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     const bool isVoxel = options.name == "voxel";
     if (!isVoxel && options.name != "raster")
-        throw Error(ErrorKind::kUsage,
-                    "bench '" + options.name + "': no such benchmark; there are voxel, raster");
+        throw Error(ErrorKind::kUsage, "bench '" + options.name +
+                                           "': there is no such benchmark; use voxel or raster");
     if (options.global.backend == "cuda" || options.global.backend == "gl")
         throw Error(ErrorKind::kUsage, "bench '" + options.name +
-                                           "' runs on the processor: drop --backend " +
+                                           "' runs on the CPU: drop --backend " +
                                            options.global.backend);
     for (const char* option : {"--resolution", "--nanovdb-limit", "--frame-size"})
         if (!isVoxel && commandLine.given(option))
@@ -95,7 +95,7 @@ std::function<void()> declareBench(CommandLine& commandLine) {
                      "A .glb or .gltf file, or builtin:NAME [builtin:atrium]");
     commandLine.heading("View");
     commandLine.text("--size", options->size, "WxH",
-                     "Size of the view whose pairs are traced [320x180]");
+                     "Size of the view from which pairs are traced [320x180]");
     commandLine.text("--camera", options->camera, "auto|NAME|NUMBERS",
                      "As for render [the scene's first, else auto]");
     commandLine.text("--lights", options->lights, "N",
@@ -109,7 +109,7 @@ std::function<void()> declareBench(CommandLine& commandLine) {
     commandLine.text("--nanovdb-limit", options->nanoVdbLimit, "N",
                      "Omit NanoVDB above this resolution, because its grids become large [2048]");
     commandLine.text("--frame-size", options->frameSize, "WxH",
-                     "Size of the frame all of whose pairs are traced [as --size]");
+                     "Size of the frame for tracing all pairs [as --size]");
     commandLine.heading("raster");
     commandLine.text("--maps", options->maps, "N", "Draw the maps of this many lights [40]");
     commandLine.text("--face", options->faceTexels, "N",

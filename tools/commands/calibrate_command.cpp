@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag calibrate`: fits the cost model `cost` to this machine.
 #include "tools/commands/commands.h"
+#include "tools/settings/camera_text.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
 #include "tools/settings/json_file.h"
@@ -8,6 +9,7 @@
 #include "tools/settings/provenance.h"
 #include "tools/workspace/calibration.h"
 #include "tools/workspace/cost_file.h"
+#include "tools/workspace/timing.h"
 #include "tools/workspace/whole_file.h"
 #include "tools/workspace/workspace.h"
 
@@ -33,19 +35,19 @@ struct CalibrateOptions {
     bool quick = false;
 };
 
-/// What is measured when no scene is named, and how.
+/// The default measurements when no scene is named.
 const std::vector<std::string> kScenes{"builtin:atrium", "builtin:houses", "builtin:necropolis"};
 constexpr const char* kFrames = "0:300:100";
 constexpr const char* kResolution = "4096";
-// --quick: a look at everything, not a calibration to route by.
+// --quick: a fast trial, not a calibration for routing.
 constexpr const char *kQuickSizes = "160x90", *kQuickFrames = "0:300:300",
                      *kQuickResolution = "256", *kQuickRepeats = "1";
 
-/// What measuring gave: frames for the fit, and rows about them for people and scripts.
+/// The result of measuring: frames for the fit, and rows about them for reports.
 struct Measured {
     std::vector<ObservedFrame> frames;
     Json rows = Json::array();
-    Json experiment, sizes, repeats; ///< as read; null where the file does not say
+    Json experiment, sizes, repeats; ///< as read; null if the file does not contain it
 };
 
 Json rowOf(const CalibrationFrame& frame) {
@@ -88,8 +90,9 @@ Measured measure(const CalibrateOptions& options, const Experiment& e,
         const VoxelSource source{options.common.voxels, options.common.cache,
                                  options.common.allowStale};
         Workspace workspace(openScene(e, s, console), {backend, e.camera, source, &console});
-        FrameRenderer& renderer =
-            workspace.renderer(workspace.obtainVoxels(e.resolutionLog2).front());
+        if (e.believe.front() > 0.0f || !options.common.voxels.empty())
+            workspace.obtainVoxels(e.resolutionLog2);
+        FrameRenderer& renderer = workspace.renderer(RunParameters());
         const Progress progress = console.progress("calibrate " + names[s]);
         size_t done = 0;
         for (const uint32_t frame : e.frames) {
@@ -106,13 +109,15 @@ Measured measure(const CalibrateOptions& options, const Experiment& e,
                                 names[s] + " frame " + std::to_string(frame) +
                                     ": the maps do not fit a pool of " +
                                     options.common.text("--pool") +
-                                    " and would be measured coarser than they are asked for; give "
-                                    "--pool more, or a smaller --size");
+                                    " and would be measured coarser than requested; use "
+                                    "a larger --pool, or a smaller --size");
                 row.observed.scene = names[s];
                 row.observed.view = std::to_string(width) + "x" + std::to_string(height);
                 row.observed.frame = frame;
                 printRow(console.people(), row);
                 measured.rows.push_back(rowOf(row));
+                measured.rows.back()["scene_hash"] = workspace.scene().geometryHash;
+                measured.rows.back()["camera_numbers"] = cameraText(view);
                 measured.frames.push_back(std::move(row.observed));
                 progress(double(++done) / double(e.frames.size() * sizes.size()));
             }
@@ -142,26 +147,26 @@ void printFit(std::ostream& out, const CostFit& fit) {
                 "; map: " + formText(trial.form.map))
             << " " << std::setw(20) << percent(trial.byScene) << std::setw(20)
             << percent(trial.byFrame) << percent(trial.gain) << "\n";
-    out << (!fit.judgedBy ? "one frame of one scene leaves nothing to hold out: it is given the "
+    out << (!fit.judgedBy ? "one frame of one scene leaves nothing to hold out: the model is the "
                             "better single method; measure more frames\n"
             : *fit.judgedBy == HeldOut::kScenes
                 ? "judged by scenes held out\n"
                 : "judged by frames held out: fewer than two scenes gain by routing\n")
-        << "beside it: rays alone " << percent(fit.rays) << ", maps alone " << percent(fit.maps)
+        << "in comparison: rays alone " << percent(fit.rays) << ", maps alone " << percent(fit.maps)
         << ", texels:96 " << percent(fit.texels96)
         << ",\n  best single threshold, held out by scene " << percent(fit.thresholdByScene)
         << ", by frame " << percent(fit.thresholdByFrame) << " (texels:" << fit.threshold
         << " over all)\n"
-        << "kept, ms: rays = " << formText(fit.calibration.rays)
+        << "chosen, ms: rays = " << formText(fit.calibration.rays)
         << "\n          map = " << formText(fit.calibration.map) << "\n";
 }
 
 Measured readObservations(const std::string& path, Json& provenance) {
-    const std::string remedy = "give a file that calibrate --observations wrote";
+    const std::string remedy = "give a file from calibrate --observations";
     const Json json = readJsonFile(path, remedy);
     if (!json.is_object() || !json.contains("observations") || !json["observations"].is_array() ||
         json["observations"].empty())
-        throw Error(ErrorKind::kInput, path + ": holds no observations; " + remedy);
+        throw Error(ErrorKind::kInput, path + ": contains no observations; " + remedy);
     Measured measured;
     measured.frames = observationsFromJson(json["observations"], path);
     measured.rows = json.value("frames", Json::array());
@@ -172,7 +177,7 @@ Measured readObservations(const std::string& path, Json& provenance) {
     return measured;
 }
 
-/// What measuring takes of the settings.
+/// The settings that measuring uses.
 constexpr SettingGroup kGroups[] = {SettingGroup::kLights, SettingGroup::kVoxels,
                                     SettingGroup::kRays, SettingGroup::kMaps};
 constexpr const char* kViewOptions[] = {"--camera", "--frames", "--fps"};
@@ -186,7 +191,7 @@ Experiment experimentOf(CalibrateOptions& options, const CommandLine& commandLin
         options.sizes = kQuickSizes;
     if (!commandLine.given("--repeats") && options.quick)
         options.repeats = kQuickRepeats;
-    // A full pool divides all resolutions: no map would cost what it costs by itself.
+    // A full pool divides all resolutions, so a map would not have its own cost.
     if (!commandLine.given("--pool"))
         options.common.text("--pool") = "1G";
     Experiment e = options.common.experiment(commandLine, true); // frames are a list, others not
@@ -203,7 +208,7 @@ Experiment experimentOf(CalibrateOptions& options, const CommandLine& commandLin
     return e;
 }
 
-/// Returns the options that say what is measured, and how.
+/// Returns the options that define the measurements.
 std::vector<std::string> optionsOfMeasuring() {
     std::vector<std::string> options{"SCENE",   "--size",  "--voxels",      "--repeats",
                                      "--quick", "--cache", "--allow-stale", "--observations"};
@@ -233,16 +238,18 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
         if (!other.empty() && std::filesystem::weakly_canonical(other) ==
                                   std::filesystem::weakly_canonical(options.output))
             throw Error(ErrorKind::kUsage, "-o '" + options.output +
-                                               "' would replace the observations in the same "
-                                               "file; name another");
+                                               "' is also the file of the observations; "
+                                               "choose another");
     checkWritable(options.output);
     if (!options.observations.empty())
         checkWritable(options.observations);
     const Backend backend =
         options.global.apply(console, options.from.empty(), options.from.empty());
     followGlPages(e, backend, commandLine);
-    refuseOnGl(e, backend, "", "");
+    takeGlDefaults(e, options.global.backend, commandLine);
+    refuseOnGl(e, backend, "");
     Json provenance = buildProvenance(backend);
+    const CpuUse use;
     const Measured measured = options.from.empty()
                                   ? measure(options, e, sizes, repeats, backend, console)
                                   : readObservations(options.from, provenance);
@@ -253,8 +260,11 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
                                                        {"repeat_count", repeats},
                                                        {"frames", measured.rows},
                                                        {"observations", toJson(measured.frames)}}));
+    const std::string busy = options.from.empty() ? busyRemark(use.otherShare()) : "";
     const CostFit fit = fitCosts(measured.frames);
     printFit(console.people(), fit);
+    if (!busy.empty())
+        console.note("warning: " + busy);
     Json scenes = Json::array();
     for (const ObservedFrame& frame : measured.frames)
         if (scenes.empty() || scenes.back() != frame.scene)

@@ -8,7 +8,7 @@
 
 namespace shadowdag {
 
-/// Each declares its options and returns what runs the command.
+/// Each function declares its options and returns the function that runs the command.
 std::function<void()> declareScene(CommandLine& commandLine);
 std::function<void()> declareVoxelize(CommandLine& commandLine);
 std::function<void()> declareMerge(CommandLine& commandLine);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag compare`: every method and parameter asked for, timed and held against Embree, as a
-// report.
+// `shadowdag compare`: measures the time and the error against Embree of every requested method and
+// parameter, as a report.
 #include "scenes/builtin.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/compare_parts.h"
 #include "tools/report/csv.h"
 #include "tools/report/report_package.h"
 #include "tools/report/results_table.h"
+#include "tools/report/verdict.h"
 #include "tools/settings/command_line.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
@@ -15,7 +16,9 @@
 #include "tools/settings/provenance.h"
 #include "tools/settings/unused_options.h"
 #include "tools/settings/variants.h"
+#include "tools/studies/study_file.h"
 #include "tools/workspace/journal.h"
+#include "tools/workspace/judge.h"
 #include "tools/workspace/measure.h"
 #include "tools/workspace/report_directory.h"
 #include "tools/workspace/sequence.h"
@@ -27,9 +30,9 @@
 #include <fstream>
 #include <iomanip>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <optional>
-#include <sstream>
 #include <tuple>
 #include <utility>
 
@@ -39,7 +42,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The options as given; numbers and lists are texts until they are read.
+/// The options as given; numbers and lists are text until they are parsed.
 struct CompareOptions {
     GlobalOptions global;
     CommonOptions common;
@@ -48,7 +51,7 @@ struct CompareOptions {
     bool resume = false, noCharts = false, noOracle = false, join = false;
 };
 
-/// Returns the options that an experiment file fixes: those of settings, and --no-oracle.
+/// Returns the options that an experiment file fixes: settings and --no-oracle.
 std::vector<std::string> optionsOfExperiments() {
     std::vector<std::string> options{"--no-oracle"};
     for (const Setting& setting : settings())
@@ -60,20 +63,23 @@ std::vector<std::string> optionsOfExperiments() {
 Experiment experimentOf(const CompareOptions& options, const CommandLine& commandLine) {
     if (options.experiment.empty()) {
         Experiment e = options.common.experiment(commandLine, true);
+        takeGlDefaults(e, options.global.backend, commandLine);
         e.scenes = options.scenes;
         if (commandLine.given("--variants")) {
             if (!commandLine.given("--taps"))
                 e.taps = {kPaperTaps};
-            const auto refuseSaid = [&](const std::string& option) {
+            if (!commandLine.given("--believe"))
+                e.believe = {kPaperBelieve};
+            const auto refuseVariantKeys = [&](const std::string& option) {
                 if (commandLine.given(option))
                     throw Error(ErrorKind::kUsage,
-                                option + " and --variants contradict each other: the names say "
+                                option + " and --variants contradict each other: the names set "
                                          "it; drop one of them");
             };
             for (const Setting& setting : settings())
-                if (setting.isSaidByVariants)
-                    refuseSaid(setting.option);
-            refuseSaid("--no-oracle");
+                if (setting.isSetByVariant)
+                    refuseVariantKeys(setting.option);
+            refuseVariantKeys("--no-oracle");
             e.variants = parseVariants("--variants",
                                        parseList("--variants", options.common.text("--variants")),
                                        baseOptions(e));
@@ -81,7 +87,7 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
             e.thresholds.clear();
             e.models.clear();
         }
-        // No frame of a sequence has its costs measured.
+        // Frames of a sequence have no measured costs.
         if (options.common.models().empty() && (options.noOracle || e.isSequence))
             e.models.clear();
         if (e.scenes.empty())
@@ -97,6 +103,8 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
                         option + " and --experiment contradict each other: " + options.experiment +
                             " fixes it; edit a copy of the file or drop one");
     Experiment e = readExperiment(options.experiment);
+    if (!readJsonFile(options.experiment, "").contains("believe")) // a default, not a request
+        takeGlDefaults(e, options.global.backend, commandLine);
     if (!e.scenes.empty() && !options.scenes.empty())
         throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes[0] +
                                            "' and --experiment contradict each other: " +
@@ -110,16 +118,15 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
     return e;
 }
 
-/// Throws Error kUsage where --resume finds a report and nothing unfinished: all would be measured
-/// anew.
+/// Throws Error kUsage if --resume finds a complete report: everything would be measured again.
 void refuseFinished(const std::string& directory) {
     if (fs::exists(directory + "/partial/journal.json"))
         return;
     for (const char* name : {"results.json", "part.json"})
         if (fs::exists(directory + "/" + name))
             throw Error(ErrorKind::kUsage, "--resume: " + directory + "/" + name +
-                                               " is finished and nothing is left to go on with; "
-                                               "to measure anew, run without --resume");
+                                               " is finished, so there is nothing to resume; "
+                                               "to measure again, run without --resume");
 }
 
 /// Returns the resolutions of an experiment's DAGs.
@@ -131,33 +138,53 @@ std::vector<uint32_t> resolutionsOf(const Experiment& experiment) {
 }
 
 /// Returns whether any run of an experiment needs a DAG.
-bool asksVoxels(const Experiment& e) {
-    return std::any_of(e.methods.begin(), e.methods.end(),
-                       [](const std::string& name) { return methodOf(name).needs().voxels; }) ||
-           std::any_of(e.variants.begin(), e.variants.end(), [](const std::string& name) {
-               return variantRun(parseVariant("variants", name), {}).usesRays();
-           });
+bool usesVoxels(const Experiment& e) {
+    const std::vector<RunParameters> runs = configurations(
+        e, std::vector<uint32_t>(std::min<size_t>(e.resolutionLog2.size(), 1), 1), 1);
+    return std::any_of(runs.begin(), runs.end(),
+                       [](const RunParameters& run) { return run.usesVoxels(); });
 }
 
-/// Writes the report of what was found into `partial`, puts it in its place and says so.
-void publish(const CompareOptions& options, const CompareFindings& found,
-             const ReportPackage& package, std::chrono::steady_clock::time_point start,
-             const Console& console) {
+/// Returns a warning for every scene and frame that has few pairs.
+Json warningsOf(const CompareFindings& found) {
+    Json warnings = Json::array();
+    for (const char* list : {"runs", "sequence_runs"})
+        for (const Json& run : found.results[list]) {
+            const Json text =
+                fewPairsWarning(run["scene"].get<std::string>() + ", frame " + run["frame"].dump(),
+                                run["pair_count"].get<uint64_t>());
+            if (text != "" && std::find(warnings.begin(), warnings.end(), text) == warnings.end())
+                warnings.push_back(text);
+        }
+    return warnings;
+}
+
+/// Prints the verdict and the tables of the findings, writes the report into `partial`, moves it to
+/// its place and prints its path.
+void publish(const CompareOptions& options, CompareFindings& found, const ReportPackage& package,
+             std::chrono::steady_clock::time_point start, const Console& console) {
     const std::string partial = options.output + "/partial";
-    writeWholeFile(partial + "/results.json", jsonText(found.results));
+    found.results["warnings"] = warningsOf(found);
+    for (const Json& warning : found.results["warnings"])
+        console.note("warning: " + warning.get<std::string>());
+    Json results = {{"verdict", verdictOf(found.results)}};
+    results.update(found.results);
+    console.people() << results["verdict"]["text"].get<std::string>() << "\n\n";
+    printRuns(console.people(), found.results["runs"]);
+    printSequences(console.people(), found.results["sequence_runs"]);
+    console.people() << std::flush; // charts take seconds
+    writeWholeFile(partial + "/results.json", jsonText(results));
     writeWholeFile(partial + "/experiment.json", jsonText(found.results["experiment"]));
     writeWholeFile(partial + "/results.csv", runsCsv(found.results["runs"]));
     if (!found.results["sequence_runs"].empty())
         writeWholeFile(partial + "/sequence.csv", runsCsv(found.results["sequence_runs"]));
     writeWholeFile(partial + "/lights.csv", flatCsv(found.lights));
-    writeWholeFile(partial + "/costs.json",
-                   jsonText(toJson(found.costs, found.results["provenance"])));
+    writeWholeFile(
+        partial + "/costs.json",
+        jsonText(toJson(found.costs, found.results["provenance"], found.results["experiment"])));
     const Json charts = package.writePage("compare", partial);
     for (const std::string& line : leftOutLines(charts))
         console.note(line);
-    std::ostringstream table;
-    printRuns(table, found.results["runs"]);
-    printSequences(table, found.results["sequence_runs"]);
     checkInterrupted();
     swapReport(options.output);
     const std::string resultsPath = options.output + "/results.json",
@@ -165,7 +192,7 @@ void publish(const CompareOptions& options, const CompareFindings& found,
 
     const double wall =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    console.people() << table.str() << "report: " << reportPath << "\n";
+    console.people() << "report: " << reportPath << "\n";
     console.emit({{"report", reportPath},
                   {"results", resultsPath},
                   {"run_count", found.results["runs"].size()},
@@ -174,13 +201,14 @@ void publish(const CompareOptions& options, const CompareFindings& found,
                   {"wall_s", wall}});
 }
 
-/// Puts a part of a report in its place and says so.
+/// Moves a part of a report to its place and prints its path.
 void publishPart(const CompareOptions& options, const CompareFindings& found,
                  const CompareShare& share, const Json& key,
                  std::chrono::steady_clock::time_point start, const Console& console) {
     const std::string partial = options.output + "/partial";
-    writeWholeFile(partial + "/costs.json",
-                   jsonText(toJson(found.costs, found.results["provenance"])));
+    writeWholeFile(
+        partial + "/costs.json",
+        jsonText(toJson(found.costs, found.results["provenance"], found.results["experiment"])));
     writeWholeFile(partial + "/part.json", jsonText(toJson(found, share, key, partial)));
     checkInterrupted();
     swapReport(options.output);
@@ -212,7 +240,7 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
         throw Error(ErrorKind::kUsage, "compare --join needs the directories of all parts");
     options.global.apply(console, false, false);
     const ReportPackage package(!options.noCharts, console);
-    const CompareFindings found = joinParts(options.scenes);
+    CompareFindings found = joinParts(options.scenes);
     for (const std::string& directory : options.scenes)
         if (fs::weakly_canonical(directory) == fs::weakly_canonical(options.output))
             throw Error(ErrorKind::kUsage, "-o '" + options.output +
@@ -226,16 +254,55 @@ void runJoin(const CompareOptions& options, const CommandLine& commandLine) {
     publish(options, found, package, start, console);
 }
 
-/// Throws Error kUsage where a scene is the name of a study instead of a file's.
+/// Throws Error kUsage if a scene has the name of a study instead of a file.
 void refuseStudies(const std::vector<std::string>& scenes) {
-    for (const std::string& scene : scenes)
-        for (const char* name : {"ablation", "failures", "mechanisms", "real", "stability"})
-            if (scene == name && !fs::exists(scene))
+    for (const std::string& scene : scenes) {
+        const std::string name = scene == "mechanisms" ? "ablation" : scene; // its earlier name
+        for (const StudyFile& study : shippedStudies())
+            if (name == study.name && !fs::exists(scene))
                 throw Error(ErrorKind::kUsage,
                             "SCENE '" + scene +
                                 "': there is no such file; the study of that name "
                                 "is run by shadowdag study " +
-                                (scene == "mechanisms" ? "ablation" : scene) + " -o DIR");
+                                name + " -o DIR");
+    }
+}
+
+/// Throws Error kUsage where no run is left, or one that cannot be measured, before anything is
+/// deleted or built.
+void refuseUnmeasurable(const Experiment& e, const std::vector<RunParameters>& asked,
+                        const CommonOptions& common) {
+    if (asked.empty())
+        throw Error(ErrorKind::kUsage,
+                    "nothing to compare: --methods and --thresholds select no run");
+    if (common.voxels.empty())
+        refuseDeepLods(asked);
+    if (e.isSequence)
+        refuseModelsOfCosts(asked);
+}
+
+/// Returns the thresholds of an experiment on a scene: its own, or those that the maps of its first
+/// frame require, with maps and rays alone.
+std::vector<float> thresholdsOn(Workspace& workspace, const Experiment& experiment) {
+    const bool isRouted =
+        std::any_of(experiment.methods.begin(), experiment.methods.end(),
+                    [](const std::string& name) { return methodOf(name).needs().routing; });
+    if (!experiment.areThresholdsAutomatic() || !isRouted)
+        return experiment.thresholds;
+    checkInterrupted();
+    workspace.setTime(experiment.timeOfFrame(experiment.frames.front()));
+    FrameRenderer& renderer = workspace.renderer(RunParameters{});
+    FrameOptions options = baseOptions(experiment);
+    options.recordPairs = false;
+    std::vector<float> requests;
+    for (const MapRecord& map :
+         renderer.render(workspace.camera(), *makeCostModel("texels:0"), options).maps)
+        requests.push_back(map.quantities.texels);
+    workspace.resetRenderers();
+    std::vector<float> thresholds = automaticThresholds(std::move(requests));
+    thresholds.insert(thresholds.begin(), 0.0f);
+    thresholds.push_back(std::numeric_limits<float>::infinity());
+    return thresholds;
 }
 
 void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
@@ -243,8 +310,13 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     CompareShare share;
     if (commandLine.given("--part"))
-        std::tie(share.part, share.partCount) = parseShare("--part", options.part, kMaxPartCount);
+        std::tie(share.part, share.partCount) =
+            parseShare("--part", options.part, kMaxRunPartCount);
     Experiment experiment = experimentOf(options, commandLine);
+    if (!options.experiment.empty() && experiment.lightCount >= 0)
+        console.note(options.experiment + " replaces the lights of every scene by " +
+                     std::to_string(experiment.lightCount) +
+                     " placed ones; to keep the scenes' own, set \"lights\" to -1 in a copy");
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
     const std::vector<std::string> leftOut = leaveOutOnGl(
@@ -253,37 +325,43 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                                         : std::vector<std::string>{},
         console);
     if (experiment.isSequence && !options.part.empty())
-        throw Error(ErrorKind::kUsage, "--part '" + options.part +
-                                           "': frames of a sequence follow each other and cannot "
-                                           "be shared out; drop it");
+        throw Error(ErrorKind::kUsage,
+                    "--part '" + options.part +
+                        "': frames of a sequence depend on each other and cannot "
+                        "be divided; drop it");
     std::optional<ReportPackage> package; // a part has no page
     if (options.part.empty())
         package.emplace(!options.noCharts, console);
     CostSource costs;
     if (!options.costs.empty())
         costs = readCostSource(options.costs, buildProvenance(backend));
-    // Which resolutions assets have is told once they are read.
+    // The resolutions of assets are known once they are read.
     const std::vector<RunParameters> asked =
         configurations(experiment, resolutionsOf(experiment), experiment.resolutionLog2.size());
-    refuseUnheeded(costs, asked);
+    refuseUnmeasurable(experiment, asked, options.common);
+    refuseUnusedOptions(costs, asked);
     for (const std::string& remark : remarksOn(costs, asked))
         console.note(remark);
+    for (const std::string& remark :
+         {oneValueRemark(experiment, asked), noVoxelsRemark(asked, commandLine)})
+        if (!remark.empty())
+            console.note(remark);
     for (const std::string& model : experiment.models)
         giveCalibration(*makeCostModel(model), costs);
     const std::vector<std::string> names = sceneNames(experiment.scenes);
     if (options.resume)
         refuseFinished(options.output);
-    // Before anything is put away: scenes that are not there, a wrong camera, no lights.
+    // Before anything is moved: missing scenes, a wrong camera, no lights.
     for (const std::string& scene : experiment.scenes)
         requireScene(scene);
     std::optional<LoadedScene> firstScene;
     const Console silent(Console::Listener{[](const std::string&) {}, {}});
     for (size_t i = 0; i < names.size(); ++i)
-        if (share.frames(experiment, i).empty())
+        if (!share.has(experiment, i))
             continue;
         else if (!firstScene)
             firstScene = openScene(experiment, i, console);
-        else // loaded again when its turn comes: two scenes take more memory than one
+        else // loaded again for its measurements, because two scenes take more memory than one
             openScene(experiment, i, silent);
     const ReportDirectory directory(options.output, options.resume, !options.part.empty());
     const std::string partial = options.output + "/partial";
@@ -295,6 +373,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     if (!leftOut.empty())
         provenance["left_out"] = leftOut;
     Json key = provenance;
+    key["experiment"] = experimentJson; // whose hash would hide which setting differs
+    key.erase("experiment_hash");
     key["scenes"] = experiment.scenes;
     std::vector<std::string> files = options.common.voxels;
     if (!options.costs.empty())
@@ -303,54 +383,62 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     const Json ofParts = partKey(provenance, experiment, key["inputs"]);
     if (!options.part.empty())
         key["part"] = options.part;
-    Journal journal(partial + "/journal.json", textHash(jsonText(key)), options.resume);
+    Journal journal(partial + "/journal.json", key, options.resume);
     if (journal.takenUpCount() > 0)
         console.note("resume: " + std::to_string(journal.takenUpCount()) +
-                     " finished parts taken up");
+                     " finished parts reused");
 
     CompareFindings found(provenance, experimentJson);
     for (size_t i = 0; i < names.size(); ++i) {
-        const std::vector<uint32_t> frames = share.frames(experiment, i);
-        if (frames.empty())
+        if (!share.has(experiment, i))
             continue;
         checkInterrupted();
         LoadedScene loaded = firstScene ? std::move(*std::exchange(firstScene, std::nullopt))
                                         : openScene(experiment, i, console);
         const VoxelSource source{options.common.voxels, options.common.cache,
                                  options.common.allowStale};
-        Workspace workspace(std::move(loaded), {backend, experiment.camera, source, &console});
-        const LoadedScene& scene = workspace.scene();
+        Workspace workspace(std::move(loaded),
+                            {backend, experiment.camera, source, &console, experiment.viewCount});
         std::vector<uint32_t> resolutions;
-        if (asksVoxels(experiment)) {
-            refuseStaleExact(std::any_of(experiment.methods.begin(), experiment.methods.end(),
-                                         [](const std::string& name) {
-                                             return methodOf(name).needs().triangles;
-                                         }),
-                             options.common.allowStale);
+        if (usesVoxels(experiment))
             for (const uint32_t log2 : workspace.obtainVoxels(allResolutions(experiment)))
                 resolutions.push_back(1u << log2);
-        }
         const size_t fullCount =
             options.common.voxels.empty() ? experiment.resolutionLog2.size() : resolutions.size();
-        const std::vector<RunParameters> runs = configurations(experiment, resolutions, fullCount);
-        if (runs.empty())
-            throw Error(ErrorKind::kUsage,
-                        "nothing to compare: --methods and --thresholds leave no run");
-        refuseDeepLods(runs);
+        refuseDeepLods(configurations(experiment, resolutions, fullCount)); // of assets
         MeasureContext context;
         context.directory = partial;
         context.costs = costs.table ? &*costs.table : nullptr;
         context.given = &costs;
         context.costsPath = options.costs;
         context.journal = &journal;
-        context.frames = frames;
-        context.progress = console.progress("compare " + scene.name);
-        found.add(experiment.isSequence ? measureSequence(workspace, experiment, runs, context)
-                                        : measureScene(workspace, experiment, runs, context));
-        found.results["scenes"].push_back({{"scene", scene.name},
-                                           {"scene_hash", scene.geometryHash},
-                                           {"triangle_count", scene.world->triangles().count()},
-                                           {"light_count", scene.world->lights().size()}});
+        for (uint32_t view = 0; view < experiment.viewCount; ++view) {
+            context.frames = share.frames(experiment, i, view);
+            if (context.frames.empty())
+                continue;
+            Experiment ofView = experiment;
+            ofView.camera = experiment.viewCamera(view);
+            if (experiment.viewCount > 1)
+                workspace.setView(ofView.camera, names[i] + " " + ofView.camera);
+            const LoadedScene& scene = workspace.scene();
+            ofView.thresholds = thresholdsOn(workspace, experiment);
+            const std::vector<RunParameters> runs = configurations(ofView, resolutions, fullCount);
+            if (runs.empty())
+                throw Error(ErrorKind::kInput,
+                            scene.name + ": all its maps require the same resolution, so that no "
+                                         "threshold routes a part of them; compare with dag and "
+                                         "maps, or give --thresholds or --model");
+            context.progress = console.progress("compare " + scene.name);
+            found.add(experiment.isSequence ? measureSequence(workspace, ofView, runs, context)
+                                            : measureScene(workspace, ofView, runs, context));
+            found.results["scenes"].push_back(
+                {{"scene", scene.name},
+                 {"scene_hash", scene.geometryHash},
+                 {"camera", ofView.camera},
+                 {"thresholds", settingOf("--thresholds").json(ofView)},
+                 {"triangle_count", scene.world->triangles().count()},
+                 {"light_count", scene.world->lights().size()}});
+        }
     }
     if (options.part.empty())
         publish(options, found, *package, start, console);
@@ -371,15 +459,14 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
     commandLine.text(
         "--experiment", options->experiment, "F.json",
         "A file that fixes scenes, view, lights, sweeps and repeats; see scenes/experiments");
-    commandLine.flag("--resume", options->resume,
-                     "Go on with what an interrupted compare in DIR has finished");
+    commandLine.flag("--resume", options->resume, "Resume an interrupted compare in DIR");
     commandLine.text("--part", options->part, "K/N",
                      "Measure only part K of N of the frames of all scenes, into DIR/part.json; "
                      "parts may run on several machines");
     commandLine.flag("--join", options->join,
-                     "Make the report of parts: SCENE... are the directories of all of them");
+                     "Make the report of all parts: SCENE... are their directories");
     commandLine.flag("--no-charts", options->noCharts,
-                     "Leave out the charts (they need python3-matplotlib and python3-jinja2)");
+                     "Omit the charts (they need python3-matplotlib and python3-jinja2)");
     commandLine.text(
         "--costs", options->costs, "F",
         "Replay the maps' isolated costs of a costs.json instead of measuring them; or, "
@@ -388,8 +475,8 @@ std::function<void()> declareCompare(CommandLine& commandLine) {
                      "Leave out the model oracle where --model is not given");
     options->common.declare(commandLine,
                             {SettingGroup::kSweep, SettingGroup::kRoutes, SettingGroup::kView,
-                             SettingGroup::kPictures, SettingGroup::kLights, SettingGroup::kVoxels,
-                             SettingGroup::kRays, SettingGroup::kMaps},
+                             SettingGroup::kViews, SettingGroup::kPictures, SettingGroup::kLights,
+                             SettingGroup::kVoxels, SettingGroup::kRays, SettingGroup::kMaps},
                             true);
     options->global.declare(commandLine);
     return [options, &commandLine] {

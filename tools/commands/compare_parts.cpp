@@ -18,7 +18,7 @@ namespace shadowdag {
 
 namespace {
 
-/// What a machine adds to provenance; parts may differ in it.
+/// Provenance of the machine, which may differ between parts.
 constexpr const char* kMachineKeys[] = {"cpu", "device", "driver", "thread_count"};
 
 const char* const kLists[] = {"scenes", "runs", "map_costs", "truth_images"};
@@ -59,7 +59,7 @@ std::set<std::string> filesOf(const Json& part) {
     return files;
 }
 
-/// Throws unless the part is number K of N as `--part` takes them.
+/// Throws unless the part is number K of N in the sense of `--part`.
 void checkNumbers(const std::string& path, const Json& part) {
     const auto number = [&](const char* key, uint64_t max, const std::string& maxText) {
         const Json& value = part.contains(key) ? part[key] : Json();
@@ -69,7 +69,7 @@ void checkNumbers(const std::string& path, const Json& part) {
                                                ": run this part again");
         return value.get<uint64_t>();
     };
-    const uint64_t count = number("part_count", kMaxPartCount, std::to_string(kMaxPartCount));
+    const uint64_t count = number("part_count", kMaxRunPartCount, std::to_string(kMaxRunPartCount));
     number("part", count, "its part_count, " + std::to_string(count));
 }
 
@@ -86,7 +86,7 @@ void checkContent(const std::string& path, const std::string& directory, const J
         if (part.at("files").at(name) != hash)
             throw Error(ErrorKind::kInput, file + ": is not the file that its part wrote" + again);
     }
-    // Whatever the report asks of the findings is asked here, where their file has a name.
+    // The data that the report needs are checked here, where the name of their file is known.
     runsCsv(part.at("runs"));
     flatCsv(part.at("lights"));
     std::ostringstream table;
@@ -104,7 +104,7 @@ Json readPart(const std::string& directory) {
     if (!file)
         throw Error(ErrorKind::kInput,
                     path + ": cannot be read; '" + directory +
-                        "' is no finished part of a compare: run compare --part K/N -o " +
+                        "' is not a finished part of a compare: run compare --part K/N -o " +
                         directory);
     Json part = Json::parse(file, nullptr, false);
     bool isWhole = part.is_object() && part.contains("key") && part["key"].is_object() &&
@@ -120,7 +120,7 @@ Json readPart(const std::string& directory) {
         checkContent(path, directory, part);
     } catch (const Json::exception& error) {
         throw Error(ErrorKind::kInput,
-                    path + ": holds what no compare writes; run this part again: " + error.what());
+                    path + ": was not written by compare; run this part again: " + error.what());
     }
     return part;
 }
@@ -136,7 +136,7 @@ std::string differingKey(const Json& a, const Json& b) {
     return "";
 }
 
-/// Returns the numbers as a text: "2, 5"; of many only the first.
+/// Returns the numbers as text: "2, 5"; only the first if there are many.
 std::string listText(const std::vector<uint32_t>& numbers) {
     constexpr size_t kMost = 20;
     std::string text;
@@ -162,10 +162,10 @@ std::vector<Json> checkedParts(const std::vector<std::string>& directories) {
                     const Json& from = key == "part_count" ? of : of["key"];
                     return from.contains(key) ? from[key].dump() : std::string("nothing");
                 };
-                throw Error(ErrorKind::kInput, directory + ": is a part of another compare than " +
+                throw Error(ErrorKind::kInput, directory + ": belongs to another compare than " +
                                                    firstDirectory + ": its " + key + " is " +
                                                    text(part) + ", there " + text(first) +
-                                                   "; run it again as the others were run");
+                                                   "; run it again with the options of the others");
             }
         }
         const uint32_t number = part["part"].get<uint32_t>();
@@ -195,21 +195,29 @@ std::vector<Json> checkedParts(const std::vector<std::string>& directories) {
 
 } // namespace
 
-std::vector<uint32_t> CompareShare::frames(const Experiment& experiment, size_t scene) const {
-    const size_t frameCount = experiment.frames.size();
-    const size_t all = frameCount * experiment.scenes.size();
+std::vector<uint32_t> CompareShare::frames(const Experiment& experiment, size_t scene,
+                                           uint32_t view) const {
+    const size_t frameCount = experiment.frames.size(), viewCount = experiment.viewCount;
+    const size_t all = frameCount * viewCount * experiment.scenes.size();
     std::vector<uint32_t> mine;
     for (size_t i = 0; i < frameCount; ++i)
-        if ((scene * frameCount + i) * partCount / all == part - 1)
+        if (((scene * viewCount + view) * frameCount + i) * partCount / all == part - 1)
             mine.push_back(experiment.frames[i]);
     return mine;
+}
+
+bool CompareShare::has(const Experiment& experiment, size_t scene) const {
+    for (uint32_t view = 0; view < experiment.viewCount; ++view)
+        if (!frames(experiment, scene, view).empty())
+            return true;
+    return false;
 }
 
 CompareFindings::CompareFindings(const Json& provenance, const Json& experiment)
     : results({{"provenance", provenance}, {"experiment", experiment}}) {
     for (const char* list : kLists)
         results[list] = Json::array();
-    results["sequence_runs"] = Json::array(); // of no part: a sequence is not shared out
+    results["sequence_runs"] = Json::array(); // not in parts: a sequence is not divided
 }
 
 void CompareFindings::add(SceneMeasurement&& measurement) {
@@ -263,7 +271,7 @@ CompareFindings joinParts(const std::vector<std::string>& directories) {
         for (const char* list : kLists)
             for (const Json& entry : part[list]) {
                 Json& to = all.results[list];
-                // A scene whose frames went to two parts stands once.
+                // A scene with frames in two parts is listed once.
                 if (list != kLists[0] || to.empty() || to.back() != entry)
                     to.push_back(entry);
             }

@@ -15,8 +15,8 @@ ExitMessage exitMessageOf(const std::exception& exception) {
         return {"not enough memory; try a smaller --size, --resolution or --pool, or fewer frames",
                 int(ErrorKind::kResource)};
     if (dynamic_cast<const std::logic_error*>(&exception))
-        return {std::string("a defect of shadowdag, not of what it was given: ") +
-                    exception.what() + "; please report it with the command line",
+        return {std::string("a defect of shadowdag, not of the input: ") + exception.what() +
+                    "; please report it with the command line",
                 kDefectExitStatus};
     return {exception.what(), int(ErrorKind::kInput)};
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the program says, and the exit status it ends with, when an exception leaves a subcommand.
+// The message and the exit status of the program when an exception leaves a subcommand.
 #pragma once
 
 #include <exception>
@@ -7,7 +7,7 @@
 
 namespace shadowdag {
 
-/// The exit status of a mistake in the program itself; ErrorKind has those that users can mend.
+/// The exit status of a mistake in the program itself; ErrorKind has those that users can correct.
 constexpr int kDefectExitStatus = 6;
 
 struct ExitMessage {
@@ -15,9 +15,9 @@ struct ExitMessage {
     int status;
 };
 
-/// Returns the message and the status of an exception: of an Error its own; kResource for memory
-/// that is not there; kDefectExitStatus for a std::logic_error, which nothing that a user gives may
-/// cause; kInput for all others, which libraries throw at what they read.
+/// Returns the message and the status of an exception: of an Error its own; kResource for
+/// std::bad_alloc; kDefectExitStatus for a std::logic_error, which no input may cause; kInput for
+/// all others, which libraries throw while they read input.
 ExitMessage exitMessageOf(const std::exception& exception);
 
 } // namespace shadowdag

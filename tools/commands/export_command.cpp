@@ -25,13 +25,13 @@ void runExport(const ExportOptions& options) {
     options.global.apply(console, false, false);
     const std::string ending = std::filesystem::path(options.output).extension();
     if (ending != ".vdb" && ending != ".nvdb")
-        throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output +
-                        "': grids are .vdb (OpenVDB) or .nvdb (NanoVDB) files; end the name so");
+        throw Error(ErrorKind::kUsage, "-o '" + options.output +
+                                           "': grids are .vdb (OpenVDB) or .nvdb (NanoVDB) files; "
+                                           "use one of these extensions");
     if (std::filesystem::path(options.input).extension() != ".svdag")
         throw Error(ErrorKind::kUsage,
                     "'" + options.input +
-                        "': assets are .svdag files; shadowdag voxelize makes one of a scene");
+                        "': assets are .svdag files; shadowdag voxelize builds one from a scene");
     checkWritable(options.output);
     const Asset asset = readAsset(options.input);
     const auto start = std::chrono::steady_clock::now();

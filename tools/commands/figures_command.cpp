@@ -61,9 +61,8 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
     for (const std::string& line : leftOutLines(charts))
         console.note(line);
     if (charts["charts"].empty())
-        throw Error(ErrorKind::kInput, path +
-                                           ": holds nothing that a figure is drawn from; measure "
-                                           "with compare --sequence --variants paper");
+        throw Error(ErrorKind::kInput, path + ": contains no data for figures; measure "
+                                              "with compare --sequence --variants paper");
     Json list = Json::array();
     for (const Json& chart : charts["charts"]) {
         console.people() << options.output << "/" << chart["file"].get<std::string>()
@@ -80,11 +79,11 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
 std::function<void()> declareFigures(CommandLine& commandLine) {
     auto options = std::make_shared<FiguresOptions>();
     commandLine.text("RESULTS", options->results, "",
-                     "results.json of compare --sequence, or the directory that holds it", true);
+                     "results.json of compare --sequence, or its directory", true);
     commandLine.text(
         "-o,--output", options->output, "DIR",
-        "Where figures go: each as .svg, .png, .csv and .json; charts.json lists them, "
-        "and those left out with what they need. Figures of an earlier run are removed",
+        "Directory of the figures: each as .svg, .png, .csv and .json; charts.json lists them, "
+        "and the omitted ones with the data that they need. Figures of an earlier run are removed",
         true);
     commandLine.text("--figure", options->figures, "N,...",
                      "Only these, by the paper's numbers: 10 frame times, 11 page commits, 12 "

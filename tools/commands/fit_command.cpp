@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag fit`: the least model, in time or in bytes, that keeps an error.
+// `shadowdag fit`: finds the cheapest model, in time or in bytes, that keeps an error bound.
 #include "tools/commands/commands.h"
 #include "tools/report/fit_report.h"
 #include "tools/report/report_package.h"
@@ -27,11 +27,11 @@ namespace {
 namespace fs = std::filesystem;
 
 // The laws' slacks (FitSettings). Measured over the atrium and the failure scenes, errors of finer
-// models exceeded those of coarser ones by less than a tenth of such bounds as are asked for; times
-// of one frame differ between runs by less than a quarter on a machine in use.
+// models exceeded those of coarser ones by less than a tenth of typical bounds; times of one frame
+// differ between runs by less than a quarter on a machine in use.
 constexpr double kErrorSlack = 0.1, kBytesSlack = 0.1, kTimeSlack = 0.25;
 
-/// Heads the title of the experiment that a fit writes.
+/// The beginning of the title of the experiment that a fit writes.
 const std::string kTitle = "The least model in ";
 
 /// Returns whether a file is an experiment that a fit wrote.
@@ -56,17 +56,18 @@ struct FitOptions {
                  {"--size", "320x180"},
                  {"--frames", "0,60,120"},
                  {"--resolution", "256,512,1024,2048,4096"},
-                 {"--lod", "0"}, // levels above do not pay: voxel/LAYOUT.md
+                 {"--lod", "0"}, // levels above do not reduce time: voxel/LAYOUT.md
                  {"--undersample", "1,2,4"},
                  {"--taps", "1,4,9"},
                  {"--maps-per-light", "1,4"},
                  {"--thresholds", "128,512"},
-                 {"--methods", "dag,maps,dag-exact,hybrid"}})
+                 {"--methods", "dag,maps,hybrid"},
+                 {"--believe", "none,all"}})
             common.text(option) = text;
     }
 };
 
-/// Returns the scenes that SCENE... mean: of a folder, the .glb and .gltf files in it by name.
+/// Returns the scenes of SCENE...: for a folder, the .glb and .gltf files in it by name.
 std::vector<std::string> expandFolders(const std::vector<std::string>& arguments) {
     std::vector<std::string> scenes;
     for (const std::string& argument : arguments) {
@@ -80,7 +81,7 @@ std::vector<std::string> expandFolders(const std::vector<std::string>& arguments
                 found.push_back(entry.path().string());
         if (found.empty())
             throw Error(ErrorKind::kInput,
-                        argument + ": holds no .glb or .gltf file; give a folder of scenes, a "
+                        argument + ": contains no .glb or .gltf file; give a folder of scenes, a "
                                    "scene's file or builtin:NAME");
         std::sort(found.begin(), found.end());
         scenes.insert(scenes.end(), found.begin(), found.end());
@@ -101,16 +102,20 @@ T choiceOf(const char* option, const std::string& text,
                 std::string(option) + " '" + text + "': must be one of " + known);
 }
 
-/// Returns the sweep that the options mean; lists of the model space, all else single.
+/// Returns the sweep of the options; lists of the model space, all other settings single.
 Experiment sweepOf(const FitOptions& options, const CommandLine& commandLine) {
     Experiment e = options.common.experiment(commandLine, true);
     e.scenes = expandFolders(options.scenes);
     for (const std::string& method : e.methods)
-        checkMethod("--methods", method, {"dag", "dag-exact", "maps", "hybrid"});
+        checkMethod("--methods", method, {"dag", "maps", "hybrid"});
     for (const char* option : {"--bias", "--offset", "--polygon-lod", "--pool", "--max-face"})
         if (settingOf(option).texts(e).size() > 1)
             throw Error(ErrorKind::kUsage,
                         std::string(option) + ": fit does not vary it; give one value");
+    if (e.areThresholdsAutomatic())
+        throw Error(ErrorKind::kUsage,
+                    "--thresholds 'auto': fit takes numbers of texels, because a model is for "
+                    "all scenes; compare takes auto");
     std::sort(e.resolutionLog2.begin(), e.resolutionLog2.end());
     if (e.repeats < 2)
         throw Error(ErrorKind::kUsage, "--repeats '" + options.common.text("--repeats") +
@@ -121,15 +126,14 @@ Experiment sweepOf(const FitOptions& options, const CommandLine& commandLine) {
     refuseUnused(e, 0, "", commandLine);
     for (const std::string& model : e.models)
         if (makeCostModel(model)->needsCosts())
-            throw Error(
-                ErrorKind::kUsage,
-                "--model '" + model +
-                    "': routes by what was measured of this very frame beforehand, which no "
-                    "model to keep can; use cost, texels:N or expr:EXPRESSION");
+            throw Error(ErrorKind::kUsage,
+                        "--model '" + model +
+                            "': routes by measurements of the same frame, which a "
+                            "reusable model does not have; use cost, texels:N or expr:EXPRESSION");
     return e;
 }
 
-/// Searches to the end; returns the choice, SIZE_MAX where no model holds the bound.
+/// Runs the search; returns the choice, SIZE_MAX if no model keeps the bound.
 size_t findLeast(FitSearch& search, FitMeasurer& measurer, const FitModels& models,
                  FitObjective objective, const Experiment& sweep) {
     const auto measure = [&](const std::vector<FitRequest>& requests, const std::string& what) {
@@ -141,8 +145,8 @@ size_t findLeast(FitSearch& search, FitMeasurer& measurer, const FitModels& mode
     for (;;) {
         for (std::vector<FitRequest> requests; !(requests = search.next()).empty();)
             measure(requests, models.groups[models.space.models[requests[0].model].group]);
-        // A hybrid that draws no map is the model of rays alone, which stands for it: noise must
-        // not decide between the two.
+        // A hybrid that draws no map is the same as rays alone, so that model replaces it: noise
+        // must not decide between the two.
         std::vector<size_t> finalists;
         std::vector<FitRequest> stands;
         for (const size_t model : search.finalists()) {
@@ -178,7 +182,7 @@ size_t findLeast(FitSearch& search, FitMeasurer& measurer, const FitModels& mode
     }
 }
 
-/// Throws Error kUsage where two of the files that a fit writes are one.
+/// Throws Error kUsage if two of the files that a fit writes are the same.
 void refuseOverlap(const FitOptions& options, const std::string& experimentPath,
                    const std::string& stem) {
     std::vector<std::pair<std::string, std::string>> files{
@@ -192,8 +196,9 @@ void refuseOverlap(const FitOptions& options, const std::string& experimentPath,
     for (size_t a = 0; a < files.size(); ++a)
         for (size_t b = a + 1; b < files.size(); ++b)
             if (fs::weakly_canonical(files[a].second) == fs::weakly_canonical(files[b].second))
-                throw Error(ErrorKind::kUsage, files[a].first + " and " + files[b].first +
-                                                   " are one file; name another, as in -o F.json");
+                throw Error(ErrorKind::kUsage,
+                            files[a].first + " and " + files[b].first +
+                                " are one file; choose another, as in -o F.json");
 }
 
 void runFit(const FitOptions& options, const CommandLine& commandLine) {
@@ -222,8 +227,8 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     checkWritable(experimentPath);
     if (fs::exists(experimentPath) && !isExperimentOfFit(experimentPath))
         throw Error(ErrorKind::kUsage, "--experiment-out '" + experimentPath +
-                                           "': is a file that no fit wrote and that the choice "
-                                           "would replace; name another");
+                                           "': is a file that no fit wrote and that this fit "
+                                           "would replace; choose another");
     std::optional<ReportPackage> package;
     if (!options.noCharts)
         package.emplace(true, console);
@@ -238,8 +243,8 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
 
     FitModels models = makeFitModels(sweep, objective);
     if (models.runs.empty())
-        throw Error(ErrorKind::kUsage, "--methods and --thresholds leave no model to measure");
-    refuseUnheeded(costs, models.runs);
+        throw Error(ErrorKind::kUsage, "--methods and --thresholds select no model");
+    refuseUnusedOptions(costs, models.runs);
     refuseDeepLods(models.runs);
     for (const std::string& remark : remarksOn(costs, models.runs))
         console.note(remark);
@@ -252,11 +257,14 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
                                isTime ? kTimeSlack : 0};
     FitSearch search(models.space, settings);
     const size_t choice = findLeast(search, measurer, models, objective, sweep);
+    if (objective == FitObjective::kBytes && choice != SIZE_MAX) // reported, no part of the choice
+        measurer.time({choice}, sweep.repeats, sweep.warmups, "time of the choice");
     checkInterrupted();
 
     Json result = {{"provenance", buildProvenance(backend)}, {"sweep", toJson(sweep)}};
     if (!leftOut.empty())
         result["provenance"]["left_out"] = leftOut;
+    result["other_cpu_share"] = measurer.otherCpuShare();
     result.update(fitJson({metric, objective, bound, settings, models, search, measurer, choice}));
     Experiment replay;
     if (choice != SIZE_MAX) {
@@ -265,9 +273,10 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
                        numberText(bound);
         result["experiment"] = toJson(replay);
         writeWholeFile(experimentPath, jsonText(result["experiment"]));
-    } else if (isExperimentOfFit(experimentPath)) { // beside this result it would lie
+    } else if (isExperimentOfFit(experimentPath)) { // beside this result it would be wrong
         fs::remove(experimentPath);
-        console.note(experimentPath + ": removed; it was an earlier fit's, and this one has none");
+        console.note(experimentPath +
+                     ": removed, because it belongs to an earlier fit and this one has no result");
     }
     writeWholeFile(options.output, jsonText(result));
     if (package)
@@ -275,16 +284,18 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
             {"fit", options.output, "-o",
              fs::path(stem).parent_path().empty() ? "." : fs::path(stem).parent_path().string()});
     printFit(console.people(), result);
+    if (const std::string busy = busyRemark(measurer.otherCpuShare()); !busy.empty())
+        console.note("warning: " + busy);
     if (choice == SIZE_MAX) {
         const Json& least = result["least_error"];
         throw Error(ErrorKind::kUsage, "--max '" + options.bound +
-                                           "': no model holds it; the least " + options.metric +
+                                           "': no model keeps it; the least " + options.metric +
                                            " error reached is " +
                                            numberText(least["error"].get<double>()) + ", by " +
                                            least["label"].get<std::string>() +
-                                           "; ask for more, or widen --methods, "
+                                           "; allow more, or extend --methods, "
                                            "--resolution or the lists of the maps (" +
-                                           options.output + " has all that was measured)");
+                                           options.output + " has all measurements)");
     }
     console.people() << "result: " << options.output << "\nreplay: shadowdag compare --experiment "
                      << experimentPath << (options.costs.empty() ? "" : " --costs " + options.costs)
@@ -304,10 +315,10 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
 std::function<void()> declareFit(CommandLine& commandLine) {
     auto options = std::make_shared<FitOptions>();
     commandLine.texts("SCENE", options->scenes, "",
-                      "Scenes that the model is for, or a folder of .glb and .gltf files", true);
+                      "Scenes to fit the model to, or a folder of .glb and .gltf files", true);
     commandLine.text("-o,--output", options->output, "F.json",
-                     "The result: every model with what was measured and what became of it; the "
-                     "chart stands beside it as F.svg and F.png",
+                     "The result: every model with its measurements and its status; the "
+                     "chart is written beside it as F.svg and F.png",
                      true);
     commandLine.text("--experiment-out", options->experimentOutput, "E.json",
                      "The choice as an experiment that compare replays [F.experiment.json]");
@@ -316,22 +327,24 @@ std::function<void()> declareFit(CommandLine& commandLine) {
     commandLine.heading("Goal");
     commandLine.text(
         "--metric", options->metric, "false|visibility|flip",
-        "Error; that of the worst frame of all scenes counts: share of pairs that are false shadow "
+        "Error, of the worst frame of all scenes: share of pairs that are false shadow "
         "or false light; mean absolute error of visibility; mean FLIP of the picture [false]");
     commandLine.text("--max", options->bound, "E", "The largest allowed error, 0 to 1 [0.02]");
     commandLine.text("--minimise", options->objective, "time|bytes",
-                     "What is to be least: the frame's time, the mean of all frames (which models "
-                     "are timed there, the first frame of the first scene tells: put the one that "
-                     "matters first); or the bytes of voxels and maps, the most of all frames. Of "
+                     "Minimise the mean time of all frames (the first frame of the first scene "
+                     "decides which models are timed in all: put the most important scene "
+                     "first), or the bytes of voxels, maps and, where rays ask triangles, the "
+                     "triangles with their hierarchy, the maximum of all frames. Of "
                      "models equal within one "
                      "standard error the simpler is taken: see simplicity_order in the result "
                      "[time]");
     commandLine.heading("Models");
+    options->common.text("--thresholds") = "0,8,16,32,64,96,192,inf";
     for (const char* option :
          {"--methods", "--resolution", "--thresholds", "--model", "--repeats", "--warmups"})
         options->common.declare(commandLine, settingOf(option), true);
     commandLine.text("--costs", options->costs, "C.json",
-                     "What calibrate wrote; without --model, of model cost");
+                     "A calibration by calibrate; without --model it implies model cost");
     options->common.declareCache(commandLine);
     options->common.declare(
         commandLine,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag import`: makes an asset of the active voxels of an OpenVDB or NanoVDB grid.
+// `shadowdag import`: makes an asset from the active voxels of an OpenVDB or NanoVDB grid.
 #include "cuda/error.h"
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
@@ -37,7 +37,7 @@ void runImport(const ImportOptions& options) {
     options.global.apply(console, false, false);
     if (std::filesystem::path(options.output).extension() != ".svdag")
         throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': assets are .svdag files; end the name so");
+                    "-o '" + options.output + "': assets are .svdag files; use that extension");
     const std::string ending = std::filesystem::path(options.input).extension();
     if (ending != ".vdb" && ending != ".nvdb")
         throw Error(ErrorKind::kUsage,
@@ -65,11 +65,11 @@ void runImport(const ImportOptions& options) {
     console.emit(json);
 }
 
-/// Set in the process that reads; its value says nothing.
+/// Set in the process that reads; its value has no meaning.
 constexpr const char* kApart = "SHADOWDAG_IMPORT_APART";
 
-/// Runs the import in a process of its own: OpenVDB's reader may be led past its buffers by a
-/// damaged file, and what that ends is then not this process, which says so. A fork alone would not
+/// Runs the import in a separate process, because a damaged file may make OpenVDB's reader write
+/// past its buffers; then only that process ends, and this one reports it. A fork alone would not
 /// do: OpenVDB's logging has threads that it waits for at exit.
 void runImportApart(const ImportOptions& options) {
     std::vector<std::string> texts = {"shadowdag",
@@ -77,7 +77,8 @@ void runImportApart(const ImportOptions& options) {
                                       "--output=" + options.output,
                                       "--packing=" + options.packing,
                                       "--threads=" + options.global.threads,
-                                      "--backend=" + options.global.backend};
+                                      "--backend=" + options.global.backend,
+                                      "--gl-pages=" + options.global.glPages};
     if (!options.grid.empty())
         texts.push_back("--grid=" + options.grid);
     if (options.acceptEdited)
@@ -98,7 +99,7 @@ void runImportApart(const ImportOptions& options) {
         prctl(PR_SET_PDEATHSIG, SIGKILL);
         if (getppid() == parent) {
             execv("/proc/self/exe", arguments.data());
-            // Nothing that allocates: another thread may have held the heap's lock at the fork.
+            // Must not allocate: another thread may have held the heap's lock at the fork.
             const char* const texts[] = {
                 "shadowdag: error: cannot start itself to read a grid from /proc/self/exe: ",
                 strerrordesc_np(errno), "; is /proc mounted?\n"};
@@ -113,7 +114,7 @@ void runImportApart(const ImportOptions& options) {
         kill(child, SIGTERM);
     if (WIFEXITED(status)) {
         if (WEXITSTATUS(status) != 0)
-            std::exit(WEXITSTATUS(status)); // which it has explained
+            std::exit(WEXITSTATUS(status)); // which it has reported
         return;
     }
     const int signal = WTERMSIG(status);
@@ -134,7 +135,7 @@ std::function<void()> declareImport(CommandLine& commandLine) {
     auto options = std::make_shared<ImportOptions>();
     commandLine.text("FILE", options->input, "",
                      "A .vdb (OpenVDB) or .nvdb (NanoVDB) file. A file that export wrote gives the "
-                     "same asset again; of any other grid the active voxels are used, in the "
+                     "same asset again; from any other grid the active voxels are used, in the "
                      "smallest cube whose side is a power of two",
                      true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);

@@ -21,7 +21,7 @@ struct InfoOptions {
 };
 
 void infoAsset(const InfoOptions& options, const Console& console) {
-    // readAsset checks everything before it trusts anything, so reading is verifying.
+    // readAsset checks everything before use, so reading is verifying.
     const Asset asset = readAsset(options.what);
     const uint64_t bytes = std::filesystem::file_size(options.what);
     const Json json = assetJson(asset, bytes);
@@ -45,12 +45,12 @@ void infoScene(const InfoOptions& options, const Console& console) {
     size_t storedCount = 0;
     for (const Mesh& mesh : scene.meshes)
         storedCount += mesh.triangles.size();
-    size_t movingInstances = 0, movingLights = 0, suns = 0;
+    size_t movingInstances = 0, movingLights = 0, directionalLights = 0;
     for (const Instance& instance : world.instances())
         movingInstances += instance.isMoving ? 1 : 0;
     for (const Light& light : world.lights()) {
         movingLights += light.isMoving;
-        suns += light.kind == Light::kSun;
+        directionalLights += light.kind == Light::kSun;
     }
     const Box& bounds = world.boundsWorld();
 
@@ -63,7 +63,10 @@ void infoScene(const InfoOptions& options, const Console& console) {
         << "  bounds          (" << bounds.min.x << ", " << bounds.min.y << ", " << bounds.min.z
         << ") to (" << bounds.max.x << ", " << bounds.max.y << ", " << bounds.max.z << ") m\n"
         << "  lights          " << world.lights().size() << ", " << movingLights << " moving"
-        << (suns ? ", " + std::to_string(suns) + (suns == 1 ? " sun" : " suns") : std::string())
+        << (directionalLights
+                ? ", " + std::to_string(directionalLights) +
+                      (directionalLights == 1 ? " directional light" : " directional lights")
+                : std::string())
         << "\n"
         << "  cameras         " << world.cameras().size() << "\n"
         << "  animations      " << scene.animations.size() << ", " << scene.durationSeconds()
@@ -81,7 +84,7 @@ void infoScene(const InfoOptions& options, const Console& console) {
                   {"bounds_max", vectorJson(bounds.max)},
                   {"light_count", world.lights().size()},
                   {"moving_light_count", movingLights},
-                  {"sun_count", suns},
+                  {"sun_count", directionalLights},
                   {"camera_count", world.cameras().size()},
                   {"animation_count", scene.animations.size()},
                   {"duration_s", scene.durationSeconds()},

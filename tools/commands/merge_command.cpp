@@ -30,7 +30,7 @@ void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     options.global.apply(console, false, false);
     if (std::filesystem::path(options.output).extension() != ".svdag")
         throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': assets are .svdag files; end the name so");
+                    "-o '" + options.output + "': assets are .svdag files; use that extension");
     checkWritable(options.output);
     BuildLimits limits;
     limits.packing = parsePacking(options.packing);

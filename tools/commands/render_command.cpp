@@ -10,6 +10,7 @@
 #include "tools/workspace/image_io.h"
 #include "tools/workspace/single_frame.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -28,18 +29,36 @@ struct RenderOptions {
 };
 
 /// Returns the name of a frame's file: "a.exr", numbered "a.0007.exr" when there are several
-/// frames.
-std::string frameFile(const std::string& output, uint32_t frame, bool isNumbered) {
-    if (!isNumbered)
-        return output;
+/// frames, and "a.auto-2.exr" when there are several views.
+std::string frameFile(const std::string& output, const std::string& view, uint32_t frame,
+                      bool isNumbered) {
     std::filesystem::path path(output);
-    char number[16];
-    std::snprintf(number, sizeof number, ".%04u", frame);
-    const std::string name = path.stem().string() + number + path.extension().string();
+    char number[16] = "";
+    if (isNumbered)
+        std::snprintf(number, sizeof number, ".%04u", frame);
+    const std::string name = path.stem().string() + (view.empty() ? "" : "." + view) + number +
+                             path.extension().string();
     return (path.parent_path() / name).string();
 }
 
-/// Adds one channel a light: the visibility of every pixel's pair with it, 1 where it is no pair.
+/// Returns how many lights have maps, by the methods that serve them. @param lights lightsJson
+std::string lightsText(const Json& lights) {
+    std::string text = std::to_string(lights.size()) + (lights.size() == 1 ? " light" : " lights");
+    const std::pair<const char*, const char*> routes[] = {
+        {"rays", "by rays"}, {"map", "by maps"}, {"both", "by both"}};
+    std::string by;
+    for (const auto& [route, name] : routes) {
+        const auto count = std::count_if(lights.begin(), lights.end(), [&](const Json& light) {
+            return light["route"] == route;
+        });
+        if (count > 0)
+            by += (by.empty() ? " (" : ", ") + std::to_string(count) + " " + name;
+    }
+    return by.empty() ? text : text + by + ")";
+}
+
+/// Adds one channel per light: the visibility of every pixel's pair with it, 1 where there is no
+/// pair.
 void addLightChannels(std::vector<ExrChannel>& channels, const PairList& pairs,
                       const std::vector<uint8_t>& visibility, size_t pixelCount,
                       size_t lightCount) {
@@ -57,10 +76,10 @@ void addLightChannels(std::vector<ExrChannel>& channels, const PairList& pairs,
         channels.push_back(std::move(channel));
 }
 
-/// Returns the channels of a frame: colour, visibility, share of rays, and errors when the truth is
+/// Returns the channels of a frame: colour, visibility, share of rays, and errors if the truth is
 /// given.
 std::vector<ExrChannel> channelsOf(const RenderOptions& options, const SingleFrames& frames,
-                                   const Answers& answers, const std::vector<glm::vec3>& color,
+                                   const PairResults& answers, const std::vector<glm::vec3>& color,
                                    const std::vector<uint8_t>& visibility,
                                    const std::vector<uint8_t>& truthVisibility) {
     const std::vector<Route> none;
@@ -78,21 +97,25 @@ std::vector<ExrChannel> channelsOf(const RenderOptions& options, const SingleFra
 void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     Experiment experiment = options.common.experiment(commandLine, false);
-    options.method.check(commandLine, methodNames());
+    takeGlDefaults(experiment, options.global.backend, commandLine);
+    options.method.check(commandLine, experiment, methodNames(), console);
     const std::string extension = std::filesystem::path(options.output).extension().string();
     if (extension != ".exr" && extension != ".png")
         throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': pictures are .exr or .png; end the name so");
+                    "-o '" + options.output +
+                        "': pictures are .exr or .png; use one of these extensions");
     for (const char* option : {"--per-light", "--float"})
         if (extension == ".png" && commandLine.given(option))
             throw Error(ErrorKind::kUsage,
-                        std::string(option) + " needs channels that a .png has not; write an .exr");
+                        std::string(option) +
+                            " needs channels that a .png does not have; write an .exr");
     if (extension != ".png" && commandLine.given("--exposure"))
-        throw Error(ErrorKind::kUsage, "--exposure is for a .png; an .exr holds the radiance as it "
-                                       "is; drop it");
+        throw Error(ErrorKind::kUsage, "--exposure is for a .png; an .exr contains the unexposed "
+                                       "radiance; drop it");
     if (extension == ".png" && options.truth)
-        throw Error(ErrorKind::kUsage,
-                    "--truth adds channels that a .png has not; write an .exr, or see validate -o");
+        throw Error(
+            ErrorKind::kUsage,
+            "--truth adds channels that a .png does not have; write an .exr, or see validate -o");
     if (options.truth && methodOf(options.method.method).isTruth())
         throw Error(ErrorKind::kUsage,
                     "--truth is for methods that can be wrong, not for 'embree'; drop it");
@@ -104,17 +127,17 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             parseVariant("--variant", options.method.variant).routeMargin)
             throw Error(ErrorKind::kUsage, "--route-margin and --variant '" +
                                                options.method.variant +
-                                               "' contradict each other: the name says it; drop "
+                                               "' contradict each other: the name sets it; drop "
                                                "one of them");
         if (experiment.frames.size() < 2)
             throw Error(ErrorKind::kUsage,
-                        "--route-margin is for frames that follow each other; name several with "
+                        "--route-margin is for sequences of frames; name several with "
                         "--frames, or drop it");
     }
     checkWritable(options.output);
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
-    refuseOnGl(experiment, backend, options.method.method, options.method.variant);
+    refuseOnGl(experiment, backend, options.method.variant);
 
     const bool isEmbree = methodOf(options.method.method).isTruth();
     SingleFrames frames(options.scene, options.common, experiment, options.method, backend,
@@ -126,13 +149,18 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
                         " lights: 1000 channels at most; place fewer with --lights");
     const bool isNumbered = commandLine.given("--frames");
     const Progress progress = console.progress("render " + frames.sceneName());
-    Json list = Json::array();
-    for (size_t i = 0; i < experiment.frames.size(); ++i) {
-        progress(double(i) / double(experiment.frames.size()));
-        const uint32_t frame = experiment.frames[i];
+    Json list = Json::array(), reproduction;
+    const size_t frameCount = experiment.frames.size(), viewCount = experiment.viewCount;
+    for (size_t i = 0; i < frameCount * viewCount; ++i) {
+        progress(double(i) / double(frameCount * viewCount));
+        const std::string view =
+            viewCount > 1 ? experiment.viewCamera(uint32_t(i / frameCount)) : "";
+        if (!view.empty() && i % frameCount == 0)
+            frames.setView(view);
+        const uint32_t frame = experiment.frames[i % frameCount];
         const float time =
             isNumbered ? experiment.timeOfFrame(frame) : options.common.timeSeconds(experiment);
-        const Answers& answers = frames.render(time, frame);
+        const PairResults& answers = frames.render(time, frame);
         const FrameResult& result = answers.frame;
         const std::vector<uint8_t> none,
             &truthVisibility = options.truth || isEmbree ? frames.truthVisibility() : none;
@@ -141,23 +169,27 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             isEmbree ? shadePairs(answers.gbuffer, frames.world(), result.pairs, visibility)
                      : result.color;
 
-        const std::string file = frameFile(options.output, frame, isNumbered);
+        const std::string file = frameFile(options.output, view, frame, isNumbered);
         if (extension == ".png")
             writePng(file, experiment.width, experiment.height,
                      toneMap(color, experiment.exposureOf(color)));
         else
             writeExr(file, experiment.width, experiment.height,
                      channelsOf(options, frames, answers, color, visibility, truthVisibility),
-                     {{"scene", frames.sceneName()},
-                      {"method", options.method.method},
-                      {"commit", programCommit()}});
+                     exrAttributes(frames.reproduction()));
         const double timeMs = result.stages.totalMs();
-        Json entry = {{"frame", frame}, {"time_s", time}, {"output", file}};
-        if (!isEmbree) { // the truth's picture has pairs, and no frame
+        reproduction = frames.reproduction();
+        Json entry = {{"frame", frame},
+                      {"time_s", time},
+                      {"camera_numbers", reproduction["camera_numbers"]},
+                      {"output", file}};
+        if (!view.empty())
+            entry["camera"] = view;
+        if (!isEmbree) { // the truth's picture has pairs, but no frame
             entry["time_ms"] = timeMs;
             entry["stages_ms"] = toJson(result.stages);
             entry.update(toJson(result.counts));
-            // Like times they depend on what moved before, so reports do not hold them.
+            // Like times they depend on earlier frames, so reports do not contain them.
             const HostCopyCounts& copies = result.counts.hostCopies;
             entry["host_copy_count"] = copies.uploadCount + copies.readbackCount;
             entry["host_readback_count"] = copies.readbackCount;
@@ -165,18 +197,20 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         entry["pair_count"] = result.pairs.count();
         list.push_back(std::move(entry));
         console.people() << file << ": " << result.pairs.count() << " pairs, "
-                         << (isEmbree ? lightCount : lightsJson(result.maps).size()) << " lights";
+                         << (isEmbree ? std::to_string(lightCount) + " lights"
+                                      : lightsText(lightsJson(result.maps)));
         if (!isEmbree)
-            console.people() << ", " << result.counts.tracedLightCount << " traced, "
-                             << result.counts.mappedLightCount << " by map, " << timeMs << " ms";
+            console.people() << ", " << timeMs << " ms";
         console.people() << "\n";
         if (const std::string note = poolNote(result.counts); !isEmbree && !note.empty())
-            console.people() << "  " << note << "; give more with --pool\n";
+            console.people() << "  " << note << "; enlarge it with --pool\n";
     }
     progress(1.0);
-    console.emit({{"scene", frames.sceneName()},
-                  {"method", options.method.method},
-                  {"frames", std::move(list)}});
+    reproduction["scene"] = sceneNames({options.scene}).front();
+    for (const char* key : {"frame", "time_s", "camera_numbers"}) // of each frame
+        reproduction.erase(key);
+    reproduction["frames"] = std::move(list);
+    console.emit(reproduction);
 }
 
 } // namespace
@@ -185,7 +219,8 @@ std::function<void()> declareRender(CommandLine& commandLine) {
     auto options = std::make_shared<RenderOptions>();
     commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
     commandLine.text("-o,--output", options->output, "F.exr|F.png",
-                     "The picture; with --frames numbered F.0007.exr. EXR channels: R G B (linear "
+                     "The picture; with --frames numbered F.0007.exr, with --views F.auto-2.exr. "
+                     "EXR channels: R G B (linear "
                      "radiance), visibility.mean, "
                      "method.rayShare, depth.Z; PNG: the colour, exposed and tone mapped",
                      true);
@@ -194,11 +229,11 @@ std::function<void()> declareRender(CommandLine& commandLine) {
     commandLine.flag("--truth", options->truth,
                      "Add channels of the error against Embree: error.*");
     commandLine.flag("--float", options->floatColor, "Colour as 32-bit floats instead of halves");
-    options->method.declare(commandLine, "embree|dag|dag-exact|maps|hybrid");
+    options->method.declare(commandLine, "embree|dag|maps|hybrid");
     options->common.declare(commandLine,
-                            {SettingGroup::kRoutes, SettingGroup::kView, SettingGroup::kPictures,
-                             SettingGroup::kLights, SettingGroup::kVoxels, SettingGroup::kRays,
-                             SettingGroup::kMaps},
+                            {SettingGroup::kRoutes, SettingGroup::kView, SettingGroup::kViews,
+                             SettingGroup::kPictures, SettingGroup::kLights, SettingGroup::kVoxels,
+                             SettingGroup::kRays, SettingGroup::kMaps},
                             false);
     options->global.declare(commandLine);
     return [options, &commandLine] {

@@ -44,7 +44,7 @@ void runScene(const SceneOptions& options) {
                     "scene needs NAME and -o F.glb, or --list; see shadowdag scene --help");
     if (std::filesystem::path(options.output).extension() != ".glb")
         throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': scenes are written as .glb; end the name so");
+                    "-o '" + options.output + "': scenes are written as .glb; use that extension");
     checkWritable(options.output);
 
     const std::string name =
@@ -66,8 +66,7 @@ void runScene(const SceneOptions& options) {
 
 std::function<void()> declareScene(CommandLine& commandLine) {
     auto options = std::make_shared<SceneOptions>();
-    commandLine.text("NAME", options->name, "",
-                     "atrium, houses, necropolis, or a failure scene; see --list");
+    commandLine.text("NAME", options->name, "", "A built-in scene; --list lists them");
     commandLine.text("-o,--output", options->output, "F.glb", "The file to write");
     commandLine.flag("--list", options->list, "List the built-in scenes, one line each");
     options->global.declare(commandLine);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag study`: rows and bounds of a file, measured, as a report.
+// `shadowdag study`: measures the rows of a study and checks their bounds, as a report.
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/parse.h"
@@ -32,12 +32,12 @@ void listStudies(const Console& console) {
     console.emit({{"studies", list}});
 }
 
-void measureStudy(const StudyOptions& options) {
+void measureStudy(const StudyOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     if (options.list)
         return listStudies(console);
     if (options.arguments.empty() || options.command.output.empty())
-        throw Error(ErrorKind::kUsage, "study needs a STUDY and -o DIR; study --list names those "
+        throw Error(ErrorKind::kUsage, "study needs a STUDY and -o DIR; study --list lists those "
                                        "that come with the program");
     const StudyFile file = findStudy(options.arguments.front());
     StudyRequest request;
@@ -46,8 +46,12 @@ void measureStudy(const StudyOptions& options) {
     if (!options.only.empty())
         request.names = parseList("--only", options.only);
     request.backend = options.global.apply(console, true);
-    // Refused before anything is put away.
+    // Refused before anything is moved.
     const std::unique_ptr<Study> study = makeStudy(file, request, console);
+    if (commandLine.given("--cache") && !study->usesCache())
+        throw Error(ErrorKind::kUsage, "--cache is for studies of kind real, and study " +
+                                           file.name + " is of kind " +
+                                           file.json["kind"].get<std::string>() + "; drop it");
     runStudy(file, *study, request, options.command, console);
 }
 
@@ -56,18 +60,19 @@ void measureStudy(const StudyOptions& options) {
 std::function<void()> declareStudy(CommandLine& commandLine) {
     const auto options = std::make_shared<StudyOptions>();
     commandLine.texts("STUDY", options->arguments, "",
-                      "A study that comes with the program (--list), or a FILE.json of one's own; "
-                      "then SCENE...: scenes to measure in place of the study's, of study real the "
+                      "A study that comes with the program (--list), or your own FILE.json; "
+                      "then SCENE...: scenes to measure instead of the study's; for study real the "
                       "scenes or directories of scenes that it needs");
     commandLine.text("-o,--output", options->command.output, "DIR", "The report's directory");
     commandLine.flag("--list", options->list, "List the studies that come with the program");
     commandLine.text("--only", options->only, "NAME,...", "Only these rows of the study");
-    commandLine.flag("--resume", options->command.resume, "Go on with an interrupted study in DIR");
+    commandLine.flag("--resume", options->command.resume, "Resume an interrupted study in DIR");
     commandLine.flag("--no-charts", options->command.noCharts,
-                     "Leave out the charts (they need python3-matplotlib)");
-    commandLine.text("--cache", options->cache, "DIR", "Where voxels of real scenes are kept");
+                     "Omit the charts (they need python3-matplotlib)");
+    commandLine.text("--cache", options->cache, "DIR",
+                     "Directory for the voxels of real scenes, for studies of kind real");
     options->global.declare(commandLine);
-    return [options] { measureStudy(*options); };
+    return [options, &commandLine] { measureStudy(*options, commandLine); };
 }
 
 } // namespace shadowdag

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag validate`: one method's shadows against Embree, pair by pair and light by light.
+// `shadowdag validate`: compares one method's shadows with Embree, pair by pair and light by light.
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
@@ -27,24 +27,25 @@ struct ValidateOptions {
 
 void printHeader(std::ostream& out) {
     char line[160];
-    std::snprintf(line, sizeof line, "%8s %10s %8s %14s %13s %12s %9s %8s %8s\n", "light", "pairs",
-                  "dark %", "false shadow %", "false light %", "unexplained", "acne", "contact",
-                  "error");
+    std::snprintf(line, sizeof line, "%8s %10s %8s %14s %13s %9s %12s %9s %8s %8s\n", "light",
+                  "pairs", "dark %", "false shadow %", "false light %", "magnified", "unexplained",
+                  "acne", "contact", "error");
     out << line;
 }
 
 void printCounts(std::ostream& out, const std::string& name, const ErrorCounts& c) {
     const double pairs = c.pairCount > 0 ? double(c.pairCount) : 1.0;
     char line[200];
-    std::snprintf(line, sizeof line, "%8s %10llu %8.2f %14.3f %13.3f %12llu %9llu %8llu %8.5f\n",
-                  name.c_str(), static_cast<unsigned long long>(c.pairCount),
-                  100.0 * double(c.occludedCount) / pairs,
-                  100.0 * double(c.falseShadowCount) / pairs,
-                  100.0 * double(c.falseLightCount) / pairs,
-                  static_cast<unsigned long long>(c.unexplainedFalseShadowCount +
-                                                  c.unexplainedFalseLightCount),
-                  static_cast<unsigned long long>(c.acneCount),
-                  static_cast<unsigned long long>(c.contactCount), c.meanAbsVisibilityError());
+    std::snprintf(
+        line, sizeof line, "%8s %10llu %8.2f %14.3f %13.3f %9llu %12llu %9llu %8llu %8.5f\n",
+        name.c_str(), static_cast<unsigned long long>(c.pairCount),
+        100.0 * double(c.occludedCount) / pairs, 100.0 * double(c.falseShadowCount) / pairs,
+        100.0 * double(c.falseLightCount) / pairs,
+        static_cast<unsigned long long>(c.magnifiedCount),
+        static_cast<unsigned long long>(c.unexplainedFalseShadowCount +
+                                        c.unexplainedFalseLightCount),
+        static_cast<unsigned long long>(c.acneCount),
+        static_cast<unsigned long long>(c.contactCount), c.meanAbsVisibilityError());
     out << line;
 }
 
@@ -60,72 +61,112 @@ void writeMaps(const std::string& directory, SingleFrames& frames, const FrameRe
     writeExr(directory + "/errors.exr", width, height,
              {{"error.pairCount", ExrChannel::Type::kFloat, std::move(errors.pairCount)},
               {"error.falseShadowCount", ExrChannel::Type::kFloat, std::move(errors.falseShadow)},
-              {"error.falseLightCount", ExrChannel::Type::kFloat, std::move(errors.falseLight)}});
+              {"error.falseLightCount", ExrChannel::Type::kFloat, std::move(errors.falseLight)}},
+             exrAttributes(frames.reproduction()));
+}
+
+/// Prints the errors of a view, by light and in total, and what qualifies them.
+void printReport(std::ostream& out, const ErrorReport& report, const FrameCounts& counts) {
+    printHeader(out);
+    for (size_t light = 0; light < report.perLight.size(); ++light)
+        if (report.perLight[light].pairCount > 0)
+            printCounts(out, std::to_string(light), report.perLight[light]);
+    printCounts(out, "all", report.total);
+    out << "null rate " << report.nullRate << ": share of " << report.nullSampleCount
+        << " right results that the 32 rays which explain errors would flip\n";
+    if (const std::string note = poolNote(counts); !note.empty())
+        out << note << "; enlarge it with --pool\n";
+    const ErrorCounts& total = report.total;
+    if (const uint64_t settled = total.settledFalseShadowCount + total.settledFalseLightCount)
+        out << "of the unexplained, " << settled
+            << " are settled: " << settled - total.tapSettledCount
+            << " by a shift aimed at the blocker, " << total.tapSettledCount
+            << " by the truth along the taps' own rays, which agrees with the method\n";
+    if (report.tapNullSampleCount > 0)
+        out << "null rate of the taps' rays " << report.tapNullRate << ": share of "
+            << report.tapNullSampleCount
+            << " right results by maps whose reverse they would settle; " << report.tapOnlyNullRate
+            << " where none of the 32 rays would\n";
+}
+
+/// Returns the errors of a view, in total and by light.
+Json jsonOf(const ErrorReport& report) {
+    Json json = toJson(report.total);
+    json.update(nullRatesJson(report));
+    json["lights"] = Json::array();
+    for (size_t light = 0; light < report.perLight.size(); ++light) {
+        Json entry = {{"light", light}};
+        entry.update(toJson(report.perLight[light]));
+        json["lights"].push_back(std::move(entry));
+    }
+    return json;
 }
 
 void runValidate(const ValidateOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     Experiment experiment = options.common.experiment(commandLine, false);
-    options.method.check(commandLine, {"dag", "dag-exact", "maps", "hybrid"});
+    takeGlDefaults(experiment, options.global.backend, commandLine);
+    options.method.check(commandLine, experiment, {"dag", "maps", "hybrid"}, console);
     if (experiment.frames.size() > 1)
         throw Error(ErrorKind::kUsage, "--frames '" + experiment.framesText +
-                                           "': validate looks at one frame; compare takes several");
+                                           "': validate takes one frame; compare takes several");
     if (options.output.empty() && commandLine.given("--exposure"))
-        throw Error(ErrorKind::kUsage,
-                    "--exposure says nothing without -o; name a directory for pictures or drop it");
-    if (!options.output.empty()) {
+        throw Error(
+            ErrorKind::kUsage,
+            "--exposure has no effect without -o; give a directory for pictures or drop it");
+    std::vector<std::string> directories; // of pictures, by view
+    for (uint32_t view = 0; !options.output.empty() && view < experiment.viewCount; ++view) {
+        directories.push_back(options.output);
+        if (experiment.viewCount > 1)
+            directories.back() += "/" + experiment.viewCamera(view);
         std::error_code failed;
-        std::filesystem::create_directories(options.output, failed);
+        std::filesystem::create_directories(directories.back(), failed);
         if (failed)
-            throw Error(ErrorKind::kResource, options.output + ": cannot be created: " +
+            throw Error(ErrorKind::kResource, directories.back() + ": cannot be created: " +
                                                   failed.message() + "; choose another directory");
-        checkWritable(options.output + "/error.png");
+        checkWritable(directories.back() + "/error.png");
     }
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
-    refuseOnGl(experiment, backend, options.method.method, options.method.variant);
+    refuseOnGl(experiment, backend, options.method.variant);
     SingleFrames frames(options.scene, options.common, experiment, options.method, backend,
                         console);
-    const FrameResult& result =
-        frames.render(options.common.timeSeconds(experiment), experiment.frames.front()).frame;
-    checkInterrupted();
-    const ErrorReport report = frames.judge();
-    checkInterrupted();
-    if (!options.output.empty())
-        writeMaps(options.output, frames, result, experiment);
-
-    printHeader(console.people());
-    Json lights = Json::array();
-    for (size_t light = 0; light < report.perLight.size(); ++light) {
-        const ErrorCounts& counts = report.perLight[light];
-        if (counts.pairCount > 0)
-            printCounts(console.people(), std::to_string(light), counts);
-        Json entry = {{"light", light}};
-        entry.update(toJson(counts));
-        lights.push_back(std::move(entry));
+    ErrorCounts total;
+    Json views = Json::array();
+    for (uint32_t view = 0; view < experiment.viewCount; ++view) {
+        if (experiment.viewCount > 1)
+            frames.setView(experiment.viewCamera(view));
+        const FrameResult& result =
+            frames.render(options.common.timeSeconds(experiment), experiment.frames.front()).frame;
+        checkInterrupted();
+        const std::string fewPairs = fewPairsWarning(frames.sceneName(), result.pairs.count());
+        const ErrorReport report = frames.judge();
+        checkInterrupted();
+        if (!directories.empty())
+            writeMaps(directories[view], frames, result, experiment);
+        if (experiment.viewCount > 1)
+            console.people() << frames.sceneName() << "\n";
+        printReport(console.people(), report, result.counts);
+        Json json = jsonOf(report);
+        json["camera_numbers"] = frames.reproduction()["camera_numbers"];
+        if (!fewPairs.empty()) {
+            console.note("warning: " + fewPairs);
+            json["warning"] = fewPairs;
+        }
+        if (experiment.viewCount > 1)
+            json["camera"] = experiment.viewCamera(view);
+        total.add(report.total);
+        views.push_back(std::move(json));
     }
-    printCounts(console.people(), "all", report.total);
-    console.people() << "null rate " << report.nullRate << ": share of " << report.nullSampleCount
-                     << " right answers that the 32 rays which explain errors would flip\n";
-    if (const std::string note = poolNote(result.counts); !note.empty())
-        console.people() << note << "; give more with --pool\n";
-    const ErrorCounts& total = report.total;
-    if (const uint64_t settled = total.settledFalseShadowCount + total.settledFalseLightCount)
-        console.people() << "of the unexplained, " << settled
-                         << " are settled: " << settled - total.tapSettledCount
-                         << " by a shift aimed at the blocker, " << total.tapSettledCount
-                         << " by the truth along the taps' own rays, which agrees with the "
-                            "method\n";
-    if (report.tapNullSampleCount > 0)
-        console.people() << "null rate of the taps' rays " << report.tapNullRate << ": share of "
-                         << report.tapNullSampleCount
-                         << " right answers by maps whose reverse they would settle; "
-                         << report.tapOnlyNullRate << " where none of the 32 rays would\n";
-    Json json = {{"scene", frames.sceneName()}, {"method", options.method.method}};
-    json.update(toJson(report.total));
-    json.update(nullRatesJson(report));
-    json["lights"] = std::move(lights);
-    json["provenance"] = buildProvenance(backend);
+    Json json = frames.reproduction();
+    json["scene"] = sceneNames({options.scene}).front();
+    json.update(toJson(total));
+    if (experiment.viewCount > 1) {
+        json.erase("camera_numbers"); // of each view
+        json["views"] = std::move(views);
+    } else {
+        json.update(views.front());
+    }
     console.emit(json);
 }
 
@@ -136,12 +177,13 @@ std::function<void()> declareValidate(CommandLine& commandLine) {
     commandLine.text("SCENE", options->scene, "", "A .glb or .gltf file, or builtin:NAME", true);
     commandLine.text("-o,--output", options->output, "DIR",
                      "Directory for error maps: error.png (vermilion: false shadow, blue: false "
-                     "light), truth.png, "
-                     "method.png, errors.exr");
-    options->method.declare(commandLine, "dag|dag-exact|maps|hybrid");
+                     "light), truth.png, method.png, errors.exr; of several views in DIR/auto, "
+                     "DIR/auto-2 and so on");
+    options->method.declare(commandLine, "dag|maps|hybrid");
     options->common.declare(commandLine,
-                            {SettingGroup::kView, SettingGroup::kPictures, SettingGroup::kLights,
-                             SettingGroup::kVoxels, SettingGroup::kRays, SettingGroup::kMaps},
+                            {SettingGroup::kView, SettingGroup::kViews, SettingGroup::kPictures,
+                             SettingGroup::kLights, SettingGroup::kVoxels, SettingGroup::kRays,
+                             SettingGroup::kMaps},
                             false);
     options->global.declare(commandLine);
     return [options, &commandLine] {

@@ -22,8 +22,8 @@ struct ViewOptions {
     std::string scene, right, saveDirectory = ".", log, target = "22";
 };
 
-/// Throws Error kUsage for a method or a model that is none. Options of any method are welcome:
-/// each may be chosen in the window.
+/// Throws Error kUsage for an unknown method or model. Options of any method are accepted, because
+/// the window can choose each method.
 void checkSides(const ViewOptions& options) {
     checkMethod("--method", options.method);
     if (!options.right.empty())
@@ -31,7 +31,7 @@ void checkSides(const ViewOptions& options) {
     const std::unique_ptr<CostModel> model =
         makeCostModel(methodOf("hybrid").modelText(options.model));
     if (options.costs.empty())
-        giveCalibration(*model, {}); // what is missing is told before any work
+        giveCalibration(*model, {}); // missing input is reported before any work
 }
 
 void runView(const ViewOptions& options, const CommandLine& commandLine) {
@@ -40,7 +40,7 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     checkSides(options);
     if (experiment.frames.size() > 1)
         throw Error(ErrorKind::kUsage, "--frames '" + options.common.text("--frames") +
-                                           "': the window starts at one frame; name one");
+                                           "': the window starts at one frame; give one");
     ViewWindowOptions view;
     view.scene = options.scene;
     view.width = experiment.width;
@@ -55,16 +55,15 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     }
     view.settings.backend = options.global.apply(console, true);
     followGlPages(experiment, view.settings.backend, commandLine);
-    refuseOnGl(experiment, view.settings.backend, options.method, ""); // others in the window
-    refuseOnGl(experiment, view.settings.backend, options.right, "", "--right");
+    takeGlDefaults(experiment, options.global.backend, commandLine);
+    refuseOnGl(experiment, view.settings.backend, ""); // can be changed in the window
     view.frame = baseOptions(experiment);
     view.firstFrame = experiment.frames.front();
     view.resolutionLog2 = experiment.resolutionLog2.front();
     if (!options.common.voxels.empty())
         view.assetPath = options.common.voxels.front();
     view.saveDirectory = options.saveDirectory;
-    if (commandLine.given(
-            "--save-to")) // without it, a window over a read-only folder may be opened
+    if (commandLine.given("--save-to")) // otherwise the folder may be read-only
         checkWritable(view.saveDirectory + "/view-0000.png");
     view.logPath = options.log;
     view.settings.experiment = experiment;
@@ -91,8 +90,7 @@ std::function<void()> declareView(CommandLine& commandLine) {
                      "A .glb or .gltf file, or builtin:NAME; without one, drop a file on the "
                      "window");
     commandLine.heading("Method");
-    commandLine.text("--method", options->method, "embree|dag|dag-exact|maps|hybrid",
-                     "Initial method [dag]");
+    commandLine.text("--method", options->method, "embree|dag|maps|hybrid", "Initial method [dag]");
     commandLine.text("--model", options->model, "M",
                      "Cost model of hybrid: texels:N, cost, oracle, expr:EXPRESSION [texels:96]");
     commandLine.text("--costs", options->costs, "F",

@@ -22,22 +22,23 @@ struct VoxelizeOptions {
     std::string scene, output, resolution = "1024", part, memoryLimit, checkpoint = "60",
                                packing = "compact";
     bool resume = false;
-    bool isPart = false; ///< --part was given, be it with an empty text
+    bool isPart = false; ///< --part was given, even with an empty text
 };
 
-/// Throws Error kUsage unless the output's name ends as what is written there does.
+/// Throws Error kUsage unless the output has the extension of the file's kind.
 void checkExtension(const VoxelizeOptions& options) {
     const std::string wanted = options.isPart ? ".svpart" : ".svdag";
     if (std::filesystem::path(options.output).extension() == wanted)
         return;
     throw Error(ErrorKind::kUsage,
                 "-o '" + options.output + "': " +
-                    (options.isPart ? "with --part, parts are .svpart files, which merge joins to "
-                                      "an .svdag; end the name so"
-                                    : "assets are .svdag files; end the name so"));
+                    (options.isPart
+                         ? "with --part, the output is an .svpart file, which merge joins to "
+                           "an .svdag; use that extension"
+                         : "assets are .svdag files; use that extension"));
 }
 
-/// Builds in memory, or out of a scratch folder when --memory-limit or --resume ask for it.
+/// Builds in memory, or with a scratch folder if --memory-limit or --resume is given.
 CountedDag buildDag(const TriangleView& triangles, View<const uint32_t> which,
                     const VoxelGrid& grid, const AssetProvenance& provenance,
                     const ScratchFolder* folder, const BuildLimits& limits,
@@ -90,10 +91,11 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     limits.packing = parsePacking(options.packing);
     if (options.isPart && commandLine.given("--packing"))
         throw Error(ErrorKind::kUsage,
-                    "--packing is for an asset, and --part writes none; give it to merge");
+                    "--packing is for an asset, and --part writes none; use it with merge");
     if (commandLine.given("--memory-limit"))
         limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
-    // Taken first: what an earlier build left there is not overwritten unasked.
+    // The folder is taken first, so that an earlier build's files are not overwritten unless
+    // requested.
     std::unique_ptr<ScratchFolder> folder;
     if (limits.memoryBytes != 0 || options.resume)
         folder = std::make_unique<ScratchFolder>(options.output, options.resume);

@@ -40,7 +40,7 @@ std::string flatCsv(const Json& rows) {
 }
 
 std::string runsCsv(const Json& runs) {
-    // Nested objects become columns of their own; every row gets every column, in order of first
+    // Nested objects become separate columns; every row gets every column, in order of first
     // appearance.
     std::vector<Json> flat;
     Json all = Json::object();

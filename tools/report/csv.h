@@ -8,10 +8,10 @@
 
 namespace shadowdag {
 
-/// Returns one line a run: scalars, then parameters and stages as columns of their own.
+/// Returns one line per run: scalars, then parameters and stages as separate columns.
 std::string runsCsv(const Json& runs);
 
-/// Returns one line an object; keys of the first are the columns.
+/// Returns one line per object; keys of the first are the columns.
 std::string flatCsv(const Json& rows);
 
 } // namespace shadowdag

@@ -13,7 +13,7 @@ namespace {
 
 using Kind = FitVerdict::Kind;
 
-/// What verdicts are called in results, and the rule behind them for people.
+/// The names of verdicts in results, and the rule of each as text.
 struct Rule {
     Kind kind;
     const char* name;
@@ -21,10 +21,10 @@ struct Rule {
 };
 
 constexpr Rule kRules[] = {
-    {Kind::kKnownCost, "known cost", "its voxels alone are no smaller than the choice"},
+    {Kind::kKnownCost, "known cost", "its voxels alone are at least as large as the choice"},
     {Kind::kCostlier, "costlier", "it, or a coarser model, was measured to cost more"},
     {Kind::kErrorOfFiner, "error of finer", "a finer model breaks the bound"},
-    {Kind::kDominated, "dominated", "a coarser model holds the bound"},
+    {Kind::kDominated, "dominated", "a coarser model keeps the bound"},
 };
 
 const Rule* ruleOf(Kind kind) {
@@ -40,11 +40,14 @@ std::string formatted(const char* format, double value) {
     return text;
 }
 
+/// Returns what was minimised, then the other of time and bytes as far as it was measured.
 std::string costText(const Json& model, const std::string& objective) {
-    if (objective == "bytes")
-        return bytesText(model.at("bytes").get<double>());
+    const std::string bytes = bytesText(model.at("bytes").get<double>());
     const char* key = model.contains("time_ms") ? "time_ms" : "first_frame_time_ms";
-    return formatted("%.2f ms", model.at(key).get<double>());
+    if (!model.contains(key))
+        return bytes;
+    const std::string time = formatted("%.2f ms", model.at(key).get<double>());
+    return objective == "bytes" ? bytes + ", " + time : time + ", " + bytes;
 }
 
 /// Writes one model's results.
@@ -98,10 +101,10 @@ private:
             json["status"] = "dominated";
             json["by"] = by(found_.choice);
             const bool isRays = found_.measurer.raysAlone(model) != SIZE_MAX;
-            json["reason"] = isRays         ? "drew no map: it is the model of rays alone"
-                             : isTie(model) ? "holds the bound, costs the same within one standard "
+            json["reason"] = isRays         ? "drew no map, so it is the model of rays alone"
+                             : isTie(model) ? "keeps the bound, costs the same within one standard "
                                               "error, is less simple"
-                                            : "holds the bound, costs more";
+                                            : "keeps the bound, costs more";
         } else if (verdict.kind == Kind::kBreaks) {
             json["status"] = "refuted";
             json["reason"] = "breaks the bound";
@@ -113,7 +116,8 @@ private:
         }
     }
 
-    /// Returns whether a model that holds costs the same as the choice, as far as is known.
+    /// Returns whether a model that keeps the bound costs the same as the choice, as far as is
+    /// known.
     bool isTie(size_t model) const {
         if (found_.objective == FitObjective::kBytes)
             return found_.search.observation(model)->cost ==
@@ -209,7 +213,8 @@ Json lawsJson(const FitFindings& found) {
                             {"is_given_up", report.isGivenUp}});
         };
         add("finer costs no less", cost, found.search.costLaw(group), found.settings.costSlack);
-        add("finer errs no more", error, found.search.errorLaw(group), found.settings.errorSlack);
+        add("finer has no larger error", error, found.search.errorLaw(group),
+            found.settings.errorSlack);
     }
     return list;
 }
@@ -253,7 +258,8 @@ Json fitJson(const FitFindings& found) {
                  {"chosen", Json()},
                  {"neighbours", Json::array()},
                  {"least_error", writer.write(found.search.leastError())}};
-    // Bytes are the most of all frames that a model was measured in; times are screened in one.
+    // Bytes are the maximum over all frames in which a model was measured; times are screened in
+    // one.
     json["times_screened_in"] =
         found.objective == FitObjective::kTime ? found.measurer.cellNames()[0] : Json();
     if (found.choice != SIZE_MAX) {
@@ -268,7 +274,7 @@ void printFit(std::ostream& out, const Json& result) {
     const std::string objective = result.at("minimise");
     char line[256];
     const auto printModel = [&](const char* head, const Json& model, const std::string& tail) {
-        std::snprintf(line, sizeof line, "%-10s %-44s %12s  error %.5f%s\n", head,
+        std::snprintf(line, sizeof line, "%-10s %-44s %24s  error %.5f%s\n", head,
                       model.at("label").get<std::string>().c_str(),
                       costText(model, objective).c_str(), model.at("error").get<double>(),
                       tail.c_str());
@@ -287,15 +293,23 @@ void printFit(std::ostream& out, const Json& result) {
         if (const auto count = result.at("status_counts").value(rule.name, uint64_t(0)))
             out << "  ruled out by " << rule.name << ": " << count << " (" << rule.text << ")\n";
     for (const Json& law : result.at("laws")) {
+        const auto checked = law.at("checked_pair_count").get<uint64_t>(),
+                   broken = law.at("violation_count").get<uint64_t>();
         out << "  assumed of " << law.at("models").get<std::string>() << ": "
-            << law.at("law").get<std::string>() << "; " << law.at("violation_count")
-            << " violations beyond the slack in " << law.at("checked_pair_count")
-            << " measured pairs" << (law.at("is_given_up") ? ", given up" : "") << "\n";
+            << law.at("law").get<std::string>() << "; "
+            << (checked == 0 ? "no two measured models check this"
+                : broken == 0
+                    ? "every one of " + std::to_string(checked) + " measured pairs of models agrees"
+                    : std::to_string(broken) + " of " + std::to_string(checked) +
+                          " measured pairs of models contradict it by more than the "
+                          "slack")
+            << (law.at("is_given_up") ? "; it was not used" : "") << "\n";
     }
     if (const Json& cell = result.at("times_screened_in");
         !cell.is_null() && result.at("frame_count").get<size_t>() > 1)
-        out << "  what costs more was told by the time of " << cell.at("scene").get<std::string>()
-            << " frame " << cell.at("frame") << " alone; what was left then was timed in all "
+        out << "  models that cost more were excluded by the time of "
+            << cell.at("scene").get<std::string>() << " frame " << cell.at("frame")
+            << " alone; the others were timed in all "
             << "frames\n";
     if (result.at("chosen").is_null()) {
         printModel("least error", result.at("least_error"), "");
@@ -304,7 +318,7 @@ void printFit(std::ostream& out, const Json& result) {
     printModel("chosen", result.at("chosen"), "");
     if (result.at("chosen").contains("pool_note"))
         out << "  " << result["chosen"]["pool_note"].get<std::string>()
-            << "; give more with --pool\n";
+            << "; enlarge it with --pool\n";
     for (const Json& neighbour : result.at("neighbours"))
         if (neighbour.value("is_cheaper", false) && neighbour.at("status") == "refuted")
             printModel("refuted", neighbour,

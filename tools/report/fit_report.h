@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `fit` found, as its result file and for people.
+// The results of `fit`, as a file and as text.
 #pragma once
 
 #include "tools/workspace/fit_measure.h"
@@ -9,7 +9,7 @@
 
 namespace shadowdag {
 
-/// What was asked for and what was found.
+/// The request and its results.
 struct FitFindings {
     FitMetric metric;
     FitObjective objective;
@@ -18,21 +18,20 @@ struct FitFindings {
     const FitModels& models;
     const FitSearch& search;
     const FitMeasurer& measurer;
-    size_t choice; ///< SIZE_MAX where no model holds the bound
+    size_t choice; ///< SIZE_MAX if no model keeps the bound
 };
 
-/// Returns the names that options and results know them by: "false", "visibility", "flip"; "time",
-/// "bytes".
+/// Return the names in options and results: "false", "visibility", "flip"; "time", "bytes".
 std::string metricName(FitMetric metric);
 std::string objectiveName(FitObjective objective);
 
-/// Returns the result file's content but for provenance and experiment: every model with what was
-/// measured and what became of it, the choice and its neighbours, the laws and how they fared. With
-/// FitObjective::kBytes nothing in it depends on time.
+/// Returns the result file's content except provenance and experiment: every model with its
+/// measurements and status, the choice and its neighbours, the laws and their violations. With
+/// FitObjective::kBytes nothing in it depends on time except the time of the choice.
 Json fitJson(const FitFindings& found);
 
-/// Prints the choice, the cheaper neighbours that break the bound, what was ruled out by what, and
-/// how the laws fared. @param result as fitJson returned it
+/// Prints the choice, the cheaper neighbours that break the bound, the number of models excluded by
+/// each rule, and the laws' violations. @param result as fitJson returned it
 void printFit(std::ostream& out, const Json& result);
 
 } // namespace shadowdag

@@ -4,11 +4,13 @@
 #include "cuda/error.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -18,11 +20,11 @@ namespace shadowdag {
 
 namespace {
 
-// Debian's own: another python on the path may lack the packages.
+// Debian's own: another python in the path may lack the packages.
 constexpr const char* kPython = "/usr/bin/python3";
 constexpr const char* kPackage = "shadowdag_report";
-// What the package exits with when the data do not hold what was asked for, and when it cannot
-// write; it has said why in one line.
+// The exit statuses of the package when the data are insufficient and when it cannot write; it has
+// printed the reason in one line.
 constexpr int kRefused = 3, kUnwritten = 4;
 // Prints the Debian packages of the Python modules that are missing.
 constexpr const char* kFindMissing = R"(
@@ -34,8 +36,20 @@ for name in sys.argv[1:]:
         print(" python3-" + name, end="")
 )";
 
+/// Ends a program: it may remove its partial files for a quarter of a second.
+void endProgram(pid_t child) {
+    kill(child, SIGTERM);
+    for (int i = 0; i < 25; ++i) {
+        if (waitpid(child, nullptr, WNOHANG) != 0)
+            return;
+        usleep(10000);
+    }
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+}
+
 /// Returns the path of the package: beside the program, or in ../share/shadowdag once installed; ""
-/// where it is missing.
+/// if it is missing.
 std::string packagePath() {
     const std::filesystem::path directory = programDirectory();
     for (const std::filesystem::path& candidate :
@@ -45,8 +59,8 @@ std::string packagePath() {
     return "";
 }
 
-/// Returns what is missing for pages, and for charts if they are drawn, with what to do; "" for
-/// nothing.
+/// Returns a message about what is missing for pages, and for charts if they are drawn, with the
+/// remedy; "" for nothing.
 std::string whatIsMissing(const std::string& path, bool drawsCharts) {
     if (path.empty())
         return std::string(kPackage) + " is missing beside " + programDirectory() +
@@ -91,6 +105,13 @@ int runProgram(const std::vector<std::string>& arguments, std::string* errorText
     std::string text;
     char buffer[4096];
     for (ssize_t count = 1; failed == 0 && count != 0;) {
+        pollfd waits{ends[0], POLLIN, 0};
+        while (poll(&waits, 1, 100) <= 0)
+            if (isInterrupted()) {
+                close(ends[0]);
+                endProgram(child);
+                checkInterrupted();
+            }
         count = read(ends[0], buffer, sizeof buffer);
         if (count > 0)
             text.append(buffer, size_t(count));
@@ -116,7 +137,7 @@ ReportPackage::ReportPackage(bool drawsCharts, const Console& console, const std
         return;
     if (drawsCharts)
         throw Error(ErrorKind::kUsage, missing + (remedy.empty() ? "" : ", or " + remedy));
-    console.note("index.html is left out: " + missing);
+    console.note("index.html is omitted: " + missing);
     path_.clear();
 }
 
@@ -144,7 +165,7 @@ void runReportPackage(const std::string& path, const std::vector<std::string>& a
         said = "..." + said.substr(said.size() - 1500);
     if (status == kRefused || status == kUnwritten) {
         said.erase(said.find_last_not_of('\n') + 1);
-        const size_t line = said.find_last_of('\n'); // warnings stand before
+        const size_t line = said.find_last_of('\n'); // warnings come before it
         throw Error(status == kRefused ? ErrorKind::kInput : ErrorKind::kResource,
                     line == std::string::npos ? said : said.substr(line + 1));
     }
@@ -156,7 +177,7 @@ std::vector<std::string> leftOutLines(const Json& charts) {
     std::vector<std::string> lines;
     for (const Json& figure : charts.value("left_out", Json::array()))
         lines.push_back("figure " + std::to_string(figure["figure"].get<int>()) + " of " +
-                        figure["scene"].get<std::string>() + " is left out: it needs " +
+                        figure["scene"].get<std::string>() + " is omitted: it needs " +
                         figure["needs"].get<std::string>());
     return lines;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the Python package shadowdag_report, which makes every page and chart out of the data that
-// the program writes.
+// Runs the Python package shadowdag_report, which makes every page and chart from the data that the
+// program writes.
 #pragma once
 
 #include "tools/settings/console.h"
@@ -14,16 +14,16 @@ namespace shadowdag {
 /// The package, found and complete.
 class ReportPackage {
 public:
-    /// Where `drawsCharts`, throws Error kUsage when the package, Python, Jinja2 or matplotlib is
-    /// missing, and names what to install; call it before any long work. Otherwise what a page
-    /// lacks is said as a note, and pages are left out.
-    /// @param remedy what else the user may do; "" for nothing
+    /// If `drawsCharts`, throws Error kUsage when the package, Python, Jinja2 or matplotlib is
+    /// missing, with the packages to install; call it before any long work. Otherwise missing
+    /// packages are reported as a note, and pages are omitted. @param remedy another remedy; "" for
+    /// none
     ReportPackage(bool drawsCharts, const Console& console,
                   const std::string& remedy = "pass --no-charts");
 
-    /// Writes DIRECTORY/index.html, and where charts are drawn DIRECTORY/charts, from the data in
-    /// the directory. Returns charts.json, the list of charts with captions and of what was left
-    /// out for want of data. Throws as runReportPackage does.
+    /// Writes DIRECTORY/index.html, and, if charts are drawn, DIRECTORY/charts, from the data in
+    /// the directory. Returns charts.json, the list of charts with captions and of those omitted
+    /// for lack of data. Throws as runReportPackage does.
     /// @param name the package's command: compare, failures, stability, ablation, real
     Json writePage(const std::string& name, const std::string& directory) const;
     /// Returns whether writePage writes a page.
@@ -32,22 +32,21 @@ public:
     void run(const std::vector<std::string>& arguments) const;
 
 private:
-    std::string path_; ///< "" where pages are left out
+    std::string path_; ///< "" if pages are omitted
     bool drawsCharts_;
 };
 
 /// Runs the package at a path. Throws Error kInput when it refused the data, kResource with its
-/// last words when it fails or cannot write.
-/// @param arguments the command and what it takes
+/// last lines when it fails or cannot write.
+/// @param arguments the command and its arguments
 void runReportPackage(const std::string& path, const std::vector<std::string>& arguments);
 
-/// Returns one line for each chart that charts.json names as left out, with what it needs.
+/// Returns one line for each omitted chart of charts.json, with the data that it needs.
 std::vector<std::string> leftOutLines(const Json& charts);
 
-/// Runs a program to its end, with nothing to read; returns its exit status, 128 + the signal that
-/// ended it, or 127 when it cannot be started.
-/// @param errorText receives what it said on standard output and standard error, in the order it
-/// said it; null throws that away
+/// Runs a program to its end, with empty standard input; returns its exit status, 128 + the signal
+/// that ended it, or 127 when it cannot be started.
+/// @param errorText receives its standard output and standard error in order; null discards them
 int runProgram(const std::vector<std::string>& arguments, std::string* errorText = nullptr);
 
 /// Returns the directory of the running program.

@@ -53,12 +53,19 @@ void printSequences(std::ostream& out, const Json& rows) {
     out << std::defaultfloat;
 }
 
+double shadowBytes(const Json& run) {
+    double bytes = 0;
+    for (const char* key : {"dag_bytes", "exact_bytes", "map_bytes"})
+        bytes += run.value(key, 0.0);
+    return bytes;
+}
+
 void printRuns(std::ostream& out, const Json& runs) {
     if (runs.empty())
         return;
     out << std::left << std::setw(40) << "run" << std::right << std::setw(10) << "ms"
         << std::setw(14) << "false shadow" << std::setw(13) << "false light" << std::setw(12)
-        << "mean error" << std::setw(9) << "flip"
+        << "mean error" << std::setw(9) << "flip" << std::setw(10) << "MiB"
         << "\n"
         << std::fixed;
     std::string heading;
@@ -74,7 +81,12 @@ void printRuns(std::ostream& out, const Json& runs) {
             << 100 * run["false_shadow_count"].get<double>() / pairs << " %" << std::setw(11)
             << 100 * run["false_light_count"].get<double>() / pairs << " %" << std::setw(12)
             << std::setprecision(5) << run["mean_abs_visibility_error"].get<double>()
-            << std::setw(9) << std::setprecision(4) << run["flip"].get<double>() << "\n";
+            << std::setw(9) << std::setprecision(4) << run["flip"].get<double>() << std::setw(10)
+            << std::setprecision(2);
+        if (run["method"] == "embree") // its own structures are not counted
+            out << "-\n";
+        else
+            out << shadowBytes(run) / (1024.0 * 1024.0) << "\n";
         if (const std::string note = poolNote(run); !note.empty())
             out << "    " << note << "\n";
     }

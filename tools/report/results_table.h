@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a compare prints for people when it is done.
+// The table that a compare prints at its end.
 #pragma once
 
 #include "tools/settings/json.h"
@@ -8,10 +8,15 @@
 
 namespace shadowdag {
 
-/// Prints a line a run: time and error, by scene and frame. @param runs as results.json holds them
+/// Returns the bytes of a run's shadow data: the DAG, the triangles of exact rays with what is
+/// built over them, and the maps. @param run in the form of results.json
+double shadowBytes(const Json& run);
+
+/// Prints one line per run: time, error and memory, by scene and frame. @param runs in the form of
+/// results.json
 void printRuns(std::ostream& out, const Json& runs);
 
-/// Prints a line a configuration of a sequence, over all its frames. @param rows sequence_runs
+/// Prints one line per configuration of a sequence, over all its frames. @param rows sequence_runs
 void printSequences(std::ostream& out, const Json& rows);
 
 } // namespace shadowdag

@@ -6,11 +6,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <utility>
 #include <vector>
 
 namespace shadowdag {
 
 namespace {
+
+/// Returns the axes of a camera without roll: its right and its up.
+std::pair<glm::vec3, glm::vec3> levelAxes(const glm::vec3& forward) {
+    const glm::vec3 aside = std::abs(forward.y) > 0.999f ? glm::vec3(0, 0, 1) : glm::vec3(0, 1, 0);
+    const glm::vec3 right = glm::normalize(glm::cross(forward, aside));
+    return {right, glm::cross(right, forward)};
+}
 
 Camera cameraFromNumbers(const std::string& text, const std::vector<double>& numbers) {
     Camera camera;
@@ -22,10 +31,8 @@ Camera cameraFromNumbers(const std::string& text, const std::vector<double>& num
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text + "': position and target are the same point; move one");
     camera.forward = to / length;
-    const glm::vec3 aside =
-        std::abs(camera.forward.y) > 0.999f ? glm::vec3(0, 0, 1) : glm::vec3(0, 1, 0);
-    const glm::vec3 right = glm::normalize(glm::cross(camera.forward, aside));
-    camera.up = glm::cross(right, camera.forward);
+    const auto [right, up] = levelAxes(camera.forward);
+    camera.up = up;
     if (numbers.size() > 6)
         camera.yfov = float(numbers[6] * 3.14159265358979323846 / 180.0);
     if (numbers.size() > 7) {
@@ -66,6 +73,18 @@ Camera cameraFromText(const std::string& text) {
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text + "': the roll must be from -180 to 180 degrees");
     return cameraFromNumbers(text, numbers);
+}
+
+std::string cameraText(const Camera& camera) {
+    const auto [right, up] = levelAxes(camera.forward);
+    const glm::dvec3 at = camera.positionWorld, to = at + glm::dvec3(camera.forward);
+    char text[256];
+    std::snprintf(text, sizeof text, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", at.x,
+                  at.y, at.z, to.x, to.y, to.z, glm::degrees(double(camera.yfov)),
+                  double(camera.znear), double(camera.zfar),
+                  glm::degrees(std::atan2(double(glm::dot(camera.up, right)),
+                                          double(glm::dot(camera.up, up)))));
+    return text;
 }
 
 } // namespace shadowdag

@@ -5,7 +5,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <cctype>
 #include <iostream>
+#include <numeric>
 #include <stdexcept>
 
 namespace shadowdag {
@@ -50,15 +53,15 @@ bool CommandLine::declares(const std::string& name) const {
 bool CommandLine::given(const std::string& name) const {
     const CLI::Option* option = state_->app->get_option_no_throw(name);
     if (option == nullptr)
-        throw std::logic_error("shadowdag " + state_->app->get_name() + " asks for its option " +
+        throw std::logic_error("shadowdag " + state_->app->get_name() + " reads its option " +
                                name + ", which it does not declare");
     return option->count() > 0;
 }
 
 namespace {
 
-/// Throws Error kUsage for an option whose value is empty, as a script's unset variable makes it:
-/// most would be taken for an option that was not given.
+/// Throws Error kUsage for an option whose value is empty, as with a script's unset variable: most
+/// would be taken for an option that was not given.
 void refuseEmpty(const CLI::App& app) {
     for (const CLI::Option* option : app.get_options())
         if (!option->get_positional())
@@ -67,6 +70,45 @@ void refuseEmpty(const CLI::App& app) {
                     throw Error(ErrorKind::kUsage, option->get_name() +
                                                        " '': is empty; give a value or drop the "
                                                        "option");
+}
+
+/// Returns how many characters must be inserted, deleted or replaced to make one text the other.
+/// Source: Wagner, Fischer, The String-to-String Correction Problem, J. ACM 21 (1974).
+size_t editDistance(const std::string& a, const std::string& b) {
+    std::vector<size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), size_t(0));
+    for (size_t i = 0; i < a.size(); ++i) {
+        size_t diagonal = row[0];
+        row[0] = i + 1;
+        for (size_t j = 0; j < b.size(); ++j) {
+            const size_t replaced = diagonal + (a[i] != b[j]);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
+        }
+    }
+    return row.back();
+}
+
+/// Returns a message about the first word that a command does not take; "" if there is none.
+std::string unknownWord(const CLI::App& app, int argc, const char* const* argv) {
+    for (int i = 2; i < argc; ++i) {
+        const std::string word = argv[i], name = word.substr(0, word.find('='));
+        if (!name.starts_with("-") || name.size() < 2 || std::isdigit(name[1]) ||
+            app.get_option_no_throw(name) != nullptr)
+            continue;
+        constexpr size_t kMostEdits = 2;
+        std::string nearest;
+        size_t least = kMostEdits + 1;
+        for (const CLI::Option* option : app.get_options())
+            for (const std::string& known : option->get_lnames())
+                if (const size_t distance = editDistance(name, "--" + known); distance < least) {
+                    least = distance;
+                    nearest = "--" + known;
+                }
+        return "unknown option " + name +
+               (nearest.empty() ? "" : "; did you mean " + nearest + "?");
+    }
+    return "";
 }
 
 } // namespace
@@ -90,13 +132,15 @@ Program::Program(const std::string& name, const std::string& description,
     state_->app.require_subcommand(1);
     state_->app.get_formatter()->column_width(34);
     state_->app.footer(
-        "Exit status: 0 done, 1 wrong usage, 2 bad input file, 3 no memory, disk or place to "
-        "write, "
-        "4 device missing, 5 study: something does not hold (the "
-        "report stands), 6 a defect of shadowdag itself. fit ends with 1 where no model keeps the "
-        "error.\nSCENE is a .glb or .gltf "
-        "file, or builtin:NAME (shadowdag scene "
-        "--list).");
+        "Exit status:\n"
+        "  0 done\n"
+        "  1 wrong usage; interrupted; or fit found no configuration within the bound\n"
+        "  2 bad input file\n"
+        "  3 not enough memory or disk space, or the output cannot be written\n"
+        "  4 the requested device is missing\n"
+        "  5 a study found a bound that does not hold; its report is complete\n"
+        "  6 a defect of the program itself; please report it\n"
+        "SCENE is a .glb or .gltf file, or builtin:NAME (shadowdag scene --list).");
 }
 
 Program::~Program() = default;
@@ -114,7 +158,7 @@ void Program::command(const std::string& name, const std::string& description,
 
 void Program::run(int argc, const char* const* argv) {
     if (argc > 1 &&
-        argv[1][0] != '-') { // the parser's own complaint would not name what it did not know
+        argv[1][0] != '-') { // the parser's own message would not contain the unknown word
         std::string known;
         bool isKnown = false;
         for (const State::Entry& entry : state_->entries) {
@@ -122,20 +166,24 @@ void Program::run(int argc, const char* const* argv) {
             isKnown = isKnown || entry.app->get_name() == argv[1];
         }
         if (!isKnown)
-            throw Error(ErrorKind::kUsage,
-                        "unknown subcommand '" + std::string(argv[1]) + "'; there are " + known);
+            throw Error(ErrorKind::kUsage, "unknown subcommand '" + std::string(argv[1]) +
+                                               "'; the subcommands are " + known);
     }
     try {
         state_->app.parse(argc, argv);
-    } catch (const CLI::Success& success) { // help or version was asked for
+    } catch (const CLI::Success& success) { // help or version was requested
         state_->app.exit(success, std::cout, std::cerr);
         return;
     } catch (const CLI::ParseError& error) {
-        std::string command;
-        for (const CLI::App* sub : state_->app.get_subcommands())
+        std::string command, what;
+        for (const CLI::App* sub : state_->app.get_subcommands()) {
             command = " " + sub->get_name();
-        throw Error(ErrorKind::kUsage,
-                    std::string(error.what()) + "; see shadowdag" + command + " --help");
+            if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
+                what = unknownWord(*sub, argc, argv);
+        }
+        throw Error(ErrorKind::kUsage, (what.empty() ? error.what() : what) +
+                                           (what.ends_with("?") ? " See" : "; see") + " shadowdag" +
+                                           command + " --help");
     }
     for (const State::Entry& entry : state_->entries)
         if (entry.app->parsed()) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one door to CLI11: subcommands whose options are taken as text. tools/settings/parse.h gives
-// the texts their meaning, so that every message names option, value and remedy in the same way.
+// The use of CLI11: subcommands whose options are taken as text. tools/settings/parse.h parses the
+// texts, so that every message names option, value and remedy in the same way.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@ namespace shadowdag {
 class CommandLine {
 public:
     /// @param names as in "-o,--output"; a name without dashes is positional
-    /// @param kind what stands for the value in --help, as in "WxH"
+    /// @param kind placeholder of the value in --help, as in "WxH"
     void text(const std::string& names, std::string& value, const std::string& kind,
               const std::string& help, bool required = false);
     /// As text, but may be given several times (a positional one: several values).
@@ -23,10 +23,10 @@ public:
     void flag(const std::string& names, bool& value, const std::string& help);
     /// Starts a new heading in --help for the options that follow.
     void heading(const std::string& title);
-    /// Returns whether the option was declared, for what several commands share.
+    /// Returns whether the option was declared, for code that several commands share.
     bool declares(const std::string& name) const;
     /// Returns whether the option was on the command line; valid once parsed. Throws
-    /// std::logic_error for one that was never declared, whose absence would tell nothing.
+    /// std::logic_error for one that was never declared, whose absence has no meaning.
     bool given(const std::string& name) const;
 
     CommandLine(const CommandLine&) = delete;
@@ -46,13 +46,14 @@ public:
     Program(const std::string& name, const std::string& description, const std::string& version);
     ~Program();
 
-    /// Adds a subcommand. `declare` states its options and returns what runs it after parsing.
+    /// Adds a subcommand. `declare` declares its options and returns the function that runs it
+    /// after parsing.
     void command(const std::string& name, const std::string& description,
                  const std::function<std::function<void()>(CommandLine&)>& declare);
 
-    /// Parses and runs the subcommand that was asked for. Prints help or version and returns when
-    /// those were asked for. Throws Error kUsage for anything that the command line gets wrong, and
-    /// what the command throws.
+    /// Parses and runs the requested subcommand. Prints help or version and returns when those are
+    /// requested. Throws Error kUsage for any error of the command line, and the command's
+    /// exceptions.
     void run(int argc, const char* const* argv);
 
 private:

@@ -14,7 +14,8 @@ namespace {
 struct OptionRule {
     const char* option;
     const char* other;
-    const char* text; ///< of a contradiction the remedy, else what `option` is without the other
+    const char*
+        text; ///< of a contradiction the remedy, else the effect of `option` without the other
 };
 
 constexpr OptionRule kContradictions[] = {
@@ -23,9 +24,9 @@ constexpr OptionRule kContradictions[] = {
     {"--time", "--frames", "a frame has its time; drop one of them"},
 };
 constexpr OptionRule kNeeds[] = {
-    {"--fps", "--frames", "says nothing without "},
-    {"--seed", "--lights", "says nothing without "},
-    {"--allow-stale", "--voxels", "says nothing without "},
+    {"--fps", "--frames", "has no effect without "},
+    {"--seed", "--lights", "has no effect without "},
+    {"--allow-stale", "--voxels", "has no effect without "},
     {"--lead-in", "--sequence", "is for "},
     {"--flicker-points", "--sequence", "is for "},
 };
@@ -37,6 +38,7 @@ const char* headingOf(SettingGroup group) {
     case SettingGroup::kRoutes:
         return "Routes";
     case SettingGroup::kView:
+    case SettingGroup::kViews:
     case SettingGroup::kPictures:
         return "View";
     case SettingGroup::kLights:
@@ -59,15 +61,15 @@ void GlobalOptions::declare(CommandLine& commandLine) {
     commandLine.heading("Everywhere");
     commandLine.flag(
         "--json", json,
-        "Write exactly one JSON object to standard output, all else to standard error");
+        "Write exactly one JSON object to standard output, other text to standard error");
     commandLine.text("--threads", threads, "N",
-                     "Processor threads, 0 for all; never changes a result [0]");
-    commandLine.text(
-        "--backend", backend, "auto|cpu|cuda|gl",
-        "Where frames are rendered; auto reports its choice; cuda without a device and gl without "
-        "OpenGL 4.5 are errors; with gl, all other work runs on the processor [auto]");
+                     "CPU threads, 0 for all cores; does not change results [0]");
+    commandLine.text("--backend", backend, "auto|cpu|cuda|gl",
+                     "Backend that renders frames; auto reports its choice; cuda without a device "
+                     "and gl without "
+                     "OpenGL 4.5 are errors; with gl, all other work runs on the CPU [auto]");
     commandLine.text("--gl-pages", glPages, "auto|sparse|atlas",
-                     "Where --backend gl keeps pages of maps: sparse textures, whose pages the "
+                     "Memory of pages of maps with --backend gl: sparse textures, whose pages the "
                      "driver commits, or one atlas; auto uses sparse textures if available [auto]");
 }
 
@@ -77,17 +79,22 @@ Backend GlobalOptions::apply(const Console& console, bool announce, bool drawsFr
     if (glPages != "auto" && backend != "gl")
         throw Error(ErrorKind::kUsage, "--gl-pages is for --backend gl; drop it");
     if (glPages != "auto" && !drawsFrames)
-        throw Error(
-            ErrorKind::kUsage,
-            "--gl-pages says where frames keep pages, and nothing draws frames here; drop it");
+        throw Error(ErrorKind::kUsage, "--gl-pages is for commands that draw frames; drop it");
     const Backend chosen = drawsFrames || backend != "gl" ? chooseBackend(backend) : Backend::kCpu;
     if (chosen == Backend::kGl) {
         setGlPages(glPages == "sparse"  ? GlPages::kSparse
                    : glPages == "atlas" ? GlPages::kAtlas
                                         : GlPages::kAuto);
-        console.note("backend gl: " + describeGlPages(askedGlPages(), glDeviceInfo()));
+        console.note("backend gl: " + describeGlPages(requestedGlPages(), glDeviceInfo()));
     }
+    setThreadCount(0);
+    const int coreCount = threadCount();
     setThreadCount(int(parseInteger("--threads", threads, 0, 4096)));
+    if (threadCount() > coreCount)
+        console.note("warning: --threads '" + threads + "': this machine has " +
+                     std::to_string(coreCount) + (coreCount == 1 ? " core" : " cores") +
+                     ", which the threads share, so times are larger and vary more; use at most " +
+                     std::to_string(coreCount));
     if (announce && backend == "auto")
         console.note(std::string("backend auto: ") + backendName(chosen) + ", " +
                      std::to_string(threadCount()) + (threadCount() == 1 ? " thread" : " threads"));
@@ -95,7 +102,7 @@ Backend GlobalOptions::apply(const Console& console, bool announce, bool drawsFr
 }
 
 void followGlPages(Experiment& experiment, Backend backend, const CommandLine& commandLine) {
-    const uint32_t side = backend == Backend::kGl ? askedGlPageTexels() : 0;
+    const uint32_t side = backend == Backend::kGl ? requestedGlPageTexels() : 0;
     if (side == 0)
         return;
     const std::vector<uint32_t> own{side};
@@ -170,13 +177,12 @@ void CommonOptions::declare(CommandLine& commandLine, const std::vector<SettingG
 }
 
 void CommonOptions::declareCache(CommandLine& commandLine) {
-    commandLine.text(
-        "--cache", cache, "DIR",
-        "Where built assets are kept [$XDG_CACHE_HOME/shadowdag or ~/.cache/shadowdag]");
+    commandLine.text("--cache", cache, "DIR",
+                     "Directory of built assets [$XDG_CACHE_HOME/shadowdag or ~/.cache/shadowdag]");
 }
 
 Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSweep) const {
-    // Commands declare what they can do: of several of these, none.
+    // Commands declare which of them they have; several may be absent.
     const auto given = [&](const std::string& option) {
         return commandLine.declares(option) && commandLine.given(option);
     };
@@ -197,7 +203,7 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
         throw Error(ErrorKind::kUsage,
                     "--camera '': is empty; give auto, a camera's name or px,py,pz,tx,ty,tz");
     if (camera.find(',') != std::string::npos)
-        (void)cameraFromText(camera); // told before anything is opened
+        (void)cameraFromText(camera); // reported before anything is opened
     if (!time.empty())
         parseNumber("--time", time, -1e6, 1e6);
 
@@ -212,17 +218,18 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
             values = {text};
         else if (!text.empty())
             values = parseList(setting.option, text);
-        // A command that is no sweep takes one value where compare takes a list.
+        // A command without a sweep takes one value where compare takes a list.
         if (!isSweep && values.size() > 1 && commandLine.declares(setting.option))
             throw Error(ErrorKind::kUsage,
                         setting.option + " '" + text +
                             "': this command takes one value; compare takes a list");
-        if (setting.option != "--variants") // named beside what they may leave out
+        if (setting.option != "--variants") // listed with the options that they may omit
             setting.set(e, setting.option, values);
     }
     e.isSequence = isSequence_;
     if (!models_.empty())
         settingOf("--model").set(e, "--model", models_);
+    refuseCameraOfViews(e, "--views", "--camera");
     return e;
 }
 

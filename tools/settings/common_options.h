@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The options that several subcommands share, and what they mean as an Experiment.
+// The options that several subcommands share, and their conversion to an Experiment.
 #pragma once
 
 #include "tools/settings/command_line.h"
@@ -21,24 +21,24 @@ struct GlobalOptions {
     std::string glPages = "auto";
 
     void declare(CommandLine& commandLine);
-    /// Sets the thread count and where OpenGL keeps pages, chooses the backend, says on standard
-    /// error what auto chose when `announce`, and of gl what it runs on.
-    /// @param drawsFrames false: what has no frames neither looks for OpenGL nor runs on it, and gl
-    /// is the cpu; --gl-pages is then Error kUsage
+    /// Sets the thread count and the memory of OpenGL pages, chooses the backend, and prints on
+    /// standard error the choice of auto when `announce`, and the device of gl. @param drawsFrames
+    /// false: commands without frames neither look for OpenGL nor run on it, and gl is the cpu;
+    /// --gl-pages is then Error kUsage
     Backend apply(const Console& console, bool announce, bool drawsFrames = true) const;
 };
 
-/// Gives an experiment the page size that frames of a backend have: in sparse textures the
-/// device's. Throws Error kUsage for another one that was asked for.
+/// Sets the page size of an experiment to that of a backend's frames: in sparse textures the
+/// device's. Throws Error kUsage if another one was requested.
 void followGlPages(Experiment& experiment, Backend backend, const CommandLine& commandLine);
 
-/// The options of settings, and those that belong to them: texts until `experiment` reads them.
+/// The options of settings, and those that belong to them, as texts until `experiment` parses them.
 class CommonOptions {
 public:
     std::vector<std::string> voxels;
     std::string cache, time;
     bool allowStale = false;
-    bool isWindow = false; ///< --size is a window's, --fps what it plays by
+    bool isWindow = false; ///< --size is the window's, --fps its playback rate
 
     CommonOptions();
 
@@ -46,15 +46,15 @@ public:
     /// default is assigned before `declare`.
     std::string& text(const std::string& option);
     const std::string& text(const std::string& option) const;
-    /// Returns what was given of --model, which may be given several times.
+    /// Returns the values of --model, which may be given several times.
     const std::vector<std::string>& models() const { return models_; }
 
     /// Declares the options of the groups, each under its heading, in order.
-    /// @param isSweep what a sweep varies takes a list
+    /// @param isSweep settings that a sweep varies take a list
     void declare(CommandLine& commandLine, const std::vector<SettingGroup>& groups, bool isSweep);
-    /// Declares one setting's option under the present heading.
+    /// Declares one setting's option under the current heading.
     void declare(CommandLine& commandLine, const Setting& setting, bool isSweep);
-    /// Declares --cache under the present heading.
+    /// Declares --cache under the current heading.
     void declareCache(CommandLine& commandLine);
 
     /// Returns the options as an experiment; settings whose options were not declared have the

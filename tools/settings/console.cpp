@@ -1,69 +1,158 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/settings/console.h"
 
-#include <csignal>
+#include "cuda/error.h"
+
+#include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
 #include <chrono>
+#include <condition_variable>
+#include <csignal>
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
 
 namespace shadowdag {
 
 namespace {
 
-volatile std::sig_atomic_t interruptSignal = 0;
+std::atomic<int> interruptSignal = 0;
+static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
+
+int interruptPipe[2]; ///< gets a byte at the first signal
 
 void onInterrupt(int signal) {
     interruptSignal = signal;
+    const int error = errno;
+    static_cast<void>(write(interruptPipe[1], "", 1) + 1);
+    errno = error;
     std::signal(signal, SIG_DFL); // the next one ends the process at once
 }
 
-/// One line that is redrawn in place; removed when the work is done or abandoned.
+class Bar;
+
+std::mutex barMutex;     ///< of all bars and of what they draw
+std::vector<Bar*> bars;  ///< the last one is shown
+bool isBarDrawn = false; ///< the terminal's last line is a bar
+
+/// Removes the bar from the terminal. With barMutex held.
+void clearBar() {
+    if (isBarDrawn)
+        std::fputs("\r\033[K", stderr);
+    isBarDrawn = false;
+}
+
+/// What is being done, for how long, and an estimate of how much longer: on a terminal one line
+/// that is redrawn in place and removed at the end, else a line every few seconds. Its thread
+/// draws, so that it goes on while the work reports nothing.
 class Bar {
 public:
-    explicit Bar(std::string what)
-        : what_(std::move(what)), isTerminal_(isatty(STDERR_FILENO) == 1) {}
-    ~Bar() { clear(); }
+    Bar(std::string what, bool followsLoops, double lineIntervalS)
+        : what_(std::move(what)), followsLoops_(followsLoops), lineIntervalS_(lineIntervalS) {
+        const std::lock_guard lock(barMutex);
+        bars.push_back(this);
+        thread_ = std::thread([this] { run(); });
+    }
+    ~Bar() {
+        {
+            const std::lock_guard lock(barMutex);
+            end();
+            bars.erase(std::find(bars.begin(), bars.end(), this));
+        }
+        wake_.notify_all();
+        thread_.join();
+    }
     Bar(const Bar&) = delete;
     Bar& operator=(const Bar&) = delete;
 
+    bool followsLoops() const { return followsLoops_; }
+    /// With barMutex held.
     void update(double fraction) {
-        if (!isTerminal_)
-            return;
-        const Clock::time_point now = Clock::now();
-        const double elapsed = std::chrono::duration<double>(now - start_).count();
-        if (fraction >= 1.0) {
-            clear();
-            return;
+        if (fraction < fraction_) { // the next loop
+            base_ = 0;
+            begin_ = Clock::now();
         }
-        if (elapsed < 1.0 || now - drawn_ < std::chrono::milliseconds(100))
-            return;
-        drawn_ = now;
-        constexpr int kCells = 30;
-        const int full = int(fraction * kCells);
-        std::string cells(size_t(full), '#');
-        cells.resize(kCells, '.');
-        std::fprintf(stderr, "\r%s [%s] %3d %%  %.0f s \033[K", what_.c_str(), cells.c_str(),
-                     int(fraction * 100), elapsed);
-        std::fflush(stderr);
-        isShown_ = true;
+        fraction_ = fraction;
+        if (since(begin_) < 0.2) // what was resumed says nothing about the rate
+            base_ = fraction;
+        if (fraction >= 1.0 && !followsLoops_)
+            end();
     }
 
 private:
     using Clock = std::chrono::steady_clock;
-    void clear() {
-        if (isShown_)
-            std::fputs("\r\033[K", stderr);
-        isShown_ = false;
+    static double since(Clock::time_point then) {
+        return std::chrono::duration<double>(Clock::now() - then).count();
     }
 
-    std::string what_;
-    bool isTerminal_;
-    bool isShown_ = false;
-    Clock::time_point start_ = Clock::now();
-    Clock::time_point drawn_{};
+    void end() {
+        isEnded_ = true;
+        if (bars.back() == this)
+            clearBar();
+    }
+
+    void run() {
+        std::unique_lock lock(barMutex);
+        const auto interval =
+            std::chrono::duration<double>(isTerminal_ ? 0.1 : std::min(1.0, lineIntervalS_ / 4));
+        while (!isEnded_) {
+            wake_.wait_for(lock, interval);
+            if (!isEnded_ && bars.back() == this && since(start_) >= 1.0)
+                draw();
+        }
+    }
+
+    void draw() {
+        const double elapsed = since(start_);
+        std::string times = seconds(elapsed);
+        if (fraction_ - base_ > 0.01 && since(begin_) > 0.5)
+            times += ", about " + seconds(since(begin_) * (1 - fraction_) / (fraction_ - base_)) +
+                     " left";
+        if (!isTerminal_) {
+            if (elapsed < nextLineS_)
+                return;
+            nextLineS_ = elapsed + lineIntervalS_;
+            std::fprintf(stderr, "%s: %d %%, %s\n", what_.c_str(), int(fraction_ * 100),
+                         times.c_str());
+            return;
+        }
+        constexpr int kCells = 30;
+        const int full = std::clamp(int(fraction_ * kCells), 0, kCells);
+        std::string cells(size_t(full), '#');
+        cells.resize(kCells, '.');
+        std::fprintf(stderr, "\r%s [%s] %3d %%  %s \033[K", what_.c_str(), cells.c_str(),
+                     int(fraction_ * 100), times.c_str());
+        std::fflush(stderr);
+        isBarDrawn = true;
+    }
+
+    static std::string seconds(double s) {
+        char text[48];
+        if (s < 99.5)
+            std::snprintf(text, sizeof text, "%.0f s", s);
+        else
+            std::snprintf(text, sizeof text, "%.0f min", s / 60);
+        return text;
+    }
+
+    const std::string what_;
+    const bool followsLoops_;
+    const double lineIntervalS_;
+    const bool isTerminal_ = isatty(STDERR_FILENO) == 1;
+    const Clock::time_point start_ = Clock::now();
+    double nextLineS_ = lineIntervalS_;
+    double fraction_ = 0, base_ = 0;         ///< base_: where begin_ was
+    Clock::time_point begin_ = Clock::now(); ///< of the work whose fraction is known
+    bool isEnded_ = false;
+    std::condition_variable wake_;
+    std::thread thread_;
 };
 
 } // namespace
@@ -72,25 +161,51 @@ std::string jsonText(const Json& value) {
     return value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-void catchInterrupts() {
+void catchInterrupts(std::function<void(int signal)> giveUp) {
+    if (pipe2(interruptPipe, O_CLOEXEC) != 0)
+        throw Error(ErrorKind::kResource, "a pipe cannot be created; close some programs");
+    std::thread([giveUp = std::move(giveUp)] {
+        for (char byte = 0; read(interruptPipe[0], &byte, 1) != 1;) { // other signals interrupt it
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(400));
+        giveUp(interruptSignal);
+    }).detach();
     std::signal(SIGINT, onInterrupt);
     std::signal(SIGTERM, onInterrupt);
 }
 
+bool isInterrupted() {
+    return interruptSignal != 0;
+}
+
 void checkInterrupted() {
-    if (interruptSignal != 0)
+    if (isInterrupted())
         throw Interrupted{int(interruptSignal)};
 }
 
+void pollLoops(double fraction) {
+    checkInterrupted();
+    if (fraction < 0)
+        return;
+    const std::unique_lock lock(barMutex, std::try_to_lock);
+    if (lock && !bars.empty() && bars.back()->followsLoops())
+        bars.back()->update(fraction);
+}
+
 std::ostream& Console::people() const {
+    const std::lock_guard lock(barMutex);
+    clearBar();
     return json_ ? std::cerr : std::cout;
 }
 
 void Console::note(const std::string& text) const {
-    if (listener_.note)
+    if (listener_.note) {
         listener_.note(text);
-    else
-        std::cerr << text << std::endl;
+        return;
+    }
+    const std::lock_guard lock(barMutex);
+    clearBar();
+    std::cerr << text << std::endl;
 }
 
 void Console::emit(const Json& object) const {
@@ -101,11 +216,19 @@ void Console::emit(const Json& object) const {
 Progress Console::progress(const std::string& what) const {
     if (listener_.progress)
         return [what, tell = listener_.progress](double fraction) { tell(what, fraction); };
-    auto bar = std::make_shared<Bar>(what);
+    auto bar = std::make_shared<Bar>(what, false, lineIntervalS_);
     return [bar](double fraction) {
         checkInterrupted();
+        const std::lock_guard lock(barMutex);
         bar->update(fraction);
     };
+}
+
+std::shared_ptr<void> Console::step(const std::string& what) const {
+    checkInterrupted();
+    if (listener_.note || listener_.progress)
+        return nullptr;
+    return std::make_shared<Bar>(what, true, lineIntervalS_);
 }
 
 } // namespace shadowdag

@@ -15,8 +15,8 @@ namespace shadowdag {
 
 namespace {
 
-/// Returns a value of an experiment file as the text that an option would have. Throws Error
-/// kUsage, headed by the quoted key, for a value of another form.
+/// Returns a value of an experiment file as the text of an option. Throws Error kUsage, beginning
+/// with the quoted key, for a value of another type.
 std::string textOf(const std::string& name, const Json& value, JsonForm form) {
     const auto refuse = [&](const std::string& right) {
         throw Error(ErrorKind::kUsage, name + " is " + jsonLine(value) + "; it must be " + right);
@@ -33,10 +33,6 @@ std::string textOf(const std::string& name, const Json& value, JsonForm form) {
     case JsonForm::kNumber:
         if (!value.is_number())
             refuse("a number");
-        break;
-    case JsonForm::kNumberOrInfinity:
-        if (!value.is_number() && value != "inf")
-            refuse("a number or \"inf\"");
         break;
     case JsonForm::kNumberOrText:
         if (!value.is_number() && !value.is_string())
@@ -61,10 +57,10 @@ std::vector<std::string> textsOf(const Setting& setting, const std::string& name
     return texts;
 }
 
-/// Settles what names of variants say: throws Error kUsage for a key that contradicts them.
+/// Applies the names of variants: throws Error kUsage for a key that contradicts them.
 void applyVariants(Experiment& e, const Json& json) {
     for (const Setting& setting : settings()) {
-        if (!setting.isSaidByVariants || !json.contains(setting.key))
+        if (!setting.isSetByVariant || !json.contains(setting.key))
             continue;
         const Json& value = json[setting.key];
         const bool takesPlace = setting.mayBeEmpty;
@@ -73,19 +69,21 @@ void applyVariants(Experiment& e, const Json& json) {
                                      : value == setting.json(Experiment()))
             continue;
         throw Error(ErrorKind::kUsage, "\"" + setting.key + "\" is " + jsonLine(value) +
-                                           "; it contradicts \"variants\", whose names say it: "
+                                           "; it contradicts \"variants\", whose names set it: "
                                            "drop one");
     }
     if (!json.contains("methods"))
         e.methods = {"embree"};
     if (!json.contains("taps"))
         e.taps = {kPaperTaps};
+    if (!json.contains("believe"))
+        e.believe = {kPaperBelieve};
     e.thresholds.clear();
     e.models.clear();
     e.variants = parseVariants("\"variants\"", e.variants, baseOptions(e));
 }
 
-/// Throws Error kInput for a key that is no setting's.
+/// Throws Error kInput for a key that is not a setting.
 void refuseUnknownKeys(const Json& json, const std::string& where) {
     std::set<std::string> known;
     for (const Setting& setting : settings())
@@ -104,18 +102,29 @@ void readSettings(Experiment& e, const Json& json) {
     }
     if (!e.variants.empty())
         applyVariants(e, json);
+    refuseCameraOfViews(e, "\"views\"", "\"camera\"");
     if (e.holdsRoutes() && !e.isSequence)
-        throw Error(ErrorKind::kUsage, "\"route_margin\" is for frames in \"sequence\": elsewhere "
-                                       "no frame knows the one before");
+        throw Error(ErrorKind::kUsage, "\"route_margin\" is for frames in \"sequence\": otherwise "
+                                       "frames are independent");
 }
 
 } // namespace
 
-Experiment::Experiment()
-    : thresholds{0, 8, 16, 32, 64, 96, 192, std::numeric_limits<float>::infinity()} {}
-
 bool Experiment::holdsRoutes() const {
     return std::any_of(routeMargin.begin(), routeMargin.end(), [](float m) { return m > 0; });
+}
+
+std::string Experiment::viewCamera(uint32_t view) const {
+    if (viewCount == 1)
+        return camera;
+    return view == 0 ? "auto" : "auto-" + std::to_string(view + 1);
+}
+
+void refuseCameraOfViews(const Experiment& e, const std::string& by, const std::string& camera) {
+    if (e.viewCount > 1 && !e.camera.empty() && e.camera != "auto")
+        throw Error(ErrorKind::kUsage, by + " and " + camera + " '" + e.camera +
+                                           "' contradict each other: several views are automatic; "
+                                           "drop one");
 }
 
 void checkMethod(const std::string& option, const std::string& method,
@@ -132,12 +141,13 @@ float Experiment::exposureOf(const std::vector<glm::vec3>& linear) const {
 
 Experiment experimentFromJson(const Json& json, const std::string& where) {
     if (!json.is_object())
-        throw Error(ErrorKind::kInput, where + ": must hold one JSON object");
+        throw Error(ErrorKind::kInput, where + ": must contain one JSON object");
     refuseUnknownKeys(json, where);
     Experiment e;
     try {
         readSettings(e, json);
-    } catch (const Error& error) { // options and files complain alike, but for whose fault it is
+    } catch (const Error&
+                 error) { // options and files have the same messages, except for the kind of error
         throw Error(ErrorKind::kInput, where + ": key " + error.what());
     }
     return e;

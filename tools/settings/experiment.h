@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is run: scene, view, voxels, maps, rays and the sweeps over them. Read from an experiment
+// The experiment: scene, view, voxels, maps, rays and the sweeps over them. Read from an experiment
 // file or from options; every command is a special case (render is a sweep of one).
 //
-// An experiment file is one JSON object; an unknown key is an error. Keys, defaults and ranges
-// stand in settings_table.cpp, a row each; `shadowdag compare --help` prints them as options.
+// An experiment file is one JSON object; an unknown key is an error. Keys, defaults and ranges are
+// in settings_table.cpp, one row each; `shadowdag compare --help` prints them as options.
 #pragma once
 
 #include "hybrid/judge/error.h"
@@ -16,13 +16,19 @@
 
 namespace shadowdag {
 
+/// In place of thresholds: automaticThresholds() of each scene's first frame.
+inline constexpr float kAutomaticThreshold = -1;
+/// The paper's threshold (sec. IV-I), texels.
+inline constexpr float kPaperTexels = 96;
+
 struct Experiment {
     std::string title;
     std::vector<std::string> scenes;
     uint32_t width = 640, height = 360;
     std::string camera;
-    double exposure = 0;          ///< 0: found
-    std::string framesText = "0"; ///< as written; `frames` is what it means
+    uint32_t viewCount = 1;       ///< more than 1: automatic cameras, instead of `camera`
+    double exposure = 0;          ///< 0: automatic
+    std::string framesText = "0"; ///< as written; `frames` is its value
     std::vector<uint32_t> frames{0};
     double fps = 30;
     int lightCount = -1;
@@ -30,7 +36,8 @@ struct Experiment {
     std::vector<uint32_t> resolutionLog2{10};
     std::vector<uint32_t> dagResolutionLog2;
     std::vector<std::string> methods{"embree", "dag", "maps", "hybrid"};
-    std::vector<float> thresholds; ///< texels, ascending, infinity allowed
+    /// Texels, ascending, infinity allowed; or kAutomaticThreshold alone.
+    std::vector<float> thresholds{kAutomaticThreshold};
     std::vector<std::string> models{"oracle"};
     std::vector<std::string> variants; ///< canonical names
     bool isSequence = false;
@@ -45,49 +52,66 @@ struct Experiment {
     std::vector<float> bias{ShadowMapBias{}.constantTexels};
     std::vector<uint32_t> taps{ShadowMapBias{}.taps};
     std::vector<float> polygonLod{ShadowMapOptions{}.lodTexels};
+    std::vector<float> believe{0}; ///< pixels; infinity: all, 0: none (the fastest on a CPU)
     std::vector<float> offset{RayOptions{}.offset};
     std::vector<LodChoice> lod{0};
     int repeats = 5;
     int warmups = 1;
     uint64_t errorSeed = 1;
 
-    Experiment();
+    bool areThresholdsAutomatic() const {
+        return thresholds == std::vector<float>{kAutomaticThreshold};
+    }
     /// Returns the scene's time of a frame, seconds.
     float timeOfFrame(uint32_t frame) const { return float(double(frame) / fps); }
     /// Returns whether a map keeps its method from frame to frame (FrameOptions::routeMargin).
     bool holdsRoutes() const;
-    /// Returns the exposure of pictures; where it is to be found, that of `linear`.
+    /// Returns the camera of a view, as --camera takes it: `camera` if there is one view, else
+    /// auto, auto-2 and so on. @param view less than viewCount
+    std::string viewCamera(uint32_t view) const;
+    /// Returns the exposure of pictures; if it is automatic, that of `linear`.
     float exposureOf(const std::vector<glm::vec3>& linear) const;
 };
 
-/// The greatest exposure that is taken.
+/// The largest number of automatic views of a scene.
+constexpr uint32_t kMaxViewCount = 16;
+
+/// Throws Error kUsage if several views are asked for beside a camera that is not auto. @param by
+/// the name of the setting of views, @param camera that of the camera
+void refuseCameraOfViews(const Experiment& experiment, const std::string& by,
+                         const std::string& camera);
+
+/// The largest valid exposure.
 constexpr double kMaxExposure = 1e9;
 
-/// The greatest margin of routing that is taken: beyond it nothing ever changes its method.
+/// The largest valid margin of routing; above it no method ever changes.
 constexpr double kMaxRouteMargin = 1000;
 
-/// Throws Error kUsage naming the option, the method and those that are allowed, where it is none
-/// of them.
+/// Throws Error kUsage naming the option, the method and the valid ones, if it is none of them.
 void checkMethod(const std::string& option, const std::string& method,
                  const std::vector<std::string>& allowed = methodNames());
 
-/// One configuration: everything but scene and frame.
+/// One configuration: all settings except scene and frame.
 struct RunParameters {
     std::string method; ///< a name of methods() (method.h)
     std::string model;  ///< as makeCostModel takes it; "" for embree
     uint32_t dag =
         0; ///< index into the resolutions (or assets) of the run; meaningless for embree and maps
-    uint32_t resolution = 0; ///< of that DAG; 0 where none is used
+    uint32_t resolution = 0; ///< of that DAG; 0 if none is used
     FrameOptions frame;
-    std::string variant; ///< its name where it is one by name (tools/settings/variants.h), else ""
+    std::string variant; ///< its name if it is a variant (tools/settings/variants.h), else ""
 
     const Method& kind() const { return methodOf(method); }
-    /// Returns whether voxels are asked: by rays, or for proofs that a pair is lit.
-    bool usesRays() const {
-        return kind().needs().voxels || (usesMaps() && frame.pruning == PairPruning::kLit);
+    /// Returns whether rays are traced, through voxels or triangles.
+    bool usesRays() const { return kind().needs().rays; }
+    /// Returns whether voxels are used: by rays, or for proofs that a pair is lit. Then resolution,
+    /// offset and level of detail matter.
+    bool usesVoxels() const {
+        return (usesRays() && !frame.rays.believesNone()) ||
+               (usesMaps() && frame.pruning == PairPruning::kLit);
     }
-    /// Returns whether rays stop at voxels: offset and level of detail matter.
-    bool usesVoxelRays() const { return usesRays() && !kind().needs().triangles; }
+    /// Returns whether rays are tested against triangles.
+    bool usesTriangles() const { return usesRays() && !frame.rays.believesAll(); }
     bool usesMaps() const { return kind().needs().maps; }
     /// Returns whether a cost model chooses the method of each map.
     bool isRouted() const { return kind().needs().routing; }
@@ -104,31 +128,38 @@ struct RunParameters {
 };
 
 /// Returns a text as (part of) a file name of letters, digits, '.', '-' and '_', at most 60
-/// characters. A text that does not survive that gets eight hex digits of its hash, so that unlike
-/// texts have unlike names.
+/// characters. A text that is changed by this gets eight hex digits of its hash, so that different
+/// texts have different names.
 std::string fileSlug(const std::string& text);
 
-/// Returns what all configurations of an experiment share: its size, and the first of every list.
+/// Returns the settings shared by all configurations of an experiment: its size, and the first of
+/// every list.
 FrameOptions baseOptions(const Experiment& experiment);
 /// Reads an experiment file. Throws Error kInput naming the file, the key and the value.
 Experiment readExperiment(const std::string& path);
-/// Reads an experiment from JSON; `where` heads messages.
+/// Reads an experiment from JSON; messages begin with `where`.
 Experiment experimentFromJson(const Json& json, const std::string& where);
-/// Returns every key of the experiment, defaults written out; experimentFromJson gives the same
-/// back.
+/// Returns every key of the experiment, with defaults; experimentFromJson gives the same
+/// experiment.
 Json toJson(const Experiment& experiment);
 
 /// Throws Error kUsage for the first run whose level of detail its voxels do not have.
 void refuseDeepLods(const std::vector<RunParameters>& runs);
 
-/// Returns the resolutions that an experiment's runs count through RunParameters::dag, as log2.
+/// Returns thresholds, ascending, each of which routes a frame's maps in another way, and none as
+/// maps or rays alone do: at up to six quantiles of the requests, each the roundest number that
+/// routes so, with the paper's among them where it routes in its own way.
+/// @param requests required resolutions of the maps, texels
+std::vector<float> automaticThresholds(std::vector<float> requests);
+
+/// Returns the resolutions that RunParameters::dag of an experiment's runs indexes, as log2.
 std::vector<uint32_t> allResolutions(const Experiment& experiment);
-/// Returns the configurations of an experiment in the order in which they are charted: embree, then
-/// for every combination of the lists the thresholds, then the DAG-only resolutions, then the
-/// models; or, where variants are named, embree and these, at the first of every list. No two are
-/// equal.
-/// @param dagResolutions of the DAGs at hand: the experiment's resolutions then its DAG-only ones,
-/// or those of the assets given
+/// Returns the configurations of an experiment in the order of charts: embree, then for every
+/// combination of the lists the thresholds, then the DAG-only resolutions, then the models; or, if
+/// variants are given, embree and these, at the first of every list. No two are equal. Automatic
+/// thresholds are represented by the paper's.
+/// @param dagResolutions of the available DAGs: the experiment's resolutions, then its DAG-only
+/// ones, or those of the given assets
 /// @param fullCount how many of them take part in the whole sweep; the others in method dag alone
 std::vector<RunParameters> configurations(const Experiment& experiment,
                                           const std::vector<uint32_t>& dagResolutions,

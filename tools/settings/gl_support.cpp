@@ -12,14 +12,7 @@ namespace shadowdag {
 
 namespace {
 
-std::string whyNotMethod(const std::string& method) {
-    FrameOptions options;
-    if (!method.empty())
-        methodOf(method).configure(options);
-    return unfollowedByGl(options);
-}
-
-/// Returns why gl does not follow a setting's value, "" where it does.
+/// Returns why gl does not support a setting's value, "" if it does.
 std::string whyNotValue(const Setting& setting, const std::string& text) {
     FrameOptions options;
     setting.setFrame(options, setting.option, text);
@@ -44,7 +37,7 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
     std::vector<std::string> leftOut;
     if (backend != Backend::kGl)
         return leftOut;
-    // An empty reason is none. Returns whether there is nothing left of what was there.
+    // An empty reason is ignored. Returns whether nothing is left.
     const auto takeOut = [&](auto& list, const std::string& option, const std::string& what,
                              const auto& textOf, const auto& whyNot, const auto& isNamed) {
         const bool hadSome = !list.empty();
@@ -65,7 +58,6 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
         };
     };
     const auto same = [](const std::string& text) { return text; };
-    takeOut(experiment.methods, "--methods", "method", same, whyNotMethod, given("--methods"));
     takeOut(experiment.variants, "--variants", "variant", same, whyNotVariant,
             [&](const std::string& name) {
                 return std::any_of(
@@ -75,9 +67,9 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
                     });
             });
     if (!leftOut.empty() && experiment.methods.empty() && experiment.variants.empty())
-        throw Error(ErrorKind::kUsage, leftOut.back() + ", and nothing else is asked for; use "
+        throw Error(ErrorKind::kUsage, leftOut.back() + ", and nothing else is requested; use "
                                                         "--backend cpu or cuda");
-    // Every run has a value of each: where none is left, the default, which gl follows.
+    // Every run has a value of each: if none is left, the default of gl.
     for (const Setting* setting : frameSettings()) {
         std::vector<std::string> values = setting->texts(experiment);
         const size_t count = values.size();
@@ -86,23 +78,27 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
             [&](const std::string& text) { return whyNotValue(*setting, text); },
             given(setting->option.c_str()));
         if (isEmpty) {
-            values = {setting->texts(Experiment()).front()};
-            leftOut.back() += "; " + values[0] + " in its place";
+            values = {setting->onGl.empty() ? setting->texts(Experiment()).front() : setting->onGl};
+            leftOut.back() += "; " + values[0] + " instead";
         }
         if (values.size() != count || isEmpty)
             setting->set(experiment, setting->option, values);
     }
     for (const std::string& text : leftOut)
-        console.note("left out: " + text);
+        console.note("omitted: " + text);
     return leftOut;
 }
 
-void refuseOnGl(const Experiment& experiment, Backend backend, const std::string& method,
-                const std::string& variant, const std::string& methodOption) {
+void takeGlDefaults(Experiment& experiment, const std::string& backend,
+                    const CommandLine& commandLine) {
+    for (const Setting* setting : frameSettings())
+        if (backend == "gl" && !setting->onGl.empty() && !commandLine.given(setting->option))
+            setting->set(experiment, setting->option, {setting->onGl});
+}
+
+void refuseOnGl(const Experiment& experiment, Backend backend, const std::string& variant) {
     if (backend != Backend::kGl)
         return;
-    if (const std::string why = whyNotMethod(method); !why.empty())
-        refuse(methodOption + " '" + method + "'", why);
     if (!variant.empty())
         if (const std::string why = whyNotVariant(variant); !why.empty())
             refuse("--variant '" + variant + "'", why);

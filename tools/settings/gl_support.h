@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `--backend gl` cannot do of what was asked for: refused where somebody named it, left out
-// and told where a list stands for it.
+// The options that `--backend gl` does not support: refused if given by name, omitted with a
+// message if they come from a list.
 #pragma once
 
 #include "tools/settings/command_line.h"
@@ -12,12 +12,11 @@
 
 namespace shadowdag {
 
-/// Takes out of an experiment the methods, variants and levels of detail that frames in OpenGL do
-/// not follow, on Backend::kGl; on others nothing. Returns what was taken out and why, a text each,
-/// which is told on standard error as well. Of a list of levels of detail that is left empty the
-/// default takes the place.
-/// Throws Error kUsage naming the option and its value for what the command line names itself
-/// (`paper`, defaults and experiment files name nothing), and where neither a method nor a variant
+/// Removes from an experiment the variants and values of settings that OpenGL does not support, on
+/// Backend::kGl; does nothing on others. Returns one text per removed item with its reason, which
+/// is also printed on standard error. A list that becomes empty gets the default.
+/// Throws Error kUsage naming the option and its value for items given on the command line itself
+/// (`paper`, defaults and experiment files do not count), and if neither a method nor a variant
 /// would be left.
 /// @param namedVariants on the command line, besides lists of them
 std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
@@ -25,10 +24,13 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
                                       const std::vector<std::string>& namedVariants,
                                       const Console& console);
 
-/// Throws Error kUsage naming the option, on Backend::kGl, where one frame's options ask for what
-/// it does not follow. @param method,variant as --method and --variant have them; may be empty
-/// @param methodOption the option that named the method
-void refuseOnGl(const Experiment& experiment, Backend backend, const std::string& method,
-                const std::string& variant, const std::string& methodOption = "--method");
+/// Sets the settings that the command line leaves out to the defaults of OpenGL (Setting::onGl), if
+/// `backend`, as --backend has it, is "gl". To be called before settings are checked.
+void takeGlDefaults(Experiment& experiment, const std::string& backend,
+                    const CommandLine& commandLine);
+
+/// Throws Error kUsage naming the option, on Backend::kGl, for options of one frame that it does
+/// not support. @param variant as --variant has it; may be empty
+void refuseOnGl(const Experiment& experiment, Backend backend, const std::string& variant);
 
 } // namespace shadowdag

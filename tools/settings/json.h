@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one door to nlohmann::json: objects keep the order in which their keys were written.
+// Includes nlohmann::json: objects keep the order in which their keys were written.
 #pragma once
 
 #include <nlohmann/json.hpp>

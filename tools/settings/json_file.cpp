@@ -36,8 +36,8 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
             keys.pop_back();
         else if (event == Json::parse_event_t::key &&
                  !keys.back().insert(parsed.get<std::string>()).second)
-            throw Error(ErrorKind::kInput, where + ": key " + jsonLine(parsed) +
-                                               " stands there twice; drop one of them");
+            throw Error(ErrorKind::kInput,
+                        where + ": key " + jsonLine(parsed) + " occurs twice; drop one of them");
         return true;
     };
     try {
@@ -46,12 +46,12 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
         const size_t byte = error.byte > 0 ? error.byte - 1 : 0;
         if (byte >= text.size())
             throw Error(ErrorKind::kInput, where + ": ends at " + placeOf(text, text.size()) +
-                                               ", before its JSON does: it is cut short; " +
+                                               ", before its JSON does: it is truncated; " +
                                                remedy);
         throw Error(ErrorKind::kInput,
                     where + ": is not JSON at " + placeOf(text, byte) + "; " + remedy);
     } catch (const Json::out_of_range&) {
-        throw Error(ErrorKind::kInput, where + ": holds a number beyond 1.8e308; " + remedy);
+        throw Error(ErrorKind::kInput, where + ": contains a number beyond 1.8e308; " + remedy);
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading a JSON object key by key, so that every wrong value is refused by name.
+// Reads a JSON object key by key, so that every invalid value is refused by name.
 #pragma once
 
 #include "cuda/error.h"
@@ -15,13 +15,13 @@
 
 namespace shadowdag {
 
-/// Takes keys out of a JSON object, checks their kind and value, and refuses what is left over. A
-/// key that is absent leaves its value as it is. Throws Error kInput, headed by `where`.
+/// Takes keys out of a JSON object, checks their type and value, and refuses unknown ones. An
+/// absent key leaves its value unchanged. Throws Error kInput, beginning with `where`.
 class KeyReader {
 public:
     KeyReader(const Json& json, std::string where) : json_(json), where_(std::move(where)) {
         if (!json.is_object())
-            throw Error(ErrorKind::kInput, where_ + ": must hold one JSON object");
+            throw Error(ErrorKind::kInput, where_ + ": must contain one JSON object");
     }
 
     void text(const char* key, std::string& value) {
@@ -34,7 +34,8 @@ public:
     void texts(const char* key, std::vector<std::string>& values) {
         if (const Json* found = find(key)) {
             values.clear();
-            for (const Json& item : list(key, *found)) {
+            requireList(key, *found);
+            for (const Json& item : *found) {
                 if (!item.is_string())
                     refuse(key, item, "must be a list of texts");
                 values.push_back(item.get<std::string>());
@@ -57,13 +58,14 @@ public:
                  bool mayBeEmpty = false) {
         if (const Json* found = find(key)) {
             values.clear();
-            for (const Json& item : list(key, *found)) {
+            requireList(key, *found);
+            for (const Json& item : *found) {
                 values.push_back(read<T>(key, item, min, max));
                 if (std::count(values.begin(), values.end(), values.back()) > 1)
-                    refuse(key, item, "stands there twice; name each value once");
+                    refuse(key, item, "is listed twice; list each value once");
             }
             if (values.empty() && !mayBeEmpty)
-                refuse(key, *found, "must hold at least one value");
+                refuse(key, *found, "must contain at least one value");
         }
     }
     [[noreturn]] void refuse(const char* key, const Json& value, const std::string& right) const {
@@ -85,10 +87,9 @@ public:
         const auto found = json_.find(key);
         return found == json_.end() ? nullptr : &*found;
     }
-    const Json& list(const char* key, const Json& value) const {
+    void requireList(const char* key, const Json& value) const {
         if (!value.is_array())
             refuse(key, value, "must be a list");
-        return value;
     }
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The level of detail of rays as options and experiments spell it.
+// The level of detail of rays in options and experiments.
 #pragma once
 
 #include "hybrid/rays/shadow_rays.h"
@@ -8,7 +8,7 @@
 
 namespace shadowdag {
 
-/// How rays choose their level: what of RayOptions `--lod` and the experiment's "lod" set.
+/// How rays choose their level: the part of RayOptions that `--lod` and the experiment's "lod" set.
 struct LodChoice {
     LodRule rule = LodRule::kFixed;
     uint32_t level = 0;                                 ///< kFixed
@@ -23,14 +23,14 @@ struct LodChoice {
 
     /// Sets the options to this choice.
     void apply(RayOptions& rays) const;
-    /// Returns the shortest text that parseLod takes for it: "0", "footprint", "coverage:0.25",
+    /// Returns the shortest text that parseLod accepts for it: "0", "footprint", "coverage:0.25",
     /// "footprint:2", "coverage:0.5:2".
     std::string text() const;
 };
 
-/// Returns the choice that a text is: a level from 0 to 17; `footprint[:SCALE]`; or
+/// Returns the choice of a text: a level from 0 to 17; `footprint[:SCALE]`; or
 /// `coverage[:SHARE[:SCALE]]` with a scale from 1/1024 to 1024 and a share of at most 1 above 0.
-/// Throws Error kUsage naming the option, the text and what would be right.
+/// Throws Error kUsage naming the option, the text and the valid forms.
 LodChoice parseLod(const std::string& option, const std::string& text);
 
 } // namespace shadowdag

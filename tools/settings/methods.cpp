@@ -8,13 +8,15 @@ namespace shadowdag {
 
 const Method& embreeMethod();
 const Method& dagMethod();
-const Method& dagExactMethod();
 const Method& mapsMethod();
 const Method& hybridMethod();
 
 const std::vector<const Method*>& methods() {
     static const std::vector<const Method*> kMethods{
-        &embreeMethod(), &dagMethod(), &dagExactMethod(), &mapsMethod(), &hybridMethod(),
+        &embreeMethod(),
+        &dagMethod(),
+        &mapsMethod(),
+        &hybridMethod(),
     };
     return kMethods;
 }
@@ -29,7 +31,7 @@ const Method* findMethod(const std::string& name) {
 const Method& methodOf(const std::string& name) {
     const Method* method = findMethod(name);
     if (method == nullptr)
-        throw std::logic_error("'" + name + "' is no method");
+        throw std::logic_error("'" + name + "' is not a method");
     return *method;
 }
 

@@ -75,7 +75,7 @@ std::vector<std::string> parseList(const std::string& option, const std::string&
         if (part.empty())
             refuse(option, text, "a part of the list is empty; separate values by single commas");
         if (!seen.insert(part).second)
-            refuse(option, text, "'" + part + "' stands there twice; name each value once");
+            refuse(option, text, "'" + part + "' is listed twice; list each value once");
         parts.push_back(part);
         begin = end + 1;
     }
@@ -133,7 +133,7 @@ uint32_t parsePowerOfTwo(const std::string& option, const std::string& text, uin
     if (!readWhole(text, value) || value < min || value > max || !std::has_single_bit(value)) {
         std::string right =
             "must be a power of two from " + std::to_string(min) + " to " + std::to_string(max);
-        double number = 0; // 4096.5 has neighbours too
+        double number = 0; // 4096.5 has neighbours, too
         if (readWhole(text, number) && number > min && number < max &&
             !std::has_single_bit(uint64_t(number)))
             right += "; the nearest are " + std::to_string(std::bit_floor(uint64_t(number))) +

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The meaning of option texts. Every function throws Error kUsage naming the option, the offending
-// text and what would be right.
+// Parses option texts. Every function throws Error kUsage naming the option, the offending text and
+// the valid form.
 #pragma once
 
 #include <cstdint>
@@ -15,14 +15,14 @@ namespace shadowdag {
 constexpr uint64_t kMaxPixelCount = 1ull << 26;
 constexpr uint32_t kMaxImageSide = 16384;
 
-/// Returns the whole number in [min, max] that `text` is.
+/// Returns the whole number in [min, max] of `text`.
 int64_t parseInteger(const std::string& option, const std::string& text, int64_t min, int64_t max);
-/// Returns the finite number in [min, max] that `text` is.
+/// Returns the finite number in [min, max] of `text`.
 double parseNumber(const std::string& option, const std::string& text, double min, double max);
 /// Returns (width, height) of "WxH".
 std::pair<uint32_t, uint32_t> parseSize(const std::string& option, const std::string& text);
-/// Returns the parts of a comma-separated list, none of them empty or twice, without the blanks
-/// around them. Commas in parentheses do not separate.
+/// Returns the parts of a comma-separated list, none of them empty or duplicate, without
+/// surrounding blanks. Commas in parentheses do not separate.
 std::vector<std::string> parseList(const std::string& option, const std::string& text);
 /// Returns the frames of "A", "A:B" or "A:B:STEP" (both ends included), or a comma-separated list
 /// of such.
@@ -41,10 +41,10 @@ uint64_t parseBytes(const std::string& option, const std::string& text);
 /// Returns the bytes of --memory-limit: as parseBytes, 16 MiB at least.
 uint64_t parseMemoryLimit(const std::string& text);
 
-/// Returns the shortest usual text of a number, "inf" for infinity: how models and labels are
-/// spelled.
+/// Returns the shortest usual text of a number, "inf" for infinity: the spelling in models and
+/// labels.
 std::string numberText(double value);
-/// Returns bytes for people: "11.7 MiB".
+/// Returns bytes as text: "11.7 MiB".
 std::string bytesText(double bytes);
 
 } // namespace shadowdag

@@ -8,7 +8,7 @@ if(git AND EXISTS ${SOURCE}/.git)
                   OUTPUT_VARIABLE head OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE failed)
   if(NOT failed)
     set(commit ${head})
-    # Files that git does not know do not count: they are not part of the program.
+    # Untracked files do not count: they are not part of the program.
     execute_process(COMMAND ${git} -c safe.directory=* -C ${SOURCE} status --porcelain --untracked-files=no
                     OUTPUT_VARIABLE changes ERROR_QUIET)
     if(changes)

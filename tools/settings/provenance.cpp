@@ -14,7 +14,7 @@ namespace shadowdag {
 
 namespace {
 
-/// Returns the processor's name as the kernel tells it, or the machine type.
+/// Returns the processor's name as the kernel reports it, or the machine type.
 std::string processorName() {
     std::ifstream file("/proc/cpuinfo");
     for (std::string line; std::getline(file, line);)
@@ -54,7 +54,8 @@ Json buildProvenance(Backend backend) {
                     {"thread_count", threadCount()}};
     if (backend == Backend::kGl)
         provenance["gl_pages"] =
-            chooseGlPages(askedGlPages(), glDeviceInfo()) == GlPages::kSparse ? "sparse" : "atlas";
+            chooseGlPages(requestedGlPages(), glDeviceInfo()) == GlPages::kSparse ? "sparse"
+                                                                                  : "atlas";
     return provenance;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every result line carries: which program, built how, ran on what.
+// The provenance of every result line: the program, its build, and the machine.
 #pragma once
 
 #include "cuda/backend.h"
@@ -12,10 +12,10 @@ namespace shadowdag {
 /// Returns the program's version, as in "0.1.0".
 std::string programVersion();
 /// Returns the commit that the program was built from, with "+dirty" when files differed from it,
-/// or "unknown" outside a git checkout. Asked anew by every build.
+/// or "unknown" outside a git checkout. Determined again by every build.
 std::string programCommit();
 /// Returns a hash of the sources that voxel assets depend on; part of the cache's key, so that a
-/// changed voxelizer never answers with an asset of the old one.
+/// changed voxelizer never uses an old asset.
 std::string voxelSourceHash();
 
 /// Returns commit, version, preset, build type, compiler, flags, processor, device and

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a configuration is called, and its parameters in results.
+// The labels of configurations, and their parameters in results.
 #include "cuda/error.h"
 #include "tools/settings/experiment.h"
 #include "tools/settings/parse.h"
@@ -14,7 +14,7 @@ namespace shadowdag {
 
 namespace {
 
-/// Returns the text with '_' for all that a file name better lacks.
+/// Returns the text with '_' for characters that file names should not contain.
 std::string plainName(std::string text) {
     for (char& c : text)
         if (!std::isalnum(static_cast<unsigned char>(c)) && c != '.' && c != '-')
@@ -24,7 +24,7 @@ std::string plainName(std::string text) {
 
 /// Calls `take` with the settings of frames that the run reads, those of rays first.
 template <class Take> void forReadSettings(const RunParameters& run, const Take& take) {
-    for (const ReadBy readBy : {ReadBy::kVoxelRays, ReadBy::kMaps, ReadBy::kHybrid})
+    for (const ReadBy readBy : {ReadBy::kRays, ReadBy::kVoxels, ReadBy::kMaps, ReadBy::kHybrid})
         for (const Setting* setting : frameSettings())
             if (setting->readBy == readBy && reads(run, readBy))
                 take(*setting);
@@ -36,7 +36,7 @@ Json RunParameters::toJson() const {
     Json json = Json::object();
     if (!variant.empty())
         json["variant"] = variant;
-    if (usesRays())
+    if (usesVoxels())
         json["resolution"] = resolution;
     forReadSettings(
         *this, [&](const Setting& setting) { json[setting.parameter] = setting.frameJson(frame); });
@@ -53,12 +53,12 @@ std::string RunParameters::label() const {
     std::string text = method;
     if (isRouted())
         text += " " + model;
-    if (usesRays())
+    if (usesVoxels())
         text += " " + std::to_string(resolution) + "^3";
     static const FrameOptions kUsual = baseOptions(Experiment());
     forReadSettings(*this, [&](const Setting& setting) {
         const std::string value = setting.frameText(frame);
-        if (value == setting.frameText(kUsual))
+        if (value == setting.frameText(kUsual) && !setting.isAlwaysInLabel)
             return;
         std::string part = setting.label;
         text += part.replace(part.find('#'), 1, value);
@@ -76,7 +76,7 @@ std::string fileSlug(const std::string& text) {
 }
 
 std::string RunParameters::slug() const {
-    // Only an expression can differ in nothing but what a file name cannot hold.
+    // Only expressions can differ in nothing but characters that file names cannot contain.
     const std::string name = plainName(label());
     return model.starts_with("expr:") || !variant.empty() || name.size() > 60 ? fileSlug(label())
                                                                               : name;
@@ -84,13 +84,13 @@ std::string RunParameters::slug() const {
 
 void refuseDeepLods(const std::vector<RunParameters>& runs) {
     for (const RunParameters& run : runs)
-        if (run.usesVoxelRays() && run.frame.rays.lod == LodRule::kFixed && run.resolution > 0 &&
+        if (run.usesVoxels() && run.frame.rays.lod == LodRule::kFixed && run.resolution > 0 &&
             (run.resolution >> run.frame.rays.level) == 0)
             throw Error(ErrorKind::kUsage, "--lod '" + std::to_string(run.frame.rays.level) +
                                                "': " + std::to_string(run.resolution) +
                                                "^3 voxels have levels 0 to " +
                                                std::to_string(std::countr_zero(run.resolution)) +
-                                               "; give one of them, or more --resolution");
+                                               "; choose one of them, or a higher --resolution");
 }
 
 } // namespace shadowdag

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kinds of values that settings have, and how rows of the table are made from them. Included by
+// The types of values of settings, and functions that make rows of the table from them. Included by
 // settings_table.cpp alone.
 #pragma once
 
@@ -14,7 +14,7 @@
 
 namespace shadowdag {
 
-/// One kind of value: its text and its JSON.
+/// One type of value: its text and its JSON.
 template <class T> struct Codec {
     std::function<T(const std::string& name, const std::string& text)> parse; ///< as in parse.h
     std::function<std::string(const T&)> text;
@@ -47,7 +47,7 @@ template <class T> Codec<T> wholeCodec(int64_t min, int64_t max) {
             [](const T& value) { return Json(value); }};
 }
 
-/// Powers of two, kept as they are or as their log2.
+/// Powers of two, stored as they are or as their log2.
 inline Codec<uint32_t> powerCodec(uint32_t min, uint32_t max, bool isLog2) {
     const auto powerOf = [=](uint32_t value) { return isLog2 ? 1u << value : value; };
     return {[=](const std::string& name, const std::string& text) {
@@ -74,8 +74,7 @@ template <class T> Setting oneValue(Setting row, T Experiment::*field, const Cod
     return row;
 }
 
-/// Makes the row of a field that holds a list. Values that stand there twice, however they are
-/// spelled, are refused.
+/// Makes the row of a field that holds a list. Duplicate values, in whatever spelling, are refused.
 template <class T>
 Setting listOf(Setting row, std::vector<T> Experiment::*field, const Codec<T>& codec) {
     const bool mayBeEmpty = row.mayBeEmpty;
@@ -86,11 +85,11 @@ Setting listOf(Setting row, std::vector<T> Experiment::*field, const Codec<T>& c
             const T value = codec.parse(name, text);
             if (std::find(values.begin(), values.end(), value) != values.end())
                 throw Error(ErrorKind::kUsage, name + " '" + text + "': " + codec.text(value) +
-                                                   " stands there twice; name each value once");
+                                                   " is listed twice; list each value once");
             values.push_back(value);
         }
         if (values.empty() && !mayBeEmpty)
-            throw Error(ErrorKind::kUsage, name + ": must hold at least one value");
+            throw Error(ErrorKind::kUsage, name + ": must contain at least one value");
         e.*field = std::move(values);
     };
     row.texts = [=](const Experiment& e) {

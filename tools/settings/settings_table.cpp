@@ -8,6 +8,8 @@
 #include "tools/settings/variants.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <tuple>
 
@@ -22,10 +24,38 @@ constexpr uint32_t kMaxResolution = 131072;
 
 Codec<float> thresholdCodec() {
     return {[](const std::string& name, const std::string& text) {
-                return parseThresholds(name, text).at(0);
+                return text == "auto" ? kAutomaticThreshold : parseThresholds(name, text).at(0);
             },
-            [](const float& value) { return numberText(double(value)); },
-            [](const float& value) { return decimalJson(double(value)); }};
+            [](const float& value) {
+                return value == kAutomaticThreshold ? "auto" : numberText(double(value));
+            },
+            [](const float& value) {
+                return value == kAutomaticThreshold ? Json("auto") : decimalJson(double(value));
+            }};
+}
+
+/// Pixels by which a believed shadow may be displaced: all and none are infinity and 0.
+Codec<float> believeCodec() {
+    const auto textOf = [](float pixels) {
+        return std::isinf(pixels) ? "all" : pixels == 0 ? "none" : numberText(double(pixels));
+    };
+    return {[](const std::string& name, const std::string& text) {
+                if (text == "all" || text == "none")
+                    return text == "all" ? std::numeric_limits<float>::infinity() : 0.0f;
+                try {
+                    return float(parseNumber(name, text, 0.001, 1e6));
+                } catch (const Error&) {
+                    throw Error(ErrorKind::kUsage,
+                                name + " '" + text +
+                                    "': must be all, none or a number of pixels from 0.001 to "
+                                    "1000000");
+                }
+            },
+            [=](const float& pixels) { return std::string(textOf(pixels)); },
+            [=](const float& pixels) {
+                return std::isinf(pixels) || pixels == 0 ? Json(textOf(pixels))
+                                                         : decimalJson(pixels);
+            }};
 }
 
 Codec<LodChoice> lodCodec() {
@@ -83,7 +113,7 @@ Codec<std::string> modelCodec() {
             if (name[0] == '-')
                 throw;
             throw Error(ErrorKind::kUsage,
-                        name + " '" + text + "': is no cost model: " + error.what());
+                        name + " '" + text + "': is not a cost model: " + error.what());
         }
         return text;
     };
@@ -127,8 +157,8 @@ Setting sequenceSetting() {
     Setting row{.key = "sequence",
                 .option = "--sequence",
                 .group = Group::kSweep,
-                .help = "Frames in order, keeping what is kept from frame to frame; else every "
-                        "frame stands for itself",
+                .help = "Render frames in order and keep state between them; otherwise "
+                        "frames are independent",
                 .form = JsonForm::kFlag};
     row.set = [](Experiment& e, const std::string&, const std::vector<std::string>& texts) {
         e.isSequence = texts.at(0) == "true";
@@ -146,7 +176,7 @@ std::vector<Setting> makeSettings() {
                           .option = "--title",
                           .group = Group::kSweep,
                           .kind = "TEXT",
-                          .help = "Heads the report",
+                          .help = "Title of the report",
                           .form = JsonForm::kText},
                          &Experiment::title, textCodec()));
     t.push_back(
@@ -158,20 +188,29 @@ std::vector<Setting> makeSettings() {
          .option = "--camera",
          .group = Group::kView,
          .kind = "auto|NAME|NUMBERS",
-         .help = "auto places one; NAME is a camera of the scene; NUMBERS are "
+         .help = "auto places one, auto-2 to auto-" + std::to_string(kMaxViewCount) +
+                 " another; NAME is a camera of the scene; NUMBERS are "
                  "px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]: "
                  "position, target, vertical field of view, planes in metres, roll to the right",
          .shownDefault = "the scene's first, else auto",
          .form = JsonForm::kText},
         &Experiment::camera, textCodec()));
-    t.push_back(oneValue(
-        {.key = "exposure",
-         .option = "--exposure",
-         .group = Group::kPictures,
-         .kind = "E",
-         .help =
-             "Factor on radiance before tone mapping; 0: maps the log-average luminance to 0.18"},
-        &Experiment::exposure, numberCodec<double>(0, kMaxExposure)));
+    t.push_back(oneValue({.key = "views",
+                          .option = "--views",
+                          .group = Group::kViews,
+                          .kind = "N",
+                          .help = "Automatic views of every scene, from 1 to " +
+                                  std::to_string(kMaxViewCount) +
+                                  ": auto, auto-2 and so on, each by itself",
+                          .shownDefault = "1: the view of --camera"},
+                         &Experiment::viewCount, wholeCodec<uint32_t>(1, kMaxViewCount)));
+    t.push_back(oneValue({.key = "exposure",
+                          .option = "--exposure",
+                          .group = Group::kPictures,
+                          .kind = "E",
+                          .help = "Factor on radiance before tone mapping; 0: maps the median "
+                                  "luminance of what is lit to 0.18"},
+                         &Experiment::exposure, numberCodec<double>(0, kMaxExposure)));
     t.push_back(framesSetting());
     t.push_back(oneValue({.key = "fps",
                           .option = "--fps",
@@ -198,7 +237,7 @@ std::vector<Setting> makeSettings() {
          .group = Group::kVoxels,
          .kind = "N",
          .help = "Voxels per axis, a power of two up to 131072; built when needed and cached",
-         .readBy = ReadBy::kVoxels,
+         .readBy = ReadBy::kRays,
          .isList = true,
          .isVaried = true},
         &Experiment::resolutionLog2, powerCodec(4, kMaxResolution, true)));
@@ -209,11 +248,11 @@ std::vector<Setting> makeSettings() {
                 .kind = "N",
                 .help = "More resolutions for method dag only, to show how its error decreases",
                 .shownDefault = "none",
-                .readBy = ReadBy::kRaysAlone,
+                .readBy = ReadBy::kVoxelsAlone,
                 .isList = true,
                 .isVaried = true,
                 .mayBeEmpty = true,
-                .isSaidByVariants = true},
+                .isSetByVariant = true},
                &Experiment::dagResolutionLog2, powerCodec(4, kMaxResolution, true)));
     t.push_back(listOf({.key = "methods",
                         .option = "--methods",
@@ -224,25 +263,28 @@ std::vector<Setting> makeSettings() {
                         .isList = true,
                         .isVaried = true,
                         .mayBeEmpty = true,
-                        .isSaidByVariants = true},
+                        .isSetByVariant = true},
                        &Experiment::methods, methodCodec()));
     t.push_back(listOf({.key = "thresholds",
                         .option = "--thresholds",
                         .group = Group::kSweep,
                         .kind = "T",
                         .help = "For hybrid: maps that require fewer texels are traced; 0 is maps "
-                                "alone, inf rays alone",
+                                "alone, inf rays alone; auto takes quantiles of what the maps of "
+                                "a scene's first frame require",
                         .readBy = ReadBy::kHybrid,
-                        .form = JsonForm::kNumberOrInfinity,
+                        .form = JsonForm::kNumberOrText,
                         .isList = true,
                         .isVaried = true,
                         .mayBeEmpty = true,
-                        .isSaidByVariants = true},
+                        .isSetByVariant = true},
                        &Experiment::thresholds, thresholdCodec()));
     t.back().set = [set = t.back().set](Experiment& e, const std::string& name,
                                         const std::vector<std::string>& texts) {
         set(e, name, texts);
         std::sort(e.thresholds.begin(), e.thresholds.end());
+        if (e.thresholds.size() > 1 && e.thresholds[0] == kAutomaticThreshold)
+            throw Error(ErrorKind::kUsage, name + ": auto stands alone; drop it or the numbers");
     };
     t.push_back(listOf({.key = "models",
                         .option = "--model",
@@ -254,7 +296,7 @@ std::vector<Setting> makeSettings() {
                         .form = JsonForm::kText,
                         .isList = true,
                         .mayBeEmpty = true,
-                        .isSaidByVariants = true},
+                        .isSetByVariant = true},
                        &Experiment::models, modelCodec()));
     t.push_back(listOf({.key = "variants",
                         .option = "--variants",
@@ -280,7 +322,7 @@ std::vector<Setting> makeSettings() {
                   .option = "--flicker-points",
                   .group = Group::kSweep,
                   .kind = "N",
-                  .help = "For a sequence: number of surface points whose answers are followed"},
+                  .help = "For a sequence: number of surface points whose visibility is followed"},
                  &Experiment::flickerPoints, wholeCodec<uint32_t>(0, 10'000'000)));
     t.push_back(frameValue(
         {.key = "route_margin",
@@ -292,7 +334,7 @@ std::vector<Setting> makeSettings() {
                  "factor 1 + M, 0 to " +
                  numberText(kMaxRouteMargin),
          .readBy = ReadBy::kHybrid,
-         .mayBeSaidByVariants = true,
+         .isSettableByVariants = true,
          .label = " margin #",
          .parameter = "route_margin"},
         &Experiment::routeMargin, numberCodec<float>(0, kMaxRouteMargin),
@@ -306,7 +348,7 @@ std::vector<Setting> makeSettings() {
          .help = "Divisor of the required resolution",
          .readBy = ReadBy::kMaps,
          .isList = true,
-         .isSaidByVariants = true,
+         .isSetByVariant = true,
          .label = " u#",
          .parameter = "undersample",
          .choices = {"1", "2", "4", "8"},
@@ -319,11 +361,11 @@ std::vector<Setting> makeSettings() {
          .option = "--maps-per-light",
          .group = Group::kMaps,
          .kind = "N",
-         .help = "Maximum number of maps per light, by what its clusters request, 1 to " +
+         .help = "Maximum number of maps per light, by its clusters' requests, 1 to " +
                  std::to_string(kMaxMapsPerLight),
          .readBy = ReadBy::kMaps,
          .isList = true,
-         .isSaidByVariants = true,
+         .isSetByVariant = true,
          .label = " #SM",
          .parameter = "maps_per_light",
          .choices = {"1", "2", "4", "8", "16"},
@@ -395,7 +437,7 @@ std::vector<Setting> makeSettings() {
          .help = "Taps of the percentage-closer filter",
          .readBy = ReadBy::kMaps,
          .isList = true,
-         .mayBeSaidByVariants = true,
+         .isSettableByVariants = true,
          .label = " taps #",
          .parameter = "taps",
          .choices = {"1", "4", "9"},
@@ -417,12 +459,31 @@ std::vector<Setting> makeSettings() {
         [](const Frame& f) { return f.maps.lodTexels; },
         [](Frame& f, float texels) { f.maps.lodTexels = texels; }));
     t.push_back(frameValue(
+        {.key = "believe",
+         .option = "--believe",
+         .group = Group::kRays,
+         .kind = "all|none|PIXELS",
+         .help = "Which voxels block a ray without a test of the triangles: all; none, so rays are "
+                 "exact; or those whose shadow is displaced by at most PIXELS pixels",
+         .shownDefault = "none; all with --backend gl and for variants",
+         .readBy = ReadBy::kRays,
+         .form = JsonForm::kNumberOrText,
+         .isList = true,
+         .label = " believe #",
+         .isAlwaysInLabel = true,
+         .parameter = "believe",
+         .choices = {"none", "2", "all"},
+         .panelLabel = "believe",
+         .onGl = "all"},
+        &Experiment::believe, believeCodec(), [](const Frame& f) { return f.rays.believe; },
+        [](Frame& f, float pixels) { f.rays.believe = pixels; }));
+    t.push_back(frameValue(
         {.key = "offset",
          .option = "--offset",
          .group = Group::kRays,
          .kind = "O",
          .help = "Distance of a ray's ends from the surface, in units of the derived offset",
-         .readBy = ReadBy::kVoxelRays,
+         .readBy = ReadBy::kVoxels,
          .isList = true,
          .label = " offset #",
          .parameter = "offset"},
@@ -437,7 +498,7 @@ std::vector<Setting> makeSettings() {
          .help = "Level of detail of rays: L for cells of 2^L voxels; "
                  "footprint[:SCALE] for cells as wide as the pixel's ray; "
                  "coverage[:SHARE[:SCALE]] for those of them that are covered to at least SHARE",
-         .readBy = ReadBy::kVoxelRays,
+         .readBy = ReadBy::kVoxels,
          .form = JsonForm::kNumberOrText,
          .isList = true,
          .label = " lod #",
@@ -497,12 +558,12 @@ bool reads(const RunParameters& run, ReadBy readBy) {
     switch (readBy) {
     case ReadBy::kAll:
         return true;
-    case ReadBy::kVoxelRays:
-        return run.usesVoxelRays();
-    case ReadBy::kVoxels:
+    case ReadBy::kRays:
         return run.usesRays();
-    case ReadBy::kRaysAlone:
-        return run.usesRays() && !run.usesMaps();
+    case ReadBy::kVoxels:
+        return run.usesVoxels();
+    case ReadBy::kVoxelsAlone:
+        return run.usesVoxels() && !run.usesMaps();
     case ReadBy::kMaps:
         return run.usesMaps();
     case ReadBy::kHybrid:

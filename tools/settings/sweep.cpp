@@ -18,12 +18,12 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// Throws Error kUsage where a setting has several values beside variants.
+/// Throws Error kUsage if a setting has several values beside variants.
 void refuseSeveral(const std::string& key, size_t count) {
     if (count > 1)
         throw Error(ErrorKind::kUsage,
                     key + " names " + std::to_string(count) +
-                        " values; beside variants it takes one, since a variant is one "
+                        " values; beside variants it takes one, because a variant is one "
                         "configuration");
 }
 
@@ -45,6 +45,42 @@ void forCombinations(const Experiment& e, const FrameOptions& frame, size_t next
 
 } // namespace
 
+std::vector<float> automaticThresholds(std::vector<float> requests) {
+    constexpr size_t kQuantileCount = 6;
+    std::sort(requests.begin(), requests.end());
+    std::vector<float> distinct = requests;
+    distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+    if (distinct.size() < 2)
+        return {};
+    // A threshold routes by how many of the distinct requests are less.
+    const auto countBelow = [&](float texels) {
+        return size_t(std::lower_bound(distinct.begin(), distinct.end(), texels) -
+                      distinct.begin());
+    };
+    std::set<size_t> counts;
+    for (size_t k = 1; k <= kQuantileCount; ++k)
+        counts.insert(
+            std::clamp<size_t>(countBelow(requests[k * requests.size() / (kQuantileCount + 1)]), 1,
+                               distinct.size() - 1));
+    const size_t ofPaper = countBelow(kPaperTexels);
+    if (ofPaper > 0 && ofPaper < distinct.size())
+        counts.insert(ofPaper);
+    std::vector<float> thresholds;
+    for (const size_t count : counts) {
+        const float above = distinct[count - 1], most = distinct[count];
+        float chosen = count == ofPaper ? kPaperTexels : most;
+        for (double step = 10000; count != ofPaper && step > 1e-6; step /= 10) {
+            const auto rounded = float((std::floor(double(above) / step) + 1) * step);
+            if (rounded > above && rounded <= most) {
+                chosen = rounded;
+                break;
+            }
+        }
+        thresholds.push_back(chosen);
+    }
+    return thresholds;
+}
+
 std::vector<RunParameters>
 configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions, size_t fullCount) {
     std::vector<RunParameters> runs;
@@ -64,28 +100,30 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
         refuseSeveral("resolutions", dagResolutions.size());
         for (const std::string& name : e.variants) {
             RunParameters run = variantRun(parseVariant("variants", name), base);
-            run.resolution = run.usesRays() && !dagResolutions.empty() ? dagResolutions[0] : 0;
+            run.resolution = run.usesVoxels() && !dagResolutions.empty() ? dagResolutions[0] : 0;
             runs.push_back(std::move(run));
         }
         return runs;
     }
     const size_t dagCount = dagResolutions.size();
     const auto resolutionOf = [&](size_t dag) { return dag < dagCount ? dagResolutions[dag] : 0; };
+    const auto addRun = [&](const Method& method, const std::string& model, size_t dag,
+                            const FrameOptions& frame) {
+        RunParameters run{method.name(), model, 0, 0, frame, ""};
+        if (run.usesVoxels()) {
+            run.dag = uint32_t(dag);
+            run.resolution = resolutionOf(dag);
+        }
+        add(std::move(run));
+    };
     const auto addThreshold = [&](float threshold, size_t dag, const FrameOptions& frame) {
         for (const Method* method : methods())
             if (method->isRunAtThreshold(threshold))
-                add({method->name(), "texels:" + numberText(threshold), uint32_t(dag),
-                     method->needs().voxels ? resolutionOf(dag) : 0, frame, ""});
+                addRun(*method, "texels:" + numberText(threshold), dag, frame);
     };
-    const auto addAlone = [&](const Method& method, size_t dag, const FrameOptions& frame) {
-        RunParameters run{method.name(), method.modelText(""),
-                          uint32_t(dag), method.needs().voxels ? resolutionOf(dag) : 0,
-                          frame,         ""};
-        method.configure(run.frame);
-        add(std::move(run));
-    };
-    std::vector<float> thresholds = e.thresholds;
-    thresholds.push_back(0); // the two pure methods belong to every comparison that names them
+    std::vector<float> thresholds =
+        e.areThresholdsAutomatic() ? std::vector<float>{kPaperTexels} : e.thresholds;
+    thresholds.push_back(0); // the two pure methods are part of every comparison that has them
     thresholds.push_back(kInfinity);
     std::sort(thresholds.begin(), thresholds.end());
     thresholds.erase(std::unique(thresholds.begin(), thresholds.end()), thresholds.end());
@@ -96,16 +134,15 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
                 addThreshold(threshold, dag, frame);
         });
     for (size_t dag = fullCount; dag < dagCount; ++dag)
-        addThreshold(kInfinity, dag, base);
-    for (const Method* method : methods())
-        if (method->isRunAlone())
-            for (size_t dag = 0; dag < (method->needs().voxels ? dagCount : 1); ++dag)
-                forCombinations(e, base, 0,
-                                [&](const FrameOptions& frame) { addAlone(*method, dag, frame); });
+        for (const float believe : e.believe) {
+            FrameOptions frame = base;
+            frame.rays.believe = believe;
+            addThreshold(kInfinity, dag, frame);
+        }
     for (const Method* method : methods())
         if (method->needs().routing)
             for (const std::string& model : e.models)
-                add({method->name(), model, 0, resolutionOf(0), base, ""});
+                addRun(*method, model, 0, base);
     return runs;
 }
 

@@ -13,7 +13,7 @@ namespace shadowdag {
 
 namespace {
 
-/// Whose settings are refused where none of them runs, and what to add so that one does.
+/// A group of settings that is refused if no run reads it, with methods to add so that one does.
 struct Readers {
     ReadBy readBy;
     const char* name;
@@ -22,9 +22,9 @@ struct Readers {
 };
 
 constexpr Readers kReaders[] = {
-    {ReadBy::kVoxelRays, "rays that stop at voxels", "dag or hybrid", "RT or Hybrid"},
-    {ReadBy::kVoxels, "methods that trace voxels", "dag or hybrid", "RT or Hybrid"},
-    {ReadBy::kRaysAlone, "rays alone", "dag or dag-exact", "RT"},
+    {ReadBy::kRays, "methods that trace rays", "dag or hybrid", "RT or Hybrid"},
+    {ReadBy::kVoxels, "rays through voxels", "dag or hybrid with --believe all", "RT or Hybrid"},
+    {ReadBy::kVoxelsAlone, "rays alone through voxels", "dag with --believe all", "RT"},
     {ReadBy::kMaps, "methods that draw maps", "maps or hybrid", "a culling or Hybrid"},
     {ReadBy::kHybrid, "method hybrid", "hybrid", "Hybrid"},
 };
@@ -44,17 +44,27 @@ bool needsCosts(const RunParameters& run) {
 
 void refuseUnused(const Experiment& e, size_t assetCount, const std::string& experimentFile,
                   const CommandLine& commandLine) {
-    // Which resolutions assets have makes no difference to which settings are read.
+    // The resolutions of assets do not affect which settings are read.
     const std::vector<uint32_t> resolutions =
         assetCount > 0 ? std::vector<uint32_t>(assetCount, 1) : allResolutions(e);
     const std::vector<RunParameters> runs =
         configurations(e, resolutions, assetCount > 0 ? assetCount : e.resolutionLog2.size());
     if (runs.empty())
-        return;                                         // the measurement says what leaves none
+        return; // the measurement reports an empty selection
+    const bool isNamed = !e.variants.empty();
+    const auto findSetting = [](const std::string& option) {
+        return std::find_if(settings().begin(), settings().end(),
+                            [&](const Setting& setting) { return setting.option == option; });
+    };
     const auto given = [&](const std::string& option) { // fit has fewer options than compare
+        // A file that a run wrote has every key; names of variants change some defaults.
+        if (const auto setting = findSetting(option);
+            !experimentFile.empty() && setting != settings().end() &&
+            option != "--thresholds") // 0 and inf select maps and dag
+            return !isNamed && !setting->texts(e).empty() &&
+                   setting->texts(e) != setting->texts(Experiment());
         return commandLine.declares(option) && commandLine.given(option);
     };
-    const bool isNamed = !e.variants.empty();
     const std::string by = !experimentFile.empty() ? experimentFile
                            : isNamed               ? "--variants"
                                                    : "--methods";
@@ -62,65 +72,102 @@ void refuseUnused(const Experiment& e, size_t assetCount, const std::string& exp
                             const std::string& remedy,
                             const std::function<bool(const RunParameters&)>& uses) {
         if (given(option) && !std::any_of(runs.begin(), runs.end(), uses))
-            throw Error(ErrorKind::kUsage, option + " is for " + what + ", which " + by +
-                                               " leaves out; " + remedy + "drop it");
+            throw Error(ErrorKind::kUsage,
+                        (experimentFile.empty() || findSetting(option) == settings().end()
+                             ? option
+                             : experimentFile + ": key \"" + findSetting(option)->key + "\"") +
+                            " is for " + what + ", which " + by + " leaves out; " + remedy +
+                            "drop it");
     };
     const auto refuseFor = [&](const std::string& option, const Setting* setting, ReadBy readBy) {
         const Readers& readers = readersOf(readBy);
-        const bool mayBeSaid = setting != nullptr && setting->mayBeSaidByVariants;
+        const bool isSettable = setting != nullptr && setting->isSettableByVariants;
         refuse(option,
-               mayBeSaid && isNamed ? std::string(readBy == ReadBy::kMaps ? "maps" : "hybrids") +
-                                          " whose names do not say it"
-                                    : std::string(readers.name),
+               isSettable && isNamed ? std::string(readBy == ReadBy::kMaps ? "maps" : "hybrids") +
+                                           " whose names do not set it"
+                                     : std::string(readers.name),
                std::string("add ") + (isNamed ? readers.addedVariant : readers.added) + ", or ",
                [&](const RunParameters& run) {
                    return reads(run, readBy) &&
-                          !(mayBeSaid && !run.variant.empty() &&
+                          !(isSettable && !run.variant.empty() &&
                             saysSetting(parseVariant("variants", run.variant), setting->key));
                });
     };
     for (const Setting& setting : settings())
         if (setting.readBy != ReadBy::kAll && !setting.option.empty())
             refuseFor(setting.option, &setting, setting.readBy);
-    refuseFor("--voxels", nullptr, ReadBy::kVoxels);
+    refuseFor("--voxels", nullptr, ReadBy::kRays);
     refuseFor("--no-oracle", nullptr, ReadBy::kHybrid);
     if (given("--no-oracle") && given("--model"))
         throw Error(ErrorKind::kUsage, "--no-oracle and --model contradict each other: the oracle "
-                                       "is run where no model is given; drop one of them");
+                                       "is run if no model is given; drop one of them");
     if (given("--route-margin") && !e.isSequence)
         throw Error(ErrorKind::kUsage,
-                    "--route-margin is for --sequence, elsewhere no frame knows the one before; "
+                    "--route-margin is for --sequence, otherwise frames are independent; "
                     "add that or drop it");
     for (const RunParameters& run : runs)
         if (isNamed && !e.isSequence && run.frame.routeMargin > 0)
-            throw Error(ErrorKind::kUsage,
-                        "--variants '" + run.variant +
-                            "': a margin of routes is for --sequence, elsewhere "
-                            "no frame knows the one before; add that or drop RH");
-    // Costs are replayed where maps and rays are charted side by side, too.
+            throw Error(ErrorKind::kUsage, "--variants '" + run.variant +
+                                               "': a margin of routes is for --sequence, otherwise "
+                                               "frames are independent; add that or drop RH");
+    // Costs are also replayed for charts that show maps and rays side by side.
     const bool drawsMaps = std::any_of(runs.begin(), runs.end(),
                                        [](const RunParameters& run) { return run.usesMaps(); });
     refuse("--costs", "models cost and oracle and for charts of maps beside rays",
            "add a model, or ", [&](const RunParameters& run) {
-               return needsCosts(run) ||
-                      (!isNamed && !e.isSequence && run.usesVoxelRays() && drawsMaps);
+               return needsCosts(run) || (!isNamed && !e.isSequence && run.usesRays() && drawsMaps);
            });
 }
 
+std::string noVoxelsRemark(const std::vector<RunParameters>& runs, const CommandLine& commandLine) {
+    if (std::any_of(runs.begin(), runs.end(),
+                    [](const RunParameters& run) { return run.usesVoxels(); }))
+        return "";
+    for (const std::string option : {"--resolution", "--voxels"})
+        if (commandLine.declares(option) && commandLine.given(option))
+            return option + ": no voxels are used, because rays believe none of them; add "
+                            "--believe all for rays through voxels";
+    return "";
+}
+
+std::string oneValueRemark(const Experiment& e, const std::vector<RunParameters>& runs) {
+    std::string models, values;
+    const auto add = [](std::string& list, const std::string& text) {
+        list += (list.empty() ? "" : ", ") + text;
+    };
+    for (const Setting* setting : frameSettings())
+        if (setting->texts(e).size() > 1)
+            add(values, setting->option + " " + setting->texts(e)[0]);
+    if (e.resolutionLog2.size() > 1)
+        add(values, "--resolution " + std::to_string(1u << e.resolutionLog2[0]));
+    for (const std::string& model : e.models)
+        if (std::count_if(runs.begin(), runs.end(), [&](const RunParameters& run) {
+                return run.isRouted() && run.model == model;
+            }) == 1)
+            add(models, model);
+    if (models.empty() || values.empty())
+        return "";
+    return "--model " + models + ": run at the first value of every list only (" + values +
+           "); lists are combined with thresholds";
+}
+
 void refuseUnread(const RunParameters& run, const CommandLine& commandLine) {
+    const auto refuse = [&](const std::string& option, ReadBy readBy) {
+        if (commandLine.declares(option) && commandLine.given(option))
+            throw Error(ErrorKind::kUsage,
+                        option + " is for " + readersOf(readBy).name + ", not for '" + run.method +
+                            "'" +
+                            (run.usesRays() && readBy == ReadBy::kVoxels
+                                 ? " that believes none; add --believe all or drop it"
+                                 : "; drop it"));
+    };
     for (const Setting& setting : settings()) {
-        const bool isOfHybrid = setting.readBy == ReadBy::kHybrid; // told with its own remedy
-        if (setting.option.empty() || isOfHybrid || reads(run, setting.readBy))
-            continue;
-        if (commandLine.declares(setting.option) && commandLine.given(setting.option))
-            throw Error(ErrorKind::kUsage, setting.option + " is for " +
-                                               readersOf(setting.readBy).name + ", not for '" +
-                                               run.method + "'; drop it");
+        const bool isOfHybrid = setting.readBy == ReadBy::kHybrid; // reported with its own remedy
+        if (!setting.option.empty() && !isOfHybrid && !reads(run, setting.readBy))
+            refuse(setting.option, setting.readBy);
     }
-    if (!run.usesRays() && commandLine.given("--voxels"))
-        throw Error(ErrorKind::kUsage, std::string("--voxels is for ") +
-                                           readersOf(ReadBy::kVoxels).name + ", not for '" +
-                                           run.method + "'; drop it");
+    if (!run.usesRays() && !run.usesVoxels())
+        refuse("--voxels", ReadBy::kRays);
 }
 
 } // namespace shadowdag

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Options that change nothing because no configuration that was asked for reads them.
+// Refuses options without effect, because no requested configuration reads them.
 #pragma once
 
 #include "tools/settings/command_line.h"
@@ -7,17 +7,26 @@
 
 #include <cstddef>
 #include <string>
+#include <vector>
 
 namespace shadowdag {
 
 /// Throws Error kUsage naming the first option on the command line that no configuration of the
 /// experiment reads, and options of a sweep that contradict each other about it.
 /// @param assetCount of --voxels
-/// @param experimentFile that fixed the configurations; "": options did
+/// @param experimentFile with the configurations; "": they come from options
 void refuseUnused(const Experiment& experiment, size_t assetCount,
                   const std::string& experimentFile, const CommandLine& commandLine);
 
-/// The same of one configuration, for commands that render one method.
+/// Returns a remark where --resolution or --voxels is given but no run uses voxels, because rays
+/// believe none; else "".
+std::string noVoxelsRemark(const std::vector<RunParameters>& runs, const CommandLine& commandLine);
+
+/// Returns a remark about the cost models that run at one value only of lists with several values;
+/// "" if there are none. @param runs the experiment's configurations
+std::string oneValueRemark(const Experiment& experiment, const std::vector<RunParameters>& runs);
+
+/// As refuseUnused for one configuration, for commands that render one method.
 void refuseUnread(const RunParameters& run, const CommandLine& commandLine);
 
 } // namespace shadowdag

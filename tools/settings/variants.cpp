@@ -27,14 +27,14 @@ constexpr std::array<std::pair<const char*, MapCulling>, 5> kCullings{
      {"PMCD", MapCulling::kMaximumDepth},
      {"PMCC", MapCulling::kCellDepth}}};
 
-/// One part of a name as it stands there.
+/// One part of a name.
 struct Part {
     std::string text;
     size_t position; ///< of its first character, from 1
     size_t number;   ///< from 1
 };
 
-/// Returns where the first '-' from `begin` on stands that is not in parentheses, or the end.
+/// Returns the position of the first '-' from `begin` on that is not in parentheses, or the end.
 size_t findDash(const std::string& text, size_t begin) {
     int depth = 0;
     for (size_t i = begin; i < text.size(); ++i) {
@@ -46,7 +46,7 @@ size_t findDash(const std::string& text, size_t begin) {
 }
 
 std::vector<Part> splitName(const std::string& name) {
-    // The one part that has a dash of its own outside of parentheses.
+    // The only part that contains a dash outside of parentheses.
     const std::string allRays = "all-rays";
     std::vector<Part> parts;
     for (size_t begin = 0; begin <= name.size();) {
@@ -60,8 +60,8 @@ std::vector<Part> splitName(const std::string& name) {
     return parts;
 }
 
-/// Returns the number that stands in `text` between `prefix` and `suffix`, or nothing when the text
-/// has another form.
+/// Returns the number in `text` between `prefix` and `suffix`, or nothing when the text has another
+/// form.
 std::optional<double> numberIn(const std::string& text, const std::string& prefix,
                                const std::string& suffix, bool isWhole) {
     if (text.size() <= prefix.size() + suffix.size() || !text.starts_with(prefix) ||
@@ -78,12 +78,12 @@ std::optional<double> numberIn(const std::string& text, const std::string& prefi
     return value;
 }
 
-/// Returns a number as names can say it.
+/// Returns a number in the spelling of names.
 float spelled(double value) {
     return std::stof(numberText(value));
 }
 
-/// Returns whether the parenthesis that a text begins with closes at its end.
+/// Returns whether the parenthesis at the beginning of a text closes at its end.
 bool isWrapped(const std::string& text) {
     if (text.empty() || text.front() != '(' || text.back() != ')')
         return false;
@@ -96,14 +96,14 @@ bool isWrapped(const std::string& text) {
     return true;
 }
 
-/// Returns the one spelling of a cost model that makeCostModel takes: thresholds as short as they
-/// can be, expressions without blanks and outer parentheses.
+/// Returns the canonical spelling of a cost model that makeCostModel accepts: thresholds as short
+/// as possible, expressions without blanks and outer parentheses.
 std::string modelSpelling(std::string model) {
     const std::string texels = "texels:", expression = "expr:";
     if (model.starts_with(texels) && model != "texels:inf") {
         double value = 0;
         std::from_chars(model.data() + texels.size(), model.data() + model.size(), value);
-        char shortest[400]; // fits every finite double, however it is written
+        char shortest[400]; // fits every finite double in any notation
         const auto [end, error] =
             std::to_chars(shortest, shortest + sizeof shortest, value, std::chars_format::fixed);
         return texels + std::string(shortest, end);
@@ -130,7 +130,7 @@ public:
     }
 
 private:
-    // What parts may contradict each other in, or in RT's having no maps.
+    // Groups of parts that may contradict each other; RT also contradicts parts about maps.
     enum Kind {
         kMethod,
         kCulling,
@@ -157,7 +157,7 @@ private:
     void claim(const Part& part, Kind kind) {
         if (claimed_[kind])
             refuse(part, "contradicts part " + std::to_string(claimed_[kind]->number) + ", '" +
-                             claimed_[kind]->text + "': name one of them");
+                             claimed_[kind]->text + "': use one of them");
         claimed_[kind] = part;
     }
 
@@ -167,11 +167,11 @@ private:
         return value;
     }
 
-    /// Returns what to do where an expression may have been cut at a '-'.
+    /// Returns the remedy if an expression may have been cut at a '-'.
     std::string dashHint() const {
         return name_.find("Hybrid:expr:") == std::string::npos
                    ? ""
-                   : "; an expression with '-' stands in parentheses, as in "
+                   : "; put an expression with '-' in parentheses, as in "
                      "Hybrid:expr:(texels-96)";
     }
 
@@ -220,7 +220,7 @@ private:
         } else if (const auto taps = numberIn(text, "T", "", true)) {
             claim(part, kTaps);
             if (*taps != 1 && *taps != 4 && *taps != 9)
-                refuse(part, "is no filter: use T1, T4 or T9");
+                refuse(part, "is not a filter: use T1, T4 or T9");
             variant_.taps = uint32_t(*taps);
         } else if (text == "RT" || text == "Ray Tracing" || text == "all-rays") {
             claim(part, kMethod);
@@ -232,15 +232,15 @@ private:
             try {
                 makeCostModel(variant_.model);
             } catch (const Error& error) {
-                refuse(part, std::string("names no cost model: ") + error.what() + dashHint());
+                refuse(part, std::string("is not a cost model: ") + error.what() + dashHint());
             }
             variant_.model = modelSpelling(variant_.model);
             if (variant_.model == "texels:0")
-                refuse(part, "draws every map: name its culling and bounds without Hybrid");
+                refuse(part, "draws every map: use its culling and bounds without Hybrid");
             if (variant_.model == "texels:inf")
-                refuse(part, "traces every light: name RT");
+                refuse(part, "traces every light: use RT");
         } else if (text == "PLOD" || text == "Nk" || text == "u" || text == "T" || text == "SM") {
-            refuse(part, std::string("lacks its number, which stands beside it without a dash, as "
+            refuse(part, std::string("lacks its number, which follows without a dash, as "
                                      "in ") +
                              (text == "SM" ? "4" + text : text + (text == "Nk" ? "3" : "1")));
         } else {
@@ -255,11 +255,10 @@ private:
         if (!claimed_[kMethod] && !claimed_[kCulling])
             throw Error(ErrorKind::kUsage,
                         option_ + " '" + name_ +
-                            "': names no culling; add Sphere, CFM, PMC, PMCD or PMCC for maps, or "
-                            "name RT or Hybrid");
+                            "': has no culling; add Sphere, CFM, PMC, PMCD or PMCC for maps, or "
+                            "use RT or Hybrid");
         if (claimed_[kRoutes] && variant_.method != Variant::Method::kHybrid)
-            refuse(*claimed_[kRoutes],
-                   "is for Hybrid, which has routes to hold: add that or drop it");
+            refuse(*claimed_[kRoutes], "is for Hybrid, which has routes: add that or drop it");
         if (variant_.method == Variant::Method::kRays)
             for (const Kind kind :
                  {kCulling, kStatic, kLod, kResolution, kMaps, kUndersample, kTaps})
@@ -284,7 +283,7 @@ const char* cullingName(MapCulling culling) {
     return "";
 }
 
-/// Returns a model as it stands in a name, where a '-' parts.
+/// Returns a model in the form of a name, in which '-' separates.
 std::string modelPart(const std::string& model) {
     const std::string expression = "expr:";
     if (!model.starts_with(expression) || findDash(model, 0) == model.size())
@@ -315,7 +314,7 @@ std::string variantName(const Variant& v) {
         add("RT");
     if (isHybrid)
         add(v.model == kPaperModel ? "Hybrid" : "Hybrid:" + modelPart(v.model));
-    // What Hybrid alone implies need not be said.
+    // The implied parts of Hybrid may be omitted.
     const bool isImplied =
         isHybrid && v.culling == MapCulling::kMaximumDepth && v.bounds == ClusterBounds::kExplicit;
     if (v.method != Variant::Method::kRays && !isImplied)
@@ -357,7 +356,7 @@ std::vector<std::string> parseVariants(const std::string& option,
     if (base.maps.lodTexels > 0.0f)
         throw Error(ErrorKind::kUsage, option + " and a polygon level of detail of " +
                                            numberText(base.maps.lodTexels) +
-                                           " texels contradict each other: names say it, as in "
+                                           " texels contradict each other: variants set it, as in "
                                            "PMCD-EB-PLOD1; drop one of them");
     std::map<std::string, std::string> spellings; // by canonical name
     const auto nameOf = [&](const std::string& name) {
@@ -373,7 +372,7 @@ std::vector<std::string> parseVariants(const std::string& option,
             if (const auto [found, isNew] = spellings.try_emplace(nameOf(name), name); !isNew)
                 throw Error(ErrorKind::kUsage, option + " '" + name + "': is the variant '" +
                                                    found->first + "', which '" + found->second +
-                                                   "' names as well; drop one of them");
+                                                   "' denotes as well; drop one of them");
     std::vector<std::string> canonical;
     for (const std::string& name : names) {
         if (name != "paper") {

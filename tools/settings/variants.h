@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The variants of the method by name, as the paper spells them: `PMCD-EB-SO-4SM-u2`. Source:
-// Olsson, Billeter, Sintorn, Kaempe, Assarsson, More Efficient Virtual Shadow Maps for Many Lights,
-// TVCG 2015, sec. VII. A name says everything that tells variants apart; what it leaves out is at
-// the paper's default, not at ours: implicit cluster bounds, four maps a light, nothing kept, no
-// pair taken out.
+// The variants of the method by name, in the paper's spelling: `PMCD-EB-SO-4SM-u2`. Source: Olsson,
+// Billeter, Sintorn, Kaempe, Assarsson, More Efficient Virtual Shadow Maps for Many Lights, TVCG
+// 2015, sec. VII. A name contains everything that distinguishes variants; omitted parts have the
+// paper's default, not ours: implicit cluster bounds, four maps per light, no state kept, no pair
+// removed.
 //
 // A name is parts joined by '-', in any order, each at most once:
 //   Sphere | CFM | PMC | PMCD | PMCC  which batches are drawn into which faces (MapCulling); one of
@@ -29,26 +29,31 @@
 //            cheaper by more than the factor 1 + m, 0 to 1000 (FrameOptions::routeMargin; ours);
 //            RH is RH0.1 [--route-margin]
 //
-// A variant has one name, its parts in this order, without those that say what holds anyhow: 4SM,
-// u1, Hybrid's PMCD-EB, T<n> and RH<m> where --taps and --route-margin say the same. Results and
-// files carry that name, however it was spelled.
+// Rays of RT and Hybrid go through all voxels, as the paper's, or as --believe says.
+//
+// A variant has one name, its parts in this order, without defaults: 4SM, u1, Hybrid's PMCD-EB, and
+// T<n> and RH<m> if --taps and --route-margin have the same value. Results and files contain that
+// name, however it was spelled.
 #pragma once
 
 #include "tools/settings/experiment.h"
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace shadowdag {
 
-/// Returns what --help says of names of variants, their parts included.
+/// Returns the help text about names of variants, with their parts.
 std::string variantsHelp();
 
-/// Taps where neither a name nor --taps says them: the paper's.
+/// Taps if neither a name nor --taps sets them, and the voxels that are believed unless --believe
+/// says it: the paper's.
 constexpr uint32_t kPaperTaps = 9;
+constexpr float kPaperBelieve = std::numeric_limits<float>::infinity();
 
-/// A variant: everything that its name says.
+/// A variant: everything that its name contains.
 struct Variant {
     enum class Method : uint8_t { kMaps, kRays, kHybrid };
 
@@ -64,42 +69,43 @@ struct Variant {
     bool reorderLights = false;
     uint32_t mapsPerLight = 4;
     float undersample = 1;
-    uint32_t taps = 0;                ///< 0: not named
-    std::optional<float> routeMargin; ///< of kHybrid; nothing: not named
+    uint32_t taps = 0;                ///< 0: not given
+    std::optional<float> routeMargin; ///< of kHybrid; nothing: not given
 
     bool operator==(const Variant&) const = default;
 };
 
-/// Returns the variant that `name` names. Throws Error kUsage naming the option, the name, the part
-/// and its position, for a part that is unknown, out of range, there twice or contradicting
-/// another, and for a name without any method.
+/// Returns the variant of a name. Throws Error kUsage naming the option, the name, the part and its
+/// position, for a part that is unknown, out of range, duplicate or contradicting another, and for
+/// a name without any method.
 Variant parseVariant(const std::string& option, const std::string& name);
 
-/// Returns the one name of a variant, parts in the order of this file's head, defaults left out:
-/// parseVariant gives the variant back, and all spellings of a variant have one name.
+/// Returns the canonical name of a variant, parts in the order of this file's head, without
+/// defaults: parseVariant gives the variant back, and all spellings of a variant have one name.
 std::string variantName(const Variant& variant);
 
-/// Returns whether a variant's name says the setting of that key, of those that names may leave to
-/// options ("taps", "route_margin").
+/// Returns whether a variant's name sets the setting of that key, one of those that names may leave
+/// to options ("taps", "route_margin").
 bool saysSetting(const Variant& variant, const std::string& key);
 
-/// Returns the names that a list of variants means, canonical, in order, each once: `paper` stands
-/// for those of paperVariants() that the list does not name itself. Throws as parseVariant does,
-/// and Error kUsage for two spellings of one variant.
-/// @param base what names may leave out: taps, margin of routes
+/// Returns the names of a list of variants, canonical, in order, each once: `paper` is replaced by
+/// those of paperVariants() that the list does not contain. Throws as parseVariant does, and Error
+/// kUsage for two spellings of one variant.
+/// @param base settings that names may omit: taps, margin of routes
 std::vector<std::string> parseVariants(const std::string& option,
                                        const std::vector<std::string>& names,
                                        const FrameOptions& base);
 
-/// Returns what the paper's evaluation measured, canonical: cullings, EB, SO, maps a light,
+/// Returns the variants of the paper's evaluation, canonical: cullings, EB, SO, maps per light,
 /// undersampling, Nk3, polygon level of detail, rays, hybrid.
 const std::vector<std::string>& paperVariants();
 
 /// Returns a configuration with the variant's switches set and all others as in `base`.
-/// @param base parameters that names do not say: size, page size, pool, bias, taps, rays, margin
+/// @param base parameters that names do not contain: size, page size, pool, bias, taps, rays,
+/// margin
 RunParameters variantRun(const Variant& variant, const FrameOptions& base);
 
-/// Returns the variant that a configuration of maps, dag or hybrid is.
+/// Returns the variant of a configuration of maps, dag or hybrid.
 Variant variantOf(const RunParameters& run);
 
 } // namespace shadowdag

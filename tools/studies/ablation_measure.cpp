@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Both sides of every mechanism on a scene: answers, counts, times in turn. Over 300 lines because
-// what is read, how it is timed and what is judged of it share one reading.
+// Measures both sides of every mechanism on a scene: results, counts, times in turn. More than 300
+// lines because reading, timing and judging share the measurements.
 #include "tools/studies/ablation.h"
 
 #include "cuda/error.h"
@@ -21,32 +21,32 @@ namespace shadowdag {
 
 namespace {
 
-/// Answers to all pairs of a frame with what they were judged as.
-struct JudgedAnswers {
+/// Results of all pairs of a frame with their judgement.
+struct JudgedResults {
     int frame = 0;
     bool hasFlip = false, hasPlane = true, hasMovers = true;
     uint32_t resolutionLog2 = 0; ///< of voxels
     float offset = 0, biasTexels = 0;
-    RayKind kind = RayKind::kVoxels;
+    float believe = 0;
     std::vector<uint8_t> visibility;  ///< by pair
     std::vector<Route> pairRoute;     ///< by pair
     std::vector<uint32_t> faceTexels; ///< by map
     ErrorCounts errors;
     double flip = 0;
 
-    /// Returns whether both are the same answers, asked for the same judgement.
-    bool isOf(const JudgedAnswers& other) const {
+    /// Returns whether both are the same results, with the same inputs of the judgement.
+    bool isOf(const JudgedResults& other) const {
         return frame == other.frame && hasFlip == other.hasFlip && hasPlane == other.hasPlane &&
                hasMovers == other.hasMovers && resolutionLog2 == other.resolutionLog2 &&
-               offset == other.offset && biasTexels == other.biasTexels && kind == other.kind &&
-               visibility == other.visibility && pairRoute == other.pairRoute &&
-               faceTexels == other.faceTexels;
+               offset == other.offset && biasTexels == other.biasTexels &&
+               believe == other.believe && visibility == other.visibility &&
+               pairRoute == other.pairRoute && faceTexels == other.faceTexels;
     }
 };
 
 /// A scene on which mechanisms are measured. Frames are counted from 0, the lead-in of sequences is
-/// -1. A scene is shown a second after its start, where all built-in ones move, a failure where its
-/// row says.
+/// -1. A scene is shown one second after its start, when all built-in ones move, a failure at the
+/// time of its row.
 struct AblationScene {
     std::string name, settings; ///< of all frames
     bool isFailure = false;
@@ -54,7 +54,7 @@ struct AblationScene {
     int sequenceFrames = 0;
     Workspace workspace;
     Judge judge{workspace};
-    std::list<JudgedAnswers> judged;
+    std::list<JudgedResults> judged;
 
     AblationScene(const AblationTable& table, const std::string& scene, const Failure* failure,
                   const Console& console)
@@ -75,13 +75,13 @@ struct AblationScene {
     void show(int frame) { workspace.setTime(float(startSeconds + frame * stepSeconds)); }
 };
 
-/// What one side of a mechanism gave on one scene, over its frames.
+/// The measurements of one side of a mechanism on one scene, over its frames.
 struct Reading {
     ErrorCounts errors;
     double flip = 0;    ///< mean
-    uint64_t bytes = 0; ///< of the frame with most
+    uint64_t bytes = 0; ///< of the frame with the most
     uint64_t triangleCount = 0, texelCount = 0, pageCount = 0, rayCount = 0, lookupCount = 0,
-             flickerCount = 0, flickerAnswerCount = 0;
+             flickerCount = 0, flickerResultCount = 0;
 
     double of(GainMetric metric) const {
         switch (metric) {
@@ -106,7 +106,7 @@ struct Reading {
         case GainMetric::kWrong:
             return double(errors.falseShadowCount + errors.falseLightCount);
         }
-        throw std::logic_error("a time is no count");
+        throw std::logic_error("a time is not a count");
     }
 
     Json json() const {
@@ -120,13 +120,13 @@ struct Reading {
         json["ray_count"] = rayCount;
         json["lookup_count"] = lookupCount;
         json["flicker_count"] = flickerCount;
-        json["flicker_answer_count"] = flickerAnswerCount;
+        json["flicker_answer_count"] = flickerResultCount;
         return json;
     }
 };
 
-/// Returns what is added to values of a metric so that none is 0: one of a count, one wrong pair
-/// of a mean error, a thousandth of a FLIP that is visible.
+/// Returns the number added to values of a metric so that none is 0: one for a count, one wrong
+/// pair for a mean error, a visible thousandth for FLIP.
 double floorOf(GainMetric metric, const Reading& reading) {
     return metric == GainMetric::kError
                ? 1.0 / double(std::max<uint64_t>(1, reading.errors.pairCount))
@@ -149,7 +149,7 @@ public:
                 render(f, false);
                 continue;
             }
-            Answers answers = answersOf(render(f, true), renderer(), setup_.frame);
+            PairResults answers = pairResultsOf(render(f, true), renderer(), setup_.frame);
             if (!hasAll()) {
                 leaveOut(setup_.hasMovers, setup_.hasPlane, answers);
                 askAgain(scene_.workspace.world(), answers);
@@ -160,7 +160,7 @@ public:
         return reading;
     }
 
-    /// Renders all frames and returns the time of those that count.
+    /// Renders all frames and returns the time of the counted ones.
     double time() {
         double ms = 0;
         for (int f = firstFrame(); f < scene_.frameCount(row_.isSequence); ++f) {
@@ -171,11 +171,11 @@ public:
         return ms;
     }
 
-    /// Returns whether frames are rendered as the setup says: nothing is left out afterwards.
+    /// Returns whether frames are rendered with the whole setup, with nothing removed afterwards.
     bool hasAll() const { return setup_.hasPlane && setup_.hasMovers; }
 
 private:
-    /// Sequences are led in by a frame that does not count.
+    /// Sequences start with a frame that does not count.
     int firstFrame() const { return row_.isSequence ? -1 : 0; }
     FrameRenderer& renderer() { return scene_.workspace.renderer(setup_.resolutionLog2); }
 
@@ -190,28 +190,27 @@ private:
         return own.render(scene_.workspace.camera(), *model_, options);
     }
 
-    void judge(int frame, const Answers& answers, FlickerMeter& flicker, Reading& reading) {
+    void judge(int frame, const PairResults& answers, FlickerMeter& flicker, Reading& reading) {
         if (row_.metric == GainMetric::kFlicker) {
-            scene_.workspace.truth(); // as it is now: the flicker meter asks it as well
+            scene_.workspace.truth(); // as it is now: the flicker meter uses it as well
             const FlickerCounts::Class total =
                 flicker
                     .add(
                         {errorInputs(scene_.workspace.world(), answers), scene_.workspace.camera()})
                     .total();
             reading.flickerCount += total.flickerCount;
-            reading.flickerAnswerCount += total.answerCount;
+            reading.flickerResultCount += total.answerCount;
         }
         if (frame < 0)
             return;
-        const JudgedAnswers& judged = judgedAs(frame, answers);
+        const JudgedResults& judged = judgedAs(frame, answers);
         reading.errors.add(judged.errors);
         reading.flip += judged.flip;
         const FrameCounts& counts = answers.frame.counts;
         const bool usesRays = counts.rayCount > 0 || counts.provenPairCount > 0;
-        reading.bytes =
-            std::max(reading.bytes,
-                     counts.maps.mapBytes + (usesRays ? renderer().dagBytes() : 0) +
-                         (setup_.frame.rays.kind == RayKind::kExact ? renderer().exactBytes() : 0));
+        reading.bytes = std::max(
+            reading.bytes, counts.maps.mapBytes + (usesRays ? renderer().dagBytes() : 0) +
+                               (!setup_.frame.rays.believesAll() ? renderer().exactBytes() : 0));
         reading.triangleCount += counts.maps.triangleDrawCount;
         reading.texelCount += counts.maps.texelCount;
         reading.pageCount += counts.maps.pageCount;
@@ -219,18 +218,18 @@ private:
         reading.lookupCount += counts.lookupCount;
     }
 
-    /// Judges answers, or returns what equal answers of the frame were judged as: the same
-    /// visibility of every pair by the same method, at the same resolutions of maps and rays.
-    const JudgedAnswers& judgedAs(int frame, const Answers& answers) {
+    /// Judges results, or returns the judgement of equal results of the frame: the same visibility
+    /// of every pair by the same method, at the same resolutions of maps and rays.
+    const JudgedResults& judgedAs(int frame, const PairResults& answers) {
         const FrameResult& result = answers.frame;
-        JudgedAnswers judged{frame,
+        JudgedResults judged{frame,
                              row_.asksFlip(),
                              setup_.hasPlane,
                              setup_.hasMovers,
                              uint32_t(setup_.resolutionLog2),
                              setup_.frame.rays.offset,
                              setup_.frame.bias.constantTexels,
-                             setup_.frame.rays.kind,
+                             setup_.frame.rays.believe,
                              result.visibility,
                              result.pairRoute,
                              {},
@@ -238,7 +237,7 @@ private:
                              0};
         for (const MapRecord& map : result.maps)
             judged.faceTexels.push_back(map.quantities.faceTexels);
-        for (const JudgedAnswers& known : scene_.judged)
+        for (const JudgedResults& known : scene_.judged)
             if (known.isOf(judged))
                 return known;
         judged.errors = scene_.judge.judge(frame, answers).total;
@@ -271,8 +270,8 @@ public:
     AblationMeasurement(const AblationTable& table, AblationScene& scene)
         : table_(table), scene_(scene) {}
 
-    /// Renders a frame by maps of the largest pages, so that no mechanism is charged for memory
-    /// that grows.
+    /// Renders a frame by maps of the largest pages, so that growing memory is not charged to a
+    /// mechanism.
     void warmUp() {
         static const Mechanism row{"warm-up", "", MatrixMethod::kMaps, GainMetric::kTime,
                                    "",        "", "page_size=256"};
@@ -341,7 +340,7 @@ private:
         return setup;
     }
 
-    /// Equal settings give equal readings, whatever row asks.
+    /// Equal settings give equal measurements, in whatever row.
     const Reading& read(const Mechanism& row, const std::string& settings, Side& side) {
         const std::string key = kMatrixMethodNames[size_t(row.method)] + (" " + row.always) + " " +
                                 settings + (row.isSequence ? " sequence" : "") +
@@ -353,7 +352,7 @@ private:
                                         : readings_.emplace(key, side.read()).first->second;
     }
 
-    /// Runs both sides in turn: what should pay in time `repeats` times, else once.
+    /// Runs both sides in turn: `repeats` times if the mechanism should gain time, else once.
     Gain measureTimes(const Mechanism& row, Side& off, Side& on, Json& entry) const {
         std::vector<double> offMs, onMs;
         const int runs = row.metric == GainMetric::kTime ? table_.repeats : 1;
@@ -448,7 +447,7 @@ std::vector<std::string> disagreements(const Json& results) {
         const Json& isDefault = row["is_default"];
         lines.push_back(row["name"].get<std::string>() + ": " + row["verdict"].get<std::string>() +
                         ", and is " +
-                        (isDefault.is_null()     ? "there to be asked for"
+                        (isDefault.is_null()     ? "available as an option"
                          : isDefault.get<bool>() ? "on by default"
                                                  : "off by default") +
                         "; " + row["reason"].get<std::string>());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mechanisms as they are read, and how what scenes gave becomes a judgement by row.
+// Reads the mechanisms, and turns the measurements of scenes into a judgement per row.
 #include "tools/studies/ablation.h"
 
 #include "cuda/error.h"
@@ -55,7 +55,7 @@ public:
             table_.failures.clear();
         }
         chooseNames();
-        // Failures in the order in which rows are shown by them.
+        // Failures in the order in which rows refer to them.
         std::vector<Failure> shown;
         for (const Mechanism& row : table_.rows)
             for (const std::string& name : row.shownBy)
@@ -72,6 +72,12 @@ public:
         for (const Failure& failure : table_.failures)
             names.push_back("failure " + failure.name);
         return names;
+    }
+    std::vector<std::string> scenes() const override {
+        std::vector<std::string> scenes = table_.scenes;
+        for (const Failure& failure : table_.failures)
+            scenes.push_back(failure.scene);
+        return scenes;
     }
     Json measure(size_t part, const StudyRequest& request) override {
         if (part < table_.scenes.size())
@@ -127,13 +133,14 @@ public:
     }
     bool mustHold() const override { return false; }
     std::string needsBeyondGl() const override {
-        return "dag-exact, and retained pages and polygon levels of detail (SOR and PLOD of "
+        return "rays against triangles, and retained pages and polygon levels of detail (SOR and "
+               "PLOD of "
                "--variants)";
     }
 
 private:
-    /// Keeps the rows and terms that were asked for. Throws Error kUsage for an unknown name, and
-    /// for rows that need times where none are taken.
+    /// Keeps the requested rows and terms. Throws Error kUsage for an unknown name, and for rows
+    /// that need times if none are measured.
     void chooseNames() {
         const std::vector<std::string> terms = costTermNames();
         std::vector<Mechanism> rows;
@@ -157,9 +164,10 @@ private:
         table_.rows = rows;
         for (const Mechanism& row : rows)
             if (row.metric == GainMetric::kTime && table_.repeats == 0)
-                throw Error(ErrorKind::kUsage, "mechanism '" + row.name +
-                                                   "' should pay in time, and none is taken; ask "
-                                                   "for 1 run or more, or for others");
+                throw Error(ErrorKind::kUsage,
+                            "mechanism '" + row.name +
+                                "' should gain time, but times are not measured; use "
+                                "1 run or more, or other rows");
     }
 
     AblationTable table_;
@@ -183,14 +191,14 @@ Mechanism readMechanism(StudyReader& reader, const std::vector<Failure>& failure
     for (const auto& [key, side] : {std::pair("off", &row.off), {"on", &row.on}}) {
         *side = reader.settings(key);
         if (!readsAny(row.method, *side))
-            reader.refuse(key, *side, "must hold a setting that the row's method reads");
+            reader.refuse(key, *side, "must contain a setting that the row's method reads");
     }
     reader.texts("default_if", row.defaultIf);
     for (const std::string& setting : row.defaultIf)
         try {
             cellSetup({setting});
         } catch (const Error& error) {
-            reader.refuse("default_if", setting, std::string("is no setting: ") + error.what());
+            reader.refuse("default_if", setting, std::string("is not a setting: ") + error.what());
         }
     reader.texts("shown_by", row.shownBy);
     for (const std::string& name : row.shownBy)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The terms of the cost model as mechanisms: what each saves by the routes that it changes.
+// The terms of the cost model as mechanisms: the time that each saves by the routes that it
+// changes.
 #include "tools/studies/ablation.h"
 
 #include "hybrid/routing/cost_terms.h"
@@ -12,7 +13,7 @@ namespace shadowdag {
 namespace {
 
 const std::string kPrefix = "term-";
-constexpr const char* kConstant = "maps"; // of every form, whatever else it has
+constexpr const char* kConstant = "maps"; // part of every form
 
 bool holds(const std::vector<CostSummand>& sum, const CostTerm& term) {
     return std::any_of(sum.begin(), sum.end(),
@@ -36,8 +37,8 @@ CostCalibration with(CostCalibration form, const CostTerm& term) {
     return form;
 }
 
-/// Returns by scene what serving its frames takes by the routes of a form that is fitted to all
-/// frames but the one that it routes, counting included.
+/// Returns by scene the time of serving its frames by the routes of a form that is fitted to all
+/// frames except the routed one, counting included.
 std::map<std::string, double> servedMs(const ObservedFrames& frames, const CostCalibration& form) {
     const std::vector<double> regrets =
         heldOutRegret(frames, HeldOut::kFrames, [&](const ObservedFrames& fitted) {
@@ -92,7 +93,7 @@ Json judgeCostTerms(const std::vector<ObservedFrame>& observed,
                     {"off_settings", "rays: " + formText(off.rays) + "; map: " + formText(off.map)},
                     {"on_settings", "rays: " + formText(on.rays) + "; map: " + formText(on.map)},
                     {"is_default", isInForm},
-                    {"kept_for", "calibrate, which tries every term on each machine anew"},
+                    {"kept_for", "calibrate, which tries every term again on each machine"},
                     {"source", "ours"},
                     {"is_sequence", false},
                     {"scenes", Json::array()}};

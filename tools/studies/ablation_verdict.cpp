@@ -42,7 +42,7 @@ std::string percent(const Gain& gain) {
     return text;
 }
 
-/// Returns what is worse, and by how much; "" where nothing is.
+/// Returns the metrics that are worse, and by how much; "" if none is.
 std::string prices(const Judgement& j) {
     std::string text;
     const auto add = [&](const char* name, const Gain& gain) {

@@ -11,6 +11,7 @@ CellCounts cellCounts(const ErrorCounts& errors, uint64_t missingTapCount, uint6
             errors.unexplainedFalseShadowCount + errors.unexplainedFalseLightCount,
             errors.acneCount,
             errors.contactCount,
+            errors.magnifiedCount,
             missingTapCount,
             uint64_t(errors.meanAbsVisibilityError() * 1e6 + 0.5),
             flickerCount};
@@ -53,7 +54,7 @@ std::vector<KnownCell> readKnown(StudyReader& row, bool hasRemedy) {
             reader.number(kCellMeasureNames[m], cell.counts[size_t(m)], 0, 1e15);
         if (findKnown(cells, cell.method, cell.isOn))
             reader.refuse("method", kMatrixMethodNames[size_t(cell.method)],
-                          "stands there twice; name each cell once");
+                          "is listed twice; list each cell once");
         cells.push_back(cell);
     });
     return cells;

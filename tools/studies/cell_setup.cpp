@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one table of the keys of settings, and texts to what is rendered.
+// The table of the keys of settings, and the conversion of texts to a setup.
 #include "tools/studies/cell_setup.h"
 
 #include "cuda/error.h"
 #include "hybrid/routing/resolution.h"
 #include "tools/settings/lod_option.h"
 #include "tools/settings/parse.h"
+#include "tools/settings/setting.h"
 
 #include <algorithm>
 #include <initializer_list>
@@ -15,7 +16,7 @@ namespace shadowdag {
 
 namespace {
 
-constexpr MatrixMethod kMaps = MatrixMethod::kMaps, kDag = MatrixMethod::kDag,
+constexpr MatrixMethod kMaps = MatrixMethod::kMaps, kDag = MatrixMethod::kDagAll,
                        kHybrid = MatrixMethod::kHybrid;
 
 bool isOn(const std::string& key, const std::string& value) {
@@ -28,7 +29,7 @@ uint32_t whole(const std::string& key, const std::string& value, uint32_t min, u
     return uint32_t(parseInteger(key, value, min, max));
 }
 
-/// Returns which of the names a value is. Throws Error kUsage with all of them.
+/// Returns the index of a value among names. Throws Error kUsage with all of them.
 size_t oneOf(const std::string& key, const std::string& value,
              std::initializer_list<const char*> names) {
     std::string all;
@@ -40,6 +41,12 @@ size_t oneOf(const std::string& key, const std::string& value,
         ++index;
     }
     throw Error(ErrorKind::kUsage, key + " '" + value + "': must be one of " + all);
+}
+
+float believeOf(const std::string& key, const std::string& value) {
+    FrameOptions frame;
+    settingOf("--believe").setFrame(frame, key, value);
+    return frame.rays.believe;
 }
 
 struct Key {
@@ -57,23 +64,27 @@ const std::vector<Key>& keys() {
          [](CellSetup& s, Text k, Text v) {
              s.frame.rays.offset = float(parseNumber(k, v, 0, 64));
          }},
-        {{"confirm", "on: method dag-exact, hits are confirmed by the triangles", {kDag, kHybrid}},
-         [](CellSetup& s, Text k, Text v) {
-             s.frame.rays.kind = isOn(k, v) ? RayKind::kExact : RayKind::kVoxels;
-         }},
+        {{"believe", "--believe: the voxels that block a ray", {kDag, kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.believe = believeOf(k, v); }},
+        {{"hybrid_believe", "--believe of the hybrid alone", {kHybrid}},
+         [](CellSetup& s, Text k, Text v) { s.hybridBelieve = believeOf(k, v); }},
         {{"lod", "--lod: level of detail of rays", {kDag, kHybrid}},
          [](CellSetup& s, Text k, Text v) { parseLod(k, v).apply(s.frame.rays); }},
-        {{"ray_batch", "RayOptions::batch: how many rays are asked together", {kDag, kHybrid}},
+        {{"ray_batch",
+          "how many rays are traced together: single, stream (no option)",
+          {kDag, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.rays.batch = RayBatch(oneOf(k, v, {"single", "stream"}));
          }},
-        {{"movers", "off: rays are not held against what moves (no option)", {kDag, kHybrid}},
+        {{"movers",
+          "off: rays are not tested against moving geometry (no option)",
+          {kDag, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.hasMovers = isOn(k, v); }},
         {{"cluster_bounds", "parts EB, TB of --variants: boxes of clusters", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.clusterBounds = ClusterBounds(oneOf(k, v, {"implicit", "explicit", "tight"}));
          }},
-        {{"normal_clusters", "part Nk of --variants: directions an edge", {kMaps, kHybrid}},
+        {{"normal_clusters", "part Nk of --variants: directions per edge", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.normalClusters = whole(k, v, 0, 16); }},
         {{"light_order",
           "part RL of --variants: light lists by index or along a curve",
@@ -81,11 +92,13 @@ const std::vector<Key>& keys() {
          [](CellSetup& s, Text k, Text v) {
              s.frame.reorderLights = oneOf(k, v, {"index", "curve"}) == 1;
          }},
-        {{"page_pruning", "parts FP, LP of --variants: who needs no page", {kMaps, kHybrid}},
+        {{"page_pruning", "parts FP, LP of --variants: pairs without pages", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.pruning = PairPruning(oneOf(k, v, {"none", "facing", "lit"}));
          }},
-        {{"culling", "MapCulling: what is drawn into which face", {kMaps, kHybrid}},
+        {{"culling",
+          "part CFM, PMC, PMCD of --variants: the batches drawn into each face",
+          {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              constexpr MapCulling kKinds[] = {MapCulling::kSphere, MapCulling::kFaceMask,
                                               MapCulling::kProjectionMap, MapCulling::kMaximumDepth,
@@ -93,20 +106,22 @@ const std::vector<Key>& keys() {
              s.frame.maps.culling = kKinds[oneOf(k, v, {"sphere", "cfm", "pmc", "pmcd", "pmcc"})];
          }},
         {{"rasterizer",
-          "ShadowMapOptions::useAtomicRasterizer: the one text, or the CPU's own kernel",
+          "atomic: the code of all processors; cpu: the kernel of the CPU (no option)",
           {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.maps.useAtomicRasterizer = oneOf(k, v, {"cpu", "atomic"}) == 1;
          }},
-        {{"undersample", "--undersample: divides the resolution asked for", {kMaps, kHybrid}},
+        {{"undersample", "--undersample: divides the requested resolution", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.undersample = float(parseNumber(k, v, 1.0 / 64, 1024));
          }},
-        {{"resolution_rule", "part RP of --variants: who asks for texels", {kMaps, kHybrid}},
+        {{"resolution_rule", "part RP of --variants: the rule of resolution", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.resolutionRule = ResolutionRule(oneOf(k, v, {"sphere", "plane"}));
          }},
-        {{"min_face_texels", "FrameOptions::minFaceTexels: the least map", {kMaps, kHybrid}},
+        {{"min_face_texels",
+          "texels of the edge of the smallest map (no option)",
+          {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.minFaceTexels = whole(k, v, 1, 2048); }},
         {{"maps_per_light", "--maps-per-light", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
@@ -114,11 +129,13 @@ const std::vector<Key>& keys() {
          }},
         {{"pool", "--pool: budget of pages", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.maps.poolBytes = parseBytes(k, v); }},
-        {{"page_size", "--page-size: texels a side of a page", {kMaps, kHybrid}},
+        {{"page_size", "--page-size: texels per side of a page", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.maps.pageTexels = 1u << parsePowerOfTwo(k, v, 16, 256);
          }},
-        {{"bias", "--bias: texels forgiven before the receiver", {kMaps, kHybrid}},
+        {{"bias",
+          "--bias: ignores blockers within so many texels before the receiver",
+          {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.bias.constantTexels = float(parseNumber(k, v, 0, 64));
          }},
@@ -135,25 +152,32 @@ const std::vector<Key>& keys() {
           {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.maps.useStaticOptimization = isOn(k, v); }},
         {{"retained_pages",
-          "part SOR of --variants: kept maps keep pages that nobody needs",
+          "part SOR of --variants: kept maps keep unused pages",
           {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.maps.retainsPages = isOn(k, v); }},
         {{"receiver_plane",
           "off: taps are compared with the receiver's distance (no option)",
           {kMaps}},
          [](CellSetup& s, Text k, Text v) { s.hasPlane = isOn(k, v); }},
-        {{"redraw", "off: maps of the frame before answer (no option)", {kMaps}},
+        {{"redraw", "off: maps of the frame before are used (no option)", {kMaps}},
          [](CellSetup& s, Text k, Text v) { s.redraws = isOn(k, v); }},
-        {{"hysteresis", "on: --sequence; off: every frame stands for itself", {kMaps, kHybrid}},
+        {{"hysteresis", "on: --sequence; off: frames are independent", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.keepsFrames = isOn(k, v); }},
         {{"threshold", "--model texels:T of the hybrid", {kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.hybridTexels = float(parseNumber(k, v, 0, 8192)); }},
-        {{"route_margin", "--route-margin: a map changes its method only for that much", {kHybrid}},
+        {{"route_margin", "--route-margin: a map changes its method only for this gain", {kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.routeMargin = float(parseNumber(k, v, 0, 16));
          }},
     };
     return all;
+}
+
+std::string keyNames() {
+    std::string names;
+    for (const Key& key : keys())
+        names += (names.empty() ? "" : ", ") + key.setting.key;
+    return names;
 }
 
 /// Calls visit(key, value) for each "key=value" of a text.
@@ -166,8 +190,7 @@ template <class Visit> void forSettings(const std::string& text, const Visit& vi
                                         [&](const Key& key) { return key.setting.key == name; });
         if (sign == std::string::npos || found == keys().end())
             throw Error(ErrorKind::kUsage, "setting '" + word + "' of '" + text +
-                                               "': must be KEY=VALUE with a key of "
-                                               "cellSettings()");
+                                               "': must be KEY=VALUE; the keys are " + keyNames());
         visit(*found, word.substr(sign + 1));
     }
 }
@@ -184,9 +207,17 @@ const std::vector<CellSetting>& cellSettings() {
     return settings;
 }
 
+std::string fileNameOf(MatrixMethod method) {
+    std::string name = kMatrixMethodNames[size_t(method)];
+    std::replace(name.begin(), name.end(), ' ', '_');
+    return name;
+}
+
 std::unique_ptr<CostModel> modelOf(MatrixMethod method, CellSetup& setup) {
-    if (method == MatrixMethod::kDagExact)
-        setup.frame.rays.kind = RayKind::kExact;
+    const float asked =
+        method == MatrixMethod::kHybrid ? setup.hybridBelieve : RayOptions{}.believe;
+    setup.frame.rays.believe =
+        method == MatrixMethod::kDagNone ? 0.0f : setup.believe.value_or(asked);
     return makeCostModel(method == MatrixMethod::kMaps ? "texels:0"
                          : method == MatrixMethod::kHybrid
                              ? "texels:" + numberText(setup.hybridTexels)

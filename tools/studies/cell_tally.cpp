@@ -5,17 +5,19 @@
 
 namespace shadowdag {
 
-ErrorReport CellTally::add(Judge& judge, int frame, const Answers& answers, const Camera& camera,
-                           bool followsAnswers) {
+ErrorReport CellTally::add(Judge& judge, int frame, const PairResults& answers,
+                           const Camera& camera, bool measuresFlicker) {
     ErrorReport report = judge.judge(frame, answers);
     errors_.add(report.total);
+    nullFlipCount_ += report.nullRate * double(report.nullSampleCount);
+    nullSampleCount_ += report.nullSampleCount;
     missingTapCount_ += answers.missingTapCount;
     const FrameCounts& counts = answers.frame.counts;
     tracedMapCount_ += counts.tracedMapCount;
     drawnMapCount_ += counts.drawnMapCount;
     texelCount_ += counts.maps.texelCount;
-    if (followsAnswers) {
-        workspace_.truth(); // as it is now: the meter asks it as well
+    if (measuresFlicker) {
+        workspace_.truth(); // as it is now: the meter uses it as well
         flickers_.add(meter_.add({errorInputs(workspace_.world(), answers), camera}));
     }
     return report;
@@ -27,6 +29,8 @@ CellCounts CellTally::counts() const {
 
 Json CellTally::json() const {
     Json json = toJson(errors_);
+    json["null_rate"] = nullSampleCount_ > 0 ? nullFlipCount_ / double(nullSampleCount_) : 0.0;
+    json["null_sample_count"] = nullSampleCount_;
     const CellCounts all = counts();
     for (size_t m = 0; m < all.size(); ++m)
         json[kCellMeasureNames[m]] = all[m];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cells of a failure: frames, pairs answered again, counts, pictures.
+// Measures the cells of a failure: frames, reevaluated pairs, counts, pictures.
 #include "tools/studies/cell_tally.h"
 #include "tools/studies/failures.h"
 
@@ -59,7 +59,8 @@ public:
     }
 
 private:
-    /// Returns whether the backend cannot do the method with and without the remedy, and says so.
+    /// Returns whether the backend does not support the method with and without the remedy, and
+    /// reports it.
     bool leavesOut(MatrixMethod method, bool isSwitched) {
         if (request_.backend != Backend::kGl)
             return false;
@@ -67,7 +68,7 @@ private:
             if (!isOn && !isSwitched)
                 continue;
             CellSetup setup = cellSetup({failure_.always, isOn ? failure_.on : failure_.off});
-            modelOf(method, setup); // sets what the method is
+            modelOf(method, setup); // sets the method
             const std::string why = unfollowedByGl(setup.frame);
             if (why.empty())
                 continue;
@@ -86,14 +87,14 @@ private:
         CellTally tally(workspace_);
         FrameRenderer& renderer = workspace_.renderer(setup.resolutionLog2);
         renderer.reset();
-        Answers answers;
+        PairResults answers;
         for (int f = 0; f < failure_.frameCount; ++f) {
             workspace_.setTime(float(failure_.startSeconds + f * failure_.stepSeconds));
             if (!setup.keepsFrames)
                 renderer.reset();
             answers = answer(renderer, setup, *model, !setup.redraws && f > 0);
             tally.add(judge_, f, answers, workspace_.camera(), failure_.frameCount > 1);
-            if (!setup.redraws && f > 0) // what the next frame asks
+            if (!setup.redraws && f > 0) // the requests of the next frame
                 renderer.render(workspace_.camera(), *model, setup.frame);
         }
         const CellCounts counts = tally.counts();
@@ -111,21 +112,21 @@ private:
         json.update(tally.json());
         addBounds(method, isOn, counts, json);
         if (!request_.pictureDirectory.empty() && isPictured(method))
-            draw(renderer, answers, setup, name, isOn, json);
+            draw(renderer, answers, setup, fileNameOf(method), isOn, json);
         results_["cells"].push_back(std::move(json));
         return counts;
     }
 
-    /// Renders a frame as a setup says. @param asksOldMaps answers from the maps that the frame
-    /// before left: another renderer draws the frame, so that these stay
-    Answers answer(FrameRenderer& renderer, const CellSetup& setup, const CostModel& model,
-                   bool asksOldMaps) {
+    /// Renders a frame with a setup. @param asksOldMaps use the maps of the frame before: another
+    /// renderer draws the frame, so that these remain
+    PairResults answer(FrameRenderer& renderer, const CellSetup& setup, const CostModel& model,
+                       bool asksOldMaps) {
         FrameRenderer& drawn =
             asksOldMaps ? workspace_.renderer(setup.resolutionLog2, 1) : renderer;
         if (asksOldMaps)
             drawn.reset();
-        Answers answers =
-            answersOf(drawn.render(workspace_.camera(), model, setup.frame), drawn, setup.frame);
+        PairResults answers = pairResultsOf(drawn.render(workspace_.camera(), model, setup.frame),
+                                            drawn, setup.frame);
         if (asksOldMaps) {
             answers.method.maps = renderer.shadowMaps();
             if (answers.method.maps.maps.count != answers.frame.counts.drawnMapCount)
@@ -138,8 +139,7 @@ private:
         return answers;
     }
 
-    /// Adds "broken", the names of the measures that are over what is known, or "unknown", and
-    /// "bounds".
+    /// Adds "broken", the names of the measures above their bounds, or "unknown", and "bounds".
     void addBounds(MatrixMethod method, bool isOn, const CellCounts& counts, Json& json) const {
         Json broken = Json::array(), bounds = Json::object();
         const KnownCell* known = findKnown(failure_.known, method, isOn);
@@ -157,16 +157,16 @@ private:
         json["bounds"] = bounds;
     }
 
-    /// Returns whether the page shows the method: it must show the remedy, or there is none.
+    /// Returns whether the page shows the method: it must show the remedy, if there is one.
     bool isPictured(MatrixMethod method) const {
         if (failure_.seen.empty())
-            return method == MatrixMethod::kMaps || method == MatrixMethod::kDag;
+            return method == MatrixMethod::kMaps || method == MatrixMethod::kDagAll;
         return std::any_of(failure_.seen.begin(), failure_.seen.end(),
                            [&](const RemedySeen& seen) { return seen.method == method; });
     }
 
     /// Draws the last frame by the method and by the truth.
-    void draw(const FrameRenderer& renderer, const Answers& answers, const CellSetup& setup,
+    void draw(const FrameRenderer& renderer, const PairResults& answers, const CellSetup& setup,
               const std::string& method, bool isOn, Json& json) {
         const PairList& pairs = answers.frame.pairs;
         const bool isFirst = results_["pictures"].empty();

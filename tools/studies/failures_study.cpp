@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of failures as they are read, and what is said of their results.
+// Reads the rows of failures, and reports their results.
 #include "tools/report/csv.h"
 #include "tools/settings/console.h"
 #include "tools/studies/cell_setup.h"
 #include "tools/studies/failures.h"
+
+#include <algorithm>
 
 namespace shadowdag {
 
@@ -35,10 +37,16 @@ public:
             names.push_back(row.name);
         return names;
     }
+    std::vector<std::string> scenes() const override {
+        std::vector<std::string> scenes;
+        for (const Failure& row : rows_)
+            scenes.push_back(row.scene);
+        return scenes;
+    }
     Json measure(size_t part, const StudyRequest& request) override {
         return measureFailure(rows_.at(part), table_.slack, request, console_);
     }
-    /// Adds what each setting is, for the page.
+    /// Adds the description of each setting, for the page.
     Json join(std::vector<Json> parts) const override {
         Json results = Study::join(std::move(parts)), settings = Json::array();
         for (const CellSetting& setting : cellSettings())
@@ -50,12 +58,16 @@ public:
         return failureLines(results);
     }
     std::string judged(const Json& results) const override {
-        return std::to_string(results["cells"].size()) + " cells, " +
+        const bool hasBounds =
+            std::any_of(results["cells"].begin(), results["cells"].end(),
+                        [](const Json& cell) { return !cell["bounds"].empty(); });
+        return std::to_string(results["cells"].size()) + " cells" +
+               (hasBounds ? ", " : " without bounds, ") +
                std::to_string(results["remedies"].size()) + " remedies";
     }
     void print(const Json& results, const Console& console) const override {
         for (const Json& cell : results["left_out"])
-            console.note("left out: " + cell["failure"].get<std::string>() + " by " +
+            console.note("omitted: " + cell["failure"].get<std::string>() + " by " +
                          cell["method"].get<std::string>() + ": " + cell["why"].get<std::string>());
     }
     std::string csv(const Json& results) const override { return runsCsv(results["cells"]); }
@@ -89,7 +101,7 @@ FailureTable readFailures(const StudyFile& file) {
             row.off = reader.settings("off");
             row.on = reader.settings("on");
             if (row.off.empty() != row.on.empty())
-                reader.refuse("on", row.on, "must be there with \"off\", or neither of them");
+                reader.refuse("on", row.on, "must be given with \"off\", or neither of them");
             reader.number("start_s", row.startSeconds, 0, 1e6);
             reader.number("step_s", row.stepSeconds, 0, 1e6);
             reader.number("frames", row.frameCount, 1, 1000);
@@ -97,7 +109,7 @@ FailureTable readFailures(const StudyFile& file) {
                 RemedySeen one{};
                 one.method = MatrixMethod(seen.choice("method", kMatrixMethodNames));
                 one.measure = CellMeasure(seen.choice("measure", kCellMeasureNames));
-                seen.number("factor", one.factor, 0, 1e9);
+                seen.requiredNumber("factor", one.factor, 0, 1e9);
                 row.seen.push_back(one);
             });
             if (!row.seen.empty() && !row.hasRemedy())
@@ -106,6 +118,7 @@ FailureTable readFailures(const StudyFile& file) {
             row.known = readKnown(reader, row.hasRemedy());
             table.rows.push_back(row);
         });
+        study.requireRows(table.rows.size());
         study.list("tests", "test", [&](StudyReader& test) {
             table.tests.push_back(
                 {test.required("listed"), test.required("what"), test.required("test")});
@@ -123,14 +136,14 @@ std::vector<std::string> failureLines(const Json& results) {
                 cell["failure"].get<std::string>() + " by " + cell["method"].get<std::string>() +
                 ", remedy " + cell["remedy"].get<std::string>() + ": " +
                 (name == "unknown"
-                     ? std::string("no bound is known; run tools/studies/update_known.py")
+                     ? std::string("it has no recorded counts; run tools/studies/update_known.py")
                      : name + " is " + cell[name].dump() + ", bound " +
                            cell["bounds"][name].dump()));
         }
     for (const Json& remedy : results["remedies"])
         if (!remedy["is_seen"].get<bool>())
             lines.push_back(remedy["failure"].get<std::string>() + " by " +
-                            remedy["method"].get<std::string>() + ": the remedy is not seen, " +
+                            remedy["method"].get<std::string>() + ": the remedy is not visible, " +
                             remedy["measure"].get<std::string>() + " is " + remedy["off"].dump() +
                             " without and " + remedy["on"].dump() + " with it");
     return lines;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cells of a real scene: the camera's move, counts, errors that are not classified, pictures.
+// Measures the cells of a real scene: the camera's move, counts, unclassified errors, pictures.
 #include "tools/studies/cell_tally.h"
 #include "tools/studies/real_scenes.h"
 
@@ -15,7 +15,8 @@ namespace shadowdag {
 
 namespace {
 
-constexpr size_t kListedPairCount = 8; ///< errors that are not classified that a cell lists
+constexpr size_t kListedPairCount = 8;      ///< number of unclassified errors that a cell lists
+constexpr uint32_t kNullSampleCount = 2000; ///< right pairs sampled in a frame
 
 Json jsonOf(const glm::vec3& v) {
     return {v.x, v.y, v.z};
@@ -29,12 +30,12 @@ public:
         : table_(table), known_(known), request_(request), name_(sceneStem(scene.argument)),
           workspace_(std::move(scene), {request.backend, known ? known->camera : std::string(),
                                         VoxelSource{{}, request.cacheDirectory, false}, &console}),
-          judge_(workspace_) {
+          judge_(workspace_, 1, kNullSampleCount), console_(console) {
         workspace_.setTime(0.0f);
         camera_ = workspace_.camera();
     }
 
-    /// Adds the cell of a method. @param known as the cell says it
+    /// Adds the cell of a method. @param known in the form of the cell
     void measure(MatrixMethod method, const std::string& known, Json& results) {
         CellSetup setup = cellSetup({table_.settings});
         const std::unique_ptr<CostModel> model = modelOf(method, setup);
@@ -43,13 +44,17 @@ public:
         CellTally tally(workspace_);
         Json unnamed = Json::array();
         double poolDivisor = 1.0;
-        Answers answers;
+        PairResults answers;
         for (int f = 0; f < table_.frameCount; ++f) {
             const Camera camera = cameraAt(f);
             answers =
-                answersOf(renderer.render(camera, *model, setup.frame), renderer, setup.frame);
+                pairResultsOf(renderer.render(camera, *model, setup.frame), renderer, setup.frame);
             if (stepWorld_ == 0.0f)
                 setStep(answers.gbuffer);
+            if (const uint64_t pairs = answers.frame.pairs.count();
+                method == MatrixMethod::kMaps && f == 0 && pairs < kFewPairCount)
+                console_.note("warning: " + name_ + ": " + std::to_string(pairs) +
+                              " pairs of a visible point and a light, which prove little");
             step();
             const ErrorReport report = tally.add(judge_, f, answers, camera);
             list(errorInputs(workspace_.world(), answers), report, f, unnamed);
@@ -68,6 +73,13 @@ public:
         json["unnamed_count"] = json["unexplained_count"].get<uint64_t>() -
                                 (errors.settledFalseShadowCount + errors.settledFalseLightCount);
         json["unnamed"] = unnamed;
+        const double pairs = double(std::max<uint64_t>(errors.pairCount, 1));
+        json["false_shadow_share"] = double(errors.falseShadowCount) / pairs;
+        json["false_light_share"] = double(errors.falseLightCount) / pairs;
+        json["magnified_share"] = double(errors.magnifiedCount) / pairs;
+        for (const Untrusted& cell : known_ ? known_->untrusted : std::vector<Untrusted>())
+            if (cell.method == method)
+                json["untrusted"] = cell.reason;
         json["pool_divisor"] = poolDivisor;
         const Json bounds = realBounds(table_, known_, method);
         Json broken = realBroken(json, bounds);
@@ -75,7 +87,7 @@ public:
             broken.push_back("unknown");
         json["bounds"] = bounds;
         json["broken"] = broken;
-        draw(answers, setup, name, json, results["pictures"]);
+        draw(answers, setup, fileNameOf(method), json, results["pictures"]);
         results["cells"].push_back(std::move(json));
     }
 
@@ -87,29 +99,29 @@ private:
             request_.progress(double(done_) / (2.0 * table_.frameCount * kMatrixMethodCount));
     }
 
-    /// Returns the camera of a frame: a pixel's width at the median distance of what the first
-    /// frame sees farther to the right in each.
+    /// Returns the camera of a frame: in each frame farther to the right by a pixel's width at the
+    /// median distance of the first frame's samples.
     Camera cameraAt(int frame) const {
         Camera camera = camera_;
         camera.positionWorld += camera.right() * (stepWorld_ * float(frame));
         return camera;
     }
 
-    /// Sets the step from what the first frame shows.
+    /// Sets the step from the first frame.
     void setStep(const GBufferView& gbuffer) {
         std::vector<float> distances;
         for (size_t i = 0; i < gbuffer.count(); ++i)
             if (gbuffer.triangle[i] != kBackground)
                 distances.push_back(gbuffer.depthView[i]);
         if (distances.empty())
-            throw Error(ErrorKind::kInput, name_ + ": the camera sees nothing but background; "
+            throw Error(ErrorKind::kInput, name_ + ": the camera sees only background; "
                                                    "give the scene a camera");
         const auto middle = distances.begin() + ptrdiff_t(distances.size() / 2);
         std::nth_element(distances.begin(), middle, distances.end());
         stepWorld_ = *middle * 2.0f * std::tan(0.5f * camera_.yfov) / float(gbuffer.height);
     }
 
-    /// Lists the first errors that are not classified, with what it takes to look at one.
+    /// Lists the first unclassified errors, with the data to inspect each.
     void list(const ErrorInputs& inputs, const ErrorReport& report, int f, Json& unnamed) {
         const PairList& pairs = inputs.pairs;
         for (size_t sample = 0; sample + 1 < pairs.sampleStart.size(); ++sample)
@@ -147,8 +159,8 @@ private:
     }
 
     /// Writes the truth once and a method's errors.
-    void draw(const Answers& answers, const CellSetup& setup, const std::string& method, Json& cell,
-              Json& pictures) {
+    void draw(const PairResults& answers, const CellSetup& setup, const std::string& method,
+              Json& cell, Json& pictures) {
         if (request_.pictureDirectory.empty())
             return;
         const PairList& pairs = answers.frame.pairs;
@@ -174,6 +186,7 @@ private:
     std::string name_;
     Workspace workspace_;
     Judge judge_;
+    const Console& console_;
     Camera camera_;
     float stepWorld_ = 0.0f;
     int done_ = 0;

@@ -1,22 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 // Studies of kind "real": lit scenes that were not made for this program, each by the four methods,
-// over a short camera move, every pair against Embree, held to bounds.
+// over a short camera move, every pair compared with Embree, with bounds.
 //
 // A cell is one scene by one method. It holds while
-//  - each count is at most what is known of the cell and the study's slack; but of dag-exact at
-//  most
-//    what is known, without slack, and of acne by rays none;
-//  - every error is classified: it is explained, acne, contact or settled
-//  (hybrid/judge/explain.h).
-//    The few that are left and understood stand in the study under "unexplained" with a reason;
+//  - each count is at most what is known of the cell and the study's slack; but of rays that
+//    believe no voxel at most what is known, without slack, and of acne by rays none;
+//  - the shares of wrong and of magnified pairs are within the study's tolerance of the method,
+//    whatever is known, and so is the null rate: where most right answers would be explained as
+//    well, "explained" says nothing. A cell of a known scene that is not may stand in the study
+//    under "untrusted" with the reason;
+//  - every error is classified: it is magnified, explained, acne, contact or settled
+//    (hybrid/judge/explain.h). The few that are left and understood stand in the study under
+//    "unexplained" with a reason;
 //  - some of its pairs are dark by the truth and some lit: else there is no shadow to be wrong at,
 //    and the cell proves nothing.
-// A scene that is not known is measured as well, and held to what any scene is held to: no error
-// that is not classified, no acne by rays, and no error at all by dag-exact; where it shows no
-// shadow edge the report says so.
+// A scene without recorded counts is measured as well, with the bounds of any scene: no
+// unclassified error, no acne by rays, and no error at all by rays that believe no voxel; if it
+// shows no shadow edge the report states it.
 //
-// The move: frames, the camera a pixel's width at the median distance of what it sees farther to
-// the right in each; frames follow each other and keep what is kept.
+// The move: in each frame the camera is farther to the right by a pixel's width at the median
+// distance of the visible surface; frames form a sequence and keep state.
 #pragma once
 
 #include "tools/studies/cell_counts.h"
@@ -27,21 +30,35 @@
 
 namespace shadowdag {
 
-/// Errors that neither the resolution nor the taps explain and that are understood all the same; a
-/// cell may have as many, and the slack.
+/// Errors that neither the resolution nor the taps explain but that are understood; a cell may have
+/// this number and the slack.
 struct NamedErrors {
     MatrixMethod method;
     uint64_t count = 0; ///< measured once, over all frames
     std::string failure, reason;
 };
 
-/// A scene that is known. What is measured of another file of that name is not held to its counts.
+/// What a method is held to in any scene: shares of the pairs of all frames, and of the right ones
+/// that would be explained if they were wrong.
+struct RealTolerance {
+    std::vector<MatrixMethod> methods;
+    double falseShadowShare = 0, falseLightShare = 0, magnifiedShare = 0, nullRate = 1;
+};
+
+/// A cell that is known to exceed the tolerance.
+struct Untrusted {
+    MatrixMethod method;
+    std::string reason;
+};
+
+/// A scene with recorded counts. Another file of that name is not compared with them.
 struct RealScene {
     std::string name;         ///< of the file, without directories and extension; unique
     std::string geometryHash; ///< as `info` prints it
     std::string camera;       ///< as --camera takes it
     std::string what;         ///< one sentence: what the view shows
     std::vector<NamedErrors> named;
+    std::vector<Untrusted> untrusted;
     std::vector<KnownCell> known;
 };
 
@@ -49,6 +66,7 @@ struct RealTable {
     std::string settings; ///< of all cells
     int frameCount = 4;
     Slack slack;
+    std::vector<RealTolerance> tolerances;
     std::vector<RealScene> scenes;
 
     /// Returns the scene of that name, or null.
@@ -58,33 +76,34 @@ struct RealTable {
 /// Reads a study of this kind. Throws Error kInput, naming file and row.
 RealTable readReal(const StudyFile& file);
 
-/// Returns the files that arguments mean: files as they are, of a directory every .glb and .gltf in
-/// it that has lights, by name. Throws Error kUsage when there is none and where two are of one
-/// name, by which scenes and pictures go; kInput for what is neither and for a scene that cannot be
-/// read.
+/// Returns the files of the arguments: files as they are, for a directory every .glb and .gltf in
+/// it that has lights, by name. Throws Error kUsage if there is none or if two have one name, which
+/// distinguishes scenes and pictures; kInput for an argument that is neither and for a scene that
+/// cannot be read.
 std::vector<std::string> realFiles(const std::vector<std::string>& arguments,
                                    const Console& console);
 
 /// Measures a scene. Returns {"settings", "frame_count", "cells": [...], "pictures": [...]}: one
-/// object a method with its counts, "unnamed_count", "unnamed" (the first few of these pairs:
+/// object per method with its counts, "unnamed_count", "unnamed" (the first few of these pairs:
 /// frame, pixel, light, places, blocker), "known" ("yes", "no", "another file"), "bounds" and
-/// "broken" (realBroken, and "unknown" where a known scene has no counts). Throws Error kInput for
-/// a scene that has no lights or cannot be read.
+/// "broken" (realBroken, and "unknown" for a known scene without counts). Throws Error kInput for a
+/// scene that has no lights or cannot be read.
 Json measureReal(const RealTable& table, const std::string& file, const StudyRequest& request,
                  const Console& console);
 
-/// Returns the bounds of a cell, by name of its measure. @param scene null of one that is not known
+/// Returns the bounds of a cell, by name of its measure: counts, shares, null rate. @param scene
+/// null for one without recorded counts
 Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod method);
 
 /// Returns whether the truth of a cell's pairs is dark for some and lit for others.
 bool showsShadowEdge(const Json& cell);
 
-/// Returns the names of a cell's measures that are over its bounds, and "occluded_count" where a
-/// known cell shows no shadow edge.
+/// Returns the names of a cell's measures that exceed their bounds, "occluded_count" if a known
+/// cell shows no shadow edge, and "pair_count" if it has no pairs.
 /// @param cell with the measures, "known", "occluded_count" and "pair_count"
 Json realBroken(const Json& cell, const Json& bounds);
 
-/// Returns one line a bound that a cell breaks.
+/// Returns one line per bound that a cell exceeds.
 std::vector<std::string> realBrokenLines(const Json& results);
 
 std::unique_ptr<Study> makeRealStudy(const StudyFile& file, const StudyRequest& request,

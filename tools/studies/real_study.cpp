@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real scenes that are known as they are read, and what cells are held to.
+// Reads the known real scenes, and computes the bounds of cells.
 #include "tools/report/csv.h"
 #include "tools/settings/console.h"
+#include "tools/settings/parse.h"
 #include "tools/studies/real_scenes.h"
 
 #include "cuda/error.h"
@@ -16,15 +17,16 @@ namespace shadowdag {
 
 namespace {
 
-/// Scenes go by their stems: of two that are equal one would overwrite the other's pictures.
+/// Scenes are identified by their stems: of two equal ones, one would overwrite the other's
+/// pictures.
 void requireUniqueStems(const std::vector<std::string>& files) {
     std::map<std::string, std::string> firstOf;
     for (const std::string& file : files) {
         const auto [first, isNew] = firstOf.emplace(sceneStem(file), file);
         if (!isNew)
-            throw Error(ErrorKind::kUsage, first->second + " and " + file + " are both called '" +
-                                               first->first +
-                                               "' in the report; rename one or measure them apart");
+            throw Error(ErrorKind::kUsage,
+                        first->second + " and " + file + " both have the name '" + first->first +
+                            "' in the report; rename one or measure them separately");
     }
 }
 
@@ -38,6 +40,8 @@ public:
     }
 
     std::vector<std::string> parts() const override { return files_; }
+    std::vector<std::string> scenes() const override { return files_; }
+    bool usesCache() const override { return true; }
     Json measure(size_t part, const StudyRequest& request) override {
         return measureReal(table_, files_.at(part), request, console_);
     }
@@ -51,7 +55,7 @@ public:
     Json counts(const Json& results) const override {
         return {{"cell_count", results["cells"].size()}};
     }
-    std::string needsBeyondGl() const override { return "dag-exact"; }
+    std::string needsBeyondGl() const override { return "rays against triangles"; }
 
 private:
     RealTable table_;
@@ -89,7 +93,21 @@ RealTable readReal(const StudyFile& file) {
                 scene.named.push_back(named);
             });
             scene.known = readKnown(reader, false);
+            reader.list("untrusted", "untrusted", [&](StudyReader& cells) {
+                const size_t method = cells.choice("method", kMatrixMethodNames);
+                scene.untrusted.push_back({MatrixMethod(method), cells.required("reason")});
+            });
             table.scenes.push_back(scene);
+        });
+        study.list("tolerances", "tolerances", [&](StudyReader& reader) {
+            RealTolerance tolerance;
+            for (const size_t method : reader.choices("methods", kMatrixMethodNames))
+                tolerance.methods.push_back(MatrixMethod(method));
+            reader.number("false_shadow_share", tolerance.falseShadowShare, 0, 1);
+            reader.number("false_light_share", tolerance.falseLightShare, 0, 1);
+            reader.number("magnified_share", tolerance.magnifiedShare, 0, 1);
+            reader.number("null_rate", tolerance.nullRate, 0, 1);
+            table.tolerances.push_back(tolerance);
         });
     });
     return table;
@@ -121,7 +139,7 @@ std::vector<std::string> realFiles(const std::vector<std::string>& arguments,
         }
         if (litCount == 0)
             throw Error(ErrorKind::kUsage,
-                        argument + ": no .glb or .gltf file in it has lights; name another "
+                        argument + ": no .glb or .gltf file in it has lights; choose another "
                                    "directory, or scenes");
         console.note(argument + ": " + std::to_string(litCount) + " of " +
                      std::to_string(inside.size()) + " scenes have lights");
@@ -129,7 +147,7 @@ std::vector<std::string> realFiles(const std::vector<std::string>& arguments,
     if (files.empty())
         throw Error(ErrorKind::kUsage,
                     "study real needs scenes: give .glb or .gltf files, or a directory of them");
-    sceneNames(files); // throws where one is there twice
+    sceneNames(files); // throws if one is given twice
     requireUniqueStems(files);
     return files;
 }
@@ -147,9 +165,19 @@ Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod met
         for (size_t m = 0; m < bound.size(); ++m)
             bounds[kCellMeasureNames[m]] = bound[m];
     }
-    if (method == MatrixMethod::kDagExact) {
-        // The truth, triangle by triangle, in double where Embree rounds: a pair whose ray grazes
-        // an edge may differ, and counts as explained. What is known of that has no slack.
+    const auto isOfMethod = [method](const Untrusted& cell) { return cell.method == method; };
+    if (!scene || std::none_of(scene->untrusted.begin(), scene->untrusted.end(), isOfMethod))
+        for (const RealTolerance& tolerance : table.tolerances)
+            if (std::count(tolerance.methods.begin(), tolerance.methods.end(), method) > 0) {
+                bounds["false_shadow_share"] = tolerance.falseShadowShare;
+                bounds["false_light_share"] = tolerance.falseLightShare;
+                bounds["magnified_share"] = tolerance.magnifiedShare;
+                bounds["null_rate"] = tolerance.nullRate;
+            }
+    if (method == MatrixMethod::kDagNone) {
+        // They are the truth, triangle by triangle, in double where Embree rounds: a pair whose
+        // ray grazes an edge may differ, and counts as explained. Its recorded counts have no
+        // slack.
         for (const char* name :
              {"false_shadow_count", "false_light_count", "mean_error_millionths", "flicker_count"})
             bounds[name] = 0;
@@ -158,7 +186,7 @@ Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod met
             for (size_t m = 0; m < known->counts.size(); ++m)
                 bounds[kCellMeasureNames[m]] = known->counts[m];
     }
-    if (method == MatrixMethod::kDag || method == MatrixMethod::kDagExact)
+    if (method == MatrixMethod::kDagAll || method == MatrixMethod::kDagNone)
         bounds["acne_count"] = 0;
     return bounds;
 }
@@ -171,12 +199,23 @@ bool showsShadowEdge(const Json& cell) {
 Json realBroken(const Json& cell, const Json& bounds) {
     Json broken = Json::array();
     for (const auto& [name, bound] : bounds.items())
-        if (cell[name].get<uint64_t>() > bound.get<uint64_t>())
+        if (cell[name].get<double>() > bound.get<double>())
             broken.push_back(name);
     if (cell.value("known", "") == "yes" && !showsShadowEdge(cell))
         broken.push_back("occluded_count");
+    if (cell.value("pair_count", 1) == 0)
+        broken.push_back("pair_count");
     return broken;
 }
+
+namespace {
+
+/// Returns a measure for messages: counts as they are, shares in percent.
+std::string measureText(const Json& value) {
+    return value.is_number_float() ? numberText(100.0 * value.get<double>()) + " %" : value.dump();
+}
+
+} // namespace
 
 std::vector<std::string> realBrokenLines(const Json& results) {
     std::vector<std::string> lines;
@@ -186,15 +225,21 @@ std::vector<std::string> realBrokenLines(const Json& results) {
             std::string line = cell["scene"].get<std::string>() + " by " +
                                cell["method"].get<std::string>() + ": ";
             if (name == "unknown")
-                line += "no bound is known; run tools/studies/update_known.py";
+                line += "it has no recorded counts; run tools/studies/update_known.py";
+            else if (name == "pair_count")
+                line += "no visible point faces a light within its range, so nothing was compared; "
+                        "give the scene a view that sees lit surfaces";
             else if (name == "occluded_count")
                 line += "shows no shadow edge, occluded_count is " + cell[name].dump() + " of " +
                         cell["pair_count"].dump() +
                         " pairs; give the scene a view that sees light "
                         "and shadow";
             else
-                line +=
-                    name + " is " + cell[name].dump() + ", bound " + cell["bounds"][name].dump();
+                line += name + " is " + measureText(cell[name]) + ", bound " +
+                        measureText(cell["bounds"][name]);
+            if (name == "null_rate")
+                line += ": so many right results would be explained as well, so explaining has no "
+                        "power here";
             if (name == "unnamed_count" && !cell["unnamed"].empty()) {
                 const Json& first = cell["unnamed"][0];
                 line += "; the first: a " + first["error"].get<std::string>() + " in frame " +

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Studies of kind "stability": how stable errors are in time, under perturbation, numerically, and
-// over resolution; and the band that each number must stay in, with the reason for it.
+// Studies of kind "stability": the stability of errors in time, under perturbation, numerically,
+// and over resolution; and the band that each number must stay in, with its reason.
 //
-// A group, a row of the study, is one scene in one part. Everything but the numeric part is held
-// against Embree by the metrics of validate (hybrid/judge/error.h, hybrid/judge/flicker.h). The
-// numeric part is held against integers without rounding.
+// A group, a row of the study, is one scene in one part. All parts except the numeric one are
+// compared with Embree by the metrics of validate (hybrid/judge/error.h, hybrid/judge/flicker.h).
+// The numeric part is compared with exact integers.
 //
-// A share of nothing is 0 and would lie in every band that begins there. So who has nothing to
-// judge, or no shadow to judge it by, is refused (requireEvidence), not held.
+// A share of nothing is 0 and would lie in every band that begins at 0. Therefore a group without
+// pairs, or without a shadow edge, is refused (requireEvidence).
 #pragma once
 
 #include "scenes/scene.h"
@@ -30,13 +30,13 @@ struct StabilityGroup {
     StabilityPart part;
     std::string scene; ///< SCENE; "": none
     std::string what;  ///< one sentence for readers of the report
-    /// Outlines whose place in their voxel or texel is their own, about: four a box. Of an outline
-    /// the error is anywhere between none and a whole voxel.
+    /// Number of independently placed outlines in voxels or texels, about four per box. The error
+    /// of an outline is between none and a whole voxel.
     int outlineCount = 0;
-    std::string kind = {}; ///< of its rows, which bands go by; of a perturbation what follows the
-                           ///< case's
-    double resolvedAt = 1e30;  ///< voxels up to this size, scene units, tell its parts apart
-    std::string settings = {}; ///< of all its rows; a threshold as the study's width wants it
+    std::string kind = {}; ///< of its rows, which selects bands; of a perturbation the text after
+                           ///< the case's
+    double resolvedAt = 1e30;         ///< voxels up to this size, scene units, resolve its parts
+    std::string settings = {};        ///< of all its rows; a threshold for the study's width
     std::vector<uint32_t> sizes = {}; ///< numeric: voxels an axis of "rays", texels of "faces"
 };
 
@@ -56,21 +56,21 @@ struct Perturbation {
 };
 inline constexpr const char* const kPerturbedParts[] = {"light", "camera", "scene"};
 
-/// What a band is derived from, under these names in its formulas. Shares are of the pairs, or of
-/// the answers followed.
+/// The inputs of a band, under these names in its formulas. Shares are of the pairs, or of the
+/// followed results.
 struct BandInputs {
-    double base = 0;  ///< base: the same measure unperturbed, or where less is held
-    double count = 1; ///< n: pairs, answers or points that the share or rate is of, 1 at least
+    double base = 0;  ///< base: the same measure unperturbed, or with less kept
+    double count = 1; ///< n: pairs, results or points of the share or rate, 1 at least
     double voxelSpacing = 0, texelSpacing = 0; ///< voxel_spacing, texel_spacing: of floats at the
                                                ///< largest coordinate, in these
     double voxelRatio = 1, texelRatio = 1; ///< voxel_ratio, texel_ratio: over the unperturbed ones
     double outlineCount = 1;               ///< StabilityGroup::outlineCount
-    double truthChange = 0;                ///< truth_change: answers that Embree changes itself
-    double reachTexels = 1; ///< reach_texels: how far shifts go that explain errors of maps
+    double truthChange = 0;                ///< truth_change: results that change in Embree
+    double reachTexels = 1; ///< reach_texels: length of the shifts that explain errors of maps
     double wrongShare = 0;  ///< wrong_share: unperturbed
 };
 
-/// One band: where a measure of some cases must lie.
+/// One band: the range of a measure of some cases.
 struct StabilityBand {
     std::string id; ///< unique
     StabilityPart part;
@@ -82,15 +82,14 @@ struct StabilityBand {
     std::string reason;
 };
 
-/// Returns the ends of a band for a row's method. Beside the names of BandInputs formulas know a =
-/// 1.73 / sqrt(outlines), what the error may move by when only the places of outlines change, and
-/// s, the spacing of floats in the unit that the method answers in. Throws Error kUsage for a
-/// formula that is none.
+/// Returns the ends of a band for a row's method. Besides the names of BandInputs formulas know a =
+/// 1.73 / sqrt(outlines), the change of the error when only the places of outlines change, and s,
+/// the spacing of floats in the method's unit. Throws Error kUsage for an invalid formula.
 std::pair<double, double> limitsOf(const StabilityBand& band, MatrixMethod method,
                                    const BandInputs& inputs);
 
-/// A check that no band is derived for, or that is known to leave it: what was measured, give or
-/// take a little, and the cause.
+/// A check without a derived band, or with a known exception: the recorded value with a small
+/// slack, and the cause.
 struct KnownBreak {
     std::string group, kind, method, measure;
     double low, high;
@@ -100,18 +99,18 @@ struct KnownBreak {
 struct StabilityTable {
     std::vector<StabilityGroup> groups;
     std::vector<StabilityBand> bands;
-    std::vector<KnownBreak> known; ///< each is in force in place of a band
+    std::vector<KnownBreak> known; ///< each replaces a band
     std::vector<TimeCase> cases;
     std::vector<Perturbation> perturbations;
     std::vector<double> undersamples; ///< of maps over resolution
     int frameCount = 16;
     double stepSeconds = 0.1;
-    /// Pixels a row that thresholds of settings are meant for.
+    /// Pixels per row for which thresholds of settings are meant.
     uint32_t settingsWidth = 512;
-    /// Pixels a row: of a perturbation and of failure scenes over resolution; other built-in scenes
-    /// and frames in time have half as many. Rows of pixels are 9/16 as many.
+    /// Pixels per row: of a perturbation and of failure scenes over resolution; other built-in
+    /// scenes and frames in time have half as many. The number of rows is 9/16 of it.
     uint32_t width = 512;
-    /// Over resolution, the finest voxels: from 64 to 2 to the power of this an axis, 8 at least.
+    /// Over resolution, the finest voxels: from 64 to 2 to the power of this per axis, 8 at least.
     uint32_t finestVoxelsLog2 = 12;
     Backend backend = Backend::kCpu;
 };
@@ -119,22 +118,25 @@ struct StabilityTable {
 /// Reads a study of this kind. Throws Error kInput, naming file and row.
 StabilityTable readStability(const StudyFile& file);
 
-/// Returns the groups of these names and of parts of these names, in order; all of none. Throws
-/// Error kUsage for a name that adds none.
+/// Returns the groups of these names and of parts of these names, in order; all if there are none.
+/// Throws Error kUsage for a name that adds none.
 std::vector<StabilityGroup> stabilityGroupsNamed(const StabilityTable& table,
                                                  const std::vector<std::string>& names);
 
-/// Adds to `checks` what the table that applies says of a row's measure, or nothing where none
-/// does.
+/// Returns one line per band and known entry of the table that matches none of the checks.
+/// @param checks of all rows
+std::vector<std::string> unmatchedLines(const StabilityTable& table, const Json& checks);
+
+/// Adds the checks of a row's measure to `checks`, from the table that applies, if any.
 /// @param row with group, case, kind, method and the measures
 void addChecks(const StabilityTable& table, Json& checks, StabilityPart part, const Json& row,
                const std::string& measure, double value, const BandInputs& inputs);
 
-/// Throws Error kInput unless a group's row has pairs, some of them dark and some lit by the truth.
+/// Throws Error kInput unless a group's row has pairs, some of them dark and some lit in the truth.
 void requireEvidence(const Json& row, uint64_t pairCount, uint64_t occludedCount);
 
-/// Returns part / whole. Throws Error kInput, naming the group's row and what `whole` counts, where
-/// there is none.
+/// Returns part / whole. Throws Error kInput, naming the group's row and what `whole` counts, if it
+/// is 0.
 double shareOf(const Json& row, const char* what, uint64_t part, uint64_t whole);
 
 /// Slope of log2 y over log2 x by least squares.
@@ -144,16 +146,16 @@ struct FittedRate {
     size_t pointCount = 0;
 };
 
-/// Returns the slope through points of positive x and y, ascending or descending in x; others are
-/// left out. Throws Error kUsage when fewer than three are left.
+/// Returns the slope through points of positive x and y, ascending or descending in x; other points
+/// are ignored. Throws Error kUsage when fewer than three remain.
 FittedRate fitRate(const std::vector<std::pair<double, double>>& points);
 
 /// Measures a group. Returns {"time": rows, "perturbation": rows, "numeric": rows, "resolution":
 /// rows, "rates": [...], "checks": [...]}: a check has its value, "low", "high", "holds", "band"
-/// (the id, or "known") and reason. Throws Error kInput where a group has nothing to judge.
+/// (the id, or "known") and reason. Throws Error kInput if a group has nothing to judge.
 Json measureStability(const StabilityTable& table, const StabilityGroup& group);
 
-/// Returns one line a check that does not hold.
+/// Returns one line per failed check.
 std::vector<std::string> unstableLines(const Json& results);
 
 std::unique_ptr<Study> makeStabilityStudy(const StudyFile& file, const StudyRequest& request,
@@ -165,12 +167,12 @@ void measurePerturbation(const StabilityTable& table, const StabilityGroup& grou
 void measureNumeric(const StabilityTable& table, const StabilityGroup& group, Json& results);
 void measureResolution(const StabilityTable& table, const StabilityGroup& group, Json& results);
 
-/// Returns the settings of a group's rows: with its threshold as much lower as the width, which
-/// requests of texels go with, is less than what settings are meant for.
+/// Returns the settings of a group's rows, with the threshold reduced in proportion to the width,
+/// because requested texels are proportional to it.
 std::vector<std::string> stabilitySettings(const StabilityTable& table,
                                            const StabilityGroup& group);
 
-/// Returns the scene of a group. Throws Error kUsage where its lights are to move and it is no
+/// Returns the scene of a group. Throws Error kUsage if its lights are to move and it is not a
 /// failure scene.
 Scene stabilityScene(const StabilityGroup& group);
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks: a row's measure against the band that the study has for it, or what is known instead.
+// Compares a row's measure with the study's band for it, or with the recorded value instead.
 //
-// Words used throughout. An outline is wrong by a strip as wide as its distance from where voxels
-// or texels put it: anywhere between none and a whole one, evenly, so half of one on average with a
-// standard deviation of sqrt(1/12), 0.577 of the mean. Of K outlines at places of their own the
-// mean has 0.577 / sqrt(K); three of these, a = 1.73 / sqrt(K), is what the error may move by when
-// only the places change.
+// Terms used throughout. An outline is wrong by a strip whose width is its distance from the
+// voxel's or texel's border: uniform between none and a whole one, so half of one on average with a
+// standard deviation of sqrt(1/12), 0.577 of the mean. For K independently placed outlines the mean
+// has 0.577 / sqrt(K); three of these, a = 1.73 / sqrt(K), is the change of the error when only the
+// places change.
 #include "tools/studies/stability.h"
 
 #include "cuda/error.h"
@@ -28,8 +28,7 @@ std::string nameOf(const Json& row) {
 
 std::pair<double, double> limitsOf(const StabilityBand& band, MatrixMethod method,
                                    const BandInputs& inputs) {
-    // Rounding in the unit that the method answers in: rays know nothing of texels, maps nothing of
-    // voxels.
+    // Rounding in the method's unit: rays do not depend on texels, maps not on voxels.
     const double spacing = method == MatrixMethod::kMaps ? inputs.texelSpacing
                            : method == MatrixMethod::kHybrid
                                ? std::max(inputs.voxelSpacing, inputs.texelSpacing)
@@ -54,16 +53,44 @@ void requireEvidence(const Json& row, uint64_t pairCount, uint64_t occludedCount
     throw Error(ErrorKind::kInput,
                 nameOf(row) + ": of " + std::to_string(pairCount) + " pairs " +
                     std::to_string(occludedCount) +
-                    " are dark by the truth, so no shadow has an edge and nothing can be wrong; "
+                    " are dark in the truth, so there is no shadow edge to judge; "
                     "give the group another scene or view");
 }
 
 double shareOf(const Json& row, const char* what, uint64_t part, uint64_t whole) {
     if (whole == 0)
         throw Error(ErrorKind::kInput, nameOf(row) + ": there are no " + what +
-                                           ", and a share of nothing holds in every band; give the "
+                                           ", and a share of nothing is in every band; give the "
                                            "group another scene or more pixels");
     return double(part) / double(whole);
+}
+
+std::vector<std::string> unmatchedLines(const StabilityTable& table, const Json& checks) {
+    std::vector<std::string> lines;
+    const auto isOf = [](const auto& names, const Json& name) {
+        return std::find(names.begin(), names.end(), name.get<std::string>()) != names.end();
+    };
+    for (const StabilityBand& band : table.bands) {
+        std::vector<std::string> methods;
+        for (const MatrixMethod method : band.methods)
+            methods.push_back(kMatrixMethodNames[size_t(method)]);
+        if (std::none_of(checks.begin(), checks.end(), [&](const Json& check) {
+                return check["part"] == kStabilityPartNames[size_t(band.part)] &&
+                       check["measure"] == band.measure && isOf(band.kinds, check["kind"]) &&
+                       isOf(methods, check["method"]);
+            }))
+            lines.push_back("band " + band.id +
+                            ": matches no check; correct its \"part\", "
+                            "\"kinds\", \"methods\" or \"measure\", or remove it");
+    }
+    for (const KnownBreak& known : table.known)
+        if (std::none_of(checks.begin(), checks.end(), [&](const Json& check) {
+                return check["group"] == known.group && check["kind"] == known.kind &&
+                       check["method"] == known.method && check["measure"] == known.measure;
+            }))
+            lines.push_back("known " + known.group + ", " + known.kind + ", by " + known.method +
+                            ", " + known.measure + ": matches no check; correct or remove it");
+    return lines;
 }
 
 void addChecks(const StabilityTable& table, Json& checks, StabilityPart part, const Json& row,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Numerical stability: rays of all 26 directions through and past a voxel's corners, edges and
-// faces, and texels across the edges of a cube map, against integers.
+// faces, and texels across the edges of a cube map, compared with exact integers.
 #include "tools/studies/stability.h"
 #include "tools/workspace/cube_texel.h"
 
@@ -37,10 +37,10 @@ Dag singleVoxel(uint32_t log2, const Int3& voxel) {
     return builder.finish(log2, node, grid);
 }
 
-/// Returns twice the least amount by which the box has to grow on all sides for a line to touch it,
-/// 0 when it does; all in the same integer unit. Per axis the line is within the grown box between
-/// two times; with components of -1, 0 and 1 those are integers, and two axes' intervals that miss
-/// each other by a gap meet when either has grown by half of it.
+/// Returns twice the least amount by which the box must grow on all sides for a line to touch it, 0
+/// if it does; all in the same integer unit. Per axis the line is within the grown box between two
+/// times; with components of -1, 0 and 1 those are integers, and two axes' intervals that are
+/// separated by a gap meet when each has grown by half of it.
 int64_t twiceTheGrowth(const Int3& lo, const Int3& hi, const Int3& point, const Int3& direction) {
     int64_t twice = 0, latestEntry = 0, earliestExit = 0;
     bool hasInterval = false;
@@ -65,7 +65,8 @@ struct Ray {
 };
 
 /// Lines in all 26 directions past every corner, edge and face of the voxel, from a margin inside
-/// to three outside in eighths of it: 2^log2 / 2^23 each, which floats below 2^(log2 + 1) hold.
+/// to three outside in eighths of it: 2^log2 / 2^23 each, which is exact in floats below 2^(log2 +
+/// 1).
 std::vector<Ray> linesPast(uint32_t log2, const Int3& voxel) {
     const int64_t unit = int64_t(1) << 23 >> log2; // units a voxel
     Int3 lo, hi;
@@ -118,7 +119,7 @@ void measureRays(const StabilityTable& table, const StabilityGroup& group, Json&
         std::vector<DagSegment> segments;
         for (const Ray& ray : rays)
             segments.push_back(ray.segment);
-        // One by one through the canonical form, then every other way: the same bits.
+        // One by one through the canonical form, then in every other way, with the same bits.
         std::vector<uint8_t> dark(rays.size()), other(rays.size());
         for (size_t i = 0; i < rays.size(); ++i)
             dark[i] = occluded(dag.view(), segments[i]);
@@ -160,12 +161,18 @@ void measureRays(const StabilityTable& table, const StabilityGroup& group, Json&
                                      {"dark_count", blocked[g]}});
             curves[features[f]] = std::move(curve);
         }
-        Json row = {{"group", group.name},         {"case", "2^" + std::to_string(log2)},
-                    {"kind", group.kind},          {"method", "dag"},
-                    {"judged_count", rays.size()}, {"touching_count", touchCount},
-                    {"lost_count", lostCount},     {"too_far_count", farCount},
-                    {"grown_count", extraCount},   {"ways", ways},
-                    {"mismatch_count", mismatch},  {"curves", curves}};
+        Json row = {{"group", group.name},
+                    {"case", "2^" + std::to_string(log2)},
+                    {"kind", group.kind},
+                    {"method", kMatrixMethodNames[size_t(MatrixMethod::kDagAll)]},
+                    {"judged_count", rays.size()},
+                    {"touching_count", touchCount},
+                    {"lost_count", lostCount},
+                    {"too_far_count", farCount},
+                    {"grown_count", extraCount},
+                    {"ways", ways},
+                    {"mismatch_count", mismatch},
+                    {"curves", curves}};
         for (const char* measure : {"lost_count", "too_far_count", "mismatch_count"})
             addChecks(table, results["checks"], group.part, row, measure,
                       row[measure].get<double>(), {});
@@ -182,7 +189,7 @@ void measureFaces(const StabilityTable& table, const StabilityGroup& group, Json
             for (int32_t y = -reach; y < n + reach; ++y)
                 for (int32_t x = -reach; x < n + reach; ++x) {
                     if (x == 0 && y >= 0 && y < n)
-                        x = n; // the face's own texels are not in doubt
+                        x = n; // the face's own texels are certain
                     const CubeTexel got = wrapTexel(face, x, y, uint32_t(n));
                     const ExactTexel exact = exactTexel(face, x, y, n);
                     ++judged;

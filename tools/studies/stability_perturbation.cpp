@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stability under perturbation: a scene moved by a thousandth of a voxel or texel, shifted far from
-// the origin, scaled and turned; the error of every method beside the unperturbed one.
+// the origin, scaled and turned; the error of every method compared with the unperturbed one.
 #include "tools/studies/stability.h"
 #include "tools/studies/stability_stage.h"
 
@@ -13,7 +13,7 @@ namespace shadowdag {
 
 namespace {
 
-/// The lengths that tiny motions are measured in, scene units.
+/// The units of tiny motions, scene units.
 struct Units {
     double voxel, texel;
 };

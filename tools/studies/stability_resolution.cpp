@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stability over resolution: the error against voxel depth and against texel density, and the rate
-// that is fitted through it.
+// Stability over resolution: the error against voxel depth and against texel density, and the
+// fitted rate.
 #include "tools/studies/stability.h"
 #include "tools/studies/stability_stage.h"
 
@@ -100,10 +100,10 @@ void measureResolution(const StabilityTable& table, const StabilityGroup& group,
     const uint32_t finest = table.finestVoxelsLog2;
     for (uint32_t log2 = 6; log2 <= finest; ++log2) {
         const uint32_t resolution = 1u << log2;
-        const StabilityMethod dag(MatrixMethod::kDag, {"resolution=" + std::to_string(resolution)},
-                                  width);
+        const StabilityMethod dag(MatrixMethod::kDagAll,
+                                  {"resolution=" + std::to_string(resolution)}, width);
         const StabilityFrame frame = dag.measure(workspace, judge);
-        add(MatrixMethod::kDag, frame, workspace.grid(log2).voxelSizeWorld,
+        add(MatrixMethod::kDagAll, frame, workspace.grid(log2).voxelSizeWorld,
             {{"case", std::to_string(resolution)}, {"resolution", resolution}});
         if (log2 < finest)
             workspace.drop(log2);
@@ -127,7 +127,7 @@ void measureResolution(const StabilityTable& table, const StabilityGroup& group,
              {"texel_count", frame.frame.counts.maps.texelCount},
              {"degrade_divisor", frame.frame.counts.maps.degradeDivisor}});
     }
-    for (const MatrixMethod method : {MatrixMethod::kDag, MatrixMethod::kMaps})
+    for (const MatrixMethod method : {MatrixMethod::kDagAll, MatrixMethod::kMaps})
         for (const char* measure : {"wrong_share", "mean_error"})
             fit(method, measure);
 }

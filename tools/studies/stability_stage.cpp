@@ -46,7 +46,7 @@ Scene movedScene(const Scene& scene, const SceneMotion& motion) {
             throw Error(ErrorKind::kUsage,
                         scene.name + ": root '" + node.name +
                             "' carries more than one of mesh, light and camera or has children; "
-                            "parts of such a scene cannot be shifted apart");
+                            "parts of such a scene cannot be shifted separately");
         node.parent = parts[node.light != kNone ? 1 : node.camera != kNone ? 2 : 0];
         moved.nodes[size_t(node.parent)].children.push_back(root);
     }
@@ -76,8 +76,8 @@ StabilityMethod::measure(Workspace& workspace, Judge& judge, int frame,
     FrameRenderer& renderer = workspace.renderer(setup_.resolutionLog2);
     if (!setup_.keepsFrames)
         renderer.reset();
-    Answers answers = answersOf(renderer.render(workspace.camera(), *model_, setup_.frame),
-                                renderer, setup_.frame);
+    PairResults answers = pairResultsOf(renderer.render(workspace.camera(), *model_, setup_.frame),
+                                        renderer, setup_.frame);
     StabilityFrame result;
     result.errors = judge.judge(frame, answers).total;
     if (withInputs)

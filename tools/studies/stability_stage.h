@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene moved, scaled or turned, and frames of it by one method, judged: what stability is
-// measured by.
+// A scene moved, scaled or turned, and judged frames of it by one method: the measurements of
+// stability.
 #pragma once
 
 #include "tools/studies/cell_setup.h"
@@ -13,7 +13,7 @@
 
 namespace shadowdag {
 
-/// What is done to a scene: parts are shifted first, then the whole is scaled, turned and shifted.
+/// The motion of a scene: parts are shifted first, then the whole is scaled, turned and shifted.
 struct SceneMotion {
     glm::dvec3 geometryShift{0.0}, lightShift{0.0}, cameraShift{0.0}; ///< scene units
     double scale = 1.0;
@@ -26,10 +26,10 @@ struct SceneMotion {
 /// Returns the scene moved: every root under a node that shifts its part (geometry, light or
 /// camera), all of them under one that scales, turns and shifts the whole. Ranges of lights, near
 /// and far planes are scaled as lengths are, candela by the square, so that irradiance stays; lux
-/// of suns stays. A light without an authored range has none afterwards either. The nodes hold
-/// floats, so the motion is the one asked for to 2^-24 of its numbers; geometry, lights and camera
-/// share them. Throws Error kUsage when a root carries more than one of mesh, light and camera
-/// while parts are shifted apart.
+/// of directional lights stays. A light without an authored range still has none. The nodes store
+/// floats, so the motion is exact to 2^-24 of its numbers; geometry, lights and camera share them.
+/// Throws Error kUsage when a root carries more than one of mesh, light and camera while parts are
+/// shifted separately.
 Scene movedScene(const Scene& scene, const SceneMotion& motion);
 
 /// One frame by one method, judged.
@@ -38,15 +38,15 @@ struct StabilityFrame {
     ErrorCounts errors;
 };
 
-/// What renders frames of one method with one choice of settings.
+/// A renderer of frames by one method with one choice of settings.
 class StabilityMethod {
 public:
     /// @param settings as rows of the matrix of failures have them (failures.h)
     /// @param width of the frame, pixels; it is 9/16 as high
     StabilityMethod(MatrixMethod method, const std::vector<std::string>& settings, uint32_t width);
 
-    /// Renders a frame of the workspace's camera and judges it under a number of its own; calls
-    /// withInputs with what the error analysis took, while it is valid.
+    /// Renders a frame of the workspace's camera and judges it under a new frame number; calls
+    /// withInputs with the inputs of the error analysis while they are valid.
     StabilityFrame measure(Workspace& workspace, Judge& judge, int frame = 0,
                            const std::function<void(const ErrorInputs&)>& withInputs = {}) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The groups and bands of stability as they are read, and what runs them.
+// Reads the groups and bands of stability, and runs them.
 #include "tools/studies/stability.h"
 
 #include "cuda/error.h"
@@ -24,7 +24,7 @@ std::string readFormula(StudyReader& reader, const char* key) {
     try {
         limitsOf({"", {}, {}, {}, "", formula, "0", "", ""}, MatrixMethod::kMaps, {});
     } catch (const Error& error) {
-        reader.refuse(key, formula, std::string("is no formula: ") + error.what());
+        reader.refuse(key, formula, std::string("is not a formula: ") + error.what());
     }
     return formula;
 }
@@ -45,7 +45,7 @@ StabilityGroup readGroup(StudyReader& reader) {
         reader.refuse("kind", group.kind, "must be rays or faces for the numeric part");
     for (const uint32_t size : group.sizes)
         if (group.kind == "rays" && (!std::has_single_bit(size) || size < 16))
-            reader.refuse("sizes", size, "must hold powers of two from 16 on for rays");
+            reader.refuse("sizes", size, "must contain powers of two from 16 on for rays");
     return group;
 }
 
@@ -98,6 +98,10 @@ public:
                 }
         }
         table_.groups = groups_;
+        isWhole_ = request.names.empty() && request.scenes.empty();
+        for (const StabilityGroup& group : groups_)
+            if (group.kind == "moving lights")
+                stabilityScene(group); // throws where its lights cannot be moved
     }
 
     std::vector<std::string> parts() const override {
@@ -106,11 +110,22 @@ public:
             names.push_back(group.name);
         return names;
     }
+    std::vector<std::string> scenes() const override {
+        std::vector<std::string> scenes;
+        for (const StabilityGroup& group : groups_)
+            if (!group.scene.empty())
+                scenes.push_back(group.scene);
+        return scenes;
+    }
     Json measure(size_t part, const StudyRequest&) override {
         return measureStability(table_, groups_.at(part));
     }
     std::vector<std::string> brokenLines(const Json& results) const override {
-        return unstableLines(results);
+        std::vector<std::string> lines = unstableLines(results);
+        if (isWhole_)
+            for (std::string& line : unmatchedLines(table_, results["checks"]))
+                lines.push_back(std::move(line));
+        return lines;
     }
     std::string judged(const Json& results) const override {
         return std::to_string(results["checks"].size()) + " checks";
@@ -120,11 +135,12 @@ public:
     Json counts(const Json& results) const override {
         return {{"check_count", results["checks"].size()}};
     }
-    std::string needsBeyondGl() const override { return "dag-exact"; }
+    std::string needsBeyondGl() const override { return "rays against triangles"; }
 
 private:
     StabilityTable table_;
     std::vector<StabilityGroup> groups_;
+    bool isWhole_ = false; ///< all rows are measured, on their own scenes
 };
 
 } // namespace
@@ -150,6 +166,7 @@ StabilityTable readStability(const StudyFile& file) {
             table.perturbations.push_back(readPerturbation(reader));
         });
         study.rows([&](StudyReader& reader) { table.groups.push_back(readGroup(reader)); });
+        study.requireRows(table.groups.size());
         study.list("bands", "band",
                    [&](StudyReader& reader) { table.bands.push_back(readBand(reader)); });
         study.list("known", "known", [&](StudyReader& reader) {
@@ -186,7 +203,7 @@ Scene stabilityScene(const StabilityGroup& group) {
             return makeFailScene(scene);
         }
     throw Error(ErrorKind::kUsage, "group " + group.name + ": lights of the scene '" + group.scene +
-                                       "' cannot be moved; name a failure scene, builtin:fail-...");
+                                       "' cannot be moved; use a failure scene, builtin:fail-...");
 }
 
 std::vector<StabilityGroup> stabilityGroupsNamed(const StabilityTable& table,
@@ -206,7 +223,7 @@ std::vector<StabilityGroup> stabilityGroupsNamed(const StabilityTable& table,
             for (const StabilityGroup& group : table.groups)
                 all += ", " + group.name;
             throw Error(ErrorKind::kUsage,
-                        "--only '" + name + "': must be one of " + all + ", and none named twice");
+                        "--only '" + name + "': must be one of " + all + ", each at most once");
         }
     }
     return chosen;

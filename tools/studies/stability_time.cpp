@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stability in time: answers that change from a frame to the next where Embree's do not, along a
-// camera path and under moving lights, with what keeps maps and routes from wavering on and off.
+// Stability in time: results that change from one frame to the next while Embree's do not, along a
+// camera path and under moving lights, with hysteresis of maps and routes on and off.
 #include "tools/studies/stability.h"
 #include "tools/studies/stability_stage.h"
 
@@ -19,7 +19,7 @@ constexpr uint32_t kPointCount = 6000;
 void measureTime(const StabilityTable& table, const StabilityGroup& group, Json& results) {
     Workspace workspace(loadedScene(stabilityScene(group)), {table.backend, "", {}});
     Judge judge(workspace);
-    double before = 0; // flicker at switches of the method with less held
+    double before = 0; // flicker at changes of the method with less kept
     for (const TimeCase& run : table.cases) {
         std::vector<std::string> settings = stabilitySettings(table, group);
         settings.push_back(run.settings);
@@ -41,7 +41,8 @@ void measureTime(const StabilityTable& table, const StabilityGroup& group, Json&
         }
         workspace.setTime(0);
         const FlickerCounts::Class total = flicker.total();
-        const bool isFirst = run.name == "every frame for itself";
+        // The cases of a method stand together, from nothing kept to more.
+        const bool isFirst = &run == &table.cases.front() || (&run - 1)->method != run.method;
         Json row = {{"group", group.name},
                     {"case", run.name},
                     {"kind", group.kind},
@@ -52,7 +53,7 @@ void measureTime(const StabilityTable& table, const StabilityGroup& group, Json&
                     {"answer_count", total.answerCount},
                     {"flicker_count", total.flickerCount},
                     {"truth_change_count", flicker.truthChangeCount},
-                    {"unanswered_count", flicker.unansweredCount},
+                    {"unanswered_count", flicker.missingResultCount},
                     {"missing_tap_count", flicker.missingTapCount},
                     {"drawn_map_count", drawn},
                     {"traced_map_count", traced}};
@@ -66,21 +67,22 @@ void measureTime(const StabilityTable& table, const StabilityGroup& group, Json&
             const std::string stem = names[c];
             row[stem + "_answer_count"] = one.answerCount;
             row[stem + "_flicker_count"] = one.flickerCount;
-            row[stem + "_unexplained_count"] =
-                one.flickerCount - one.explainedCount - one.contactCount - one.acneCount;
+            row[stem + "_unexplained_count"] = one.flickerCount - one.explainedCount -
+                                               one.contactCount - one.acneCount -
+                                               one.magnifiedCount;
         }
         BandInputs inputs;
         inputs.count = double(total.answerCount);
         inputs.truthChange =
-            shareOf(row, "followed answers", flicker.truthChangeCount, total.answerCount);
+            shareOf(row, "followed results", flicker.truthChangeCount, total.answerCount);
         inputs.outlineCount = std::max(1, group.outlineCount);
         const FlickerCounts::Class& held = flicker.of(FlickerChange::kHeld);
         row["held_flicker_share"] =
-            shareOf(row, "held answers", held.flickerCount, held.answerCount);
+            shareOf(row, "kept results", held.flickerCount, held.answerCount);
         row["flicker_share"] =
-            shareOf(row, "followed answers", total.flickerCount, total.answerCount);
+            shareOf(row, "followed results", total.flickerCount, total.answerCount);
         row["switch_flicker_share"] = shareOf(
-            row, "followed answers", total.flickerCount - held.flickerCount, total.answerCount);
+            row, "followed results", total.flickerCount - held.flickerCount, total.answerCount);
         Json& checks = results["checks"];
         addChecks(table, checks, group.part, row, "held_flicker_share",
                   row["held_flicker_share"].get<double>(), inputs);

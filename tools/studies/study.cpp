@@ -7,8 +7,10 @@
 #include "tools/studies/failures.h"
 #include "tools/studies/real_scenes.h"
 #include "tools/studies/stability.h"
+#include "tools/workspace/study_kinds.h"
 
 #include <filesystem>
+#include <iterator>
 
 namespace shadowdag {
 
@@ -16,20 +18,21 @@ namespace {
 
 using Make = std::unique_ptr<Study> (*)(const StudyFile&, const StudyRequest&, const Console&);
 
-constexpr const char* kKindNames[] = {"ablation", "failures", "real", "stability"};
+/// In the order of kStudyKinds.
 constexpr Make kKinds[] = {makeAblationStudy, makeFailureStudy, makeRealStudy, makeStabilityStudy};
+static_assert(std::size(kKinds) == std::size(kStudyKinds));
 
 } // namespace
 
 std::unique_ptr<Study> makeStudy(const StudyFile& file, const StudyRequest& request,
                                  const Console& console) {
     StudyReader reader(file.json, file.path);
-    const size_t kind = reader.choice("kind", kKindNames);
+    const size_t kind = reader.choice("kind", kStudyKinds);
     std::unique_ptr<Study> study = kKinds[kind](file, request, console);
     if (request.backend == Backend::kGl && !study->needsBeyondGl().empty())
-        throw Error(ErrorKind::kUsage, "--backend gl: study " + file.name + " needs " +
-                                           study->needsBeyondGl() +
-                                           ", which it does not follow; use --backend cpu or cuda");
+        throw Error(ErrorKind::kUsage,
+                    "--backend gl: study " + file.name + " needs " + study->needsBeyondGl() +
+                        ", which it does not support; use --backend cpu or cuda");
     return study;
 }
 

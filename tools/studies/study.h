@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A study: rows that are measured part by part, and what is said of them. One runner
-// (study_run.cpp) serves all kinds; a kind is a class here and a schema in docs/studies.md.
+// A study: rows that are measured part by part, and their verdicts. One runner (study_run.cpp) runs
+// all kinds; a kind is a class here and a schema in docs/studies.md.
 #pragma once
 
 #include "cuda/backend.h"
@@ -17,36 +17,38 @@ namespace shadowdag {
 
 class Console;
 
-/// What to measure, on what, and where pictures go.
+/// The request: rows, scenes, settings of the run, and the place for pictures.
 struct StudyRequest {
     Backend backend = Backend::kCpu;
     std::vector<std::string> names;  ///< of rows; empty: all
-    std::vector<std::string> scenes; ///< in place of the rows' own
+    std::vector<std::string> scenes; ///< instead of the rows' own
     std::string cacheDirectory;      ///< of voxels, as VoxelSource takes it
     std::string pictureDirectory;    ///< "" for none; else files are written there
     std::function<void(double)> progress =
-        {}; ///< told the share that is done of a part; may be empty
+        {}; ///< receives the finished share of a part; may be empty
 };
 
-/// A study that was read and asked for. Results depend on nothing but file and request; times are
-/// the exception.
+/// A study that was read for a request. Results depend only on file and request, except times.
 class Study {
 public:
     virtual ~Study() = default;
 
-    /// Returns the names of the parts in the order in which they are measured. What is refused
-    /// beforehand was refused when the study was made.
+    /// Returns the names of the parts in the order of measurement. Invalid requests were refused
+    /// when the study was made.
     virtual std::vector<std::string> parts() const = 0;
+    /// Returns the scenes that the parts are measured on, as loadScene takes them. Results depend
+    /// on their files, so that a change of one ends what --resume can take up.
+    virtual std::vector<std::string> scenes() const = 0;
     /// Measures a part. @param part its index
     virtual Json measure(size_t part, const StudyRequest& request) = 0;
-    /// Returns the results of all parts, in order: where nothing else is said, their lists joined
-    /// under the same keys.
+    /// Returns the results of all parts, in order: by default their lists joined under the same
+    /// keys.
     virtual Json join(std::vector<Json> parts) const;
-    /// Returns one line a thing that does not hold.
+    /// Returns one line per result that exceeds its bounds.
     virtual std::vector<std::string> brokenLines(const Json& results) const = 0;
     /// Returns what was judged, as in "12 checks".
     virtual std::string judged(const Json& results) const = 0;
-    /// Writes for people what the results say beside broken lines.
+    /// Prints what the results contain besides exceeded bounds.
     virtual void print(const Json&, const Console&) const {}
     /// Returns the table of the results.
     virtual std::string csv(const Json& results) const = 0;
@@ -54,40 +56,43 @@ public:
     virtual bool drawsCharts() const { return false; }
     /// Returns the counts for --json.
     virtual Json counts(const Json& results) const = 0;
-    /// Returns whether a run whose results do not hold ends in NotHeld.
+    /// Returns whether a run whose results exceed bounds ends in NotHeld.
     virtual bool mustHold() const { return true; }
-    /// Returns what the rows need that OpenGL does not follow, "" for nothing.
+    /// Returns whether voxels are read from and written to the request's cacheDirectory.
+    virtual bool usesCache() const { return false; }
+    /// Returns what the rows need that OpenGL does not support, "" for nothing.
     virtual std::string needsBeyondGl() const { return ""; }
 };
 
-/// Reads a study for a request. Throws Error kInput for a file that is no study, naming file and
-/// row, kUsage for names and scenes that cannot be asked of it.
+/// Reads a study for a request. Throws Error kInput for a file that is not a study, naming file and
+/// row, kUsage for names and scenes that it does not have.
 std::unique_ptr<Study> makeStudy(const StudyFile& file, const StudyRequest& request,
                                  const Console& console);
 
-/// Returns what a scene is called in results: its file's name without directories and extension.
+/// Returns the name of a scene in results: its file's name without directories and extension.
 std::string sceneStem(const std::string& scene);
-/// Returns what a row is called that is measured on a scene of the user's.
+/// Returns the name of a row that is measured on a user's scene.
 std::string rowNameOn(const std::string& row, const std::string& scene);
 
 /// Measures all parts one after the other, without a report.
 Json measureAll(Study& study, const StudyRequest& request);
 
-/// Thrown when all work is done and its results do not hold; the message names what. Not an Error:
-/// nothing was asked wrongly and nothing is missing.
+/// Thrown after all work if results exceed their bounds; the message names them. Not an Error: the
+/// request was valid and nothing is missing.
 struct NotHeld : std::runtime_error {
     using std::runtime_error::runtime_error;
     static constexpr int kExitStatus = 5;
 };
 
-/// What `study` was asked for.
+/// The arguments of `study`.
 struct StudyCommand {
     std::string output;
     bool resume = false, noCharts = false;
 };
 
-/// Measures what is not in the journal of the directory, writes the report and says what does not
-/// hold. Throws NotHeld when anything does not, the report standing.
+/// Measures the parts that are not in the journal of the directory, writes the report and prints
+/// the exceeded bounds. Throws NotHeld if there are any, after the report is written; Error for
+/// scenes that cannot be measured, before an older unfinished study is deleted.
 void runStudy(const StudyFile& file, Study& study, const StudyRequest& request,
               const StudyCommand& command, const Console& console);
 

@@ -10,7 +10,7 @@ namespace shadowdag {
 
 namespace {
 
-constexpr const char* kRemedy = "give a study, as those in scenes/studies";
+constexpr const char* kRemedy = "give a study file, as in scenes/studies";
 
 std::string listed(const std::vector<std::string>& names) {
     std::string all;
@@ -71,11 +71,11 @@ std::vector<size_t> StudyReader::choicesOf(const char* key, const std::vector<st
     for (const std::string& value : values) {
         const auto found = std::find(names.begin(), names.end(), value);
         if (found == names.end())
-            refuse(key, value, "must hold some of " + listed(names));
+            refuse(key, value, "must contain some of " + listed(names));
         chosen.push_back(size_t(found - names.begin()));
     }
     if (chosen.empty())
-        refuse(key, json_.value(key, Json()), "must hold some of " + listed(names));
+        refuse(key, json_.value(key, Json()), "must contain some of " + listed(names));
     return chosen;
 }
 
@@ -103,7 +103,8 @@ void StudyReader::list(const char* key, const std::string& what, const Visit& vi
     if (!found)
         return;
     size_t number = 0;
-    for (const Json& item : KeyReader::list(key, *found)) {
+    requireList(key, *found);
+    for (const Json& item : *found) {
         std::string where = where_ + ": " + what + " " + std::to_string(++number);
         for (const char* id : {"name", "case"})
             if (item.is_object() && item.contains(id) && item[id].is_string())
@@ -122,9 +123,14 @@ void StudyReader::rows(const Visit& visit) {
                                    "-_.") != std::string::npos)
             row.refuse("name", name, "must be of letters, digits, '-', '_' and '.'");
         if (!names.insert(name).second)
-            row.refuse("name", name, "stands there twice; name each row once");
+            row.refuse("name", name, "is listed twice; list each row once");
         visit(row);
     });
+}
+
+void StudyReader::requireRows(size_t count) const {
+    if (count == 0)
+        refuse("rows", json_.value("rows", Json()), "must contain at least one row");
 }
 
 void readStudy(const StudyFile& file, const StudyReader::Visit& visit) {

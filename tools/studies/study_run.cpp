@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The one runner of studies: directory, journal, parts, report, verdict.
+// The runner of studies: directory, journal, parts, report, verdict.
 #include "tools/report/report_package.h"
 #include "tools/settings/console.h"
 #include "tools/settings/json_file.h"
@@ -7,19 +7,22 @@
 #include "tools/studies/study.h"
 #include "tools/workspace/journal.h"
 #include "tools/workspace/report_directory.h"
+#include "tools/workspace/scene_setup.h"
 #include "tools/workspace/whole_file.h"
 
 #include "cuda/error.h"
+#include "scenes/builtin.h"
 
 #include <chrono>
 #include <fstream>
 #include <ostream>
+#include <set>
 
 namespace shadowdag {
 
 namespace {
 
-/// Measures all parts; those that the journal holds are taken from it.
+/// Measures all parts; those in the journal are reused.
 Json measureParts(Study& study, StudyRequest request, const std::function<void(double)>& progress,
                   Journal& journal) {
     const std::vector<std::string> parts = study.parts();
@@ -36,6 +39,19 @@ Json measureParts(Study& study, StudyRequest request, const std::function<void(d
         request.progress(1.0);
     }
     return study.join(std::move(measured));
+}
+
+/// Throws what loading the scenes throws: scenes that are not there, files that are damaged or have
+/// no lights.
+void requireScenes(const std::vector<std::string>& scenes) {
+    for (const std::string& scene : scenes)
+        requireScene(scene);
+    const Console silent(Console::Listener{[](const std::string&) {}, {}});
+    for (const std::string& scene : std::set<std::string>(scenes.begin(), scenes.end())) {
+        checkInterrupted();
+        if (!scene.starts_with("builtin:"))
+            loadSceneAndWorld(scene, -1, 1, true, silent);
+    }
 }
 
 } // namespace
@@ -64,26 +80,28 @@ void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
     const std::string kind = file.json["kind"], resultsFile = kind + ".json";
     if (command.resume && !std::ifstream(command.output + "/partial/journal.json"))
         throw Error(ErrorKind::kUsage, "--resume: " + command.output +
-                                           " holds no unfinished study; run without --resume");
+                                           " contains no unfinished study; run without --resume");
     const ReportPackage package(study.drawsCharts() && !command.noCharts, console);
+    const std::vector<std::string> scenes = study.scenes();
+    requireScenes(scenes);
     const ReportDirectory held(command.output, command.resume, false);
     const std::string partial = command.output + "/partial";
     const Json provenance = buildProvenance(asked.backend);
     Json key = provenance;
     key["study"] = file.json;
     key["names"] = asked.names;
-    key["inputs"] = inputHashes(asked.scenes, {});
-    Journal journal(partial + "/journal.json", textHash(jsonText(key)), command.resume);
+    key["inputs"] = inputHashes(scenes, {});
+    Journal journal(partial + "/journal.json", key, command.resume);
     if (journal.takenUpCount() > 0)
         console.note("resume: " + std::to_string(journal.takenUpCount()) +
-                     " finished parts taken up");
+                     " finished parts reused");
     StudyRequest request = asked;
     request.pictureDirectory = partial + "/images";
     const Json measured =
         measureParts(study, request, console.progress("study " + file.name), journal);
     const std::vector<std::string> broken = study.brokenLines(measured);
 
-    Json results = {{"provenance", provenance}, {"study", file.json}};
+    Json results = {{"provenance", provenance}, {"study", file.json}, {"inputs", key["inputs"]}};
     results.update(measured);
     results[study.mustHold() ? "broken" : "disagreements"] = broken;
     const auto write = [&](const std::string& name, const std::string& text) {
@@ -110,7 +128,8 @@ void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
     console.emit(said);
     if (study.mustHold() && !broken.empty())
         throw NotHeld(study.judged(results) + ": " + std::to_string(broken.size()) +
-                      " do not hold, the first: " + broken.front() + "; all stand in " + report);
+                      " do not hold, the first: " + broken.front() + "; all are listed in " +
+                      report);
 }
 
 } // namespace shadowdag

@@ -1,18 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes what a run measured into the rows of a study, under "known", where bounds are taken from.
+"""Writes the counts of a run into the rows of a study, under "known", from which bounds are computed.
 
     shadowdag study failures -o DIR; tools/studies/update_known.py DIR/failures.json scenes/studies/failures.json
     shadowdag study real FILE... -o DIR; tools/studies/update_known.py DIR/real.json scenes/studies/real.json
 
-Rows that the run does not hold keep their numbers, so that a part (--only) can be written anew. Prints every
-number that got larger: look at each before you commit it.
+Rows that the run does not contain keep their numbers, so that a part (--only) can be updated. A scene that was
+measured as "another file" is another scene of the same name: it keeps its numbers, too, and is reported. Prints every
+number that increased: check each before you commit it.
 """
 import json
+import os
 import sys
 
 MEASURES = ["false_shadow_count", "false_light_count", "unexplained_count", "acne_count",
-            "contact_count", "missing_tap_count", "mean_error_millionths", "flicker_count"]
+            "contact_count", "magnified_count", "missing_tap_count", "mean_error_millionths", "flicker_count"]
 WIDTH = 170
 
 
@@ -35,7 +37,7 @@ def name_of(cell):
 
 
 def known_of(cells):
-    """Returns the cells of a row as its "known" has them; counts of 0 are left out."""
+    """Returns the cells of a row in the form of "known"; counts of 0 are omitted."""
     known = []
     for cell in cells:
         entry = {"method": cell["method"]}
@@ -49,7 +51,7 @@ def known_of(cells):
 
 
 def report_rises(name, old, new):
-    """Prints what got larger."""
+    """Prints the numbers that increased."""
     before = {(entry["method"], entry.get("remedy")): entry for entry in old}
     for entry in new:
         was = before.get((entry["method"], entry.get("remedy")))
@@ -72,13 +74,23 @@ def main(arguments):
         print(f"update_known.py: {arguments[1]} must be the results and {arguments[2]} the file of a study: {error!r}",
               file=sys.stderr)
         return 2
+    foreign = {name_of(cell) for cell in cells if cell.get("known") == "another file"}
     for row in study["rows"]:
+        if row["name"] in foreign:
+            print(f"{row['name']}: the file that was measured has another geometry_hash; nothing is written")
+            continue
         known = known_of([cell for cell in cells if name_of(cell) == row["name"]])
         if known:
             report_rises(row["name"], row.get("known", []), known)
             row["known"] = known
-    with open(arguments[2], "w", encoding="utf-8") as file:
-        file.write(text_of(study) + "\n")
+    unfinished = f"{arguments[2]}.new"  # so that a full disk does not damage the study
+    try:
+        with open(unfinished, "w", encoding="utf-8") as file:
+            file.write(text_of(study) + "\n")
+        os.replace(unfinished, arguments[2])
+    except OSError as error:
+        print(f"update_known.py: {arguments[2]}: cannot be written: {error}", file=sys.stderr)
+        return 3
     return 0
 
 

@@ -11,10 +11,11 @@ namespace shadowdag {
 
 namespace {
 
-/// Straight up has no right-hand side; this far from it cameraFromText still has one.
+/// A view straight up has no horizontal right axis; at this angle from it cameraFromText still has
+/// one.
 constexpr double kSteepest = 1.5;
 
-/// Less roll than this is none: half a picture of 1000 pixels turns by 0.005 of one.
+/// Less roll than this is treated as none: half a picture of 1000 pixels moves by 0.005 of a pixel.
 constexpr double kLeastRoll = 1e-5;
 
 glm::dvec3 directionOf(double yaw, double pitch) {
@@ -38,8 +39,8 @@ FlyCamera::FlyCamera(const Camera& camera)
 
 void FlyCamera::step(const FlyInput& input, double seconds, double metresPerSecond,
                      double radiansPerPixel) {
-    // The mouse's way in the level frame: the picture's right is cos r right - sin r up, its up
-    // cos r up + sin r right.
+    // The mouse's movement in the level frame: the picture's right is cos r right - sin r up, its
+    // up cos r up + sin r right.
     const double c = std::cos(roll_), s = std::sin(roll_);
     const double turnRight = c * double(input.turn.x) - s * double(input.turn.y);
     const double turnDown = s * double(input.turn.x) + c * double(input.turn.y);

@@ -12,7 +12,7 @@
 namespace shadowdag {
 
 void endWithTheDisplay() {
-    std::signal(SIGPIPE, SIG_IGN); // writing to a server that is gone is an error as reading is
+    std::signal(SIGPIPE, SIG_IGN); // writing to a closed connection fails as reading does
     XSetIOErrorHandler([](Display*) -> int {
         std::cerr << "shadowdag: error: the connection to the display was lost" << std::endl;
         _exit(int(ErrorKind::kDevice));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happens when the X server ends.
+// Handles the end of the X server.
 #pragma once
 
 namespace shadowdag {

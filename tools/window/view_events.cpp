@@ -17,23 +17,14 @@ constexpr double kRadiansPerPixel = 0.004;
 } // namespace
 
 void Viewer::takeModel() {
-    const std::string& model = ui_.request.sides[0].model;
-    if (model.starts_with("texels:")) {
-        ui_.modelKind = ModelKind::kTexels;
-        ui_.threshold = parseThresholds("--model", model.substr(7))[0];
-    } else if (model.starts_with("expr:")) {
-        ui_.modelKind = ModelKind::kExpression;
-        ui_.expression = model.substr(5);
-    } else {
-        ui_.modelKind = model == "cost" ? ModelKind::kCost : ModelKind::kOracle;
-    }
+    setModel(ui_, ui_.request.sides[0].model);
 }
 
 void Viewer::changeThreshold(double factor) {
     if (ui_.modelKind != ModelKind::kTexels)
         return;
     const double from = std::isfinite(ui_.threshold) ? double(ui_.threshold) : 4096;
-    // By a texel at least, or small thresholds would stay what they are.
+    // By at least a texel, otherwise small thresholds would not change.
     const double to =
         factor > 1 ? std::max(from * factor, from + 1) : std::min(from * factor, from - 1);
     ui_.threshold = float(std::clamp(std::round(to), 0.0, 4096.0));
@@ -120,7 +111,7 @@ void Viewer::onKey(int key, int action, int mods) {
 
 void Viewer::onButton(int button, int action) {
     touch();
-    // The mouse may be elsewhere by the time the next step looks: what counts is where it was.
+    // The mouse may be elsewhere at the next step, so its position at the event is kept.
     if (action != GLFW_PRESS)
         return;
     if (button == GLFW_MOUSE_BUTTON_LEFT)
@@ -129,7 +120,7 @@ void Viewer::onButton(int button, int action) {
         lookPressed_ = mouse_;
 }
 
-/// Carries out a press on the picture: takes the divider, or asks about a pixel.
+/// Handles a press on the picture: moves the divider, or requests a pixel's report.
 void Viewer::takePress() {
     const std::optional<ImVec2> at = std::exchange(pressed_, std::nullopt);
     if (!at || ImGui::GetIO().WantCaptureMouse || !ui_.hasScene || at->x < pictureFrom_.x ||
@@ -142,7 +133,7 @@ void Viewer::takePress() {
     } else {
         ui_.request.pixel =
             glm::vec2((at->x - pictureFrom_.x) / width, (at->y - pictureFrom_.y) / height);
-        ui_.pixel.reset(); // that was another one's
+        ui_.pixel.reset(); // of the previous scene
         ui_.hasChanged = true;
     }
 }
@@ -166,8 +157,7 @@ void Viewer::openFiles(const std::vector<std::string>& paths) {
         else if (extension == ".json")
             costs = path;
         else
-            ui_.message =
-                path + ": neither a scene (.glb, .gltf), nor voxels (.svdag), nor costs (.json)";
+            ui_.message = path + ": not a scene (.glb, .gltf), voxels (.svdag) or costs (.json)";
     }
     if (!costs.empty())
         session_.setCosts(costs);
@@ -177,7 +167,7 @@ void Viewer::openFiles(const std::vector<std::string>& paths) {
                {{"scene", scene}, {"asset", asset}, {"costs", costs}, {"message", ui_.message}});
 }
 
-/// Returns whether it flies now: not before the camera that it starts from is known.
+/// Returns whether the camera can fly: not before its start is known.
 bool Viewer::startFlying() {
     if (!ui_.isFlying) {
         if (!ui_.picture || ui_.picture->request.camera != ui_.request.camera)
@@ -189,7 +179,7 @@ bool Viewer::startFlying() {
     return true;
 }
 
-/// Goes to the first view of the scene.
+/// Returns to the first view of the scene.
 void Viewer::takeFirstCamera() {
     ui_.isFlying = ui_.scene.isPlaced; // no text but numbers means a camera that was found
     ui_.camera = FlyCamera(ui_.scene.camera);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The picture that a window shows, with what is needed to refine, redraw and save it. Internal to
-// view_*.
+// The picture in the window, with the data to refine, redraw and save it. Internal to view_*.
 #pragma once
 
 #include "tools/window/view_overlay.h"
@@ -34,7 +33,7 @@ struct ViewShown {
     TruthRefinement refinement;
     bool asksTruth = false;
     std::array<ViewErrors, 2> errors;
-    /// What does not change as the truth is refined, once it is drawn.
+    /// The parts that do not change while the truth is refined.
     struct Drawn {
         std::vector<uint8_t> rgba;
         ViewLegend legend;
@@ -46,7 +45,7 @@ struct ViewShown {
 
     bool shows(size_t side) const { return side == 0 || request.isSplit; }
     bool hasFrame(size_t side) const { return shows(side) && !isTruth(request.sides[side]); }
-    /// Returns whether the frames know their pairs.
+    /// Returns whether the frames recorded their pairs.
     bool hasPairs() const {
         for (size_t side = 0; side < 2; ++side)
             if (hasFrame(side) && frames[side].pairs.sampleStart.empty())

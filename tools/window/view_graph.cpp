@@ -60,7 +60,7 @@ void noteHistory(ViewUi& ui, const ViewPicture& picture) {
             sample.falseLight[side] = float(double(report.errors->falseLightCount) / count);
         }
     }
-    // A picture that is refined is one picture.
+    // A picture that is refined counts once.
     if (!ui.history.empty() && ui.picture && ui.picture->request.serial == picture.request.serial)
         ui.history.back() = std::move(sample);
     else

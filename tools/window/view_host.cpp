@@ -26,7 +26,7 @@ std::string glfwComplaint() {
 ViewHost::ViewHost(uint32_t width, uint32_t height) {
     endWithTheDisplay();
     if (!glfwInit())
-        throw Error(ErrorKind::kDevice, "no window can be opened: " + glfwComplaint() +
+        throw Error(ErrorKind::kDevice, "cannot open a window: " + glfwComplaint() +
                                             "; a display is needed (DISPLAY), or use render");
     glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
     glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
@@ -36,12 +36,12 @@ ViewHost::ViewHost(uint32_t width, uint32_t height) {
     if (handle == nullptr) {
         const std::string why = glfwComplaint();
         glfwTerminate();
-        throw Error(ErrorKind::kDevice, "no window with OpenGL 3.3 can be opened: " + why);
+        throw Error(ErrorKind::kDevice, "cannot open a window with OpenGL 3.3: " + why);
     }
     glfwMakeContextCurrent(handle);
-    glfwSwapInterval(0); // paced below: a driver's own pace may be none, or block
+    glfwSwapInterval(0); // the rate is limited below: a driver's own limit may be absent, or block
     ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr; // nothing is left behind
+    ImGui::GetIO().IniFilename = nullptr; // nothing remains
     ImGui::StyleColorsDark();
     ImGui::GetStyle().WindowRounding = 0;
     float scale = 1;

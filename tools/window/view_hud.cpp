@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is drawn over the picture: the split, names, lights, the legend, a pixel's pairs, messages.
+// Draws over the picture: the split, names, lights, the legend, a pixel's pairs, messages.
 #include "tools/window/view_observer.h"
 #include "tools/window/view_overlay.h"
 #include "tools/window/view_ui.h"
@@ -34,10 +34,10 @@ std::string nameOf(const ViewPicture& p, size_t side) {
     return text;
 }
 
-/// Draws where a sun's light goes, as an arrow whose length away from the viewer is lost, and,
-/// where the camera looks towards it, the sun itself.
-void drawSun(const ViewPicture& p, const Light& light, const ImVec2& start, const ImVec2& from,
-             const ImVec2& to, const glm::vec3& color) {
+/// Draws a directional light as an arrow, whose length away from the viewer is not visible, and, if
+/// the camera looks towards the light, the light itself.
+void drawDirectionalLight(const ViewPicture& p, const Light& light, const ImVec2& start,
+                          const ImVec2& from, const ImVec2& to, const glm::vec3& color) {
     const ViewRays view = makeViewRays(p.camera, p.width, p.height);
     const glm::vec3 way = light.directionWorld;
     ImDrawList* const list = ImGui::GetForegroundDrawList();
@@ -54,7 +54,7 @@ void drawSun(const ViewPicture& p, const Light& light, const ImVec2& start, cons
     const float head = std::min(kHead, kLength * length);
     line(tip, tip - (unit + 0.6f * side) * head);
     line(tip, tip - (unit - 0.6f * side) * head);
-    // A ring at its tail: a dot in it where the light comes towards the viewer, else none.
+    // A ring at its tail, with a dot in it if the light comes towards the viewer.
     list->AddCircle(start, 6, IM_COL32(0, 0, 0, 255), 0, 4);
     list->AddCircle(start, 6, packedColor(color), 0, 2);
     if (glm::dot(way, p.camera.forward) < 0)
@@ -93,7 +93,7 @@ void drawLights(const ViewPicture& p, const ViewUi& ui, const ImVec2& from, cons
                                 : by[i] == 3 ? glm::vec3(0.9f)
                                              : glm::vec3(0.45f);
         if (light.kind == Light::kSun) {
-            drawSun(p, light, {sunX, from.y + 90}, from, to, color);
+            drawDirectionalLight(p, light, {sunX, from.y + 90}, from, to, color);
             sunX -= 120;
             continue;
         }
@@ -101,7 +101,7 @@ void drawLights(const ViewPicture& p, const ViewUi& ui, const ImVec2& from, cons
                         float(from.y + (pixel.y + 0.5) * toScreen)};
         list->AddCircleFilled(at, isChosen ? 6.0f : 4.0f, packedColor(color));
         list->AddCircle(at, isChosen ? 7.0f : 5.0f, IM_COL32(0, 0, 0, 255));
-        // The outline of the sphere, where the camera is outside of it.
+        // The outline of the sphere, if the camera is outside of it.
         const double distance = glm::length(d), range = double(light.rangeWorld);
         if (distance > range) {
             const double radius =
@@ -113,7 +113,7 @@ void drawLights(const ViewPicture& p, const ViewUi& ui, const ImVec2& from, cons
     list->PopClipRect();
     label({from.x + 8, to.y - 24},
           "lights: sky blue by rays, orange by maps, white by both, grey by neither; arrows: "
-          "direction of a sun's light");
+          "direction of directional lights");
 }
 
 void drawLegend(const ViewLegend& legend, const ImVec2& from, const ImVec2& to) {
@@ -171,7 +171,7 @@ void drawPixel(ViewUi& ui, const PixelReport& pixel, const ImVec2& from, const I
             ImGui::TableHeadersRow();
             for (const PixelPair& pair : pixel.pairs)
                 for (size_t i = 0; i < pair.answers.size(); ++i) {
-                    const PairAnswer& answer = pair.answers[i];
+                    const PairResult& answer = pair.answers[i];
                     ImGui::TableNextRow();
                     ImGui::TableNextColumn();
                     if (i == 0)

@@ -30,7 +30,8 @@ public:
             b += (a - b) * (db / (db - da));
         const glm::dvec3 p = pixelOfPoint(view_, a), q = pixelOfPoint(view_, b);
         const double length = std::max(std::abs(q.x - p.x), std::abs(q.y - p.y));
-        // Far ends beyond the picture would take for ever; what is seen of them is few pixels.
+        // Ends far beyond the picture would take very long, and only few pixels of them are
+        // visible.
         const int steps = int(std::min(length, 8.0 * double(view_.width + view_.height)));
         for (int i = 0; i <= steps; ++i) {
             const double t = steps > 0 ? double(i) / double(steps) : 0.0;
@@ -88,7 +89,7 @@ std::vector<glm::vec3> drawObserved(const GBufferView& observed, const Camera& o
                 at.y >= double(seen.height) - 0.5)
                 continue;
             const size_t other = size_t(std::lround(at.y)) * seen.width + size_t(std::lround(at.x));
-            // The same surface: as far away, to the steps that depth takes over two pixels.
+            // The same surface: the same distance, within the steps of depth over two pixels.
             const double slack = at.z * (4.0 * seen.pixelSize + 0.01);
             if (frozen.triangle[other] == observed.triangle[s] ||
                 (frozen.triangle[other] != kBackground &&
@@ -99,7 +100,7 @@ std::vector<glm::vec3> drawObserved(const GBufferView& observed, const Camera& o
     LinePainter painter(view, picture);
     for (size_t i = 0; i < boxesWorld.count; ++i)
         painter.box(boxesWorld[i], glm::mix(hashColor(uint32_t(i)), glm::vec3(1.0f), 0.2f));
-    // The frustum as far as the frame's farthest sample.
+    // The frustum up to the frame's farthest sample.
     double far = 1.0;
     for (size_t s = 0; s < frozen.count(); ++s)
         far = std::max(far, double(frozen.depthView[s]));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shows a frame from another camera than its own: what the frozen camera saw, and its clusters as
-// boxes.
+// Shows a frame from another camera than its own: the samples that the frozen camera saw, and its
+// clusters as boxes.
 #pragma once
 
 #include "hybrid/clusters/clusters.h"

@@ -23,12 +23,13 @@ glm::vec3 greyOf(const glm::vec3& display) {
     return glm::vec3(0.08f + 0.35f * glm::dot(display, glm::vec3(0.2126f, 0.7152f, 0.0722f)));
 }
 
-/// Returns a colour of a scale with a trace of the scene, little enough to be found on the scale.
+/// Returns a colour of a scale with a little of the scene's brightness, little enough to find the
+/// colour on the scale.
 glm::vec3 shaded(const glm::vec3& color, const glm::vec3& display) {
     return color * (0.8f + 0.5f * (greyOf(display).x - 0.08f));
 }
 
-/// Returns the scene in grey and why.
+/// Returns the scene in grey and the reason.
 OverlayPicture withoutData(const OverlayInputs& in, const std::string& why) {
     OverlayPicture picture{in.display, {}};
     for (glm::vec3& p : picture.display)
@@ -71,18 +72,18 @@ OverlayPicture drawClusters(const OverlayInputs& in) {
 
 OverlayPicture drawMethods(const OverlayInputs& in) {
     if (in.frame.pairRoute.size() != in.frame.pairs.count())
-        return withoutData(in, "which method answered is known once the picture rests");
+        return withoutData(in, "the method of each pair is known once the picture rests");
     OverlayPicture picture;
     picture.display =
         methodPicture(in.display, rayShare(in.frame.pairs, in.frame.pairRoute), in.frame.maps,
                       in.world.lights(), in.camera, in.options.width, in.options.height,
                       float(in.options.height) / float(in.request.options.height));
-    picture.legend.title = "pairs answered by";
+    picture.legend.title = "method of pairs";
     picture.legend.swatches = {{kSkyBlue, "rays"}, {kOrange, "maps"}};
     return picture;
 }
 
-/// Face resolutions: what clusters ask for, or what their maps have.
+/// Face resolutions: those that clusters request, or those of their maps.
 OverlayPicture drawResolution(const OverlayInputs& in, bool isRequested) {
     constexpr int kFirst = 3, kLast = 13;
     const ClusterView clusters = in.renderer.clusters();
@@ -144,7 +145,7 @@ std::string nameOf(const OverlayInputs& in, const ChosenMap& chosen) {
            std::to_string(map.quantities.octave);
 }
 
-/// Calls draw(sample, face, u, v), u and v in [-1, 1], for the samples that a map serves.
+/// Calls draw(sample, face, u, v), u and v in [-1, 1], for the samples of a map.
 template <class F>
 std::vector<glm::vec3> drawServed(const OverlayInputs& in, const ChosenMap& chosen,
                                   const ShadowMapInfo& map, const F& draw) {
@@ -159,7 +160,7 @@ std::vector<glm::vec3> drawServed(const OverlayInputs& in, const ChosenMap& chos
         if (!isServed[cluster])
             return greyOf(in.display[s]);
         const glm::vec3 d(lightFromWorld(map, gbuffer.positionWorld[s]));
-        const uint32_t face = map.window.isSun() ? kSunFace : faceOf(d);
+        const uint32_t face = map.window.isDirectional() ? kDirectionalFace : faceOf(d);
         const glm::vec3 q = faceFromLight(face, d);
         return draw(s, face, q.x / q.z, q.y / q.z);
     });
@@ -179,11 +180,11 @@ OverlayPicture drawPages(const OverlayInputs& in) {
         if (maps.pageTable[entry] == kNoPage)
             return glm::vec3(1.0f, 0.0f, 1.0f);
         const glm::vec3 tint = glm::mix(greyOf(in.display[s]), hashColor(entry), 0.5f);
-        return ((x ^ y) & 1u) ? tint : tint * 0.85f; // texels, where they are wider than pixels
+        return ((x ^ y) & 1u) ? tint : tint * 0.85f; // texels, if they are wider than pixels
     });
     picture.legend.title = nameOf(in, chosen) + ": " + std::to_string(map.faceTexels) +
                            " texels a face, pages of " + std::to_string(1u << maps.pageTexelsLog2) +
-                           ", texels chequered";
+                           ", texels as a chequer board";
     return picture;
 }
 
@@ -202,7 +203,7 @@ OverlayPicture drawProjections(const OverlayInputs& in) {
                                      : glm::vec3(1.0f, 0.0f, 1.0f);
         return glm::mix(greyOf(in.display[s]), tint, 0.5f);
     });
-    picture.legend.title = nameOf(in, chosen) + ": a colour a face, " +
+    picture.legend.title = nameOf(in, chosen) + ": one colour per face, " +
                            std::to_string(kProjectionMapSize) + " cells across";
     return picture;
 }
@@ -227,7 +228,7 @@ OverlayPicture drawVoxels(const OverlayInputs& in) {
                 picture.display[i] = glm::vec3(0.05f);
                 continue;
             }
-            // The face through which the ray enters the cell: where the last axis comes in.
+            // The face through which the ray enters the cell: that of the last axis.
             const glm::dvec3 low(hit.cell);
             const double side = double(1u << hit.level);
             int axis = 0;
@@ -379,15 +380,15 @@ UnfoldedMap drawUnfoldedMap(const OverlayInputs& in) {
     const View<const uint32_t> words = in.renderer.projectionMaps();
     const size_t first = size_t(chosen.map) * kProjectionWordsPerMap;
     constexpr uint32_t kFaceSide = 96;
-    // Where faces +x -x +y -y +z -z stand, in faces from the top left.
+    // Positions of faces +x -x +y -y +z -z, in faces from the top left.
     constexpr std::array<glm::uvec2, kFaceCount> kPlace{glm::uvec2(2, 1), {0, 1}, {1, 0},
                                                         {1, 2},           {1, 1}, {3, 1}};
-    const bool isSun = map.window.isSun();
+    const bool isDirectional = map.window.isDirectional();
     UnfoldedMap picture;
-    picture.width = isSun ? 2 * kFaceSide : 4 * kFaceSide;
-    picture.height = isSun ? 2 * kFaceSide : 3 * kFaceSide;
+    picture.width = isDirectional ? 2 * kFaceSide : 4 * kFaceSide;
+    picture.height = isDirectional ? 2 * kFaceSide : 3 * kFaceSide;
     picture.rgba.assign(size_t(picture.width) * picture.height * 4, 0);
-    const float nearest = isSun ? 2.0f : 8.0f / map.rangeWorld;
+    const float nearest = isDirectional ? 2.0f : 8.0f / map.rangeWorld;
     uint32_t pageCount = 0;
     for (uint32_t face = 0; face < kFaceCount; ++face) {
         if (!(facesOf(map) >> face & 1u))
@@ -395,7 +396,7 @@ UnfoldedMap drawUnfoldedMap(const OverlayInputs& in) {
         for (uint32_t y = 0; y < map.facePages; ++y)
             for (uint32_t x = 0; x < map.facePages; ++x)
                 pageCount += maps.pageTable[pageTableIndex(map, face, x, y)] != kNoPage;
-        const uint32_t side = isSun ? 2 * kFaceSide : kFaceSide;
+        const uint32_t side = isDirectional ? 2 * kFaceSide : kFaceSide;
         for (uint32_t y = 0; y < side; ++y)
             for (uint32_t x = 0; x < side; ++x) {
                 const CubeTexel texel{face, x * map.faceTexels / side, y * map.faceTexels / side};
@@ -421,8 +422,9 @@ UnfoldedMap drawUnfoldedMap(const OverlayInputs& in) {
                 if (!isSet)
                     color *= 0.55f;
                 // v rises upwards on a face, rows run downwards in a picture.
-                const uint32_t px = (isSun ? 0 : kPlace[face].x * kFaceSide) + x;
-                const uint32_t py = (isSun ? 0 : kPlace[face].y * kFaceSide) + (side - 1 - y);
+                const uint32_t px = (isDirectional ? 0 : kPlace[face].x * kFaceSide) + x;
+                const uint32_t py =
+                    (isDirectional ? 0 : kPlace[face].y * kFaceSide) + (side - 1 - y);
                 uint8_t* const out = &picture.rgba[(size_t(py) * picture.width + px) * 4];
                 for (int c = 0; c < 3; ++c)
                     out[c] = uint8_t(std::lround(255.0f * std::clamp(color[c], 0.0f, 1.0f)));

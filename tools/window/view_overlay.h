@@ -10,7 +10,7 @@
 
 namespace shadowdag {
 
-/// A frame, and the answers of the truth that are known so far.
+/// A frame, and the truth's results so far.
 struct OverlayInputs {
     const FrameRenderer& renderer; ///< whose last frame it is
     const World& world;
@@ -20,7 +20,7 @@ struct OverlayInputs {
     const Camera& camera;
     /// The lit scene as displayed, width * height.
     const std::vector<glm::vec3>& display;
-    /// Per pair of the frame, or empty: the truth, and the frame's own answer where that is not
+    /// Per pair of the frame, or empty: the truth, and the frame's own result where that is not
     /// known yet.
     const std::vector<uint8_t>& truth;
 };
@@ -37,16 +37,16 @@ struct OverlayPicture {
 OverlayPicture drawOverlay(const OverlayInputs& inputs);
 
 /// One map, its six faces unfolded (+x and -x beside +z, -z; +y above, -y below) or the one window
-/// of a sun; rgba empty: the light has no drawn map.
+/// of a directional light; rgba empty: the light has no drawn map.
 struct UnfoldedMap {
     std::vector<uint8_t> rgba;
     uint32_t width = 0, height = 0;
     std::string title;
 };
 
-/// Returns the map of request.light as overlays choose it: nearer is brighter; pages without memory
-/// dark blue, with a grid where they end; cells of the projection map that no receiver is in are
-/// darkened.
+/// Returns the map of request.light, chosen as for overlays: nearer is brighter; pages without
+/// memory are dark blue, with a grid at their borders; cells of the projection map without a
+/// receiver are darkened.
 UnfoldedMap drawUnfoldedMap(const OverlayInputs& inputs);
 
 /// Returns a colour for a number in [0, 1]: from dark blue through grey to yellow, of increasing

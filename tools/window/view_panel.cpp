@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The panel: what is shown, how it is made, what it took.
+// The panel: the picture's content, its settings, and its times and counts.
 #include "tools/settings/experiment.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/setting.h"
@@ -17,7 +17,7 @@ namespace shadowdag {
 
 namespace {
 
-/// Shows a list of names to choose from; returns whether another one was.
+/// Shows a list of names to choose from; returns whether the choice changed.
 bool chooseName(const char* label, const std::vector<std::string>& names, std::string& chosen) {
     bool hasChanged = false;
     if (ImGui::BeginCombo(label, chosen.c_str())) {
@@ -31,27 +31,13 @@ bool chooseName(const char* label, const std::vector<std::string>& names, std::s
     return hasChanged;
 }
 
-std::string modelText(const ViewUi& ui) {
-    switch (ui.modelKind) {
-    case ModelKind::kTexels:
-        return "texels:" + numberText(double(ui.threshold));
-    case ModelKind::kCost:
-        return "cost";
-    case ModelKind::kOracle:
-        return "oracle";
-    case ModelKind::kExpression:
-        return "expr:" + ui.expression;
-    }
-    return "texels:96";
-}
-
 bool isAboutModel(const std::string& note) {
     return note.starts_with("oracle");
 }
 
 void drawScene(ViewUi& ui) {
     if (!ui.hasScene)
-        ImGui::TextWrapped("No scene is open. Drop a .glb or .gltf file here, or name one.");
+        ImGui::TextWrapped("No scene is open. Drop a .glb or .gltf file here, or type its path.");
     if (ImGui::InputTextWithHint("open", ".glb .svdag costs.json", &ui.path,
                                  ImGuiInputTextFlags_EnterReturnsTrue))
         ui.wantsPath = true;
@@ -90,9 +76,9 @@ void drawMethods(ViewUi& ui) {
     const bool isHybrid = r.sides[0].isRouted() || (r.isSplit && r.sides[1].isRouted());
     if (!isHybrid)
         return;
-    static const char* const kKinds[] = {"texels", "cost", "oracle", "expr"};
+    const char* const kinds[] = {"texels", "cost", "oracle", "expr", ui.otherModel.c_str()};
     int kind = int(ui.modelKind);
-    bool hasChanged = ImGui::Combo("model", &kind, kKinds, 4);
+    bool hasChanged = ImGui::Combo("model", &kind, kinds, ui.otherModel.empty() ? 4 : 5);
     ui.mark("model");
     ui.modelKind = ModelKind(kind);
     if (ui.modelKind == ModelKind::kTexels) {
@@ -108,7 +94,7 @@ void drawMethods(ViewUi& ui) {
             ImGui::InputText("rays where", &ui.expression, ImGuiInputTextFlags_EnterReturnsTrue);
         ui.mark("expression");
     } else {
-        ImGui::TextWrapped("%s", ui.costs.empty() ? "costs: none; name or drop a file of them"
+        ImGui::TextWrapped("%s", ui.costs.empty() ? "costs: none; type or drop the path of a file"
                                                   : ("costs of " + ui.costs).c_str());
     }
     if (ui.picture)
@@ -174,7 +160,7 @@ void drawOverlayChoice(ViewUi& ui) {
         ui.wantsFreeze = true;
     }
     ui.mark("freeze");
-    ui.hasChanged |= ImGui::Checkbox("ask the truth at rest", &r.wantsError);
+    ui.hasChanged |= ImGui::Checkbox("compute the truth at rest", &r.wantsError);
     ui.mark("truth");
     ui.hasChanged |= ImGui::SliderFloat("exposure", &r.exposureStops, -6.0f, 6.0f, "%+.1f stops");
     ui.isDragged |= ImGui::IsItemActive();
@@ -204,7 +190,7 @@ void drawOptions(ViewUi& ui) {
         ui.mark(setting->panelLabel.c_str());
     }
     ui.hasChanged |=
-        ImGui::Checkbox("keep maps of what stands still", &options.maps.useStaticOptimization);
+        ImGui::Checkbox("keep maps of static geometry", &options.maps.useStaticOptimization);
 }
 
 void drawNumbers(const ViewUi& ui) {
@@ -261,7 +247,7 @@ void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture) {
                  ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                      ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoBringToFrontOnFocus);
     ImGui::PushItemWidth(width * 0.5f);
-    ImGui::PushAllowKeyboardFocus(false); // Tab is a key of the window's
+    ImGui::PushAllowKeyboardFocus(false); // The window uses the Tab key
     drawScene(ui);
     if (ui.hasScene) {
         ImGui::Separator();
@@ -299,7 +285,7 @@ void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture) {
                                    "wheel           speed\n"
                                    "left click      a pixel's pairs; Esc: none\n"
                                    "Space , .       play, step\n"
-                                   "1 to 5          method; Shift: of the right\n"
+                                   "1 to 4          method; Shift: of the right\n"
                                    "[ ]             threshold\n"
                                    "Tab O L F       split, show, lights, freeze\n"
                                    "C Home          next camera, first view\n"

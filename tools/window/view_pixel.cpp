@@ -39,7 +39,7 @@ std::string surfaceName(const World& world, uint32_t triangle) {
            (material.empty() ? "" : ", " + material) + ", triangle " + std::to_string(triangle);
 }
 
-/// Asks one pair of every method.
+/// Computes one pair with every method.
 class PairTeller {
 public:
     PairTeller(FrameRenderer& renderer, const World& world, const Truth& truth,
@@ -48,14 +48,14 @@ public:
           rays_(renderer.rayInputs(voxelOptions(options))), exact_(renderer.exact()),
           maps_(renderer.shadowMaps()) {}
 
-    std::vector<PairAnswer> tell(const ShadowPair& pair, PairServer server) const {
-        std::vector<PairAnswer> answers;
+    std::vector<PairResult> tell(const ShadowPair& pair, PairServer server) const {
+        std::vector<PairResult> answers;
         if (rays_.dag.rootAddress != kNoNode)
             answers.push_back(byVoxels(pair));
-        if (exact_.tree.words.count > 0)
+        if (exact_.bvh.root != kNoTriangleChild)
             answers.push_back(byTriangles(pair));
         answers.push_back(server.isMap() ? byMap(pair, server.map())
-                                         : PairAnswer{"maps", -1, 0, "no map of it is drawn"});
+                                         : PairResult{"maps", -1, 0, "no map of it is drawn"});
         answers.push_back(byTruth(pair));
         return answers;
     }
@@ -63,15 +63,14 @@ public:
 private:
     static RayOptions voxelOptions(const FrameOptions& options) {
         RayOptions rays = options.rays;
-        rays.kind = RayKind::kVoxels;
+        rays.believe = RayOptions{}.believe;
         return rays;
     }
 
-    PairAnswer byVoxels(const ShadowPair& pair) const {
-        PairAnswer answer{"dag", 0, 0, ""};
-        uint32_t tests = 0, last = kBackground;
+    PairResult byVoxels(const ShadowPair& pair) const {
+        PairResult answer{"dag believe all", 0, 0, ""};
         bool isDark = false;
-        answer.nanoseconds = timeOf([&] { isDark = isDarkByRays(rays_, pair, &tests, &last); });
+        answer.nanoseconds = timeOf([&] { isDark = isDarkByRays(rays_, pair); });
         answer.visibility = isDark ? 0 : kLit;
         DagHit hit;
         if (isStopped(rays_, pairSegment(rays_, pair), &hit))
@@ -79,30 +78,30 @@ private:
                              std::to_string(hit.cell.y) + " " + std::to_string(hit.cell.z) +
                              ", level " + std::to_string(hit.level);
         else if (isDark)
-            answer.blocker = "what moves";
+            answer.blocker = "moving geometry";
         return answer;
     }
 
-    PairAnswer byTriangles(const ShadowPair& pair) const {
-        PairAnswer answer{"dag-exact", 0, 0, ""};
+    PairResult byTriangles(const ShadowPair& pair) const {
+        PairResult answer{"dag believe none", 0, 0, ""};
         RayInputs inputs = rays_;
-        inputs.options.kind = RayKind::kExact;
+        inputs.options.believe = 0.0f;
         inputs.exact = exact_;
         bool isDark = false;
         uint32_t blocker = kBackground;
         answer.nanoseconds = timeOf([&] {
-            uint32_t tests = 0;
             blocker = kBackground;
-            isDark = isDarkByRays(inputs, pair, &tests, &blocker);
+            isDark = isDarkByRays(inputs, pair, nullptr, &blocker);
         });
         answer.visibility = isDark ? 0 : kLit;
         if (isDark)
-            answer.blocker = blocker == kBackground ? "what moves" : surfaceName(world_, blocker);
+            answer.blocker =
+                blocker == kBackground ? "moving geometry" : surfaceName(world_, blocker);
         return answer;
     }
 
-    PairAnswer byMap(const ShadowPair& pair, uint32_t map) const {
-        PairAnswer answer{"maps", 0, 0, ""};
+    PairResult byMap(const ShadowPair& pair, uint32_t map) const {
+        PairResult answer{"maps", 0, 0, ""};
         ShadowMapTrace trace{};
         uint8_t visibility = 0;
         answer.nanoseconds = timeOf([&] {
@@ -117,8 +116,8 @@ private:
         return answer;
     }
 
-    PairAnswer byTruth(const ShadowPair& pair) const {
-        PairAnswer answer{"embree", 0, 0, ""};
+    PairResult byTruth(const ShadowPair& pair) const {
+        PairResult answer{"embree", 0, 0, ""};
         TruthBlocker blocker;
         const TruthRay ray =
             truth_.pairRay(pair.positionWorld, pair.normalWorld, pair.receiver, pair.lightWorld);

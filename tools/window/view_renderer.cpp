@@ -41,23 +41,23 @@ std::vector<uint8_t> bytesOf(const std::vector<glm::vec3>& display) {
     return rgba;
 }
 
-/// Returns whether an overlay asks rays of its own at every pixel: too slow for a picture that
-/// moves, at full size.
+/// Returns whether an overlay traces its own rays at every pixel: too slow for a moving picture at
+/// full size.
 bool tracesItself(ViewOverlay overlay) {
     return overlay == ViewOverlay::kVoxels || overlay == ViewOverlay::kSteps;
 }
 
-/// Returns whether an overlay reads the answers of pairs.
+/// Returns whether an overlay reads the results of pairs.
 bool needsPairs(ViewOverlay overlay) {
     return overlay == ViewOverlay::kMethods || needsTruth(overlay);
 }
 
 /// Returns the side of the pages that a backend has; 0: any.
 uint32_t devicePageTexels(Backend backend) {
-    return backend == Backend::kGl ? askedGlPageTexels() : 0;
+    return backend == Backend::kGl ? requestedGlPageTexels() : 0;
 }
 
-/// Returns a request as it is rendered: sparse textures have the device's pages.
+/// Returns a request in its renderable form: sparse textures have the device's pages.
 ViewRequest followed(const ViewRequest& asked, Backend backend) {
     ViewRequest request = asked;
     if (const uint32_t side = devicePageTexels(backend))
@@ -65,31 +65,30 @@ ViewRequest followed(const ViewRequest& asked, Backend backend) {
     return request;
 }
 
-/// Returns whether two requests mean the same frames.
+/// Returns whether two requests have the same frames.
 bool haveSameFrames(const ViewRequest& a, const ViewRequest& b) {
-    // Where the frame is a frozen camera's, who looks on changes the picture alone.
+    // If the frame is a frozen camera's, the observer changes the picture alone.
     const bool hasSameCamera = a.frozen == b.frozen && (!a.frozen.empty() || a.camera == b.camera);
     return hasSameCamera && a.scene == b.scene && a.frame == b.frame && a.isSplit == b.isSplit &&
            a.sides[0] == b.sides[0] && (!a.isSplit || a.sides[1] == b.sides[1]) &&
            a.options == b.options;
 }
 
-/// Returns the options that a side of a request is rendered with at a scale. Maps are as fine as
-/// the smaller picture asks for: maps for pixels that are not there cost more than the picture.
-FrameOptions optionsOf(const ViewRequest& request, const ViewSide& side, float scale) {
+/// Returns the options with which a side of a request is rendered at a scale. Maps have the
+/// resolution of the smaller picture: maps for the larger one would cost more than the picture.
+FrameOptions optionsOf(const ViewRequest& request, float scale) {
     FrameOptions options = request.options;
     const auto scaled = [&](uint32_t full) {
         return std::max(16u, uint32_t(std::lround(double(full) * double(scale))));
     };
     options.width = scaled(request.options.width);
     options.height = scaled(request.options.height);
-    methodOf(side.method).configure(options);
     options.recordPairs = (!request.isMoving && request.wantsError) || needsPairs(request.overlay);
     options.recordQuantities = false; // nobody reads them here
     return options;
 }
 
-/// Returns what frames call between stages; empty where nobody can give a picture up.
+/// Returns the function that frames call between stages; empty if the picture cannot be cancelled.
 std::function<void()> asking(const ViewHooks& hooks) {
     if (!hooks.isUnwanted)
         return {};
@@ -116,7 +115,7 @@ ViewSceneInfo ViewRenderer::open(const std::string& scene, const std::string& ca
     auto opened = std::make_unique<ViewScene>(
         loadSceneAndWorld(scene, e.lightCount, e.lightSeed, true, console), settings_.backend);
     opened->cameraText = camera;
-    opened->camera(camera); // a name that is not there is told before the voxels are built
+    opened->camera(camera); // an unknown name is reported before the voxels are built
     opened->giveVoxels(settings_, resolutionLog2, assetPath, console);
     opened->serial = ++sceneCount_;
     shown_.reset();
@@ -127,7 +126,7 @@ ViewSceneInfo ViewRenderer::open(const std::string& scene, const std::string& ca
 ViewSceneInfo ViewRenderer::setVoxels(uint32_t resolutionLog2, const std::string& assetPath,
                                       const Console& console) {
     open_->giveVoxels(settings_, resolutionLog2, assetPath, console);
-    shown_.reset(); // not before: the picture may be refined on where that throws
+    shown_.reset(); // not earlier: the picture may be refined further if that throws
     return open_->info(settings_.experiment);
 }
 
@@ -196,7 +195,6 @@ void ViewRenderer::renderSide(size_t side, const ViewHooks& hooks) {
     const ViewSide& asked = s.request.sides[side];
     if (isTruth(asked))
         return;
-    refuseStaleExact(methodOf(asked.method).needs().triangles, settings_.allowStale);
     CostModel* model = &o.model(asked, settings_.costs);
     if (model->needsCosts() && !settings_.costs.table && !s.isWhole) {
         s.notes.push_back(std::string("oracle measures once the view rests; until then ") +
@@ -238,7 +236,7 @@ void ViewRenderer::startTruth() {
     countErrors(all);
 }
 
-void ViewRenderer::reportPixelAsked() {
+void ViewRenderer::reportRequestedPixel() {
     ViewScene& o = *open_;
     ViewShown& s = *shown_;
     s.pixel.reset();
@@ -281,9 +279,9 @@ std::shared_ptr<ViewPicture> ViewRenderer::redraw(const ViewRequest& request,
         s.asksTruth = showsTruth || needsTruth(request.overlay) || request.wantsError;
         if (s.asksTruth && s.pairs == nullptr)
             startTruth();
-        // One that was asked while the picture moved is told once it rests.
+        // A request made while the picture moved is reported once it rests.
         if (isOtherPixel || (request.pixel && !s.pixel))
-            reportPixelAsked();
+            reportRequestedPixel();
         return picture(hooks);
     } catch (const PictureGivenUp&) {
         throw; // between sides: the frames are whole
@@ -300,18 +298,18 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, floa
     if (scale >= 1.0f && canRedraw(request))
         return redraw(request, hooks);
     ViewScene& o = *open_;
-    // A model that is none leaves the picture before as it is, to be refined on.
+    // An invalid model leaves the previous picture, which can be refined further.
     for (size_t side = 0; side < (request.isSplit ? 2u : 1u); ++side)
         if (!isTruth(request.sides[side]))
             o.model(request.sides[side], settings_.costs);
-    shown_.reset(); // whatever throws from here on leaves nothing to refine
+    shown_.reset(); // an exception from here on leaves nothing to refine
     o.moveTo(request.frame, settings_.experiment);
     auto made = std::make_unique<ViewShown>();
     made->request = request;
     made->scale = scale;
     made->isWhole = !request.isMoving && scale >= 1.0f;
-    // What is whole stands for itself, as the frames of compare do: nothing is held from pictures
-    // before, of other cameras.
+    // A complete picture is independent, as the frames of compare are: nothing is kept from earlier
+    // pictures, of other cameras.
     if (made->isWhole)
         for (size_t side = 0; side < 2; ++side)
             if (made->hasFrame(side))
@@ -320,7 +318,7 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, floa
     made->look = o.camera(request.camera);
     made->camera = request.frozen.empty() ? made->look : o.camera(request.frozen);
     for (size_t side = 0; side < 2; ++side)
-        made->options[side] = optionsOf(request, request.sides[side], scale);
+        made->options[side] = optionsOf(request, scale);
     shown_ = std::move(made);
     ViewShown& s = *shown_;
     try {
@@ -336,7 +334,7 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, floa
         if (s.asksTruth)
             startTruth();
         giveUpIfUnwanted(hooks);
-        reportPixelAsked();
+        reportRequestedPixel();
         return picture(hooks);
     } catch (...) {
         shown_.reset();
@@ -362,7 +360,7 @@ bool ViewRenderer::refine(double budgetMs) {
                 break;
         }
     } catch (...) {
-        shown_.reset(); // or it would be asked again and again
+        shown_.reset(); // otherwise it would be requested repeatedly
         throw;
     }
     for (double& ms : shown_->truthMs)
@@ -403,7 +401,7 @@ std::vector<glm::vec3> ViewRenderer::truthColor() const {
 }
 
 float ViewRenderer::exposure() const {
-    // No more than experiments take: a saved one is read again.
+    // At most the limit of experiments, so that a saved one can be read.
     return float(std::min(
         double(open_->exposure) * std::exp2(double(shown_->request.exposureStops)), kMaxExposure));
 }
@@ -416,7 +414,7 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewLegend& legend) 
     if (!(o.exposure > 0))
         o.exposure = settings_.experiment.exposureOf(color);
     const std::vector<glm::vec3> lit = toneMap(color, exposure());
-    // The truth's own side shows nothing that only a method has.
+    // The truth's own side shows none of the data that only a method has.
     const bool isPlain = !hasFrame && s.request.overlay != ViewOverlay::kVoxels;
     std::vector<uint8_t> truth;
     if (s.hasErrors(side)) {
@@ -442,7 +440,7 @@ std::vector<glm::vec3> ViewRenderer::displayOf(size_t side, ViewLegend& legend) 
         s.map = drawUnfoldedMap(inputs);
     if (s.request.frozen.empty())
         return std::move(drawn.display);
-    // The frame is the frozen camera's; the observer only looks.
+    // The frame is the frozen camera's; the observer only displays it.
     FrameRenderer& observer = o.observer();
     observer.listPairs(s.look, s.options[side]);
     const bool showsClusters = s.request.overlay == ViewOverlay::kClusters;

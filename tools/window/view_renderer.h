@@ -17,7 +17,7 @@ namespace shadowdag {
 struct ViewScene;
 struct ViewShown;
 
-/// What stays the same while a window is open.
+/// Settings that stay the same while a window is open.
 struct ViewSettings {
     Backend backend = Backend::kCpu;
     /// Lights, seed and clock as experiments have them; saved views are written over it.
@@ -33,7 +33,7 @@ struct SavedView {
     std::string backend; ///< that rendered it, by its name
 };
 
-/// Thrown when a picture is no longer wanted.
+/// Thrown when a picture is no longer needed.
 struct PictureGivenUp {};
 
 /// Callbacks while a picture is rendered; each may be empty.
@@ -43,15 +43,15 @@ struct ViewHooks {
         tells; ///< announces work that takes longer than a picture
 };
 
-/// The scene that is open and what renders it.
+/// The open scene and its renderers.
 class ViewRenderer {
 public:
     explicit ViewRenderer(ViewSettings settings);
     ~ViewRenderer();
 
     /// Opens SCENE with voxels of a resolution or, if `assetPath` is not empty, of a file. Throws
-    /// what loadSceneAndWorld, chooseCamera and obtainDags throw; the previous scene then stays
-    /// open.
+    /// the exceptions of loadSceneAndWorld, chooseCamera and obtainDags; the previous scene then
+    /// stays open.
     /// @param camera of the first view, as --camera takes it
     /// @param console receives progress; it may throw to cancel
     ViewSceneInfo open(const std::string& scene, const std::string& camera, uint32_t resolutionLog2,
@@ -67,9 +67,9 @@ public:
     /// make their context current: the one that used them, not one with a window's context.
     void close();
     bool isOpen() const { return open_ != nullptr; }
-    /// Returns whether requests of a scene, by its number, are of the one that is open; 0 is any.
+    /// Returns whether requests of a scene, by its number, are for the open one; 0 is any.
     bool shows(uint64_t scene) const;
-    /// Uses other costs for routing.
+    /// Replaces the costs used for routing.
     void setCosts(CostSource costs);
 
     /// Returns whether a visible side routes by costs that must be measured first.
@@ -79,33 +79,34 @@ public:
     /// complete if the request moves; otherwise isFinal is false and refine() completes it. At a
     /// scale below 1 maps and routes are also those of the smaller picture. Costs that a model
     /// needs are measured when the picture rests at its full size, and kept until something
-    /// changes; until then kStandInModel routes, and the notes say so. Where canRedraw(), the
-    /// frames of the last picture are drawn again. Throws what FrameRenderer::render throws, and
-    /// PictureGivenUp where it is unwanted: then there is no last picture, but of one that was
-    /// drawn again and given up, whose frames stay.
+    /// changes; until then kStandInModel routes, and the notes report it. If canRedraw(), the
+    /// frames of the last picture are drawn again. Throws the exceptions of FrameRenderer::render,
+    /// and PictureGivenUp if the picture is no longer needed: then there is no last picture, unless
+    /// it was only drawn again, whose frames stay.
     std::shared_ptr<ViewPicture> render(const ViewRequest& request, float scale,
                                         const ViewHooks& hooks = {});
-    /// Returns whether the last picture's frames are those of a request, and what they know is
-    /// enough to draw it: it then comes at once, at full size, with the truth found so far.
+    /// Returns whether the last picture's frames are those of a request and have enough data to
+    /// draw it: it is then ready at once, at full size, with the truth computed so far.
     bool canRedraw(const ViewRequest& request) const;
-    /// Asks the truth for more samples of the last picture, for about `budgetMs`. Returns whether
-    /// samples remain.
+    /// Computes the truth for more samples of the last picture, for about `budgetMs`. Returns
+    /// whether samples remain.
     bool refine(double budgetMs);
     /// Returns whether there is a last picture.
     bool hasPicture() const;
     /// Returns whether refine() has something to do.
     bool canRefine() const;
-    /// Returns the last picture again, with what refine() found since. Throws PictureGivenUp if it
-    /// is unwanted; it can be requested again.
+    /// Returns the last picture again, with the results of refine() since. Throws PictureGivenUp if
+    /// it is no longer needed; it can be requested again.
     std::shared_ptr<ViewPicture> picture(const ViewHooks& hooks = {});
 
-    /// Renders a request at its full size, by itself (nothing kept from frames before, the truth
-    /// asked in full), and writes `directory`/view-NNNN.png, .exr and .experiment.json, NNNN the
-    /// first number that is free: what compare --experiment then renders again, the same pairs with
-    /// the same answers; of a model that needs costs, with the same --costs (without any, oracle
-    /// measures anew). Throws Error kUsage for a frozen view and for voxels of another scene,
-    /// kResource when a file cannot be written; files are whole or not there.
-    /// Throws PictureGivenUp, before any file, where it is unwanted; not while the truth is asked.
+    /// Renders a request at its full size, independently (nothing kept from frames before, the
+    /// complete truth), and writes `directory`/view-NNNN.png, .exr and .experiment.json, NNNN the
+    /// first number that is free. compare --experiment renders it again, with the same pairs and
+    /// results; for a model that needs costs, with the same --costs (without any, oracle measures
+    /// again). Throws Error kUsage for a frozen view and for voxels of another scene, kResource
+    /// when a file cannot be written; files are complete or absent.
+    /// Throws PictureGivenUp, before any file, if it is no longer needed; not while the truth is
+    /// computed.
     SavedView save(const ViewRequest& request, const std::string& directory,
                    const ViewHooks& hooks = {});
 
@@ -114,7 +115,7 @@ private:
     void renderSide(size_t side, const ViewHooks& hooks);
     const FrameCosts& costsOf(size_t side, const ViewHooks& hooks);
     void startTruth();
-    void reportPixelAsked();
+    void reportRequestedPixel();
     void countErrors(const std::vector<uint32_t>& samples);
     std::vector<glm::vec3> truthColor() const;
     std::vector<glm::vec3> displayOf(size_t side, ViewLegend& legend);
@@ -126,7 +127,7 @@ private:
     std::unique_ptr<ViewShown> shown_;
 };
 
-/// Routes where costs are not measured yet.
+/// Routes while costs are not measured yet.
 inline constexpr const char* kStandInModel = "texels:96";
 
 } // namespace shadowdag

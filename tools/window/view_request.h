@@ -17,13 +17,13 @@ namespace shadowdag {
 /// What the picture shows instead of the lit scene.
 enum class ViewOverlay : uint8_t {
     kNone,
-    kClusters,    ///< every cluster in a colour of its own
-    kMethods,     ///< which method answered: share of pairs by rays
+    kClusters,    ///< every cluster in its own colour
+    kMethods,     ///< share of pairs by rays
     kRequested,   ///< face resolution that a sample's cluster requests of a light
     kAllocated,   ///< face resolution that the light's map has
     kPages,       ///< pages of the selected light's map
     kProjections, ///< cells of its projection map, bright where culling keeps them
-    kVoxels,      ///< the voxels at a level, as the camera sees them
+    kVoxels,      ///< the voxels at a level, from the camera
     kSteps,       ///< nodes that a pixel's shadow rays read, on average
     kErrors,      ///< false shadow and false light
     kFalseShadow, ///< false shadow alone
@@ -51,14 +51,14 @@ struct ViewSide {
 
 /// A request for one picture.
 struct ViewRequest {
-    uint64_t serial = 0;       ///< ascending
-    uint64_t scene = 0;        ///< ViewSceneInfo::serial; 0: whichever is open
-    double askedSeconds = 0;   ///< of the caller's clock, handed back with the picture
-    double changedSeconds = 0; ///< the same, of the first change since the request before
-    std::string camera;        ///< as --camera takes it
-    std::string frozen;        ///< the camera that clusters, maps and routes are of while `camera`
-                               ///< looks on; "": that is `camera` itself
-    uint32_t frame = 0;        ///< the scene at frame / fps seconds
+    uint64_t serial = 0;         ///< ascending
+    uint64_t scene = 0;          ///< ViewSceneInfo::serial; 0: whichever is open
+    double requestedSeconds = 0; ///< of the caller's clock, handed back with the picture
+    double changedSeconds = 0;   ///< the same, of the first change since the request before
+    std::string camera;          ///< as --camera takes it
+    std::string frozen; ///< the camera that clusters, maps and routes are of while `camera`
+                        ///< observes; "": that is `camera` itself
+    uint32_t frame = 0; ///< the scene at frame / fps seconds
     std::array<ViewSide, 2> sides;
     bool isSplit = false; ///< both sides, else the first
     float split = 0.5f;   ///< of the width that the first side has; for saved pictures
@@ -67,19 +67,19 @@ struct ViewRequest {
     int light = -1;          ///< of kRequested, kAllocated: -1 for the most of any; of kPages,
                              ///< kProjections: -1 for the light with most samples
     FrameOptions options;    ///< width and height are the window's picture, before scaling
-    bool isMoving = false;   ///< more requests follow at once: render at a scale that keeps up
+    bool isMoving = false;   ///< more requests follow at once: render at a reduced scale
     bool wantsMap = false;   ///< unfold the selected light's map, while the view rests
-    bool wantsError = false; ///< ask the truth while the view rests
+    bool wantsError = false; ///< compute the truth while the view rests
     float exposureStops = 0; ///< on top of the exposure found for the first picture of a scene
     std::optional<glm::vec2> pixel; ///< of the picture, [0, 1): its pairs are reported
 };
 
-/// How one method answers one pair.
-struct PairAnswer {
+/// The result of one method for one pair.
+struct PairResult {
     std::string method;     ///< a name of methods() (method.h)
     int visibility = -1;    ///< 0 dark .. 255 lit; -1: not available
-    double nanoseconds = 0; ///< of one more evaluation, median of many
-    std::string blocker;    ///< what blocks the light, according to the method; "" if lit
+    double nanoseconds = 0; ///< of one evaluation, median of many
+    std::string blocker;    ///< the blocker according to the method; "" if lit
 };
 
 /// One light of the selected pixel.
@@ -90,10 +90,10 @@ struct PixelPair {
     std::string servedBy;    ///< "rays", "map", "proof"
     float requestedTexels = 0;
     uint32_t faceTexels = 0;
-    std::vector<PairAnswer> answers;
+    std::vector<PairResult> answers;
 };
 
-/// Everything about one pixel.
+/// The data of one pixel.
 struct PixelReport {
     uint32_t x = 0, y = 0;  ///< of the picture as rendered
     bool hasSample = false; ///< else background
@@ -103,7 +103,7 @@ struct PixelReport {
     std::vector<PixelPair> pairs;
 };
 
-/// Wrong pairs among those that the truth has answered so far.
+/// Wrong pairs among those that the truth has computed so far.
 struct ViewErrors {
     uint64_t pairCount = 0, falseShadowCount = 0, falseLightCount = 0;
     double doneShare = 0; ///< of the picture's samples
@@ -121,7 +121,7 @@ struct SideReport {
 /// The legend of a colour scale.
 struct ViewLegend {
     std::string title;
-    /// Position in [0, 1] from left to right, and what stands there.
+    /// Position in [0, 1] from left to right, and its label.
     std::vector<std::pair<float, std::string>> ticks;
     /// Named colours instead of a scale.
     std::vector<std::pair<glm::vec3, std::string>> swatches;
@@ -131,7 +131,7 @@ struct ViewLegend {
 struct ViewPicture {
     ViewRequest request;
     uint32_t width = 0, height = 0; ///< as rendered
-    float scale = 1;                ///< of the picture's sides to what was asked
+    float scale = 1;                ///< of the picture's sides to the requested ones
     bool isFinal = false;           ///< no further picture of this request follows
     double workMs = 0;              ///< from taking the request to this picture
     Camera camera;
@@ -162,7 +162,7 @@ struct ViewSceneInfo {
     Camera camera;                    ///< the first view
     bool isPlaced = false;            ///< it was computed, not named: only numbers denote it
     Box bounds;
-    uint32_t frameCount = 1; ///< up to the end of the longest animation, by the clock's rate
+    uint32_t frameCount = 1; ///< up to the end of the longest animation, at the clock's rate
     bool isAnimated() const { return frameCount > 1; }
 };
 

@@ -9,7 +9,7 @@ namespace shadowdag {
 
 namespace {
 
-/// A picture counts as moving until nothing has changed for so long.
+/// A picture counts as moving until nothing has changed for this time.
 constexpr double kRestSeconds = 0.15;
 
 } // namespace
@@ -46,7 +46,7 @@ void Viewer::takeResults() {
         if (ui_.hasScene && picture->request.scene == ui_.scene.serial) {
             noteHistory(ui_, *picture);
             ui_.picture = picture;
-            ui_.backend = picture->backend; // what was asked for may not be had
+            ui_.backend = picture->backend; // the requested one may not be available
             for (size_t side = 0; side < 2; ++side)
                 if (!picture->sides[side].rgba.empty())
                     textures_[side].set(picture->sides[side].rgba, picture->width, picture->height);
@@ -56,12 +56,12 @@ void Viewer::takeResults() {
         }
     }
     if (std::optional<SavedView> saved = session_.takeSaved()) {
-        // An experiment holds no backend.
+        // An experiment contains no backend.
         ui_.message = "saved " + saved->png +
                       ", .exr, .experiment.json; rendered again by compare "
                       "--experiment with --backend " +
                       saved->backend;
-        ui_.hasChanged = true; // saving rendered by itself; what is kept for the view starts over
+        ui_.hasChanged = true; // saving rendered independently; the view's kept state starts over
         log_.write("saved", {{"png", saved->png},
                              {"exr", saved->exr},
                              {"experiment", saved->experiment},
@@ -82,7 +82,7 @@ void Viewer::takeResults() {
     if (ui_.statusError != loggedError_) {
         loggedError_ = ui_.statusError;
         if (!loggedError_.empty())
-            ui_.message.clear(); // what was hoped for
+            ui_.message.clear(); // the requested one
         log_.write("error", {{"message", loggedError_}});
     }
     if (status.notes != ui_.notes) {
@@ -112,7 +112,7 @@ void Viewer::ask(double now) {
         return;
     }
     if (std::exchange(ui_.wantsFreeze, false) && ui_.picture) {
-        // As numbers: a camera by name would move with its animation.
+        // As numbers: a named camera would move with its animation.
         ui_.request.frozen =
             ui_.request.frozen.empty() ? FlyCamera(ui_.picture->camera).text() : "";
         if (!ui_.request.frozen.empty())
@@ -126,20 +126,20 @@ void Viewer::ask(double now) {
     const bool isResting = isMoving_ && !ui_.isPlaying && now - changed_ > kRestSeconds;
     if (isResting)
         isMoving_ = false;
-    if (ui_.hasChanged || (isResting && wasAskedMoving_)) {
+    if (ui_.hasChanged || (isResting && wasRequestedMoving_)) {
         if (!isAskDue_)
             dueSeconds_ = now;
         isAskDue_ = true;
     }
     const bool willMove = isMoving_ || ui_.isPlaying;
-    // What moves is not asked for while the worker moves it already: it would stand in line, and be
-    // old when its turn comes.
-    if (isAskDue_ && !(willMove && wasAskedMoving_ && session_.isAnswering())) {
+    // Moving pictures are not requested while the worker renders one: the request would wait and
+    // then be outdated.
+    if (isAskDue_ && !(willMove && wasRequestedMoving_ && session_.isBusy())) {
         isAskDue_ = false;
         ui_.request.serial = ++serial_;
-        ui_.request.askedSeconds = now;
+        ui_.request.requestedSeconds = now;
         ui_.request.changedSeconds = dueSeconds_;
-        ui_.request.isMoving = wasAskedMoving_ = willMove;
+        ui_.request.isMoving = wasRequestedMoving_ = willMove;
         session_.ask(ui_.request);
     }
     ui_.hasChanged = ui_.isDragged = false; // callbacks set them before the next step
@@ -159,7 +159,7 @@ void Viewer::logPicture(double now) {
                  {"is_moving", p.request.isMoving},
                  {"is_final", p.isFinal},
                  {"work_ms", p.workMs},
-                 {"latency_ms", 1000.0 * (now - p.request.askedSeconds)},
+                 {"latency_ms", 1000.0 * (now - p.request.requestedSeconds)},
                  {"change_ms", 1000.0 * (now - p.request.changedSeconds)},
                  {"frame", p.request.frame},
                  {"camera", p.request.camera},
@@ -191,7 +191,7 @@ void Viewer::logPicture(double now) {
         Json lights = Json::array();
         for (const PixelPair& pair : p.pixel->pairs) {
             Json answers = Json::object();
-            for (const PairAnswer& answer : pair.answers)
+            for (const PairResult& answer : pair.answers)
                 answers[answer.method] = answer.visibility;
             lights.push_back({{"light", pair.light},
                               {"served_by", pair.servedBy},

@@ -3,6 +3,7 @@
 
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
+#include "tools/settings/setting.h"
 #include "tools/window/view_frame.h"
 #include "tools/window/view_scene.h"
 #include "tools/workspace/whole_file.h"
@@ -31,7 +32,7 @@ std::string freeStem(const std::string& directory) {
             return stem;
     }
     throw Error(ErrorKind::kResource,
-                directory + ": holds view-0001 to view-9999; save to another directory");
+                directory + ": contains view-0001 to view-9999; save to another directory");
 }
 
 } // namespace
@@ -41,7 +42,7 @@ Experiment experimentOf(const ViewRequest& request, const Experiment& base,
     Experiment e = base;
     const FrameOptions& options = request.options;
     e.title = "A view of " + scene;
-    // It is to be found from wherever compare is called.
+    // An absolute path, so that compare can find it from any directory.
     e.scenes = {scene.starts_with("builtin:") ? scene : fs::absolute(scene).string()};
     e.width = options.width;
     e.height = options.height;
@@ -80,20 +81,24 @@ Experiment experimentOf(const ViewRequest& request, const Experiment& base,
         e.thresholds = {0};
     e.variants.clear();
     e.isSequence = false;
-    e.routeMargin = {0}; // the view is rendered by itself, without frames before
-    if (dag.isBuilt())
+    // What no side reads stays as it is by default: compare refuses settings without a reader.
+    const auto isRead = [&](ReadBy readBy) {
+        return std::any_of(e.methods.begin(), e.methods.end(), [&](const std::string& method) {
+            RunParameters run;
+            run.method = method;
+            run.frame = options;
+            return reads(run, readBy);
+        });
+    };
+    e.resolutionLog2 = Experiment().resolutionLog2;
+    if (dag.isBuilt() && isRead(ReadBy::kRays))
         e.resolutionLog2 = {dag.grid.resolutionLog2};
     e.dagResolutionLog2.clear();
-    e.undersample = {options.undersample};
-    e.mapsPerLight = {options.mapsPerLight};
-    e.pageTexels = {options.maps.pageTexels};
-    e.poolMib = {uint32_t(options.maps.poolBytes >> 20)};
-    e.maxFaceTexels = {options.maxFaceTexels};
-    e.bias = {options.bias.constantTexels};
-    e.taps = {options.bias.taps};
-    e.polygonLod = {options.maps.lodTexels};
-    e.offset = {options.rays.offset};
-    e.lod = {LodChoice(options.rays)};
+    for (const Setting* setting : frameSettings())
+        setting->set(e, setting->option,
+                     {isRead(setting->readBy) ? setting->frameText(options)
+                                              : setting->texts(Experiment()).front()});
+    e.routeMargin = {0}; // the view is rendered independently, without frames before
     return e;
 }
 
@@ -132,10 +137,11 @@ SavedView writeView(const ViewFiles& files, const std::string& directory) {
 SavedView ViewRenderer::save(const ViewRequest& asked, const std::string& directory,
                              const ViewHooks& hooks) {
     if (!asked.frozen.empty())
-        throw Error(ErrorKind::kUsage, "a frozen view is no frame of one camera; leave it (F) and "
-                                       "save again");
+        throw Error(ErrorKind::kUsage,
+                    "a frozen view is not a frame of one camera; leave it (F) and "
+                    "save again");
     if (settings_.allowStale && !open_->assetPath.empty())
-        throw Error(ErrorKind::kUsage, "a view with --allow-stale could not be made again from the "
+        throw Error(ErrorKind::kUsage, "a view with --allow-stale cannot be reproduced from the "
                                        "scene's own voxels; open it without, and save again");
     ViewRequest request = asked;
     request.isMoving = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A view as files: the picture, its channels, and the experiment that renders it again.
+// Writes a view as files: the picture, its channels, and the experiment that renders it again.
 #pragma once
 
 #include "tools/settings/experiment.h"
@@ -11,7 +11,7 @@
 
 namespace shadowdag {
 
-/// Everything that goes into the files of one view.
+/// All data that go into the files of one view.
 struct ViewFiles {
     const ViewPicture& view;
     const Experiment& experiment; ///< what the window was started with
@@ -27,8 +27,8 @@ Experiment experimentOf(const ViewRequest& request, const Experiment& base,
                         const std::string& scene, const Dag& dag, float exposure);
 
 /// Writes view-NNNN.png, .exr and .experiment.json under the first number of which none exists;
-/// split pictures side by side in the .png as they were seen, and the second side's channels with
-/// names that start with "right.". Throws Error kResource naming the file.
+/// split pictures side by side in the .png as displayed, and the second side's channels with names
+/// that start with "right.". Throws Error kResource naming the file.
 SavedView writeView(const ViewFiles& files, const std::string& directory);
 
 } // namespace shadowdag

@@ -26,7 +26,8 @@ void RenderScale::note(float scale, double timeMs) {
     float wanted = kLeast;
     while (wanted + kStep <= 1.0f && costs(wanted + kStep) <= allowed)
         wanted += kStep;
-    // Up by one step at a time, and only where a quarter is to spare: no see-saw between two sizes.
+    // Up by one step at a time, and only with a quarter of the time to spare, so that the size does
+    // not alternate.
     if (wanted > scale)
         wanted = 1.25 * costs(std::min(scale + kStep, 1.0f)) < allowed
                      ? std::min(scale + kStep, 1.0f)

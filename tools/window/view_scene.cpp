@@ -11,7 +11,7 @@ namespace shadowdag {
 
 namespace {
 
-/// Returns half of the machine's memory: the other half is for what is open.
+/// Returns half of the machine's memory: the other half is for the open scene.
 uint64_t memoryToBuildIn() {
     const long pages = sysconf(_SC_PHYS_PAGES), bytes = sysconf(_SC_PAGESIZE);
     return pages > 0 && bytes > 0 ? uint64_t(pages) * uint64_t(bytes) / 2 : 0;

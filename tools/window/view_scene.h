@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The scene that a window has open, with all that outlives a picture. Not for other files than
-// view_*.
+// The open scene of a window, with all data that are kept between pictures. Internal to view_*.
 #pragma once
 
 #include "tools/window/view_renderer.h"
@@ -14,7 +13,7 @@
 
 namespace shadowdag {
 
-/// What a view's maps cost, measured: for as long as nothing of this changes.
+/// The measured costs of a view's maps: valid while none of these values changes.
 struct MeasuredCosts {
     std::string camera; ///< as a text, which with the frame means one
     uint32_t frame = 0;
@@ -23,13 +22,13 @@ struct MeasuredCosts {
     double tookMs = 0;
 };
 
-/// Returns the most voxels an axis, log2, that memory should do for to build them: 12 at least, 17
-/// at most. Every octave takes up to 4 times the words (they are surfaces), building 4 times the
-/// DAG's (voxel/BUILDS.md).
-/// @param log2,bytes of voxels of the same scene; 0 bytes: nothing is known
+/// Returns the largest number of voxels per axis, log2, for which memory should be enough to build
+/// them: 12 at least, 17 at most. Every octave takes up to 4 times the words (they are surfaces),
+/// building 4 times the DAG's (voxel/BUILDS.md).
+/// @param log2,bytes of voxels of the same scene; 0 bytes: unknown
 uint32_t largestVoxelsLog2(uint32_t log2, uint64_t bytes, uint64_t memoryBytes);
 
-/// A workspace with what the window keeps beside it.
+/// A workspace with the window's additional state.
 struct ViewScene {
     uint64_t serial = 0;
     Workspace workspace;
@@ -46,11 +45,11 @@ struct ViewScene {
     const World& world() const { return workspace.world(); }
     /// Returns the voxels that rays trace.
     const Dag& dag() { return workspace.dag(workspace.voxelsOf({})); }
-    /// Renders on another backend from now on; what was there stays when that throws.
+    /// Switches to another backend; the previous one stays if that throws.
     void setBackend(Backend backend);
-    /// Returns the renderer of a side: of whole pictures, which stand for themselves, or of those
-    /// that are shown meanwhile, whose maps stay theirs when a whole one is made or given up. Each
-    /// may keep a pool of pages; made when first asked for.
+    /// Returns the renderer of a side: of complete pictures, which are independent, or of
+    /// intermediate ones, whose maps are kept when a complete one is made or cancelled. Each may
+    /// keep a pool of pages; made at the first call.
     FrameRenderer& renderer(size_t side, bool isWhole) {
         return workspace.renderer(RunParameters{}, side + (isWhole ? 0 : 2));
     }
@@ -61,13 +60,13 @@ struct ViewScene {
                     const Console& console);
     /// Shows another frame of the scene's animations.
     void moveTo(uint32_t frame, const Experiment& experiment);
-    /// Returns the model of a side. Throws Error kUsage for one that is none, or that needs costs
-    /// which there are not.
+    /// Returns the model of a side. Throws Error kUsage for an invalid one, or one that needs
+    /// missing costs.
     CostModel& model(const ViewSide& side, const CostSource& costs);
-    /// Returns the camera that a text means; one that is placed stays, as it would jump with what
-    /// moves, and takes a second to place.
+    /// Returns the camera that a text denotes. A camera that is placed automatically is kept: it
+    /// would jump with moving objects, and takes a second to place.
     Camera camera(const std::string& text);
-    /// Returns what the window is told of the scene.
+    /// Returns the scene's information for the window.
     ViewSceneInfo info(const Experiment& experiment);
 };
 

@@ -15,16 +15,16 @@ namespace shadowdag {
 
 namespace {
 
-/// Thrown through whatever is being done when the window closes or another scene is wanted.
+/// Thrown through any work when the window closes or another scene is requested.
 struct GivenUp {};
 
 /// How often the truth's picture is redrawn while it is refined.
 constexpr double kRefinedPictureMs = 60;
 
-/// Lets the window's own thread go first: the worker's threads take all processors otherwise.
+/// Gives priority to the window's own thread; otherwise the worker's threads take all cores.
 void stepBack() {
-    // Of this thread, and of those that it starts. Not being allowed to changes no result. Further
-    // back, the window is drawn no better, and beside other programs the worker hardly runs.
+    // For this thread and those that it starts. A refusal changes no result. At lower priorities
+    // the window is not drawn better, and the worker hardly runs beside other programs.
     if (setpriority(PRIO_PROCESS, id_t(gettid()), 5) != 0)
         return;
 }
@@ -48,7 +48,7 @@ void ViewSession::open(const std::string& scene, const std::string& camera, uint
                        const std::string& assetPath) {
     {
         const std::lock_guard lock(mutex_);
-        // Voxels for a scene that is not open yet go with it; opening starts over.
+        // Voxels for a scene that is not open yet are dropped with it; opening starts over.
         const std::optional<OpenWork>& before = work_.open ? work_.open : opening_;
         OpenWork next{scene, camera, resolutionLog2, assetPath};
         if (scene.empty() && before) {
@@ -130,9 +130,9 @@ void ViewSession::clearErrors() {
     errors_.clear();
 }
 
-bool ViewSession::isAnswering() const {
+bool ViewSession::isBusy() const {
     const std::lock_guard lock(mutex_);
-    return isAnswering_ && !work_.ask;
+    return isBusy_ && !work_.ask;
 }
 
 bool ViewSession::isIdle() const {
@@ -183,7 +183,7 @@ void ViewSession::publish(std::shared_ptr<const ViewPicture> picture) {
     {
         const std::lock_guard lock(mutex_);
         picture_ = std::move(picture);
-        isAnswering_ = false;
+        isBusy_ = false;
     }
     if (wake_)
         wake_();
@@ -227,20 +227,20 @@ void ViewSession::answer(const ViewRequest& request) {
     const ViewHooks closing = hooks(false);
     if (renderer_.canRedraw(request)) {
         if (!request.isMoving)
-            return answerInFull(request);
+            return computeAllPairs(request);
         publish(renderer_.render(request, 1.0f, closing));
         return;
     }
     const float scale = scale_.next();
     if (!request.isMoving && scale >= 1.0f && !renderer_.measures(request)) {
-        // Nothing was shown of it yet: were it given up, requests that never end would be shown
-        // nothing. It takes no longer than a picture that moves, as far as is known.
+        // Nothing of it was shown yet: if it were cancelled, a continuous series of requests would
+        // show nothing. It takes no longer than a moving picture, as far as is known.
         std::shared_ptr<ViewPicture> picture = renderer_.render(request, 1.0f, closing);
         scale_.note(1.0f, picture->workMs);
         publish(std::move(picture));
         return;
     }
-    ViewRequest quick = request; // what rests is shown small first
+    ViewRequest quick = request; // a resting picture is shown small first
     quick.isMoving = true;
     std::shared_ptr<ViewPicture> picture = renderer_.render(quick, scale, closing);
     scale_.note(scale, picture->workMs);
@@ -248,10 +248,10 @@ void ViewSession::answer(const ViewRequest& request) {
     picture->isFinal = false;
     publish(std::move(picture));
     if (!request.isMoving)
-        answerInFull(request);
+        computeAllPairs(request);
 }
 
-void ViewSession::answerInFull(const ViewRequest& request) {
+void ViewSession::computeAllPairs(const ViewRequest& request) {
     try {
         const ViewHooks ours = hooks(true);
         if (!ours.isUnwanted()) {
@@ -261,12 +261,12 @@ void ViewSession::answerInFull(const ViewRequest& request) {
     } catch (const PictureGivenUp&) {
     }
     const std::lock_guard lock(mutex_);
-    if (!work_.ask) // what is wanted first; and then this, where it is still the newest
+    if (!work_.ask) // the requested work first; then this, if it is still the newest
         work_.ask = request;
 }
 
 void ViewSession::doWork(const Work& work) {
-    // What fails does not take the rest with it: the scene before is still open.
+    // A failure does not affect the rest: the previous scene is still open.
     if (work.backend)
         attempt("backend", [&] {
             renderer_.setBackend(chooseBackend(*work.backend));
@@ -304,8 +304,8 @@ bool ViewSession::hasNewWork() const {
 }
 
 void ViewSession::refine() {
-    // In short steps, so that what is asked for meanwhile does not wait; drawn as often as drawing
-    // takes no more than a third.
+    // In short steps, so that requests do not wait; drawn as often as drawing takes no more than a
+    // third.
     const auto start = std::chrono::steady_clock::now();
     const auto spent = [&] {
         return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
@@ -320,7 +320,7 @@ void ViewSession::refine() {
         publish(renderer_.picture(hooks(true)));
         drawnMs_ = spent() - asked;
     } catch (const PictureGivenUp&) {
-        isUnshown_ = true; // should what it gave way to fail
+        isUnshown_ = true; // if the work that it gave way to fails
     }
 }
 
@@ -333,14 +333,14 @@ void ViewSession::run() {
             std::unique_lock lock(mutex_);
             isUnshown_ = isUnshown_ && renderer_.hasPicture();
             canRefine_ = renderer_.canRefine() || isUnshown_;
-            isWorking_ = isAnswering_ = false;
+            isWorking_ = isBusy_ = false;
             asked_.wait(lock, [&] { return isQuitting_ || work_.any() || canRefine_; });
             if (isQuitting_)
                 break;
             work = std::exchange(work_, Work{});
             isRefining = !work.any();
             isWorking_ = true;
-            isAnswering_ = work.ask.has_value();
+            isBusy_ = work.ask.has_value();
             if (work.open) {
                 opening_ = work.open;
                 status_.notes.clear();
@@ -357,7 +357,7 @@ void ViewSession::run() {
         if (wake_)
             wake_();
     }
-    renderer_.close(); // here, where its contexts are: OpenGL's are of a thread
+    renderer_.close(); // here, where its contexts are: OpenGL's belong to a thread
 }
 
 } // namespace shadowdag

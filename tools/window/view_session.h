@@ -20,15 +20,15 @@ namespace shadowdag {
 
 /// The state of the worker, for the window's status line.
 struct ViewStatus {
-    std::string work;    ///< "voxelize atrium 1024^3"; "" while nothing long is done
-    double fraction = 0; ///< of it; below 0: not known
+    std::string work;    ///< "voxelize atrium 1024^3"; "" without long work
+    double fraction = 0; ///< of it; below 0: unknown
     /// Errors, one line each for opening, saving, the backend and the picture; each stays until the
     /// same operation succeeds, or until clearErrors().
     std::string error;
     std::vector<std::string> notes; ///< remarks of opening the scene
 };
 
-/// Costs that models route by from now on.
+/// Costs used for routing from now on.
 struct TakenCosts {
     std::string path, otherMachine; ///< as CostSource has them
 };
@@ -37,11 +37,11 @@ struct TakenCosts {
 class ViewSession {
 public:
     /// @param wake is called from the worker's thread whenever something has changed; may be empty
-    /// @param targetMs what a moving picture may take
+    /// @param targetMs the time limit of a moving picture
     ViewSession(ViewSettings settings, double targetMs, std::function<void()> wake);
     /// Cancels the current work, at its next report of progress or, for a picture, between two
     /// stages, and waits for that. Work that reports no progress (reading a file, building batches,
-    /// asking the truth for a view's files) is finished first.
+    /// computing the truth for a view's files) is finished first.
     ~ViewSession();
 
     /// Opens a scene or, if `scene` is empty, other voxels of the open one; the newest request
@@ -60,7 +60,7 @@ public:
     /// Requests a view's files, after all earlier requests.
     void save(const ViewRequest& request, const std::string& directory);
 
-    /// Return what is new since the last call, else null or nothing.
+    /// Return new results since the last call, else null or nothing.
     std::shared_ptr<const ViewPicture> takePicture();
     std::optional<ViewSceneInfo> takeScene();
     std::optional<SavedView> takeSaved();
@@ -72,7 +72,7 @@ public:
     bool hasPicture() const;
     /// Returns whether a picture is being rendered of which nothing has been shown yet. A request
     /// that has not been started does not count: the next one replaces it.
-    bool isAnswering() const;
+    bool isBusy() const;
     /// Returns whether all requests are done, including refinement.
     bool isIdle() const;
 
@@ -92,7 +92,7 @@ private:
         std::optional<SaveWork> save;
         std::optional<ViewRequest> ask;
         bool any() const { return backend || costs || open || save || ask; }
-        /// Returns whether the picture that is being rendered is no longer useful.
+        /// Returns whether the current picture is no longer needed.
         bool endsPicture() const { return backend || costs || open || ask; }
     };
 
@@ -100,10 +100,10 @@ private:
     void doWork(const Work& work);
     void openScene(const OpenWork& work);
     void answer(const ViewRequest& request);
-    void answerInFull(const ViewRequest& request);
-    /// @param givesWay to work that is asked for, too, not only to the window's closing
+    void computeAllPairs(const ViewRequest& request);
+    /// @param givesWay to requests, too, not only to the window's closing
     ViewHooks hooks(bool givesWay);
-    /// Runs a step; what it throws becomes the error of its kind.
+    /// Runs a step; an exception becomes the error of its kind.
     template <class F> void attempt(const char* kind, const F& step);
     void refine();
     bool hasNewWork() const;
@@ -111,17 +111,18 @@ private:
     void report(const std::string& what, double fraction);
     Console console();
 
-    ViewRenderer renderer_;  // of the worker alone
-    RenderScale scale_;      // of the worker alone
-    bool isUnshown_ = false; // of the worker alone: the last picture knows more than was shown
-    double drawnMs_ = 0;     // of the worker alone: what a refined picture took to draw
+    ViewRenderer renderer_; // of the worker alone
+    RenderScale scale_;     // of the worker alone
+    bool isUnshown_ =
+        false; // of the worker alone: whether the last picture has more data than were shown
+    double drawnMs_ = 0; // of the worker alone: the time of drawing a refined picture
     std::function<void()> wake_;
 
     mutable std::mutex mutex_; // of what follows
     std::condition_variable asked_;
     bool isQuitting_ = false;
     Work work_;
-    bool isWorking_ = false, isAnswering_ = false, canRefine_ = false;
+    bool isWorking_ = false, isBusy_ = false, canRefine_ = false;
     ViewStatus status_;                         // without errors
     std::map<std::string, std::string> errors_; // by kind of work
     std::optional<OpenWork> opening_;           // what is being opened

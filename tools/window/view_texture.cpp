@@ -14,7 +14,7 @@ void ViewTexture::set(const std::vector<uint8_t>& rgba, uint32_t width, uint32_t
     if (name_ == 0) {
         glGenTextures(1, &name_);
         glBindTexture(GL_TEXTURE_2D, name_);
-        // Nearest: what is shown are the pixels that were rendered.
+        // Nearest: the displayed pixels are the rendered ones.
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);

@@ -9,7 +9,7 @@ namespace {
 
 /// The coarsest grid's step.
 constexpr uint32_t kCoarsest = 8;
-/// Pairs a chunk, on average over the picture: some 10 ms of Embree's work on two cores.
+/// Pairs per chunk, on average over the picture: some 10 ms of Embree's work on two cores.
 constexpr double kPairsPerChunk = 200e3;
 
 } // namespace
@@ -17,7 +17,7 @@ constexpr double kPairsPerChunk = 200e3;
 TruthRefinement::TruthRefinement(const GBufferView& gbuffer, const std::vector<Light>& lights,
                                  const PairList& pairs)
     : gbuffer_(gbuffer), lights_(&lights), pairs_(&pairs), visibility_(pairs.count(), kLit),
-      isAnswered_(gbuffer.count(), 0) {
+      isDone_(gbuffer.count(), 0) {
     const double pairsPerRow =
         double(pairs.count()) / double(std::max(gbuffer.height, 1u)) + 1.0; // of all samples
     for (uint32_t step = kCoarsest; step > 0; step /= 2) {
@@ -30,7 +30,7 @@ TruthRefinement::TruthRefinement(const GBufferView& gbuffer, const std::vector<L
 }
 
 double TruthRefinement::doneShare() const {
-    return isAnswered_.empty() ? 1.0 : double(answeredCount_) / double(isAnswered_.size());
+    return isDone_.empty() ? 1.0 : double(doneCount_) / double(isDone_.size());
 }
 
 std::vector<uint32_t> TruthRefinement::step(const Truth& truth) {
@@ -40,7 +40,7 @@ std::vector<uint32_t> TruthRefinement::step(const Truth& truth) {
         for (uint32_t x = 0; x < gbuffer_.width; x += chunk.step)
             if (!chunk.hasCoarser || x % (2 * chunk.step) != 0 || y % (2 * chunk.step) != 0)
                 samples.push_back(y * gbuffer_.width + x);
-    // The pairs of these samples, in a list over all samples, which is what the truth reads.
+    // The pairs of these samples, in a list over all samples, which is the truth's input.
     PairList asked;
     asked.sampleStart.assign(gbuffer_.count() + 1, 0);
     for (const uint32_t s : samples) {
@@ -56,17 +56,17 @@ std::vector<uint32_t> TruthRefinement::step(const Truth& truth) {
     for (const uint32_t s : samples) {
         for (uint64_t p = pairs_->sampleStart[s]; p < pairs_->sampleStart[s + 1]; ++p)
             visibility_[p] = answers[next++];
-        isAnswered_[s] = 1;
+        isDone_[s] = 1;
     }
-    answeredCount_ += samples.size();
+    doneCount_ += samples.size();
     return samples;
 }
 
 void TruthRefinement::finish(const Truth& truth) {
-    if (next_ == 0) { // at once, in the order in which rays are coherent
+    if (next_ == 0) { // at once, in the coherent order of rays
         visibility_ = truth.visibility(gbuffer_, *lights_, *pairs_);
-        std::fill(isAnswered_.begin(), isAnswered_.end(), uint8_t(1));
-        answeredCount_ = isAnswered_.size();
+        std::fill(isDone_.begin(), isDone_.end(), uint8_t(1));
+        doneCount_ = isDone_.size();
         next_ = chunks_.size();
     }
     while (!isDone())
@@ -77,7 +77,7 @@ uint32_t TruthRefinement::stand(uint32_t sample) const {
     const uint32_t x = sample % gbuffer_.width, y = sample / gbuffer_.width;
     for (uint32_t step = 1; step <= kCoarsest; step *= 2) {
         const uint32_t coarse = (y - y % step) * gbuffer_.width + (x - x % step);
-        if (isAnswered_[coarse])
+        if (isDone_[coarse])
             return coarse;
     }
     return sample;

@@ -39,7 +39,7 @@ extern const std::array<StageGroup, kStageGroupCount> kStageGroups;
 size_t stageGroup(const std::string& stage);
 
 /// How a cost model is chosen in the panel.
-enum class ModelKind { kTexels, kCost, kOracle, kExpression };
+enum class ModelKind { kTexels, kCost, kOracle, kExpression, kOther };
 
 struct ViewUi {
     ViewRequest request;
@@ -56,37 +56,43 @@ struct ViewUi {
     float threshold = 96; ///< of both sides' texels models
     ModelKind modelKind = ModelKind::kTexels;
     std::string expression = "texels < 96";
+    std::string otherModel; ///< that --model named, as it was written; "": one of the kinds above
     int resolutionLog2 = 10;
     bool showsPanel = true, showsLights = false, showsGraphs = true;
     bool wantsSave = false;
     bool wantsFreeze = false; ///< freeze, or leave it
     bool wantsVoxels = false; ///< resolutionLog2 was changed
-    std::string path;         ///< as typed: a scene, voxels or costs
+    std::string path;         ///< as entered: a scene, voxels or costs
     bool wantsPath = false;   ///< path is to be opened
-    std::string costs;        ///< the file that models route by; "": none
+    std::string costs;        ///< the file of costs for routing; "": none
     std::string backend = "cpu";
     bool wantsBackend = false;                ///< backend was changed
-    std::string message;                      ///< files written, what went wrong with a drop
+    std::string message;                      ///< files written, errors of dropped files
     std::vector<std::string> notes;           ///< remarks of opening the scene
-    std::shared_ptr<const PixelReport> pixel; ///< the last that was told of request.pixel
+    std::shared_ptr<const PixelReport> pixel; ///< the last report of request.pixel
     std::string statusWork, statusError;
     double statusFraction = 0;
     double interfaceFps = 0;
     double latencyMs = 0;    ///< of the last moving picture
     float fontScale = 1;     ///< of a display with small pixels
-    bool hasChanged = false; ///< the request was, since it was last asked
-    bool isDragged = false;  ///< by something that is still held
+    bool hasChanged = false; ///< the request changed since it was last sent
+    bool isDragged = false;  ///< by a key or button that is still held
 
-    /// Where widgets stand, by name: x, y, width, height. For --log.
+    /// Positions of widgets by name: x, y, width, height. For --log.
     std::map<std::string, std::array<int, 4>> layout;
-    /// Notes where the last widget stands.
+    /// Stores the position of the last widget.
     void mark(const char* name);
 };
 
-/// Draws the panel of that many pixels at the window's left and carries out what is done there.
+/// Sets the panel's controls to a cost model. @param model as makeCostModel takes it
+void setModel(ViewUi& ui, const std::string& model);
+/// Returns the cost model of the panel's controls, as makeCostModel takes it.
+std::string modelText(const ViewUi& ui);
+
+/// Draws the panel of that many pixels at the window's left and handles its input.
 void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture);
-/// Draws what lies over the picture, which fills the rectangle: split, names, lights, legend,
-/// pixel, messages.
+/// Draws over the picture, which fills the rectangle: split, names, lights, legend, pixel,
+/// messages.
 void drawOverPicture(ViewUi& ui, const ImVec2& from, const ImVec2& to);
 /// Adds a picture's numbers to the history.
 void noteHistory(ViewUi& ui, const ViewPicture& picture);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The window while it is open: its loop (view_window.cpp), what keys, mouse and drops do
-// (view_events.cpp), and its requests to the worker (view_requests.cpp). Internal to these files.
+// The window while it is open: its loop (view_window.cpp), keys, mouse and drops (view_events.cpp),
+// and its requests to the worker (view_requests.cpp). Internal to these files.
 #pragma once
 
 #include "tools/window/view_host.h"
@@ -36,15 +36,15 @@ private:
     bool isLively(double now) const;
     bool heldKeys() const;
     /// Handles events until the interface, last drawn at `last`, must be drawn again: at `due`, or
-    /// as soon as possible if there is a picture to show. While nothing happens it waits for the
-    /// next event, and wakes up now and then to handle interrupts.
+    /// as soon as possible if there is a picture to show. Without events it waits for the next one,
+    /// and wakes up regularly to handle interrupts.
     void waitUntil(double last, double due);
 
     void onKey(int key, int action, int mods);
     void onButton(int button, int action);
     void takePress();
     void onDrop(int count, const char** paths);
-    /// Opens scenes, voxels and costs, told apart by their extensions.
+    /// Opens scenes, voxels and costs, distinguished by their extensions.
     void openFiles(const std::vector<std::string>& paths);
     void takeModel();
     void changeThreshold(double factor);
@@ -72,7 +72,7 @@ private:
     std::optional<ImVec2> pressed_;       // left button, since the last step: where
     std::optional<ImVec2> lookPressed_;   // right button
     bool isMoving_ = false, isSplitDragged_ = false, isLookDragged_ = false;
-    bool wasAskedMoving_ = false, isAskDue_ = false, isPictureNew_ = false;
+    bool wasRequestedMoving_ = false, isAskDue_ = false, isPictureNew_ = false;
     double dueSeconds_ = 0; // since when isAskDue_
     uint64_t serial_ = 0;
     size_t camera_ = 0; // the scene's, by C

@@ -19,9 +19,9 @@ namespace {
 
 constexpr float kPanelWidth = 350; // times the font's scale
 constexpr double kFrameSeconds = 1.0 / 60.0;
-/// A new picture is shown so soon after the last drawing, not only when the next is due.
+/// A new picture is shown this soon after the last drawing, not only when the next is due.
 constexpr double kSoonestSeconds = kFrameSeconds / 2;
-/// After the last event the interface is drawn on for so long: what it answers settles.
+/// After the last event the interface is drawn for this long, until its response settles.
 constexpr double kLingerSeconds = 0.4;
 
 } // namespace
@@ -79,10 +79,10 @@ void Viewer::run() {
         last = now;
         due = std::max(std::min(due, now) + kFrameSeconds, glfwGetTime() - kFrameSeconds);
     }
-    glfwHideWindow(window_.handle); // gone for the user, whatever the worker still finishes
+    glfwHideWindow(window_.handle); // invisible to the user while the worker finishes
     glfwPollEvents();
     log_.write("closed", Json::object());
-    // A scene that was named and never opened is told as every command tells it.
+    // A scene that was named and never opened is reported as in every command.
     if (!ui_.hasScene && !options_.scene.empty() && !ui_.statusError.empty())
         throw Error(ErrorKind::kInput, ui_.statusError);
 }
@@ -108,7 +108,7 @@ void Viewer::waitUntil(double last, double due) {
             return;
         glfwWaitEventsTimeout(wait);
         if (!isLively(glfwGetTime()))
-            return; // a slow heartbeat: interrupts are heard
+            return; // a slow heartbeat, so that interrupts are handled
     }
 }
 

@@ -22,7 +22,7 @@ struct ViewWindowOptions {
     uint32_t firstFrame = 0;
     std::string saveDirectory = ".";
     std::string logPath;  ///< "": none
-    double targetMs = 22; ///< what a moving picture may take
+    double targetMs = 22; ///< time limit of a moving picture
 };
 
 /// Opens the window and returns after it was closed. Throws Error kDevice with GLFW's message if no

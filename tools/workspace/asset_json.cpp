@@ -46,7 +46,7 @@ AssetPacking parsePacking(const std::string& text) {
         return AssetPacking::kFast;
     if (text == "compact")
         return AssetPacking::kCompact;
-    throw Error(ErrorKind::kUsage, "--packing '" + text + "': there are fast and compact");
+    throw Error(ErrorKind::kUsage, "--packing '" + text + "': must be fast or compact");
 }
 
 void printAsset(std::ostream& out, const Json& json) {
@@ -65,9 +65,9 @@ void printAsset(std::ostream& out, const Json& json) {
         resolution + "^3, voxel " + numberText(json["voxel_size_world"].get<double>()) + " m");
     row("voxels", std::to_string(json["voxel_count"].get<uint64_t>()));
     row("file", bytesText(json["asset_bytes"].get<double>()) + ", " +
-                    fixed(json["asset_bits_per_voxel"].get<double>()) + " bits a voxel");
+                    fixed(json["asset_bits_per_voxel"].get<double>()) + " bits per voxel");
     row("traced", bytesText(json["traced_bytes"].get<double>()) + ", " +
-                      fixed(json["traced_bits_per_voxel"].get<double>()) + " bits a voxel");
+                      fixed(json["traced_bits_per_voxel"].get<double>()) + " bits per voxel");
     row("4^3 leaves", std::to_string(json["leaf_count"].get<uint64_t>()));
     row("merging", "1 node for " + fixed(json["merge_ratio"].get<double>()) + " of the octree");
     std::snprintf(line, sizeof line, "  %-15s %14s %14s\n", "level", "nodes", "octree nodes");

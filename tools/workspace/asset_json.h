@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an asset holds, for scripts and for people.
+// The contents of an asset as JSON and as text.
 #pragma once
 
 #include "tools/settings/json.h"
@@ -12,13 +12,13 @@ namespace shadowdag {
 /// Returns resolution, voxel_count, node_counts, leaf_count, asset_bytes, traced_bytes, ratios and
 /// provenance.
 Json assetJson(const Asset& asset, uint64_t fileBytes);
-/// The same of an asset that is not in memory.
+/// The same for an asset that is not in memory.
 Json assetJson(const DagStats& stats, const VoxelGrid& grid, const AssetProvenance& provenance,
                uint64_t fileBytes);
 /// Returns the packing of that name, fast or compact. Throws Error kUsage for any other.
 AssetPacking parsePacking(const std::string& text);
 constexpr const char* kPackingHelp =
-    "How the file holds its nodes: compact, or fast: about twice the bytes, read sixty times as "
+    "Encoding of the nodes: compact, or fast: about twice the bytes, read sixty times as "
     "fast [compact]";
 /// Prints them as a table.
 void printAsset(std::ostream& out, const Json& json);

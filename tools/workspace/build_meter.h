@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a build cost: time, processor time, memory.
+// The cost of a build: time, processor time, memory.
 #pragma once
 
 #include "tools/settings/console.h"

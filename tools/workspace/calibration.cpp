@@ -18,14 +18,15 @@ CalibrationFrame measureCalibrationFrame(FrameRenderer& renderer, const Camera& 
     options.maps.useStaticOptimization = false;
     CalibrationFrame result;
     renderer.reset();
-    const FrameCosts costs = renderer.measureCosts(camera, options, repeats);
+    FrameCosts costs = renderer.measureCosts(camera, options, repeats);
+    costs.wholeFrame.reset(); // the model predicts maps
     const auto render = [&](const CostModel& model) {
         checkInterrupted();
         renderer.reset();
         return renderer.render(camera, model, options);
     };
 
-    // What the oracle's routes take beside what they promise, and what counting takes.
+    // The measured time of the oracle's routes beside the predicted one, and the time of counting.
     ObservedFrame& observed = result.observed;
     const std::unique_ptr<CostModel> oracle = makeCostModel("oracle");
     oracle->setCosts(costs);

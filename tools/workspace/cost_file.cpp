@@ -4,10 +4,10 @@
 #include "cuda/error.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
+#include "tools/settings/setting.h"
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <tuple>
 
@@ -16,14 +16,14 @@ namespace shadowdag {
 namespace {
 
 constexpr const char* kRemedy =
-    "give a cost file, as compare writes costs.json and calibrate -o C.json";
+    "give a cost file: costs.json of compare, or C.json of calibrate -o C.json";
 
-/// Returns the complaint about a file whose JSON is something else, or holds less.
+/// Returns the message for a file whose JSON is something else or incomplete.
 Error notACostFile(const std::string& path, const std::string& what) {
-    return Error(ErrorKind::kInput, path + ": is no cost file: " + what + "; " + kRemedy);
+    return Error(ErrorKind::kInput, path + ": is not a cost file: " + what + "; " + kRemedy);
 }
 
-/// Returns what a complaint of the JSON library says without the library's own name and number.
+/// Returns the JSON library's message without its own name and number.
 std::string detailOf(const Json::exception& error) {
     const std::string text = error.what();
     const size_t end = text.find("] ");
@@ -37,7 +37,7 @@ template <class Int> Int wholeNumber(const Json& json, const char* key, const st
         throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
                                            "; it must be a whole number from 0 to " +
                                            std::to_string(std::numeric_limits<Int>::max()) +
-                                           ": measure anew");
+                                           ": measure again");
     return value.get<Int>();
 }
 
@@ -46,7 +46,7 @@ double amount(const Json& json, const char* key, const std::string& where) {
     const Json& value = json.at(key);
     if (!value.is_number() || !std::isfinite(value.get<double>()) || value.get<double>() < 0)
         throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
-                                           "; it must be a number of 0 or more: measure anew");
+                                           "; it must be a number of 0 or more: measure again");
     return value.get<double>();
 }
 
@@ -60,6 +60,10 @@ CostTable tableFromJson(const Json& json, const std::string& path) {
             costs.frame = wholeNumber<uint32_t>(entry, "frame", path);
             costs.raysScale = entry.contains("rays_scale") ? amount(entry, "rays_scale", path) : 1;
             costs.mapsScale = entry.contains("maps_scale") ? amount(entry, "maps_scale", path) : 1;
+            costs.degradeDivisor =
+                entry.contains("degrade_divisor") ? amount(entry, "degrade_divisor", path) : 1;
+            if (entry.contains("whole_frame"))
+                costs.wholeFrame = routeNamed(entry["whole_frame"], path);
             std::tuple<int64_t, uint32_t> last{-1, 0};
             for (const Json& map : entry.at("maps")) {
                 const MapCost cost{
@@ -69,7 +73,7 @@ CostTable tableFromJson(const Json& json, const std::string& path) {
                 const std::tuple<int64_t, uint32_t> next{cost.light, cost.octave};
                 if (next <= last)
                     throw Error(ErrorKind::kInput, path + ": light " + std::to_string(cost.light) +
-                                                       ": lights must ascend; measure anew");
+                                                       ": lights must ascend; measure again");
                 last = next;
                 costs.maps.push_back(cost);
             }
@@ -97,13 +101,13 @@ std::vector<CostSummand> sumFromJson(const Json& json, const std::string& where)
             std::string known;
             for (const CostTerm& term : costTerms())
                 known += (known.empty() ? "" : ", ") + std::string(term.name);
-            throw Error(ErrorKind::kInput, where + ": unknown term '" + name + "'; there are " +
+            throw Error(ErrorKind::kInput, where + ": unknown term '" + name + "'; the terms are " +
                                                known + "; calibrate again");
         }
         if (!std::isfinite(summand.ms) || summand.ms < 0)
-            throw Error(ErrorKind::kInput, where + ": a unit of '" + name + "' takes " +
+            throw Error(ErrorKind::kInput, where + ": the coefficient of '" + name + "' is " +
                                                entry.at("ms").dump() +
-                                               " ms, which is no cost; calibrate again");
+                                               " ms, which is not a cost; calibrate again");
         sum.push_back(summand);
     }
     if (sum.empty())
@@ -115,15 +119,15 @@ Json toJson(const Regret& regret) {
     return {{"mean", regret.mean}, {"standard_error", regret.standardError}};
 }
 
-/// Returns null where nothing could be held out.
+/// Returns null if nothing could be held out.
 Json toJson(const std::optional<Regret>& regret) {
     return regret ? toJson(*regret) : Json();
 }
 
-/// What times depend on, of provenance.
+/// The values of provenance on which times depend.
 constexpr const char* kMachineKeys[] = {"cpu", "device", "backend", "thread_count"};
 
-/// Returns what tells two machines apart, and what they call it.
+/// Returns the values that distinguish two machines, with their names.
 std::string otherMachine(const Json& fitted, const Json& here) {
     std::string text;
     for (const char* key : kMachineKeys) {
@@ -137,6 +141,18 @@ std::string otherMachine(const Json& fitted, const Json& here) {
 
 } // namespace
 
+const char* routeName(Route route) {
+    return route == Route::kRays ? "rays" : "map";
+}
+
+Route routeNamed(const Json& name, const std::string& where) {
+    for (const Route route : {Route::kRays, Route::kMap})
+        if (name == routeName(route))
+            return route;
+    throw Error(ErrorKind::kInput, where + ": \"whole_frame\" is " + jsonLine(name) +
+                                       "; it must be \"rays\" or \"map\": measure again");
+}
+
 Json toJson(const CostTable& costs) {
     Json list = Json::array();
     for (const auto& [key, frameCosts] : costs) {
@@ -146,19 +162,22 @@ Json toJson(const CostTable& costs) {
                             {"octave", map.octave},
                             {"rays_ms", map.raysMs},
                             {"map_ms", map.mapMs}});
-        list.push_back({{"scene", key.first},
-                        {"frame", key.second},
-                        {"rays_scale", frameCosts.raysScale},
-                        {"maps_scale", frameCosts.mapsScale},
-                        {"maps", std::move(maps)}});
+        Json entry = {{"scene", key.first},
+                      {"frame", key.second},
+                      {"rays_scale", frameCosts.raysScale},
+                      {"maps_scale", frameCosts.mapsScale},
+                      {"degrade_divisor", frameCosts.degradeDivisor}};
+        if (frameCosts.wholeFrame)
+            entry["whole_frame"] = routeName(*frameCosts.wholeFrame);
+        entry["maps"] = std::move(maps);
+        list.push_back(std::move(entry));
     }
     return {{"costs", std::move(list)}};
 }
 
-Json toJson(const CostTable& costs, const Json& provenance) {
-    Json json = toJson(costs);
-    for (const char* key : kMachineKeys)
-        json["provenance"][key] = provenance.value(key, Json());
+Json toJson(const CostTable& costs, const Json& provenance, const Json& experiment) {
+    Json json = {{"provenance", provenance}, {"experiment", experiment}};
+    json.update(toJson(costs));
     return json;
 }
 
@@ -185,7 +204,7 @@ CostCalibration calibrationFromJson(const Json& json, const std::string& where) 
         return {sumFromJson(json.at("rays"), where), sumFromJson(json.at("map"), where)};
     } catch (const Json::exception& error) {
         throw Error(ErrorKind::kInput,
-                    where + ": is no calibration: " + detailOf(error) + "; calibrate again");
+                    where + ": is not a calibration: " + detailOf(error) + "; calibrate again");
     }
 }
 
@@ -212,7 +231,7 @@ CostSource readCostSource(const std::string& path, const Json& provenance) {
 
 std::string otherSettings(const CostSource& source, const RunParameters& run) {
     std::string text;
-    const auto compare = [&](const char* name, const Json& fitted, const Json& here) {
+    const auto compare = [&](const std::string& name, const Json& fitted, const Json& here) {
         if (!fitted.is_array() || fitted.empty() ||
             std::find(fitted.begin(), fitted.end(), here) != fitted.end())
             return;
@@ -220,14 +239,13 @@ std::string otherSettings(const CostSource& source, const RunParameters& run) {
         for (const Json& value : fitted)
             list += (list.empty() ? "" : " or ") +
                     (value.is_string() ? value.get<std::string>() : jsonLine(value));
-        text += (text.empty() ? "" : ", ") + std::string(name) + " " +
+        text += (text.empty() ? "" : ", ") + name + " " +
                 (here.is_string() ? here.get<std::string>() : jsonLine(here)) + " instead of " +
                 list;
     };
     if (!source.fittedWith.is_object())
         return text;
-    const Json parameters = run.toJson();
-    const auto find = [](const Json& json, const char* key) {
+    const auto find = [](const Json& json, const std::string& key) {
         return json.contains(key) ? json[key] : Json();
     };
     Json sizes = Json::array();
@@ -236,16 +254,22 @@ std::string otherSettings(const CostSource& source, const RunParameters& run) {
             sizes.push_back(size);
     compare("size", sizes,
             std::to_string(run.frame.width) + "x" + std::to_string(run.frame.height));
-    for (const auto& [name, fittedKey] : std::initializer_list<std::pair<const char*, const char*>>{
-             {"resolution", "resolutions"},
-             {"lod", "lod"},
-             {"undersample", "undersample"},
-             {"maps_per_light", "maps_per_light"},
-             {"page_size", "page_size"},
-             {"taps", "taps"},
-             {"polygon_lod", "polygon_lod"}})
-        if (parameters.contains(name))
-            compare(name, find(source.fittedWith, fittedKey), parameters[name]);
+    if (run.usesVoxels())
+        compare("resolution", find(source.fittedWith, "resolutions"), Json(run.resolution));
+    for (const Setting* setting : frameSettings()) {
+        if (setting->readBy == ReadBy::kHybrid || !reads(run, setting->readBy))
+            continue; // of routing: changes no map's cost
+        Experiment own;
+        setting->set(own, setting->option, {setting->frameText(run.frame)});
+        const auto asList = [](const Json& json) {
+            return json.is_array() || json.is_null() ? json : Json::array({json});
+        };
+        const Json here = asList(setting->json(own));
+        Json fitted = asList(find(source.fittedWith, setting->key));
+        if (setting->key == "believe" && fitted.is_null())
+            fitted = {"all"}; // a file from before the setting
+        compare(setting->key, fitted, here[0]);
+    }
     return text;
 }
 
@@ -257,10 +281,10 @@ bool needsCalibration(const RunParameters& run) {
 
 } // namespace
 
-void refuseUnheeded(const CostSource& source, const std::vector<RunParameters>& runs) {
+void refuseUnusedOptions(const CostSource& source, const std::vector<RunParameters>& runs) {
     if (source.calibration && std::none_of(runs.begin(), runs.end(), needsCalibration))
         throw Error(ErrorKind::kUsage, "--costs " + source.path +
-                                           ": is a calibration, by which no run here routes; add "
+                                           ": is a calibration, which no run uses for routing; add "
                                            "--model cost, or give a costs.json of compare, or "
                                            "drop it");
 }
@@ -272,12 +296,12 @@ std::vector<std::string> remarksOn(const CostSource& source,
         remarks.push_back(
             source.path + ": was " + (source.calibration ? "calibrated" : "measured") +
             " elsewhere (" + source.otherMachine + "); " +
-            (source.calibration ? "calibrate" : "measure") + " here for routes that pay here");
+            (source.calibration ? "calibrate" : "measure") + " on this machine for good routes");
     for (const RunParameters& run : runs)
         if (const std::string other = otherSettings(source, run);
             needsCalibration(run) && !other.empty()) {
             const std::string remark = source.path + ": was calibrated with other settings (" +
-                                       other + "); calibrate with these for routes that pay";
+                                       other + "); calibrate with these for good routes";
             if (std::find(remarks.begin(), remarks.end(), remark) == remarks.end())
                 remarks.push_back(remark);
         }
@@ -291,9 +315,10 @@ void giveCalibration(CostModel& model, const CostSource& source) {
         throw Error(ErrorKind::kUsage,
                     source.path.empty()
                         ? std::string("--model cost routes by measured costs; give --costs C.json, "
-                                      "as shadowdag calibrate -o C.json writes it")
+                                      "which shadowdag calibrate -o C.json writes")
                         : "--costs " + source.path +
-                              ": holds costs of maps for --model oracle; --model cost needs what "
+                              ": contains costs of maps for --model oracle; --model cost needs the "
+                              "file that "
                               "shadowdag calibrate -o C.json writes");
     model.setCalibration(*source.calibration);
 }
@@ -367,8 +392,9 @@ std::vector<ObservedFrame> observationsFromJson(const Json& json, const std::str
             frames.push_back(std::move(frame));
         }
     } catch (const Json::exception& error) {
-        throw Error(ErrorKind::kInput, where + ": is no list of observations: " + detailOf(error) +
-                                           "; measure anew with calibrate "
+        throw Error(ErrorKind::kInput, where +
+                                           ": is not a list of observations: " + detailOf(error) +
+                                           "; measure again with calibrate "
                                            "--observations");
     }
     return frames;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which face of a cube a direction falls onto and which texel of it, by integers: what float
-// lookups are held against.
+// Computes with integers the face of a cube and the texel that a direction projects on: the
+// reference for float lookups.
 #pragma once
 
 #include <algorithm>
@@ -10,9 +10,10 @@
 
 namespace shadowdag {
 
-/// A column or row by integers: which holds coordinate c / depth of a face of n texels, floor((c /
-/// depth + 1) n / 2), and the one across a border that is nearer than n 2^-22 texels, which is what
-/// float rounds (both centres, their quotient, the sum and the product: a unit of 2^-24 each).
+/// A column or row by integers: the one that contains coordinate c / depth of a face of n texels,
+/// floor((c / depth + 1) n / 2), and the one across a border that is nearer than n 2^-22 texels,
+/// which is the rounding of floats (both centres, their quotient, the sum and the product: a unit
+/// of 2^-24 each).
 struct ExactCell {
     int64_t cell, other;
     ExactCell(int64_t c, int64_t depth, int64_t n) {
@@ -30,8 +31,8 @@ struct ExactCell {
 
 using Int3 = std::array<int64_t, 3>;
 
-/// Returns the face of an integer direction: of the first of its largest components, the negative
-/// one odd.
+/// Returns the face of an integer direction: that of the first of its largest components; odd if it
+/// is negative.
 inline uint32_t exactFace(const Int3& direction) {
     size_t major = 0;
     for (size_t a = 1; a < 3; ++a)

@@ -24,7 +24,7 @@ DirectoryLock::DirectoryLock(const std::string& option, const std::string& direc
     if (failure == EWOULDBLOCK)
         throw Error(ErrorKind::kUsage, option + " '" + directory +
                                            "': another shadowdag is writing there; wait for it or "
-                                           "name another directory");
+                                           "choose another directory");
     throw Error(ErrorKind::kResource, directory + ": cannot be locked: " + std::strerror(failure) +
                                           "; choose a directory on another file system");
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One writer a directory: a lock that dies with its process and leaves no file.
+// One writer per directory: a lock that ends with its process and leaves no file.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 namespace shadowdag {
 
 /// Holds a directory for this process (flock on the directory itself) from construction to
-/// destruction. Those that do not ask for the lock are not kept out.
+/// destruction. The lock is advisory: it excludes only processes that use it.
 class DirectoryLock {
 public:
     /// Throws Error kUsage when another holds the directory, naming `option`; kResource when it

@@ -90,7 +90,7 @@ std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
             glm::mix(kOrange, kSkyBlue, rayShares[i]) * (0.15f + 0.85f * grey(truthDisplay[i]));
 
     const float tangent = std::tan(camera.yfov * 0.5f);
-    // No smaller than a pixel, which is what there is to be seen of it.
+    // At least a pixel, because smaller discs are invisible.
     const float radius = std::max(0.71f, std::max(2.5f * scale, float(height) / 120.0f));
     const float rim = std::min(scale, 1.0f);
     for (const MapRecord& map : maps) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures about pairs: where a method errs, and which method answered. Colours are Okabe and
-// Ito's, told apart by colour-blind eyes: false shadow vermilion, false light blue; rays sky blue,
-// maps orange.
+// Pictures about pairs: where a method is wrong, and the method of each pair. Colours are those of
+// Okabe and Ito, safe for colour-blind readers: false shadow vermilion, false light blue; rays sky
+// blue, maps orange.
 #pragma once
 
 #include "hybrid/frame.h"
@@ -24,7 +24,7 @@ struct PixelErrors {
     std::vector<float> falseLight;
 };
 
-/// Returns the false pairs a pixel.
+/// Returns the false pairs of each pixel.
 /// @param visibility,truth per pair
 PixelErrors countPixelErrors(const PairList& pairs, const std::vector<uint8_t>& visibility,
                              const std::vector<uint8_t>& truth);
@@ -32,19 +32,19 @@ PixelErrors countPixelErrors(const PairList& pairs, const std::vector<uint8_t>& 
 /// Returns the mean visibility of every pixel's pairs in [0, 1]; 1 where there are none.
 std::vector<float> meanVisibility(const PairList& pairs, const std::vector<uint8_t>& visibility);
 
-/// Returns the share of every pixel's pairs that rays answered in [0, 1]; 0 where there are none.
+/// Returns the share of every pixel's pairs computed by rays in [0, 1]; 0 where there are none.
 std::vector<float> rayShare(const PairList& pairs, const std::vector<Route>& routes);
 
 /// Returns a display picture: the truth in dim grey, vermilion where pairs are falsely dark, blue
 /// where falsely lit; the square root of the share of pairs gives the strength, so that one pair in
-/// thirty still shows.
+/// thirty is still visible.
 std::vector<glm::vec3> errorPicture(const std::vector<glm::vec3>& truthDisplay,
                                     const PixelErrors& errors);
 
-/// Returns a display picture: the truth's brightness, tinted sky blue where rays answered, orange
-/// where maps did; a disc a light that was served, where the camera sees its position (hidden or
-/// not), a 120th of the picture's height in radius, 2.5 pixels at least.
-/// @param scale of the picture to the one as which it is shown: its pixels are those of that one
+/// Returns a display picture: the truth's brightness, tinted sky blue for rays and orange for maps;
+/// one disc per light in use, if the camera sees its position (hidden or not), a 120th of the
+/// picture's height in radius, 2.5 pixels at least.
+/// @param scale of the picture relative to the displayed one, whose pixels are meant
 std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
                                      const std::vector<float>& rayShares,
                                      const std::vector<MapRecord>& maps,

@@ -40,7 +40,8 @@ FitMeasurer::FitMeasurer(const Experiment& sweep, FitMetric metric, FitObjective
     const std::vector<std::string> names = sceneNames(sweep.scenes);
     const bool usesVoxels =
         std::any_of(sweep.methods.begin(), sweep.methods.end(),
-                    [](const std::string& method) { return methodOf(method).needs().voxels; });
+                    [](const std::string& method) { return methodOf(method).needs().rays; }) &&
+        std::any_of(sweep.believe.begin(), sweep.believe.end(), [](float w) { return w > 0; });
     for (size_t i = 0; i < names.size(); ++i) {
         checkInterrupted();
         LoadedScene loaded = openScene(sweep, i, console);
@@ -51,7 +52,7 @@ FitMeasurer::FitMeasurer(const Experiment& sweep, FitMetric metric, FitObjective
         if (usesVoxels)
             scene->resolutions = scene->workspace.obtainVoxels(sweep.resolutionLog2);
         for (const uint32_t log2 : scene->resolutions)
-            scene->workspace.renderer(log2); // before anything moves
+            scene->workspace.renderer(log2); // before any motion
         scene->frames = sweep.frames;
         if (isStill)
             scene->frames.resize(1);
@@ -110,8 +111,10 @@ void FitMeasurer::run(size_t cell, const std::vector<size_t>& models, int repeat
         };
     }
     const SceneMeasurement measured = measureScene(scene.workspace, experiment, runs, context);
+    cellNames_[cell]["camera_numbers"] = measured.runs[0].at("camera_numbers");
     for (size_t i = 0; i < models.size(); ++i) {
         const Json& row = measured.runs[i];
+        otherCpuShare_ = std::max(otherCpuShare_, row.value("other_cpu_share", 0.0));
         FitCell& found = cells_[models[i]][cell];
         found.isMeasured = true;
         found.pairCount = row.at("pair_count");
@@ -128,8 +131,8 @@ void FitMeasurer::run(size_t cell, const std::vector<size_t>& models, int repeat
             throw Error(ErrorKind::kInput,
                         cellNames_[cell].at("scene").get<std::string>() + ": frame " +
                             std::to_string(frame) +
-                            " shows no surface within a light's range, so that no error can be "
-                            "told; choose other --frames, --camera or --lights");
+                            " shows no surface within a light's range, so its error is not "
+                            "defined; choose other --frames, --camera or --lights");
         const double wrong = double(found.falseShadowCount + found.falseLightCount);
         found.error = metric_ == FitMetric::kFalse        ? wrong / double(found.pairCount)
                       : metric_ == FitMetric::kVisibility ? found.meanAbsVisibilityError
@@ -148,7 +151,7 @@ void FitMeasurer::measure(const std::vector<FitRequest>& requests, const std::st
             continue;
         }
         std::vector<std::vector<double>> runsMs;
-        // The answers were the warm-up.
+        // The measurement of errors was the warm-up.
         run(cell, models, kScreenRepeats, 0, what, &runsMs);
         for (size_t i = 0; i < models.size(); ++i)
             screenTimes_[models[i]] = fitTime(runsMs[i]);

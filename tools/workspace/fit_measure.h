@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `fit` measures of models: their error, bytes and time on the frames of all scenes, by the
-// measurements of compare (measure.h).
+// The measurements of models for `fit`: their error, bytes and time on the frames of all scenes,
+// measured as in compare (measure.h).
 #pragma once
 
 #include "tools/settings/console.h"
@@ -14,14 +14,14 @@
 
 namespace shadowdag {
 
-/// What counts as a model's error in a frame.
+/// The definition of a model's error in a frame.
 enum class FitMetric : uint8_t {
     kFalse,      ///< share of the pairs that are false shadow or false light
     kVisibility, ///< mean absolute error of visibility over the pairs
     kFlip,       ///< mean FLIP of the picture
 };
 
-/// What was measured of a model in one frame of one scene.
+/// The measurements of a model in one frame of one scene.
 struct FitCell {
     bool isMeasured = false;
     double error = 0;
@@ -29,7 +29,7 @@ struct FitCell {
     double meanAbsVisibilityError = 0, flip = 0;
     uint64_t dagBytes = 0, mapBytes = 0;
     uint64_t mappedLightCount = 0; ///< lights with a drawn map
-    std::string poolNote; ///< what a full pool cost (frame_json.h), "" where it was not full
+    std::string poolNote;          ///< effect of a full pool (frame_json.h), "" if it was not full
     uint64_t bytes() const { return dagBytes + mapBytes; }
 };
 
@@ -39,43 +39,46 @@ struct FitTime {
     double standardErrorMs = 0; ///< of the median
 };
 
-/// Returns the time that runs of a frame give. The standard error is that of the median of normal
+/// Returns the time of a frame from its runs. The standard error is that of the median of normal
 /// noise: sqrt(pi / 2) times the standard deviation over the root of the count. Source: Kendall,
 /// Stuart, The Advanced Theory of Statistics, vol. 1, sec. 14.6. At least two runs.
 FitTime fitTime(const std::vector<double>& runsMs);
 
-/// Scenes, voxels and truth, and what was measured of the models on them so far.
+/// Scenes, voxels and truth, and the measurements of the models on them so far.
 class FitMeasurer {
 public:
     /// Loads the scenes and obtains their voxels at all resolutions of the sweep. A scene without
-    /// animations has one frame, the sweep's first: the others are equal to it.
+    /// animations has one frame, the sweep's first, because the others are equal.
     /// @param costs for models that route by them; outlives the measurer
     FitMeasurer(const Experiment& sweep, FitMetric metric, FitObjective objective, Backend backend,
                 const std::string& cacheDirectory, const CostSource& costs, const Console& console);
     ~FitMeasurer();
 
-    /// Returns the bytes of the voxels by resolution, of the scene where they take most.
+    /// Returns the bytes of the voxels by resolution, of the scene with the most.
     std::vector<uint64_t> dagBytes() const;
-    /// The models that the calls below count; outlive the measurer.
+    /// The models that the calls below index; outlive the measurer.
     void setModels(const FitModels& models);
 
-    /// Measures answers, in cells where they were not measured yet; with FitObjective::kTime also
-    /// the time in the first cell where that is not known, by kScreenRepeats runs.
+    /// Measures errors in the cells that were not measured yet; with FitObjective::kTime also the
+    /// time in the first cell if it is unknown, by kScreenRepeats runs.
     void measure(const std::vector<FitRequest>& requests, const std::string& what);
-    /// Times models in all cells, in turn, so that what slows the machine slows all.
+    /// Times models in all cells, in turn, so that disturbances of the machine affect all equally.
     void time(const std::vector<size_t>& models, int repeats, int warmups, const std::string& what);
 
     FitObservation observation(size_t model) const;
     const std::vector<FitCell>& cells(size_t model) const { return cells_[model]; }
-    /// Returns the model of rays alone that a hybrid is when it drew no map in any cell; SIZE_MAX
-    /// for others, and where the space lacks it. For models measured in all cells.
+    /// Returns the model of rays alone that is equal to a hybrid that drew no map in any cell;
+    /// SIZE_MAX for others, and if the space lacks it. For models measured in all cells.
     size_t raysAlone(size_t model) const;
-    /// Returns the time in the first cell, as the search used it; nothing where none was taken.
+    /// Returns the time in the first cell, as the search used it; nothing if it was not measured.
     std::optional<FitTime> screenTime(size_t model) const { return screenTimes_[model]; }
     /// Returns the mean of the frames' times that the last time() took of the model.
     std::optional<FitTime> finalTime(size_t model) const { return finalTimes_[model]; }
+    /// Returns the largest share of the processor that other processes used while times were
+    /// measured (CpuUse).
+    double otherCpuShare() const { return otherCpuShare_; }
     size_t cellCount() const { return cellNames_.size(); }
-    /// Returns {"scene", "frame"} by cell.
+    /// Returns {"scene", "frame"} by cell, and its "camera_numbers" once it was measured.
     const Json& cellNames() const { return cellNames_; }
     /// Returns {"scene", "scene_hash", "triangle_count", "light_count", "frames"} by scene.
     Json scenes() const;
@@ -99,6 +102,7 @@ private:
     std::vector<std::vector<FitCell>> cells_; ///< by model, then cell
     std::vector<std::optional<FitTime>> screenTimes_, finalTimes_;
     size_t batchCount_ = 0;
+    double otherCpuShare_ = 0;
 };
 
 } // namespace shadowdag

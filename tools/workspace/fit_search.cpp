@@ -79,7 +79,7 @@ void FitSearch::record(size_t model, const FitObservation& observation) {
         isObserved_[model] = 1;
         observed_.insert(std::upper_bound(observed_.begin(), observed_.end(), model), model);
     }
-    // Anew from all: an observation may have taken the place of another.
+    // From all models again: an observation may have replaced another.
     const auto tally = [](FitLawReport& report, double violation, double slack) {
         ++report.pairCount;
         report.worst = std::max(report.worst, violation);
@@ -89,7 +89,7 @@ void FitSearch::record(size_t model, const FitObservation& observation) {
         }
     };
     const size_t group = space_.models[model].group;
-    // A law that was given up stays so: what it ruled out has been measured since.
+    // A rejected law stays rejected: the models that it ruled out have been measured since.
     FitLawReport cost, error;
     cost.isGivenUp = costLaws_[group].isGivenUp;
     error.isGivenUp = errorLaws_[group].isGivenUp;
@@ -115,7 +115,7 @@ std::vector<FitVerdict> FitSearch::verdicts() const {
     using Kind = FitVerdict::Kind;
     const size_t best = cheapest();
     const double limit = this->limit();
-    // Equal cost is no reason to stay open for what could not win the tie.
+    // Equal cost is no reason to keep a model open that could not win the tie.
     const auto isNoLess = [&](double cost, size_t model) {
         return best != kNoModel && model != best &&
                (cost > limit || (cost == limit &&
@@ -167,11 +167,11 @@ size_t FitSearch::proposal(const std::vector<size_t>& family,
     const auto fineness = [&](size_t model) {
         return std::accumulate(models[model].at.begin(), models[model].at.end(), 0);
     };
-    // The coarsest first: if it costs too much, all do; if it holds, none costs less.
+    // The coarsest first: if it costs too much, all do; if it keeps the bound, none costs less.
     if (!isKnown)
         return *std::min_element(open.begin(), open.end(),
                                  [&](size_t a, size_t b) { return fineness(a) < fineness(b); });
-    // Then the finest: if it breaks the bound, all do that it stands for.
+    // Then the finest: if it breaks the bound, so do all that it rules out.
     for (const size_t model : open)
         if (std::none_of(family.begin(), family.end(),
                          [&](size_t other) {
@@ -181,7 +181,7 @@ size_t FitSearch::proposal(const std::vector<size_t>& family,
                 return other != model && isOrdered(other, model, Law::kError);
             }))
             return model;
-    // Then the one that settles most of the rest, whatever it answers.
+    // Then the one that decides most of the others, whatever its result.
     size_t best = open.front(), bestCount = 0;
     for (const size_t model : open) {
         size_t ifHolds = 0, ifBreaks = 0;
@@ -206,8 +206,9 @@ std::vector<FitRequest> FitSearch::next() const {
             group = std::min(group, space_.models[model].group);
     if (group == kNoModel)
         return {};
-    // What holds in the first cell may hold in all. As long as something cheaper is open, what it
-    // would rule out waits for neither; then the cheapest of these are measured in all cells.
+    // A model that keeps the bound in the first cell may keep it in all. While a cheaper model is
+    // open, the models that it would rule out wait; then the cheapest of these are measured in all
+    // cells.
     std::vector<size_t> hopeful;
     for (const size_t model : observed_)
         if (all[model].kind == FitVerdict::Kind::kOpen && space_.models[model].group == group)
@@ -217,7 +218,7 @@ std::vector<FitRequest> FitSearch::next() const {
             return other != model && isOrdered(other, model, Law::kCost);
         });
     };
-    // A family: models that some law orders, directly or by others between them.
+    // A family: models that some law orders, directly or through others between them.
     std::map<std::vector<int>, std::vector<size_t>> families;
     for (size_t model = 0; model < all.size(); ++model) {
         if (space_.models[model].group != group)
@@ -272,8 +273,8 @@ std::vector<FitRequest> FitSearch::unmeasuredNeighbours(size_t model) const {
         }
         if (isObserved_[other] && observations_[other].isComplete)
             continue;
-        // What was measured to cost more, or is known to, or is finer along every axis of the cost
-        // law, is no candidate for less.
+        // A model that is measured or known to cost more, or is finer along every axis of the cost
+        // law, cannot cost less.
         using Kind = FitVerdict::Kind;
         const FitVerdict& verdict = all[other];
         const bool isCostlier = verdict.kind == Kind::kKnownCost ||

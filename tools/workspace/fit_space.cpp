@@ -2,6 +2,7 @@
 #include "tools/workspace/fit_space.h"
 
 #include "tools/settings/parse.h"
+#include "tools/settings/setting.h"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +16,8 @@ namespace {
 
 enum Axis { kResolution, kLod, kUndersample, kTaps, kMapsPerLight, kPageSize, kRouter, kAxisCount };
 
-/// The simplicity order: one row a criterion, the first that differs decides, less is simpler.
+/// The simplicity order: one row per criterion; the first that differs decides, and less is
+/// simpler.
 struct Criterion {
     const char* text;
     int (*rank)(const RunParameters& run, const std::vector<int>& at);
@@ -23,9 +25,9 @@ struct Criterion {
 
 int mechanismCount(const RunParameters& run, const std::vector<int>&) {
     const MethodNeeds& needs = run.kind().needs();
-    int count = needs.voxels + needs.maps + needs.triangles + needs.routing;
+    int count = run.usesVoxels() + run.usesTriangles() + needs.maps + needs.routing;
     count += needs.routing && !run.model.starts_with("texels:") ? 1 : 0; // a router's costs
-    count += run.usesVoxelRays() && LodChoice(run.frame.rays) != LodChoice(0) ? 1 : 0;
+    count += run.usesVoxels() && LodChoice(run.frame.rays) != LodChoice(0) ? 1 : 0;
     count += run.usesMaps() && run.frame.bias.taps > 1 ? 1 : 0;    // a filter
     count += run.usesMaps() && run.frame.mapsPerLight > 1 ? 1 : 0; // maps by distance
     return count;
@@ -35,12 +37,15 @@ template <Axis axis> int rankOn(const RunParameters&, const std::vector<int>& at
     return at[axis];
 }
 
-constexpr std::array<Criterion, 9> kSimplicity{{
-    {"fewer mechanisms (rays, maps, triangles behind voxels, a router, its costs, level of detail, "
-     "a filter, several maps a light)",
+constexpr std::array<Criterion, 10> kSimplicity{{
+    {"fewer mechanisms (rays through voxels, rays against triangles, maps, a router, its costs, "
+     "level "
+     "of detail, a filter, several maps a light)",
      mechanismCount},
-    {"dag before maps before dag-exact before hybrid",
+    {"dag before maps before hybrid",
      [](const RunParameters& run, const std::vector<int>&) { return run.kind().complexity(); }},
+    {"rays without voxels",
+     [](const RunParameters& run, const std::vector<int>&) { return int(run.usesVoxels()); }},
     {"coarser voxels", rankOn<kResolution>},
     {"fewer taps", rankOn<kTaps>},
     {"sparser texels", rankOn<kUndersample>},
@@ -51,18 +56,20 @@ constexpr std::array<Criterion, 9> kSimplicity{{
 }};
 
 /// Returns the laws assumed of a method's models, by axis.
-std::vector<FitLaw> lawsOf(const Method& method, bool routesByTexels, FitObjective objective) {
+std::vector<FitLaw> lawsOf(const Method& method, float believe, bool routesByTexels,
+                           FitObjective objective) {
     const bool isBytes = objective == FitObjective::kBytes;
     std::vector<FitLaw> laws(kAxisCount);
-    // Exact rays confirm hits: coarser voxels propose more, so their time goes either way.
-    laws[kResolution] = {isBytes || !method.needs().triangles, true};
-    // A router sees what is required after undersampling: sparser texels move maps to rays, which
-    // may err less and take any time; pages they only lose.
+    // Of coarser voxels fewer are believed, and the rest is left to the triangles: time may grow or
+    // fall.
+    laws[kResolution] = {isBytes || std::isinf(believe), true};
+    // A router uses requirements after undersampling: sparser texels move maps to rays, which may
+    // have a smaller error and any time; the number of pages only falls.
     const bool isRouted = method.needs().routing;
     laws[kUndersample] = {isBytes || !isRouted, !isRouted};
     // More taps blur: nearer to the truth at some edges, farther at others.
     laws[kTaps] = {true, false};
-    // Who draws more maps needs more pages; whether that takes more time is what routers are about.
+    // Drawing more maps needs more pages; its effect on time is what routers decide about.
     laws[kRouter] = {isBytes && routesByTexels, false};
     return laws;
 }
@@ -86,13 +93,26 @@ public:
 
     /// Adds the models of a method as a group.
     /// @param routers for hybrid; one "" for the others
-    void addGroup(const std::string& name, const Method& method,
+    void addGroups(const std::string& name, const Method& method,
+                   const std::vector<std::string>& routers) {
+        if (!method.needs().rays)
+            return addGroup(name, method, sweep_.believe.front(), routers);
+        const Setting& setting = settingOf("--believe");
+        const std::vector<std::string> texts = setting.texts(sweep_);
+        for (size_t i = 0; i < texts.size(); ++i)
+            addGroup(name + " believe " + texts[i], method, sweep_.believe[i], routers);
+    }
+
+    FitModels out;
+
+private:
+    void addGroup(const std::string& name, const Method& method, float believe,
                   const std::vector<std::string>& routers) {
-        const bool usesVoxels = method.needs().voxels;
-        const bool stops = method.stopsAtVoxels();
+        believe_ = believe;
+        const bool usesVoxels = method.needs().rays && believe > 0.0f;
         const bool usesMaps = method.needs().maps;
         const std::array<size_t, kAxisCount> counts{usesVoxels ? sweep_.resolutionLog2.size() : 0,
-                                                    stops ? sweep_.lod.size() : 0,
+                                                    usesVoxels ? sweep_.lod.size() : 0,
                                                     usesMaps ? undersample_.size() : 0,
                                                     usesMaps ? taps_.size() : 0,
                                                     usesMaps ? mapsPerLight_.size() : 0,
@@ -100,8 +120,8 @@ public:
                                                     method.needs().routing ? routers.size() : 0};
         group_ = out.groups.size();
         out.groups.push_back(name);
-        out.space.laws.push_back(
-            lawsOf(method, !routers.empty() && routers[0].starts_with("texels:"), objective_));
+        out.space.laws.push_back(lawsOf(
+            method, believe, !routers.empty() && routers[0].starts_with("texels:"), objective_));
         std::vector<int> at(kAxisCount, -1);
         const std::function<void(size_t)> vary = [&](size_t axis) {
             if (axis == kAxisCount) {
@@ -119,12 +139,9 @@ public:
         vary(0);
     }
 
-    FitModels out;
-
-private:
     void add(const Method& method, const std::vector<std::string>& routers,
              const std::vector<int>& at) {
-        // What a method does not read stands at the first value and has no consequence.
+        // A parameter that the method does not read has its first value and no effect.
         const auto value = [&](const auto& values, Axis axis) {
             return values[size_t(std::max(at[axis], 0))];
         };
@@ -137,6 +154,7 @@ private:
         e.taps = {value(taps_, kTaps)};
         e.mapsPerLight = {value(mapsPerLight_, kMapsPerLight)};
         e.pageTexels = {value(pageTexels_, kPageSize)};
+        e.believe = {believe_};
         e.bias.resize(1);
         e.offset.resize(1);
         e.thresholds.clear();
@@ -154,6 +172,11 @@ private:
         if (runs.size() != 1)
             throw std::logic_error("a model of fit is " + std::to_string(runs.size()) +
                                    " configurations");
+        // So that compare accepts the experiment. Routers are those of the model.
+        for (const Setting& setting : settings())
+            if (setting.readBy != ReadBy::kAll && !reads(runs[0], setting.readBy) &&
+                setting.key != "thresholds" && setting.key != "models")
+                setting.set(e, setting.option, setting.texts(Experiment()));
         runs[0].dag = uint32_t(std::max(at[kResolution], 0));
         FitModel model{group_, at, {}, 0};
         for (const Criterion& criterion : kSimplicity)
@@ -169,6 +192,7 @@ private:
     std::vector<float> undersample_;
     std::vector<uint32_t> taps_, mapsPerLight_, pageTexels_;
     size_t group_ = 0;
+    float believe_ = 0;
 };
 
 } // namespace
@@ -184,7 +208,7 @@ FitModels makeFitModels(const Experiment& sweep, FitObjective objective) {
               [](const Method* a, const Method* b) { return a->complexity() < b->complexity(); });
     for (const Method* method : chosen) {
         if (!method->needs().routing) {
-            list.addGroup(method->name(), *method, {""});
+            list.addGroups(method->name(), *method, {""});
             continue;
         }
         std::vector<std::string> routers;
@@ -192,16 +216,16 @@ FitModels makeFitModels(const Experiment& sweep, FitObjective objective) {
             if (threshold > 0 && !std::isinf(threshold))
                 routers.push_back("texels:" + numberText(threshold));
         if (!routers.empty())
-            list.addGroup(method->name(), *method, routers);
+            list.addGroups(method->name(), *method, routers);
         for (const std::string& model : sweep.models)
-            list.addGroup(method->name() + " " + model, *method, {model});
+            list.addGroups(method->name() + " " + model, *method, {model});
     }
     return std::move(list.out);
 }
 
 void setKnownBytes(FitModels& models, const std::vector<uint64_t>& dagBytes) {
     for (size_t m = 0; m < models.runs.size(); ++m)
-        if (models.runs[m].usesRays())
+        if (models.runs[m].usesVoxels())
             models.space.models[m].knownCost = double(dagBytes[models.runs[m].dag]);
 }
 
@@ -215,7 +239,7 @@ std::vector<std::string> simplicityOrder() {
     std::vector<std::string> texts;
     for (const Criterion& criterion : kSimplicity)
         texts.push_back(criterion.text);
-    texts.push_back("the router that was named first");
+    texts.push_back("the router that was listed first");
     return texts;
 }
 

@@ -10,7 +10,7 @@
 
 namespace shadowdag {
 
-/// What is known of one frame.
+/// The data of one frame.
 struct ChannelInputs {
     std::string prefix;                  ///< before every name, as in "right."; mostly ""
     const std::vector<glm::vec3>& color; ///< linear radiance
@@ -18,8 +18,8 @@ struct ChannelInputs {
     GBufferView gbuffer; ///< on the host
     const PairList& pairs;
     const std::vector<uint8_t>& visibility; ///< per pair
-    const std::vector<Route>& routes;       ///< per pair, or empty: answered by no method of ours
-    const std::vector<uint8_t>& truth;      ///< per pair, or empty: not known
+    const std::vector<Route>& routes;       ///< per pair, or empty: the truth alone
+    const std::vector<uint8_t>& truth;      ///< per pair, or empty: unknown
 };
 
 /// Returns R, G, B, visibility.mean, with routes method.rayShare, depth.Z, and with routes and the

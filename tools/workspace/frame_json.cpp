@@ -9,8 +9,8 @@ namespace shadowdag {
 namespace {
 
 std::string poolNote(double divisor, unsigned long long wantedCount, unsigned long long pageCount) {
-    // Wanted is what the undivided resolutions ask for; either sign alone tells that it was too
-    // much.
+    // `wanted` counts the pages of the undivided resolutions; either difference shows that they did
+    // not fit.
     if (!(divisor > 1.0) && wantedCount <= pageCount)
         return "";
     char text[160];
@@ -34,8 +34,8 @@ std::string poolNote(const Json& run) {
     if (const double divisor = run.value("costs_degrade_divisor", 1.0); divisor > 1) {
         char text[200];
         std::snprintf(text, sizeof text,
-                      "pool full where costs were measured: maps alone undivided, all together "
-                      "divided by %.2f, so that routes are of neither",
+                      "pool full while costs were measured: single maps undivided, all together "
+                      "divided by %.2f, so that routes match neither",
                       divisor);
         note += (note.empty() ? "" : "; ") + std::string(text);
     }
@@ -54,6 +54,7 @@ Json toJson(const ErrorCounts& c) {
             {"tap_settled_count", c.tapSettledCount},
             {"acne_count", c.acneCount},
             {"contact_count", c.contactCount},
+            {"magnified_count", c.magnifiedCount},
             {"mean_abs_visibility_error", c.meanAbsVisibilityError()}};
 }
 
@@ -100,6 +101,7 @@ Json toJson(const FrameCounts& c) {
             {"unsplit_triangle_count", c.unsplitTriangleCount + c.maps.unsplitTriangleCount},
             {"list_rerun_count", c.listRerunCount},
             {"ray_count", c.rayCount},
+            {"exact_ray_count", c.exactRayCount},
             {"mover_test_count", c.moverTestCount},
             {"whole_lit_pair_count", c.wholeLitPairCount},
             {"whole_dark_pair_count", c.wholeDarkPairCount},

@@ -53,6 +53,15 @@ void addColorChannels(std::vector<ExrChannel>& channels, const std::string& pref
     }
 }
 
+std::vector<std::pair<std::string, std::string>> exrAttributes(const Json& values) {
+    std::vector<std::pair<std::string, std::string>> attributes;
+    for (const auto& [key, value] : values.items())
+        attributes.emplace_back(
+            key, value.is_string() ? value.get<std::string>()
+                                   : value.dump(-1, ' ', false, Json::error_handler_t::replace));
+    return attributes;
+}
+
 void writeExr(const std::string& path, uint32_t width, uint32_t height,
               const std::vector<ExrChannel>& channels,
               const std::vector<std::pair<std::string, std::string>>& attributes) {
@@ -85,7 +94,7 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height,
         exr.setFrameBuffer(frameBuffer);
         exr.writePixels(int(height));
     } catch (const std::exception& error) {
-        std::string reason = error.what(); // OpenEXR names the file that it was given
+        std::string reason = error.what(); // OpenEXR's message contains the temporary file's name
         if (const size_t at = reason.find(file.temporaryPath()); at != std::string::npos)
             reason.replace(at, file.temporaryPath().size(), path);
         throw Error(ErrorKind::kResource, path + ": cannot be written as EXR: " + reason +

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures to files: EXR with named channels, PNG for screens. Files appear whole or not at all.
+// Writes pictures: EXR with named channels, PNG for screens. Files are complete or absent.
 #pragma once
+
+#include "tools/settings/json.h"
 
 #include <glm/glm.hpp>
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace shadowdag {
@@ -21,6 +24,9 @@ struct ExrChannel {
 /// Adds three channels `prefix` + R, G, B.
 void addColorChannels(std::vector<ExrChannel>& channels, const std::string& prefix,
                       ExrChannel::Type type, const std::vector<glm::vec3>& pixels);
+
+/// Returns the values of an object as attributes of an EXR: texts as they are, all else as JSON.
+std::vector<std::pair<std::string, std::string>> exrAttributes(const Json& values);
 
 /// Writes an EXR (zip compressed). `attributes` are name and text pairs of its header.
 /// Throws Error kResource when the disk refuses.

@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "scenes/content_hash.h"
 #include "scenes/output_file.h"
+#include "tools/settings/json_file.h"
 
 #include <cstdint>
 #include <cstring>
@@ -90,8 +91,28 @@ Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::
     return hashes;
 }
 
-Journal::Journal(std::string path, std::string key, bool resume) : path_(std::move(path)) {
-    content_ = {{"key", key}, {"parts", Json::object()}};
+std::string firstDifference(const Json& before, const Json& now) {
+    const auto differ = [&](const std::string& key, const Json& a, const Json& b) -> std::string {
+        if (a.is_object() && b.is_object())
+            return key + "." + firstDifference(a, b);
+        const auto shown = [](const Json& value) {
+            return value.is_null() ? std::string("nothing") : jsonLine(value);
+        };
+        return key + " was " + shown(a) + " and is " + shown(b);
+    };
+    if (!before.is_object() || !now.is_object())
+        return before == now ? "" : differ("the key", before, now);
+    for (const auto& [key, value] : before.items())
+        if (const Json other = now.value(key, Json()); other != value)
+            return differ(key, value, other);
+    for (const auto& [key, value] : now.items())
+        if (!before.contains(key) && !value.is_null())
+            return differ(key, Json(), value);
+    return "";
+}
+
+Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path)) {
+    content_ = {{"key", std::move(key)}, {"parts", Json::object()}};
     std::ifstream file(path_, std::ios::binary);
     if (!resume || !file) {
         save();
@@ -102,12 +123,16 @@ Journal::Journal(std::string path, std::string key, bool resume) : path_(std::mo
     Json found = Json::parse(text.str(), nullptr, false);
     if (found.is_discarded() || !found.is_object() || !found.contains("key") ||
         !found.contains("parts") || !found["parts"].is_object())
-        throw Error(ErrorKind::kInput, path_ + ": is damaged; delete it, or run without --resume");
-    if (found["key"] != content_["key"])
-        throw Error(
-            ErrorKind::kUsage,
-            path_ + ": belongs to another compare (program, experiment, scenes, assets, "
-                    "costs or backend differ); run without --resume, or into another directory");
+        throw Error(ErrorKind::kInput,
+                    path_ + ": is damaged, so that its parts are lost; delete it to measure again");
+    if (const std::string difference = firstDifference(found["key"], content_["key"]);
+        !difference.empty())
+        throw Error(ErrorKind::kUsage,
+                    path_ + ": belongs to another run: " + difference +
+                        "; repeat the command of that run to resume it, choose another directory, "
+                        "or delete " +
+                        std::filesystem::path(path_).parent_path().string() +
+                        " with its finished parts");
     content_ = std::move(found);
     takenUpCount_ = content_["parts"].size();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a compare has finished so far, kept in its directory so that an interrupted one can go on.
+// The finished parts of a compare or a study, stored in its directory so that an interrupted one
+// can be resumed.
 #pragma once
 
 #include "tools/settings/json.h"
@@ -9,23 +10,27 @@
 
 namespace shadowdag {
 
-/// Returns a hash by name of what answers depend on beside the experiment: the program itself,
+/// Returns hashes by name of the inputs of results besides the experiment: the program itself,
 /// every scene (of a glTF file also the buffers and images that it refers to) and the further files
-/// given (assets, costs). What cannot be read is "missing": whoever needs it will say so.
+/// given (assets, costs). A file that cannot be read is "missing"; its reader will report it.
 Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::string>& files);
 
-/// Finished parts by name. Every save replaces the file as a whole.
+/// Returns the first difference of two keys as text, with the place and both values: "size was
+/// \"48x27\" and is \"64x36\""; "" if there is none.
+std::string firstDifference(const Json& before, const Json& now);
+
+/// Finished parts by name. Every save replaces the whole file.
 class Journal {
 public:
-    /// @param path the file, "" to keep parts in memory alone; @param key what must be equal for
-    /// parts to be valid: commit, experiment, ...
-    /// @param resume false: starts empty and saves that; true: takes up the file when it is there.
+    /// @param path the file, "" to keep parts in memory alone; @param key must be equal for parts
+    /// to be valid: commit, experiment, ...; a message names the first difference
+    /// @param resume false: starts empty and saves that; true: reads the file if it exists.
     /// Throws Error kUsage when it has another key, kInput when it is damaged.
-    Journal(std::string path, std::string key, bool resume);
+    Journal(std::string path, Json key, bool resume);
 
     /// Returns the finished part, or null. Valid until the next set().
     const Json* find(const std::string& part) const;
-    /// Remembers a part and saves the file. Throws Error kResource.
+    /// Stores a part and saves the file. Throws Error kResource.
     void set(const std::string& part, Json value);
     size_t takenUpCount() const { return takenUpCount_; }
 

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/workspace/judge.h"
 
+#include "cuda/error.h"
+
 #include <cstdlib>
 #include <utility>
 
 namespace shadowdag {
 
-Answers answersOf(FrameResult frame, const FrameRenderer& renderer, const FrameOptions& options) {
-    Answers answers;
+PairResults pairResultsOf(FrameResult frame, const FrameRenderer& renderer,
+                          const FrameOptions& options) {
+    PairResults answers;
     answers.missingTapCount = frame.counts.missingTapCount;
     answers.frame = std::move(frame);
     answers.gbuffer = renderer.gbuffer();
@@ -15,7 +18,7 @@ Answers answersOf(FrameResult frame, const FrameRenderer& renderer, const FrameO
     return answers;
 }
 
-ErrorInputs errorInputs(const World& world, const Answers& answers) {
+ErrorInputs errorInputs(const World& world, const PairResults& answers) {
     return {answers.gbuffer,          world.triangles(),
             viewOf(world.lights()),   answers.frame.pairs,
             answers.frame.visibility, answers.frame.pairRoute,
@@ -36,6 +39,36 @@ ErrorCounts countWrong(const PairList& pairs, const std::vector<uint8_t>& visibi
     }
     counts.absVisibilityErrorSum = double(difference) / double(kLit);
     return counts;
+}
+
+std::string fewPairsWarning(const std::string& view, uint64_t pairCount) {
+    if (pairCount == 0)
+        throw Error(ErrorKind::kInput,
+                    view + ": no light reaches what the camera sees, so there is nothing to "
+                           "compare; give another --camera, as in --camera auto, or place lights "
+                           "with --lights 32");
+    if (pairCount >= kFewPairCount)
+        return "";
+    return view + ": has only " + std::to_string(pairCount) +
+           " pairs of a visible point and a light; shares of fewer than " +
+           std::to_string(kFewPairCount) +
+           " are not reliable: use a larger --size, another --camera or several --views";
+}
+
+StageTimes truthFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
+                      const Truth& truth, const World& world) {
+    StageTimes stages;
+    const PairList pairs = renderer.listPairs(camera, options, &stages);
+    std::vector<uint8_t> visibility;
+    {
+        const StageTimer timer(Backend::kCpu, stages, "embree rays");
+        visibility = truth.visibility(renderer.gbuffer(), world.lights(), pairs);
+    }
+    {
+        const StageTimer timer(Backend::kCpu, stages, "shading");
+        shadePairs(renderer.gbuffer(), world, pairs, visibility);
+    }
+    return stages;
 }
 
 const FrameTruth& Judge::truth(int64_t frame, const GBufferView& gbuffer, const PairList& pairs) {
@@ -65,7 +98,7 @@ const FrameTruth& Judge::picture(int64_t frame, const GBufferView& gbuffer, cons
     return of;
 }
 
-ErrorReport Judge::judge(int64_t frame, const Answers& answers) {
+ErrorReport Judge::judge(int64_t frame, const PairResults& answers) {
     const std::vector<uint8_t>& visibility =
         truth(frame, answers.gbuffer, answers.frame.pairs).visibility;
     ErrorOptions options;

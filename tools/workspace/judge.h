@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The judge: the answers of a frame against the truth. What Embree answers is asked once a frame
-// and shared by all configurations, since pairs follow from view and lights alone.
+// Compares the results of a frame with the truth. Embree's results are computed once per frame and
+// shared by all configurations, because pairs depend on view and lights alone.
 #pragma once
 
 #include "hybrid/judge/error.h"
@@ -12,35 +12,50 @@
 
 namespace shadowdag {
 
-/// A frame with what its pairs were answered by, as it was rendered or reevaluated
-/// (reevaluate_pairs.h). Views are the renderer's, valid until its next frame.
-struct Answers {
+/// A frame with the inputs of its pairs, as it was rendered or reevaluated (reevaluate_pairs.h).
+/// Views are the renderer's, valid until its next frame.
+struct PairResults {
     FrameResult frame;
     GBufferView gbuffer;
     VisibilityInputs method;
-    bool hasPlane = true; ///< whether lookups are told the receiver's plane when reevaluated
+    bool hasPlane = true; ///< whether lookups use the receiver's plane when reevaluated
     uint64_t missingTapCount = 0;
 };
 
-/// Returns a frame that a renderer just made as answers. @param options as it was rendered with
-Answers answersOf(FrameResult frame, const FrameRenderer& renderer, const FrameOptions& options);
-/// Returns the answers as the error analysis and the flicker meter take them; views of both.
-ErrorInputs errorInputs(const World& world, const Answers& answers);
+/// Returns the results of a frame that a renderer just made. @param options as it was rendered with
+PairResults pairResultsOf(FrameResult frame, const FrameRenderer& renderer,
+                          const FrameOptions& options);
+/// Returns the results in the form of the error analysis and of the flicker meter; views of both.
+ErrorInputs errorInputs(const World& world, const PairResults& answers);
 
-/// Returns the wrong answers of a frame, counted without asking why; of the truth against itself
-/// the dark ones. Counts of explanations stay 0.
+/// Returns the wrong pairs of a frame, counted without explanation; for the truth itself the dark
+/// ones. Counts of explanations stay 0.
 ErrorCounts countWrong(const PairList& pairs, const std::vector<uint8_t>& visibility,
                        const std::vector<uint8_t>& truthVisibility);
 
-/// What Embree answers to a frame.
+/// Shares of errors over fewer pairs are not reliable: one pair is more than 0.1 %.
+inline constexpr uint64_t kFewPairCount = 1000;
+
+/// Returns a warning where a view has fewer than kFewPairCount pairs, else "". Throws Error kInput
+/// if it has none, because nothing can be compared. @param view the scene's name, its view or frame
+std::string fewPairsWarning(const std::string& view, uint64_t pairCount);
+
+/// Renders a frame whose pairs Embree answers, and returns the times of its stages: those of every
+/// frame up to the clusters and their lights, Embree's rays, and shading. The list of pairs, which
+/// no other method makes, is not counted.
+/// @param renderer of the world; its last frame is replaced
+StageTimes truthFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
+                      const Truth& truth, const World& world);
+
+/// Embree's results for a frame.
 struct FrameTruth {
     std::vector<uint8_t> visibility; ///< by pair: lit or dark
     float exposure = 0;              ///< of its picture, see Judge::picture
     std::vector<glm::vec3> display;  ///< the picture, exposed and tone mapped
 };
 
-/// Judges frames of one workspace. Frames are told apart by a number that the caller chooses:
-/// whoever renders another view or time of the world gives another number.
+/// Judges frames of one workspace. A frame is identified by a number that the caller chooses:
+/// another view or time of the world needs another number.
 class Judge {
 public:
     /// @param workspace outlives the judge
@@ -48,15 +63,15 @@ public:
     explicit Judge(Workspace& workspace, uint64_t seed = 1, uint32_t nullSampleCount = 0)
         : workspace_(workspace), seed_(seed), nullSampleCount_(nullSampleCount) {}
 
-    /// Returns what Embree answers to the frame that the workspace shows; asked once a number.
-    /// Valid until forget().
+    /// Returns Embree's results for the frame of the workspace; computed once per number. Valid
+    /// until forget().
     const FrameTruth& truth(int64_t frame, const GBufferView& gbuffer, const PairList& pairs);
-    /// The same with its picture. @param exposure 0: found, as autoExposure finds it
+    /// The same with its picture. @param exposure 0: computed by autoExposure
     const FrameTruth& picture(int64_t frame, const GBufferView& gbuffer, const PairList& pairs,
                               float exposure = 0);
-    /// Returns the frame's errors: counts, of each light and of all, with their explanations.
-    ErrorReport judge(int64_t frame, const Answers& answers);
-    /// Forgets the answers to all frames.
+    /// Returns the frame's errors: counts, per light and in total, with their explanations.
+    ErrorReport judge(int64_t frame, const PairResults& answers);
+    /// Forgets the results of all frames.
     void forget() { truths_.clear(); }
 
 private:

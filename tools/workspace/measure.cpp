@@ -2,6 +2,7 @@
 #include "tools/workspace/measure.h"
 
 #include "cuda/error.h"
+#include "tools/settings/camera_text.h"
 #include "tools/settings/console.h"
 #include "tools/workspace/error_image.h"
 #include "tools/workspace/frame_json.h"
@@ -9,7 +10,6 @@
 #include "tools/workspace/judge.h"
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <stdexcept>
 
@@ -17,7 +17,7 @@ namespace shadowdag {
 
 namespace {
 
-/// Returns a scene's name as part of a file name; no file that is read as a scene lacks a dot.
+/// Returns a scene's name as part of a file name; every scene file's name contains a dot.
 std::string sceneSlug(const std::string& name) {
     return name.starts_with("builtin:") ? "builtin_" + fileSlug(name.substr(8)) : fileSlug(name);
 }
@@ -67,7 +67,7 @@ private:
         return nullptr;
     }
 
-    /// Renders one configuration from nothing.
+    /// Renders one configuration without earlier state.
     FrameResult render(const RunParameters& run, bool recordPairs) {
         FrameRenderer& renderer = workspace_.renderer(run);
         const std::unique_ptr<CostModel> model =
@@ -79,14 +79,14 @@ private:
         FrameOptions options = run.frame;
         options.recordPairs = recordPairs;
         if (run.isTruth())
-            options.undersample = 1024; // only the pairs are wanted: the least maps
+            options.undersample = 1024; // only the pairs are needed, so the smallest maps suffice
         renderer.reset();
         return renderer.render(camera_, *model, options);
     }
 
     /// Finds the pairs of the frame and the truth about them.
     void prepareTruth() {
-        // Any configuration gives the same pairs: they follow from view and lights.
+        // Any configuration gives the same pairs: they depend on view and lights.
         const RunParameters* maps = firstRun(&RunParameters::usesMaps);
         RunParameters probe = maps != nullptr ? *maps : runs_.front();
         probe.method = "embree";
@@ -94,6 +94,7 @@ private:
         FrameResult result = render(probe, true);
         gbufferRenderer_ = &workspace_.renderer(probe);
         pairs_ = std::move(result.pairs);
+        fewPairsWarning(scene_.name + ", frame " + std::to_string(frame_), pairs_.count());
         mapCount_ = uint32_t(result.maps.size());
         truth_ = &judge_.picture(frame_, gbufferRenderer_->gbuffer(), pairs_,
                                  float(experiment_.exposure));
@@ -102,10 +103,10 @@ private:
                      experiment_.height, truth_->display);
     }
 
-    /// Measures what every map costs by rays and by map alone, or takes the costs that were given.
+    /// Measures the cost of every map by rays and by map alone, or uses the given costs.
     void measureCosts(const std::function<void()>& step, SceneMeasurement& out) {
-        const RunParameters* base = firstRun(&RunParameters::usesVoxelRays);
-        // Variants are charted without; only a model that routes by costs needs them.
+        const RunParameters* base = firstRun(&RunParameters::usesRays);
+        // Charts of variants do not use them; only a model that routes by costs needs them.
         const bool isOfUse = std::any_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
             return !run.isTruth() && ((run.variant.empty() && context_.measuresMapCosts) ||
                                       makeCostModel(run.model)->needsCosts());
@@ -118,7 +119,7 @@ private:
                 RunParameters run = *base;
                 for (const RunParameters& candidate : runs_)
                     if (candidate.isRouted()) {
-                        run = candidate; // its options hold those of both methods
+                        run = candidate; // its options contain those of both methods
                         break;
                     }
                 if (context_.costs != nullptr) {
@@ -147,6 +148,8 @@ private:
                 frameCosts_.raysScale = map.value("rays_scale", 1.0);
                 frameCosts_.mapsScale = map.value("maps_scale", 1.0);
                 frameCosts_.degradeDivisor = map.value("degrade_divisor", 1.0);
+                if (map.contains("whole_frame"))
+                    frameCosts_.wholeFrame = routeNamed(map["whole_frame"], "the journal");
                 out.mapCosts.push_back(map);
             }
             out.costs[{scene_.name, frame_}] = frameCosts_;
@@ -169,6 +172,8 @@ private:
                     entry["maps_scale"] = frameCosts_.mapsScale;
                     if (frameCosts_.degradeDivisor > 1)
                         entry["degrade_divisor"] = frameCosts_.degradeDivisor;
+                    if (frameCosts_.wholeFrame)
+                        entry["whole_frame"] = routeName(*frameCosts_.wholeFrame);
                     list.push_back(std::move(entry));
                 }
         return list;
@@ -183,16 +188,16 @@ private:
                      {"parameters", run.toJson()}, {"label", run.label()}};
         Json lights = Json::array();
         if (run.isTruth())
-            answerTruth(json);
+            computeTruth(json);
         else
-            answerMethod(run, json, lights);
+            computeMethodResult(run, json, lights);
         context_.journal->set(part_ + "answer/" + run.label(),
                               {{"run", std::move(json)}, {"lights", std::move(lights)}});
     }
 
-    /// The truth held against itself: no error by definition, kept as a row so that tables and
+    /// The truth compared with itself: no error by definition, kept as a row so that tables and
     /// charts show its time.
-    void answerTruth(Json& json) {
+    void computeTruth(Json& json) {
         json.update(toJson(countWrong(pairs_, truth_->visibility, truth_->visibility)));
         json.update(nullRatesJson({}));
         json["rmse"] = 0.0;
@@ -201,12 +206,12 @@ private:
         none.rayCount = pairs_.count();
         none.tracedLightCount = mapCount_;
         json.update(toJson(none));
-        json["dag_bytes"] = 0;
+        json["dag_bytes"] = json["exact_bytes"] = 0;
     }
 
-    void answerMethod(const RunParameters& run, Json& json, Json& lights) {
+    void computeMethodResult(const RunParameters& run, Json& json, Json& lights) {
         const FrameRenderer& renderer = workspace_.renderer(run);
-        const Answers answers = answersOf(render(run, true), renderer, run.frame);
+        const PairResults answers = pairResultsOf(render(run, true), renderer, run.frame);
         const FrameResult& result = answers.frame;
         if (result.pairs.count() != pairs_.count())
             throw std::logic_error("the pairs of " + run.label() +
@@ -220,9 +225,8 @@ private:
         json.update(toJson(result.counts));
         if (frameCosts_.degradeDivisor > 1 && makeCostModel(run.model)->needsCosts())
             json["costs_degrade_divisor"] = frameCosts_.degradeDivisor;
-        json["dag_bytes"] = run.usesRays() ? renderer.dagBytes() : 0;
-        if (run.kind().needs().triangles)
-            json["exact_bytes"] = renderer.exactBytes();
+        json["dag_bytes"] = run.usesVoxels() ? renderer.dagBytes() : 0;
+        json["exact_bytes"] = run.usesTriangles() ? renderer.exactBytes() : 0;
         json["visibility_histogram"] = report.visibilityHistogram;
         for (Json& entry : lightsJson(result.maps)) {
             Json row = {{"scene", scene_.name}, {"frame", frame_}, {"label", run.label()}};
@@ -257,16 +261,20 @@ private:
                 step();
             return;
         }
+        const CpuUse use;
         const std::vector<Timing> timings =
             timeInTurn(runs_.size(), experiment_.warmups, experiment_.repeats, [&](size_t i) {
                 StageTimes stages = time(runs_[i]);
                 step();
                 return stages;
             });
+        const double otherCpuShare = use.otherShare();
         Json times = Json::object();
         for (size_t i = 0; i < runs_.size(); ++i) {
-            times[runs_[i].label()] =
-                experiment_.repeats > 0 ? timings[i].toJson() : Json::object();
+            Json& of = times[runs_[i].label()];
+            of = experiment_.repeats > 0 ? timings[i].toJson() : Json::object();
+            if (experiment_.repeats > 0)
+                of["other_cpu_share"] = otherCpuShare;
             if (experiment_.repeats > 0 && context_.onTiming)
                 context_.onTiming(frame_, runs_[i], timings[i]);
         }
@@ -277,11 +285,8 @@ private:
         if (!run.isTruth())
             return render(run, false).stages;
         const Truth& truth = workspace_.truth();
-        const auto start = std::chrono::steady_clock::now();
-        truth.visibility(gbufferRenderer_->gbuffer(), workspace_.world().lights(), pairs_);
-        StageTimes stages;
-        stages.add("embree rays", msSince(start));
-        return stages;
+        gbufferRenderer_->reset();
+        return truthFrame(*gbufferRenderer_, camera_, run.frame, truth, workspace_.world());
     }
 
     void collect(SceneMeasurement& out) const {
@@ -291,8 +296,10 @@ private:
             Json json = Json::object();
             for (const auto& [key, value] : saved["run"].items()) {
                 json[key] = value;
-                if (key == "label")
+                if (key == "label") {
                     json.update(times[run.label()]);
+                    json["camera_numbers"] = cameraText(camera_);
+                }
             }
             out.runs.push_back(std::move(json));
             for (const Json& light : saved["lights"])
@@ -336,10 +343,10 @@ SceneMeasurement measureScene(Workspace& workspace, const Experiment& experiment
             context.progress(double(stepsDone) / stepCount);
     };
     for (const RunParameters& run : runs)
-        workspace.renderer(run); // before anything moves, as all compares have them
+        workspace.renderer(run); // before any motion, as in all compares
     Judge judge(workspace, experiment.errorSeed, ErrorOptions{}.nullSampleCount);
     workspace.setTime(experiment.timeOfFrame(experiment.frames.front()));
-    workspace.camera(); // places it where a compare of all frames does
+    workspace.camera(); // placed where a compare of all frames places it
     for (const uint32_t frame : context.frames) {
         workspace.setTime(experiment.timeOfFrame(frame));
         FrameMeasurement measurement(workspace, judge, frame, experiment, runs, context);

@@ -2,10 +2,10 @@
 // The measurements of a compare: every configuration on every frame of a scene, answers first, then
 // times.
 //
-// Answers (errors, counts, pictures) come once per configuration. Times come from separate runs
-// that record nothing else: `warmups` uncounted rounds, then `repeats`; a round runs every
-// configuration once, each round starting with another one, so that a machine that slows down slows
-// all alike. Frames are independent: hysteresis is forgotten before each run.
+// Results (errors, counts, pictures) are computed once per configuration. Times come from separate
+// runs that record nothing else: `warmups` uncounted rounds, then `repeats`; a round runs every
+// configuration once, each round starting with another one, so that a machine that slows down
+// affects all equally. Frames are independent: hysteresis is forgotten before each run.
 #pragma once
 
 #include "tools/settings/experiment.h"
@@ -20,25 +20,25 @@
 
 namespace shadowdag {
 
-/// What measureScene needs besides workspace and experiment.
+/// The input of measureScene besides workspace and experiment.
 struct MeasureContext {
     std::string directory;             ///< of the report; pictures go to directory/images
     const CostTable* costs = nullptr;  ///< to replay, or null: measured
-    std::string costsPath;             ///< where they came from
+    std::string costsPath;             ///< their source
     const CostSource* given = nullptr; ///< of --costs: the calibration of model cost, or null
     Journal* journal = nullptr;        ///< never null
-    std::vector<uint32_t> frames;      ///< to measure, some of the experiment's
+    std::vector<uint32_t> frames;      ///< frames to measure, a subset of the experiment's
     Progress progress;                 ///< of this scene
     bool writesPictures = true;
-    /// The maps' isolated costs are measured also where no model routes by them.
+    /// Measures the maps' isolated costs also if no model routes by them.
     bool measuresMapCosts = true;
-    /// Under what name the journal keeps a frame's times; another name measures them anew.
+    /// The name of a frame's times in the journal; another name measures them again.
     std::string times = "times";
-    /// Receives every frame's and configuration's runs when they were timed; may be empty.
+    /// Receives every frame's and configuration's runs after they were timed; may be empty.
     std::function<void(uint32_t frame, const RunParameters&, const Timing&)> onTiming;
 };
 
-/// What measuring a scene gave, as results.json holds it.
+/// The results of measuring a scene, in the form of results.json.
 struct SceneMeasurement {
     Json runs = Json::array(); ///< one object a frame and configuration
     Json sequenceRuns =
@@ -49,8 +49,8 @@ struct SceneMeasurement {
     Json truthImages = Json::array(); ///< {"scene", "frame", "file"}
 };
 
-/// Measures every configuration on the context's frames of the experiment. Answers that the journal
-/// holds are taken from there. With 0 repeats and 0 warm-ups no times are taken.
+/// Measures every configuration on the context's frames of the experiment. Results in the journal
+/// are reused. With 0 repeats and 0 warm-ups no times are measured.
 /// @param workspace with the voxels that the runs trace (Workspace::obtainVoxels)
 SceneMeasurement measureScene(Workspace& workspace, const Experiment& experiment,
                               const std::vector<RunParameters>& runs,

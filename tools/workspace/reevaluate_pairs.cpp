@@ -6,13 +6,13 @@
 
 namespace shadowdag {
 
-void leaveOut(bool hasMovers, bool hasPlane, Answers& answers) {
+void leaveOut(bool hasMovers, bool hasPlane, PairResults& answers) {
     if (!hasMovers)
         answers.method.rays.movers = {};
     answers.hasPlane = hasPlane;
 }
 
-void askAgain(const World& world, Answers& answers) {
+void askAgain(const World& world, PairResults& answers) {
     const PairList& pairs = answers.frame.pairs;
     const size_t sampleCount = pairs.sampleStart.size() - 1;
     std::vector<uint32_t> missing(sampleCount);
@@ -21,7 +21,7 @@ void askAgain(const World& world, Answers& answers) {
         [&](size_t sample) {
             VisibilityCounts counts;
             for (uint64_t p = pairs.sampleStart[sample]; p < pairs.sampleStart[sample + 1]; ++p)
-                answers.frame.visibility[p] = answerPair(
+                answers.frame.visibility[p] = computePairResult(
                     answers.method, answers.frame.pairServer[p], pairs.light[p],
                     world.lights()[pairs.light[p]], answers.gbuffer.positionWorld[sample],
                     answers.hasPlane ? answers.gbuffer.normalWorld[sample] : glm::vec3(0.0f),

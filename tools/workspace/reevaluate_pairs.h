@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// A frame's pairs answered once more, with something left out that no option leaves out.
+// Computes a frame's pairs again without something that no option removes.
 #pragma once
 
 #include "tools/workspace/judge.h"
 
 namespace shadowdag {
 
-/// Takes movers and the receiver's plane out of what the pairs are answered by next, where they are
-/// not to be there.
-void leaveOut(bool hasMovers, bool hasPlane, Answers& answers);
+/// Removes moving geometry or the receiver's plane from the inputs of the next evaluation, as
+/// requested.
+void leaveOut(bool hasMovers, bool hasPlane, PairResults& answers);
 
-/// Answers all pairs of a frame by what answers.method now is, on the CPU; replaces visibility and
-/// missingTapCount.
-void askAgain(const World& world, Answers& answers);
+/// Computes all pairs of a frame with the current answers.method, on the CPU; replaces visibility
+/// and missingTapCount.
+void askAgain(const World& world, PairResults& answers);
 
 } // namespace shadowdag

@@ -4,10 +4,12 @@
 #include "cuda/error.h"
 #include "scenes/output_file.h"
 #include "tools/settings/json.h"
+#include "tools/workspace/study_kinds.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <unistd.h>
 #include <vector>
 
@@ -17,14 +19,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a compare leaves in its directory, in the order in which it is put there.
-constexpr const char* kReportParts[] = {
-    "images",        "charts",        "results.json",    "results.csv",   "lights.csv",
-    "costs.json",    "index.html",    "experiment.json", "part.json",     "sequence.csv",
-    "failures.json", "failures.csv",  "stability.json",  "stability.csv", "real.json",
-    "real.csv",      "ablation.json", "ablation.csv"};
+/// Returns the files of compare and studies in their directory, in the order in which they are
+/// moved there.
+const std::vector<std::string>& reportParts() {
+    static const std::vector<std::string> kParts = [] {
+        std::vector<std::string> parts = {
+            "images",     "charts",     "results.json",    "results.csv", "lights.csv",
+            "costs.json", "index.html", "experiment.json", "part.json",   "sequence.csv"};
+        for (const std::string kind : kStudyKinds)
+            parts.insert(parts.end(), {kind + ".json", kind + ".csv"});
+        return parts;
+    }();
+    return kParts;
+}
 
-/// Returns whether a file is JSON with these keys, as our own files are.
+/// Returns whether a file is JSON with these keys, as in our own files.
 bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
     std::ifstream file(path, std::ios::binary);
     const Json json = file ? Json::parse(file, nullptr, false) : Json();
@@ -32,31 +41,30 @@ bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
                                            [&](const char* key) { return json.contains(key); });
 }
 
-/// Throws Error kUsage when the directory holds anything of a report's names that no compare made.
+/// Throws Error kUsage if the directory contains a file with a report's name that this program did
+/// not write.
 void refuseForeignFiles(const std::string& directory) {
     std::error_code ignored;
     if (holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
         holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
-        holdsKeys(directory + "/failures.json", {"provenance", "cells", "remedies"}) ||
-        holdsKeys(directory + "/stability.json", {"provenance", "checks", "rates"}) ||
-        holdsKeys(directory + "/real.json", {"provenance", "cells", "frame_count"}) ||
-        holdsKeys(directory + "/ablation.json", {"provenance", "mechanisms"}) ||
-        holdsKeys(directory + "/partial/journal.json", {"key", "parts"}))
+        holdsKeys(directory + "/partial/journal.json", {"key", "parts"}) ||
+        std::any_of(std::begin(kStudyKinds), std::end(kStudyKinds), [&](const std::string& kind) {
+            return holdsKeys(directory + "/" + kind + ".json", {"provenance"});
+        }))
         return;
     const std::string journal = directory + "/partial/journal.json";
     if (std::ifstream file(journal, std::ios::binary);
         file && Json::parse(file, nullptr, false).is_discarded())
         throw Error(ErrorKind::kInput, journal +
-                                           ": is damaged or cut short, so that nothing tells "
-                                           "whether what lies beside it is a compare's; "
-                                           "delete " +
-                                           directory + "/partial to measure anew");
+                                           ": is damaged or truncated, so it is unknown "
+                                           "whether shadowdag wrote the files beside it; delete " +
+                                           directory + "/partial to measure again");
     const auto refuse = [&](const std::string& name) {
-        throw Error(ErrorKind::kUsage, "-o '" + directory + "': holds " + name +
-                                           ", which no compare made and which a report would "
-                                           "replace; name an empty or a new directory");
+        throw Error(ErrorKind::kUsage, "-o '" + directory + "': contains " + name +
+                                           ", which shadowdag did not write and which a report "
+                                           "would replace; choose an empty or a new directory");
     };
-    for (const char* name : kReportParts)
+    for (const std::string& name : reportParts())
         if (fs::exists(directory + "/" + name, ignored))
             refuse(name);
     if (fs::exists(directory + "/partial", ignored))
@@ -73,16 +81,16 @@ void moveFile(const std::string& from, const std::string& to) {
                     from + ": cannot be moved to " + to + ": " + failed.message());
 }
 
-/// Puts the older report back where a swap was left half done. What was new goes back to `partial`.
+/// Restores the older report after an interrupted swap. The new files return to `partial`.
 void undoSwap(const std::string& directory) {
     const std::string partial = directory + "/partial", old = partial + "/old";
     if (!fs::exists(old))
         return;
-    for (const char* name : kReportParts) {
+    for (const std::string& name : reportParts()) {
         const std::string target = directory + "/" + name, fresh = partial + "/" + name;
         const bool wasThere = fs::exists(old + "/" + name);
-        // Without charts nothing was put where they would be.
-        const bool isFresh = wasThere || (!fs::exists(fresh) && std::string(name) != "charts");
+        // Without charts there are no files at their places.
+        const bool isFresh = wasThere || (!fs::exists(fresh) && name != "charts");
         if (isFresh && fs::exists(target))
             moveFile(target, fresh);
         if (wasThere)
@@ -91,14 +99,30 @@ void undoSwap(const std::string& directory) {
     fs::remove_all(old);
 }
 
-/// Throws Error kUsage when the directory holds a report and a part is to come, or the reverse:
-/// what takes the place of the other would not be put back whole if the swap died.
+/// Throws Error kUsage if the directory contains finished parts of an interrupted run, which one
+/// that does not resume it would delete.
+void refuseFinishedParts(const std::string& directory) {
+    std::ifstream file(directory + "/partial/journal.json", std::ios::binary);
+    const Json journal = file ? Json::parse(file, nullptr, false) : Json();
+    const size_t count =
+        journal.is_object() && journal.contains("parts") ? journal["parts"].size() : 0;
+    if (count > 0)
+        throw Error(ErrorKind::kUsage,
+                    "-o '" + directory + "': contains " + std::to_string(count) +
+                        (count == 1 ? " finished part" : " finished parts") +
+                        " of an interrupted run, which this run would delete; add --resume to go "
+                        "on after them, choose another directory, or delete " +
+                        directory + "/partial");
+}
+
+/// Throws Error kUsage if the directory contains a report and a part is to be written, or the
+/// reverse, because an interrupted swap of one for the other could not be undone.
 void refuseOtherKind(const std::string& directory, bool isPart) {
     const char* other = isPart ? "results.json" : "part.json";
     if (fs::exists(directory + "/" + other))
-        throw Error(ErrorKind::kUsage, "-o '" + directory + "': holds " +
+        throw Error(ErrorKind::kUsage, "-o '" + directory + "': contains " +
                                            (isPart ? "a whole report" : "a part of a compare") +
-                                           " (" + other + "); name another directory for " +
+                                           " (" + other + "); choose another directory for " +
                                            (isPart ? "a part" : "a report"));
 }
 
@@ -114,14 +138,14 @@ DirectoryGuard::DirectoryGuard(const std::string& directory) {
             continue;
         }
         if (fs::symlink_status(path, ignored).type() != fs::file_type::not_found)
-            break; // a link that leads nowhere is there, too
+            break; // a dangling link exists, too
         fresh_.push_back(path.string());
     }
 }
 
 DirectoryGuard::~DirectoryGuard() {
     for (const std::string& path : fresh_)
-        static_cast<void>(rmdir(path.c_str())); // stays where it is not empty
+        static_cast<void>(rmdir(path.c_str())); // it stays if it is not empty
 }
 
 ReportDirectory::ReportDirectory(const std::string& directory, bool resume, bool isPart)
@@ -145,7 +169,7 @@ ReportDirectory::~ReportDirectory() {
 DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
     std::error_code failed;
     if (fs::exists(directory) && !fs::is_directory(directory))
-        throw Error(ErrorKind::kResource, directory + ": is a file; give the name of a directory");
+        throw Error(ErrorKind::kResource, directory + ": is a file; give a directory");
     const auto create = [&](const std::string& path) {
         fs::create_directories(path, failed);
         if (failed)
@@ -157,8 +181,10 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
     refuseForeignFiles(directory);
     undoSwap(directory);
     refuseOtherKind(directory, isPart);
-    if (!resume)
+    if (!resume) {
+        refuseFinishedParts(directory);
         fs::remove_all(directory + "/partial", failed);
+    }
     create(directory + "/partial/images");
     OutputFile probe(directory + "/partial/probe"); // removed again: never committed
     return lock;
@@ -168,7 +194,7 @@ void swapReport(const std::string& directory) {
     const std::string partial = directory + "/partial", old = partial + "/old";
     fs::create_directories(old);
     try {
-        for (const char* name : kReportParts) {
+        for (const std::string& name : reportParts()) {
             const std::string target = directory + "/" + name, fresh = partial + "/" + name;
             if (fs::exists(target))
                 moveFile(target, old + "/" + name);
@@ -179,7 +205,7 @@ void swapReport(const std::string& directory) {
         undoSwap(directory);
         throw;
     }
-    moveFile(old, partial + "/done"); // from here on nothing is taken back
+    moveFile(old, partial + "/done"); // the swap is not undone from here on
     std::error_code ignored;
     fs::remove_all(partial, ignored);
 }

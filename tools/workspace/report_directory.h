@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The directory of a report: what may be replaced in it, and how a new report takes the place of an
-// older one. Everything unfinished lives in its folder `partial`, so that a compare that dies harms
-// no older report.
+// The directory of a report: the files that may be replaced, and how a new report replaces an older
+// one. Unfinished files are in its folder `partial`, so that a run that is killed does not damage
+// an older report.
 #pragma once
 
 #include "tools/workspace/directory_lock.h"
@@ -12,8 +12,8 @@
 
 namespace shadowdag {
 
-/// Takes away at its end, of the directories that were not there when it was made, those that are
-/// empty: the one that is named and those above it.
+/// Removes at its end those directories that did not exist when it was created and are empty: the
+/// given one and those above it.
 class DirectoryGuard {
 public:
     explicit DirectoryGuard(const std::string& directory);
@@ -25,16 +25,16 @@ private:
     std::vector<std::string> fresh_; ///< the innermost first
 };
 
-/// Makes the directory and proves that it can be written to, before any work. Unless it is resumed,
-/// `partial` is emptied. Returns the lock that keeps other compares out. Throws Error kUsage when
-/// another compare is at work there, when the directory holds anything of a report's names that no
-/// compare made, or a report where a part is to come or the reverse; kResource when it cannot be
-/// made.
+/// Creates the directory and tests that it can be written to, before any work. Unless resumed,
+/// `partial` is emptied. Returns the lock that excludes other runs. Throws Error kUsage if another
+/// run is at work there, if the directory contains a file with a report's name that this program
+/// did not write, a report where a part is to be written or the reverse, or, unless resumed,
+/// finished parts of an interrupted run; kResource if it cannot be created.
 [[nodiscard]] DirectoryLock prepareDirectory(const std::string& directory, bool resume,
                                              bool isPart);
 
-/// A directory that was prepared, held to its end; then a `partial` without a finished part, of
-/// which nothing could be resumed, is taken away, as DirectoryGuard does with the rest.
+/// A prepared directory, locked until the end; then a `partial` without a finished part, which
+/// could not be resumed, is removed, as DirectoryGuard does with the rest.
 class ReportDirectory {
 public:
     /// Throws as prepareDirectory does.
@@ -47,9 +47,8 @@ private:
     DirectoryGuard guard_;
 };
 
-/// Puts the finished parts in `partial` into the place of an older report, by renaming alone; the
-/// older one is deleted only when the new one stands. Throws Error kResource, the older one back in
-/// its place.
+/// Replaces an older report by the finished parts in `partial`, by renaming alone; the older one is
+/// deleted only after the new one is in place. Throws Error kResource, with the older one restored.
 void swapReport(const std::string& directory);
 
 } // namespace shadowdag

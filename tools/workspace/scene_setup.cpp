@@ -3,8 +3,10 @@
 
 #include "cuda/error.h"
 #include "scenes/builtin.h"
+#include "scenes/camera_placement.h"
 #include "scenes/output_file.h"
 #include "tools/settings/camera_text.h"
+#include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "voxel/voxelize.h"
 
@@ -39,6 +41,35 @@ std::vector<uint32_t> cameraNodes(const Scene& scene) {
     return nodes;
 }
 
+/// Returns which automatic camera a text of --camera names: 1 for auto, K for auto-K, 0 for none.
+/// Throws Error kUsage for an auto-K that there cannot be.
+uint32_t automaticView(const std::string& text) {
+    if (text == "auto")
+        return 1;
+    if (!text.starts_with("auto-"))
+        return 0;
+    try {
+        return uint32_t(parseInteger("--camera", text.substr(5), 1, kMaxViewCount));
+    } catch (const Error&) {
+        throw Error(ErrorKind::kUsage, "--camera '" + text + "': the automatic cameras are auto, " +
+                                           "auto-2 and so on, up to auto-" +
+                                           std::to_string(kMaxViewCount));
+    }
+}
+
+/// Returns the first automatic cameras of a world. Throws Error kUsage if there are fewer.
+std::vector<Camera> placeViews(const World& world, uint32_t count) {
+    checkInterrupted();
+    std::vector<Camera> placed = placeCameras(world, count);
+    checkInterrupted();
+    if (placed.size() < count)
+        throw Error(ErrorKind::kUsage,
+                    world.scene().name + ": has only " + std::to_string(placed.size()) +
+                        " automatic views that see light and shadow; ask for fewer with --views, "
+                        "or give cameras with --camera");
+    return placed;
+}
+
 } // namespace
 
 std::vector<std::string> sceneNames(const std::vector<std::string>& arguments) {
@@ -50,7 +81,7 @@ std::vector<std::string> sceneNames(const std::vector<std::string>& arguments) {
         names.push_back(isBuiltin ? argument : path.filename().string());
         if (std::count(paths.begin(), paths.end(), paths.back()) > 1)
             throw Error(ErrorKind::kUsage,
-                        "SCENE '" + argument + "' is given twice; name each scene once");
+                        "SCENE '" + argument + "' is given twice; give each scene once");
     }
     std::vector<std::string> unique;
     for (size_t i = 0; i < names.size(); ++i)
@@ -64,6 +95,7 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
     LoadedScene loaded;
     loaded.argument = sceneArgument;
     loaded.name = sceneNames({sceneArgument}).front();
+    const auto step = console.step("read " + loaded.name);
     loaded.scene = std::make_unique<Scene>(loadScene(sceneArgument));
     checkInterrupted();
     for (const std::string& warning : loaded.scene->warnings)
@@ -77,13 +109,12 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
     checkInterrupted();
     if (needsLights && lightCount == 0)
         throw Error(ErrorKind::kUsage, "--lights '0': leaves " + sceneArgument +
-                                           " without a light; ask for 1 or more, or for -1, the "
+                                           " without a light; use 1 or more, or -1 for the "
                                            "scene's own");
     if (needsLights && loaded.world->lights().empty())
         throw Error(ErrorKind::kInput,
-                    sceneArgument +
-                        ": has no light that we support; place some with --lights 32 where "
-                        "the command takes that");
+                    sceneArgument + ": has no supported light; place some with --lights 32 if "
+                                    "the command has that option");
     return loaded;
 }
 
@@ -106,14 +137,10 @@ LoadedScene loadedScene(Scene scene, const WorldOptions& options) {
 
 Camera chooseCamera(const World& world, const std::string& text) {
     const std::vector<Camera>& cameras = world.cameras();
-    if (text == "auto" || (text.empty() && cameras.empty())) {
-        checkInterrupted();
-        const Camera placed = placeCamera(world);
-        checkInterrupted();
-        return placed;
-    }
-    if (text.empty())
+    if (text.empty() && !cameras.empty())
         return cameras.front();
+    if (const uint32_t view = text.empty() ? 1 : automaticView(text); view > 0)
+        return placeViews(world, view).back();
 
     if (text.find(',') != std::string::npos)
         return cameraFromText(text);
@@ -128,12 +155,12 @@ Camera chooseCamera(const World& world, const std::string& text) {
         known += ", " + names[i];
     }
     throw Error(ErrorKind::kUsage,
-                "--camera '" + text + "': no camera of that name; there are: " + known +
-                    ", or give px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]");
+                "--camera '" + text + "': there is no camera of that name; the cameras are: " +
+                    known + ", or give px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]");
 }
 
 void checkCamera(const World& world, const std::string& text) {
-    if (!text.empty() && text != "auto")
+    if (!text.empty() && automaticView(text) == 0)
         (void)chooseCamera(world, text);
 }
 
@@ -148,12 +175,12 @@ std::vector<std::string> cameraNames(const World& world) {
 }
 
 Camera FrameCamera::at(const World& world) {
-    if (placed_)
-        return *placed_;
-    const Camera camera = chooseCamera(world, text_);
-    if (text_ == "auto" || (text_.empty() && world.cameras().empty()))
-        placed_ = camera;
-    return camera;
+    const uint32_t view = text_.empty() ? uint32_t(world.cameras().empty()) : automaticView(text_);
+    if (view == 0)
+        return chooseCamera(world, text_);
+    if (placed_.size() < view)
+        placed_ = placeViews(world, std::max(view, viewCount_));
+    return placed_[view - 1];
 }
 
 VoxelGrid sceneGrid(const World& world, uint32_t resolutionLog2) {
@@ -187,9 +214,9 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
             if (asset.provenance.sceneHash == scene.geometryHash &&
                 asset.dag.grid == sceneGrid(*scene.world, resolutionLog2))
                 return std::move(asset.dag);
-            console.note("cache: " + path + " holds another scene or grid; built anew");
+            console.note("cache: " + path + " contains another scene or grid; building it again");
         } catch (const Error& error) {
-            console.note(std::string("cache: ") + error.what() + "; built anew");
+            console.note(std::string("cache: ") + error.what() + "; building it again");
         }
     }
 
@@ -204,7 +231,7 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
             fs::create_directories(directory, ignored);
             writeAsset(asset, path, AssetPacking::kFast);
         } catch (const Error& error) {
-            console.note(std::string("cache: ") + error.what() + "; the asset is not kept");
+            console.note(std::string("cache: ") + error.what() + "; the asset is not stored");
         }
     }
     return std::move(asset.dag);
@@ -219,21 +246,14 @@ Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStal
                asset.provenance.sceneHash + "), not from " + scene.name + " as it is now (hash " +
                scene.geometryHash + ")";
     else if (!(asset.dag.grid == sceneGrid(*scene.world, asset.dag.grid.resolutionLog2)))
-        text = path + ": its grid is not the one around what never moves in " + scene.name;
+        text = path + ": its grid is not that of the static geometry of " + scene.name;
     if (!text.empty()) {
         if (!allowStale)
             throw Error(ErrorKind::kInput,
                         text + "; build it again with shadowdag voxelize, or pass --allow-stale");
-        console.note("warning: " + text + "; used all the same");
+        console.note("warning: " + text + "; used nevertheless");
     }
     return std::move(asset.dag);
-}
-
-void refuseStaleExact(bool isExact, bool allowStale) {
-    if (isExact && allowStale)
-        throw Error(ErrorKind::kUsage,
-                    "--allow-stale is not for dag-exact, whose voxels must be those of the "
-                    "scene's own triangles; voxelize the scene, or use method dag");
 }
 
 std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t>& resolutionLog2,
@@ -248,7 +268,7 @@ std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t
                                 "--voxels '" + path + "': has the resolution of '" +
                                     source.assetPaths[i] + "', " +
                                     std::to_string(dags[i].grid.resolution()) +
-                                    ", by which runs are told apart; give one of them a compare");
+                                    ", which distinguishes runs; give only one of them");
         }
         return dags;
     }
@@ -265,7 +285,7 @@ void checkWritable(const std::string& path) {
         throw Error(ErrorKind::kResource,
                     path + ": there is no directory " + directory + "; create it first");
     if (fs::is_directory(path, ignored))
-        throw Error(ErrorKind::kResource, path + ": is a directory; give the name of a file");
+        throw Error(ErrorKind::kResource, path + ": is a directory; give a file");
     if (access(directory.c_str(), W_OK) != 0)
         throw Error(ErrorKind::kResource,
                     path + ": the directory " + directory +

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From SCENE and options to what a frame needs: world, camera, voxels (built, cached or read).
+// Loads the input of frames from SCENE and options: world, camera, voxels (built, cached or read).
 #pragma once
 
 #include "hybrid/frame.h"
@@ -8,7 +8,6 @@
 #include "voxel/asset.h"
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,8 +22,8 @@ struct LoadedScene {
     std::unique_ptr<World> world;
 };
 
-/// Returns what scenes are called in results: the file's name without directories, or the path
-/// where that would not tell two scenes apart. Throws Error kUsage when a scene is named twice.
+/// Returns the names of scenes in results: the file's name without directories, or the path if that
+/// does not distinguish two scenes. Throws Error kUsage when a scene is given twice.
 std::vector<std::string> sceneNames(const std::vector<std::string>& arguments);
 
 /// Loads SCENE and places lights. Warnings go to standard error. Throws as loadScene does; with
@@ -32,39 +31,45 @@ std::vector<std::string> sceneNames(const std::vector<std::string>& arguments);
 LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, uint64_t lightSeed,
                               bool needsLights, const Console& console);
 
-/// Loads a scene of an experiment, under the name that tells it apart, with its lights. Throws as
+/// Loads a scene of an experiment, under its unique name, with its lights. Throws as
 /// loadSceneAndWorld and checkCamera do.
 LoadedScene openScene(const Experiment& experiment, size_t scene, const Console& console);
 
-/// Returns a scene that was made rather than read, with its world, under its own name.
+/// Returns a generated scene with its world, under its own name.
 LoadedScene loadedScene(Scene scene, const WorldOptions& options = {});
 
-/// Returns the camera that --camera asks for, at the world's current time; "" is the scene's first,
-/// else auto. Throws Error kUsage for an unknown name, listing those that are there, and for bad
-/// numbers.
+/// Returns the camera of --camera, at the world's current time; "" is the scene's first, else auto.
+/// Throws Error kUsage for an unknown name, listing the existing ones, for bad numbers, and for an
+/// automatic camera beyond those that placeCameras finds.
 Camera chooseCamera(const World& world, const std::string& text);
 
-/// Throws what chooseCamera throws for a name that the world lacks; places no camera.
+/// Throws as chooseCamera for an unknown name; places no camera.
 void checkCamera(const World& world, const std::string& text);
 
-/// Returns what the scene's cameras are called, in the order of World::cameras(); "" where one has
-/// no name.
+/// Returns the names of the scene's cameras, in the order of World::cameras(); "" for one without a
+/// name.
 std::vector<std::string> cameraNames(const World& world);
 
-/// The camera of a run of frames. One that is placed is placed once, at the first frame asked for:
-/// a view that jumps with what moves would be another view every frame.
+/// The camera of a series of frames. Automatic ones are placed once, at the first frame requested,
+/// because a view that follows moving objects would differ in every frame.
 class FrameCamera {
 public:
-    explicit FrameCamera(std::string text) : text_(std::move(text)) {}
+    /// @param viewCount number of automatic cameras that will be used, placed together
+    explicit FrameCamera(std::string text, uint32_t viewCount = 1)
+        : text_(std::move(text)), viewCount_(viewCount) {}
+    /// Uses another camera from now on. @param text as --camera takes it
+    void use(std::string text) { text_ = std::move(text); }
     /// Returns the camera at the world's current time. Throws as chooseCamera.
     Camera at(const World& world);
 
 private:
     std::string text_;
-    std::optional<Camera> placed_;
+    uint32_t viewCount_;
+    std::vector<Camera> placed_; ///< automatic ones
 };
 
-/// Returns the grid of a scene's voxels: around what never moves, as nothing else is voxelized.
+/// Returns the grid of a scene's voxels: around the static geometry, because only that is
+/// voxelized.
 VoxelGrid sceneGrid(const World& world, uint32_t resolutionLog2);
 
 /// Where built assets are kept.
@@ -75,34 +80,30 @@ struct VoxelSource {
 };
 
 /// Returns the directory of the cache: `asked`, or $XDG_CACHE_HOME/shadowdag, or
-/// ~/.cache/shadowdag, or "" (no cache) where neither variable is set.
+/// ~/.cache/shadowdag, or "" (no cache) if neither variable is set.
 std::string cacheDirectory(const std::string& asked);
 
-/// Returns the DAG of the scene's static triangles at a resolution, from the cache where it is
-/// there. A damaged cache file, or one of another grid, is said and built anew; a cache that cannot
-/// be written is said and done without.
+/// Returns the DAG of the scene's static triangles at a resolution, from the cache if it is there.
+/// A cache file that is damaged or of another grid is reported and built again; a cache that cannot
+/// be written is reported and not used.
 Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSource& source,
               const Console& console);
 
 /// Reads an asset for a scene. Throws Error kInput when it was built from another scene or around
-/// another grid than the scene's and that is not allowed.
+/// another grid than the scene's, unless that is allowed.
 Dag readDagFor(const LoadedScene& scene, const std::string& path, bool allowStale,
                const Console& console);
 
-/// Throws Error kUsage where exact rays are asked for and stale assets allowed: voxels of other
-/// triangles would answer for the scene's, and nothing would tell.
-void refuseStaleExact(bool isExact, bool allowStale);
-
-/// Returns the DAGs of a run: those of the assets given, else one a resolution. Throws Error kUsage
-/// when two assets have the same resolution: runs are told apart by it.
+/// Returns the DAGs of a run: those of the given assets, else one per resolution. Throws Error
+/// kUsage when two assets have the same resolution, which distinguishes runs.
 std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t>& resolutionLog2,
                             const VoxelSource& source, const Console& console);
 
-/// Returns the provenance that an asset of this scene carries.
+/// Returns the provenance for an asset of this scene.
 AssetProvenance assetProvenance(const LoadedScene& scene);
 
-/// Throws Error kResource unless a file can be made at `path`: so that hours of work do not end in
-/// a bad directory.
+/// Throws Error kResource unless a file can be created at `path`, so that long work does not fail
+/// at its end.
 void checkWritable(const std::string& path);
 
 } // namespace shadowdag

@@ -3,12 +3,12 @@
 
 #include "cuda/error.h"
 #include "hybrid/judge/flicker.h"
+#include "tools/settings/camera_text.h"
 #include "tools/settings/console.h"
 #include "tools/workspace/frame_json.h"
 #include "tools/workspace/judge.h"
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 #include <stdexcept>
 
@@ -16,7 +16,7 @@ namespace shadowdag {
 
 namespace {
 
-/// Counts a frame's wrong answers without asking why.
+/// Counts a frame's wrong results without explanation.
 Json confusionJson(const PairList& pairs, const std::vector<uint8_t>& visibility,
                    const std::vector<uint8_t>& truth) {
     const ErrorCounts counts = countWrong(pairs, visibility, truth);
@@ -35,8 +35,9 @@ Json flickerJson(const FlickerCounts& counts) {
                  {"flicker_explained_count", total.explainedCount},
                  {"flicker_contact_count", total.contactCount},
                  {"flicker_acne_count", total.acneCount},
+                 {"flicker_magnified_count", total.magnifiedCount},
                  {"flicker_truth_change_count", counts.truthChangeCount},
-                 {"flicker_unanswered_count", counts.unansweredCount},
+                 {"flicker_unanswered_count", counts.missingResultCount},
                  {"flicker_missing_tap_count", counts.missingTapCount}};
     const std::pair<const char*, FlickerChange> kinds[] = {
         {"held", FlickerChange::kHeld},
@@ -50,11 +51,12 @@ Json flickerJson(const FlickerCounts& counts) {
         json[key + "_explained_count"] = of.explainedCount;
         json[key + "_contact_count"] = of.contactCount;
         json[key + "_acne_count"] = of.acneCount;
+        json[key + "_magnified_count"] = of.magnifiedCount;
     }
     return json;
 }
 
-/// One configuration with what it keeps.
+/// One configuration with its state.
 struct Player {
     /// @param role of its renderer
     Player(const RunParameters& run, Workspace& workspace, size_t role,
@@ -63,11 +65,6 @@ struct Player {
           renderer(isTruth ? nullptr : &workspace.renderer(run, role)),
           model(makeCostModel(isTruth ? "texels:0" : run.model)),
           flicker(workspace.truth(), experiment.errorSeed, experiment.flickerPoints) {
-        if (model->needsCosts())
-            throw Error(ErrorKind::kUsage,
-                        "model '" + run.model +
-                            "' needs the costs of every frame measured, and a sequence has none; "
-                            "leave it out or compare frames that stand for themselves");
         if (context.given != nullptr)
             giveCalibration(*model, *context.given);
         options = run.frame;
@@ -82,7 +79,7 @@ struct Player {
     StageTimes update; ///< of following the frame shown now
 };
 
-/// Plays a scene's frames to all configurations.
+/// Shows a scene's frames to all configurations.
 class SequencePlayer {
 public:
     SequencePlayer(Workspace& workspace, const Experiment& experiment,
@@ -91,6 +88,7 @@ public:
           witness_(workspace.renderer(RunParameters{})),
           steps_(sequenceSteps(context.frames, experiment.leadIn)),
           part_(workspace.scene().geometryHash + "/" + workspace.scene().name + "/sequence/") {
+        refuseModelsOfCosts(runs);
         for (size_t i = 0; i < runs.size(); ++i)
             players_.push_back(
                 std::make_unique<Player>(runs[i], workspace, 1 + i, experiment, context));
@@ -102,8 +100,10 @@ public:
         const int rounds = experiment_.warmups + experiment_.repeats;
         stepCount_ = steps_.size() * size_t(1 + rounds);
         answer();
+        const CpuUse use;
         for (int round = 0; round < rounds; ++round)
             time(round);
+        const double otherCpuShare = use.otherShare();
         const std::vector<Timing> timings = gatherTimes();
         SceneMeasurement out;
         for (size_t step = 0; step < steps_.size(); ++step)
@@ -111,8 +111,10 @@ public:
                 Json json = Json::object();
                 for (const auto& [key, value] : row.items()) {
                     json[key] = value;
-                    if (key == "label")
+                    if (key == "label") {
                         json.update(timings[out.sequenceRuns.size()].toJson());
+                        json["other_cpu_share"] = otherCpuShare;
+                    }
                 }
                 out.sequenceRuns.push_back(std::move(json));
             }
@@ -137,7 +139,7 @@ private:
             player->flicker.forget();
     }
 
-    /// Moves the world and all that follow it to a frame.
+    /// Moves the world and all that depend on it to a frame.
     void show(uint32_t frame) {
         workspace_.advance(experiment_.timeOfFrame(frame));
         for (const std::unique_ptr<Player>& player : players_) {
@@ -150,7 +152,7 @@ private:
         view_ = workspace_.camera();
     }
 
-    /// Pairs belong to the frame, not to a configuration: whose renderer finds them.
+    /// Pairs belong to the frame, not to a configuration, so any renderer may find them.
     PairList listPairs() { return witness_.listPairs(view_, pairOptions_); }
     std::vector<uint8_t> askTruth(const Truth& truth, const PairList& pairs) const {
         return truth.visibility(witness_.gbuffer(), workspace_.world().lights(), pairs);
@@ -161,7 +163,7 @@ private:
         return player.renderer->render(view_, *player.model, player.options);
     }
 
-    /// Renders everything once with recording, from the first step on that the journal lacks.
+    /// Renders everything once with recording, starting at the first step that the journal lacks.
     void answer() {
         size_t done = 0;
         while (done < steps_.size() && part(partOfStep(done)) != nullptr)
@@ -181,15 +183,20 @@ private:
             }
             Json rows = Json::array();
             const PairList pairs = listPairs();
+            if (step.isCounted)
+                fewPairsWarning(workspace_.scene().name + ", frame " + std::to_string(step.frame),
+                                pairs.count());
             const std::vector<uint8_t> visibility = askTruth(workspace_.truth(), pairs);
             for (const std::unique_ptr<Player>& player : players_) {
-                Json row = player->isTruth ? answerTruth(pairs, visibility)
-                                           : answerMethod(*player, pairs, visibility);
+                Json row = player->isTruth ? computeTruth(pairs, visibility)
+                                           : computeMethodResult(*player, pairs, visibility);
                 if (!step.isCounted)
                     continue;
-                Json json = {{"scene", workspace_.scene().name},   {"frame", step.frame},
-                             {"method", player->run.method},       {"model", player->run.model},
-                             {"parameters", player->run.toJson()}, {"label", player->run.label()}};
+                Json json = {
+                    {"scene", workspace_.scene().name},    {"frame", step.frame},
+                    {"camera_numbers", cameraText(view_)}, {"method", player->run.method},
+                    {"model", player->run.model},          {"parameters", player->run.toJson()},
+                    {"label", player->run.label()}};
                 json.update(row);
                 rows.push_back(std::move(json));
             }
@@ -199,7 +206,7 @@ private:
         }
     }
 
-    /// Brings a player past a step whose answers are known.
+    /// Advances a player past a step whose results are known.
     void pass(Player& player) {
         if (player.isTruth)
             return;
@@ -207,7 +214,7 @@ private:
         player.flicker.skip();
     }
 
-    Json answerTruth(const PairList& pairs, const std::vector<uint8_t>& visibility) const {
+    Json computeTruth(const PairList& pairs, const std::vector<uint8_t>& visibility) const {
         Json json = confusionJson(pairs, visibility, visibility);
         FrameCounts counts;
         counts.rayCount = pairs.count();
@@ -217,9 +224,10 @@ private:
         return json;
     }
 
-    Json answerMethod(Player& player, const PairList& pairs,
-                      const std::vector<uint8_t>& truthVisibility) {
-        const Answers answers = answersOf(render(player, true), *player.renderer, player.options);
+    Json computeMethodResult(Player& player, const PairList& pairs,
+                             const std::vector<uint8_t>& truthVisibility) {
+        const PairResults answers =
+            pairResultsOf(render(player, true), *player.renderer, player.options);
         const FrameResult& result = answers.frame;
         if (result.pairs.count() != pairs.count())
             throw std::logic_error("the pairs of " + player.run.label() +
@@ -230,7 +238,8 @@ private:
         for (const MapRecord& map : result.maps)
             computations += map.quantities.samples;
         json["lighting_computation_count"] = computations;
-        json["dag_bytes"] = player.run.usesRays() ? player.renderer->dagBytes() : 0;
+        json["dag_bytes"] = player.run.usesVoxels() ? player.renderer->dagBytes() : 0;
+        json["exact_bytes"] = player.run.usesTriangles() ? player.renderer->exactBytes() : 0;
         json.update(
             flickerJson(experiment_.flickerPoints > 0
                             ? player.flicker.add({errorInputs(workspace_.world(), answers), view_})
@@ -238,7 +247,7 @@ private:
         return json;
     }
 
-    /// Renders everything once more for time alone, unless the journal knows this round.
+    /// Renders everything once more for times alone, unless the journal has this round.
     void time(int round) {
         if (part(partOfRound(round)) != nullptr)
             return progress(steps_.size());
@@ -258,7 +267,7 @@ private:
         context_.journal->set(part_ + partOfRound(round), std::move(times));
     }
 
-    /// Returns the times of all rounds that count, by counted frame and player.
+    /// Returns the times of all counted rounds, by counted frame and player.
     std::vector<Timing> gatherTimes() const {
         std::vector<Timing> timings(context_.frames.size() * players_.size());
         for (int round = experiment_.warmups; round < experiment_.warmups + experiment_.repeats;
@@ -277,12 +286,8 @@ private:
     StageTimes timeOne(Player& player) {
         StageTimes stages;
         if (player.isTruth) {
-            const PairList pairs = listPairs();
             const Truth& truth = workspace_.truth();
-            const auto start = std::chrono::steady_clock::now();
-            askTruth(truth, pairs);
-            stages.add("embree rays", msSince(start));
-            return stages;
+            return truthFrame(witness_, view_, pairOptions_, truth, workspace_.world());
         }
         stages = player.update;
         for (const auto& [name, timeMs] : render(player, false).stages.stagesMs)
@@ -316,6 +321,16 @@ std::vector<SequenceStep> sequenceSteps(const std::vector<uint32_t>& frames, uin
         steps.push_back({frame, true});
     }
     return steps;
+}
+
+void refuseModelsOfCosts(const std::vector<RunParameters>& runs) {
+    for (const RunParameters& run : runs)
+        if (run.isRouted() && makeCostModel(run.model)->needsCosts())
+            throw Error(
+                ErrorKind::kUsage,
+                "model '" + run.model +
+                    "' needs measured costs of every frame, which a sequence does not have; "
+                    "omit it or compare independent frames");
 }
 
 SceneMeasurement measureSequence(Workspace& workspace, const Experiment& experiment,

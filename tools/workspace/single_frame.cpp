@@ -2,6 +2,7 @@
 #include "tools/workspace/single_frame.h"
 
 #include "cuda/error.h"
+#include "tools/settings/camera_text.h"
 #include "tools/settings/provenance.h"
 #include "tools/settings/unused_options.h"
 #include "tools/settings/variants.h"
@@ -13,18 +14,18 @@ namespace shadowdag {
 void MethodOptions::declare(CommandLine& commandLine, const std::string& methods) {
     commandLine.heading("Method");
     commandLine.text("--method", method, methods,
-                     "embree: the truth; dag: all lights by rays through voxels; dag-exact: the "
-                     "same, every hit confirmed against triangles; maps: all by virtual cube "
-                     "shadow maps; hybrid: each by the method that --model chooses [" +
+                     std::string(methods.starts_with("embree|") ? "embree: the truth; " : "") +
+                         "dag: all lights by rays, see --believe; maps: all by virtual cube "
+                         "shadow maps; hybrid: each by the method that --model chooses [" +
                          method + "]");
     commandLine.text("--model", model, "M",
                      "For hybrid: texels:N (maps under N texels are traced), expr:EXPRESSION (rays "
                      "where it is over 0), "
-                     "cost (the cheaper by what maps cost on this machine, as --costs knows it), "
+                     "cost (the cheaper by the predicted costs on this machine, see --costs), "
                      "oracle (the cheaper by measured cost) [texels:96]");
     commandLine.text("--costs", costs, "F",
                      "Costs for --model cost, as calibrate writes them; or for --model oracle, as "
-                     "compare writes them, else these are measured");
+                     "compare writes them; without it these are measured");
     commandLine.text("--variant", variant, "NAME",
                      "Instead of --method and --model: a variant by name, as in PMCD-EB-4SM-u2; "
                      "compare --help lists the parts");
@@ -38,28 +39,38 @@ void MethodOptions::takeVariant(const CommandLine& commandLine) {
         if (commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) +
                                                " and --variant contradict each other: the name "
-                                               "says it; drop one of them");
+                                               "sets it; drop one of them");
     const Variant parsed = parseVariant("--variant", variant);
     if (parsed.taps != 0 && commandLine.given("--taps"))
         throw Error(ErrorKind::kUsage, "--taps and --variant '" + variant +
-                                           "' contradict each other: the name says it; drop one "
+                                           "' contradict each other: the name sets it; drop one "
                                            "of them");
     if (!commandLine.given("--taps"))
         taps = kPaperTaps;
+    if (!commandLine.given("--believe"))
+        believe = kPaperBelieve;
     const RunParameters run = variantRun(parsed, FrameOptions{});
     method = run.method;
     model = run.isRouted() ? run.model : "";
     variant = run.variant;
 }
 
-std::optional<RunParameters> MethodOptions::named(const FrameOptions& base) const {
-    if (variant.empty())
-        return std::nullopt;
-    return variantRun(parseVariant("--variant", variant), base);
+RunParameters MethodOptions::run(const Experiment& experiment) const {
+    RunParameters run;
+    run.method = method;
+    run.model = model.empty() ? "texels:96" : model;
+    run.frame = baseOptions(experiment);
+    if (taps)
+        run.frame.maps.taps = run.frame.bias.taps = *taps;
+    if (believe)
+        run.frame.rays.believe = *believe;
+    if (!variant.empty())
+        run.frame = variantRun(parseVariant("--variant", variant), run.frame).frame;
+    return run;
 }
 
-void MethodOptions::check(const CommandLine& commandLine,
-                          const std::vector<std::string>& allowed) const {
+void MethodOptions::check(const CommandLine& commandLine, const Experiment& experiment,
+                          const std::vector<std::string>& allowed, const Console& console) const {
     checkMethod("--method", method, allowed);
     if (!methodOf(method).needs().routing && commandLine.given("--model"))
         throw Error(ErrorKind::kUsage,
@@ -69,10 +80,11 @@ void MethodOptions::check(const CommandLine& commandLine,
         throw Error(ErrorKind::kUsage,
                     "--costs is for --method hybrid --model cost or oracle; drop it");
     if (costs.empty())
-        giveCalibration(*chosen, {}); // what is missing is told before any work
-    RunParameters run = named({}).value_or(RunParameters());
-    run.method = method;
-    refuseUnread(run, commandLine);
+        giveCalibration(*chosen, {}); // missing input is reported before any work
+    const RunParameters asked = run(experiment);
+    refuseUnread(asked, commandLine);
+    if (const std::string remark = noVoxelsRemark({asked}, commandLine); !remark.empty())
+        console.note(remark);
 }
 
 std::unique_ptr<CostModel> MethodOptions::makeModel() const {
@@ -82,50 +94,47 @@ std::unique_ptr<CostModel> MethodOptions::makeModel() const {
 SingleFrames::SingleFrames(const std::string& sceneArgument, const CommonOptions& options,
                            const Experiment& experiment, const MethodOptions& method,
                            Backend backend, const Console& console)
-    : method_(method), model_(method.makeModel()) {
+    : console_(console), method_(method), model_(method.makeModel()), experiment_(experiment) {
     if (!method.costs.empty()) {
         costs_ = readCostSource(method.costs, buildProvenance(backend));
         if (model_->needsCosts() && !costs_.table)
             throw Error(ErrorKind::kUsage, "--costs " + method.costs +
                                                ": is a calibration for --model cost; --model "
-                                               "oracle replays what compare writes to costs.json");
+                                               "oracle replays the costs.json of compare");
         giveCalibration(*model_, costs_);
     }
     const VoxelSource source{options.voxels, options.cache, options.allowStale};
-    workspace_ =
-        std::make_unique<Workspace>(loadSceneAndWorld(sceneArgument, experiment.lightCount,
-                                                      experiment.lightSeed, true, console),
-                                    WorkspaceOptions{backend, experiment.camera, source, &console});
+    workspace_ = std::make_unique<Workspace>(
+        loadSceneAndWorld(sceneArgument, experiment.lightCount, experiment.lightSeed, true,
+                          console),
+        WorkspaceOptions{backend, experiment.camera, source, &console, experiment.viewCount});
     judge_ =
         std::make_unique<Judge>(*workspace_, experiment.errorSeed, ErrorOptions{}.nullSampleCount);
-    run_.method = method.method;
-    run_.model = method.model.empty() ? "texels:96" : method.model;
-    run_.frame = baseOptions(experiment);
-    if (method.taps)
-        run_.frame.maps.taps = run_.frame.bias.taps = *method.taps;
-    methodOf(method.method).configure(run_.frame);
-    if (const std::optional<RunParameters> named = method.named(run_.frame))
-        run_.frame = named->frame;
-    if (run_.usesRays()) {
-        refuseStaleExact(methodOf(method.method).needs().triangles, options.allowStale);
+    run_ = method.run(experiment);
+    if (run_.usesVoxels())
         run_.resolution = 1u << workspace_->obtainVoxels(experiment.resolutionLog2).front();
-    }
     if (run_.frame.routeMargin > 0 && experiment.frames.size() < 2)
         throw Error(ErrorKind::kUsage, "--variant '" + method.variant +
-                                           "': a margin of routes is for frames that follow each "
-                                           "other; name several with --frames, or drop RH");
+                                           "': a margin of routes is for sequences of "
+                                           "frames; give several with --frames, or drop RH");
     refuseDeepLods({run_});
     for (const std::string& remark : remarksOn(costs_, {run_}))
         console.note(remark);
     workspace_->renderer(run_);
 }
 
-const Answers& SingleFrames::render(float timeSeconds, uint32_t frame) {
+void SingleFrames::setView(const std::string& camera) {
+    workspace_->setView(camera, sceneNames({workspace_->scene().argument}).front() + " " + camera);
+}
+
+const PairResults& SingleFrames::render(float timeSeconds, uint32_t frame) {
+    const auto step = console_.step("render by " + method_.method);
     workspace_->setTime(timeSeconds);
+    frame_ = frame;
     judge_->forget();
     FrameRenderer& renderer = workspace_->renderer(run_);
     const Camera camera = workspace_->camera();
-    if (methodOf(method_.method).isTruth()) { // what a method would answer nobody looks at
+    if (methodOf(method_.method).isTruth()) { // the method's own results are not used
         answers_ = {};
         answers_.frame.pairs = renderer.listPairs(camera, run_.frame);
         answers_.gbuffer = renderer.gbuffer();
@@ -135,23 +144,49 @@ const Answers& SingleFrames::render(float timeSeconds, uint32_t frame) {
     if (model_->needsCosts()) {
         if (areRoutesHeld)
             throw Error(ErrorKind::kUsage,
-                        "a margin of routes needs frames that follow each other, and model '" +
-                            method_.model + "' measures each for itself; drop one of them");
+                        "a margin of routes needs a sequence of frames, but model '" +
+                            method_.model + "' measures each frame separately; drop one of them");
         renderer.reset();
         model_->setCosts(costs_.table ? findCosts(*costs_.table, method_.costs, sceneName(), frame)
                                       : renderer.measureCosts(camera, run_.frame));
     }
     if (!areRoutesHeld)
         renderer.reset();
-    answers_ = answersOf(renderer.render(camera, *model_, run_.frame), renderer, run_.frame);
+    answers_ = pairResultsOf(renderer.render(camera, *model_, run_.frame), renderer, run_.frame);
     return answers_;
 }
 
+Json SingleFrames::reproduction() const {
+    Experiment experiment = experiment_;
+    experiment.scenes = {workspace_->scene().argument};
+    RunParameters run = run_;
+    run.model = methodOf(method_.method).modelText(method_.model);
+    return {{"scene", sceneName()},
+            {"scene_hash", workspace_->scene().geometryHash},
+            {"frame", frame_},
+            {"time_s", world().timeSeconds()},
+            {"camera_numbers", cameraText(workspace_->camera())},
+            {"method", run.method},
+            {"model", run.model},
+            {"parameters", run.toJson()},
+            {"light_count", world().lights().size()},
+            {"experiment", toJson(experiment)},
+            {"provenance", buildProvenance(workspace_->backend())}};
+}
+
 const std::vector<uint8_t>& SingleFrames::truthVisibility() {
+    const auto step = console_.step("Embree's answers");
     return judge_->truth(0, answers_.gbuffer, answers_.frame.pairs).visibility;
 }
 
+ErrorReport SingleFrames::judge() {
+    truthVisibility();
+    const auto step = console_.step("explain errors");
+    return judge_->judge(0, answers_);
+}
+
 const FrameTruth& SingleFrames::truthPicture(float exposure) {
+    const auto step = console_.step("Embree's picture");
     return judge_->picture(0, answers_.gbuffer, answers_.frame.pairs, exposure);
 }
 

@@ -3,7 +3,14 @@
 
 #include "cuda/statistics.h"
 
+#include <sched.h>
+#include <unistd.h>
+
 #include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <sstream>
 
 namespace shadowdag {
 
@@ -27,6 +34,66 @@ Json Timing::toJson() const {
             {"time_ms_max", *std::max_element(totalMs.begin(), totalMs.end())},
             {"repeat_count", totalMs.size()},
             {"stages_ms", std::move(stages)}};
+}
+
+namespace {
+
+double ownCpuS() {
+    timespec time{};
+    return clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time) == 0
+               ? double(time.tv_sec) + 1e-9 * double(time.tv_nsec)
+               : 0;
+}
+
+cpu_set_t usableCores() {
+    cpu_set_t cores;
+    CPU_ZERO(&cores);
+    static_cast<void>(sched_getaffinity(0, sizeof cores, &cores));
+    return cores;
+}
+
+/// Returns the seconds that the usable cores were busy since the system started, by /proc/stat:
+/// "cpuN user nice system idle iowait irq softirq steal ...".
+double busyCpuS() {
+    const cpu_set_t cores = usableCores();
+    std::ifstream file("/proc/stat");
+    double ticks = 0;
+    for (std::string line; std::getline(file, line) && line.starts_with("cpu");) {
+        std::istringstream words(line.substr(3));
+        unsigned core = 0;
+        if (line[3] == ' ' || !(words >> core) || core >= CPU_SETSIZE || !CPU_ISSET(core, &cores))
+            continue;
+        constexpr int kIdle = 3, kIoWait = 4, kFieldCount = 8; // what follows is part of user
+        double value = 0;
+        for (int field = 0; field < kFieldCount && words >> value; ++field)
+            ticks += field == kIdle || field == kIoWait ? 0 : value;
+    }
+    return ticks / double(sysconf(_SC_CLK_TCK));
+}
+
+} // namespace
+
+CpuUse::CpuUse() : start_(std::chrono::steady_clock::now()), ownS_(ownCpuS()), busyS_(busyCpuS()) {}
+
+double CpuUse::otherShare() const {
+    const double wallS = 1e-3 * msSince(start_);
+    const cpu_set_t cores = usableCores();
+    if (wallS < 0.5 || CPU_COUNT(&cores) == 0) // a tick is a hundredth of a second
+        return 0;
+    const double otherS = (busyCpuS() - busyS_) - (ownCpuS() - ownS_);
+    return std::clamp(otherS / (wallS * CPU_COUNT(&cores)), 0.0, 1.0);
+}
+
+std::string busyRemark(double otherShare) {
+    if (otherShare <= 0.1)
+        return "";
+    char text[160];
+    std::snprintf(
+        text, sizeof text,
+        "other processes used %.0f %% of the processor while times were measured; measure "
+        "again on an idle machine",
+        100 * otherShare);
+    return text;
 }
 
 double msSince(std::chrono::steady_clock::time_point start) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The clock: configurations run in turn, warm-ups, repeats, and what their times give.
+// Measures times: configurations run in turn, warm-ups, repeats, and statistics.
 #pragma once
 
 #include "cuda/timer.h"
@@ -13,27 +13,45 @@
 
 namespace shadowdag {
 
-/// Run by run: the whole, and every stage by name in order of first appearance.
+/// Run by run: the total, and every stage by name in order of first appearance.
 struct Timing {
     std::vector<double> totalMs;
     std::vector<std::pair<std::string, std::vector<double>>> stagesMs;
 
-    /// Adds a run: its whole is the sum of its stages.
+    /// Adds a run; its total is the sum of its stages.
     void add(const StageTimes& stages);
     /// Returns time_ms (median), time_ms_min, time_ms_max, repeat_count, stages_ms (medians of the
     /// runs that had the stage). At least one run must have been added.
     Json toJson() const;
 };
 
+/// The use of the processor from its construction on.
+class CpuUse {
+public:
+    CpuUse();
+    /// Returns the share, 0 to 1, of the time of the cores that this process may use that other
+    /// processes, or other guests of the machine, used since construction; 0 in the first half
+    /// second and where the system does not tell.
+    double otherShare() const;
+
+private:
+    std::chrono::steady_clock::time_point start_;
+    double ownS_ = 0, busyS_ = 0; ///< CPU seconds before
+};
+
+/// Returns a remark about times that were measured while other processes used this share of the
+/// processor: "" up to a tenth.
+std::string busyRemark(double otherShare);
+
 /// Returns the time since then.
 double msSince(std::chrono::steady_clock::time_point start);
 
-/// Calls run(i) for each i below `count`, beginning with the i that `round` names: of rounds each
-/// begins with another one, so that a machine that slows down slows all alike.
+/// Calls run(i) for each i below `count`, beginning with the i that `round` selects: each round
+/// begins with another one, so that a machine that slows down affects all equally.
 void runInTurn(size_t count, size_t round, const std::function<void(size_t i)>& run);
 
-/// Runs `count` configurations in turn, `warmups` rounds that are not counted and `repeats` that
-/// are, and returns the times of each.
+/// Runs `count` configurations in turn, `warmups` uncounted rounds and `repeats` counted ones, and
+/// returns the times of each.
 std::vector<Timing> timeInTurn(size_t count, int warmups, int repeats,
                                const std::function<StageTimes(size_t i)>& run);
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writing a text as a whole file.
+// Writes a text as a complete file.
 #pragma once
 
 #include <string>
 
 namespace shadowdag {
 
-/// Writes a whole file or none; throws as OutputFile does.
+/// Writes a complete file or none; throws as OutputFile does.
 void writeWholeFile(const std::string& path, const std::string& text);
 
 } // namespace shadowdag

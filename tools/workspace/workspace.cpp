@@ -11,13 +11,20 @@
 namespace shadowdag {
 
 Workspace::Workspace(LoadedScene scene, WorkspaceOptions options)
-    : scene_(std::move(scene)), options_(std::move(options)), camera_(options_.camera) {
+    : scene_(std::move(scene)), options_(std::move(options)),
+      camera_(options_.camera, options_.viewCount) {
     SDAG_ASSERT(!options_.voxels || options_.console != nullptr);
 }
 
 Workspace::~Workspace() = default;
 Workspace::Workspace(Workspace&&) noexcept = default;
 Workspace& Workspace::operator=(Workspace&&) noexcept = default;
+
+void Workspace::setView(const std::string& camera, const std::string& name) {
+    camera_.use(camera);
+    scene_.name = name;
+    resetRenderers();
+}
 
 Dag Workspace::obtain(uint32_t resolutionLog2) const {
     checkInterrupted();
@@ -102,14 +109,14 @@ FrameRenderer& Workspace::renderer(uint32_t resolutionLog2, size_t role) {
 }
 
 uint32_t Workspace::voxelsOf(const RunParameters& run) const {
-    return run.resolution > 0 && run.usesRays() ? uint32_t(std::countr_zero(run.resolution))
-                                                : firstVoxels_;
+    return run.resolution > 0 && run.usesVoxels() ? uint32_t(std::countr_zero(run.resolution))
+                                                  : firstVoxels_;
 }
 
 void Workspace::setTime(float timeSeconds) {
-    const bool areAllTold = std::all_of(voxels_.begin(), voxels_.end(),
-                                        [](const auto& of) { return of.second.moved.empty(); });
-    if (timeSeconds != world().timeSeconds() || !areAllTold)
+    const bool areAllReported = std::all_of(voxels_.begin(), voxels_.end(),
+                                            [](const auto& of) { return of.second.moved.empty(); });
+    if (timeSeconds != world().timeSeconds() || !areAllReported)
         advance(timeSeconds);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A scene at work: its world, voxels, renderers and truth, each made when first asked for, all
-// moving through time together. Commands, studies and the window have no stage of their own. How
-// frames are judged: judge.h; how they are timed: timing.h; how far a run came: journal.h.
+// A scene with its world, voxels, renderers and truth, each created at first use, all at the same
+// time of the animation. Commands, studies and the window use it. Comparison of frames with the
+// truth: judge.h; times: timing.h; progress of a run: journal.h.
 #pragma once
 
 #include "hybrid/judge/truth.h"
@@ -16,28 +16,29 @@
 
 namespace shadowdag {
 
-/// Stands for a resolution where no voxels are wanted: rays then have nothing to trace.
+/// In place of a resolution for runs without voxels.
 inline constexpr uint32_t kNoVoxels = UINT32_MAX;
 
-/// What a workspace is made with beside its scene.
+/// The settings of a workspace besides its scene.
 struct WorkspaceOptions {
     Backend backend = Backend::kCpu;
     std::string camera; ///< as --camera takes it
-    /// Where voxels come from; nothing: they are built in memory, without a word.
+    /// The source of voxels; none: they are built in memory, without messages.
     std::optional<VoxelSource> voxels;
-    const Console* console = nullptr; ///< hears of what takes time; needed with voxels
+    const Console* console = nullptr; ///< receives progress; needed with voxels
+    uint32_t viewCount = 1;           ///< number of automatic cameras that setView will request
 };
 
-/// What following the last change of time took in renderers of one resolution.
+/// The times of the last update in renderers of one resolution.
 struct FollowTimes {
     StageTimes stages;   ///< FrameRenderer::worldChanged
-    StageTimes ofLevels; ///< what levels of detail took beside that, for those who draw them
+    StageTimes ofLevels; ///< additional time of levels of detail, for renderers that draw them
 };
 
-/// One scene with all that renders it. Not thread safe.
+/// One scene with everything that renders it. Not thread safe.
 class Workspace {
 public:
-    /// Takes over a scene (loadSceneAndWorld, worldOf).
+    /// Takes ownership of a scene (loadSceneAndWorld, worldOf).
     explicit Workspace(LoadedScene scene, WorkspaceOptions options = {});
     ~Workspace();
     Workspace(Workspace&&) noexcept;
@@ -46,59 +47,63 @@ public:
     const LoadedScene& scene() const { return scene_; }
     const World& world() const { return *scene_.world; }
     Backend backend() const { return options_.backend; }
-    /// Returns the camera at the world's time. One that is placed is placed at the first call and
-    /// stays. Throws as chooseCamera.
+    /// Returns the camera at the world's time. An automatic one is placed at the first call and
+    /// then kept. Throws as chooseCamera.
     Camera camera() { return camera_.at(world()); }
+    /// Uses another camera, and gives the scene another name, under which results of the view
+    /// stand.
+    /// @param camera as --camera takes it
+    void setView(const std::string& camera, const std::string& name);
 
-    /// Obtains voxels of all resolutions, or those of the assets instead where the source names
-    /// some, and returns the resolutions (log2) in this order. The first are also those of runs
-    /// that trace none. Throws as obtainDags.
+    /// Obtains voxels of all resolutions, or those of the source's assets if there are any, and
+    /// returns the resolutions (log2) in this order. Runs without rays use the renderers of the
+    /// first. Throws as obtainDags.
     std::vector<uint32_t> obtainVoxels(const std::vector<uint32_t>& resolutionLog2);
-    /// Returns the grid of voxels of a resolution, there or not.
+    /// Returns the grid of voxels of a resolution, obtained or not.
     VoxelGrid grid(uint32_t resolutionLog2) const { return sceneGrid(world(), resolutionLog2); }
     /// Returns the voxels of a resolution (log2), obtained at the first call; none for kNoVoxels.
     const Dag& dag(uint32_t resolutionLog2);
     /// Replaces all voxels by these: the others are dropped with their renderers, once the first
-    /// renderer over the new ones is made. Where that throws all stays as it was.
+    /// renderer over the new ones is created. An exception leaves everything as it was.
     void replaceVoxels(Dag dag);
     /// Drops voxels of a resolution and renderers over them.
     void drop(uint32_t resolutionLog2);
-    /// Makes frames on another backend from now on: one renderer of each resolution is made anew
-    /// and all others are dropped. Where that throws all stays as it was.
+    /// Switches to another backend: one renderer of each resolution is created again and all others
+    /// are dropped. An exception leaves everything as it was.
     void setBackend(Backend backend);
 
-    /// Returns a renderer over voxels of a resolution (log2) or kNoVoxels, made at the first call.
-    /// Those of one resolution share what stands for the scene; each role keeps frames of its own.
-    /// Valid until drop(), replaceVoxels() or setBackend().
+    /// Returns a renderer over voxels of a resolution (log2) or kNoVoxels, created at the first
+    /// call. Those of one resolution share the scene's data; each role keeps its own frames. Valid
+    /// until drop(), replaceVoxels() or setBackend().
     FrameRenderer& renderer(uint32_t resolutionLog2, size_t role = 0);
-    /// Returns the renderer that a run means: over its voxels; of one that traces none, the first
+    /// Returns the renderer of a run: over its voxels, or, for a run without rays, over the first
     /// that were obtained.
     FrameRenderer& renderer(const RunParameters& run, size_t role = 0) {
         return renderer(voxelsOf(run), role);
     }
-    /// Returns the resolution (log2) whose renderers serve a run.
+    /// Returns the resolution (log2) of the renderers of a run.
     uint32_t voxelsOf(const RunParameters& run) const;
 
-    /// Shows the world at a time. Nothing happens where it is shown at this time already.
+    /// Sets the world's time. Does nothing if it is the current time.
     void setTime(float timeSeconds);
-    /// The same, but all follow anew even where the time is the same: for those who time it.
+    /// The same, but updates everything even if the time is the same: for measuring updates.
     void advance(float timeSeconds);
-    /// Returns what the last change of time took in renderers of a resolution; nothing where there
-    /// were none.
+    /// Returns the times of the last update in renderers of a resolution; nothing if there were
+    /// none.
     const FollowTimes& followTimes(uint32_t resolutionLog2);
-    /// Forgets what frames left in all renderers, roles too.
+    /// Releases the frames' state in all renderers, in all roles.
     void resetRenderers();
 
-    /// Returns Embree over the world as it is shown, built at the first call. The object stays the
-    /// same one; it follows the world when it is asked for here.
+    /// Returns Embree over the world at its time, built at the first call. The object stays the
+    /// same; it is updated when it is requested here.
     const Truth& truth();
 
 private:
     /// Voxels of one resolution with the renderers over them, by role.
     struct Voxels {
-        std::unique_ptr<Dag> dag; ///< where renderers find it
+        std::unique_ptr<Dag> dag; ///< stable address for renderers
         std::vector<std::unique_ptr<FrameRenderer>> renderers;
-        std::vector<uint32_t> moved; ///< instances of which renderers were not told yet
+        std::vector<uint32_t> moved; ///< moved instances that were not passed to the renderers yet
         FollowTimes followTimes;
     };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calls into the installed libraries: a scan, an asset that is not there, and the frame's symbols.
+// Calls into the installed libraries: a scan, a missing asset, and the frame's symbols.
 #include "cuda/buffer.h"
 #include "cuda/scan_sort.h"
 #if defined(HAS_sdag_hybrid)

@@ -43,7 +43,7 @@ TEST(ExplicitBounds, EveryFieldIsReadFromBothEnds) {
     EXPECT_EQ(shrinkToTenths(cell, 0), cell);
 }
 
-TEST(ExplicitBounds, HoldEveryPointOfTheCellBesideAPlaneAsWell) {
+TEST(ExplicitBounds, ContainEveryPointOfTheCellBesideAPlaneAsWell) {
     constexpr uint64_t kSeed = 20;
     SCOPED_TRACE("seed " + std::to_string(kSeed));
     std::mt19937_64 random(kSeed);
@@ -162,7 +162,7 @@ TEST(ExplicitBounds, SaveLightsOfClustersAndTrianglesAndChangeNoRay) {
               frameOf(ClusterBounds::kImplicit, "texels:inf").visibility);
 }
 
-TEST(ResolutionRule, OfThePlaneAsksForMoreAtObliqueLightAndErrsLess) {
+TEST(ResolutionRule, OfThePlaneRequestsMoreAtObliqueLightWithSmallerErrors) {
     FailStage stage(failSceneOf("fail-oblique-undersampling"), 6);
     FrameOptions options = failFrame();
     options.mapsPerLight = 4;

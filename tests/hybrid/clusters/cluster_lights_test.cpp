@@ -127,7 +127,7 @@ TEST(LightAssignment, DropsBoxesBehindAndBesideASpot) {
     EXPECT_TRUE(mayReach(light, boxAt({-1, 0, 0})));
 }
 
-TEST(LightOrder, HoldsTheSameEntriesAlongTheHierarchysCurve) {
+TEST(LightOrder, HasTheSameEntriesAlongTheHierarchysCurve) {
     const std::vector<Light> lights = randomLights(11, 333);
     const std::vector<Box> boxes = randomBoxes(12, 200);
     const WideBvh bvh = buildLightBvh(lights);

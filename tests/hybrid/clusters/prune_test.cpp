@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pruning of (cluster, light) pairs: no answer changes but where voxels prove light, and pages,
-// texels and lookups fall.
+// Pruning of (cluster, light) pairs: no result changes except where voxels prove light, and pages,
+// texels and lookups are saved.
 #include "hybrid/frame/frame_state.h"
 
 #include "tests/hybrid/fail_stage.h"

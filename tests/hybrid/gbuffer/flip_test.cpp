@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// FLIP against values worked out from the paper: by hand where that is possible, by
-// flip_reference.py where not.
+// FLIP compared with values computed from the paper: by hand if possible, otherwise by
+// flip_reference.py.
 #include "hybrid/gbuffer/flip.h"
 
 #include "cuda/backend.h"

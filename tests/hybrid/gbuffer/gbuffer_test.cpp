@@ -71,7 +71,7 @@ TEST(GBuffer, DrawnBySlotIsDrawnByBatchBitForBit) {
             }
 }
 
-TEST(GBuffer, SeesWhatBruteForceRaysSee) {
+TEST(GBuffer, EqualsBruteForceRays) {
     for (uint64_t seed = 1; seed <= 4; ++seed) {
         SCOPED_TRACE("seed " + std::to_string(seed));
         const TriangleSoup soup = randomSoup(seed, 400);
@@ -214,7 +214,7 @@ TEST(GBuffer, IsTheSameForOneAndTwoThreads) {
     EXPECT_EQ(one, two);
 }
 
-TEST(ViewRays, RefuseImagesAndCamerasThatCannotBe) {
+TEST(ViewRays, RefuseInvalidImagesAndCameras) {
     EXPECT_THROW(makeViewRays(frontCamera(), 0, 10), Error);
     EXPECT_THROW(makeViewRays(frontCamera(), 10, 16385), Error);
     Camera camera = frontCamera();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/gbuffer/tone_map.h"
 
+#include "scenes/light.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -48,12 +50,17 @@ TEST(ToneMap, SrgbTransferInverts) {
         ASSERT_NEAR(linearFromSrgb(srgbFromLinear(x)), x, 1e-6f);
 }
 
-TEST(ToneMap, AutoExposurePutsTheLogAverageAtMiddleGrey) {
-    // Geometric mean of 0.5 and 8 is 2; black and infinite pixels do not count.
+TEST(ToneMap, AutoExposurePutsTheMedianLitPixelAtMiddleGrey) {
+    // The median of 0.5, 2 and 8 is 2; black and infinite pixels do not count, nor does what only
+    // the ambient light reaches, however much of it there is.
     const float inf = std::numeric_limits<float>::infinity();
-    const std::vector<glm::vec3> image{glm::vec3(0.5f), glm::vec3(8.0f), glm::vec3(0.0f),
-                                       glm::vec3(inf)};
+    std::vector<glm::vec3> image{glm::vec3(0.5f), glm::vec3(8.0f), glm::vec3(2.0f), glm::vec3(0.0f),
+                                 glm::vec3(inf)};
     EXPECT_NEAR(autoExposure(image), 0.09f, 1e-6f);
+    image.insert(image.end(), 100, glm::vec3(0.8f * kAmbientRadiance));
+    EXPECT_NEAR(autoExposure(image), 0.09f, 1e-6f);
+    // Where nothing is lit, what there is.
+    EXPECT_NEAR(autoExposure({glm::vec3(0.01f), glm::vec3(0.0f)}), 18.0f, 1e-4f);
     EXPECT_EQ(autoExposure({glm::vec3(0.0f)}), 1.0f);
     EXPECT_EQ(autoExposure({}), 1.0f);
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of the OpenGL backend against the CPU's, which is the one text. Bounds are what was
-// measured on Mesa 22.3's llvmpipe at 320 x 180, rounded up; 0 where nothing differed.
+// Frames of the OpenGL backend compared with those of the CPU. Bounds were measured on Mesa 22.3's
+// llvmpipe at 320 x 180 and rounded up; 0 where nothing differed.
 #include "hybrid/gl/frame_gl.h"
 
 #include "gl/slices.h"
+#include "hybrid/gl/gl_options.h"
 #include "scenes/builtin.h"
 #include "tests/gl/gl_device.h"
 #include "tests/hybrid/fail_stage.h"
@@ -77,7 +78,7 @@ class FrameGlScene : public NeedsGl, public testing::WithParamInterface<Known> {
 // Samples: the same triangle gives the same bits. Rays: every pair as on the CPU, in every bit of
 // segment and traversal. Maps: all but texels where the hardware's coverage differs. Colours: a few
 // roundings apart at most.
-TEST_P(FrameGlScene, AnswersAsTheProcessorDoes) {
+TEST_P(FrameGlScene, EqualsTheCpu) {
     GlStage stage(GetParam().scene, GetParam().timeSeconds);
     for (const auto& [model, taps] : {std::pair<std::string, uint32_t>{"texels:inf", 4},
                                       {"texels:0", 1},
@@ -125,7 +126,7 @@ struct PagesIn {
 };
 
 // The lookups of sparse textures, on every device: layers that have all their memory.
-TEST_F(FrameGl, LayersAnswerAsTheAtlas) {
+TEST_F(FrameGl, LayersEqualTheAtlas) {
     GlStage stage("fail-several-maps");
     const PagesIn layers(GlPages::kDenseLayers);
     FrameRenderer inLayers(Backend::kGl, stage.world, stage.dag);
@@ -151,7 +152,7 @@ INSTANTIATE_TEST_SUITE_P(Pages, FrameGlPages,
                              return info.param == GlPages::kAtlas ? "atlas" : "layers";
                          });
 
-TEST_P(FrameGlPages, KeptMapsAnswerAsMapsDrawnAnew) {
+TEST_P(FrameGlPages, KeptMapsEqualRedrawnMaps) {
     const PagesIn pages(GetParam());
     for (const std::string name : {"fail-stale-pages", "fail-mover"}) {
         SCOPED_TRACE(name);
@@ -189,7 +190,7 @@ TEST_F(FrameGl, RendersOnAWorkerThread) {
 }
 
 // What reports ask of a renderer afterwards: the error against the truth, from the depths drawn.
-TEST_F(FrameGl, ErrorsAreExplainedAsThoseOfTheProcessor) {
+TEST_F(FrameGl, ErrorsAreExplainedAsOnTheCpu) {
     FailStage cpu(failSceneOf("fail-silhouette"), 9), gl(failSceneOf("fail-silhouette"), 9);
     gl.renderer = std::make_unique<FrameRenderer>(Backend::kGl, gl.world, gl.dag);
     for (const char* model : {"texels:inf", "texels:0"}) {
@@ -213,7 +214,7 @@ TEST_F(FrameGl, CostsOfMapsAreMeasured) {
 }
 
 // What a slow driver's frame is ended by, and that nothing is wrong afterwards.
-TEST_F(FrameGl, IsEndedBetweenSubmissionsAndGoesOnAfterwards) {
+TEST_F(FrameGl, IsCancelledBetweenSubmissionsAndWorksAfterwards) {
     struct Stop {};
     struct NoPoll {
         ~NoPoll() { setGlPoll({}); }
@@ -255,7 +256,7 @@ protected:
 // Drivers compile when programs are first used: that is over before the first frame, or calibration
 // would take it for what a method costs. The first renderer's alone: later ones may find compiled
 // what it was.
-TEST_F(FrameGlUncached, TheFirstFrameTakesWhatFramesTake) {
+TEST_F(FrameGlUncached, TheFirstFrameIsAsFastAsLaterOnes) {
     FrameOptions options = smallFrame();
     options.width = 32;
     options.height = 18;
@@ -277,7 +278,7 @@ TEST_F(FrameGlUncached, TheFirstFrameTakesWhatFramesTake) {
 }
 
 // A frame's copies are those to and from OpenGL: of the passes on the processor there are none.
-TEST_F(FrameGl, HostCopiesAreThoseThatCross) {
+TEST_F(FrameGl, HostCopiesAreCounted) {
     GlStage stage("fail-silhouette");
     FrameOptions options = smallFrame();
     options.recordPairs = false;
@@ -290,7 +291,7 @@ TEST_F(FrameGl, HostCopiesAreThoseThatCross) {
 }
 
 // Renderers may go while another thread has their context: nothing is thrown from destructors.
-TEST_F(FrameGl, EndsWhileAnotherThreadHasItsContext) {
+TEST_F(FrameGl, CanBeDestroyedWhileAnotherThreadHasItsContext) {
     GlStage stage("fail-silhouette");
     auto scene = std::make_unique<GlScene>(stage.world.triangles(), View<const uint32_t>{},
                                            stage.dag.view());
@@ -320,11 +321,11 @@ TEST_F(FrameGl, PicturesThatTheDeviceDoesNotDrawAreRefused) {
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
         EXPECT_THAT(error.what(),
-                    HasSubstr("draws " + std::to_string(glDeviceInfo().maxViewport) + " a side"));
+                    HasSubstr("draws " + std::to_string(glDeviceInfo().maxViewport) + " per side"));
     }
 }
 
-TEST_F(FrameGl, WhatItCannotDoIsRefusedWithWhatCan) {
+TEST_F(FrameGl, UnsupportedOptionsAreRefusedWithAnAlternative) {
     GlStage stage("fail-silhouette");
     const auto refusal = [&](const FrameOptions& options) -> std::string {
         try {
@@ -338,16 +339,23 @@ TEST_F(FrameGl, WhatItCannotDoIsRefusedWithWhatCan) {
     FrameOptions exact = smallFrame(), level = smallFrame(), footprint = smallFrame(),
                  polygons = smallFrame(), retained = smallFrame();
     retained.maps.useStaticOptimization = retained.maps.retainsPages = true;
-    exact.rays.kind = RayKind::kExact;
+    exact.rays.believe = 0.0f;
     level.rays.level = 1;
     footprint.rays.lod = LodRule::kFootprint;
     polygons.maps.lodTexels = 1.0f;
-    EXPECT_THAT(refusal(exact), HasSubstr("dag-exact"));
+    EXPECT_THAT(refusal(exact), HasSubstr("--believe all"));
     EXPECT_THAT(refusal(level), HasSubstr("level 0"));
     EXPECT_THAT(refusal(footprint), HasSubstr("level of detail"));
     EXPECT_THAT(refusal(polygons), HasSubstr("polygon levels"));
-    EXPECT_THAT(refusal(retained), HasSubstr("keeps none that no map asks for"));
+    EXPECT_THAT(refusal(retained), HasSubstr("keeps none that no map requests"));
     EXPECT_EQ(refusal(smallFrame()), "");
+}
+
+TEST(GlOptions, RaysThatBelieveSomeVoxelsOnlyAreRefused) {
+    FrameOptions options;
+    EXPECT_EQ(unfollowedByGl(options), "");
+    options.rays.believe = 2.0f;
+    EXPECT_THAT(unfollowedByGl(options), HasSubstr("--believe all"));
 }
 
 } // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The judge judged: frames built by hand in which every verdict is known, by voxels.
+// Tests the error analysis with frames built by hand in which every class is known, by voxels.
 #include "hybrid/judge/error.h"
 
 #include "cuda/backend.h"
@@ -41,7 +41,7 @@ HandFrame makeVoxelFrame() {
     return f;
 }
 
-TEST(Error, VoxelPairsOfEveryKindAreToldApart) {
+TEST(Error, VoxelPairsOfEveryKindAreDistinguished) {
     const HandFrame f = makeVoxelFrame();
     std::vector<uint8_t> truthVisibility;
     const ErrorReport report = f.judge(&truthVisibility);
@@ -92,7 +92,7 @@ TEST(Error, ABlockerBeyondTheOffsetIsNoContactThoughAnotherIsNear) {
     EXPECT_EQ(f.judge().verdicts[3], PairVerdict::kUnexplained);
 }
 
-TEST(Error, NullRateCountsRightAnswersNearAnEdge) {
+TEST(Error, NullRateCountsRightPairsNearAnEdge) {
     HandFrame f;
     f.soup.addLevelSquare({32, 0.5f, 32}, 32.0f);
     f.soup.addLevelSquare({42.5f, 30.5f, 32}, 10.0f); // its edge is at x = 32.5
@@ -173,7 +173,7 @@ TEST(Error, FractionalVisibilityIsDarkUnderOneHalf) {
     EXPECT_EQ(report.visibilityHistogram[127], 1u);
 }
 
-TEST(Error, ReportsDependNeitherOnThreadsNorOnTheRun) {
+TEST(Error, ReportsAreTheSameForAnyThreadCountAndRun) {
     const HandFrame f = makeVoxelFrame();
     setThreadCount(1);
     const ErrorReport one = f.judge(nullptr, 7);
@@ -184,7 +184,7 @@ TEST(Error, ReportsDependNeitherOnThreadsNorOnTheRun) {
     EXPECT_EQ(one.nullRate, four.nullRate);
 }
 
-TEST(Error, MissingAnswersAreRefused) {
+TEST(Error, MissingVisibilitiesAreRefused) {
     HandFrame f = makeVoxelFrame();
     f.visibility.pop_back();
     try {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shifts that explain errors, and the judge judged: frames built by hand in which every verdict
-// is known, by maps.
+// Tests the shifts that explain errors, and the error analysis with frames built by hand in which
+// every class is known, by maps.
 #include "hybrid/judge/explain.h"
 
 #include "tests/hybrid/hand_frame.h"
@@ -42,7 +42,7 @@ TEST(Shifts, FillTheDiscToItsRim) {
     EXPECT_NE(makeShifts(1)[0], makeShifts(2)[0]);
 }
 
-TEST(Error, MapPairsOfEveryKindAreToldApart) {
+TEST(Error, MapPairsOfEveryKindAreDistinguished) {
     MapFrame f;
     f.bias.constantTexels = 0.0f;
     f.addPair(-6.0f, -6.0f); // 0: an empty texel under an open sky
@@ -73,6 +73,49 @@ TEST(Error, MapPairsOfEveryKindAreToldApart) {
     EXPECT_EQ(report.total.contactCount, 0u);
     EXPECT_EQ(report.total.unexplainedFalseShadowCount, 1u);
     EXPECT_EQ(report.total.unexplainedFalseLightCount, 1u);
+}
+
+// The corner of a plate in a voxel of one unit, near a light at the height 40 and far from the
+// floor: its shadow is displaced by sqrt(3) 40 / 4 and the lift, 18 to 20 units. A pixel that is
+// smaller than an eighth of that sees the edge elsewhere; with a larger one the error is explained.
+TEST(Error, AVoxelNearTheLightMagnifiesItsShadow) {
+    for (const double pixelAtFloor : {2.0, 3.0}) {
+        SCOPED_TRACE(pixelAtFloor);
+        test::HandFrame f;
+        f.dag = test::makeDag(6, {{32, 36, 32}});
+        f.soup.addLevelSquare({32, 0, 32}, 30.0f);
+        f.soup.addLevelSquare({33.95f, 36.5f, 33.95f}, 1.4f); // in the voxel, beside the ray
+        f.add({32.3f, 0, 32.3f}, {32.3f, 40, 32.3f}, 0);
+        f.detail.forward = {0, -1, 0};
+        f.detail.eyeWorld = {32, 100, 32};
+        f.detail.pixelSize = pixelAtFloor / 100.0;
+        f.answer();
+        ASSERT_EQ(f.visibility[0], 0);
+        const ErrorReport report = f.judge();
+        EXPECT_EQ(report.verdicts[0],
+                  pixelAtFloor < 2.5 ? PairVerdict::kMagnified : PairVerdict::kExplained);
+        EXPECT_EQ(report.total.magnifiedCount, pixelAtFloor < 2.5 ? 1u : 0u);
+        EXPECT_EQ(report.total.falseShadowCount, 1u);
+        EXPECT_EQ(report.total.unexplainedFalseShadowCount, 0u);
+    }
+}
+
+// Texels are 1.25 units on the floor, wherever the blocker is; with one tap the edge is within one.
+TEST(Error, ATexelThatIsManyPixelsWideMagnifies) {
+    for (const double pixel : {0.15, 0.17}) {
+        SCOPED_TRACE(pixel);
+        MapFrame f;
+        f.bias.constantTexels = 0.0f;
+        f.addPair(6.0f, 6.0f); // as pair 3 above
+        f.store(6.0f, 6.0f, 5.0f);
+        f.soup.addLevelSquare({3.45f, 5.0f, 3.45f}, 0.4f);
+        f.detail.forward = {0, -1, 0};
+        f.detail.eyeWorld = {0, 50, 0};
+        f.detail.pixelSize = pixel / 50.0;
+        f.answer();
+        EXPECT_EQ(f.judge().verdicts[0],
+                  pixel < 0.16 ? PairVerdict::kMagnified : PairVerdict::kExplained);
+    }
 }
 
 TEST(Error, ABlockerCloseOverTheFloorIsNoAcne) {
@@ -148,7 +191,7 @@ TEST(Error, LightByATapsRayThatTheShiftsMissIsSettledByTheTruthAlongIt) {
     EXPECT_EQ(judged(false, true), PairVerdict::kRight);
 }
 
-TEST(Error, TheTapsNullRateCountsRightAnswersWhoseReverseTheirRaysWouldSettle) {
+TEST(Error, TheTapsNullRateCountsRightPairsThatTheirRaysWouldSettle) {
     // Four answers, all right: the map lacks both plates, which hang beside the pairs' own rays.
     MapFrame f;
     f.bias.constantTexels = 0.0f;
@@ -183,7 +226,7 @@ TEST(Error, LightThatOnlyTheBiasOnATapsRayLetsThroughIsContact) {
     EXPECT_EQ(f.judge().verdicts[0], PairVerdict::kContact);
 }
 
-TEST(Error, DarknessForWantOfPagesIsNeverExplained) {
+TEST(Error, DarknessByMissingPagesIsNeverExplained) {
     MapFrame f;
     f.addPair(0.4f, 0.4f);
     f.soup.addLevelSquare({3.0f, 5.0f, 0.2f}, 2.6f); // near enough for a shift of a few texels

@@ -2,6 +2,7 @@
 // The truth against closed forms: umbras, convex bodies, rooms, sheets, ends that touch.
 #include "hybrid/judge/truth.h"
 
+#include "cuda/cancel.h"
 #include "cuda/error.h"
 #include "cuda/parallel_for.h"
 #include "tests/hybrid/triangle_soup.h"
@@ -13,6 +14,7 @@
 #include <atomic>
 #include <cmath>
 #include <random>
+#include <stdexcept>
 
 namespace shadowdag {
 namespace {
@@ -100,12 +102,12 @@ TEST(Truth, UmbraOfASquareIsTheClosedForm) {
     expectUmbra(glm::vec3(0.0f), 3e-5, 0.0);
 }
 
-TEST(Truth, UmbraHoldsAHundredThousandUnitsFromTheOrigin) {
+TEST(Truth, UmbraIsCorrectAHundredThousandUnitsFromTheOrigin) {
     // Positions are multiples of 1/128 there: samples and lights are exact, c is 0.024.
     expectUmbra(glm::vec3(1e5f, -1e5f, 1e5f), 0.03, 0.0);
 }
 
-TEST(Truth, SamplesBelowOrAboveTheirPlaneByRoundingAreAnsweredAlike) {
+TEST(Truth, SamplesBelowOrAboveTheirPlaneByRoundingHaveTheSameResult) {
     expectUmbra(glm::vec3(0.0f), 1e-4, 2e-5);
 }
 
@@ -139,7 +141,7 @@ TEST(Truth, CoplanarDuplicatesDoNotBlock) {
     EXPECT_GT(pairs.count(), 140000u);
 }
 
-TEST(Truth, LightsThatTouchGeometryShine) {
+TEST(Truth, LightsThatTouchGeometryLightIt) {
     TriangleSoup soup;
     soup.addLevelSquare({0, 0, 0}, 8.0f);
     soup.addLevelSquare({0, 3, 0}, 8.0f); // a ceiling, in whose plane the first two lights lie
@@ -335,7 +337,7 @@ TriangleSoup makeHeap(int count) {
     return soup;
 }
 
-TEST(Truth, AnswersDependNeitherOnThreadsNorOnPackets) {
+TEST(Truth, ResultsDependNeitherOnThreadsNorOnPackets) {
     const TriangleSoup soup = makeHeap(2000);
     const Truth truth(soup.view());
     Random random(kSeed);
@@ -379,7 +381,7 @@ TEST(Truth, BlockerIsTheNearestTriangle) {
     EXPECT_EQ(truth.blocker({5, 0, 5}, {0, 1, 0}, 0, {5, 5, 5}).triangle, kBackground);
 }
 
-TEST(Truth, FloatModeOfEveryThreadIsLeftAsItWas) {
+TEST(Truth, FloatModeOfEveryThreadIsRestored) {
     const TriangleSoup soup = makeHeap(20000);
     const unsigned before = _mm_getcsr() & 0xffc0u; // without the sticky exception flags
     const Truth truth(soup.view());
@@ -422,6 +424,16 @@ TEST(Truth, UpdateSeesMovedTriangles) {
     truth.update(soup.view());
     EXPECT_FALSE(truth.isBlocked({0, 0.5f, 0}, {0, 2, 0}));
     EXPECT_TRUE(truth.isBlocked({4, 0.5f, 0}, {4, 2, 0}));
+}
+
+TEST(Truth, ABuildEndsWhenThePollFunctionThrows) {
+    TriangleSoup soup;
+    for (int i = 0; i < 1000; ++i)
+        soup.addLevelSquare({float(i), 0, 0}, 1.0f);
+    setCpuPoll([](double) { throw std::runtime_error("enough"); });
+    EXPECT_THROW(Truth{soup.view()}, std::runtime_error);
+    setCpuPoll(nullptr);
+    EXPECT_NO_THROW(Truth{soup.view()});
 }
 
 TEST(Truth, NearbyTrianglesAndTheirPlanesAreFound) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Movers asked by clusters against movers asked pair by pair.
+// Moving geometry tested by clusters, compared with tests pair by pair.
 #include "hybrid/rays/mover_receivers.h"
 
 #include "hybrid/rays/shadow_rays.h"
@@ -27,8 +27,8 @@ struct Samples {
 
 // Samples and lights anywhere around the mover and within it, on triangles of any facing, some of
 // them degenerate to a plane (kBackground), lights below the plane and within c of it; clusters
-// from points to rooms. Some pairs are not asked, some are dark before.
-TEST(MoverReceivers, AnswerAsPairByPair) {
+// from points to rooms. Some pairs are not selected, some are dark before.
+TEST(MoverReceivers, EqualPairByPairTests) {
     FailStage stage(failSceneOf("fail-mover"), 5, 1.0f);
     const MoverView movers = stage.renderer->movers();
     ASSERT_FALSE(movers.isNearLight.empty());
@@ -94,7 +94,7 @@ TEST(MoverReceivers, AnswerAsPairByPair) {
     EXPECT_GT(lit, 10000u);
 }
 
-TEST(MoverReceivers, OfNoOpenPairAskNothing) {
+TEST(MoverReceivers, WithoutOpenPairsTraceNothing) {
     FailStage stage(failSceneOf("fail-mover"), 5, 1.0f);
     Samples samples{{{0, 0, 0}}, {{0, 1, 0}}, {kBackground}, {0}};
     const GBufferView gbuffer = samples.gbuffer();

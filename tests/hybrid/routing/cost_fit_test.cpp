@@ -132,7 +132,7 @@ TEST(CostFit, FindsPlantedCostsAndNoMoreTerms) {
                   &trial == &fit.trials[0] || trial.gain.mean > trial.gain.standardError);
 }
 
-TEST(CostFit, CountsOnlyWhatPays) {
+TEST(CostFit, CountsOnlyUsefulQuantities) {
     // Maps cost as many triangles as they draw; counting these costs nothing, or more than it
     // saves.
     for (const double countMs : {0.0, 1e6}) {
@@ -197,7 +197,7 @@ TEST(CostFit, OneSceneIsJudgedByFrames) {
     EXPECT_TRUE(fit.byFrame && fit.thresholdByFrame);
 }
 
-TEST(CostFit, ScenesThatGainNothingDoNotJudge) {
+TEST(CostFit, ScenesWithoutGainDoNotJudge) {
     std::vector<ObservedFrame> frames = plantedFrames(8);
     for (ObservedFrame& frame : frames)
         if (frame.scene != "a")
@@ -206,7 +206,7 @@ TEST(CostFit, ScenesThatGainNothingDoNotJudge) {
     EXPECT_EQ(fitCosts(frames).judgedBy, HeldOut::kFrames);
 }
 
-TEST(CostFit, OneFrameIsGivenTheBetterMethodAndNothingIsCalledHeldOut) {
+TEST(CostFit, OneFrameGetsTheBetterMethodWithoutHeldOutRegret) {
     std::vector<ObservedFrame> frames = plantedFrames(8);
     frames.resize(1);
     frames.push_back(frames[0]); // another view of it
@@ -230,7 +230,7 @@ TEST(CostFit, WithoutAnyMapIsRefused) {
     EXPECT_THROW(fitCosts(std::vector<ObservedFrame>(3)), Error);
 }
 
-TEST(RoutingRegret, IsWhatTheRoutesLoseOverTheCheapest) {
+TEST(RoutingRegret, IsTheLossOverTheCheapestRoutes) {
     ObservedFrame frame;
     frame.maps.resize(3);
     frame.costs = {{0, 0, 1, 3}, {1, 0, 5, 2}, {2, 0, 1, 1}};

@@ -51,13 +51,13 @@ TEST(TexelModel, TracesMapsUnderTheThresholdOnly) {
     EXPECT_TRUE(makeCostModel("texels:96")->route({}).empty());
 }
 
-TEST(TexelModel, RefusesWhatIsNoNumberOfTexels) {
+TEST(TexelModel, RefusesInvalidNumbersOfTexels) {
     for (const char* bad : {"texels", "texels:", "texels:-1", "texels:nan", "texels:96x",
                             "texels: 96", "texels:1e999", "texels:infinity"})
         EXPECT_THAT(errorOf(bad), HasSubstr("is not a number of texels")) << bad;
 }
 
-TEST(CostModels, AnUnknownNameIsToldTheKnownOnes) {
+TEST(CostModels, AnUnknownNameIsRefusedWithTheKnownOnes) {
     EXPECT_THAT(errorOf("magic:7"), AllOf(HasSubstr("magic"), HasSubstr("texels:N"),
                                           HasSubstr("expr:"), HasSubstr("oracle")));
     EXPECT_THAT(errorOf(""), HasSubstr("unknown cost model"));
@@ -80,7 +80,7 @@ TEST(ExpressionModel, TracesWhereTheExpressionIsPositive) {
               kCountsTriangles | kCountsMovers | kCountsPages);
 }
 
-TEST(ExpressionModel, KnowsEveryQuantity) {
+TEST(ExpressionModel, HasEveryQuantity) {
     MapQuantities map;
     map.texels = 1, map.faceTexels = 2, map.pages = 3, map.samples = 4, map.clusters = 5,
     map.triangles = 6, map.batches = 7, map.lights = 8, map.range = 9, map.pairs = 1,
@@ -92,7 +92,7 @@ TEST(ExpressionModel, KnowsEveryQuantity) {
     EXPECT_EQ(makeCostModel("expr:" + sum + " == 321987654322")->route({map}), Routes{kMap});
 }
 
-TEST(ExpressionModel, SaysWhereAnExpressionIsWrong) {
+TEST(ExpressionModel, ReportsThePositionOfAnError) {
     EXPECT_THAT(errorOf("expr:96 - texel"),
                 AllOf(HasSubstr("texel"), HasSubstr("position 5"), HasSubstr("faceTexels")));
     EXPECT_THAT(errorOf("expr:(1 + 2"), HasSubstr("position"));
@@ -106,6 +106,13 @@ TEST(OracleModel, ReplaysTheCheaperMethodOfEveryMap) {
     model->setCosts(
         {3, {{20, 0, 1.0, 2.0}, {0, 0, 2.0, 1.0}, {10, 0, 1.5, 1.5}, {99, 0, 0.0, 9.0}}});
     EXPECT_EQ(model->route(mapsOf({1, 1, 1})), (Routes{kMap, kMap, kRays}));
+    FrameCosts whole{3, {{0, 0, 2.0, 1.0}, {10, 0, 1.0, 2.0}, {20, 0, 1.0, 1.0}}};
+    whole.wholeFrame = Route::kRays;
+    model->setCosts(whole);
+    EXPECT_EQ(model->route(mapsOf({1, 1, 1})), (Routes{kRays, kRays, kRays}));
+    whole.wholeFrame = Route::kMap;
+    model->setCosts(whole);
+    EXPECT_EQ(model->route(mapsOf({1, 1, 1})), (Routes{kMap, kMap, kMap}));
     model->setCosts({4, {{0, 0, 1.0, 2.0}}});
     EXPECT_EQ(model->route(mapsOf({1})), Routes{kRays});
     try {

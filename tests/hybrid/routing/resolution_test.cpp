@@ -153,7 +153,7 @@ struct Wall {
     std::vector<uint32_t> samples;
 };
 
-TEST(ResolutionRule, SphereDoesNotSeeTheAngleThatThePlaneFollows) {
+TEST(ResolutionRule, SphereIgnoresTheAngleThatThePlaneUses) {
     const Wall wall;
     const glm::vec3 center = wall.box.center();
     const auto at = [&](double degrees) {
@@ -176,7 +176,7 @@ TEST(ResolutionRule, SphereDoesNotSeeTheAngleThatThePlaneFollows) {
     EXPECT_NEAR(wall.wanted(at(80), ResolutionRule::kSphere) / sphere, 1.0, 1e-3);
 }
 
-TEST(DemandMaps, TellsPairsApartByOctaveAndJoinsTheLowOnes) {
+TEST(DemandMaps, SeparatesPairsByOctaveAndCombinesTheLowOnes) {
     for (float r : {0.5f, 1.0f, 1.999f, 2.0f, 3.999f, 4.0f, 1000.0f, 40000.0f, 1e9f})
         EXPECT_EQ(octaveOf(r * r), uint32_t(std::clamp(int(std::floor(std::log2(r))), 0, 15))) << r;
 
@@ -238,7 +238,7 @@ uint32_t allocate(double texels, uint32_t previous) {
     return allocateResolution(makeResolutionSteps(2048), texels * texels, 16, previous);
 }
 
-TEST(ResolutionSteps, HoldTheRequestWithinTheLimits) {
+TEST(ResolutionSteps, ContainTheRequestWithinTheLimits) {
     EXPECT_EQ(allocate(64.0, 0), 64u); // exactly a step
     EXPECT_EQ(allocate(64.001, 0), 76u);
     EXPECT_EQ(allocate(63.9, 0), 64u);
@@ -247,7 +247,7 @@ TEST(ResolutionSteps, HoldTheRequestWithinTheLimits) {
     EXPECT_EQ(allocate(0.0, 0), 16u);
 }
 
-TEST(ResolutionSteps, ARequestThatWaversByTenPercentDoesNotFlap) {
+TEST(ResolutionSteps, ARequestThatVariesByTenPercentKeepsItsStep) {
     uint32_t held = allocate(66.0, 0);
     EXPECT_EQ(held, 76u);
     for (int frame = 0; frame < 20; ++frame) {

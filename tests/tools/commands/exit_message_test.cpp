@@ -22,7 +22,7 @@ TEST(ExitMessage, AnErrorKeepsItsMessageAndItsKind) {
     }
 }
 
-TEST(ExitMessage, AMistakeInTheProgramIsNotCalledBadInput) {
+TEST(ExitMessage, AMistakeInTheProgramIsNotReportedAsBadInput) {
     for (const ExitMessage& exit : {exitMessageOf(std::logic_error("pairs differ")),
                                     exitMessageOf(std::out_of_range("pairs differ"))}) {
         EXPECT_EQ(exit.status, 6);
@@ -31,7 +31,7 @@ TEST(ExitMessage, AMistakeInTheProgramIsNotCalledBadInput) {
     }
 }
 
-TEST(ExitMessage, MissingMemoryIsAResourceAndWhatLibrariesThrowIsBadInput) {
+TEST(ExitMessage, MissingMemoryIsAResourceErrorAndLibraryExceptionsAreBadInput) {
     EXPECT_EQ(exitMessageOf(std::bad_alloc()).status, int(ErrorKind::kResource));
     EXPECT_THAT(exitMessageOf(std::bad_alloc()).message, HasSubstr("--resolution"));
     const ExitMessage exit = exitMessageOf(std::runtime_error("unexpected end"));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Calibrations as files, and the program that writes and reads them.
 #include "tests/tools/program/program_refusals.h"
+#include "tools/settings/setting.h"
 #include "tools/workspace/cost_file.h"
 
 #include "cuda/error.h"
@@ -32,7 +33,7 @@ const char* const kCalibration =
 
 } // namespace
 
-TEST(CalibrationFile, ComesBackAsWritten) {
+TEST(CalibrationFile, RoundTripsExactly) {
     const CostCalibration calibration{
         {{findCostTerm("maps"), 0.1}, {findCostTerm("samples"), 1.0 / 3}},
         {{findCostTerm("pages"), 2.5}}};
@@ -44,23 +45,23 @@ TEST(CalibrationFile, ComesBackAsWritten) {
     EXPECT_EQ(back.counts(), uint32_t(kCountsPages));
 }
 
-TEST(CalibrationFile, DamagedOnesAreNamedWithWhatIsWrong) {
+TEST(CalibrationFile, DamagedOnesAreReportedWithTheError) {
     const auto message = [](const char* text) {
         return messageOf([&] { calibrationFromJson(Json::parse(text), "c.json"); },
                          ErrorKind::kInput);
     };
-    EXPECT_THAT(message("{}"), AllOf(HasSubstr("c.json"), HasSubstr("is no calibration"),
+    EXPECT_THAT(message("{}"), AllOf(HasSubstr("c.json"), HasSubstr("is not a calibration"),
                                      Not(HasSubstr("json.exception"))));
     EXPECT_THAT(message(R"({"rays": [], "map": []})"), HasSubstr("without terms"));
     EXPECT_THAT(message(R"({"rays": [{"term": "moonlight", "ms": 1}], "map": []})"),
                 AllOf(HasSubstr("unknown term 'moonlight'"), HasSubstr("samples")));
     EXPECT_THAT(message(R"({"rays": [{"term": "samples", "ms": -1}], "map": []})"),
-                AllOf(HasSubstr("-1"), HasSubstr("no cost")));
+                AllOf(HasSubstr("-1"), HasSubstr("not a cost")));
     EXPECT_THAT(message(R"({"rays": [{"term": "samples"}], "map": []})"),
-                HasSubstr("is no calibration"));
+                HasSubstr("is not a calibration"));
 }
 
-TEST(CalibrationFile, TellsWhereRunsDifferFromWhatItWasFittedWith) {
+TEST(CalibrationFile, ReportsRunsWithOtherSettingsThanTheFit) {
     CostSource source;
     source.path = "c.json";
     RunParameters run;
@@ -72,9 +73,11 @@ TEST(CalibrationFile, TellsWhereRunsDifferFromWhatItWasFittedWith) {
     EXPECT_EQ(otherSettings(source, run), "") << "a file that does not say";
     Experiment fitted;
     fitted.resolutionLog2 = {12};
+    fitted.believe = {run.frame.rays.believe};
     source.fittedWith = toJson(fitted);
     source.fittedWith["sizes"] = "320x180,640x360";
     EXPECT_EQ(otherSettings(source, run), "");
+    const RunParameters same = run;
     run.frame.bias.taps = 1;
     run.frame.width = 1920;
     run.frame.height = 1080;
@@ -84,16 +87,32 @@ TEST(CalibrationFile, TellsWhereRunsDifferFromWhatItWasFittedWith) {
                 AllOf(HasSubstr("size 1920x1080 instead of 320x180 or 640x360"),
                       HasSubstr("resolution 1024 instead of 4096"), HasSubstr("page_size 64"),
                       HasSubstr("taps 1 instead of 4"), Not(HasSubstr("undersample"))));
+    for (const Setting* setting : frameSettings()) {
+        RunParameters other = same;
+        for (const char* text : {"2", "0.5", "1", "32", "512M"})
+            try {
+                setting->setFrame(other.frame, setting->option, text);
+                if (setting->frameText(other.frame) != setting->frameText(same.frame))
+                    break;
+            } catch (const Error&) {
+                continue; // it is no value of this setting
+            }
+        const std::string said = setting->key + " ";
+        if (setting->readBy == ReadBy::kHybrid) // routes, not what maps cost
+            EXPECT_THAT(otherSettings(source, other), Not(HasSubstr(said)));
+        else
+            EXPECT_THAT(otherSettings(source, other), HasSubstr(said));
+    }
     source.calibration = CostCalibration{{{findCostTerm("maps"), 1}}, {{findCostTerm("maps"), 2}}};
     EXPECT_THAT(remarksOn(source, {run, run}),
                 testing::ElementsAre(HasSubstr("was calibrated with other settings (size 1920")));
     run.model = "texels:96";
     EXPECT_THAT(remarksOn(source, {run}), testing::IsEmpty());
-    EXPECT_THAT(messageOf([&] { refuseUnheeded(source, {run}); }, ErrorKind::kUsage),
-                HasSubstr("is a calibration, by which no run here routes"));
+    EXPECT_THAT(messageOf([&] { refuseUnusedOptions(source, {run}); }, ErrorKind::kUsage),
+                HasSubstr("is a calibration, which no run uses for routing"));
 }
 
-TEST(CalibrationFile, IsToldFromCostsOfMapsAndFromAnotherMachine) {
+TEST(CalibrationFile, IsDistinguishedFromCostsOfMapsAndFromAnotherMachine) {
     const TemporaryDirectory directory;
     writeText(directory / "c.json", kCalibration);
     writeText(directory / "costs.json", R"({"costs": []})");
@@ -114,7 +133,7 @@ TEST(CalibrationFile, IsToldFromCostsOfMapsAndFromAnotherMachine) {
 }
 
 // Times of one device say nothing about another, be it the processor beside it.
-TEST(CostFile, KnowsTheDeviceThatItWasMeasuredOn) {
+TEST(CostFile, RecordsTheDeviceOfTheMeasurement) {
     const TemporaryDirectory directory;
     const Json cpu = {{"cpu", "this"}, {"backend", "cpu"}, {"thread_count", 2}, {"device", Json()}};
     Json cuda = cpu, other = cpu;
@@ -124,7 +143,7 @@ TEST(CostFile, KnowsTheDeviceThatItWasMeasuredOn) {
     other["device"] = "NVIDIA A100";
     CostTable table;
     table[{"a", 0}] = {0, {{0, 0, 1, 2}}};
-    writeText(directory / "costs.json", jsonText(toJson(table, cuda)));
+    writeText(directory / "costs.json", jsonText(toJson(table, cuda, Json::object())));
     const CostSource here = readCostSource(directory / "costs.json", cuda);
     ASSERT_TRUE(here.table);
     EXPECT_EQ(findCosts(*here.table, "", "a", 0).maps.size(), 1u);
@@ -135,12 +154,12 @@ TEST(CostFile, KnowsTheDeviceThatItWasMeasuredOn) {
               "device \"NVIDIA H200\" instead of null, backend \"cuda\" instead of \"cpu\"");
     EXPECT_THAT(remarksOn(onCpu, {}),
                 testing::ElementsAre(AllOf(HasSubstr("was measured elsewhere (device"),
-                                           HasSubstr("measure here for routes"))));
+                                           HasSubstr("measure on this machine for good routes"))));
     EXPECT_EQ(readCostSource(directory / "costs.json", other).otherMachine,
               "device \"NVIDIA H200\" instead of \"NVIDIA A100\"");
 }
 
-TEST(CalibrationFile, KnowsTheDeviceThatItWasFittedOn) {
+TEST(CalibrationFile, RecordsTheDeviceOfTheFit) {
     const TemporaryDirectory directory;
     writeText(directory / "c.json", kCalibration);
     const Json cuda = {
@@ -152,7 +171,7 @@ TEST(CalibrationFile, KnowsTheDeviceThatItWasFittedOn) {
                 testing::ElementsAre(HasSubstr("was calibrated elsewhere (device null")));
 }
 
-TEST(Observations, ComeBackAsWrittenAndDamagedOnesAreNamed) {
+TEST(Observations, RoundTripIsExactAndDamagedOnesAreReported) {
     ObservedFrame frame;
     frame.scene = "s";
     frame.view = "v";
@@ -185,7 +204,7 @@ TEST(Observations, ComeBackAsWrittenAndDamagedOnesAreNamed) {
     EXPECT_THAT(message("texels", Json()), HasSubstr("null"));
 }
 
-TEST(ProgramCalibrate, WritesWhatHybridRoutesBy) {
+TEST(ProgramCalibrate, WritesTheCalibrationForHybrid) {
     const TemporaryDirectory directory;
     const std::string file = directory / "c.json", seen = directory / "o.json";
     std::vector<std::string> arguments{"calibrate",
@@ -228,7 +247,7 @@ TEST(ProgramCalibrate, WritesWhatHybridRoutesBy) {
     EXPECT_GT(rendered["traced_map_count"].get<int>() + rendered["drawn_map_count"].get<int>(), 0);
 }
 
-TEST(ProgramCalibrate, ACalibrationOfAnotherMachineIsUsedAndSaid) {
+TEST(ProgramCalibrate, ACalibrationOfAnotherMachineIsUsedAndReported) {
     const TemporaryDirectory directory;
     writeText(directory / "c.json", kCalibration);
     const ProgramResult result =
@@ -239,7 +258,7 @@ TEST(ProgramCalibrate, ACalibrationOfAnotherMachineIsUsedAndSaid) {
     EXPECT_THAT(result.err, AllOf(HasSubstr("was calibrated elsewhere"), HasSubstr("another")));
 }
 
-TEST(ProgramCalibrate, RefusesWhatIsWrongByName) {
+TEST(ProgramCalibrate, RefusesInvalidInputByName) {
     const TemporaryDirectory directory;
     const std::string file = directory / "c.json", png = directory / "a.png";
     writeText(directory / "broken.json", "{\"calibration\": {\"rays\": 3}}");
@@ -255,23 +274,24 @@ TEST(ProgramCalibrate, RefusesWhatIsWrongByName) {
          {{"calibrate", "builtin:nowhere", "-o", file}, 1, "nowhere"},
          {{"calibrate", scene, "-o", file, "--size", "64"}, 1, "--size '64'"},
          {{"calibrate", scene, "-o", file, "--repeats", "0"}, 1, "--repeats '0'"},
+         {{"calibrate", scene, "-o", file, "--taps", "1,4"}, 1, "calibrate takes one value"},
          {{"calibrate", "-o", file, "--from", directory / "none.json"}, 2, "none.json"},
          {{"calibrate", "-o", file, "--from", directory / "broken.json"}, 2, "no observations"},
          {{"calibrate", "-o", file, "--from", directory.path()}, 2, "is a directory"},
-         {{"calibrate", "-o", file, "--from", directory / "cut.json"}, 2, "is cut short"},
+         {{"calibrate", "-o", file, "--from", directory / "cut.json"}, 2, "is truncated"},
          {{"render", scene, "-o", png, "--model", "cost", "--costs", directory.path()},
           2,
           "is a directory; give a cost file"},
          {{"render", scene, "-o", png, "--model", "cost", "--costs", directory / "list.json"},
           2,
-          "is no cost file"},
+          "is not a cost file"},
          {{"render", scene, "-o", png, "--model", "cost", "--costs", directory / "empty.json"},
           2,
           "neither \"costs\", a list, nor \"calibration\""},
          {{"compare", scene, "-o", directory / "report", "--model", "oracle", "--costs",
            directory / "good.json", "--no-charts"},
           1,
-          "is a calibration, by which no run here routes"},
+          "is a calibration, which no run uses for routing"},
          {{"calibrate", scene, "-o", file, "--from", directory / "broken.json"},
           1,
           "SCENE and --from contradict"},
@@ -286,7 +306,7 @@ TEST(ProgramCalibrate, RefusesWhatIsWrongByName) {
           "broken.json"},
          {{"render", scene, "-o", png, "--model", "cost", "--costs", directory / "costs.json"},
           1,
-          "holds costs of maps"},
+          "contains costs of maps"},
          {{"render", scene, "-o", png, "--model", "oracle", "--costs", directory / "good.json"},
           1,
           "is a calibration for --model cost"},

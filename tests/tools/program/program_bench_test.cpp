@@ -24,7 +24,7 @@ void expectProvenance(const Json& json) {
 
 } // namespace
 
-TEST(ProgramBench, VoxelHoldsOursAgainstEmbreeAndNanoVdb) {
+TEST(ProgramBench, VoxelComparesOursWithEmbreeAndNanoVdb) {
     const TemporaryDirectory directory;
     const ProgramResult result =
         runShadowdag(directory, {"bench", "voxel", "builtin:fail-self-shadow", "--size", "64x36",
@@ -61,21 +61,23 @@ TEST(ProgramBench, VoxelHoldsOursAgainstEmbreeAndNanoVdb) {
     EXPECT_EQ(tracers, expected);
     EXPECT_EQ(json["rates"].size(), 2 * tracers.size());
 
-    EXPECT_THAT(result.err, HasSubstr("wholly lit"));
+    EXPECT_THAT(result.err, HasSubstr("completely lit"));
     const Json& frame = json["frame"];
     EXPECT_EQ(frame["pair_count"], json["ray_count"]);
     EXPECT_EQ(frame["width"], json["width"]);
     EXPECT_NEAR(frame["true_lit_share"].get<double>() + frame["true_dark_share"].get<double>() +
                     frame["true_mixed_share"].get<double>(),
                 1.0, 1e-9);
-    ASSERT_EQ(frame["methods"].size(), 2u);
+    ASSERT_EQ(frame["methods"].size(), 3u);
+    EXPECT_EQ(frame["exact_wrong_count"], 0);
+    EXPECT_GT(frame["exact_bytes"].get<uint64_t>(), 0u);
     for (const Json& method : frame["methods"]) {
         EXPECT_GT(method["ns_per_pair"].get<double>(), 0.0);
         EXPECT_GE(method["disagreement_share"].get<double>(), 0.0);
     }
 }
 
-TEST(ProgramBench, NanoVdbIsLeftOutAloudAboveItsLimit) {
+TEST(ProgramBench, NanoVdbIsOmittedWithAMessageAboveItsLimit) {
     const TemporaryDirectory directory;
     const ProgramResult result =
         runShadowdag(directory, {"bench", "voxel", "builtin:fail-self-shadow", "--size", "32x18",
@@ -91,7 +93,7 @@ TEST(ProgramBench, NanoVdbIsLeftOutAloudAboveItsLimit) {
     EXPECT_EQ(result.json()["rates"].size(), 2 * (6 + streams));
 }
 
-TEST(ProgramBench, RasterHoldsDepthsAgainstEmbree) {
+TEST(ProgramBench, RasterComparesDepthsWithEmbree) {
     const TemporaryDirectory directory;
     const ProgramResult result =
         runShadowdag(directory, {"bench", "raster", "builtin:fail-self-shadow", "--size", "64x36",

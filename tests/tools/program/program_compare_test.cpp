@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag compare` from end to end at smoke size: keys, charts, death, resumption, threads.
+// `shadowdag compare` from end to end at smoke size: keys, charts, interruption, resumption,
+// threads.
 #include "scenes/builtin.h"
 #include "scenes/gltf.h"
 #include "tests/tools/program/program_refusals.h"
@@ -22,21 +23,28 @@ namespace {
 using testing::HasSubstr;
 using Arguments = std::vector<std::string>;
 
-Arguments tinyCompare(const std::string& output) {
-    return {"compare",     "builtin:atrium", "-o", output,         "--size",
-            "48x27",       "--resolution",   "64", "--thresholds", "0,16,inf",
-            "--no-charts", "--repeats",      "1",  "--warmups",    "0",
+const std::string kAtrium = "builtin:atrium";
+
+/// A sweep over a few boxes takes a tenth of the time of the atrium, which is for tests that
+/// stop a run half way, or that need work for two threads.
+Arguments tinyCompare(const std::string& output,
+                      const std::string& scene = "builtin:fail-unequal-ranges") {
+    return {"compare",     scene,          "-o", output,         "--size",
+            "48x27",       "--resolution", "64", "--thresholds", "0,16,inf",
+            "--no-charts", "--repeats",    "1",  "--warmups",    "0",
             "--json"};
 }
 
 /// Removes what may differ between two runs: times, and what provenance says about the run itself.
 Json withoutTimes(Json results) {
     results["provenance"].erase("thread_count");
+    results.erase("verdict"); // of times
     for (Json& run : results["runs"])
-        for (const char* key : {"time_ms", "time_ms_min", "time_ms_max", "stages_ms"})
+        for (const char* key :
+             {"time_ms", "time_ms_min", "time_ms_max", "stages_ms", "other_cpu_share"})
             run.erase(key);
     for (Json& cost : results["map_costs"])
-        for (const char* key : {"rays_ms", "map_ms", "rays_scale", "maps_scale"})
+        for (const char* key : {"rays_ms", "map_ms", "rays_scale", "maps_scale", "whole_frame"})
             cost.erase(key);
     return results;
 }
@@ -53,7 +61,7 @@ std::vector<std::string> filesBelow(const std::string& directory) {
 
 } // namespace
 
-TEST(Compare, AWrongCameraOrLightCountIsToldBeforeUnfinishedWorkIsPutAway) {
+TEST(Compare, WhatCannotBeMeasuredIsRefusedBeforeUnfinishedWorkIsDeleted) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report", journal = report + "/partial/journal.json";
     std::filesystem::create_directories(report + "/partial");
@@ -67,6 +75,13 @@ TEST(Compare, AWrongCameraOrLightCountIsToldBeforeUnfinishedWorkIsPutAway) {
     writeText(journal, unfinished);
     const auto refused = [&](Arguments more) {
         Arguments arguments = tinyCompare(report);
+        const auto replace = [&](const char* option, const char* by) {
+            const auto at = std::find(arguments.begin(), arguments.end(), option);
+            if (std::find(more.begin(), more.end(), by) != more.end())
+                arguments.erase(at, at + 2);
+        };
+        replace("--thresholds", "--thresholds");
+        replace("--resolution", "--voxels");
         arguments.insert(arguments.begin() + 2, more.begin(), more.end());
         const ProgramResult result = runShadowdag(directory, arguments);
         EXPECT_NE(result.status, 0);
@@ -75,7 +90,13 @@ TEST(Compare, AWrongCameraOrLightCountIsToldBeforeUnfinishedWorkIsPutAway) {
     };
     EXPECT_THAT(refused({"--camera", "nowhere"}), HasSubstr("no camera of that name"));
     EXPECT_THAT(refused({"--lights", "0"}), HasSubstr("without a light"));
-    EXPECT_THAT(refused({dark}), HasSubstr("has no light that we support"));
+    EXPECT_THAT(refused({dark}), HasSubstr("has no supported light"));
+    EXPECT_THAT(refused({"--methods", "hybrid", "--no-oracle", "--thresholds", "0"}),
+                HasSubstr("nothing to compare: --methods and --thresholds select no run"));
+    EXPECT_THAT(refused({"--believe", "all", "--lod", "7"}),
+                HasSubstr("64^3 voxels have levels 0 to 6"));
+    EXPECT_THAT(refused({"--sequence", "--model", "oracle"}),
+                HasSubstr("model 'oracle' needs measured costs of every frame"));
 }
 
 TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
@@ -86,8 +107,14 @@ TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
                                  std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/smoke.json",
                                  "-o", report, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
-    EXPECT_EQ(result.json()["chart_count"], 8);
+    EXPECT_EQ(result.json()["chart_count"], 10);
     const Json results = Json::parse(readText(report + "/results.json"));
+    EXPECT_EQ(results.begin().key(), "verdict");
+    const std::string verdict = results["verdict"]["text"], page = readText(report + "/index.html");
+    EXPECT_THAT(result.err, HasSubstr(verdict));
+    EXPECT_LT(result.err.find(verdict), result.err.find("false shadow "));
+    EXPECT_THAT(page, HasSubstr(verdict));
+    EXPECT_LT(page.find(verdict), page.find("class=\"lead\""));
     for (const char* key : {"commit", "preset", "compiler", "flags", "cpu", "backend", "device",
                             "driver", "experiment_hash", "seed", "thread_count"})
         EXPECT_TRUE(results["provenance"].contains(key)) << key;
@@ -132,13 +159,39 @@ TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
 }
 
+TEST(Compare, WithoutThresholdsEachRunRoutesInItsOwnWay) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    const ProgramResult result = runShadowdag(
+        directory, {"compare", kAtrium, "-o", report, "--size", "64x36", "--resolution", "64",
+                    "--methods", "dag,maps,hybrid", "--no-oracle", "--repeats", "1", "--warmups",
+                    "0", "--views", "2", "--no-charts", "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    const Json results = Json::parse(readText(report + "/results.json"));
+    EXPECT_EQ(results["experiment"]["thresholds"], Json({"auto"}));
+    ASSERT_EQ(results["scenes"].size(), 2u);
+    EXPECT_NE(results["scenes"][0]["thresholds"], results["scenes"][1]["thresholds"]);
+    for (const Json& scene : results["scenes"]) {
+        std::set<Json> rayCounts;
+        size_t runCount = 0;
+        for (const Json& run : results["runs"])
+            if (run["scene"] == scene["scene"]) {
+                rayCounts.insert(run["ray_count"]);
+                ++runCount;
+            }
+        EXPECT_EQ(runCount, scene["thresholds"].size()) << scene;
+        EXPECT_GE(runCount, 6u) << scene;
+        EXPECT_EQ(rayCounts.size(), runCount) << scene;
+    }
+}
+
 TEST(Compare, OneAndTwoThreadsAgreeInAllButTimes) {
     const TemporaryDirectory directory;
     Json results[2];
     std::string pictures[2];
     for (int i = 0; i < 2; ++i) {
         const std::string report = directory / ("report" + std::to_string(i));
-        Arguments arguments = tinyCompare(report);
+        Arguments arguments = tinyCompare(report, kAtrium);
         arguments.insert(arguments.end(), {"--threads", std::to_string(i + 1),
                                            "--no-oracle"}); // an oracle routes by times
         const ProgramResult result = runShadowdag(directory, arguments);
@@ -164,10 +217,10 @@ TEST(Compare, CostsReplayedGiveTheSameRoutes) {
     EXPECT_EQ(readText(directory / "a/lights.csv"), readText(directory / "b/lights.csv"));
 }
 
-TEST(Compare, AKilledRunLeavesNoHalfResultsAndIsResumed) {
+TEST(Compare, AKilledRunLeavesNoPartialResultsAndIsResumed) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
-    Arguments arguments = tinyCompare(report);
+    Arguments arguments = tinyCompare(report, kAtrium);
     ASSERT_EQ(runShadowdag(directory, arguments).status, 0);
     const std::string old = readText(report + "/results.json");
 
@@ -185,15 +238,24 @@ TEST(Compare, AKilledRunLeavesNoHalfResultsAndIsResumed) {
     EXPECT_EQ(readText(report + "/results.json"), old) << "an old report must not be harmed";
     EXPECT_NO_THROW(Json::parse(readText(journal)));
 
+    const std::string unfinished = readText(journal);
+    Arguments other = arguments;
+    std::replace(other.begin(), other.end(), std::string("48x27"), std::string("64x36"));
+    other.push_back("--resume");
+    expectRefused(directory, {{arguments, 1,
+                               "of an interrupted run, which this run would delete; add --resume"},
+                              {other, 1, "experiment.size was \"48x27\" and is \"64x36\""}});
+    EXPECT_EQ(readText(journal), unfinished);
+
     arguments.push_back("--resume");
     const ProgramResult resumed = runShadowdag(directory, arguments);
     ASSERT_EQ(resumed.status, 0) << resumed.err;
-    EXPECT_THAT(resumed.err, HasSubstr("finished parts taken up"));
+    EXPECT_THAT(resumed.err, HasSubstr("finished parts reused"));
     EXPECT_NE(readText(report + "/results.json"), old);
     EXPECT_EQ(Json::parse(readText(report + "/results.json"))["runs"].size(), 8u);
 }
 
-TEST(Compare, AFinishedReportIsNotResumedAndADamagedJournalIsNoStrangers) {
+TEST(Compare, AFinishedReportIsNotResumedAndADamagedJournalIsRefused) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     std::filesystem::create_directories(report);
@@ -201,21 +263,23 @@ TEST(Compare, AFinishedReportIsNotResumedAndADamagedJournalIsNoStrangers) {
     Arguments arguments = tinyCompare(report);
     arguments.push_back("--resume");
     const std::string old = readText(report + "/results.json");
-    expectRefused(directory, {{arguments, 1, "results.json is finished and nothing is left"}});
+    expectRefused(directory,
+                  {{arguments, 1, "results.json is finished, so there is nothing to resume"}});
     EXPECT_EQ(readText(report + "/results.json"), old);
     EXPECT_EQ(filesBelow(report).size(), 1u);
 
     std::filesystem::remove(report + "/results.json");
     std::filesystem::create_directories(report + "/partial");
     writeText(report + "/partial/journal.json", "{\"key\": \"a\", \"par");
-    expectRefused(directory, {{tinyCompare(report), 2, "journal.json: is damaged or cut short"}});
+    expectRefused(directory, {{tinyCompare(report), 2, "journal.json: is damaged or truncated"}});
 }
 
-TEST(Compare, AFullPoolIsSaidOfTheCostsThatRoutedByIt) {
+TEST(Compare, AFullPoolIsReportedForTheCostsOfRouting) {
     EXPECT_EQ(poolNote(Json{{"degrade_divisor", 1.0}}), "");
-    EXPECT_THAT(poolNote(Json{{"degrade_divisor", 1.0}, {"costs_degrade_divisor", 1.4142}}),
-                HasSubstr("pool full where costs were measured: maps alone undivided, all together "
-                          "divided by 1.41"));
+    EXPECT_THAT(
+        poolNote(Json{{"degrade_divisor", 1.0}, {"costs_degrade_divisor", 1.4142}}),
+        HasSubstr("pool full while costs were measured: single maps undivided, all together "
+                  "divided by 1.41"));
     const TemporaryDirectory directory;
     const ProgramResult result =
         runShadowdag(directory, {"compare",      "builtin:fail-unequal-ranges",
@@ -240,7 +304,7 @@ TEST(Compare, AFullPoolIsSaidOfTheCostsThatRoutedByIt) {
     EXPECT_EQ(count, 1u);
 }
 
-TEST(Compare, ATitleOfBytesThatAreNoTextIsWrittenAsSuch) {
+TEST(Compare, ATitleThatIsNotUtf8IsEscaped) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     Arguments arguments = tinyCompare(report);
@@ -250,10 +314,10 @@ TEST(Compare, ATitleOfBytesThatAreNoTextIsWrittenAsSuch) {
     EXPECT_EQ(Json::parse(readText(report + "/results.json"))["experiment"]["title"], "a\uFFFD");
 }
 
-TEST(Compare, AnInterruptEndsWithTheSignalAndNothingHalf) {
+TEST(Compare, AnInterruptEndsWithTheSignalAndNoPartialFiles) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
-    Arguments arguments = tinyCompare(report);
+    Arguments arguments = tinyCompare(report, kAtrium);
     for (std::string& argument : arguments)
         if (argument == "48x27")
             argument = "320x180";
@@ -263,7 +327,9 @@ TEST(Compare, AnInterruptEndsWithTheSignalAndNothingHalf) {
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
     kill(child, SIGINT);
     EXPECT_EQ(waitForProgram(child), 128 + SIGINT);
-    EXPECT_THAT(readText(directory / "err"), HasSubstr("interrupted"));
+    EXPECT_THAT(readText(directory / "err"),
+                HasSubstr("interrupted; every file is complete or absent; the same command with "
+                          "--resume goes on"));
     EXPECT_FALSE(std::filesystem::exists(report + "/results.json"));
     EXPECT_EQ(readText(directory / "out"), "");
     for (const std::string& name : filesBelow(report))
@@ -271,7 +337,29 @@ TEST(Compare, AnInterruptEndsWithTheSignalAndNothingHalf) {
             << name << " is left over";
 }
 
-TEST(Compare, WhatNoCompareMadeIsNotReplaced) {
+TEST(Compare, AnExperimentThatReplacesLightsSaysSoFirst) {
+    const TemporaryDirectory directory;
+    const std::string file = directory / "e.json";
+    Json experiment = {{"scenes", {"builtin:atrium"}},
+                       {"size", "48x27"},
+                       {"methods", {"maps"}},
+                       {"lights", 12},
+                       {"repeats", 1},
+                       {"warmups", 0}};
+    writeText(file, experiment.dump());
+    const Arguments arguments{"compare",     "--experiment", file,
+                              "--no-charts", "-o",           directory / "r"};
+    const ProgramResult result = runShadowdag(directory, arguments);
+    EXPECT_EQ(result.status, 0) << result.err;
+    EXPECT_THAT(result.err, testing::StartsWith(
+                                file + " replaces the lights of every scene by 12 placed ones"));
+    experiment["offset"] = {2};
+    writeText(file, experiment.dump());
+    expectRefused(directory,
+                  {{arguments, 1, file + ": key \"offset\" is for rays through voxels"}});
+}
+
+TEST(Compare, FilesThatNoCompareWroteAreNotReplaced) {
     const TemporaryDirectory directory;
     for (const char* name : {"images/a.png", "charts/a.svg", "partial/a", "index.html"}) {
         const std::string report = directory / std::string("r-").append(name, 2);
@@ -280,13 +368,13 @@ TEST(Compare, WhatNoCompareMadeIsNotReplaced) {
         writeText(report + "/" + name, "mine");
         const ProgramResult result = runShadowdag(directory, tinyCompare(report));
         EXPECT_EQ(result.status, 1) << name;
-        EXPECT_THAT(result.err, HasSubstr("no compare made")) << name;
+        EXPECT_THAT(result.err, HasSubstr("which shadowdag did not write")) << name;
         EXPECT_EQ(readText(report + "/" + name), "mine");
         EXPECT_EQ(filesBelow(report).size(), 1u);
     }
 }
 
-TEST(Compare, ANewReportTakesThePlaceOfTheOldOneWhole) {
+TEST(Compare, ANewReportReplacesTheOldOneCompletely) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     const Arguments arguments = tinyCompare(report);
@@ -304,7 +392,7 @@ TEST(Compare, ANewReportTakesThePlaceOfTheOldOneWhole) {
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
 }
 
-TEST(Compare, ASwapThatDiedLeavesTheOldReportToTheNextCompare) {
+TEST(Compare, AnInterruptedSwapKeepsTheOldReport) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     ASSERT_EQ(runShadowdag(directory, tinyCompare(report)).status, 0);
@@ -313,6 +401,7 @@ TEST(Compare, ASwapThatDiedLeavesTheOldReportToTheNextCompare) {
     std::filesystem::rename(report + "/images", report + "/partial/old/images");
     // Fails, but only after the directory was put in order: assets are read once scenes are open.
     Arguments arguments = tinyCompare(report);
+    arguments.insert(arguments.end(), {"--believe", "all"});
     const auto resolution = std::find(arguments.begin(), arguments.end(), "--resolution");
     ASSERT_NE(resolution, arguments.end());
     resolution[0] = "--voxels";
@@ -322,7 +411,7 @@ TEST(Compare, ASwapThatDiedLeavesTheOldReportToTheNextCompare) {
     EXPECT_EQ(filesBelow(report + "/images").size(), count);
 }
 
-TEST(Compare, ScenesOfOneFileNameStayApart) {
+TEST(Compare, ScenesOfOneFileNameAreDistinguished) {
     const TemporaryDirectory directory;
     Arguments arguments = tinyCompare(directory / "report");
     arguments[1] = directory / "a/scene.glb";

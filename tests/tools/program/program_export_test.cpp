@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag export` and `shadowdag import` as scripts meet them.
+// `shadowdag export` and `shadowdag import` as scripts use them.
 #include "tests/tools/program/program_runner.h"
 
 #include <gmock/gmock.h>
@@ -43,7 +43,7 @@ TEST(Export, ImportGivesTheSameFileBack) {
     }
 }
 
-TEST(Export, WhatIsWrongIsNamedAndLeavesNothing) {
+TEST(Export, ErrorsAreReportedAndLeaveNoFile) {
     const TemporaryDirectory directory;
     const std::string asset = builtAsset(directory), grid = directory / "g.vdb";
     ASSERT_EQ(runShadowdag(directory, {"export", asset, "-o", grid}).status, 0);
@@ -63,13 +63,14 @@ TEST(Export, WhatIsWrongIsNamedAndLeavesNothing) {
         {{"export", directory / "none.svdag", "-o", directory / "h.vdb"}, 2, "cannot be opened"},
         {{"export", directory / "broken.svdag", "-o", directory / "h.vdb"}, 2, "broken.svdag"},
         {{"export", asset, "-o", directory / "none/h.vdb"}, 3, "there is no directory"},
-        {{"import", grid, "-o", directory / "a.vox"}, 1, "end the name so"},
+        {{"import", grid, "-o", directory / "a.vox"}, 1, "use that extension"},
         {{"import", asset, "-o", out}, 1, ".vdb (OpenVDB) or .nvdb (NanoVDB)"},
         {{"import", directory / "none.vdb", "-o", out}, 2, "cannot be opened"},
         {{"import", directory / "broken.vdb", "-o", out}, 2, "broken.vdb"},
         {{"import", directory / "broken.nvdb", "-o", out}, 2, "broken.nvdb"},
         {{"import", grid, "-o", out, "--grid", "smoke"}, 1, "no grid 'smoke'"},
         {{"import", grid, "-o", directory / "none/a.svdag"}, 3, "there is no directory"},
+        {{"import", grid, "-o", out, "--gl-pages", "nonsense"}, 1, "use auto, sparse or atlas"},
     };
     for (const Wrong& wrong : cases) {
         const ProgramResult result = runShadowdag(directory, wrong.arguments);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag study` from end to end: two rows of failures, real scenes, files of one's own, what is
-// refused, and what is taken up again.
+// `shadowdag study` from end to end: two rows of failures, real scenes, a user's files, refusals,
+// and resumption.
+#include "scenes/builtin.h"
+#include "scenes/gltf.h"
 #include "tests/tools/program/program_runner.h"
 
 #include <gmock/gmock.h>
@@ -29,7 +31,7 @@ TEST(StudyFailures, WritesPagePicturesTableAndJson) {
     EXPECT_THAT(page, HasSubstr("<h2 id=\"acne\">"));
     EXPECT_THAT(page, HasSubstr("receiver_plane=off"));
     for (const char* picture : {"acne_truth.png", "acne_maps_off.png", "acne_maps_off_error.png",
-                                "acne_maps_on.png", "coplanar_dag_on_error.png"}) {
+                                "acne_maps_on.png", "coplanar_dag_believe_all_on_error.png"}) {
         EXPECT_TRUE(std::filesystem::exists(report + "/images/" + picture)) << picture;
         EXPECT_THAT(page, HasSubstr(picture));
     }
@@ -38,7 +40,7 @@ TEST(StudyFailures, WritesPagePicturesTableAndJson) {
 }
 
 // A file of one's own: its bounds are held, and a run that does not hold them ends in status 5.
-TEST(StudyFailures, AFileOfOnesOwnIsRunAndItsBoundsAreHeld) {
+TEST(StudyFailures, AUsersFileIsRunAndItsBoundsAreChecked) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report", file = directory / "own.json";
     Json study = Json::parse(readText(SDAG_SOURCE_DIR "/scenes/studies/failures.json"));
@@ -55,7 +57,8 @@ TEST(StudyFailures, AFileOfOnesOwnIsRunAndItsBoundsAreHeld) {
     EXPECT_EQ(result.status, 5) << result.err;
     EXPECT_THAT(result.err, HasSubstr("mine by maps, remedy none: false_shadow_count is 11186, "
                                       "bound 4"));
-    EXPECT_THAT(result.err, HasSubstr("mine by dag, remedy none: no bound is known"));
+    EXPECT_THAT(result.err,
+                HasSubstr("mine by dag believe all, remedy none: it has no recorded counts"));
     EXPECT_EQ(Json::parse(readText(report + "/failures.json"))["study"], study);
     study["rows"][0]["frames"] = "four";
     writeText(file, jsonText(study));
@@ -66,7 +69,7 @@ TEST(StudyFailures, AFileOfOnesOwnIsRunAndItsBoundsAreHeld) {
                                  "be a whole number from 1 to 1000"));
 }
 
-TEST(StudyFailures, WhatContradictsItIsRefused) {
+TEST(StudyFailures, ContradictingOptionsAreRefused) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     const auto refuse = [&](const std::vector<std::string>& arguments, const char* message) {
@@ -78,7 +81,7 @@ TEST(StudyFailures, WhatContradictsItIsRefused) {
         EXPECT_FALSE(std::filesystem::exists(report)) << message;
     };
     refuse({"study", "failures", "--size", "64x64"}, "--size");
-    refuse({"study", "failures", "--resume"}, "holds no unfinished study");
+    refuse({"study", "failures", "--resume"}, "contains no unfinished study");
     refuse({"study", "failures", "--only", "acme"}, "--only 'acme': must be one of acne");
     refuse({"study", "stability", "--only", "tiem"},
            "--only 'tiem': must be one of time, perturbation");
@@ -91,7 +94,39 @@ TEST(StudyFailures, WhatContradictsItIsRefused) {
     EXPECT_EQ(list.json()["studies"].size(), 4u);
 }
 
-TEST(StudyReal, WritesAReportOfAnyLitSceneAndRefusesWhatContradictsIt) {
+TEST(StudyFailures, ScenesThatCannotBeMeasuredAreRefusedBeforeUnfinishedWorkIsDeleted) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report", journal = report + "/partial/journal.json",
+                      dark = directory / "dark.glb", file = directory / "own.json";
+    std::filesystem::create_directories(report + "/partial");
+    const std::string unfinished = "{\"key\": \"a\", \"parts\": {\"b\": 1}}";
+    writeText(journal, unfinished);
+    Scene scene = makeBuiltin("fail-contact");
+    scene.lights.clear();
+    for (Node& node : scene.nodes)
+        node.light = kNone;
+    writeGlb(scene, dark);
+    Json study = Json::parse(readText(SDAG_SOURCE_DIR "/scenes/studies/failures.json"));
+    study["rows"] = Json::array({study["rows"][0]});
+    study["rows"][0]["scene"] = directory / "typo.glb";
+    writeText(file, jsonText(study));
+    const auto refused = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {"study", "-o", report});
+        const ProgramResult result = runShadowdag(directory, arguments);
+        EXPECT_NE(result.status, 0);
+        EXPECT_EQ(readText(journal), unfinished);
+        return result.err;
+    };
+    EXPECT_THAT(refused({"failures", directory / "typo.glb"}), HasSubstr("typo.glb"));
+    EXPECT_THAT(refused({file}), HasSubstr("typo.glb"));
+    EXPECT_THAT(refused({"failures", dark}), HasSubstr("has no supported light"));
+    EXPECT_THAT(refused({"stability", "--only", "time-lights", "builtin:atrium"}),
+                HasSubstr("cannot be moved; use a failure scene"));
+    EXPECT_THAT(refused({"failures", "--cache", directory / "c"}),
+                HasSubstr("--cache is for studies of kind real, and study failures is of kind"));
+}
+
+TEST(StudyReal, WritesAReportOfAnyLitSceneAndRefusesContradictions) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     const ProgramResult result =

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// `--backend gl` from end to end: what needs no OpenGL runs without one, what frames there do not
-// follow is refused by the name that asked for it, and left out and told where a list stands for
-// it.
+// `--backend gl` from end to end: commands without OpenGL run without it; unsupported options are
+// refused by name, or omitted with a message if they come from a list.
 #include "cuda/error.h"
 #include "gl/context.h"
 #include "tests/tools/program/program_refusals.h"
@@ -42,7 +41,7 @@ Arguments tinyCompare(const std::string& output, const Arguments& more) {
 
 } // namespace
 
-TEST_F(ProgramGl, WhatDrawsNoFramesOpensNoOpenGl) {
+TEST_F(ProgramGl, CommandsWithoutFramesDoNotOpenOpenGl) {
     const std::string asset = directory / "a.svdag";
     const ProgramResult built = runShadowdag(
         directory,
@@ -67,7 +66,7 @@ TEST_F(ProgramGl, WhatDrawsNoFramesOpensNoOpenGl) {
     EXPECT_THAT(drawn.err, HasSubstr("no OpenGL 4.5"));
 }
 
-TEST_F(ProgramGl, WhatItDoesNotFollowIsRefusedByTheNameThatAskedForIt) {
+TEST_F(ProgramGl, UnsupportedOptionsAreRefusedByName) {
     const std::string output = directory / "out", exr = directory / "a.exr",
                       json = directory / "f.json";
     const auto render = [&](const Arguments& more) {
@@ -82,11 +81,12 @@ TEST_F(ProgramGl, WhatItDoesNotFollowIsRefusedByTheNameThatAskedForIt) {
     };
     expectRefused(
         directory,
-        {{render({"--method", "dag-exact"}), 1, "--method 'dag-exact': --backend gl traces voxels"},
+        {{render({"--method", "dag", "--believe", "none"}), 1,
+          "--believe 'none': --backend gl believes all voxels"},
          {render({"--method", "dag", "--lod", "2"}), 1, "--lod '2': --backend gl traces voxels of"},
          {render({"--method", "maps", "--polygon-lod", "1"}), 1, "--polygon-lod '1': --backend gl"},
          {render({"--variant", "PMCD-SOR"}), 1, "--variant 'PMCD-SOR': --backend gl frees pages"},
-         {compare({"--methods", "embree,dag-exact"}), 1, "--methods 'dag-exact': --backend gl"},
+         {compare({"--believe", "all,2"}), 1, "--believe '2': --backend gl"},
          {compare({"--lod", "0,footprint"}), 1, "--lod 'footprint': --backend gl"},
          {compare({"--variants", "CFM,PMCD-EB-PLOD1"}), 1,
           "--variants 'PMCD-EB-PLOD1': --backend gl draws full detail"},
@@ -96,22 +96,22 @@ TEST_F(ProgramGl, WhatItDoesNotFollowIsRefusedByTheNameThatAskedForIt) {
           "--polygon-lod '1': --backend gl draws full detail"},
          {{"study", "stability", "-o", output, "--backend", "gl"},
           1,
-          "--backend gl: study stability needs dag-exact"},
+          "--backend gl: study stability needs rays against triangles"},
          {{"study", "ablation", "-o", output, "--backend", "gl"},
           1,
-          "--backend gl: study ablation needs dag-exact, and retained pages"},
+          "--backend gl: study ablation needs rays against triangles, and retained pages"},
          {{"study", "real", "builtin:atrium", "-o", output, "--backend", "gl"},
           1,
-          "--backend gl: study real needs dag-exact"},
-         {{"fit", "builtin:atrium", "-o", json, "--methods", "dag,dag-exact", "--backend", "gl"},
+          "--backend gl: study real needs rays against triangles"},
+         {{"fit", "builtin:atrium", "-o", json, "--believe", "none", "--backend", "gl"},
           1,
-          "--methods 'dag-exact': --backend gl"}});
+          "--believe 'none': --backend gl"}});
     EXPECT_FALSE(std::filesystem::exists(output)) << "nothing was put there";
     EXPECT_FALSE(std::filesystem::exists(exr));
     EXPECT_FALSE(std::filesystem::exists(json));
 }
 
-TEST_F(ProgramGl, AListLeavesOutWhatItDoesNotFollowAndSaysSo) {
+TEST_F(ProgramGl, AListOmitsUnsupportedMethodsAndReportsIt) {
     const std::string file = directory / "e.json", report = directory / "report";
     const auto leavesOut = [&](const std::string& key, const std::string& list,
                                const std::string& left) {
@@ -123,13 +123,12 @@ TEST_F(ProgramGl, AListLeavesOutWhatItDoesNotFollowAndSaysSo) {
         const ProgramResult result =
             runShadowdag(directory, tinyCompare(to, {"--experiment", file}));
         ASSERT_EQ(result.status, 0) << result.err;
-        EXPECT_THAT(result.err, HasSubstr("left out: " + left));
+        EXPECT_THAT(result.err, HasSubstr("omitted: " + left));
         const Json results = Json::parse(readText(to + "/results.json"));
         EXPECT_EQ(results["provenance"]["left_out"].size(), 1u);
-        EXPECT_THAT(readText(to + "/index.html"), HasSubstr("Left out: " + left));
+        EXPECT_THAT(readText(to + "/index.html"), HasSubstr("Omitted: " + left));
     };
-    leavesOut("methods", R"(["embree", "dag", "dag-exact"])",
-              "method dag-exact: --backend gl traces voxels, not triangles");
+    leavesOut("believe", R"(["none", "all"])", "believe none: --backend gl believes all voxels");
     leavesOut("variants", R"(["CFM", "CFM-PLOD1"])",
               "variant CFM-PLOD1: --backend gl draws full detail");
     // No level of detail but the default's.
@@ -138,7 +137,7 @@ TEST_F(ProgramGl, AListLeavesOutWhatItDoesNotFollowAndSaysSo) {
     const ProgramResult rest =
         runShadowdag(directory, tinyCompare(directory / "plain", {"--experiment", file}));
     ASSERT_EQ(rest.status, 0) << rest.err;
-    EXPECT_THAT(rest.err, HasSubstr("without a level of detail (--lod); 0 in its place"));
+    EXPECT_THAT(rest.err, HasSubstr("without a level of detail (--lod); 0 instead"));
     // Nothing but that: refused, and nothing is put away.
     const std::string other = directory / "other";
     writeText(file, R"({"scenes": ["builtin:fail-acne"], "methods": [], "variants": ["CFM-PLOD1"],
@@ -148,35 +147,35 @@ TEST_F(ProgramGl, AListLeavesOutWhatItDoesNotFollowAndSaysSo) {
     EXPECT_FALSE(std::filesystem::exists(other));
 }
 
-TEST_F(ProgramGl, TheMatrixAndTheFitLeaveOutExactRays) {
+TEST_F(ProgramGl, TheMatrixAndTheFitOmitExactRays) {
     const std::string report = directory / "report", fit = directory / "f.json";
     const ProgramResult matrix =
         runShadowdag(directory, {"study", "failures", "--only", "acne", "-o", report, "--json",
                                  "--backend", "gl"});
     ASSERT_EQ(matrix.status, 0) << matrix.err;
-    EXPECT_THAT(matrix.err, HasSubstr("left out: acne by dag-exact: --backend gl traces voxels"));
+    EXPECT_THAT(matrix.err,
+                HasSubstr("omitted: acne by dag believe none: --backend gl believes all voxels"));
     const Json json = Json::parse(readText(report + "/failures.json"));
     ASSERT_EQ(json["left_out"].size(), 1u);
-    EXPECT_EQ(json["left_out"][0]["method"], "dag-exact");
+    EXPECT_EQ(json["left_out"][0]["method"], "dag believe none");
     EXPECT_EQ(json["cells"].size(), 4u); // maps twice, dag, hybrid
-    EXPECT_THAT(readText(report + "/index.html"), HasSubstr("acne by dag-exact: --backend gl"));
+    EXPECT_THAT(readText(report + "/index.html"),
+                HasSubstr("acne by dag believe none: --backend gl"));
     const ProgramResult fitted =
         runShadowdag(directory, {"fit", "builtin:fail-acne", "-o", fit, "--size", "32x18",
                                  "--resolution", "32", "--thresholds", "96", "--max", "1",
                                  "--minimise", "bytes", "--no-charts", "--backend", "gl"});
     ASSERT_EQ(fitted.status, 0) << fitted.err;
-    EXPECT_THAT(fitted.err, HasSubstr("left out: method dag-exact: --backend gl traces voxels"));
+    EXPECT_THAT(fitted.err, HasSubstr("omitted: believe none: --backend gl believes all voxels"));
     EXPECT_EQ(Json::parse(readText(fit))["provenance"]["left_out"].size(), 1u);
 }
 
 // What is refused needs neither a window nor OpenGL to say so.
 TEST_F(ProgramGl, TheWindowRefusesMethodsByTheirOption) {
-    for (const std::string option : {"--method", "--right"}) {
-        const ProgramResult result = runShadowdag(
-            directory, {"view", "builtin:atrium", option, "dag-exact", "--backend", "gl"});
-        EXPECT_EQ(result.status, 1);
-        EXPECT_THAT(result.err, HasSubstr(option + " 'dag-exact'"));
-    }
+    const ProgramResult result =
+        runShadowdag(directory, {"view", "builtin:atrium", "--believe", "2", "--backend", "gl"});
+    EXPECT_EQ(result.status, 1);
+    EXPECT_THAT(result.err, HasSubstr("--believe '2'"));
     const ProgramResult camera =
         runShadowdag(directory, {"view", "builtin:atrium", "--camera", "1,2,3"}, kNoEgl);
     EXPECT_EQ(camera.status, 1);
@@ -195,7 +194,7 @@ TEST_F(ProgramGl, TheTruthsPictureDrawsNoMaps) {
 
 // A picture by a slow driver, whose one shading pass takes longer than anybody waits: it is heard
 // between the pieces of the pass.
-TEST_F(ProgramGl, AnInterruptEndsAFrameAndLeavesNothing) {
+TEST_F(ProgramGl, AnInterruptEndsAFrameAndLeavesNoFile) {
     const std::string picture = directory / "a.png";
     const pid_t child = startProgram(directory,
                                      {"render", "builtin:atrium", "--method", "maps", "--backend",

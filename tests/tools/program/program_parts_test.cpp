@@ -15,8 +15,8 @@ namespace {
 using testing::HasSubstr;
 using Arguments = std::vector<std::string>;
 
-/// Two scenes of two frames: four frames to share out. Something moves in the first, whose camera
-/// is placed.
+/// Two scenes of two views and two frames: eight frames to share out. Something moves in the first,
+/// whose cameras are placed.
 Arguments tinyCompare(const std::string& output) {
     return {"compare",
             "builtin:fail-mover",
@@ -36,8 +36,8 @@ Arguments tinyCompare(const std::string& output) {
             "--frames",
             "0:1",
             "--no-charts",
-            "--camera",
-            "auto",
+            "--views",
+            "2",
             "--json"};
 }
 
@@ -50,8 +50,10 @@ Json withoutTimes(const std::string& path) {
     Json results = Json::parse(readText(path));
     for (const char* key : {"thread_count", "parts"})
         results["provenance"].erase(key);
+    results.erase("verdict"); // of times
     for (Json& run : results["runs"])
-        for (const char* key : {"time_ms", "time_ms_min", "time_ms_max", "stages_ms"})
+        for (const char* key :
+             {"time_ms", "time_ms_min", "time_ms_max", "stages_ms", "other_cpu_share"})
             run.erase(key);
     return results;
 }
@@ -85,7 +87,9 @@ TEST(CompareParts, JoinToTheReportOfOneCompare) {
             directory,
             Arguments{"compare", "--join", "--no-charts", "--json", "-o", joined} + parts);
         ASSERT_EQ(result.status, 0) << result.err;
-        EXPECT_EQ(result.json()["run_count"], 8);
+        EXPECT_EQ(result.json()["run_count"], 16);
+        EXPECT_EQ(Json::parse(readText(joined + "/results.json"))["scenes"][3]["scene"],
+                  "builtin:fail-wires auto-2");
         EXPECT_EQ(withoutTimes(joined + "/results.json").dump(1),
                   withoutTimes(whole + "/results.json").dump(1));
         EXPECT_EQ(readText(joined + "/lights.csv"), readText(whole + "/lights.csv"));
@@ -120,9 +124,9 @@ TEST(CompareParts, AMissingRepeatedForeignOrDamagedPartIsNamed) {
     };
     expect({parts[1]}, 2, "of 2 parts of the compare, missing: 1; run compare --part 1/2");
     expect({parts[0], parts[1], parts[0]}, 2, parts[0] + ": is part 1, as is " + parts[0]);
-    expect({parts[0], foreign}, 2, foreign + ": is a part of another compare than " + parts[0]);
+    expect({parts[0], foreign}, 2, foreign + ": belongs to another compare than " + parts[0]);
     expect({parts[0], foreign}, 2, "its experiment_hash is");
-    expect({parts[0], directory / "none"}, 2, "is no finished part of a compare");
+    expect({parts[0], directory / "none"}, 2, "is not a finished part of a compare");
     expect({}, 1, "needs the directories of all parts");
     expect({parts[0], parts[1], "--size", "32x18"}, 1, "--size and --join contradict");
     expect({parts[0], parts[1], "--part", "1/2"}, 1, "--part and --join contradict");
@@ -133,7 +137,7 @@ TEST(CompareParts, AMissingRepeatedForeignOrDamagedPartIsNamed) {
 
     const ProgramResult whole = runShadowdag(directory, tinyCompare(parts[0]));
     EXPECT_EQ(whole.status, 1);
-    EXPECT_THAT(whole.err, HasSubstr("holds a part of a compare"));
+    EXPECT_THAT(whole.err, HasSubstr("contains a part of a compare"));
 
     const std::string path = parts[1] + "/part.json", text = readText(path);
     Json commit = Json::parse(text);
@@ -192,8 +196,9 @@ TEST(CompareParts, ADamagedPartIsRefusedWithItsFileNamed) {
     };
     expectEdited(setRun("false_shadow_count", 999), false, path + ": is damaged or was edited");
     for (const char* key : {"false_shadow_count", "scene", "time_ms", "images"})
-        expectEdited(setRun(key, Json::array({1})), true, path + ": holds what no compare writes");
-    expectEdited([](Json& part) { part.erase("files"); }, true, path + ": holds what no compare");
+        expectEdited(setRun(key, Json::array({1})), true, path + ": was not written by compare");
+    expectEdited([](Json& part) { part.erase("files"); }, true,
+                 path + ": was not written by compare");
 
     const std::string image =
         parts[0] + "/" + Json::parse(text)["truth_images"][0]["file"].get<std::string>();
@@ -211,7 +216,7 @@ TEST(CompareParts, ADamagedPartIsRefusedWithItsFileNamed) {
         0);
 }
 
-TEST(CompareParts, AValueSpelledTwoWaysIsNamedTwice) {
+TEST(CompareParts, AValueSpelledTwoWaysIsListedTwice) {
     const TemporaryDirectory directory;
     for (const auto& [option, list] :
          {std::pair("--lod", "coverage,coverage:0.75"), std::pair("--lod", "footprint:1,footprint"),
@@ -219,14 +224,15 @@ TEST(CompareParts, AValueSpelledTwoWaysIsNamedTwice) {
         const ProgramResult result =
             runShadowdag(directory, tinyCompare(directory / "out") + Arguments{option, list});
         EXPECT_EQ(result.status, 1) << list;
-        EXPECT_THAT(result.err, HasSubstr("stands there twice"));
+        EXPECT_THAT(result.err, HasSubstr("is listed twice"));
     }
     writeText(directory / "e.json", "{\"lod\": [\"coverage\", \"coverage:0.75\"]}");
     const ProgramResult result =
         runShadowdag(directory, {"compare", "builtin:fail-mover", "--experiment",
                                  directory / "e.json", "-o", directory / "out"});
     EXPECT_EQ(result.status, 2);
-    EXPECT_THAT(result.err, HasSubstr("e.json: key \"lod\" 'coverage:0.75': coverage:0.75 stands"));
+    EXPECT_THAT(result.err,
+                HasSubstr("e.json: key \"lod\" 'coverage:0.75': coverage:0.75 is listed"));
 }
 
 TEST(CompareParts, APartIsResumedOnlyAsThatPart) {
@@ -240,7 +246,7 @@ TEST(CompareParts, APartIsResumedOnlyAsThatPart) {
     const ProgramResult result =
         runShadowdag(directory, tinyCompare(out) + Arguments{"--part", "2/2", "--resume"});
     EXPECT_EQ(result.status, 1);
-    EXPECT_THAT(result.err, HasSubstr("belongs to another compare"));
+    EXPECT_THAT(result.err, HasSubstr("belongs to another run"));
     EXPECT_TRUE(std::filesystem::exists(out + "/part.json")) << "the older part is unharmed";
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every test of wrong uses of the program expects of it.
+// Expectations shared by all tests of wrong uses of the program.
 #pragma once
 
 #include "tests/tools/program/program_runner.h"

@@ -48,12 +48,12 @@ TEST(CompareReal, WritesPageTableJsonAndPictures) {
         EXPECT_TRUE(cell["broken"].empty()) << cell;
     }
     EXPECT_THAT(readText(report + "/index.html"), HasSubstr("images/"));
-    EXPECT_THAT(readText(report + "/real.csv"), HasSubstr("dag-exact"));
+    EXPECT_THAT(readText(report + "/real.csv"), HasSubstr("dag believe none"));
     EXPECT_FALSE(std::filesystem::exists(report + "/partial"));
 }
 
 // Without the Python packages nothing is measured for charts that cannot be drawn; without charts
-// the data are written, and what the page lacks is said.
+// the data are written, and the missing packages are reported.
 TEST(CompareReports, MissingPackagesAreNamedAndTheDataAreWritten) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
@@ -73,9 +73,8 @@ TEST(CompareReports, MissingPackagesAreNamedAndTheDataAreWritten) {
                                        "--no-charts"));
     EXPECT_FALSE(isThere);
     ASSERT_EQ(result.status, 0) << result.err;
-    EXPECT_THAT(result.err,
-                HasSubstr("index.html is left out: the page needs /usr/bin/python3 with "
-                          "Jinja2: apt-get install python3-jinja2\n"));
+    EXPECT_THAT(result.err, HasSubstr("index.html is omitted: the page needs /usr/bin/python3 with "
+                                      "Jinja2: apt-get install python3-jinja2\n"));
     EXPECT_EQ(result.json()["report"], report + "/results.json");
     EXPECT_TRUE(std::filesystem::exists(report + "/results.csv"));
     EXPECT_FALSE(std::filesystem::exists(report + "/index.html"));
@@ -104,7 +103,7 @@ TEST(CompareReports, ARefusalLeavesNoDirectory) {
 // Directories above the one that is named are no exception, nor are figures and plain compares,
 // whatever is wrong; what an interrupted compare has finished survives a name that is wrong, and a
 // link that leads nowhere stays.
-TEST(CompareReports, ARefusalHarmsNothingThatWasThere) {
+TEST(CompareReports, ARefusalChangesNoExistingFile) {
     const TemporaryDirectory directory;
     const std::string deep = directory / "a/b/c";
     const std::string badGlb = directory / "bad.glb";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the built program and keeps what it said.
+// Runs the built program and keeps its output.
 #pragma once
 
 #include "tests/tools/temporary_directory.h"

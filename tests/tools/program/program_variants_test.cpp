@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Variants, sequences and figures from end to end at smoke size, and all that is refused there.
+// Variants, sequences and figures from end to end at smoke size, and their refusals.
 #include "tests/tools/program/program_refusals.h"
 
 #include <chrono>
@@ -168,27 +168,28 @@ TEST(ProgramVariants, WrongUsesAreRefusedByName) {
          {compare({"--lead-in", "2"}), 1, "--lead-in is for --sequence"},
          {compare({"--flicker-points", "2"}), 1, "--flicker-points is for --sequence"},
          {compare({"--sequence", "--lead-in", "x"}), 1, "--lead-in 'x'"},
-         {compare({"--sequence", "--part", "1/2"}), 1, "frames of a sequence follow each other"},
+         {compare({"--sequence", "--part", "1/2"}), 1, "frames of a sequence depend on each other"},
          {compare({"--sequence", "--methods", "hybrid", "--model", "oracle", "--thresholds", "8",
                    "--resolution", "16", "--size", "16x16", "--no-charts"}),
-          1, "model 'oracle' needs the costs of every frame"},
-         {compare({"--methods", "dag-exact,embree", "--lod", "1"}), 1,
-          "--lod is for rays that stop at voxels, which --methods leaves out"},
+          1, "model 'oracle' needs measured costs of every frame"},
+         {compare({"--methods", "dag,embree", "--lod", "1"}), 1,
+          "--lod is for rays through voxels, which --methods leaves out; add dag or hybrid with "
+          "--believe all"},
          {compare({"--methods", "maps", "--offset", "2"}), 1, "--offset is for rays"},
          {compare({"--maps-per-light", "17"}), 1, "--maps-per-light '17'"},
          {compare({"--variants", "PMCD,PMCD-4SM"}), 1, "'PMCD-4SM': is the variant 'PMCD'"},
          {compare({"--variants", "PMCD,PMCD-T1", "--taps", "1"}), 1, "is the variant 'PMCD'"},
-         {compare({"--variants", "Hybrid:expr:texels-9"}), 1, "stands in parentheses"},
+         {compare({"--variants", "Hybrid:expr:texels-9"}), 1, "in parentheses"},
          {{"compare", "-o", out, "--experiment", directory / "e.json"},
           2,
           "e.json: key \"variants\" 'PMCX': part 1"},
          {{"compare", "-o", out, "--experiment", directory / "f.json"},
           2,
-          "contradicts \"variants\", whose names say it"},
+          "contradicts \"variants\", whose names set it"},
          {{"compare", "-o", out, "--experiment", directory / "g.json"}, 2, "must be true or false"},
          {{"compare", "-o", out, "--experiment", directory / "h.json"},
           2,
-          "contradicts \"variants\", whose names say it"},
+          "contradicts \"variants\", whose names set it"},
          {{"compare", "-o", out, "--experiment", directory / "h.json", "--sequence"},
           1,
           "--sequence and --experiment contradict each other"},
@@ -198,7 +199,7 @@ TEST(ProgramVariants, WrongUsesAreRefusedByName) {
          {{"figures", "", "-o", out}, 1, "RESULTS '': must not be empty"},
          {{"figures", directory / "r.json", "-o", ""}, 1, "'': "},
          {{"figures", directory / "r.json", "-o", out, "--figure", ""}, 1, "--figure ''"},
-         {{"figures", directory / "s.json", "-o", out}, 2, "holds nothing that a figure is drawn"},
+         {{"figures", directory / "s.json", "-o", out}, 2, "contains no data for figures"},
          {{"figures", directory / "s.json", "-o", "/proc"}, 3, "/proc/charts.json: cannot be"},
          {{"render", "builtin:atrium", "-o", directory / "a.exr", "--method", "dag",
            "--maps-per-light", "4"},
@@ -206,7 +207,7 @@ TEST(ProgramVariants, WrongUsesAreRefusedByName) {
           "--maps-per-light is for methods that draw maps"}});
 }
 
-TEST(ProgramVariants, OptionsThatNoRunHeedsAreRefused) {
+TEST(ProgramVariants, UnusedOptionsAreRefused) {
     const TemporaryDirectory directory;
     writeText(directory / "maps.json",
               R"({"scenes": ["builtin:atrium"], "methods": ["maps"], "size": "16x16"})");
@@ -220,17 +221,17 @@ TEST(ProgramVariants, OptionsThatNoRunHeedsAreRefused) {
     expectRefused(
         directory,
         {{compare({"--variants", "PMCD", "--offset", "2"}), 1,
-          "--offset is for rays that stop at voxels, which --variants leaves out; add RT or "
+          "--offset is for rays through voxels, which --variants leaves out; add RT or "
           "Hybrid"},
          {compare({"--variants", "PMCD,CFM", "--lod", "1"}), 1, "--lod is for rays"},
          {compare({"--variants", "PMCD", "--resolution", "64"}), 1,
-          "--resolution is for methods that trace voxels, which --variants leaves out"},
+          "--resolution is for methods that trace rays, which --variants leaves out"},
          {compare({"--methods", "embree,maps", "--resolution", "64"}), 1, "which --methods leaves"},
          {compare({"--variants", "RT", "--pool", "64M"}), 1,
           "--pool is for methods that draw maps, which --variants leaves out"},
          {compare({"--methods", "dag", "--bias", "1"}), 1, "--bias is for methods that draw maps"},
          {compare({"--variants", "PMCD-T1,RT", "--taps", "4"}), 1,
-          "--taps is for maps whose names do not say it"},
+          "--taps is for maps whose names do not set it"},
          {compare({"--methods", "dag,maps", "--thresholds", "32"}), 1,
           "--thresholds is for method hybrid"},
          {compare({"--methods", "dag,maps", "--model", "oracle"}), 1, "--model is for method"},
@@ -241,22 +242,22 @@ TEST(ProgramVariants, OptionsThatNoRunHeedsAreRefused) {
          {compare({"--variants", "PMCD,RT", "--sequence", "--route-margin", "0.2"}), 1,
           "--route-margin is for hybrids"},
          {compare({"--variants", "Hybrid-RH", "--sequence", "--route-margin", "0.2"}), 1,
-          "whose names do not say it"},
+          "whose names do not set it"},
          {compare({"--sequence", "--route-margin", "-1"}), 1, "--route-margin '-1'"},
          {compare({"--sequence", "--route-margin", "nan"}), 1, "--route-margin 'nan'"},
-         {compare({"--seed", "3"}), 1, "--seed says nothing without --lights"},
-         {compare({"--fps", "3"}), 1, "--fps says nothing without --frames"},
-         {compare({"--allow-stale"}), 1, "--allow-stale says nothing without --voxels"},
+         {compare({"--seed", "3"}), 1, "--seed has no effect without --lights"},
+         {compare({"--fps", "3"}), 1, "--fps has no effect without --frames"},
+         {compare({"--allow-stale"}), 1, "--allow-stale has no effect without --voxels"},
          {{"compare", "-o", directory / "out", "--experiment", file, "--voxels",
            directory / "none.svdag"},
           1,
-          "--voxels is for methods that trace voxels, which " + file},
+          "--voxels is for methods that trace rays, which " + file},
          {{"compare", "-o", directory / "out", "--experiment", file, "--route-margin", "1"},
           1,
           "--route-margin and --experiment contradict"},
          {{"render", "builtin:atrium", "-o", directory / "a.exr", "--route-margin", "0.1"},
           1,
-          "--route-margin is for frames that follow each other"},
+          "--route-margin is for sequences of frames"},
          {{"render", "builtin:atrium", "-o", directory / "a.exr", "--route-margin", "0.1",
            "--frames", "0:1", "--method", "maps"},
           1,
@@ -264,7 +265,7 @@ TEST(ProgramVariants, OptionsThatNoRunHeedsAreRefused) {
          {{"render", "builtin:atrium", "-o", directory / "a.exr", "--route-margin", "0.1",
            "--frames", "0:1", "--variant", "Hybrid-RH0.3"},
           1,
-          "the name says it"},
+          "the name sets it"},
          {{"render", "builtin:atrium", "-o", directory / "a.exr", "--method", "embree", "--truth"},
           1,
           "--truth is for methods that can be wrong"},
@@ -273,7 +274,7 @@ TEST(ProgramVariants, OptionsThatNoRunHeedsAreRefused) {
           "--taps and --variant 'PMCD-T1' contradict"},
          {{"validate", "builtin:atrium", "--variant", "PMCD", "--offset", "2"},
           1,
-          "--offset is for rays that stop at voxels"}});
+          "--offset is for rays through voxels"}});
     for (const char* option : {"--variants", "--costs", "--experiment", "--title", "--model"})
         expectRefused(directory,
                       {{compare({option, ""}), 1, std::string(option) + " '': is empty"}});

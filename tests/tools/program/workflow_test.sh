@@ -75,9 +75,10 @@ def load(path):
     results = json.load(open(path))
     for key in ("thread_count", "parts"):
         results["provenance"].pop(key, None)
+    results.pop("verdict")  # of times
     for entry in results["runs"] + results["map_costs"]:
         for key in ("time_ms", "time_ms_min", "time_ms_max", "stages_ms", "rays_ms", "map_ms",
-                    "rays_scale", "maps_scale"):
+                    "rays_scale", "maps_scale", "whole_frame", "other_cpu_share"):
             entry.pop(key, None)
     return results
 a, b = (load(path) for path in sys.argv[1:])

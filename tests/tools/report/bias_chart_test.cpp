@@ -69,7 +69,7 @@ TEST(BiasChart, LinesAreThoseOfTheResultsInOrderOfBias) {
     EXPECT_EQ(lines["wrong_percent"]["room, false shadow"].dump(), "[[0.0,5.0],[1.0,0.0]]");
 }
 
-TEST(BiasChart, RefusesWhatItCannotDraw) {
+TEST(BiasChart, RefusesDataThatCannotBeDrawn) {
     const TemporaryDirectory directory;
     std::string text;
     for (const char* key : {"acne", "detached", "filters"}) {

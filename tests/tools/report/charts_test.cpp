@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 
 namespace shadowdag {
 
@@ -44,12 +45,45 @@ TEST(Charts, EveryChartIsDrawnAsSvgAndPngWithACaption) {
     }
 }
 
+TEST(Charts, ASweepOfWhatRaysBelieveGetsItsOwnChart) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    Json base;
+    for (const Json& run : results["runs"])
+        if (run["method"] == "dag" && run["parameters"]["resolution"] == 2048)
+            base = run;
+    results["runs"] = Json::array();
+    for (const Json& believe : Json{"all", 2, 0.5, "none"}) {
+        Json run = base;
+        run["parameters"]["believe"] = believe;
+        run["label"] = "dag believe " + believe.dump();
+        run["ray_count"] = 1000;
+        run["exact_ray_count"] = believe == "all" ? 0 : believe == 2 ? 250 : 1000;
+        if (believe == "none") {
+            run["parameters"].erase("resolution");
+            run["false_shadow_count"] = run["false_light_count"] = 0;
+        }
+        results["runs"].push_back(run);
+    }
+    writeText(directory / "b.json", results.dump());
+    drawCharts(directory / "b.json", directory / "charts");
+    const std::string svg = readText(directory / "charts/believe_builtin_made_up.svg");
+    for (const char* text : {"none", "0.5 px", "2 px", "all"}) // glyphs are preceded by their text
+        EXPECT_THAT(svg, testing::HasSubstr(std::string("<!-- ") + text + " -->"));
+    EXPECT_THAT(svg, testing::HasSubstr("<!-- 25 -->")) << "the share that triangles decide";
+    results["runs"].erase(results["runs"].begin() + 1, results["runs"].end());
+    writeText(directory / "one.json", results.dump());
+    drawCharts(directory / "one.json", directory / "one");
+    EXPECT_FALSE(std::filesystem::exists(directory / "one/believe_builtin_made_up.svg"));
+}
+
 TEST(Charts, ASweepOfLevelsOfDetailGetsItsOwnChart) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");
     Json results = Json::parse(readText(directory / "r.json"));
     const auto isRays = [](const Json& run) {
-        return run["method"] == "dag" && run["parameters"]["resolution"] == 2048;
+        return run["method"] == "dag" && run["parameters"].value("resolution", 0) == 2048;
     };
     const Json base = *std::find_if(results["runs"].begin(), results["runs"].end(), isRays);
     const Json lods = {
@@ -107,8 +141,10 @@ TEST(Charts, CaptionsNameOnlyTheThresholdsThatAreMarked) {
     const std::string tiny = captions("64x36"); // 3.2: below the sweep's least, 8
     EXPECT_THAT(tiny, testing::HasSubstr("The ring marks the paper's 96 texels. 3 texels have no "
                                          "run of their own."));
-    EXPECT_THAT(tiny, testing::HasSubstr("The line stands at the paper's 96 texels. Its equivalent "
-                                         "for this picture size, 3, is outside the sweep."));
+    EXPECT_THAT(tiny,
+                testing::HasSubstr("The line marks the paper's 96 texels. Its equivalent "
+                                   "for this picture size, 3, is not between 8 and 192, the least "
+                                   "and the largest threshold that divides the maps."));
     const std::string paper = captions("1920x1080");
     EXPECT_THAT(paper, testing::HasSubstr("The ring marks the paper's 96 texels."));
     EXPECT_THAT(paper, testing::Not(testing::HasSubstr("have no run")));
@@ -122,7 +158,7 @@ TEST(Charts, CaptionsNameOnlyTheThresholdsThatAreMarked) {
     EXPECT_THAT(shifted, testing::HasSubstr("96 texels have no run of their own"));
 }
 
-TEST(Charts, ACrossingThatTheDataDoNotPinDownIsNotGiven) {
+TEST(Charts, AnUncertainCrossingIsNotReported) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");
     Json results = Json::parse(readText(directory / "r.json"));
@@ -141,7 +177,7 @@ TEST(Charts, ACrossingThatTheDataDoNotPinDownIsNotGiven) {
     EXPECT_THAT(charts, testing::HasSubstr("no crossing that the data pin down"));
 }
 
-TEST(Charts, LinesOfDifferentCommitsAreRefusedUnlessTold) {
+TEST(Charts, LinesOfDifferentCommitsAreRefusedUnlessAllowed) {
     const TemporaryDirectory directory;
     makeResults(directory / "a.json", "c1");
     makeResults(directory / "b.json", "c2");
@@ -155,7 +191,34 @@ TEST(Charts, LinesOfDifferentCommitsAreRefusedUnlessTold) {
     EXPECT_EQ(runReport(told, &said), 0) << said;
 }
 
-TEST(Charts, ResultsWithoutRunsAreRefusedWithWhatToDo) {
+// A view of no pair of a point and a light has no error, and a chart of 0 % would say that it is
+// exact.
+TEST(Charts, ScenesWithoutPairsAreNotDrawn) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    Json empty = results["runs"];
+    for (Json& run : empty) {
+        run["scene"] = "empty";
+        run["pair_count"] = run["false_shadow_count"] = run["false_light_count"] = 0;
+    }
+    Json both = results;
+    both["runs"].insert(both["runs"].end(), empty.begin(), empty.end());
+    writeText(directory / "both.json", both.dump());
+    drawCharts(directory / "both.json", directory / "charts");
+    const std::string charts = readText(directory / "charts/charts.json");
+    EXPECT_THAT(charts, testing::HasSubstr("speed_accuracy_builtin_made_up"));
+    EXPECT_THAT(charts, testing::Not(testing::HasSubstr("empty")));
+
+    results["runs"] = empty;
+    writeText(directory / "none.json", results.dump());
+    std::string said;
+    EXPECT_NE(runReport({"charts", directory / "none.json", "-o", directory / "none"}, &said), 0);
+    EXPECT_THAT(said, testing::HasSubstr("no run has a pair of a visible point and a light"));
+    EXPECT_THAT(said, testing::HasSubstr("--camera"));
+}
+
+TEST(Charts, ResultsWithoutRunsAreRefusedWithARemedy) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");
     Json results = Json::parse(readText(directory / "r.json"));
@@ -173,24 +236,37 @@ TEST(Charts, ResultsWithoutRunsAreRefusedWithWhatToDo) {
     EXPECT_THAT(refuse(), testing::HasSubstr("its frames in sequence are drawn by shadowdag"));
 }
 
-// A camera that sees nothing has no pair, and so neither histogram nor error.
-TEST(Charts, AViewWithoutPairsIsDrawn) {
+TEST(Charts, ASweepIsACurveOfItsOwnForEveryValueOfEverySetting) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");
     Json results = Json::parse(readText(directory / "r.json"));
-    results["map_costs"] = Json::array();
-    for (Json& run : results["runs"]) {
-        run["visibility_histogram"] = std::vector<int>(256);
-        for (const auto& [key, value] : run.items())
-            if (key.ends_with("_count") || key.starts_with("mean_"))
-                run[key] = 0;
-    }
+    Json runs = Json::array();
+    for (const Json& made : results["runs"]) // a setting of maps that the package does not know
+        for (const int value : {1, 4}) {
+            Json run = made;
+            if (run["method"] != "dag")
+                run["parameters"]["made_up_setting"] = value;
+            if (run["method"] != "dag" || value == 1)
+                runs.push_back(run);
+        }
+    results["runs"] = runs;
     writeText(directory / "r.json", results.dump());
-    drawCharts(directory / "r.json", directory / "charts");
-    const Json charts = Json::parse(readText(directory / "charts/charts.json"))["charts"];
-    EXPECT_EQ(charts[0]["file"], "speed_accuracy_builtin_made_up");
+    const std::string script =
+        "import sys\n"
+        "sys.path.insert(0, '" SDAG_SOURCE_DIR "/tools/report')\n"
+        "from shadowdag_report.charts.runs import load, series_name, sweeps\n"
+        "runs = [r for r in load([sys.argv[1]], False)[0] if r['frame'] == 0]\n"
+        "series = sweeps(runs)\n"
+        "for key, members in series.items():\n"
+        "    thresholds = [r['parameters']['threshold_texels'] for r in members]\n"
+        "    print(series_name(key, list(series)), thresholds)\n";
+    std::string said;
+    EXPECT_EQ(runProgram({"/usr/bin/python3", "-B", "-c", script, directory / "r.json"}, &said), 0);
+    EXPECT_EQ(said, "made up setting 1 [0, 8, 16, 32, 64, 96, 192, 'inf']\n"
+                    "made up setting 4 [0, 8, 16, 32, 64, 96, 192, 'inf']\n");
 }
 
+// A camera that sees nothing has no pair, and so neither histogram nor error.
 TEST(Charts, VariantsByNameHaveAChartOfTheirOwn) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");
@@ -208,7 +284,28 @@ TEST(Charts, VariantsByNameHaveAChartOfTheirOwn) {
     EXPECT_EQ(charts["charts"][0]["file"], "variants_builtin_made_up");
 }
 
-TEST(Charts, AnErrorOfZeroStandsOnTheAxis) {
+TEST(Charts, OnlyDifferencesBeyondTheSpreadMakeAFront) {
+    const std::string script = R"(
+import sys
+sys.path.insert(0, sys.argv[1])
+from shadowdag_report.charts.speed_accuracy import pareto
+def run(name, time, error, spread=2):
+    return {"label": name, "time_ms": time, "time_ms_min": time - spread / 2, "time_ms_max": time + spread / 2,
+            "error": error}
+runs = [run("embree", 30, 0), run("maps", 10, 0.02), run("noise", 9.5, 0.03), run("fast", 5, 0.03), run("slow", 40, 0),
+        run("middle", 20, 0.01)]
+print(" ".join(r["label"] for r in pareto(runs)), end="")
+)";
+    std::string said;
+    ASSERT_EQ(runProgram({"/usr/bin/python3", "-c", script,
+                          std::string(SDAG_SOURCE_DIR) + "/tools/report"},
+                         &said),
+              0)
+        << said;
+    EXPECT_EQ(said, "fast maps middle embree");
+}
+
+TEST(Charts, AnErrorOfZeroIsDrawnOnTheAxis) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");
     Json results = Json::parse(readText(directory / "r.json"));

@@ -83,7 +83,7 @@ TEST(Figures, EachIsDrawnWithItsDataItsCaptionAndWhatThePaperStates) {
     }
 }
 
-TEST(Figures, ClaimsAreHeldAgainstTheData) {
+TEST(Figures, ClaimsAreComparedWithTheData) {
     const TemporaryDirectory directory;
     makeSequence(directory / "r.json", "c1");
     drawFigures(directory / "r.json", directory / "figures", {"--figure", "15"});
@@ -124,7 +124,7 @@ TEST(Figures, StepsOfCullingAreSharesOfTheirSumAndStagesAreDrawnInGroups) {
 }
 
 // Commits of sparse textures are the driver's: figure 11 then shows their own time and says so.
-TEST(Figures, CommitsByTheDriverAreShownAsSuch) {
+TEST(Figures, CommitsByTheDriverAreMarked) {
     const TemporaryDirectory directory;
     Json results = madeUp(directory, {"PMCD-EB", "PMCD-EB-SO"});
     const auto draw = [&](const char* output) {
@@ -142,7 +142,7 @@ TEST(Figures, CommitsByTheDriverAreShownAsSuch) {
     EXPECT_THAT(drivers["caption"].get<std::string>(), HasSubstr("by the driver"));
 }
 
-TEST(Figures, WhatIsNotMeasuredIsLeftOutByNameUnlessAskedFor) {
+TEST(Figures, UnmeasuredFiguresAreOmittedByNameUnlessRequested) {
     const TemporaryDirectory directory;
     Json results = madeUp(directory, {"CFM", "PMCD-EB"});
     for (Json& row : results["sequence_runs"])
@@ -154,11 +154,11 @@ TEST(Figures, WhatIsNotMeasuredIsLeftOutByNameUnlessAskedFor) {
     EXPECT_THAT(
         leftOutLines(charts),
         testing::ElementsAre(
-            "figure 11 of builtin:made-up is left out: it needs a variant with SO or SOR",
-            "figure 14 of builtin:made-up is left out: it needs variants PMCD-EB and some of "
+            "figure 11 of builtin:made-up is omitted: it needs a variant with SO or SOR",
+            "figure 14 of builtin:made-up is omitted: it needs variants PMCD-EB and some of "
             "PMCD-EB-T1, PMCD-EB-Nk3, PMCD-EB-RL",
-            "figure 15 of builtin:made-up is left out: it needs \"triangle_sphere_count\" of CFM",
-            "figure 16 of builtin:made-up is left out: it needs variants PMCD-EB and some of "
+            "figure 15 of builtin:made-up is omitted: it needs \"triangle_sphere_count\" of CFM",
+            "figure 16 of builtin:made-up is omitted: it needs variants PMCD-EB and some of "
             "PMCD-EB-1SM, PMCD-EB-16SM, PMCD-EB-u2, PMCD-EB-u4"));
     EXPECT_THAT(refusal(directory / "r.json", directory / "x", {"--figure", "11"}),
                 HasSubstr("figure 11 of builtin:made-up needs a variant with SO or SOR"));
@@ -236,7 +236,7 @@ TEST(Figures, OtherFilesAndLinesOfDifferentCommitsAreRefused) {
 TEST(Figures, WrongShapesAreRefusedByPlace) {
     const TemporaryDirectory directory;
     const Json right = madeUp(directory, {"PMCD-EB", "RT"});
-    // One Python for all: it is asked as a program would be, file by file.
+    // One Python process for all, called file by file as a program would.
     std::vector<std::string> messages, asked{"/usr/bin/python3", "-c", R"(
 import os, sys
 sys.path.insert(0, os.path.dirname(sys.argv[1]))
@@ -275,7 +275,7 @@ for path in sys.argv[2:]:
             "sequence_runs[1]: \"stages_ms\" is {\"shading\": []}");
     // make_sequence.py writes frame by frame: rows 0 and 1 are PMCD-EB and RT at frame 0.
     refused(row("label", "PMCD-EB"),
-            "sequence_runs[1]: frame 0 of PMCD-EB in builtin:made-up stands there twice");
+            "sequence_runs[1]: frame 0 of PMCD-EB in builtin:made-up is listed twice");
     results = right;
     results["sequence_runs"].erase(1);
     refused(results.dump(), "builtin:made-up: RT lacks frame 0, which other variants have");
@@ -297,18 +297,18 @@ for path in sys.argv[2:]:
     EXPECT_FALSE(std::getline(lines, rest)) << rest;
 }
 
-TEST(Figures, WhatCannotBeWrittenIsSaidAndLeavesNothingHalfWritten) {
+TEST(Figures, WriteErrorsAreReportedAndLeaveNoPartialFile) {
     const TemporaryDirectory directory;
     makeSequence(directory / "r.json", "c1", {"PMCD-EB"});
     const auto unwritten = [&](const std::string& where) {
         return refusal(directory / "r.json", where, {"--figure", "15"}, ErrorKind::kResource);
     };
-    // Nothing can be written to either, whoever asks.
+    // Neither can be written to, by any user.
     EXPECT_THAT(unwritten("/proc"), HasSubstr("/proc/figure_15_builtin_made_up.svg: cannot be "
                                               "written: "));
     EXPECT_THAT(unwritten(directory / "r.json/x"),
                 testing::AllOf(HasSubstr("r.json/x: cannot be written"),
-                               HasSubstr("name another directory")));
+                               HasSubstr("choose another directory")));
     // A file may grow to 4 KiB, as on a full disk; what Python leaves then is nothing.
     rlimit before{};
     getrlimit(RLIMIT_FSIZE, &before);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The command layouts on the committed measurements of layouts, and on a file that is none.
+// The command layouts on the committed measurements of layouts, and on another file.
 #include "tests/tools/report/report_runner.h"
 #include "tools/settings/json.h"
 
@@ -28,7 +28,7 @@ TEST(LayoutChart, CommittedLayoutsAreDrawnAsSvgAndPng) {
     EXPECT_THAT(readText(directory / "charts/layouts.png"), testing::StartsWith("\x89PNG"));
 }
 
-TEST(LayoutChart, CommittedLayoutsHoldWhatTheyAreChosenBy) {
+TEST(LayoutChart, CommittedLayoutsContainTheirCriteria) {
     const Json data = Json::parse(readText(kData));
     EXPECT_FALSE(data["provenance"]["commit"].get<std::string>().empty());
     EXPECT_FALSE(data["provenance"]["compiler"].get<std::string>().empty());

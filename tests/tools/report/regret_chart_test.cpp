@@ -83,7 +83,7 @@ TEST(RegretChart, SumsAreThoseOfAllFrames) {
     EXPECT_THAT(text, AllOf(HasSubstr("worst frame 30"), HasSubstr("58 %")));
 }
 
-TEST(RegretChart, AGainWithinTheNoiseIsSaidAndNotDividedBy) {
+TEST(RegretChart, AGainWithinTheNoiseIsReportedAndNotUsedAsADivisor) {
     const TemporaryDirectory directory;
     Json results = madeResults();
     for (Json& run : results["runs"])
@@ -96,7 +96,7 @@ TEST(RegretChart, AGainWithinTheNoiseIsSaidAndNotDividedBy) {
     EXPECT_THAT(text, HasSubstr("nothing to speak of"));
 }
 
-TEST(RegretChart, RefusesWhatItCannotDraw) {
+TEST(RegretChart, RefusesDataThatCannotBeDrawn) {
     const TemporaryDirectory directory;
     std::string text;
     EXPECT_NE(draw(directory, {{"runs", 3}}, &text), 0);

@@ -19,7 +19,7 @@ namespace shadowdag {
 
 inline const std::string kReportPackage = SDAG_SOURCE_DIR "/tools/report/shadowdag_report";
 
-/// Returns the package's exit status. @param said receives what it said, in the order it said it
+/// Returns the package's exit status. @param said receives its output in order
 inline int runReport(std::vector<std::string> arguments, std::string* said = nullptr) {
     arguments.insert(arguments.begin(), {"/usr/bin/python3", kReportPackage});
     return runProgram(arguments, said);

@@ -33,6 +33,7 @@ Json madeUpRun(const std::string& method, const std::string& label, double timeM
             {"settled_false_shadow_count", 4},
             {"acne_count", 1},
             {"contact_count", 3},
+            {"magnified_count", 5},
             {"mean_abs_visibility_error", 0.03125},
             {"rmse", 0.25},
             {"flip", 0.125},
@@ -96,7 +97,7 @@ std::vector<std::string> firstRow(const std::string& html) {
 
 } // namespace
 
-TEST(Report, TheTableHoldsEveryNumberOfARunUnderItsHeading) {
+TEST(Report, TheTableContainsEveryNumberOfARunUnderItsHeading) {
     const std::string html =
         pageOfCompare(madeUpResults(Json::array({madeUpRun("maps", "maps", 100.25)})));
     const std::vector<std::string> expected = {"maps",
@@ -110,6 +111,7 @@ TEST(Report, TheTableHoldsEveryNumberOfARunUnderItsHeading) {
                                                "0.500",
                                                "9",
                                                "4",
+                                               "5",
                                                "1",
                                                "3",
                                                "0.2500",
@@ -119,6 +121,7 @@ TEST(Report, TheTableHoldsEveryNumberOfARunUnderItsHeading) {
                                                "1&#8239;234&#8239;567",
                                                "15&#8239;156",
                                                "3.00",
+                                               "0.00",
                                                "1.50"};
     EXPECT_EQ(firstRow(html), expected);
     const std::string head = between(html, "<thead>", "</thead>");
@@ -145,7 +148,7 @@ TEST(Report, FindingsNameThePureMethodsAndTheFastestHybrid) {
                                     "settled: a shift aimed at the blocker finds them"));
 }
 
-TEST(Report, AFullPoolIsSaidInFindingsTableAndPictures) {
+TEST(Report, AFullPoolIsReportedInFindingsTableAndPictures) {
     const std::string html = pageOfCompare(
         madeUpResults({fullPool(madeUpRun("maps", "maps", 100)), madeUpRun("dag", "dag", 90)}));
     const std::string note =
@@ -171,7 +174,7 @@ TEST(Report, PictureRowsShowMethodTruthErrorAndRouteAndFoldSomeHybrids) {
     EXPECT_THAT(between(html, "<details>", "</details>"), HasSubstr("<h3>hybrid x"));
 }
 
-TEST(PoolNote, IsEmptyWherePagesFitOrNobodyCounted) {
+TEST(PoolNote, IsEmptyIfPagesFitOrWereNotCounted) {
     EXPECT_EQ(poolNote(madeUpRun("maps", "maps", 1)), "");
     EXPECT_EQ(poolNote(Json::object()), "");
     EXPECT_EQ(poolNote(FrameCounts()), "");

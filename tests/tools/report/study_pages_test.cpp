@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pages of studies on made-up results: what they show, and that no name becomes markup.
+// The pages of studies on made-up results: their content, and that no name becomes markup.
 #include "tests/tools/report/report_runner.h"
 
 #include <gmock/gmock.h>
@@ -29,10 +29,11 @@ Json madeCell() {
                  {"known", "no"},      {"broken", Json::array({"contact_count"})}};
     for (const char* key :
          {"false_shadow_count", "unexplained_count", "unnamed_count", "acne_count", "contact_count",
-          "missing_tap_count", "flicker_count", "flicker_answer_count", "drawn_map_count",
-          "traced_map_count", "triangle_count", "light_count", "occluded_count"})
+          "magnified_count", "missing_tap_count", "flicker_count", "flicker_answer_count",
+          "drawn_map_count", "traced_map_count", "triangle_count", "light_count", "occluded_count"})
         cell[key] = 0;
     cell["false_light_count"] = 10;
+    cell["null_rate"] = 0.25;
     return cell;
 }
 
@@ -64,12 +65,26 @@ TEST(StudyPages, AFailureIsShownWithItsPicturesItsCountsAndItsRemedy) {
          {"<h2 id=\"acne\">", "<h2 id=\"acne-room\">", "<code>builtin:fail-acne</code>",
           "src=\"images/t.png\"", "src=\"images/c.png\"", "src=\"images/e.png\"",
           "1.00 % false light",
-          "acne_count 1&#8239;200 without and 3 with the remedy, <b>less than the factor",
+          "acne_count 1&#8239;200 without and 3 with the remedy, <b>less than the required factor",
           "<b>broken:</b> contact_count", "without the remedy <code>a=1</code>"})
         EXPECT_THAT(page, HasSubstr(shown));
 }
 
-TEST(StudyPages, ARealSceneSaysWhatItShowsAndWhatItDoesNot) {
+TEST(StudyPages, OnlyCellsWithBoundsKeepThem) {
+    Json results = madeResults(Json::parse(R"({"remedies": [], "pictures": [], "left_out": [],
+        "study": {"rows": [{"name": "acne", "scene": "builtin:fail-acne", "remedy": "R.",
+                            "what": "W.", "source": "S"}]}})"));
+    results["broken"] = Json::array();
+    results["cells"] = Json::array({madeCell()});
+    results["cells"][0]["broken"] = Json::array();
+    results["cells"][0]["bounds"] = {{"acne_count", 3}};
+    EXPECT_THAT(pageOf("failures", "failures.json", results),
+                HasSubstr("Every cell keeps its bounds"));
+    results["cells"][0]["bounds"] = Json::object();
+    EXPECT_THAT(pageOf("failures", "failures.json", results), HasSubstr("No cell has a bound"));
+}
+
+TEST(StudyPages, ARealSceneStatesItsContentAndItsLimits) {
     const auto page = [](int occludedCount) {
         Json results = madeResults(Json::parse(R"({
             "pictures": [], "settings": "a=1", "frame_count": 4,
@@ -87,7 +102,7 @@ TEST(StudyPages, ARealSceneSaysWhatItShowsAndWhatItDoesNot) {
     EXPECT_THAT(page(500), HasSubstr("(no): it is held to what any scene"));
 }
 
-TEST(StudyPages, StabilityNamesTheCheckThatIsNearestToItsEnd) {
+TEST(StudyPages, StabilityNamesTheCheckNearestToItsBound) {
     const auto check = [](const char* name, double value, bool holds) {
         return Json{{"part", "time"},    {"band", "b"},    {"method", "maps"},
                     {"group", "time-a"}, {"case", name},   {"low", 0.0},

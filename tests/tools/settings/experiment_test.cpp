@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/settings/experiment.h"
+#include "tools/settings/variants.h"
 
 #include "cuda/error.h"
 #include "tests/tools/temporary_directory.h"
 
 #include "tools/settings/json_file.h"
+#include "tools/settings/unused_options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
 #include <set>
 
 namespace shadowdag {
@@ -65,6 +70,8 @@ TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
         {"frames", "5:1"},
         {"fps", 0},
         {"exposure", -1},
+        {"views", 0},
+        {"views", kMaxViewCount + 1},
         {"lights", -2},
         {"lights", 1.5},
         {"resolutions", {1000}},
@@ -73,6 +80,7 @@ TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
         {"methods", {"magic"}},
         {"thresholds", {"x"}},
         {"thresholds", {-1}},
+        {"thresholds", {"auto", 32}},
         {"thresholds", 96},
         {"undersample", {0.5}},
         {"page_size", {48}},
@@ -108,7 +116,18 @@ TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
     EXPECT_THAT(inputMessage(Json::array()), HasSubstr("one JSON object"));
 }
 
-TEST(Experiment, AMarginOfRoutesIsForSequencesAndForWhatDoesNotNameItsOwn) {
+TEST(Experiment, SeveralViewsAreAutomatic) {
+    const Experiment one = experimentFromJson({{"camera", "door"}}, "x");
+    EXPECT_EQ(one.viewCamera(0), "door");
+    const Experiment three = experimentFromJson({{"camera", "auto"}, {"views", 3}}, "x");
+    EXPECT_EQ(three.viewCamera(0), "auto");
+    EXPECT_EQ(three.viewCamera(2), "auto-3");
+    EXPECT_EQ(toJson(experimentFromJson(toJson(three), "x")), toJson(three));
+    EXPECT_THAT(inputMessage({{"camera", "door"}, {"views", 2}}),
+                HasSubstr("key \"views\" and \"camera\" 'door' contradict each other"));
+}
+
+TEST(Experiment, AMarginOfRoutesIsForSequencesAndVariantsWithoutTheirOwn) {
     const Experiment e = experimentFromJson(
         {{"sequence", true},
          {"route_margin", 0.2},
@@ -135,10 +154,10 @@ TEST(Experiment, AMarginOfRoutesIsForSequencesAndForWhatDoesNotNameItsOwn) {
     swept.thresholds = {32};
     swept.models.clear();
     EXPECT_THAT(labels(configurations(swept, {64}, 1)),
-                ElementsAre("hybrid texels:32 64^3 margin 0.5"));
+                ElementsAre("hybrid texels:32 believe none margin 0.5"));
 }
 
-TEST(Experiment, AFileThatIsMissingOrBrokenIsNamed) {
+TEST(Experiment, AMissingOrInvalidFileIsReportedByName) {
     const TemporaryDirectory directory;
     EXPECT_THROW(readExperiment(directory / "none.json"), Error);
     writeText(directory / "bad.json", "{\"size\": ");
@@ -151,7 +170,7 @@ TEST(Experiment, AFileThatIsMissingOrBrokenIsNamed) {
     }
 }
 
-TEST(Experiment, AFileThatIsNoFileOrSaysAKeyTwiceIsNamed) {
+TEST(Experiment, ADirectoryOrAFileWithADuplicateKeyIsReportedByName) {
     const TemporaryDirectory directory;
     const auto message = [&](const std::string& path) -> std::string {
         try {
@@ -166,7 +185,7 @@ TEST(Experiment, AFileThatIsNoFileOrSaysAKeyTwiceIsNamed) {
     EXPECT_THAT(message(directory.path()), HasSubstr(": is a directory; give an experiment file"));
     EXPECT_THAT(message(directory / "none.json"), HasSubstr("cannot be opened"));
     writeText(path, "{\"repeats\": 1,\n \"repeats\": 2}");
-    EXPECT_THAT(message(path), HasSubstr("key \"repeats\" stands there twice"));
+    EXPECT_THAT(message(path), HasSubstr("key \"repeats\" occurs twice"));
     writeText(path, "{\"repeats\": 1,\n  maps}");
     EXPECT_THAT(message(path), HasSubstr("is not JSON at line 2, column"));
     writeText(path, " \n");
@@ -178,7 +197,7 @@ TEST(Experiment, AFileThatIsNoFileOrSaysAKeyTwiceIsNamed) {
     EXPECT_EQ(parseJson("[{\"a\": 1}, {\"a\": {\"a\": 2}}]", "x", "y").size(), 2u);
 }
 
-TEST(Experiment, BytesThatAreNoTextAreRefusedByNameOrReplaced) {
+TEST(Experiment, InvalidUtf8IsRefusedByNameOrReplaced) {
     EXPECT_THAT(inputMessage({{"size", "\xff"}}), HasSubstr("\"size\""));
     EXPECT_THAT(inputMessage({{"models", {"\xff"}}}), HasSubstr("\"models\""));
     EXPECT_EQ(jsonLine("a\xff"), "\"a\uFFFD\"");
@@ -186,7 +205,8 @@ TEST(Experiment, BytesThatAreNoTextAreRefusedByNameOrReplaced) {
 
 TEST(Experiment, ALevelThatVoxelsDoNotHaveIsRefusedWithThoseTheyHave) {
     Experiment e;
-    e.methods = {"dag", "dag-exact", "maps"};
+    e.methods = {"dag", "maps"};
+    e.believe = {kPaperBelieve, 0};
     e.lod = {LodChoice(6), LodChoice(7)};
     EXPECT_NO_THROW(refuseDeepLods(configurations(e, {128}, 1)));
     try {
@@ -232,20 +252,63 @@ TEST(Experiment, LevelsOfDetailAreNumbersAndTexts) {
     EXPECT_EQ(parseLod("--lod", "coverage").text(), "coverage:0.75");
     Experiment swept = e;
     swept.methods = {"dag"};
+    swept.believe = {kPaperBelieve};
     EXPECT_THAT(labels(configurations(swept, {1024}, 1)),
-                ElementsAre("dag 1024^3", "dag 1024^3 lod 2", "dag 1024^3 lod footprint",
-                            "dag 1024^3 lod footprint:2", "dag 1024^3 lod coverage:0.75",
-                            "dag 1024^3 lod coverage:0.5:4"));
+                ElementsAre("dag 1024^3 believe all", "dag 1024^3 believe all lod 2",
+                            "dag 1024^3 believe all lod footprint",
+                            "dag 1024^3 believe all lod footprint:2",
+                            "dag 1024^3 believe all lod coverage:0.75",
+                            "dag 1024^3 believe all lod coverage:0.5:4"));
     EXPECT_EQ(configurations(swept, {1024}, 1)[3].toJson()["lod"], "footprint:2");
     EXPECT_EQ(configurations(swept, {1024}, 1)[1].toJson()["lod"], 2);
 }
 
-TEST(Configurations, PureMethodsStandForTheEndsOfTheSweep) {
+TEST(Configurations, PureMethodsReplaceTheEndsOfTheSweep) {
     Experiment e;
     e.thresholds = {0, 96, std::numeric_limits<float>::infinity()};
+    e.believe = {kPaperBelieve};
     EXPECT_THAT(labels(configurations(e, {1024, 512}, 1)),
-                ElementsAre("embree", "maps", "hybrid texels:96 1024^3", "dag 1024^3", "dag 512^3",
-                            "hybrid oracle 1024^3"));
+                ElementsAre("embree", "maps", "hybrid texels:96 1024^3 believe all",
+                            "dag 1024^3 believe all", "dag 512^3 believe all",
+                            "hybrid oracle 1024^3 believe all"));
+}
+
+TEST(Configurations, AutomaticThresholdsAreThePapersUntilAFrameIsKnown) {
+    const Experiment e = experimentFromJson({{"models", Json::array()}}, "x");
+    EXPECT_EQ(toJson(e)["thresholds"], Json({"auto"}));
+    EXPECT_EQ(toJson(experimentFromJson({{"thresholds", {"auto"}}}, "x"))["thresholds"],
+              Json({"auto"}));
+    EXPECT_THAT(labels(configurations(e, {64}, 1)),
+                ElementsAre("embree", "maps", "hybrid texels:96 believe none", "dag believe none"));
+}
+
+TEST(AutomaticThresholds, LieAtQuantilesAsRoundNumbers) {
+    std::vector<float> requests;
+    for (int i = 0; i < 70; ++i)
+        requests.push_back(1000.0f + 10.0f * float(i));
+    EXPECT_THAT(automaticThresholds(requests), ElementsAre(1100, 1200, 1300, 1400, 1500, 1600));
+    EXPECT_THAT(automaticThresholds({7, 90, 94, 97.25f, 300}), ElementsAre(10, 91, 96, 100));
+    EXPECT_THAT(automaticThresholds({1.25f, 1.5f}), ElementsAre(1.3f));
+    EXPECT_THAT(automaticThresholds({200, 200, 200}), testing::IsEmpty());
+    EXPECT_THAT(automaticThresholds({}), testing::IsEmpty());
+}
+
+// Over lists with ties, tiny gaps and one dominant value.
+TEST(AutomaticThresholds, EachRoutesInItsOwnWay) {
+    std::mt19937 random(5);
+    for (int round = 0; round < 200; ++round) {
+        std::vector<float> requests(1 + random() % 40);
+        for (float& request : requests)
+            request = round % 3 == 0   ? float(1 + random() % 4)
+                      : round % 3 == 1 ? 100.0f + 1e-5f * float(random() % 100)
+                                       : std::exp2(float(random() % 1000) / 90.0f);
+        std::set<int64_t> tracedCounts = {0, int64_t(requests.size())}; // maps and rays alone
+        for (const float threshold : automaticThresholds(requests)) {
+            const int64_t tracedCount = std::count_if(requests.begin(), requests.end(),
+                                                      [&](float r) { return r < threshold; });
+            EXPECT_TRUE(tracedCounts.insert(tracedCount).second) << round << ": " << threshold;
+        }
+    }
 }
 
 TEST(Configurations, RaysDoNotVaryWithMapsNorMapsWithRays) {
@@ -255,24 +318,37 @@ TEST(Configurations, RaysDoNotVaryWithMapsNorMapsWithRays) {
     e.undersample = {1, 2};
     e.offset = {1, 2};
     e.methods = {"dag", "maps"};
+    e.believe = {kPaperBelieve};
     EXPECT_THAT(labels(configurations(e, {1024}, 1)),
-                ElementsAre("maps", "dag 1024^3", "dag 1024^3 offset 2", "maps u2"));
+                ElementsAre("maps", "dag 1024^3 believe all", "dag 1024^3 believe all offset 2",
+                            "maps u2"));
 }
 
-TEST(Configurations, ExactRaysStandAtEveryResolutionAndVaryWithNothingElse) {
+TEST(Configurations, RaysThatBelieveNoVoxelAreOneRun) {
     Experiment e;
     e.thresholds = {96};
     e.models.clear();
     e.offset = {1, 2};
     e.lod[0].level = 1;
     e.taps = {1, 9};
-    e.methods = {"embree", "dag-exact"};
+    e.methods = {"embree", "dag"};
     const std::vector<RunParameters> runs = configurations(e, {1024, 512}, 1);
-    EXPECT_THAT(labels(runs), ElementsAre("embree", "dag-exact 1024^3", "dag-exact 512^3"));
-    EXPECT_EQ(runs[1].frame.rays.kind, RayKind::kExact);
-    EXPECT_EQ(runs[1].toJson(), (Json{{"resolution", 1024}, {"threshold_texels", "inf"}}));
-    EXPECT_TRUE(runs[1].usesRays());
-    EXPECT_FALSE(runs[1].usesMaps());
+    EXPECT_THAT(labels(runs), ElementsAre("embree", "dag believe none"));
+    EXPECT_EQ(runs[1].frame.rays.believe, 0.0f);
+    EXPECT_EQ(runs[1].toJson(), (Json{{"believe", "none"}, {"threshold_texels", "inf"}}));
+    EXPECT_TRUE(runs[1].usesRays() && runs[1].usesTriangles());
+    EXPECT_FALSE(runs[1].usesMaps() || runs[1].usesVoxels());
+}
+
+TEST(Configurations, ResolutionsVaryForTheVoxelsThatAreBelieved) {
+    Experiment e;
+    e.methods = {"dag"};
+    e.thresholds.clear();
+    e.models.clear();
+    e.believe = {0, 2, kPaperBelieve};
+    EXPECT_THAT(labels(configurations(e, {1024, 512}, 1)),
+                ElementsAre("dag believe none", "dag 1024^3 believe 2", "dag 1024^3 believe all",
+                            "dag 512^3 believe 2", "dag 512^3 believe all"));
 }
 
 TEST(Configurations, LabelsAndFileNamesAreUnique) {
@@ -323,7 +399,7 @@ TEST(Experiment, TheCommittedFilesAreValid) {
         const Experiment e =
             readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name + ".json");
         EXPECT_FALSE(e.title.empty()) << name;
-        EXPECT_GE(e.thresholds.size(), 4u) << name;
+        EXPECT_EQ(e.areThresholdsAutomatic(), std::string(name) == "real") << name;
     }
     EXPECT_GE(
         readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/lod.json").lod.size(),
@@ -341,7 +417,7 @@ TEST(Experiment, TheCommittedFilesAreValid) {
                                         "Hybrid:texels:32-RH1"}));
 }
 
-TEST(Experiment, VariantsTakeThePlaceOfTheSweep) {
+TEST(Experiment, VariantsReplaceTheSweep) {
     const Experiment e = experimentFromJson({{"variants", {"PMC", "PMCD-u2", "RT"}}}, "x");
     EXPECT_THAT(labels(configurations(e, {256}, 1)), ElementsAre("embree", "PMC", "PMCD-u2", "RT"));
     EXPECT_EQ(configurations(e, {256}, 1)[3].resolution, 256u);
@@ -359,6 +435,22 @@ TEST(Configurations, MapsALightAreSweptAndNamed) {
     EXPECT_EQ(runs[1].frame.mapsPerLight, 4u);
     EXPECT_EQ(runs[1].toJson()["maps_per_light"], 4);
     EXPECT_NE(runs[0].label(), runs[1].label());
+}
+
+TEST(Experiment, ModelsThatRunAtOneValueOfAListAreNamed) {
+    Experiment e;
+    e.models = {"cost", "oracle"};
+    const auto remark = [&] {
+        return oneValueRemark(e, configurations(e, {1024, 2048}, e.resolutionLog2.size()));
+    };
+    EXPECT_EQ(remark(), "");
+    e.taps = {4, 9};
+    e.resolutionLog2 = {10, 11};
+    EXPECT_EQ(remark(),
+              "--model cost, oracle: run at the first value of every list only (--taps 4, "
+              "--resolution 1024); lists are combined with thresholds");
+    e.models.clear();
+    EXPECT_EQ(remark(), "");
 }
 
 } // namespace shadowdag

@@ -18,24 +18,19 @@ using testing::ElementsAre;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 TEST(Method, IsFoundByItsNameAlone) {
-    EXPECT_THAT(methodNames(), ElementsAre("embree", "dag", "dag-exact", "maps", "hybrid"));
+    EXPECT_THAT(methodNames(), ElementsAre("embree", "dag", "maps", "hybrid"));
     for (const Method* method : methods())
         EXPECT_EQ(findMethod(method->name()), method);
     EXPECT_EQ(findMethod("dag-"), nullptr);
     EXPECT_THROW(methodOf(""), std::logic_error);
 }
 
-TEST(Method, NeedsWhatItAsksOfAFrame) {
-    EXPECT_TRUE(methodOf("dag").stopsAtVoxels());
-    EXPECT_FALSE(methodOf("dag-exact").stopsAtVoxels());
-    EXPECT_TRUE(methodOf("dag-exact").needs().triangles);
-    EXPECT_FALSE(methodOf("maps").needs().voxels);
-    EXPECT_TRUE(methodOf("hybrid").needs().voxels && methodOf("hybrid").needs().maps);
+TEST(Method, NeedsAreThoseOfAFrame) {
+    EXPECT_TRUE(methodOf("dag").needs().rays);
+    EXPECT_FALSE(methodOf("maps").needs().rays);
+    EXPECT_TRUE(methodOf("hybrid").needs().rays && methodOf("hybrid").needs().maps);
     EXPECT_TRUE(methodOf("hybrid").needs().routing);
     EXPECT_TRUE(methodOf("embree").isTruth());
-    FrameOptions options;
-    methodOf("dag-exact").configure(options);
-    EXPECT_EQ(options.rays.kind, RayKind::kExact);
 }
 
 TEST(Method, OneMethodServesEachThresholdOfASweep) {
@@ -59,10 +54,10 @@ TEST(Method, ComplexitiesThatFitComparesDiffer) {
     EXPECT_EQ(seen.size(), methods().size() - 1) << "all but the truth";
 }
 
-TEST(Method, ModelsAreThoseThatItMeans) {
+TEST(Method, ModelsAreThoseOfTheMethod) {
     EXPECT_EQ(methodOf("hybrid").modelText(""), "texels:96");
     EXPECT_EQ(methodOf("hybrid").modelText("cost"), "cost");
-    EXPECT_EQ(methodOf("dag-exact").modelText("cost"), "texels:inf");
+    EXPECT_EQ(methodOf("dag").modelText("cost"), "texels:inf");
     EXPECT_EQ(methodOf("maps").modelText(""), "texels:0");
 }
 

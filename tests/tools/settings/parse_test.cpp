@@ -50,7 +50,7 @@ TEST(Parse, SizeTakesSidesWithinLimitsOnly) {
     }
 }
 
-TEST(Parse, PowerOfTwoNamesTheNearest) {
+TEST(Parse, PowerOfTwoIsRefusedWithTheNearest) {
     EXPECT_EQ(parsePowerOfTwo("--resolution", "1024", 4, 131072), 10u);
     EXPECT_EQ(parsePowerOfTwo("--resolution", "131072", 4, 131072), 17u);
     EXPECT_THAT(usageMessage([] { parsePowerOfTwo("--resolution", "1000", 4, 131072); }),
@@ -61,7 +61,7 @@ TEST(Parse, PowerOfTwoNamesTheNearest) {
     usageMessage([] { parsePowerOfTwo("--resolution", "1e3", 4, 131072); });
 }
 
-TEST(Parse, FramesHoldBothEnds) {
+TEST(Parse, FramesIncludeBothEnds) {
     EXPECT_THAT(parseFrames("--frames", "7"), ElementsAre(7));
     EXPECT_THAT(parseFrames("--frames", "2:5"), ElementsAre(2, 3, 4, 5));
     EXPECT_THAT(parseFrames("--frames", "0:7:3"), ElementsAre(0, 3, 6));
@@ -80,7 +80,7 @@ TEST(Parse, ThresholdsAscendAndReachInfinity) {
         usageMessage([&] { parseThresholds("--thresholds", text); });
 }
 
-TEST(Parse, BytesKnowBinaryMultiples) {
+TEST(Parse, BytesAcceptBinaryMultiples) {
     EXPECT_EQ(parseBytes("--pool", "256M"), 256ull << 20);
     EXPECT_EQ(parseBytes("--pool", "1.5G"), 3ull << 29);
     EXPECT_EQ(parseBytes("--pool", "4096"), 4096u);

@@ -63,7 +63,7 @@ Variant randomVariant(std::mt19937_64& random) {
 
 } // namespace
 
-TEST(Variants, EveryNameGivesItsVariantBack) {
+TEST(Variants, EveryNameParsesToItsVariant) {
     const uint64_t seed = 11;
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);
@@ -75,13 +75,13 @@ TEST(Variants, EveryNameGivesItsVariantBack) {
     }
 }
 
-TEST(Variants, PartsMayStandInAnyOrder) {
+TEST(Variants, PartsMayHaveAnyOrder) {
     EXPECT_EQ(canonical("PMCD-EB-SO-4SM-u2"), "PMCD-EB-SO-u2");
     EXPECT_EQ(canonical("u2-4SM-SO-EB-PMCD"), "PMCD-EB-SO-u2");
     EXPECT_EQ(canonical("1SM-PMC"), "PMC-1SM");
 }
 
-TEST(Variants, ANameLeavesOutWhatThePaperTakesForGranted) {
+TEST(Variants, ANameOmitsThePapersDefaults) {
     const Variant v = parseVariant("--variants", "PMCD");
     EXPECT_EQ(v.mapsPerLight, 4u);
     EXPECT_EQ(v.bounds, ClusterBounds::kImplicit);
@@ -89,7 +89,7 @@ TEST(Variants, ANameLeavesOutWhatThePaperTakesForGranted) {
     EXPECT_FALSE(v.useStaticOptimization);
 }
 
-TEST(Variants, HybridIsPmcdEbUnlessItsNameSaysMore) {
+TEST(Variants, HybridIsPmcdEbByDefault) {
     EXPECT_EQ(parseVariant("--variants", "Hybrid"), parseVariant("--variants", "Hybrid-PMCD-EB"));
     EXPECT_EQ(parseVariant("--variants", "Hybrid").bounds, ClusterBounds::kExplicit);
     EXPECT_EQ(parseVariant("--variants", "Hybrid").model, "texels:96");
@@ -113,8 +113,7 @@ TEST(Variants, AnUnknownPartIsRefusedWithItsPosition) {
     for (const char* part : {"pmcd", "4sm", "u2x", "1.5SM", "all-ray", "+1SM", "u1e2"})
         EXPECT_THAT(refusal(part), HasSubstr("is unknown")) << part;
     for (const char* part : {"u", "SM", "Nk", "T", "PLOD", "u-2", "PLOD-1"})
-        EXPECT_THAT(refusal(part),
-                    HasSubstr("lacks its number, which stands beside it without a dash"))
+        EXPECT_THAT(refusal(part), HasSubstr("lacks its number, which follows without a dash"))
             << part;
     EXPECT_THAT(refusal("PMCD-PLOD-1"), HasSubstr("as in PLOD1"));
 }
@@ -127,14 +126,14 @@ TEST(Variants, NumbersOutOfRangeAreRefused) {
     EXPECT_THAT(refusal("PMCD-Nk0"), HasSubstr("out of range"));
     EXPECT_THAT(refusal("PMCD-PLOD0"), HasSubstr("out of range"));
     EXPECT_THAT(refusal("Hybrid-RH1001"), HasSubstr("out of range: use 0 to 1000"));
-    EXPECT_THAT(refusal("PMCD-T2"), HasSubstr("is no filter: use T1, T4 or T9"));
+    EXPECT_THAT(refusal("PMCD-T2"), HasSubstr("is not a filter: use T1, T4 or T9"));
     EXPECT_THAT(refusal("Hybrid:magic"),
-                HasSubstr("'Hybrid:magic' at character 1, names no cost model"));
+                HasSubstr("'Hybrid:magic' at character 1, is not a cost model"));
 }
 
 TEST(Variants, PartsThatContradictEachOtherAreRefused) {
     EXPECT_THAT(refusal("PMC-EB-PMCD"),
-                HasSubstr("part 3, 'PMCD' at character 8, contradicts part 1, 'PMC': name one"));
+                HasSubstr("part 3, 'PMCD' at character 8, contradicts part 1, 'PMC': use one"));
     EXPECT_THAT(refusal("PMCD-EB-TB"), HasSubstr("contradicts part 2, 'EB'"));
     EXPECT_THAT(refusal("PMCD-1SM-4SM"), HasSubstr("contradicts part 2, '1SM'"));
     EXPECT_THAT(refusal("PMCD-SO-SOR"), HasSubstr("contradicts part 2, 'SO'"));
@@ -143,10 +142,10 @@ TEST(Variants, PartsThatContradictEachOtherAreRefused) {
                 HasSubstr("part 2, '4SM' at character 4, contradicts 'RT', which draws no maps"));
     EXPECT_THAT(refusal("PMCD-RH"), HasSubstr("'RH' at character 6, is for Hybrid"));
     EXPECT_THAT(refusal("RT-RH0.2"), HasSubstr("'RH0.2' at character 4, is for Hybrid"));
-    EXPECT_THAT(refusal("EB-SO"), HasSubstr("names no culling"));
+    EXPECT_THAT(refusal("EB-SO"), HasSubstr("has no culling"));
 }
 
-TEST(Variants, PaperStandsForAllThatThePaperMeasured) {
+TEST(Variants, PaperListsAllVariantsOfThePaper) {
     const std::vector<std::string> names =
         parseVariants("--variants", {"paper", "PMCC-EB", "RT"}, {});
     for (const char* name : {"CFM", "PMC", "PMCD", "PMCD-EB", "PMCD-EB-SO", "PMCD-EB-1SM",
@@ -170,15 +169,15 @@ TEST(Variants, TwoSpellingsOfOneVariantAreRefusedByBothNames) {
         return std::string();
     };
     EXPECT_THAT(message({"PMCD-4SM", "RT", "PMCD"}, {}),
-                HasSubstr("--variants 'PMCD': is the variant 'PMCD', which 'PMCD-4SM' names as "
+                HasSubstr("--variants 'PMCD': is the variant 'PMCD', which 'PMCD-4SM' denotes as "
                           "well; drop one"));
-    EXPECT_THAT(message({"Hybrid", "Hybrid:texels:96.0"}, {}), HasSubstr("which 'Hybrid' names"));
+    EXPECT_THAT(message({"Hybrid", "Hybrid:texels:96.0"}, {}), HasSubstr("which 'Hybrid' denotes"));
     EXPECT_THAT(message({"Hybrid-RH", "Hybrid-RH0.10"}, {}),
-                HasSubstr("is the variant 'Hybrid-RH', which 'Hybrid-RH' names"));
+                HasSubstr("is the variant 'Hybrid-RH', which 'Hybrid-RH' denotes"));
     EXPECT_THAT(message({"Hybrid:expr:texels - 96", "PMC"}, {}), HasSubstr("in parentheses"));
     EXPECT_THAT(message({"Hybrid:expr:( texels - 96 )", "Hybrid:expr:((texels-96))"}, {}),
                 HasSubstr("is the variant 'Hybrid:expr:(texels-96)'"));
-    // What --taps and --route-margin say need not be said again.
+    // The values of --taps and --route-margin are omitted from names.
     FrameOptions base;
     EXPECT_THAT(message({"PMCD-T4", "PMCD"}, base), HasSubstr("is the variant 'PMCD'"));
     EXPECT_THAT(message({"Hybrid-RH0", "Hybrid"}, base), HasSubstr("is the variant 'Hybrid'"));
@@ -197,12 +196,12 @@ TEST(Variants, AModelHasOneSpelling) {
     EXPECT_EQ(canonical("Hybrid:expr:(texels-1)-EB-PMCC"), "Hybrid:expr:(texels-1)-PMCC-EB");
     EXPECT_EQ(canonical("Hybrid:expr:(texels-1)*(pages-1)"), "Hybrid:expr:(texels-1)*(pages-1)");
     EXPECT_EQ(parseVariant("--variants", "Hybrid:expr:(texels-96)-SO").model, "expr:texels-96");
-    EXPECT_THAT(refusal("Hybrid:texels:0.0"), HasSubstr("draws every map: name its culling"));
-    EXPECT_THAT(refusal("Hybrid:texels:inf"), HasSubstr("traces every light: name RT"));
+    EXPECT_THAT(refusal("Hybrid:texels:0.0"), HasSubstr("draws every map: use its culling"));
+    EXPECT_THAT(refusal("Hybrid:texels:inf"), HasSubstr("traces every light: use RT"));
 }
 
-TEST(Variants, ADashThatPartsAnExpressionIsRefusedWithWhatToDo) {
-    const char* remedy = "an expression with '-' stands in parentheses, as in Hybrid:expr:(texels";
+TEST(Variants, ADashInAnExpressionIsRefusedWithARemedy) {
+    const char* remedy = "put an expression with '-' in parentheses, as in Hybrid:expr:(texels";
     for (const char* name : {"Hybrid:expr:texels-96", "Hybrid:expr:a-b", "Hybrid:expr:96-texels",
                              "Hybrid:expr:(texels-96", "Hybrid:expr:2*-texels"})
         EXPECT_THAT(refusal(name), HasSubstr(remedy)) << name;
@@ -228,7 +227,7 @@ TEST(Variants, SwitchesReachTheFrame) {
     EXPECT_EQ(run("PMCD-16SM-u4").frame.undersample, 4.0f);
     EXPECT_EQ(run("PMCD-T1").frame.bias.taps, 1u);
     EXPECT_EQ(run("PMCD-LP").frame.pruning, PairPruning::kLit);
-    EXPECT_TRUE(run("PMCD-LP").usesRays());
+    EXPECT_TRUE(run("PMCD-LP").usesVoxels());
     EXPECT_EQ(run("PMCD-RP").frame.resolutionRule, ResolutionRule::kPlane);
     EXPECT_EQ(run("PMCD-Nk3").frame.normalClusters, 3u);
     EXPECT_EQ(run("RT-Nk3").frame.normalClusters, 3u);
@@ -247,7 +246,7 @@ TEST(Variants, SwitchesReachTheFrame) {
     EXPECT_EQ(run("PMCD-u2-EB").toJson()["variant"], "PMCD-EB-u2");
 }
 
-TEST(Variants, AConfigurationKnowsItsVariant) {
+TEST(Variants, AConfigurationContainsItsVariant) {
     const uint64_t seed = 12;
     SCOPED_TRACE(seed);
     std::mt19937_64 random(seed);

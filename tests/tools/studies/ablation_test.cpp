@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mechanisms judged: the rule in closed form, the table and its texts, and two rows measured.
+// Judgement of mechanisms: the rule in closed form, the table and its texts, and two measured rows.
 #include "tools/studies/ablation.h"
 
 #include "cuda/backend.h"
@@ -57,7 +57,7 @@ MechanismEvidence evidenceOf(double own, double time, double error, double bytes
     return {three(own), {}, three(time), three(error), three(bytes)};
 }
 
-TEST(Mechanisms, WhatPaysAndCostsLessThanItGainsIsOn) {
+TEST(Mechanisms, SettingsThatGainMoreThanTheyCostAreOn) {
     EXPECT_EQ(judge(evidenceOf(2, 1, 1, 1), false).verdict, MechanismVerdict::kOn);
     EXPECT_EQ(judge(evidenceOf(2, 1 / 1.9, 1, 1 / 1.9), false).verdict, MechanismVerdict::kOn);
     EXPECT_EQ(judge(evidenceOf(2, 1 / 2.1, 1, 1), false).verdict, MechanismVerdict::kOption);
@@ -65,13 +65,13 @@ TEST(Mechanisms, WhatPaysAndCostsLessThanItGainsIsOn) {
 }
 
 // Errors are not bought off, but five percent are no loss.
-TEST(Mechanisms, WhatErrsMoreIsAnOption) {
+TEST(Mechanisms, SettingsWithLargerErrorsAreOptions) {
     EXPECT_EQ(judge(evidenceOf(8, 1, 1 / 1.06, 1), false).verdict, MechanismVerdict::kOption);
     EXPECT_EQ(judge(evidenceOf(8, 1, 1 / 1.04, 1), false).verdict, MechanismVerdict::kOn);
     EXPECT_THAT(judge(evidenceOf(8, 1, 0.5, 1), false).reason, HasSubstr("price: error +100.0 %"));
 }
 
-TEST(Mechanisms, WhatBuysNothingIsDeletedOrKeptForWhatNeedsIt) {
+TEST(Mechanisms, SettingsWithoutGainAreDeletedOrKeptIfNeeded) {
     EXPECT_EQ(judge(evidenceOf(1.005, 1, 1, 1), false).verdict, MechanismVerdict::kDelete);
     EXPECT_EQ(judge(evidenceOf(0.5, 1, 1, 1), true).verdict, MechanismVerdict::kKept);
 }
@@ -97,7 +97,7 @@ AblationTable table() {
     return readAblation(findStudy("ablation"));
 }
 
-TEST(Mechanisms, RowsNameWhatThereIs) {
+TEST(Mechanisms, RowsNameExistingSettings) {
     std::set<std::string> names;
     for (const Mechanism& row : table().rows) {
         names.insert(row.name);
@@ -188,7 +188,7 @@ TEST(Mechanisms, MeasuresBothSidesExactly) {
 
 // What is left out of a frame when its pairs are asked again is not left out of the truth, which
 // the rows of a scene share.
-TEST(Mechanisms, ARowSaysTheSameBesideOthers) {
+TEST(Mechanisms, ARowIsTheSameAloneAndBesideOthers) {
     const Json beside = measureSmall({"receiver-plane", "nine-taps"}),
                alone = measureSmall({"nine-taps"});
     EXPECT_EQ(rowOf(beside, "nine-taps"), rowOf(alone, "nine-taps"));
@@ -220,7 +220,7 @@ TEST(Mechanisms, TimesAreOfRunsInTurn) {
     EXPECT_THAT(rowOf(results, "face-masks")["scenes"][0]["on"]["time_ms"], SizeIs(1));
 }
 
-TEST(Mechanisms, UnknownNamesAreToldTheKnownOnes) {
+TEST(Mechanisms, UnknownNamesAreRefusedWithTheKnownOnes) {
     try {
         measureSmall({"face-mask"});
         FAIL() << "was taken";
@@ -231,7 +231,7 @@ TEST(Mechanisms, UnknownNamesAreToldTheKnownOnes) {
     }
 }
 
-TEST(Mechanisms, ChartIsDrawnAndNonsenseRefused) {
+TEST(Mechanisms, ChartIsDrawnAndInvalidInputRefused) {
     const TemporaryDirectory directory;
     const auto draw = [&](const std::string& text, std::string& said) {
         writeText(directory / "ablation.json", text);
@@ -247,7 +247,8 @@ TEST(Mechanisms, ChartIsDrawnAndNonsenseRefused) {
     ASSERT_EQ(draw(jsonText({{"scenes", {"builtin:made"}}, {"mechanisms", {row}}}), said), 0)
         << said;
     EXPECT_THAT(readText(directory / "charts/mechanisms.svg"), HasSubstr("</svg>"));
-    EXPECT_THAT(readText(directory / "charts/charts.json"), HasSubstr("What each mechanism buys"));
+    EXPECT_THAT(readText(directory / "charts/charts.json"),
+                HasSubstr("The gain of each mechanism"));
     EXPECT_NE(draw("{\"mechanisms\": []}", said), 0);
     EXPECT_THAT(said, HasSubstr("holds no mechanism"));
 }
@@ -255,7 +256,7 @@ TEST(Mechanisms, ChartIsDrawnAndNonsenseRefused) {
 // By hand: rays cost 1 ms a sample, maps 10; with samples in the form every map is routed to the
 // cheaper method, with constants all go one way: by rays, whose mean is below 10 by the weights of
 // a fit, 1 / (rays + map). Every frame has 20 maps of 1 to 20 samples.
-TEST(Mechanisms, ATermThatRoutesPays) {
+TEST(Mechanisms, ATermUsedForRoutingPays) {
     std::vector<ObservedFrame> observed;
     for (const char* scene : {"a", "b"})
         for (uint32_t f = 0; f < 2; ++f) {
@@ -282,7 +283,7 @@ TEST(Mechanisms, ATermThatRoutesPays) {
     EXPECT_FALSE(rows[1]["is_default"].get<bool>());
 }
 
-TEST(Mechanisms, ADefaultThatIsNotAsItsVerdictIsNamed) {
+TEST(Mechanisms, ADefaultThatContradictsItsVerdictIsReported) {
     Json row = {{"name", "made"},
                 {"agrees", true},
                 {"is_default", true},

@@ -28,7 +28,7 @@ void expectNear(const glm::vec3& a, const glm::vec3& b, float tolerance) {
     EXPECT_NEAR(a.z, b.z, tolerance);
 }
 
-TEST(ViewCamera, TextMeansTheCameraItWasMadeFrom) {
+TEST(ViewCamera, TextRoundTripsToTheSameCamera) {
     for (const glm::vec3 forward : {glm::vec3(0, 0, -1), glm::vec3(1, 0, 0), glm::vec3(0, 0, 1),
                                     glm::vec3(-1, 0.5f, 0.25f), glm::vec3(0.3f, -2, 0.1f)}) {
         Camera camera = cameraAt({1, 2, 3}, forward);
@@ -85,7 +85,7 @@ TEST(ViewCamera, RollInTextsIsHeldToItsRange) {
     EXPECT_THROW(cameraFromText("0,0,0,0,0,-1,50,0.1"), Error);
 }
 
-TEST(ViewCamera, WalksWhereItLooks) {
+TEST(ViewCamera, MovesAlongTheViewDirection) {
     FlyCamera fly(cameraAt({0, 0, 0}, {1, 0, 0}));
     FlyInput input;
     input.along = {0, 0, 1};

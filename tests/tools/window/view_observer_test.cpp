@@ -33,7 +33,7 @@ struct Wall {
     std::vector<uint32_t> triangle;
 };
 
-TEST(ViewObserver, PointsLieWhereTheirPixelsLook) {
+TEST(ViewObserver, PointsProjectToTheirPixels) {
     Camera camera;
     camera.positionWorld = {1, 2, 3};
     const ViewRays view = makeViewRays(camera, kSide, kSide);
@@ -47,7 +47,7 @@ TEST(ViewObserver, PointsLieWhereTheirPixelsLook) {
     EXPECT_LT(pixelOfPoint(view, {1, 2, 4}).z, 0.0) << "behind";
 }
 
-TEST(ViewObserver, FromItsOwnPlaceAFrameIsSeenAsItIs) {
+TEST(ViewObserver, FromItsOwnCameraAFrameIsUnchanged) {
     const Camera camera;
     const Wall wall(camera);
     std::vector<glm::vec3> display;
@@ -61,7 +61,7 @@ TEST(ViewObserver, FromItsOwnPlaceAFrameIsSeenAsItIs) {
             EXPECT_EQ(seen[y * kSide + x], display[y * kSide + x]) << x << " " << y;
 }
 
-TEST(ViewObserver, WhatTheFrozenCameraDidNotSeeIsGrey) {
+TEST(ViewObserver, SurfacesThatTheFrozenCameraDidNotSeeAreGrey) {
     const Camera frozen;
     Camera observer;
     observer.positionWorld = {0, 0, 10}; // sees three times as far on each side

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A pixel's pairs and a light's map under a square above a floor, where both are known.
+// A pixel's pairs and a light's map under a square above a floor, both with known values.
 #include "tools/window/view_pixel.h"
 
 #include "hybrid/gbuffer/view_rays.h"
@@ -23,7 +23,7 @@ using testing::HasSubstr;
 struct Umbra {
     Umbra() : stage(test::blockerScene({{0, kLightHeight, 0}}), 8), truth(stage.world) {}
 
-    /// Renders by a model and asks about the pixel that sees a point.
+    /// Renders by a model and reports the pixel of a point.
     PixelReport at(const char* model, const glm::dvec3& point) {
         frame = stage.renderer.render(test::roomCamera(), *makeCostModel(model), options);
         const ViewRays view = makeViewRays(test::roomCamera(), options.width, options.height);
@@ -63,7 +63,7 @@ TEST(ViewPixel, EveryMethodSeesTheUmbraAndItsOutside) {
             EXPECT_EQ(pair.servedBy, isMap ? "map" : "rays");
             EXPECT_GT(pair.requestedTexels, 0.0f);
             ASSERT_EQ(pair.answers.size(), 4u);
-            for (const PairAnswer& answer : pair.answers) {
+            for (const PairResult& answer : pair.answers) {
                 if (answer.method == "maps" && !isMap) {
                     EXPECT_EQ(answer.visibility, -1);
                     EXPECT_EQ(answer.blocker, "no map of it is drawn");
@@ -96,7 +96,7 @@ TEST(ViewPixel, BackgroundAndPixelsOutsideHaveNoPairs) {
     EXPECT_FALSE(report(0, gbuffer.height).hasSample);
 }
 
-TEST(ViewOverlay, TheUnfoldedMapShowsWhatTheLightSees) {
+TEST(ViewOverlay, TheUnfoldedMapShowsTheViewOfTheLight) {
     Umbra umbra;
     umbra.at("texels:0", {0, 0, 0});
     const ViewRequest request;

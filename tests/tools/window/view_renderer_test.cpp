@@ -5,6 +5,7 @@
 #include "hybrid/judge/truth.h"
 #include "tests/tools/temporary_directory.h"
 #include "tools/settings/json_file.h"
+#include "tools/settings/setting.h"
 #include "tools/window/view_overlay.h"
 #include "tools/window/view_save.h"
 #include "tools/window/view_scene.h"
@@ -14,6 +15,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace shadowdag {
 
@@ -101,7 +103,7 @@ TEST(ViewRenderer, ASmallerPictureIsThatOfItsSize) {
 }
 
 // What moves between whole pictures leaves nothing in them.
-TEST(ViewRenderer, AWholePictureStandsForItself) {
+TEST(ViewRenderer, ACompletePictureIsIndependent) {
     Opened opened;
     ViewRequest request = opened.request("maps", 160, 90);
     const std::shared_ptr<ViewPicture> first = opened.renderer.render(request, 1.0f);
@@ -115,7 +117,7 @@ TEST(ViewRenderer, AWholePictureStandsForItself) {
     }
 }
 
-TEST(ViewRenderer, TheTruthsSideIsWholeWhileItMoves) {
+TEST(ViewRenderer, TheTruthsSideIsCompleteWhileItMoves) {
     Opened opened;
     ViewRequest request = opened.request("embree");
     request.isMoving = true;
@@ -149,7 +151,7 @@ TEST(ViewRenderer, EveryOverlayDrawsSomethingElse) {
     EXPECT_EQ(seen.size(), 12u);
 }
 
-TEST(ViewRenderer, AnOverlayWithoutItsDataSaysSo) {
+TEST(ViewRenderer, AnOverlayWithoutItsDataReportsIt) {
     Opened opened;
     ViewRequest request = opened.request("dag");
     request.overlay = ViewOverlay::kPages;
@@ -157,7 +159,7 @@ TEST(ViewRenderer, AnOverlayWithoutItsDataSaysSo) {
     EXPECT_TRUE(opened.whole(request)->mapRgba.empty());
 }
 
-TEST(ViewRenderer, APixelTellsWhatEveryMethodAnswers) {
+TEST(ViewRenderer, APixelReportsTheResultOfEveryMethod) {
     Opened opened;
     ViewRequest request = opened.request("maps");
     request.pixel = glm::vec2(0.5f, 0.8f);
@@ -172,12 +174,12 @@ TEST(ViewRenderer, APixelTellsWhatEveryMethodAnswers) {
         EXPECT_EQ(pair.servedBy, "map");
         EXPECT_GT(pair.faceTexels, 0u);
         ASSERT_EQ(pair.answers.size(), 4u);
-        EXPECT_EQ(pair.answers[0].method, "dag");
-        EXPECT_EQ(pair.answers[1].method, "dag-exact");
+        EXPECT_EQ(pair.answers[0].method, "dag believe all");
+        EXPECT_EQ(pair.answers[1].method, "dag believe none");
         EXPECT_EQ(pair.answers[2].method, "maps");
         EXPECT_EQ(pair.answers[3].method, "embree");
         EXPECT_EQ(pair.answers[1].visibility, pair.answers[3].visibility);
-        for (const PairAnswer& answer : pair.answers) {
+        for (const PairResult& answer : pair.answers) {
             EXPECT_GT(answer.nanoseconds, 0.0) << answer.method;
             EXPECT_EQ(answer.blocker.empty(), answer.visibility == 255) << answer.method;
         }
@@ -186,7 +188,7 @@ TEST(ViewRenderer, APixelTellsWhatEveryMethodAnswers) {
 
 // A click in the moment between a drag's end and rest: the same pixel comes twice, and is told once
 // the picture rests.
-TEST(ViewRenderer, APixelAskedWhileThePictureMovesIsToldAtRest) {
+TEST(ViewRenderer, APixelRequestedWhileThePictureMovesIsReportedAtRest) {
     Opened opened;
     ViewRequest request = opened.request("maps");
     ASSERT_FALSE(opened.whole(request)->pixel.has_value());
@@ -224,7 +226,7 @@ TEST(ViewRenderer, FrozenFramesAreSeenByAnotherCamera) {
     EXPECT_THROW(opened.renderer.save(request, opened.directory.path()), Error);
 }
 
-TEST(ViewRenderer, WhatFailsToOpenLeavesTheSceneThatIsOpen) {
+TEST(ViewRenderer, AFailedOpenKeepsTheOpenScene) {
     Opened opened;
     EXPECT_THROW(opened.renderer.open("no-such.glb", "", 7, "", Console(false)), Error);
     EXPECT_THROW(opened.renderer.setVoxels(7, "no-such.svdag", Console(false)), Error);
@@ -234,7 +236,7 @@ TEST(ViewRenderer, WhatFailsToOpenLeavesTheSceneThatIsOpen) {
     EXPECT_FALSE(opened.whole(opened.request("dag"))->sides[0].rgba.empty());
 }
 
-TEST(ViewRenderer, WhatFailsToRenderCanBeAskedOtherwise) {
+TEST(ViewRenderer, AFailedRequestCanBeCorrected) {
     Opened opened;
     ViewRequest request = opened.request("hybrid");
     request.sides[0].model = "expr:texels <";
@@ -246,7 +248,7 @@ TEST(ViewRenderer, WhatFailsToRenderCanBeAskedOtherwise) {
     EXPECT_THROW(opened.renderer.render(request, 1.0f), Error) << "it has no calibration";
 }
 
-TEST(ViewRenderer, TimeMovesWhatMoves) {
+TEST(ViewRenderer, TimeMovesAnimatedObjects) {
     Opened opened("builtin:fail-mover");
     EXPECT_TRUE(opened.info.isAnimated());
     ViewRequest request = opened.request("dag");
@@ -261,7 +263,7 @@ void expectSameStages(const SideReport& a, const SideReport& b) {
     EXPECT_EQ(a.stages.stagesMs, b.stages.stagesMs) << "times of one frame are equal to the bit";
 }
 
-TEST(ViewRenderer, OtherOverlaysAreDrawnFromTheFrameAndTheTruthThatAreThere) {
+TEST(ViewRenderer, OtherOverlaysAreDrawnFromTheExistingFrameAndTruth) {
     Opened opened, other;
     ViewRequest request = opened.request("hybrid");
     request.wantsError = true;
@@ -292,7 +294,7 @@ TEST(ViewRenderer, OtherOverlaysAreDrawnFromTheFrameAndTheTruthThatAreThere) {
         }
 }
 
-TEST(ViewRenderer, WhatChangesTheFrameIsRenderedAnew) {
+TEST(ViewRenderer, ChangesOfTheFrameAreRendered) {
     Opened opened("builtin:fail-mover");
     const ViewRequest request = opened.request("hybrid");
     opened.whole(request);
@@ -325,7 +327,7 @@ TEST(ViewRenderer, WhatChangesTheFrameIsRenderedAnew) {
     EXPECT_FALSE(opened.renderer.canRedraw(request)) << "a small picture stands for nothing";
 }
 
-TEST(ViewRenderer, AFrozenFrameIsKeptWhileOneLooksOn) {
+TEST(ViewRenderer, AFrozenFrameIsKeptWhileTheObserverMoves) {
     Opened opened;
     ViewRequest request = opened.request("dag");
     request.frozen = "0,3,8,0,0,0";
@@ -337,7 +339,7 @@ TEST(ViewRenderer, AFrozenFrameIsKeptWhileOneLooksOn) {
     EXPECT_NE(second->sides[0].rgba, first->sides[0].rgba);
 }
 
-TEST(ViewRenderer, GivenUpPicturesLeaveNothingBehind) {
+TEST(ViewRenderer, CancelledPicturesLeaveNoState) {
     Opened opened;
     for (const char* method : {"maps", "hybrid", "embree"}) {
         SCOPED_TRACE(method);
@@ -361,7 +363,7 @@ TEST(ViewRenderer, GivenUpPicturesLeaveNothingBehind) {
     }
 }
 
-TEST(ViewRenderer, AGivenUpRedrawKeepsTheFrames) {
+TEST(ViewRenderer, ACancelledRedrawKeepsTheFrames) {
     Opened opened;
     ViewRequest request = opened.request("maps");
     const std::shared_ptr<ViewPicture> first = opened.whole(request);
@@ -380,7 +382,7 @@ TEST(ViewRenderer, AGivenUpRedrawKeepsTheFrames) {
     EXPECT_FALSE(opened.renderer.canRedraw(request));
 }
 
-TEST(ViewRenderer, AGivenUpRefinementGoesOn) {
+TEST(ViewRenderer, ACancelledRefinementContinues) {
     Opened opened;
     ViewRequest request = opened.request("embree");
     opened.renderer.render(request, 1.0f);
@@ -392,7 +394,7 @@ TEST(ViewRenderer, AGivenUpRefinementGoesOn) {
     EXPECT_TRUE(opened.renderer.picture()->isFinal);
 }
 
-TEST(ViewRenderer, TheOracleMeasuresOnceTheViewRestsAndKeepsWhatItFound) {
+TEST(ViewRenderer, TheOracleMeasuresOnceTheViewRestsAndKeepsItsCosts) {
     Opened opened;
     ViewRequest request = opened.request("hybrid");
     request.sides[0].model = "oracle";
@@ -448,7 +450,7 @@ TEST(ViewRenderer, SavedExposuresMakeTheSamePicture) {
     EXPECT_NE(readText(again), readText(saved.png));
 }
 
-TEST(ViewRenderer, SavedExposuresAreNoneThatExperimentsRefuse) {
+TEST(ViewRenderer, SavedExposuresAreValidInExperiments) {
     TemporaryDirectory directory;
     ViewSettings settings;
     settings.cacheDirectory = directory.path();
@@ -464,7 +466,7 @@ TEST(ViewRenderer, SavedExposuresAreNoneThatExperimentsRefuse) {
     EXPECT_EQ(readJsonFile(saved.experiment, "")["exposure"].get<double>(), kMaxExposure);
 }
 
-TEST(ViewScene, VoxelsAreOfferedAsFarAsMemoryShouldDo) {
+TEST(ViewScene, VoxelsAreOfferedAsFarAsMemoryAllows) {
     constexpr uint64_t kMib = 1 << 20;
     EXPECT_EQ(largestVoxelsLog2(10, 0, ~0ull), 12u) << "nothing is known";
     EXPECT_EQ(largestVoxelsLog2(10, kMib, 0), 12u);
@@ -474,7 +476,7 @@ TEST(ViewScene, VoxelsAreOfferedAsFarAsMemoryShouldDo) {
     EXPECT_EQ(largestVoxelsLog2(12, 9 * kMib, 64ull << 30), 17u);
 }
 
-TEST(ViewRenderer, SavedViewsSayHowToMakeThemAgain) {
+TEST(ViewRenderer, SavedViewsDescribeHowToReproduceThem) {
     Opened opened;
     ViewRequest request = opened.request("hybrid");
     request.sides[0].model = "texels:64";
@@ -499,6 +501,47 @@ TEST(ViewRenderer, SavedViewsSayHowToMakeThemAgain) {
     EXPECT_FALSE(readText(saved.exr).empty());
     EXPECT_EQ(opened.renderer.save(request, directory).exr, directory + "/view-0002.exr")
         << "nothing is overwritten";
+}
+
+TEST(ViewSave, ADirectoryWithoutAFreeNumberIsNamed) {
+    Opened opened;
+    for (int number = 1; number < 10000; ++number) {
+        char name[32];
+        std::snprintf(name, sizeof name, "view-%04d.png", number);
+        writeText(opened.directory / name, "");
+    }
+    try {
+        opened.renderer.save(opened.request("maps", 16, 9), opened.directory.path());
+        FAIL() << "a file was replaced";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kResource);
+        EXPECT_NE(std::string(error.what()).find("contains view-0001 to view-9999"),
+                  std::string::npos);
+    }
+}
+
+TEST(ViewSave, EverySettingThatASideReadsIsSaved) {
+    ViewRequest request;
+    request.sides[0] = {"hybrid", "texels:96"};
+    for (const Setting* setting : frameSettings())
+        for (const char* text : {"2", "0.5", "1", "32", "512M"})
+            try {
+                const std::string before = setting->frameText(request.options);
+                setting->setFrame(request.options, setting->option, text);
+                if (setting->frameText(request.options) != before)
+                    break;
+            } catch (const Error&) {
+                continue; // it is no value of this setting
+            }
+    request.options.routeMargin = 0; // of frames in sequence, which a view is not
+    const Experiment e = experimentOf(request, Experiment(), "builtin:atrium", Dag(), 1.0f);
+    for (const Setting* setting : frameSettings())
+        EXPECT_EQ(setting->texts(e), std::vector<std::string>{setting->frameText(request.options)})
+            << setting->key;
+    request.sides[0] = {"maps", ""}; // compare refuses settings without a reader
+    const Experiment maps = experimentOf(request, Experiment(), "builtin:atrium", Dag(), 1.0f);
+    EXPECT_EQ(maps.offset, Experiment().offset);
+    EXPECT_EQ(maps.taps, e.taps);
 }
 
 TEST(ViewOverlay, TheRampRisesInLightness) {

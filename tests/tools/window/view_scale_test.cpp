@@ -31,7 +31,7 @@ TEST(ViewScale, SlowScenesKeepTheTarget) {
     }
 }
 
-TEST(ViewScale, WhatNoPixelCostsIsNoReasonToTakePixelsAway) {
+TEST(ViewScale, FixedCostsDoNotReduceTheSize) {
     EXPECT_EQ(settled(20, 60, 5), 1.0f) << "a picture of an eighth would take 60 ms as well";
     EXPECT_GT(settled(20, 60, 20), 0.5f) << "half as much again may go to pixels";
 }
@@ -40,7 +40,7 @@ TEST(ViewScale, NeverFallsBelowTheLeast) {
     EXPECT_EQ(settled(20, 1, 50000), RenderScale::kLeast);
 }
 
-TEST(ViewScale, DoesNotSwingBetweenTwoSizes) {
+TEST(ViewScale, DoesNotAlternateBetweenTwoSizes) {
     RenderScale scale(20);
     float last = 0;
     int changes = 0;
@@ -54,7 +54,7 @@ TEST(ViewScale, DoesNotSwingBetweenTwoSizes) {
     EXPECT_EQ(changes, 0);
 }
 
-TEST(ViewScale, IgnoresTimesThatAreNone) {
+TEST(ViewScale, IgnoresInvalidTimes) {
     RenderScale scale(20);
     const float before = scale.next();
     scale.note(before, 0.0);

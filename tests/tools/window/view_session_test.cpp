@@ -120,25 +120,25 @@ TEST_F(ViewSessionTest, TheNewestRequestWins) {
     EXPECT_LT(pictures, size_t(kCount) / 2) << "requests that were overtaken were rendered";
 }
 
-TEST_F(ViewSessionTest, IsAnsweringUntilSomethingIsShown) {
+TEST_F(ViewSessionTest, IsBusyUntilSomethingIsShown) {
     ASSERT_TRUE(open("builtin:atrium"));
-    EXPECT_FALSE(session.isAnswering());
+    EXPECT_FALSE(session.isBusy());
     ViewRequest request = smallRequest(1, "maps");
     request.isMoving = true; // one picture, and the first: long enough to be seen
     session.ask(request);
-    ASSERT_TRUE(waitUntil([&] { return session.isAnswering(); }));
+    ASSERT_TRUE(waitUntil([&] { return session.isBusy(); }));
     session.ask(request);
-    EXPECT_FALSE(session.isAnswering()) << "the next takes the place of this one";
+    EXPECT_FALSE(session.isBusy()) << "the next takes the place of this one";
     ASSERT_TRUE(waitForPicture([](const ViewPicture&) { return true; }));
     ASSERT_TRUE(waitForRest());
-    EXPECT_FALSE(session.isAnswering());
+    EXPECT_FALSE(session.isBusy());
     request.sides[0] = {"hybrid", "expr:1 +"};
     session.ask(request);
     ASSERT_TRUE(waitForError());
-    EXPECT_TRUE(waitUntil([&] { return !session.isAnswering(); })) << "nothing will be shown";
+    EXPECT_TRUE(waitUntil([&] { return !session.isBusy(); })) << "nothing will be shown";
 }
 
-TEST_F(ViewSessionTest, TellsWhatWentWrongAndGoesOn) {
+TEST_F(ViewSessionTest, ReportsErrorsAndContinues) {
     session.open("no-such.glb", "", 6, "");
     ASSERT_TRUE(waitForError());
     EXPECT_NE(session.status().error.find("no-such.glb"), std::string::npos);
@@ -161,7 +161,7 @@ TEST_F(ViewSessionTest, TellsWhatWentWrongAndGoesOn) {
     EXPECT_EQ(session.status().error, "");
 }
 
-TEST_F(ViewSessionTest, WhatFailsDoesNotTakeThePictureWithIt) {
+TEST_F(ViewSessionTest, AFailureKeepsThePicture) {
     session.open("", "", 6, "no-such.svdag"); // nothing is open yet
     ASSERT_TRUE(waitForRest());
     EXPECT_NE(session.status().error.find("scene"), std::string::npos);
@@ -231,7 +231,7 @@ TEST(ViewSessionEnd, ComesWhileItOpens) {
     EXPECT_TRUE(std::filesystem::is_empty(directory.path())) << "nothing half written";
 }
 
-TEST(ViewSessionEnd, ComesBetweenTwoStagesOfAPictureThatMoves) {
+TEST(ViewSessionEnd, ComesBetweenTwoStagesOfAMovingPicture) {
     double left = 0; // of three pictures
     for (const double share : {0.1, 0.3, 0.5}) {
         // Whatever it takes, it is made at its full size.
@@ -331,7 +331,7 @@ TEST_F(ViewSessionTest, AMoveDoesNotWaitForTheFullSizePicture) {
     EXPECT_LT(waitedMs[1], 0.75 * fullMs[1]);
 }
 
-TEST_F(ViewSessionTest, WhatIsGivenUpForAnotherBackendIsStillMade) {
+TEST_F(ViewSessionTest, WorkCancelledForAnotherBackendIsDoneLater) {
     ASSERT_TRUE(open());
     ViewRequest request = smallRequest(1);
     request.options.width = 1280;
@@ -373,7 +373,7 @@ TEST_F(ViewSessionTest, CostsAreReadFromAFile) {
     const std::string path = directory / "costs.json";
     Json provenance;
     provenance["cpu"] = "an abacus";
-    writeWholeFile(path, jsonText(toJson(CostTable{}, provenance)));
+    writeWholeFile(path, jsonText(toJson(CostTable{}, provenance, Json::object())));
     session.setCosts(path);
     std::optional<TakenCosts> taken;
     ASSERT_TRUE(waitUntil([&] { return (taken = session.takeCosts()).has_value(); }));
@@ -382,7 +382,7 @@ TEST_F(ViewSessionTest, CostsAreReadFromAFile) {
     EXPECT_FALSE(session.takeCosts().has_value()) << "once";
 }
 
-TEST_F(ViewSessionTest, WhatRestsIsShownSmallFirst) {
+TEST_F(ViewSessionTest, AnImageAtRestIsShownSmallFirst) {
     ASSERT_TRUE(open());
     ViewRequest request = smallRequest(1);
     request.options.width = 640;

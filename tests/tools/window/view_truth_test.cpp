@@ -64,7 +64,7 @@ TEST(ViewTruth, RefinedInFullIsTheTruth) {
     EXPECT_EQ(halfWay.visibility(), whole);
 }
 
-TEST(ViewTruth, CoarseSamplesStandForTheirNeighbours) {
+TEST(ViewTruth, CoarseSamplesRepresentTheirNeighbours) {
     TruthFrame f(64, 32);
     TruthRefinement refinement(f.renderer.gbuffer(), f.scene.world->lights(), f.pairs);
     EXPECT_EQ(refinement.stand(3 * 64 + 5), 3u * 64 + 5) << "nothing is known";

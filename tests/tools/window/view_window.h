@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program `shadowdag view` on a display of its own, driven and watched by a test.
+// The program `shadowdag view` on a separate display, controlled and observed by a test.
 #pragma once
 
 #include "tests/tools/program/program_runner.h"
@@ -98,7 +98,7 @@ public:
         ASSERT_GT(w[2], 0) << name;
         display.click(w[0] + int(double(w[2]) * share), w[1] + w[3] / 2);
     }
-    /// Waits for the program to end after it was asked to; returns its exit status.
+    /// Waits for the program to end after a request; returns its exit status.
     int waitForEnd() {
         const int status = waitForProgram(child_);
         child_ = -1;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A display of its own for tests of the window: Xvfb, events through the XTest extension, which
-// reach the program as a person's do, and pictures of the screen.
+// A separate display for tests of the window: Xvfb, events through the XTest extension, which reach
+// the program as a person's do, and pictures of the screen.
 #pragma once
 
 #include <glm/glm.hpp>

@@ -8,10 +8,12 @@
 
 namespace shadowdag {
 
-TEST(CostFile, ComesBackAsWritten) {
+TEST(CostFile, RoundTripsExactly) {
     const TemporaryDirectory directory;
     CostTable table;
     table[{"a", 3}] = {3, {{1, 0, 0.1, 2.5}, {7, 0, 1.0 / 3.0, 0}}};
+    table[{"a", 3}].degradeDivisor = 1.4142135;
+    table[{"a", 3}].wholeFrame = Route::kMap;
     writeText(directory / "c.json", jsonText(toJson(table)));
     const CostTable back = readCosts(directory / "c.json");
     const FrameCosts& costs = findCosts(back, "c.json", "a", 3);
@@ -20,6 +22,8 @@ TEST(CostFile, ComesBackAsWritten) {
     EXPECT_EQ(costs.maps[1].light, 7u);
     EXPECT_EQ(costs.maps[1].raysMs, 1.0 / 3.0);
     EXPECT_EQ(costs.maps[0].mapMs, 2.5);
+    EXPECT_EQ(costs.degradeDivisor, 1.4142135);
+    EXPECT_EQ(costs.wholeFrame, Route::kMap);
     EXPECT_THROW(findCosts(back, "c.json", "a", 4), Error);
     EXPECT_THROW(findCosts(back, "c.json", "b", 3), Error);
 }

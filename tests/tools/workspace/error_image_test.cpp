@@ -27,7 +27,7 @@ TEST(ErrorImage, MeanVisibilityOfNoPairsIsLit) {
     EXPECT_EQ(meanVisibility(threePixels(), {255, 0, 51}), (std::vector<float>{0.5f, 1.0f, 0.2f}));
 }
 
-TEST(ErrorImage, RayShareIsTheShareOfPairsThatRaysAnswered) {
+TEST(ErrorImage, RayShareIsTheShareOfPairsByRays) {
     EXPECT_EQ(rayShare(threePixels(), {Route::kRays, Route::kMap, Route::kRays}),
               (std::vector<float>{0.5f, 0.0f, 1.0f}));
 }

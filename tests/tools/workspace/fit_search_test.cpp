@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search for the least model on made tables whose least model is known.
+// The search for the cheapest model on made-up tables with a known result.
 #include "tools/workspace/fit_search.h"
 
 #include <gmock/gmock.h>
@@ -109,7 +109,7 @@ TEST(FitSearch, ErrorThatHalvesWithEachDoublingNeedsTheFirstDepthUnderTheBound) 
     EXPECT_EQ(verdicts[1].kind, Kind::kErrorOfFiner);
 }
 
-TEST(FitSearch, OneCellBeyondTheBoundRefutes) {
+TEST(FitSearch, OneCellBeyondTheBoundExcludesAModel) {
     const FitSpace space = gridOf({3}, {{true, true}});
     const std::vector<Made> made{{1, {0.01, 0.03}}, {2, {0.01, 0.02}}, {3, {0.0, 0.0}}};
     const Searched searched(space, kExact, made);
@@ -117,7 +117,7 @@ TEST(FitSearch, OneCellBeyondTheBoundRefutes) {
     EXPECT_EQ(searched.search.observation(0)->error, 0.03);
 }
 
-TEST(FitSearch, WithoutAModelThatHoldsTheFinestWasMeasured) {
+TEST(FitSearch, WithoutAModelThatKeepsTheBoundTheFinestWasMeasured) {
     const FitSpace space = gridOf({4, 3}, {{true, true}, {true, true}});
     std::vector<Made> made;
     for (const FitModel& m : space.models)
@@ -151,7 +151,7 @@ TEST(FitSearch, EqualCostsAreDecidedBySimplicity) {
     EXPECT_EQ(Searched(space, kExact, made).choice, 1u);
 }
 
-TEST(FitSearch, AnErrorLawThatFailsIsGivenUpAndItsVictimsAreMeasured) {
+TEST(FitSearch, AViolatedErrorLawIsRejectedAndItsExcludedModelsAreMeasured) {
     const FitSpace space = gridOf({5}, {{true, true}});
     // The finest breaks the bound, which by the law rules out all others; but the coarsest errs
     // less than it.
@@ -179,7 +179,7 @@ TEST(FitSearch, ANeighbourThatALawWronglyRuledOutIsFound) {
     EXPECT_TRUE(searched.search.errorLaw(0).isGivenUp);
 }
 
-TEST(FitSearch, WhatItChoosesIsWhatLookingAtAllModelsGives) {
+TEST(FitSearch, TheChoiceEqualsThatOfMeasuringAllModels) {
     // Random tables that obey the laws: errors and costs are sums of random steps along the axes of
     // the laws, and free along the others.
     const uint64_t seed = 20260917;
@@ -230,7 +230,7 @@ TEST(FitSearch, WhatItChoosesIsWhatLookingAtAllModelsGives) {
     EXPECT_LT(double(measured), 0.5 * double(all)) << "the search should save measurements";
 }
 
-TEST(FitSearch, WithLawsThatDoNotHoldAllIsMeasuredWhereTheyAreSeenToFail) {
+TEST(FitSearch, WithViolatedLawsAllModelsConcernedAreMeasured) {
     // No law at all: what is chosen is the least, whatever the table.
     const uint64_t seed = 4;
     SCOPED_TRACE(seed);

@@ -35,7 +35,7 @@ struct TwoPixels {
 
 using Values = std::vector<float>;
 
-TEST(FrameChannels, SayWhatIsKnownOfAFrame) {
+TEST(FrameChannels, ContainTheDataOfAFrame) {
     const TwoPixels f;
     auto all = f.channels("", f.routes, f.truth);
     EXPECT_EQ(all.size(), 10u);
@@ -51,7 +51,7 @@ TEST(FrameChannels, SayWhatIsKnownOfAFrame) {
     EXPECT_EQ(all["error.truthVisibility"], (Values{1, 1}));
 }
 
-TEST(FrameChannels, LeaveOutWhatIsNotAndPutThePrefixFirst) {
+TEST(FrameChannels, OmitMissingDataAndStartWithThePrefix) {
     const TwoPixels f;
     EXPECT_EQ(f.channels("", f.routes, {}).size(), 6u);
     const auto truthItself = f.channels("right.", {}, {});

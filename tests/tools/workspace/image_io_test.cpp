@@ -23,7 +23,7 @@
 
 namespace shadowdag {
 
-TEST(ImageIo, AFullDiskNamesThePictureAndLeavesNothing) {
+TEST(ImageIo, AFullDiskIsReportedWithThePictureAndLeavesNoFile) {
     const TemporaryDirectory directory;
     const std::string path = directory / "a.exr";
     std::vector<float> noise(256 * 256);
@@ -92,7 +92,7 @@ TEST(ImageIo, PngRoundsAndClamps) {
     stbi_image_free(pixels);
 }
 
-TEST(ImageIo, ABadDirectoryIsAnErrorThatNamesIt) {
+TEST(ImageIo, ABadDirectoryIsReportedByName) {
     for (const bool isExr : {true, false})
         try {
             isExr ? writeExr("/nowhere/at/all.exr", 1, 1, {{"Z", ExrChannel::Type::kFloat, {0}}})

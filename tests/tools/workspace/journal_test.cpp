@@ -8,7 +8,7 @@
 
 namespace shadowdag {
 
-TEST(Journal, ResumeTakesUpWhatWasFinished) {
+TEST(Journal, ResumeReusesFinishedParts) {
     const TemporaryDirectory directory;
     const std::string path = directory / "j.json";
     {
@@ -32,7 +32,14 @@ TEST(Journal, AnotherComparesJournalIsRefused) {
         FAIL();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+        EXPECT_NE(std::string(error.what()).find("the key was \"key\" and is \"other\""),
+                  std::string::npos)
+            << error.what();
     }
+    EXPECT_EQ(firstDifference({{"a", 1}, {"b", {{"c", 2}}}}, {{"a", 1}, {"b", {{"c", 3}}}}),
+              "b.c was 2 and is 3");
+    EXPECT_EQ(firstDifference({{"a", 1}}, {{"a", 1}, {"b", "x"}}), "b was nothing and is \"x\"");
+    EXPECT_EQ(firstDifference({{"a", 1}, {"b", Json()}}, {{"a", 1}}), "");
     for (const char* text : {"", "[]", "{\"key\": \"key\"}", "{\"key\": \"key\", \"parts\": 3}"}) {
         writeText(path, text);
         try {
@@ -44,7 +51,7 @@ TEST(Journal, AnotherComparesJournalIsRefused) {
     }
 }
 
-TEST(InputHashes, FollowEveryByteThatAnswersDependOn) {
+TEST(InputHashes, DependOnEveryByteThatResultsDependOn) {
     const TemporaryDirectory directory;
     const std::string gltf = directory / "a.gltf", bin = directory / "a b.bin",
                       costs = directory / "costs.json";

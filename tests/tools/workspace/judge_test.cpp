@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The judge: the truth asked once a frame, the same counts as the error analysis gives.
+// Judge: the truth computed once per frame, the same counts as the error analysis.
 #include "tools/workspace/judge.h"
 
 #include "tests/tools/workspace/sliding_scene.h"
@@ -20,11 +20,11 @@ protected:
         options_.height = 64;
     }
 
-    Answers render(const char* model) {
+    PairResults render(const char* model) {
         FrameRenderer& renderer = workspace_.renderer(kLog2);
         renderer.reset();
-        return answersOf(renderer.render(workspace_.camera(), *makeCostModel(model), options_),
-                         renderer, options_);
+        return pairResultsOf(renderer.render(workspace_.camera(), *makeCostModel(model), options_),
+                             renderer, options_);
     }
 
     Workspace workspace_ = slidingWorkspace();
@@ -35,7 +35,7 @@ protected:
 
 TEST_F(JudgeTest, CountsAreThoseOfTheErrorAnalysis) {
     Judge judge(workspace_, 7, 500);
-    const Answers answers = render("texels:inf");
+    const PairResults answers = render("texels:inf");
     const ErrorReport report = judge.judge(0, answers);
     ErrorOptions options;
     options.seed = 7;
@@ -61,15 +61,15 @@ TEST_F(JudgeTest, CountsAreThoseOfTheErrorAnalysis) {
     EXPECT_EQ(counted.meanAbsVisibilityError(), report.total.meanAbsVisibilityError());
 }
 
-TEST_F(JudgeTest, TheTruthIsAskedOnceAFrame) {
+TEST_F(JudgeTest, TheTruthIsComputedOncePerFrame) {
     Judge judge(workspace_);
-    const Answers rays = render("texels:inf");
+    const PairResults rays = render("texels:inf");
     const FrameTruth& first = judge.truth(3, rays.gbuffer, rays.frame.pairs);
-    const Answers maps = render("texels:0");
+    const PairResults maps = render("texels:0");
     EXPECT_EQ(&judge.truth(3, maps.gbuffer, maps.frame.pairs), &first);
     const std::vector<uint8_t> before = first.visibility;
     workspace_.setTime(3);
-    const Answers later = render("texels:0");
+    const PairResults later = render("texels:0");
     EXPECT_NE(judge.truth(4, later.gbuffer, later.frame.pairs).visibility, before);
     EXPECT_EQ(judge.truth(3, later.gbuffer, later.frame.pairs).visibility, before);
     judge.forget();
@@ -78,7 +78,7 @@ TEST_F(JudgeTest, TheTruthIsAskedOnceAFrame) {
 
 TEST_F(JudgeTest, ThePictureIsThatOfTheTruth) {
     Judge judge(workspace_);
-    const Answers answers = render("texels:0");
+    const PairResults answers = render("texels:0");
     const FrameTruth& found = judge.picture(0, answers.gbuffer, answers.frame.pairs);
     const std::vector<glm::vec3> color =
         shadePairs(answers.gbuffer, workspace_.world(), answers.frame.pairs, found.visibility);
@@ -87,8 +87,8 @@ TEST_F(JudgeTest, ThePictureIsThatOfTheTruth) {
     EXPECT_EQ(judge.picture(1, answers.gbuffer, answers.frame.pairs, 2.0f).exposure, 2.0f);
 }
 
-TEST_F(JudgeTest, PairsAnsweredAgainAnswerAlike) {
-    Answers answers = render("texels:inf");
+TEST_F(JudgeTest, ReevaluatedPairsAreEqual) {
+    PairResults answers = render("texels:inf");
     const std::vector<uint8_t> visibility = answers.frame.visibility;
     askAgain(workspace_.world(), answers);
     EXPECT_EQ(answers.frame.visibility, visibility);

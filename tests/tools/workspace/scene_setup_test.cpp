@@ -2,6 +2,8 @@
 #include "tools/workspace/scene_setup.h"
 
 #include "cuda/error.h"
+#include "scenes/builtin.h"
+#include "scenes/camera_placement.h"
 #include "tests/tools/temporary_directory.h"
 
 #include <gmock/gmock.h>
@@ -44,7 +46,7 @@ ErrorKind kindOf(const std::function<void()>& call, std::string& message) {
 
 } // namespace
 
-TEST(SceneNames, TellScenesOfOneFileNameApart) {
+TEST(SceneNames, DistinguishScenesOfOneFileName) {
     EXPECT_THAT(sceneNames({"a/x.gltf", "./b/x.gltf", "a/y.gltf", "builtin:atrium"}),
                 ElementsAre("a/x.gltf", "b/x.gltf", "y.gltf", "builtin:atrium"));
     std::string message;
@@ -52,7 +54,7 @@ TEST(SceneNames, TellScenesOfOneFileNameApart) {
     EXPECT_THAT(message, HasSubstr("'./a/x.gltf' is given twice"));
 }
 
-TEST(FrameCamera, APlacedCameraStaysWhatMovesMayMove) {
+TEST(FrameCamera, APlacedCameraStaysWhileObjectsMove) {
     const LoadedScene scene = moverScene();
     World& world = *scene.world;
     FrameCamera camera("auto");
@@ -68,7 +70,40 @@ TEST(FrameCamera, APlacedCameraStaysWhatMovesMayMove) {
     EXPECT_TRUE(wouldJump) << "the scene shows nothing";
 }
 
-TEST(SceneGrid, DoesNotFollowWhatMoves) {
+TEST(FrameCamera, AutomaticOnesHaveNames) {
+    const LoadedScene scene = loadSceneAndWorld("builtin:houses", -1, 1, true, kConsole);
+    const World& world = *scene.world;
+    const std::vector<Camera> placed = placeCameras(world, 3);
+    ASSERT_EQ(placed.size(), 3u);
+    FrameCamera camera("auto", 3);
+    const char* const names[] = {"auto", "auto-2", "auto-3"};
+    for (size_t i = 0; i < 3; ++i) {
+        camera.use(names[i]);
+        EXPECT_EQ(camera.at(world).positionWorld, placed[i].positionWorld) << names[i];
+        EXPECT_EQ(camera.at(world).forward, placed[i].forward) << names[i];
+        EXPECT_EQ(chooseCamera(world, names[i]).positionWorld, placed[i].positionWorld);
+        EXPECT_NO_THROW(checkCamera(world, names[i]));
+    }
+    std::string message;
+    for (const char* name : {"auto-0", "auto-17", "auto-x"}) {
+        EXPECT_EQ(kindOf([&] { checkCamera(world, name); }, message), ErrorKind::kUsage) << name;
+        EXPECT_THAT(message, HasSubstr("up to auto-16")) << name;
+    }
+}
+
+// A light that reaches nothing leaves no view with light and shadow but the first.
+TEST(FrameCamera, MoreViewsThanThereAreIsAnError) {
+    Scene dark = makeBuiltin("fail-contact");
+    for (LightSource& light : dark.lights)
+        light.rangeWorld = 1e-3f;
+    const LoadedScene scene = loadedScene(std::move(dark));
+    EXPECT_NO_THROW(chooseCamera(*scene.world, "auto"));
+    std::string message;
+    EXPECT_EQ(kindOf([&] { chooseCamera(*scene.world, "auto-2"); }, message), ErrorKind::kUsage);
+    EXPECT_THAT(message, HasSubstr("has only 1 automatic view"));
+}
+
+TEST(SceneGrid, IgnoresMovingGeometry) {
     const LoadedScene scene = moverScene();
     const VoxelGrid grid = sceneGrid(*scene.world, 5);
     scene.world->setTime(4);
@@ -76,7 +111,7 @@ TEST(SceneGrid, DoesNotFollowWhatMoves) {
     EXPECT_EQ(grid, gridAround(scene.world->staticBoundsWorld(), 5));
 }
 
-TEST(CachedDag, AnotherGridIsBuiltAnew) {
+TEST(CachedDag, AnotherGridIsRebuilt) {
     const TemporaryDirectory directory;
     const LoadedScene scene = moverScene();
     VoxelSource source;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames in sequence: which are shown, what is kept between them, what their rows hold.
+// Frames in sequence: the order of frames, the state kept between them, the content of their rows.
 #include "tools/workspace/sequence.h"
 
 #include "cuda/error.h"
@@ -52,7 +52,8 @@ std::vector<double> valuesOf(const Json& rows, const std::string& label, const c
 /// Returns rows without what differs from run to run.
 Json withoutTimes(Json rows) {
     for (Json& row : rows)
-        for (const char* key : {"time_ms", "time_ms_min", "time_ms_max", "stages_ms"})
+        for (const char* key :
+             {"time_ms", "time_ms_min", "time_ms_max", "stages_ms", "other_cpu_share"})
             row.erase(key);
     return rows;
 }
@@ -105,7 +106,7 @@ TEST(Sequence, TheWorldMovesFromFrameToFrame) {
     EXPECT_NE(dark[0], dark[2]);
 }
 
-TEST(Sequence, MeasuringTwiceGivesTheSameCountsWhateverTheWorldShowsBefore) {
+TEST(Sequence, MeasuringTwiceGivesTheSameCountsFromAnyTime) {
     Workspace scene = slidingWorkspace();
     const Json first = measure(smallExperiment({"PMCD", "PMCD-SO"}), scene);
     scene.setTime(0.77f);
@@ -140,7 +141,7 @@ TEST(Sequence, FlickerIsThatOfConsecutiveFrames) {
     EXPECT_GT(valuesOf(rows, "PMCD", "flicker_truth_change_count")[1], 0.0);
 }
 
-TEST(Sequence, GoesOnWhereItWasInterruptedAndFindsTheSame) {
+TEST(Sequence, ResumesAnInterruptedRunWithTheSameResults) {
     struct Interrupted {};
     Workspace scene = slidingWorkspace();
     const Experiment e = smallExperiment({"PMCD", "PMCD-SO"});
@@ -183,7 +184,7 @@ TEST(Sequence, AModelThatNeedsCostsIsRefused) {
         FAIL() << "no error";
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kUsage);
-        EXPECT_THAT(error.what(), HasSubstr("model 'oracle' needs the costs of every frame"));
+        EXPECT_THAT(error.what(), HasSubstr("model 'oracle' needs measured costs of every frame"));
     }
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A small scene in which something moves.
+// A small scene with a moving object.
 #pragma once
 
 #include "tools/workspace/workspace.h"

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The clock: who runs when, which runs count, what their times give.
+// Measuring times: the order of runs, the counted runs, the statistics.
 #include "tools/workspace/timing.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <thread>
 
 namespace shadowdag {
 
@@ -35,7 +39,24 @@ TEST(Timing, WarmUpsAreNotCounted) {
     EXPECT_EQ(json["repeat_count"], 3);
 }
 
-TEST(Timing, NothingToRunIsNoRun) {
+TEST(CpuUse, SeesOtherProcesses) {
+    if (!std::ifstream("/proc/stat"))
+        GTEST_SKIP() << "the system has no /proc/stat";
+    const CpuUse use;
+    EXPECT_EQ(use.otherShare(), 0.0) << "half a second has not passed";
+    ASSERT_EQ(std::system("timeout 1 sh -c 'while :; do :; done'"), 124 << 8);
+    const double share = use.otherShare();
+    EXPECT_GT(share, 0.5 / std::thread::hardware_concurrency()) << "one core was busy";
+    EXPECT_LE(share, 1.0);
+}
+
+TEST(CpuUse, AMachineIsBusyAboveATenth) {
+    EXPECT_EQ(busyRemark(0.1), "");
+    EXPECT_THAT(busyRemark(0.25),
+                testing::StartsWith("other processes used 25 % of the processor"));
+}
+
+TEST(Timing, WithoutConfigurationsNothingRuns) {
     runInTurn(0, 5, [](size_t) { FAIL(); });
     EXPECT_TRUE(timeInTurn(0, 1, 1, [](size_t) { return StageTimes{}; }).empty());
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A workspace: what is made when, and that all of it moves through time together.
+// A workspace: when its parts are created, and that all of them are updated to the same time.
 #include "tools/workspace/workspace.h"
 
 #include "cuda/error.h"
@@ -42,7 +42,7 @@ TEST(Workspace, RenderersAreMadeOnceForEachResolutionAndRole) {
               render(workspace, 5, "texels:inf", 1).visibility);
 }
 
-TEST(Workspace, VoxelsHaveTheResolutionThatWasAskedFor) {
+TEST(Workspace, VoxelsHaveTheRequestedResolution) {
     Workspace workspace = slidingWorkspace();
     EXPECT_EQ(workspace.dag(5).grid.resolutionLog2, 5u);
     EXPECT_EQ(workspace.dag(5).grid, workspace.grid(5));
@@ -62,7 +62,7 @@ TEST(Workspace, WithoutVoxelsMapsAreDrawnAndRaysRefused) {
     EXPECT_THROW(render(workspace, kNoVoxels, "texels:inf"), Error);
 }
 
-TEST(Workspace, RenderersAndTruthFollowTheWorld) {
+TEST(Workspace, RenderersAndTruthAreUpdatedWithTheWorld) {
     Workspace moved = slidingWorkspace(), fresh = slidingWorkspace();
     const auto truthOf = [](Workspace& workspace) {
         const PairList pairs = workspace.renderer(5).listPairs(workspace.camera(), smallFrame());
@@ -84,12 +84,12 @@ TEST(Workspace, RenderersAndTruthFollowTheWorld) {
     EXPECT_EQ(&moved.truth(), truth);
 }
 
-TEST(Workspace, TimesOfFollowingAreThoseOfTheLastChange) {
+TEST(Workspace, UpdateTimesAreThoseOfTheLastChange) {
     Workspace workspace = slidingWorkspace();
     workspace.renderer(5);
     workspace.setTime(workspace.world().timeSeconds()); // nothing to follow
     EXPECT_TRUE(workspace.followTimes(5).stages.stagesMs.empty());
-    workspace.advance(workspace.world().timeSeconds()); // told all the same
+    workspace.advance(workspace.world().timeSeconds()); // updated nevertheless
     EXPECT_FALSE(workspace.followTimes(5).stages.stagesMs.empty());
     workspace.setTime(1);
     EXPECT_FALSE(workspace.followTimes(5).stages.stagesMs.empty());
@@ -97,7 +97,7 @@ TEST(Workspace, TimesOfFollowingAreThoseOfTheLastChange) {
     EXPECT_TRUE(workspace.followTimes(6).stages.stagesMs.empty());
 }
 
-TEST(Workspace, ReplacedVoxelsTakeThePlaceOfAll) {
+TEST(Workspace, NewVoxelsReplaceAllOthers) {
     Workspace workspace = slidingWorkspace();
     workspace.obtainVoxels({4});
     workspace.renderer(4, 2);
@@ -111,7 +111,7 @@ TEST(Workspace, ReplacedVoxelsTakeThePlaceOfAll) {
     EXPECT_GT(render(workspace, 5, "texels:inf", 2).pairs.count(), 100u);
 }
 
-TEST(Workspace, APlacedCameraStaysWhereItWasFirstAskedFor) {
+TEST(Workspace, APlacedCameraStaysWhereItWasFirstRequested) {
     WorkspaceOptions options;
     options.camera = "auto";
     Workspace workspace(slidingScene(), options);

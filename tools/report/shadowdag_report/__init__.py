@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Charts and pages out of the data that `shadowdag` writes: `python3 -m shadowdag_report COMMAND`."""
+"""Charts and pages from the data that `shadowdag` writes: `python3 -m shadowdag_report COMMAND`."""

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The package's command line: one command a page or chart; each module of COMMANDS has declare(parser) and run(arguments).
+"""The package's command line: one command per page or chart; each module of COMMANDS has declare(parser) and run(arguments).
 
     python3 -m shadowdag_report COMMAND [ARGUMENT...]     or     python3 DIR/shadowdag_report COMMAND [ARGUMENT...]
 
-Exit status: 0 done, 1 wrong usage or a missing package, 3 the data do not hold what is asked for, 4 a file cannot be
-written. What is wrong is said in one line on standard error.
+Exit status: 0 done, 1 wrong usage or a missing package, 3 the data are insufficient, 4 a file cannot be written.
+Errors are one line on standard error.
 """
 import argparse
 import importlib
@@ -78,10 +78,10 @@ def main(arguments):
         return end(REFUSED, "the results are nested too deep; measure again")
     except OSError as error:
         return end(UNWRITTEN, f"{error.filename or 'output'}: cannot be written: {error.strerror or error}; "
-                   "free space there or name another directory")
+                   "free space there or choose another directory")
     return 0
 
 
 if __name__ == "__main__":
-    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # so that nothing half written stays
+    signal.signal(signal.SIGTERM, lambda number, _: sys.exit(128 + number))  # so that no partial file remains
     sys.exit(main(sys.argv[1:]))

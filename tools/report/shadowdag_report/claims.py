@@ -4,8 +4,8 @@
     claims docs/results.md tests/bench/results [--check]
 
 Reads every `compare-*.json` (results.json of `shadowdag compare`), `validate-*.json` (`shadowdag validate --json`) and
-`bench-voxel-*.json` (`shadowdag bench voxel --json`) of the folder and replaces what stands between the two marker lines
-of the file. With --check nothing is written, and the file is refused when it differs from what would be written.
+`bench-voxel-*.json` (`shadowdag bench voxel --json`) of the folder and replaces the text between the two marker lines
+of the file. With --check nothing is written, and the file is refused when it differs from the generated text.
 """
 import pathlib
 
@@ -27,7 +27,7 @@ def machine_of(provenance):
 
 
 def compare_table(path, command):
-    """Returns the lines of one compare result: a row a run."""
+    """Returns the lines of one compare result: one row per run."""
     result = read_json(path)
     lines = []
     for scene in dict.fromkeys((run["scene"], run["frame"]) for run in result["runs"]):
@@ -36,20 +36,21 @@ def compare_table(path, command):
         lines += ["", "**{}, frame {}: {:,} pairs, {:.1f} % of them dark.** `{}` ({})".format(
             scene[0].removeprefix("builtin:"), scene[1], pairs, 100.0 * runs[0]["occluded_count"] / pairs, command,
             machine_of(result["provenance"])), "",
-            "| run | ms, median (min to max) | false shadow | false light | mean error | unexplained | acne | MiB |",
-            "|---|---:|---:|---:|---:|---:|---:|---:|"]
+            "| run | ms, median (min to max) | false shadow | false light | mean error | magnified | unexplained | acne | MiB |",
+            "|---|---:|---:|---:|---:|---:|---:|---:|---:|"]
         for run in runs:
             unexplained = run["unexplained_false_shadow_count"] + run["unexplained_false_light_count"]
-            lines.append("| {} | {:.0f} ({:.0f} to {:.0f}) | {:.2f} % | {:.2f} % | {:.4f} | {} | {} | {:.1f} |".format(
+            lines.append("| {} | {:.0f} ({:.0f} to {:.0f}) | {:.2f} % | {:.2f} % | {:.4f} | {} | {} | {} | {} |".format(
                 run["label"], run["time_ms"], run["time_ms_min"], run["time_ms_max"],
                 100.0 * run["false_shadow_count"] / pairs, 100.0 * run["false_light_count"] / pairs,
-                run["mean_abs_visibility_error"], unexplained, run["acne_count"],
-                (run["dag_bytes"] + run["map_bytes"]) / 2.0**20))
+                run["mean_abs_visibility_error"], run.get("magnified_count", "–"), unexplained, run["acne_count"],
+                "–" if run["method"] == "embree" else
+                f'{(run["dag_bytes"] + run["map_bytes"] + run.get("exact_bytes", 0)) / 2.0**20:.1f}'))
     return lines
 
 
 def frame_table(frame):
-    """Returns the lines of a bench's whole frame: how alike the pairs of a cluster are, then a row a method."""
+    """Returns the lines of a bench's whole frame: how similar the pairs of a cluster are, then one row per method."""
     if not frame:
         return []
     lines = ["", "All {:,} pairs of a frame of {} x {}, one thread, visibility only. Of the pairs {:.1f} % lie in a cluster-light "
@@ -64,7 +65,7 @@ def frame_table(frame):
 
 
 def bench_table(path):
-    """Returns the lines of one bench: the build, then a row a tracer."""
+    """Returns the lines of one bench: the build, then one row per tracer."""
     result = read_json(path)
     build, checks, rays = result["voxelize"], result["checks"], result["ray_count"]
     lights = " --lights {}".format(result["lights"]) if result["lights"] else ""
@@ -94,16 +95,17 @@ def bench_table(path):
 
 
 def validate_table(paths):
-    """Returns the lines of all validate results: a row a scene and method."""
-    lines = ["", "**Held against Embree, pair by pair**, 640 x 360, by `shadowdag validate SCENE --method METHOD`.", "",
-             "| scene | method | pairs | false shadow | false light | unexplained (settled) | acne | contact |",
-             "|---|---|---:|---:|---:|---:|---:|---:|"]
+    """Returns the lines of all validate results, validate-SCENE-METHOD.json: one row per scene and method."""
+    lines = ["", "**Held against Embree, pair by pair**, 640 x 360, by `shadowdag validate SCENE`; rays with `--resolution 4096`.", "",
+             "| scene | method | pairs | false shadow | false light | magnified | unexplained (settled) | acne | contact |",
+             "|---|---|---:|---:|---:|---:|---:|---:|---:|"]
     for path in paths:
         result = read_json(path)
         pairs = result["pair_count"]
-        lines.append("| {} | {} | {:,} | {:.2f} % | {:.2f} % | {} ({}) | {} | {} |".format(
-            path.stem.removeprefix("validate-").removesuffix("-" + result["method"]), result["method"], pairs,
-            100.0 * result["false_shadow_count"] / pairs, 100.0 * result["false_light_count"] / pairs,
+        scene, _, method = path.stem.removeprefix("validate-").partition("-")
+        lines.append("| {} | {} | {:,} | {:.2f} % | {:.2f} % | {} | {} ({}) | {} | {} |".format(
+            scene, method.replace("dag-", "dag believe "), pairs,
+            100.0 * result["false_shadow_count"] / pairs, 100.0 * result["false_light_count"] / pairs, result.get("magnified_count", "–"),
             result["unexplained_false_shadow_count"] + result["unexplained_false_light_count"],
             result["settled_false_shadow_count"] + result.get("settled_false_light_count", 0), result["acne_count"], result["contact_count"]))
     return lines

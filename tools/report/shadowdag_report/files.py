@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reading results and writing files: whole or not at all, and errors that name the file."""
+"""Reads results and writes complete files; errors name the file."""
 import contextlib
 import json
 import os
 
 
 class Refused(Exception):
-    """The data do not hold what is asked for; the text says what is wrong and what to do."""
+    """The data are insufficient; the text states the error and the remedy."""
 
 
 @contextlib.contextmanager
 def expecting(path, what):
-    """Turns whatever goes wrong while a file is read and its content looked at into a refusal that names the file.
+    """Turns any error of reading a file and its content into a refusal that names the file.
 
     what: as in "a results file of compare"
     """
@@ -28,8 +28,8 @@ def read_json(path):
 
 @contextlib.contextmanager
 def written(path):
-    """Gives the name of a file beside `path` to write; puts it in the place of `path`, or removes it after any error.
-    What the system refuses is raised as OSError that names `path`."""
+    """Returns the name of a file beside `path` to write; replaces `path` by it, or removes it after any error.
+    Errors of the system are raised as OSError that names `path`."""
     part = path + ".part"
     try:
         yield part

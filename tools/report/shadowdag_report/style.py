@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How every chart looks: a colour-blind-safe palette, fonts for a paper's column, axes with plain numbers.
+"""The style of charts: a colour-blind-safe palette, fonts for a paper's column, axes with plain numbers.
 
-Colours are Okabe and Ito's; markers, dashes and hatches tell series apart without them. Text in SVG is outlines, so no
+Colours are Okabe and Ito's; markers, dashes and hatches distinguish series without colour. Text in SVG is outlines, so no
 font is needed to read it.
 """
 import math
@@ -32,6 +32,11 @@ plt.rcParams.update({
 })
 
 
+def marks_of(known, names, make):
+    """Returns {name: mark}: the known marks in their order, then those that `make` gives other names, in theirs."""
+    return known | {name: make(name) for name in names if name not in known}
+
+
 def slug(name):
     return "".join(c if c.isalnum() else "_" for c in name)
 
@@ -60,7 +65,7 @@ def log_axis(axis, low, high, ticks=(1, 2, 5)):
 
 
 def place_labels(axes, labels, points):
-    """Writes labels beside their points so that none covers another or a point, as far as there is room.
+    """Writes labels beside their points so that none covers another or a point, if there is enough space.
 
     labels: [(x, y, text, style of annotate)]; points: all that is drawn as a mark.
     """

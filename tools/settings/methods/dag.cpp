@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every light by rays through voxels, each hit believed.
+// Every light by rays: through voxels as far as --believe says, and else against triangles.
 #include "tools/settings/method.h"
 
 #include <cmath>
@@ -12,7 +12,9 @@ namespace {
 
 class DagMethod : public Method {
 public:
-    DagMethod() : Method("dag", "all lights by rays through voxels", {.voxels = true}) {}
+    DagMethod()
+        : Method("dag", "all lights by rays, through the voxels that --believe names",
+                 {.rays = true}) {}
 
     std::string modelText(const std::string&) const override { return "texels:inf"; }
     bool isRunAtThreshold(float texels) const override { return std::isinf(texels); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree's answers: the truth that errors are measured against.
+// Embree's results: the truth that errors are measured against.
 #include "tools/settings/method.h"
 
 namespace shadowdag {
@@ -13,7 +13,7 @@ public:
     EmbreeMethod() : Method("embree", "the truth", {}) {}
 
     bool isTruth() const override { return true; }
-    // Its pairs alone are used; the fewest maps that a frame can do with give them.
+    // Only its pairs are used; the smallest number of maps is enough for them.
     std::string modelText(const std::string&) const override { return "texels:0"; }
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each map by what a cost model chooses: rays through voxels, or the map.
+// Each map by what a cost model chooses: rays, or the map.
 #include "tools/settings/method.h"
 
 #include <cmath>
@@ -14,13 +14,13 @@ class HybridMethod : public Method {
 public:
     HybridMethod()
         : Method("hybrid", "each by the method that --model chooses",
-                 {.voxels = true, .maps = true, .routing = true}) {}
+                 {.rays = true, .maps = true, .routing = true}) {}
 
     std::string modelText(const std::string& asked) const override {
         return asked.empty() ? "texels:96" : asked; // the paper's
     }
     bool isRunAtThreshold(float texels) const override { return texels > 0 && !std::isinf(texels); }
-    int complexity() const override { return 3; }
+    int complexity() const override { return 2; }
 };
 
 } // namespace

@@ -5,6 +5,7 @@ Lines of different commits are refused unless --mixed-commits is given.
 """
 from ..collection import Charts
 from .bars import bytes_chart, stages_chart, variants_chart
+from .believe import believe_chart
 from .lod import lod_chart
 from .per_map import per_map
 from .resolution import histogram_chart, resolution_chart
@@ -14,12 +15,12 @@ from .threshold import over_threshold
 
 
 def draw(paths, directory, mixed=False):
-    """Draws all charts that the runs of the files hold data for."""
+    """Draws all charts for which the files have data."""
     all_runs, all_costs, experiment = load(paths, mixed)
     charts = Charts(directory)
     scenes = list(dict.fromkeys(run["scene"] for run in all_runs))
     merged = {scene: over_frames([r for r in all_runs if r["scene"] == scene]) for scene in scenes}
-    for scene in scenes:  # what has a name of its own has a chart of its own
+    for scene in scenes:  # runs with names have a separate chart
         variants_chart(charts, scene, [r for r in merged[scene] if r["parameters"].get("variant")])
         merged[scene] = [r for r in merged[scene] if not r["parameters"].get("variant")]
     for scene in scenes:
@@ -35,6 +36,7 @@ def draw(paths, directory, mixed=False):
         stages_chart(charts, scene, runs)
         resolution_chart(charts, scene, runs)
         lod_chart(charts, scene, runs)
+        believe_chart(charts, scene, runs)
         histogram_chart(charts, scene, runs, experiment)
     charts.finish()
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bars a configuration: bytes held, time by stage, and variants by name."""
+"""Bars by configuration: bytes, time by stage, and variants by name."""
 import math
 
 import numpy as np
@@ -16,23 +16,29 @@ def bytes_chart(charts, scene, runs):
     figure, axes = plt.subplots(figsize=(COLUMN, 2.1))
     xs = np.arange(len(members))
     dag = np.array([r["dag_bytes"] / mebi for r in members])
+    exact = np.array([r.get("exact_bytes", 0) / mebi for r in members])
     pages = np.array([r["map_bytes"] / mebi for r in members])
     axes.bar(xs, dag, 0.7, color=SKY, label="DAG", edgecolor="black", linewidth=0.4)
-    axes.bar(xs, pages, 0.7, bottom=dag, color=ORANGE, label="pages and tables", edgecolor="black", linewidth=0.4,
+    if exact.any():
+        axes.bar(xs, exact, 0.7, bottom=dag, color=VERMILION, label="triangles", edgecolor="black", linewidth=0.4,
+                 hatch="....")
+    axes.bar(xs, pages, 0.7, bottom=dag + exact, color=ORANGE, label="pages and tables", edgecolor="black", linewidth=0.4,
              hatch="////")
-    for x, total in zip(xs, dag + pages):
+    for x, total in zip(xs, dag + exact + pages):
         axes.annotate(plain(total), (x, total), xytext=(0, 1.5), textcoords="offset points", ha="center", fontsize=5.6)
     axes.set_xticks(xs)
     axes.set_xticklabels([bar_label(r) for r in members])
-    axes.set_ylim(0, max(1e-6, (dag + pages).max()) * 1.15)
+    axes.set_ylim(0, max(1e-6, (dag + exact + pages).max()) * 1.15)
     axes.grid(axis="x", visible=False)
     axes.set_xlabel("threshold (texels) or model")
     axes.set_ylabel("memory (MiB)")
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncol=2, borderaxespad=0.2)
     charts.save(figure, f"bytes_{slug(scene)}", f"Bytes of DAG and pages, {scene}",
-                f"What a frame holds to answer shadows: the DAG as it is traced ({plain(dag.max())} MiB) and the pages in "
-                f"use with their tables (up to {plain(pages.max())} MiB). "
-                "The DAG is paid once for the static scene, pages follow the view.")
+                f"The memory of a frame's shadows: the DAG in its traced form ({plain(dag.max())} MiB) and the pages in "
+                f"use with their tables (up to {plain(pages.max())} MiB)"
+                + (f", and the triangles with what exact rays build over them (up to {plain(exact.max())} MiB)"
+                   if exact.any() else "") + ". "
+                "The DAG is built once for the static scene; pages depend on the view.")
 
 
 def stages_chart(charts, scene, runs):
@@ -62,7 +68,7 @@ def stages_chart(charts, scene, runs):
     share = sum(r["stages"].get(largest, 0) for r in members) / max(1e-9, left.sum())
     charts.save(figure, f"stages_{slug(scene)}", f"Where the time goes, {scene}",
                 f"Medians of every stage, added up; “{largest}” takes {100 * share:.0f} % over all bars. "
-                "From top to bottom more and more lights go from maps to rays.")
+                "From top to bottom more and more lights are traced instead of drawn.")
 
 
 def variants_chart(charts, scene, runs):
@@ -95,4 +101,4 @@ def variants_chart(charts, scene, runs):
     fastest = min(runs, key=lambda r: r["time_ms"])
     charts.save(figure, f"variants_{slug(scene)}", f"Variants, {scene}",
                 f"Medians of every stage and the wrong pairs of every variant; the fastest is {fastest['label']} "
-                f"({fastest['time_ms']:.1f} ms). Frames stand for themselves: static optimization has nothing to keep.")
+                f"({fastest['time_ms']:.1f} ms). Frames are independent, so static optimization has no effect.")

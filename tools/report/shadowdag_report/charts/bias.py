@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what the bias of a map's lookup gives and costs, as SVG, PNG and JSON, from what filter_bench prints.
+"""Draws the effect of the bias of a map's lookup, as SVG, PNG and JSON, from the output of filter_bench.
 
     filter_bench > tests/bench/results/filters.json
     bias tests/bench/results/filters.json -o docs
@@ -16,7 +16,7 @@ STYLES = [(BLACK, "o"), (GREY, "x"), (VERMILION, "s"), (ORANGE, "D"), (BLUE, "^"
 
 
 def load(path):
-    """Returns the results after checking that they have what is drawn."""
+    """Returns the results after checking that they are complete."""
     with expecting(path, "what filter_bench prints"):
         data = read_json(path)
         for row in data["acne"]:
@@ -75,7 +75,7 @@ def draw_detached(axes, lines):
     for (name, line), (colour, marker) in zip(lines.items(), STYLES):
         draw_line(axes, line, marker=marker, color=colour, markersize=3.5, label=name)
     axes.set_ylabel("lit floor behind a wall's foot, texels")
-    axes.set_ylim(0, 4.6)  # room for the legend
+    axes.set_ylim(0, 4.6)  # space for the legend
 
 
 def draw_scenes(axes, lines):

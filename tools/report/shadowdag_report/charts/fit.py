@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `shadowdag fit` measured: error against time or bytes, the bound, and the choice, as SVG and PNG.
+"""Draws the measurements of `shadowdag fit`: error against time or bytes, the bound, and the choice, as SVG and PNG.
 
     fit FIT.json -o DIR
 
-writes DIR/FIT.svg and DIR/FIT.png. Every measured model is a point: filled where it holds the bound, hollow where it
+writes DIR/FIT.svg and DIR/FIT.png. Every measured model is a point: filled if it keeps the bound, hollow if it
 breaks it. Times are those of the first frame, which every measured model has; errors are the worst of the frames in
-which it was measured. Exact models stand on the lowest line, marked 0.
+which it was measured. Exact models are on the lowest line, marked 0.
 """
 import os
 
@@ -14,16 +14,16 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..collection import save_figure
 from ..files import Refused, expecting, read_json
-from ..style import BLUE, COLUMN, GREEN, GREY, PURPLE, VERMILION, FuncFormatter, NullLocator, plain, plt
+from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, PURPLE, VERMILION, FuncFormatter, NullLocator, marks_of, plain, plt
 
-METHODS = {"dag": (BLUE, "o", "rays, voxels"), "dag-exact": (GREEN, "s", "rays, exact"),
+METHODS = {"dag": (BLUE, "o", "rays"),
            "maps": (VERMILION, "^", "maps"), "hybrid": (PURPLE, "D", "hybrid")}
 METRICS = {"false": "wrong pairs, worst frame (%)", "visibility": "visibility error, worst frame",
            "flip": "FLIP, worst frame"}
 
 
 def frontier(points):
-    """Returns the points that no other beats in both cost and error, by cost."""
+    """Returns the points that no other dominates in cost and error, by cost."""
     best, kept = None, []
     for point in sorted(points):
         if best is None or point[1] < best:
@@ -41,7 +41,7 @@ def draw(result, base):
     measured = [m for m in result["models"] if "error" in m]
     bound = percent * result["bound"]
     positive = [percent * m["error"] for m in measured if m["error"] > 0] + ([bound] if bound > 0 else [])
-    # Zero has no place on a logarithm: it gets a line of its own, a third of a decade under the rest.
+    # A logarithmic axis has no zero: it gets a separate line, a third of a decade under the rest.
     has_zero = bound == 0 or any(m["error"] == 0 for m in measured)
     floor = min(positive, default=1.0) / (2.2 if has_zero else 1.0)
     height_of = lambda error: percent * error if error > 0 else floor
@@ -51,7 +51,8 @@ def draw(result, base):
     steps = frontier(points)
     axes.step([p[0] for p in steps], [p[1] for p in steps], where="post", color=GREY, linewidth=0.8, zorder=1)
     handles = [Line2D([], [], color=GREY, linewidth=0.8, label="frontier")]
-    for method, (color, marker, name) in METHODS.items():
+    marks = marks_of(METHODS, (m["method"] for m in measured), lambda name: (BLACK, "X", name))
+    for method, (color, marker, name) in marks.items():
         mine = [(m, p) for m, p in zip(measured, points) if m["method"] == method]
         if not mine:
             continue
@@ -59,7 +60,7 @@ def draw(result, base):
             some = [p for m, p in mine if (m["error"] <= result["bound"]) == holds]
             axes.plot([p[0] for p in some], [p[1] for p in some], linestyle="", marker=marker, markersize=3.4,
                       color=color, markerfacecolor=color if holds else "white", markeredgewidth=0.7,
-                      zorder=2.0 if method == "hybrid" else 2.5)  # a hybrid that draws no map hides what it is
+                      zorder=2.0 if method == "hybrid" else 2.5)  # a hybrid that draws no map equals dag and is drawn below it
         handles.append(Line2D([], [], linestyle="", marker=marker, markersize=3.4, color=color, label=name))
     axes.axhline(height_of(result["bound"]), color="black", linewidth=0.8, linestyle=(0, (4, 2)), zorder=1)
     handles.append(Line2D([], [], color="black", linewidth=0.8, linestyle=(0, (4, 2)), label=f"bound, {plain(bound)}" + (" %" if percent == 100 else "")))

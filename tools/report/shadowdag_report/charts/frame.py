@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what a pair costs in a whole frame, ours beside Embree's, from results of `shadowdag bench voxel --json`.
+"""Draws the cost of a pair in a whole frame, ours and Embree's, from results of `shadowdag bench voxel --json`.
 
-One group of bars a scene; the dashed line is a third of rtcOccluded16's time in that scene.
+One group of bars per scene; the dashed line is a third of rtcOccluded16's time in that scene.
 """
 import pathlib
 

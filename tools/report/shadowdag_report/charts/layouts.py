@@ -10,13 +10,13 @@ from ..files import Refused, expecting, read_json
 from ..style import BLACK, BLUE, COLUMN, GREY, VERMILION, plt
 
 RESOLUTION = 4096
-SHAPES = {  # colour and marker: one tells them apart without the other
+SHAPES = {  # colour and marker: each alone distinguishes them
     "8-ary": (BLUE, "o"), "8-ary symmetric": (BLUE, "D"), "64-ary": (VERMILION, "s"),
     "64-ary symmetric": (VERMILION, "^")}
 
 
 def load(path):
-    """Returns the rows that are drawn, by scene, after checking that they have what is drawn."""
+    """Returns the rows to draw, by scene, after checking that they are complete."""
     with expecting(path, "a file of layouts"):
         drawn = [r for r in read_json(path)["traced"] if r["resolution"] == RESOLUTION]
         for row in drawn:
@@ -32,7 +32,7 @@ def load(path):
 
 
 def panel(axes, scene, rows, isFirst):
-    """Draws one scene: a point a layout, numbered as in the list below the charts."""
+    """Draws one scene: one point per layout, numbered as in the list below the charts."""
     for shape, (colour, marker) in SHAPES.items():
         members = [r for r in rows if r["shape"] == shape]
         if not members:

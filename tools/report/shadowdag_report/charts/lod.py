@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Error against time over the level of detail of rays."""
 from ..style import BLACK, BLUE, COLUMN, GREEN, PURPLE, VERMILION, plt, slug
+from .runs import rays_alone
 
 
 def lod_of(run):
@@ -16,7 +17,7 @@ def lod_of(run):
 
 def lod_chart(charts, scene, runs):
     """Error against time of method dag where an experiment sweeps the level of detail."""
-    rays = [r for r in runs if r["method"] == "dag"]
+    rays = rays_alone(runs, "all")
     if len({str(r["parameters"].get("lod", 0)) for r in rays}) < 2:
         return
     first = next((r for r in rays if lod_of(r)[:2] == ("fixed", 0.0)), rays[0])
@@ -84,5 +85,5 @@ def lod_chart(charts, scene, runs):
                 f"{fastest['parameters'].get('lod', 0)}, {fastest['time_ms']:.0f} ms with {wrong(fastest):.2f} %; of those that "
                 f"follow the footprint the most exact, {best['parameters'].get('lod', 0)}, {best['time_ms']:.0f} ms with "
                 f"{wrong(best):.2f} %. Marks name the level, the footprint's scale or the share of a cell's columns that "
-                f"stops a ray; times of one run spread by {100 * max(spread):.0f} % at most. Rays of level 0 go in streams, "
+                f"stops a ray; times of one run spread by {100 * max(spread):.0f} % at most. Rays of level 0 are traced in streams, "
                 "those of all others one by one." + sentence)

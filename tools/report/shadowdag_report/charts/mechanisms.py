@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `shadowdag study ablation` measured: ratios with over without, mechanism by mechanism, as SVG and PNG.
+"""Draws the measurements of `shadowdag study ablation`: ratios with over without, mechanism by mechanism, as SVG and PNG.
 
     mechanisms-chart ablation.json -o DIR
 
 writes DIR/mechanisms.svg and DIR/mechanisms.png. A row is a mechanism, a panel a metric: its own, time, error, bytes.
-Each scene is a mark, the vertical stroke their mean; left of 1 is a gain. What lies beyond a panel stands at its edge with
+Each scene is a mark, the vertical stroke their mean; left of 1 is a gain. Values beyond a panel are at its edge with
 an arrow.
 """
 from matplotlib.lines import Line2D
@@ -25,7 +25,7 @@ VERDICTS = {"default on": "on", "default off, an option": "option",
 
 
 def stand(axes, ratio, y, color, marker, size, hollow=False):
-    """Marks a ratio, at the panel's edge with an arrow where it lies beyond."""
+    """Marks a ratio, at the panel's edge with an arrow if it is beyond."""
     shown = min(max(ratio, LOW), HIGH)
     axes.plot([shown], [y], linestyle="", marker=marker, markersize=size, color=color, markeredgewidth=0.6,
               markerfacecolor="white" if hollow else color, clip_on=False, zorder=3)
@@ -35,7 +35,7 @@ def stand(axes, ratio, y, color, marker, size, hollow=False):
                                   "shrinkA": 1, "shrinkB": 0})
 
 
-@plt.rc_context({"figure.constrained_layout.use": False})  # names and verdicts need room of their own
+@plt.rc_context({"figure.constrained_layout.use": False})  # names and verdicts need fixed space
 def mechanisms_chart(charts, results):
     rows = results["mechanisms"]
     looks = {scene: MARKS[i % len(MARKS)] for i, scene in enumerate(results["scenes"])}
@@ -78,7 +78,7 @@ def mechanisms_chart(charts, results):
                        label="a failure that it is a remedy for"),
                 Line2D([], [], linestyle="", marker="|", markersize=6, color=BLACK, label="mean of the scenes")]
     figure.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.55, 1.0), ncol=5, handletextpad=0.3, columnspacing=1.4)
-    charts.save(figure, "mechanisms", "What each mechanism buys",
+    charts.save(figure, "mechanisms", "The gain of each mechanism",
                 "Ratios with over without, by mechanism and scene, on a logarithmic axis; left of 1 is a gain.")
 
 

@@ -28,7 +28,7 @@ def crossing(xs, rays, maps):
     if not math.isfinite(value) or len(good) < 950:
         return None
     least, greatest = float(np.percentile(good, 2.5)), float(np.percentile(good, 97.5))
-    return (value, least, greatest) if greatest <= 100 * least else None  # two decades pin nothing down
+    return (value, least, greatest) if greatest <= 100 * least else None  # an interval of two decades is useless
 
 
 def per_map(charts, scene, costs, key, axis_name, file_name, title):
@@ -72,5 +72,5 @@ def per_map(charts, scene, costs, key, axis_name, file_name, title):
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, borderaxespad=0.3)
     cheaper = int(np.sum(rays < maps))
     charts.save(figure, f"{file_name}_{slug(scene)}", f"{title}, {scene}",
-                f"Each of {len(usable)} maps served alone by both methods: rays are cheaper for {cheaper}, and {where}. "
+                f"Each of {len(usable)} maps measured alone by both methods: rays are cheaper for {cheaper}, and {where}. "
                 f"Time grows with power {slopes[0]:.2f} by rays and {slopes[1]:.2f} by map (least squares of logarithms).")

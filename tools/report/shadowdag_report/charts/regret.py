@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what routing loses, frame by frame, against model oracle: by model cost, by texels:96, by the best single
-threshold and by either method alone, out of results.json of `shadowdag compare` with models oracle and cost. Writes
+"""Draws the loss of routing, frame by frame, relative to model oracle: by model cost, by texels:96, by the best single
+threshold and by either method alone, from results.json of `shadowdag compare` with models oracle and cost. Writes
 regret.svg, regret.png and regret.json, and prints the sums.
 
     regret report/results.json [more.json ...] -o docs
 
 The single threshold of a frame is the one that is fastest on all other frames of its scene. Model cost is held out
-where its calibration saw none of the frames: that is for the caller to see to. Time is that of whole frames.
+if its calibration contained none of the frames; the caller is responsible for that. Time is that of whole frames.
 """
 import os
 
@@ -24,14 +24,14 @@ def describe(scene):
     held, worst = scene["sums"], scene["worst_frame"]
     realised = held["realised"]
     ninety_six = held["texels_96_ms"]
-    print(f"{scene['scene']}: {held['frame_count']} frames, ms a frame: "
+    print(f"{scene['scene']}: {held['frame_count']} frames, ms per frame: "
           + ", ".join(f"{n} {held[k] / held['frame_count']:.1f}" for n, k in (
               ("oracle", "oracle_ms"), ("cost", "cost_ms"), (scene["best_threshold"] + " (best)", "best_threshold_ms"),
               ("better single method", "better_single_ms")))
           + (f", texels:96 {ninety_six / held['frame_count']:.1f}" if ninety_six is not None else "")
           + "; of the oracle's gain cost realises "
           + (f"{100 * realised:.0f} %" if realised is not None else "nothing to speak of: the oracle gains "
-             f"{held['oracle_gain_ms'] / held['frame_count']:.1f} ms a frame, noise {held['oracle_noise_ms'] / held['frame_count']:.1f}")
+             f"{held['oracle_gain_ms'] / held['frame_count']:.1f} ms per frame, noise {held['oracle_noise_ms'] / held['frame_count']:.1f}")
           + (f"; the oracle's maps take {held['oracle_serving_over_cost_sum']:.2f} of what their costs add up to"
              if held["oracle_serving_over_cost_sum"] else "")
           + f"; slower than the better method by over 5 % + noise: {scene['slower_frames'] or 'no frame'}"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What routing loses against model oracle, frame by frame: regret.json as data."""
+"""The loss of routing relative to model oracle, frame by frame: the content of regret.json."""
 from ..files import Refused, expecting, read_json
 
 NOT_SERVING = {"batch boxes", "batch hierarchy", "scene update", "g-buffer", "clusters", "light assignment",
@@ -7,7 +7,7 @@ NOT_SERVING = {"batch boxes", "batch hierarchy", "scene update", "g-buffer", "cl
 
 
 def name_of(run):
-    """Returns by what a run is routed, or None for one that takes no part."""
+    """Returns the model of a run, or None for one that is not used."""
     if run["method"] == "dag":
         return "texels:inf"
     if run["method"] == "maps":
@@ -73,7 +73,7 @@ def noise(run):
 
 
 def analyse(scene, frames, sums):
-    """Returns what regret.json holds of a scene."""
+    """Returns the content of regret.json for a scene."""
     numbers = sorted(frames)
     threshold = best_threshold(frames, numbers)
     rows = []
@@ -89,7 +89,7 @@ def analyse(scene, frames, sums):
         rows.append({
             "frame": number, "best_threshold": models["best threshold"], "oracle_ms": oracle,
             "oracle_cost_sum_ms": sums.get((scene, number)),
-            # What the sum promises: the stages that routing decides about.
+            # The predicted sum: the stages that routing decides about.
             "oracle_serving_ms": serving_ms(runs["oracle"]),
             "better_single": "rays" if single is runs["texels:inf"] else "maps",
             "times_ms": {n: runs[m]["time_ms"] for n, m in models.items() if m in runs},
@@ -120,7 +120,7 @@ def analyse(scene, frames, sums):
             "oracle_serving_over_cost_sum": sum(r["oracle_serving_ms"] for r in promised)
             / sum(r["oracle_cost_sum_ms"] for r in promised) if promised else None,
             "oracle_gain_ms": gain, "cost_gain_ms": single_ms - total("cost"),
-            # Where the oracle gains no more than the noise there is nothing to realise.
+            # If the oracle gains no more than the noise, there is nothing to gain.
             "realised": (single_ms - total("cost")) / gain if gain > noise_ms else None},
         "slower_frames": [r["frame"] for r in rows if r["is_slower"]],
         "worst_frame": {

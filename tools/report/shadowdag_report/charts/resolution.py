@@ -5,16 +5,16 @@ import math
 import numpy as np
 
 from ..style import BLACK, BLUE, COLUMN, FixedLocator, GREEN, GREY, NullLocator, ORANGE, SKY, VERMILION, log_axis, plt, slug
+from ..texels import equivalent_texels
 from .per_map import power_fit
-from .runs import bar_label, equivalent_texels, threshold_of
+from .runs import bar_label, rays_alone, threshold_of
 
 
 def resolution_chart(charts, scene, runs):
     members = {}
-    for run in runs:
-        if run["method"] == "dag":
-            parameters = run["parameters"]
-            members.setdefault((parameters.get("offset"), parameters.get("lod")), []).append(run)
+    for run in rays_alone(runs, "all"):
+        parameters = run["parameters"]
+        members.setdefault((parameters.get("offset"), parameters.get("lod")), []).append(run)
     members = sorted(max(members.values(), key=len), key=lambda r: r["parameters"]["resolution"]) if members else []
     if len(members) < 2:
         return
@@ -36,7 +36,7 @@ def resolution_chart(charts, scene, runs):
     reference = [total[0] * xs[0] / x for x in xs]
     axes.plot(xs, reference, color=GREY, linestyle="--", linewidth=0.9, label="halving")
     shown += [t for t in total if t > 0] + reference
-    if has_zero:  # zero has no place on a logarithmic axis: its points stand on the frame
+    if has_zero:  # a logarithmic axis has no zero: its points are on the frame
         axes.annotate("0", (0, 0), xycoords="axes fraction", xytext=(-4, 0), textcoords="offset points", ha="right",
                       va="center", fontsize=6.5)
     axes.set_xscale("log", base=2)
@@ -52,8 +52,8 @@ def resolution_chart(charts, scene, runs):
     positive = [(x, t) for x, t in zip(xs, total) if t > 0]
     rate = -power_fit(*map(np.array, zip(*positive)))[1] if len(positive) > 1 else math.nan
     charts.save(figure, f"resolution_{slug(scene)}", f"Error over the DAG's resolution, {scene}",
-                f"All lights traced: wrong pairs fall from {total[0]:.2f} % at {xs[0]}³ to {total[-1]:.2f} % at {xs[-1]}³, "
-                f"by a factor of {2 ** rate:.2f} a doubling (least squares of logarithms). "
+                f"All lights by rays through voxels: wrong pairs fall from {total[0]:.2f} % at {xs[0]}³ to {total[-1]:.2f} % at {xs[-1]}³, "
+                f"by a factor of {2 ** rate:.2f} per doubling (least squares of logarithms). "
                 "The dashed line halves with each doubling, as an error proportional to the voxel would.")
 
 
@@ -86,5 +86,5 @@ def histogram_chart(charts, scene, runs, experiment):
     counts = fractional[0]["histogram"]
     part = 100 * counts[1:-1].sum() / max(1, counts.sum())
     charts.save(figure, f"visibility_{slug(scene)}", f"Histogram of visibility, {scene}",
-                f"Rays answer lit or dark; filtered maps answer in between for {part:.1f} % of the pairs ({fractional[0]['label']}). "
+                f"Rays are lit or dark; filtered maps are in between for {part:.1f} % of the pairs ({fractional[0]['label']}). "
                 "Bins are 1/32 wide and the axis is logarithmic.")

@@ -1,14 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs of compare as charts want them: merged over frames, in threshold sweeps, with short names."""
+"""Runs of compare in the form of charts: merged over frames, in threshold sweeps, with short names."""
 import math
 
 import numpy as np
 
 from ..files import Refused, expecting, read_json
 from ..style import plain
-
-PAPER_TEXELS = 96
-PAPER_PIXELS = 1920 * 1080
 
 
 def load(paths, mixed):
@@ -30,7 +27,11 @@ def load(paths, mixed):
         raise Refused(f"{', '.join(paths)}: holds no runs to draw; "
                       + ("its frames in sequence are drawn by shadowdag figures" if sequence_count else
                          "measure with shadowdag compare"))
-    return runs, costs, experiments[0]
+    seen = {run["scene"] for run in runs if run["pair_count"]}
+    if not seen:
+        raise Refused(f"{', '.join(paths)}: no run has a pair of a visible point and a light, so there is nothing to "
+                      "draw; measure with another --camera, --frames or --lights")
+    return [run for run in runs if run["scene"] in seen], costs, experiments[0]
 
 
 def threshold_of(run):
@@ -49,6 +50,9 @@ def over_frames(runs):
         one["frame_count"] = len(group)
         for key in ("time_ms", "time_ms_min", "time_ms_max", "dag_bytes", "map_bytes"):
             one[key] = sum(r[key] for r in group) / len(group)
+        one["exact_bytes"] = sum(r.get("exact_bytes", 0) for r in group) / len(group)
+        for key in ("ray_count", "exact_ray_count"):
+            one[key] = sum(r.get(key, 0) for r in group)
         pairs = sum(r["pair_count"] for r in group) or 1
         one["error"] = sum(r["mean_abs_visibility_error"] * r["pair_count"] for r in group) / pairs
         one["false_shadow"] = 100 * sum(r["false_shadow_count"] for r in group) / pairs
@@ -64,41 +68,56 @@ def over_frames(runs):
     return result
 
 
+def believe_of(run):
+    """Returns which voxels the rays of a run believe: "all", "none", or a number of pixels."""
+    return run["parameters"].get("believe", "all")
+
+
+def rays_alone(runs, believe):
+    """Returns the runs of rays alone that believe "all", "none" or (None) anything between."""
+    return [r for r in runs if r["method"] == "dag" and
+            (believe_of(r) == believe if believe else believe_of(r) not in ("all", "none"))]
+
+
+def rays_name(run):
+    return {"all": "voxel rays", "none": "exact rays"}.get(believe_of(run), f"rays {believe_of(run)} px")
+
+
+def settings_of(run):
+    """Returns what distinguishes the run from others of its sweep: all parameters but the threshold."""
+    return {key: value for key, value in run["parameters"].items() if key != "threshold_texels"}
+
+
 def sweeps(runs):
-    """Returns the threshold sweeps: {series key: runs ascending in threshold}, the pure methods included."""
-    hybrids = [r for r in runs if r["method"] == "hybrid" and threshold_of(r) is not None]
-    ray_keys, map_keys = ("resolution", "offset", "lod"), ("undersample", "page_size", "bias", "taps")
-    pick = lambda run, keys: tuple((k, run["parameters"].get(k)) for k in keys)
+    """Returns the threshold sweeps: {series key: runs ascending in threshold}.
+
+    The pure methods are members of every sweep that agrees with all parameters that they read.
+    """
     series = {}
-    for run in hybrids:
-        series.setdefault(pick(run, ray_keys + map_keys), []).append(run)
+    for run in runs:
+        if run["method"] == "hybrid" and threshold_of(run) is not None:
+            series.setdefault(tuple(settings_of(run).items()), []).append(run)
     for key, members in series.items():
-        rays, maps = key[:len(ray_keys)], key[len(ray_keys):]
-        members += [r for r in runs if r["method"] == "dag" and pick(r, ray_keys) == rays]
-        members += [r for r in runs if r["method"] == "maps" and pick(r, map_keys) == maps]
+        members += [r for r in runs if r["method"] in ("dag", "maps") and settings_of(r).items() <= dict(key).items()]
         members.sort(key=threshold_of)
     return series
 
 
 def series_name(key, all_keys):
-    """Names what distinguishes a series from the others; "" where nothing does."""
-    names = {"resolution": "{}³", "offset": "offset {}", "lod": "lod {}", "undersample": "u{}",
-             "page_size": "pages {}", "bias": "bias {}", "taps": "{} taps"}
-    return ", ".join(names[k].format(v) for i, (k, v) in enumerate(key) if len({other[i] for other in all_keys}) > 1)
-
-
-def equivalent_texels(experiment):
-    width, height = (int(part) for part in experiment["size"].split("x"))
-    return PAPER_TEXELS * math.sqrt(width * height / PAPER_PIXELS)
+    """Returns the text that distinguishes a series from the others; "" if there is none."""
+    names = {"resolution": "{}³", "undersample": "u{}", "page_size": "pages {}", "taps": "{} taps"}
+    others = [dict(other) for other in all_keys]
+    return ", ".join(names.get(k, k.replace("_", " ") + " {}").format(v) for k, v in key
+                     if any(k in other and other[k] != v for other in others))
 
 
 def bar_runs(runs):
     """The configurations worth a bar: the first sweep, other models, and the pure methods, in that order."""
     series = sweeps(runs)
     members = list(next(iter(series.values()))) if series else [r for r in runs if r["method"] in ("maps", "dag")]
-    if not series:  # of several levels of detail the first: a bar's label names none
-        members = [r for r in members if r["method"] != "dag" or
-                   r["parameters"].get("lod", 0) == next(m for m in members if m["method"] == "dag")["parameters"].get("lod", 0)]
+    if not series:  # of several levels of detail the first, because a bar's label contains none
+        lods = [r["parameters"]["lod"] for r in members if "lod" in r["parameters"]]
+        members = [r for r in members if r["parameters"].get("lod", lods[:1]) in (lods[:1], *lods[:1])]
     members += [r for r in runs if r["method"] == "hybrid" and threshold_of(r) is None]
     return members
 
@@ -108,7 +127,7 @@ def bar_label(run):
     if threshold == 0:
         return "maps"
     if threshold == math.inf:
-        return "rays"
+        return rays_name(run)
     if threshold is None:
         return run["model"] if len(run["model"]) < 10 else run["model"][:8] + "…"
     return plain(threshold)

@@ -4,21 +4,26 @@ import math
 
 from ..style import (BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, place_labels,
                      plain, plt, slug)
-from .runs import PAPER_TEXELS, equivalent_texels, series_name, sweeps, threshold_of
+from ..texels import PAPER_TEXELS, equivalent_texels
+from .runs import believe_of, rays_alone, series_name, sweeps, threshold_of
 
 
-def pareto(points):
-    """Returns the points (time, error) that no other beats in both, ascending in time."""
-    front, best = [], math.inf
-    for time, error in sorted(points):
-        if error < best:
-            front.append((time, error))
-            best = error
-    return front
+def is_faster(a, b):
+    """Returns whether a run is faster than another by more than half of the larger spread of both, as the verdict has it."""
+    return a["time_ms"] + 0.5 * max(r["time_ms_max"] - r["time_ms_min"] for r in (a, b)) < b["time_ms"]
+
+
+def pareto(runs):
+    """Returns the runs, ascending in time, that no other dominates: none has a smaller error without being slower by
+    more than the spread of the times, and none of equal error is faster."""
+    front = [r for i, r in enumerate(runs) if not any(
+        other["error"] < r["error"] and not is_faster(r, other) or
+        other["error"] == r["error"] and (other["time_ms"], j) < (r["time_ms"], i) for j, other in enumerate(runs))]
+    return sorted(front, key=lambda r: r["time_ms"])
 
 
 def rings_sentence(ringed, experiment):
-    """Says what the rings mark, and which of the paper's threshold and its equivalent has no run to put one on."""
+    """Describes the rings, and which of the paper's threshold and its equivalent has no run to put one on."""
     equivalent = equivalent_texels(experiment)
 
     def name(texels, near):
@@ -34,42 +39,46 @@ def rings_sentence(ringed, experiment):
 
 
 def speed_accuracy(charts, scene, runs, experiment):
-    methods = [r for r in runs if r["method"] != "embree"]
-    if not methods:
+    if all(r["method"] == "embree" for r in runs):
         return
     figure, axes = plt.subplots(figsize=(COLUMN, 3.0))
-    positive = [r["error"] for r in methods if r["error"] > 0]
+    positive = [r["error"] for r in runs if r["error"] > 0]
     floor = (min(positive) if positive else 1e-4) / 4
     height = lambda run: 100 * max(run["error"], floor)
     series = sweeps(runs)
     styles = [(BLUE, "o"), (GREEN, "s"), (PURPLE, "^"), (VERMILION, "v"), (BLACK, "P"), (ORANGE, "X")]
-    front = pareto([(r["time_ms"], height(r)) for r in methods])
+    front = pareto(runs)
     if len(front) > 1:
-        xs, ys = zip(*front)
-        axes.step(xs, ys, where="post", color=GREY, linewidth=3.2, alpha=0.35, solid_capstyle="butt", zorder=1,
-                  label="Pareto front")
-    times, errors = [r["time_ms"] for r in methods], [height(r) for r in methods]
-    names = []  # labels of points: placed when all points stand
+        axes.step([r["time_ms"] for r in front], [height(r) for r in front], where="post", color=GREY, linewidth=3.2,
+                  alpha=0.35, solid_capstyle="butt", zorder=1, label="Pareto front")
+    times, errors = [r["time_ms"] for r in runs], [height(r) for r in runs]
+    names = []  # labels of points: placed after all points
     for i, (key, members) in enumerate(series.items()):
         color, marker = styles[i % len(styles)]
         name = series_name(key, list(series))
         axes.plot([r["time_ms"] for r in members], [height(r) for r in members], color=color, marker=marker,
                   markersize=3, linewidth=0.8, zorder=3, label="hybrid, thresholds" + (f" ({name})" if name else ""))
-    resolutions = [r for r in runs if r["method"] == "dag"]
+    resolutions = rays_alone(runs, "all")
     resolutions = [r for r in resolutions if r["parameters"].get("lod") == resolutions[0]["parameters"].get("lod")]
     resolutions.sort(key=lambda r: r["parameters"]["resolution"])
     if resolutions:
         axes.plot([r["time_ms"] for r in resolutions], [height(r) for r in resolutions], color=SKY, marker="D",
                   markersize=4.6, linewidth=0.8, linestyle="--", zorder=4, markeredgecolor="black",
-                  markeredgewidth=0.4, label="rays alone (DAG)")
+                  markeredgewidth=0.4, label="rays through voxels")
         for run in resolutions if len(resolutions) > 1 else []:
             names.append((run["time_ms"], height(run), f"{run['parameters']['resolution']}³",
                           {"fontsize": 5.6, "color": "#2b6f96"}))
-    exact = sorted((r for r in runs if r["method"] == "dag-exact"), key=lambda r: r["parameters"]["resolution"])
+    between = sorted(rays_alone(runs, None), key=believe_of)
+    if between:
+        axes.plot([r["time_ms"] for r in between], [height(r) for r in between], color=BLUE, marker="d",
+                  markersize=4.2, linewidth=0.8, linestyle=":", zorder=4, markeredgecolor="black",
+                  markeredgewidth=0.4, label="rays that believe some voxels")
+        names += [(r["time_ms"], height(r), f"{believe_of(r):g} px", {"fontsize": 5.6, "color": "#1d4f73"}) for r in between]
+    exact = rays_alone(runs, "none")
     if exact:
         axes.plot([r["time_ms"] for r in exact], [height(r) for r in exact], color=YELLOW, marker="p", markersize=5.6,
                   linewidth=0.8, linestyle=":", zorder=4, markeredgecolor="black", markeredgewidth=0.5,
-                  clip_on=False, label="DAG exact (error 0)" if not any(r["error"] for r in exact) else "DAG exact")
+                  clip_on=False, label="exact rays (error 0)" if not any(r["error"] for r in exact) else "exact rays")
     maps = sorted((r for r in runs if r["method"] == "maps"), key=lambda r: r["parameters"]["undersample"])
     if maps:
         axes.plot([r["time_ms"] for r in maps], [height(r) for r in maps], color=ORANGE, marker="s", markersize=4.6,
@@ -100,22 +109,22 @@ def speed_accuracy(charts, scene, runs, experiment):
         names = [(x, y, text, {"fontsize": 6}) for x, y, text in sorted(labels)] + names
     truth = next((r for r in runs if r["method"] == "embree"), None)
     if truth:
-        times = times + [truth["time_ms"]]
-        axes.axvline(truth["time_ms"], color=BLACK, linestyle=":", linewidth=0.9, label="Embree's rays alone (error 0)")
+        axes.plot(truth["time_ms"], height(truth), linestyle="none", marker="o", color=BLACK, markersize=5, zorder=4,
+                  clip_on=False, label="a frame by Embree (error 0)")
     log_axis(axes.xaxis, min(times) / 1.35, max(times) * 1.35)
-    hasZero = any(r["error"] == 0 for r in methods)
+    hasZero = any(r["error"] == 0 for r in runs)
     log_axis(axes.yaxis, min(errors) if hasZero else min(errors) / 1.6, max(errors) * 1.6)
-    if hasZero:  # zero has no place on a logarithmic axis: its points stand on the frame
+    if hasZero:  # a logarithmic axis has no zero: its points are on the frame
         axes.annotate("0", (0, 0), xycoords="axes fraction", xytext=(-4, 0), textcoords="offset points", ha="right",
                       va="center", fontsize=6.5)
     axes.set_xlabel("frame time (ms)")
     axes.set_ylabel("mean absolute visibility error (%)")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, columnspacing=1.2, borderaxespad=0.3)
-    place_labels(axes, names, [(r["time_ms"], height(r)) for r in methods])
-    best = min(methods, key=lambda r: r["time_ms"])
-    exact = min(methods, key=lambda r: r["error"])
+    place_labels(axes, names, [(r["time_ms"], height(r)) for r in runs])
+    best = min(runs, key=lambda r: r["time_ms"])
+    exact = min(runs, key=lambda r: (r["error"], r["time_ms"]))
     charts.save(figure, f"speed_accuracy_{slug(scene)}", f"Speed against accuracy, {scene}",
                 f"Down and left is better; the fastest is {best['label']} ({best['time_ms']:.1f} ms at "
                 f"{100 * best['error']:.2f} % error), the most exact {exact['label']} ({exact['time_ms']:.1f} ms at "
-                f"{100 * exact['error']:.2f} %)."
+                f"{100 * exact['error']:.2f} %). Differences within the spread of the times make no front."
                 + rings_sentence(ringed, experiment))

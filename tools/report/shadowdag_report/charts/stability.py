@@ -1,14 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the stability of errors out of stability.json of `shadowdag study stability`: one chart a part that the
-file holds, as SVG and PNG, with charts.json: titles and captions.
+"""Draws the stability of errors from stability.json of `shadowdag study stability`: one chart per part of
+the file, as SVG and PNG, with charts.json: titles and captions.
 
     stability-charts report/stability.json -o docs
 """
 from ..collection import Charts
 from ..files import expecting, read_json
-from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, log_axis, plt
+from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, log_axis, marks_of, plt
 
-METHODS = {"maps": (ORANGE, "s"), "dag": (SKY, "D"), "dag-exact": (BLACK, "p"), "hybrid": (GREEN, "o")}
+VOXELS = "dag believe all"
+METHODS = {"maps": (ORANGE, "s"), VOXELS: (SKY, "D"), "dag believe none": (BLACK, "p"), "hybrid": (GREEN, "o")}
 GROUPS = [(BLUE, "o"), (VERMILION, "s"), (GREEN, "^"), (PURPLE, "D"), (BLACK, "v"), (ORANGE, "P")]
 
 
@@ -17,11 +18,11 @@ def groups_of(rows):
 
 
 def short(group):
-    return group.split("-", 1)[-1]  # a study of the user's may name a group otherwise
+    return group.split("-", 1)[-1]  # a user's study may have other names of groups
 
 
 def verdict(results, part):
-    """Returns a sentence: how many checks of the part hold."""
+    """Returns a sentence about the number of passed checks of the part."""
     checks = [c for c in results["checks"] if c["part"] == part]
     broken = sum(not c["holds"] for c in checks)
     if not checks:
@@ -57,15 +58,16 @@ def draw_time(charts, results):
     panels[0][0].invert_yaxis()
     panels[0][0].legend(loc="center right", bbox_to_anchor=(1.0, 0.57))  # where rays have no bars
     charts.save(figure, "stability_time", "Flicker in time",
-                "Answers that change from a frame to the next where Embree's do not, a tenth of a second between frames. "
-                "Held answers of a still light may not change at all. " + verdict(results, "time"), part="time")
+                "Results that change from one frame to the next while Embree's do not, a tenth of a second between frames. "
+                "Held results of a static light must not change at all. " + verdict(results, "time"), part="time")
 
 
 def draw_perturbation(charts, results):
     rows = results["perturbation"]
     groups = groups_of(rows)
-    drawn = [m for m in METHODS if any(r["wrong_share"] for r in rows if r["method"] == m)]
-    absent = [m for m in METHODS if m not in drawn]
+    marks = marks_of(METHODS, (r["method"] for r in rows), lambda name: (GREY, "X"))
+    drawn = [m for m in marks if any(r["wrong_share"] for r in rows if r["method"] == m)]
+    absent = [m for m in marks if m not in drawn]
     cases = [r["case"] for r in rows if r["group"] == groups[0] and r["method"] == "maps" and r["kind"] != "unperturbed"]
     bands = {(c["group"], c["case"], c["method"]): c for c in results["checks"]
              if c["part"] == "perturbation" and c["measure"] == "wrong_share"}
@@ -75,7 +77,7 @@ def draw_perturbation(charts, results):
         low, high = 0.5, 2.0
         for index, name in enumerate(drawn):
             offset = 0.27 * (index - (len(drawn) - 1) / 2)
-            colour, marker = METHODS[name]
+            colour, marker = marks[name]
             for place, case in enumerate(cases):
                 row = next((r for r in rows if (r["group"], r["case"], r["method"]) == (group, case, name)), None)
                 if row is None:
@@ -102,7 +104,7 @@ def draw_perturbation(charts, results):
         panels[0][-1].legend(entries.values(), entries.keys(), loc="upper right", bbox_to_anchor=(1.0, 1.12),
                              ncol=len(entries))
     charts.save(figure, "stability_perturbation", "The error under perturbation",
-                "Wrong pairs over those of the unperturbed scene, each held against Embree for that very scene; bars: "
+                "Wrong pairs over those of the unperturbed scene, each compared with Embree for the same scene; bars: "
                 "the band. " + (f"{' and '.join(absent)}: no wrong pair anywhere, so nothing is drawn. " if absent else "")
                 + "A case without a wrong pair, moved or unmoved, has no mark. " + verdict(results, "perturbation"), part="perturbation")
 
@@ -130,8 +132,8 @@ def draw_numeric(charts, results):
     axes.legend(loc="upper right")
     judged = sum(r["judged_count"] for r in rows)
     charts.save(figure, "stability_numeric", "Rays past a voxel, against integers",
-                f"{judged} lines in all 26 directions, grids of 2^6 to 2^17. What touches may never be lost, what is "
-                "farther than two margins may never stop, every tracer must give the same bits. "
+                f"{judged} lines in all 26 directions, grids of 2^6 to 2^17. Touching lines must never be lost, lines "
+                "farther than two margins must never be blocked, and every tracer must give the same bits. "
                 + verdict(results, "numeric"), part="numeric")
 
 
@@ -141,25 +143,25 @@ def draw_resolution(charts, results):
     figure, panels = plt.subplots(1, 2, figsize=(2 * COLUMN + 0.3, 2.9), sharey=True)
     shares = [100 * r["wrong_share"] for r in rows if r["wrong_share"] > 0] or [1.0]  # no wrong pair: empty panels
     low, high = 0.7 * min(shares), 1.6 * max(shares)
-    for axes, method in zip(panels, ("dag", "maps")):
+    for axes, method in zip(panels, (VOXELS, "maps")):
         for (colour, marker), group in zip(GROUPS, groups):
             members = [r for r in rows if r["group"] == group and r["method"] == method and r["wrong_share"] > 0]
             rate = next((r for r in results["rates"]
                          if (r["group"], r["method"], r["case"]) == (group, method, "wrong_share")), None)
             if rate is None:
                 continue
-            xs = [r["resolution"] if method == "dag" else 1 / r["undersample"] for r in members]
+            xs = [r["resolution"] if method == VOXELS else 1 / r["undersample"] for r in members]
             axes.plot(xs, [100 * r["wrong_share"] for r in members], color=colour, marker=marker, markersize=3,
                       markerfacecolor="white", markeredgewidth=0.8,
                       label=f"{short(group)}: {rate['slope']:.2f} ± {rate['standard_error']:.2f}")
-        left, right = (56, 4700) if method == "dag" else (0.22, 4.6)
+        left, right = (56, 4700) if method == VOXELS else (0.22, 4.6)
         for start in (high * 2, high / 4, high / 32):
             axes.plot([left, right], [start, start * left / right], color=GREY, linewidth=0.5, linestyle=":", zorder=0)
         log_axis(axes.xaxis, left, right)
-        ticks = [64, 128, 256, 512, 1024, 2048, 4096] if method == "dag" else [0.25, 0.5, 1, 2, 4]
+        ticks = [64, 128, 256, 512, 1024, 2048, 4096] if method == VOXELS else [0.25, 0.5, 1, 2, 4]
         axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
-        axes.set_xlabel("voxels an axis" if method == "dag" else "texels a pixel and axis (1 / undersample)")
-        axes.legend(title=f"{'rays' if method == 'dag' else 'maps'}: fitted rate", title_fontsize=6.4, loc="lower left",
+        axes.set_xlabel("voxels an axis" if method == VOXELS else "texels a pixel and axis (1 / undersample)")
+        axes.legend(title=f"{'rays' if method == VOXELS else 'maps'}: fitted rate", title_fontsize=6.4, loc="lower left",
                     handlelength=2.2)
     log_axis(panels[0].yaxis, low / 4, high)
     panels[0].set_ylabel("wrong pairs (%)")
@@ -172,8 +174,8 @@ DRAWN = {"time": draw_time, "perturbation": draw_perturbation, "numeric": draw_n
 
 
 def draw(path, directory):
-    """Draws a chart of every part that the file holds."""
-    with expecting(path, "what study stability writes"):
+    """Draws a chart of every part of the file."""
+    with expecting(path, "a result of study stability"):
         results = read_json(path)
         parts = {part: results[part] for part in DRAWN}
         results["checks"], results["rates"]

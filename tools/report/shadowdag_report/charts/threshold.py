@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time and error over the threshold in texels that parts rays from maps."""
+"""Time and error over the threshold in texels that separates rays from maps."""
 import math
 
 from ..style import BLACK, BLUE, COLUMN, GREY, SKY, VERMILION, plain, plt, slug
-from .runs import PAPER_TEXELS, equivalent_texels, series_name, sweeps, threshold_of
+from ..texels import PAPER_TEXELS, equivalent_texels
+from .runs import series_name, sweeps, threshold_of
 
 
 def threshold_positions(thresholds):
-    """Geometric places for thresholds; 0 stands a step left of the least, infinity a step right of the greatest."""
+    """Geometric positions of thresholds; 0 is a step left of the least, infinity a step right of the greatest."""
     finite = sorted(t for t in thresholds if 0 < t < math.inf)
     low = math.log2(finite[0]) if finite else 0
     high = math.log2(finite[-1]) if finite else 0
@@ -25,17 +26,18 @@ def threshold_ticks(axes, thresholds, place):
                       color="black", markersize=5, linestyle="none", mew=0.8, zorder=9)
 
 
-def lines_sentence(inside, equivalent):
-    """Says where the upright lines stand: only those that the sweep reaches are drawn."""
+def lines_sentence(inside, equivalent, finite):
+    """Describes the vertical lines: only those within the sweep are drawn."""
     if PAPER_TEXELS in inside and equivalent in inside and equivalent != PAPER_TEXELS:
         return (f" Lines stand at the paper's {PAPER_TEXELS} texels and at its equivalent for this picture size, "
                 f"{equivalent:.0f}.")
     if PAPER_TEXELS in inside:
-        return f" The line stands at the paper's {PAPER_TEXELS} texels." + (
+        return f" The line marks the paper's {PAPER_TEXELS} texels." + (
             "" if equivalent == PAPER_TEXELS else
-            f" Its equivalent for this picture size, {equivalent:.0f}, is outside the sweep.")
+            f" Its equivalent for this picture size, {equivalent:.0f}, is not between {plain(finite[0])} and "
+            f"{plain(finite[-1])}, the least and the largest threshold that divides the maps.")
     if equivalent in inside:
-        return (f" The line stands at {equivalent:.0f} texels, the equivalent of the paper's {PAPER_TEXELS} for this "
+        return (f" The line marks {equivalent:.0f} texels, the equivalent of the paper's {PAPER_TEXELS} for this "
                 "picture size.")
     return ""
 
@@ -83,4 +85,4 @@ def over_threshold(charts, scene, runs, experiment):
                     f"Time and error over the threshold, {scene}" + (f", {name}" if name else ""),
                     f"0 draws every map and ∞ traces every light; the least time of the sweep is {best['time_ms']:.1f} ms "
                     f"at {plain(threshold_of(best)) if threshold_of(best) < math.inf else '∞'} texels."
-                    + lines_sentence([t for t, _ in inside], equivalent))
+                    + lines_sentence([t for t, _ in inside], equivalent, finite))

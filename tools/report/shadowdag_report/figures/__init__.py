@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Redraws the figures of the paper's evaluation from a sequence that `compare --sequence` measured.
+"""Draws the figures of the paper's evaluation from a sequence measured by `compare --sequence`.
 
 Source of the figures: Olsson, Billeter, Sintorn, Kaempe, Assarsson, More Efficient Virtual Shadow Maps for Many Lights,
 TVCG 2015, sec. VII. Each figure is written as .svg and .png, its data as .csv and .json, its caption, with a table of
-what the paper states beside what was measured, as .txt; charts.json lists them. A variant looks the same in all of
-them. What the results lack data for is left out, named on standard error and in charts.json ("left_out"). Once new
-figures stand, older ones of the directory are removed.
+the paper's statements and the measurements, as .txt; charts.json lists them. A variant looks the same in all of
+them. Figures without data are omitted and listed on standard error and in charts.json ("left_out"). After new
+figures are written, older ones of the directory are removed.
 """
 import sys
 
@@ -39,7 +39,7 @@ def draw(paths, directory, numbers=None, mixed=False):
                               "compare --sequence --variants")
             if missing:
                 left_out.append({"figure": number, "scene": scene, "needs": missing})
-                print(f"figures: figure {number} of {scene} is left out: it needs {missing}", file=sys.stderr)
+                print(f"figures: figure {number} of {scene} is omitted: it needs {missing}", file=sys.stderr)
     figures.finish(left_out)
 
 

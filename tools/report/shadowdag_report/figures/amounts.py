@@ -131,8 +131,8 @@ def figure_17(figures, sequence):
         claims.append((f"{label}: flicker at held resolutions", "errors stable and consistent",
                        f"{int(held)} of {int(np.sum(sequence.values(label, 'flicker_held_answer_count')))}, "
                        f"{int(held - named)} unexplained", bool(held == named)))
-    caption = ("Of the answers followed from each frame to the next, those that change where Embree's do not, over all frames: "
-               "at maps of unchanged resolution or unchanged method, where a map's resolution was switched, where its method "
-               "was. The paper judged this by eye.")
+    caption = ("Of the results followed from each frame to the next, those that change while Embree's do not, over all frames: "
+               "with unchanged resolution and method, with a changed resolution, with a changed method. "
+               "The paper judged this by eye.")
     figures.save(17, sequence, figure, "Flicker", caption,
                  {f"{l} {k} (answers)": sequence.values(l, f"flicker_{k}_count") for l in chosen for k, _, _ in kinds}, claims)

@@ -48,10 +48,10 @@ def figure_13(figures, sequence):
     ladder = [l for l in ("Sphere", "CFM", "PMC", "PMCD", "PMCC") if sequence.has(l)]
     for a, b in zip(ladder, ladder[1:]):
         claims.append((f"culling of {b} beyond {a}", "very small cost" if b == "PMCD" else "-",
-                       f"{np.mean(sequence.stage(b, 'culling') - sequence.stage(a, 'culling')):+.2f} ms a frame", None))
+                       f"{np.mean(sequence.stage(b, 'culling') - sequence.stage(a, 'culling')):+.2f} ms per frame", None))
     caption = (f"{base}: each step's share of the sum of these steps, with its longest time. Boxes and hierarchy are updated "
-               "for what moves alone; blocks hold depths where culling asks more than one a face; the query finds the batches "
-               "in the light's sphere; the tests hold each of them against face mask, projection map and depths.")
+               "only for moving batches; blocks contain depths if culling uses more than one per face; the query finds the batches "
+               "in the light's sphere; the tests compare each of them with face mask, projection map and depths.")
     figures.save(13, sequence, figure, "Steps of culling", caption,
                  {f"{CULLING_STEPS[n]} (ms)": v for n, v in steps.items()}, claims)
 

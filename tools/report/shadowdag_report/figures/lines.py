@@ -8,11 +8,11 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from ..style import BLACK, BLUE, COLUMN, GREEN, ORANGE, PURPLE, SKY, VERMILION, log_axis, plt
 
 SPHERE = "sphere × 6 faces"
-# Okabe and Ito's and an olive; no two lines of a panel share a colour, and markers tell them apart without.
+# Okabe and Ito's and an olive; no two lines of a panel share a colour, and markers distinguish them without colour.
 COLORS = [BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK, "#8a7400"]
 LINES = ["--", (0, (5, 1, 1, 1, 1, 1)), "-.", "-", ":"]
 MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*", "<", ">", "h", "p"]
-# Variants as the paper has them and ours; by the part that tells them from their base.
+# The paper's variants and ours, by the part that distinguishes them from their base.
 LOOKS = {SPHERE: 6, "CFM": 0, "PMC": 1, "PMCD": 2, "PMCD-EB": 3, "Nk3": 4, "PMCC-EB": 5, "LP": 7, "SO": 0, "SOR": 1,
          "PLOD1": 4, "RT": 6, "Hybrid": 2, "Hybrid:texels:16": 5, "1SM": 0, "2SM": 1, "4SM": 3, "16SM": 2, "u2": 5,
          "u4": 7, "T1": 1, "RL": 2}
@@ -73,8 +73,8 @@ def is_of_culling(sequence, label):
 
 
 def draw_panels(sequence, columns, label, prepare):
-    """Draws the lines in two panels with one scale: how culling tells on them; what reuse, levels of detail and rays do.
-    One panel where few lines are asked. prepare(axes): its scale."""
+    """Draws the lines in two panels with one scale: the effect of culling; that of reuse, levels of detail and rays.
+    One panel if few lines are requested. prepare(axes): its scale."""
     upper = {l: v for l, v in columns.items() if is_of_culling(sequence, l)}
     lower = {l: v for l, v in columns.items() if l not in upper}
     base = base_of(sequence)
@@ -99,7 +99,7 @@ def percent(value):
 
 
 def logarithmic(axes, columns):
-    """Gives an axis a logarithmic scale that holds all values above 0."""
+    """Gives an axis a logarithmic scale that contains all values above 0."""
     positive = [v for values in columns for v in values if v > 0]
     if positive:
         log_axis(axes.yaxis, min(positive) / 1.3, max(positive) * 1.3)
@@ -117,5 +117,5 @@ def spread(values, text):
 
 
 def base_of(sequence):
-    """Returns the variant that the others are held against."""
+    """Returns the variant that the others are compared with."""
     return next((l for l in ("PMCD-EB", "PMCD", "PMCC-EB") if sequence.has(l)), None)

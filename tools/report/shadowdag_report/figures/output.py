@@ -11,7 +11,7 @@ from ..files import write_text
 from ..style import slug
 
 KINDS = ("svg", "png", "csv", "json", "txt")  # of every figure
-MOST_IN_CAPTION = 4  # claims; the others stand in .txt and .json
+MOST_IN_CAPTION = 4  # claims; the others are in .txt and .json
 
 
 class Figures:
@@ -23,7 +23,7 @@ class Figures:
         self.slugs = {}  # by scene
 
     def slug(self, scene):
-        """Returns what a scene is called in file names: different scenes differently."""
+        """Returns a unique name of a scene for file names."""
         if scene not in self.slugs:
             name, taken = slug(scene), set(self.slugs.values())
             others = (f"{name}_{i}" for i in range(2, len(taken) + 3))
@@ -57,7 +57,7 @@ class Figures:
         self.write(stem + ".txt", "\n".join([f"{full}. {caption}", ""] + head + lines) + "\n")
 
     def finish(self, left_out):
-        """Lists the figures, then removes those of an earlier run, which would pass for these results'; where nothing was
+        """Lists the figures, then removes those of an earlier run, which could be mistaken for these; if nothing was
         drawn they stay. A figure is known by its name and by having all its files."""
         self.charts.finish({"left_out": left_out})
         directory, drawn = self.charts.directory, {entry["file"] for entry in self.charts.entries}

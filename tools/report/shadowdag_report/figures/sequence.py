@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames in sequence as figures want them: checked row by row, by scene and variant over frames."""
+"""Frames in sequence in the form of figures: checked row by row, by scene and variant over frames."""
 import json
 
 import numpy as np
@@ -7,7 +7,7 @@ import numpy as np
 from ..files import Refused, expecting, read_json
 
 MOST = 1e18  # no time and no count of a frame is larger
-# What a stage is drawn as: the principal stages of the paper's figure 12. Others stand for themselves.
+# The principal stage of each stage in the paper's figure 12. Others are drawn separately.
 PRINCIPAL = {
     "batch boxes": "culling", "batch hierarchy": "culling", "culling masks": "culling", "culling query": "culling",
     "culling tests": "culling", "page commit": "page allocation", "page clear": "page allocation",
@@ -30,7 +30,7 @@ STAGES = ("scene update", "g-buffer", "clusters, lights", "page masks", "page al
 
 
 class Missing(Exception):
-    """The results lack what a figure is drawn from; the text says what."""
+    """The results lack data of a figure; the text names them."""
 
 
 def is_number(value):
@@ -73,7 +73,7 @@ def load(paths, mixed):
             check_row(row, f"{path}: sequence_runs[{i}]")
             of_scene = scenes.setdefault(row["scene"], {})
             if (row["label"], row["frame"]) in of_scene:
-                raise Refused(f"{path}: sequence_runs[{i}]: frame {row['frame']} of {row['label']} in {row['scene']} stands there "
+                raise Refused(f"{path}: sequence_runs[{i}]: frame {row['frame']} of {row['label']} in {row['scene']} is listed "
                        "twice; give each measurement once")
             of_scene[row["label"], row["frame"]] = row
     if not scenes:
@@ -116,7 +116,7 @@ class Sequence:
         return np.array([pick(self.rows[label, frame]) for frame in self.frames])
 
     def stage(self, label, name):
-        """Returns the time of a stage over frames, or of all that a principal stage holds."""
+        """Returns the time of a stage over frames, or of all stages of a principal stage."""
         return self.values(label, lambda row: sum(ms for n, ms in row["stages_ms"].items()
                                                   if n == name or PRINCIPAL.get(n) == name))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes DIR/index.html out of DIR/results.json of `shadowdag compare`, with the charts in DIR/charts.
+"""Writes DIR/index.html from DIR/results.json of `shadowdag compare`, with the charts in DIR/charts.
 
 Runs are drawn by the command charts, frames in sequence by the command figures.
 """
@@ -7,6 +7,7 @@ import os
 
 from markupsafe import Markup
 
+from ..texels import equivalent_texels
 from .page import (Cell, count, cubed, decimal, declare, grouped, key_rows, number, percent, read_charts,
                    read_results, text, wide, words, write_page)
 from .sequence_table import sequence_table
@@ -18,15 +19,15 @@ SHOWN_MODELS = ("oracle", "texels:96", "texels:32")
 
 
 def pool_note(run):
-    """Returns what a run's page pool did when it was full, "" where it was not."""
+    """Returns the effect of a full page pool on a run, "" if it was not full."""
     notes = []
     divisor = run.get("degrade_divisor", 1)
     wanted, fit = run.get("pages_wanted_count", 0), run.get("page_count", 0)
     if divisor > 1 or wanted > fit:
         notes.append(f"pool full: resolutions divided by {divisor:.2f}; wanted {wanted} pages, {fit} fit")
     if run.get("costs_degrade_divisor", 1) > 1:
-        notes.append("pool full where costs were measured: maps alone undivided, all together divided by "
-                     f"{run['costs_degrade_divisor']:.2f}, so that routes are of neither")
+        notes.append("pool full while costs were measured: single maps undivided, all together divided by "
+                     f"{run['costs_degrade_divisor']:.2f}, so that routes match neither")
     return "; ".join(notes)
 
 
@@ -53,16 +54,17 @@ COLUMNS = (  # heading, cell of a run
     ("False shadow, %", lambda r: decimal(percent(r, "false_shadow_count"), 3)),
     ("False light, %", lambda r: decimal(percent(r, "false_light_count"), 3)),
     ("Unexplained", lambda r: count(unexplained(r))), ("of these aimed", lambda r: count(settled(r))),
-    ("Acne", lambda r: count(r["acne_count"])), ("Contact", lambda r: count(r["contact_count"])),
+    ("Magnified", lambda r: count(r["magnified_count"])), ("Acne", lambda r: count(r["acne_count"])), ("Contact", lambda r: count(r["contact_count"])),
     ("RMSE", lambda r: decimal(r["rmse"], 4)), ("FLIP", lambda r: decimal(r["flip"], 4)),
     ("Traced lights", lambda r: count(r["traced_light_count"])), ("Mapped", lambda r: count(r["mapped_light_count"])),
     ("Rays", lambda r: count(r["ray_count"])), ("Pages", lambda r: count(r["page_count"])),
-    ("DAG, MiB", lambda r: decimal(r["dag_bytes"] / MEBI, 2)), ("Pages, MiB", lambda r: decimal(r["map_bytes"] / MEBI, 2)),
+    ("DAG, MiB", lambda r: decimal(r["dag_bytes"] / MEBI, 2)),
+    ("Triangles and their hierarchy, MiB", lambda r: decimal(r.get("exact_bytes", 0) / MEBI, 2)), ("Pages, MiB", lambda r: decimal(r["map_bytes"] / MEBI, 2)),
 )
 
 
 def finding(name, runs):
-    """Returns what the sentence about one frame says: the pure methods, the fastest hybrid, the pool, what is unexplained."""
+    """Returns the data of the sentence about one frame: the pure methods, the fastest hybrid, the pool, what is unexplained."""
     def wrong(run):
         return number(percent(run, "false_shadow_count") + percent(run, "false_light_count"), 2)
 
@@ -99,9 +101,10 @@ def picture_groups(results):
 
 
 def scene_rows(scenes):
-    line = Markup("{}, hash {}, {} triangles, {} lights")
+    line = Markup("{}, hash {}, {} triangles, {} lights, thresholds {}")
     return [[words("scene"), wide(line.format(text(s["scene"]), text(s["scene_hash"]), grouped(s["triangle_count"]),
-                                              text(s["light_count"])))] for s in scenes]
+                                              text(s["light_count"]), ", ".join(map(text, s.get("thresholds", ())))))]
+            for s in scenes]
 
 
 def write(directory, results, charts):
@@ -110,6 +113,7 @@ def write(directory, results, charts):
     write_page(directory, "compare.html.j2", os.path.join(directory, "results.json"), WHAT, lambda: {
         "title": results["experiment"]["title"] or "Shadows by rays and by maps: time against error",
         "results": results, "runs": runs, "sequence": sequence, "charts": charts, "findings": findings(runs),
+        "equivalent": equivalent_texels(results["experiment"]),
         "left_out": results["provenance"].get("left_out", []), "sequence_table": sequence_table(sequence),
         "headings": [heading for heading, _ in COLUMNS], "rows": [[cell(r) for _, cell in COLUMNS] for r in runs],
         "pictures": picture_groups(results),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes DIR/index.html out of DIR/failures.json of `shadowdag study failures`: every failure in two sentences, picture
+"""Writes DIR/index.html from DIR/failures.json of `shadowdag study failures`: every failure in two sentences, picture
 and truth side by side, every cell with its counts.
 """
 import os
@@ -15,7 +15,7 @@ COLUMNS = (  # heading, cell of a row of the matrix
     ("False light, %", lambda c: decimal(percent(c, "false_light_count"), 2)),
     ("Mean error", lambda c: decimal(c["mean_abs_visibility_error"], 5)),
     ("Unexplained", lambda c: count(c["unexplained_count"])), ("Acne", lambda c: count(c["acne_count"])),
-    ("Contact", lambda c: count(c["contact_count"])), ("Missing taps", lambda c: count(c["missing_tap_count"])),
+    ("Contact", lambda c: count(c["contact_count"])), ("Magnified", lambda c: count(c["magnified_count"])), ("Missing taps", lambda c: count(c["missing_tap_count"])),
 )
 MOVING = (("Flicker", lambda c: count(c["flicker_count"])), ("of answers", lambda c: count(c["flicker_answer_count"])))
 LAST = (("Maps drawn", lambda c: count(c["drawn_map_count"])), ("traced", lambda c: count(c["traced_map_count"])),
@@ -23,7 +23,7 @@ LAST = (("Maps drawn", lambda c: count(c["drawn_map_count"])), ("traced", lambda
 
 
 def pictures(cells, truth):
-    """Returns a row of (file, caption) a method: the truth, then without and with the remedy, each with its errors."""
+    """Returns one row of (file, caption) per method: the truth, then without and with the remedy, each with its errors."""
     rows = []
     for method in dict.fromkeys(c["method"] for c in cells if "images" in c):
         row = [("images/" + truth, "The truth (Embree)")]
@@ -38,7 +38,7 @@ def pictures(cells, truth):
 
 
 def section(results, name):
-    """Returns what the page says of a failure."""
+    """Returns the data of a failure for the page."""
     row = {"listed": "ours", "always": "", "off": "", "on": "", "frames": 1, "step_s": 0} | row_of(results["study"], name)
     cells = [c for c in results["cells"] if c["failure"] == name]
     columns = COLUMNS + (MOVING if row["frames"] > 1 else ()) + LAST
@@ -54,7 +54,7 @@ def run(arguments):
     results = read_results(directory, "failures.json", WHAT)
     write_page(directory, "failures.html.j2", os.path.join(directory, "failures.json"), WHAT, lambda: {
         "title": "Where shadows fail: maps, voxel rays and both", "results": results,
-        "left_out": results.get("left_out", []),
+        "left_out": results.get("left_out", []), "has_bounds": any(c.get("bounds", True) for c in results["cells"]),
         "failures": [section(results, name) for name in dict.fromkeys(c["failure"] for c in results["cells"])],
         "tests": [[words(t["listed"]), wide(t["what"]), wide(t["test"])] for t in results["study"].get("tests", [])],
         "settings": [[words(s["key"]), wide(s["help"])] for s in results.get("settings", [])],

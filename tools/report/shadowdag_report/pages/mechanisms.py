@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes DIR/index.html out of DIR/mechanisms.json or DIR/ablation.json, with the chart in DIR/charts: the rule, the
+"""Writes DIR/index.html from DIR/mechanisms.json or DIR/ablation.json, with the chart in DIR/charts: the rule, the
 verdicts, every mechanism with its scenes.
 """
 import os
@@ -15,7 +15,7 @@ RATIOS = ("own_ratio", "time_ratio", "error_ratio", "bytes_ratio")
 SCENE_RATIOS = ("own_ratio", "time_ratio", "time_spread", "error_ratio", "bytes_ratio")
 COUNTS = ("false_shadow_count", "false_light_count", None, "acne_count", "triangle_draw_count", "texel_count", "ray_count")
 UNEXPLAINED = ("unexplained_false_shadow_count", "unexplained_false_light_count")
-DEFAULTS = {None: "asked for by name", True: "on", False: "off"}
+DEFAULTS = {None: "selected by name", True: "on", False: "off"}
 
 
 def ratios(row, keys):
@@ -53,6 +53,6 @@ def run(arguments):
         drawing.draw(path, os.path.join(directory, "charts"))
         charts = read_charts(directory)
     write_page(directory, "mechanisms.html.j2", path, WHAT, lambda: {
-        "title": "What each mechanism buys", "stem": os.path.splitext(file)[0], "results": results, "charts": charts,
+        "title": "The gain of each mechanism", "stem": os.path.splitext(file)[0], "results": results, "charts": charts,
         "verdicts": [verdict_row(row) for row in results["mechanisms"]],
         "mechanisms": [section(row) for row in results["mechanisms"]], "provenance": key_rows(results["provenance"])})

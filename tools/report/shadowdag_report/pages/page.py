@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What all pages share: the templates, which escape whatever they are given, cells of tables, and numbers as text."""
+"""Shared by all pages: the templates, which escape all values, cells of tables, and numbers as text."""
 import json
 import os
 from dataclasses import dataclass
@@ -66,8 +66,10 @@ def marked(value, is_marked):
 
 
 def bounds_cell(cell):
-    """Returns whether a study's cell holds its bounds, or which it breaks."""
-    return Cell(Markup("<b>broken:</b> {}").format(" ".join(map(text, cell["broken"]))) if cell["broken"] else "hold")
+    """Returns whether a study's cell keeps its bounds, or which it exceeds; that it has none, if so."""
+    if cell["broken"]:
+        return Cell(Markup("<b>broken:</b> {}").format(" ".join(map(text, cell["broken"]))))
+    return Cell("hold" if cell.get("bounds", True) else "none")
 
 
 def percent(row, key):
@@ -120,6 +122,6 @@ def write_page(directory, template, path, what, content):
 
 
 def declare(parser):
-    """Declares what every command that writes a page takes."""
+    """Declares the arguments of every command that writes a page."""
     parser.add_argument("directory", help="the directory that holds the data and gets index.html")
     parser.add_argument("--no-charts", action="store_true", help="leave out charts, which need matplotlib")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes DIR/index.html out of DIR/real.json of `shadowdag study real`: real scenes against their bounds."""
+"""Writes DIR/index.html from DIR/real.json of `shadowdag study real`: real scenes with their bounds."""
 import os
 
 from .page import bounds_cell, count, decimal, declare, key_rows, percent, read_results, words, write_page  # noqa: F401
@@ -9,6 +9,7 @@ COLUMNS = (  # heading, cell of a row
     ("Method", lambda c: words(c["method"])), ("False shadow, %", lambda c: decimal(percent(c, "false_shadow_count"), 3)),
     ("False light, %", lambda c: decimal(percent(c, "false_light_count"), 3)),
     ("Mean error", lambda c: decimal(c["mean_abs_visibility_error"], 5)),
+    ("Magnified", lambda c: count(c["magnified_count"])), ("Null rate", lambda c: decimal(c["null_rate"], 3)),
     ("Unexplained", lambda c: count(c["unexplained_count"])), ("without a name", lambda c: count(c["unnamed_count"])),
     ("Acne", lambda c: count(c["acne_count"])), ("Contact", lambda c: count(c["contact_count"])),
     ("Missing taps", lambda c: count(c["missing_tap_count"])), ("Flicker", lambda c: count(c["flicker_count"])),
@@ -18,7 +19,7 @@ COLUMNS = (  # heading, cell of a row
 
 
 def section(results, scene):
-    """Returns what the page says of a scene."""
+    """Returns the data of a scene for the page."""
     cells = [c for c in results["cells"] if c["scene"] == scene]
     first = cells[0]
     known = [row for row in results["study"]["rows"] if row["name"] == scene]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames in sequence as a table: a line a scene and configuration, over its frames."""
+"""Frames in sequence as a table: one line per scene and configuration, over its frames."""
 from .page import count, decimal, text, words
 
 HEADINGS = ("Run", "Scene", "Frames", "Mean time, ms", "Worst frame", "its time, ms", "Peak triangles", "Peak texels",

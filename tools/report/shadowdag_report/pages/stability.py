@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Writes DIR/index.html out of DIR/stability.json of `shadowdag study stability`, with the charts in DIR/charts: what
-every band says and why, every check.
+"""Writes DIR/index.html from DIR/stability.json of `shadowdag study stability`, with the charts in DIR/charts: every
+band with its reason, and every check.
 """
 import math
 import os
@@ -8,16 +8,16 @@ import os
 from .page import (Cell, declare, key_rows, marked, number, read_charts, read_results, row_of, text,  # noqa: F401
                    wide, words, write_page)
 
-WHAT = "what study stability writes"
+WHAT = "a result of study stability"
 PARTS = {  # name: (title, what is measured)
-    "time": ("In time", "Points of surfaces are followed from frame to frame. An answer flickers when it changes and "
-             "Embree's does not. Held: by the same method and resolution in both frames."),
-    "perturbation": ("Under perturbation", "The same frame, its scene moved by next to nothing, far away, scaled or turned, "
-                     "each held against Embree's answers for that very scene."),
-    "numeric": ("Numerically", "Lines in all 26 directions and texels across the edges of a cube, against integers without "
-                "rounding. The slab test may accept what lies up to twice its margin outside of a voxel, a millionth of the "
-                "grid, and never lose what touches one."),
-    "resolution": ("Over resolution", "The rate is the slope of log error over log voxel or texel. Promised is 1 where "
+    "time": ("In time", "Points of surfaces are followed from frame to frame. A result flickers when it changes and "
+             "Embree's does not. Held results have the same method and resolution in both frames."),
+    "perturbation": ("Under perturbation", "The same frame, its scene moved by a thousandth of a voxel or texel, far away, scaled or turned, "
+                     "each compared with Embree's results for the same scene."),
+    "numeric": ("Numerically", "Lines in all 26 directions and texels across the edges of a cube, compared with integers without "
+                "rounding. The slab test may accept lines up to twice its margin outside of a voxel, a millionth of the "
+                "grid, and must never lose one that touches it."),
+    "resolution": ("Over resolution", "The rate is the slope of log error over log voxel or texel. The expected rate is 1 if "
                    "outlines are resolved: an outline is wrong by up to a voxel or texel, so the wrong area is its length "
                    "times that."),
 }
@@ -35,7 +35,7 @@ def room(check):
 
 
 def check_rows(checks):
-    """Returns one line a band and method: how near the values come to an end of the band."""
+    """Returns one line per band and method: how near the values are to an end of the band."""
     lines = {}
     for check in checks:
         lines.setdefault((text(check["band"]), text(check["method"])), []).append(check)
@@ -55,14 +55,14 @@ def rate_rows(rates):
 
 
 def all_rows(rows):
-    """Returns (headings, cells) of every row, without what is nested."""
+    """Returns (headings, cells) of every row, without nested values."""
     keys = [key for key, value in rows[0].items() if not isinstance(value, (list, dict))]
     return keys, [[short(row[key]) if isinstance(row.get(key), float) else words(row.get(key)) for key in keys]
                   for row in rows]
 
 
 def group_of(study, name):
-    """Returns what the page says of a group; a scene of the user's stands in its name."""
+    """Returns the data of a group for the page; its name contains a user's scene."""
     row = row_of(study, name)
     return {"name": name, "what": row["what"], "scene": row.get("scene", "") if row["name"] == name else ""}
 

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verdict of a compare on made-up rows.
+#include "tools/report/verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+
+/// Returns a row of 100 000 pairs whose time varies by 2 ms.
+Json row(const std::string& label, double timeMs, int wrongCount) {
+    return {{"scene", "s"},
+            {"frame", 0},
+            {"model", ""},
+            {"label", label},
+            {"time_ms", timeMs},
+            {"time_ms_min", timeMs - 1},
+            {"time_ms_max", timeMs + 1},
+            {"repeat_count", 5},
+            {"pair_count", 100000},
+            {"false_shadow_count", wrongCount},
+            {"false_light_count", 0}};
+}
+
+Json verdict(const std::vector<Json>& rows) {
+    return verdictOf({{"provenance", {{"backend", "cpu"}, {"thread_count", 2}, {"cpu", "C"}}},
+                      {"experiment", {{"size", "64x36"}}},
+                      {"runs", rows}});
+}
+
+Json with(Json row, const std::string& key, const Json& value) {
+    row[key] = value;
+    return row;
+}
+
+} // namespace
+
+TEST(Verdict, NamesTheFastestWithinTheBoundThenTheSecond) {
+    const Json found = verdict({row("slow", 90, 0), row("fast", 20, 400), row("wrong", 5, 1001)});
+    EXPECT_EQ(found["scenes"][0]["use"], "fast");
+    EXPECT_EQ(found["scenes"][0]["second"], "slow");
+    EXPECT_EQ(
+        found["text"],
+        "s at 64x36, backend cpu, 2 threads of C: use fast, 20.0 ms (19.0 to 21.0), 0.40 % of "
+        "the pairs wrong. Second: slow, 90.0 ms (89.0 to 91.0), no pair wrong. Not trusted: "
+        "more than 1.00 % of the pairs are wrong: wrong (1.00 %).");
+}
+
+TEST(Verdict, OfTimesThatDifferByLessThanTheirSpreadTheLeastWrongIsTaken) {
+    EXPECT_EQ(verdict({row("a", 20, 400), row("b", 20.9, 100)})["scenes"][0]["use"], "b");
+    EXPECT_EQ(verdict({row("a", 20, 400), row("b", 21.1, 100)})["scenes"][0]["use"], "a");
+}
+
+TEST(Verdict, FramesOfAVariantAreOneVariant) {
+    Json other = row("a", 40, 2000);
+    other["frame"] = 1;
+    const Json found = verdict({row("a", 20, 0), other});
+    EXPECT_THAT(found["text"].get<std::string>(),
+                HasSubstr("use a, 30.0 ms (29.0 to 31.0), 1.00 %"));
+}
+
+TEST(Verdict, RowsWhoseNumbersAreNotTrustedAreNamedWithTheReason) {
+    const Json found = verdict({row("a", 50, 0), with(row("full", 10, 0), "degrade_divisor", 2.0),
+                                with(row("shaky", 11, 0), "time_ms_max", 15),
+                                with(row("hybrid oracle", 60, 0), "model", "oracle")});
+    EXPECT_EQ(found["scenes"][0]["use"], "a");
+    EXPECT_EQ(found["scenes"][0]["second"], Json());
+    EXPECT_THAT(
+        found["text"].get<std::string>(),
+        AllOf(HasSubstr("the page pool was full, so that maps are coarser than requested: full"),
+              HasSubstr("the time varies by more than 25.00 % of its median: shaky (45.45 %)"),
+              HasSubstr("hybrid oracle (slower than a, so its costs do not predict")));
+}
+
+TEST(Verdict, ACautionAppliesToAllRows) {
+    const std::string fine = verdict({row("a", 50, 0)})["text"];
+    EXPECT_THAT(fine, Not(HasSubstr("Caution")));
+    const std::string text =
+        verdict({with(with(with(row("a", 50, 0), "pair_count", 999), "repeat_count", 1),
+                      "other_cpu_share", 0.4)})["text"];
+    EXPECT_THAT(text, AllOf(HasSubstr("use a"), HasSubstr("Caution: s: has only 999 pairs"),
+                            HasSubstr("times were measured once"),
+                            HasSubstr("other processes used 40 % of the processor")));
+    const std::string shaky = verdict({with(row("a", 50, 0), "time_ms_max", 90)})["text"];
+    EXPECT_THAT(shaky, AllOf(HasSubstr("use a"), HasSubstr("Caution: every time varies")));
+}
+
+TEST(Verdict, WithoutAnAccurateVariantTheLeastWrongIsNamed) {
+    const Json found = verdict({row("a", 50, 5000), row("b", 60, 4000)});
+    EXPECT_EQ(found["scenes"][0]["use"], Json());
+    EXPECT_THAT(found["text"].get<std::string>(),
+                HasSubstr("no variant can be recommended. The least wrong is b"));
+}
+
+} // namespace shadowdag

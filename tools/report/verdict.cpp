@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/report/verdict.h"
+
+#include "hybrid/routing/cost_model.h"
+#include "tools/settings/json_file.h"
+#include "tools/workspace/frame_json.h"
+#include "tools/workspace/judge.h"
+#include "tools/workspace/timing.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace shadowdag {
+
+namespace {
+
+/// A variant over all frames of a scene. Times are sums until finish().
+struct Variant {
+    std::string label;
+    double timeMs = 0, minMs = 0, maxMs = 0, otherCpuShare = 0;
+    uint64_t frameCount = 0, pairCount = 0, wrongCount = 0, repeatCount = UINT64_MAX;
+    bool isPoolFull = false, needsCosts = false;
+
+    double wrongShare() const {
+        return double(wrongCount) / double(std::max<uint64_t>(1, pairCount));
+    }
+    double spreadMs() const { return maxMs - minMs; }
+
+    void add(const Json& run) {
+        timeMs += run.at("time_ms").get<double>();
+        minMs += run.at("time_ms_min").get<double>();
+        maxMs += run.at("time_ms_max").get<double>();
+        otherCpuShare = std::max(otherCpuShare, run.value("other_cpu_share", 0.0));
+        repeatCount = std::min(repeatCount, run.value("repeat_count", uint64_t(1)));
+        pairCount += run.at("pair_count").get<uint64_t>();
+        wrongCount += run.at("false_shadow_count").get<uint64_t>() +
+                      run.at("false_light_count").get<uint64_t>();
+        isPoolFull = isPoolFull || !poolNote(run).empty();
+        const std::string model = run.at("model");
+        needsCosts = needsCosts || (!model.empty() && makeCostModel(model)->needsCosts());
+        ++frameCount;
+    }
+    void finish() {
+        for (double* ms : {&timeMs, &minMs, &maxMs})
+            *ms /= double(frameCount);
+    }
+};
+
+/// Returns whether a is faster than b by more than half of the larger spread of both.
+bool isFaster(const Variant& a, const Variant& b) {
+    return a.timeMs + 0.5 * std::max(a.spreadMs(), b.spreadMs()) < b.timeMs;
+}
+
+template <class... T> std::string formatted(const char* format, const T&... values) {
+    char text[160];
+    std::snprintf(text, sizeof text, format, values...);
+    return text;
+}
+
+std::string percent(double share) {
+    return formatted(share > 0 && share < 0.0001 ? "%.4f %%" : "%.2f %%", 100 * share);
+}
+
+std::string describe(const Variant& v) {
+    const int decimals = v.timeMs < 10 ? 2 : 1;
+    return v.label +
+           formatted(", %.*f ms (%.*f to %.*f), ", decimals, v.timeMs, decimals, v.minMs, decimals,
+                     v.maxMs) +
+           (v.wrongCount == 0 ? "no pair" : percent(v.wrongShare()) + " of the pairs") + " wrong";
+}
+
+/// The verdict on one scene.
+class SceneVerdict {
+public:
+    SceneVerdict(std::string scene, std::vector<Variant> variants)
+        : scene_(std::move(scene)), variants_(std::move(variants)) {
+        for (const Variant& v : variants_)
+            sort(v);
+        findCautions();
+        const bool areAllSpread = open_.empty();
+        if (areAllSpread) // their errors are still known
+            open_ = std::exchange(spread_, {});
+        if (areAllSpread && !open_.empty())
+            cautions_.push_back("every time varies by more than " + percent(kVerdictSpread) +
+                                " of its median");
+        for (const Variant& v : spread_)
+            distrust(v,
+                     "the time varies by more than " + percent(kVerdictSpread) + " of its median",
+                     percent(v.spreadMs() / v.timeMs));
+        use_ = take();
+        second_ = take();
+    }
+
+    Json json() const {
+        const auto name = [](const Variant& v) { return v.label.empty() ? Json() : Json(v.label); };
+        return {{"scene", scene_},
+                {"use", name(use_)},
+                {"second", name(second_)},
+                {"not_trusted", notTrusted_},
+                {"cautions", cautions_}};
+    }
+
+    /// @param where the size and the machine
+    std::string text(const std::string& where) const {
+        std::string text = scene_ + " " + where + ": ";
+        if (use_.label.empty()) {
+            text += "no variant can be recommended.";
+            if (!least_.label.empty())
+                text += " The least wrong is " + describe(least_) + ".";
+        } else {
+            text += "use " + describe(use_) + ".";
+            text += second_.label.empty() ? " No other variant can be recommended."
+                                          : " Second: " + describe(second_) + ".";
+        }
+        text += distrustText();
+        std::string cautions;
+        for (const std::string& caution : cautions_)
+            cautions += (cautions.empty() ? "" : "; ") + caution;
+        return cautions.empty() ? text : text + " Caution: " + cautions + ".";
+    }
+
+private:
+    /// @param detail of this variant, in brackets; may be ""
+    void distrust(const Variant& v, const std::string& reason, const std::string& detail) {
+        notTrusted_.push_back({{"label", v.label}, {"reason", reason}, {"detail", detail}});
+    }
+
+    /// Returns the variants that are not trusted, by reason.
+    std::string distrustText() const {
+        constexpr size_t kMostNames = 5;
+        std::vector<std::pair<std::string, std::vector<std::string>>> reasons;
+        for (const Json& one : notTrusted_) {
+            const std::string reason = one["reason"], detail = one["detail"];
+            auto found = std::find_if(reasons.begin(), reasons.end(),
+                                      [&](const auto& of) { return of.first == reason; });
+            if (found == reasons.end())
+                found = reasons.insert(reasons.end(), {reason, {}});
+            found->second.push_back(one["label"].get<std::string>() +
+                                    (detail.empty() ? "" : " (" + detail + ")"));
+        }
+        std::string text;
+        for (const auto& [reason, names] : reasons) {
+            text += (text.empty() ? " Not trusted: " : "; ") + reason + ": ";
+            for (size_t i = 0; i < std::min(kMostNames, names.size()); ++i)
+                text += (i == 0 ? "" : ", ") + names[i];
+            if (names.size() > kMostNames)
+                text += " and " + std::to_string(names.size() - kMostNames) + " more";
+        }
+        return text.empty() ? text : text + ".";
+    }
+
+    void sort(const Variant& v) {
+        if (least_.label.empty() || v.wrongShare() < least_.wrongShare())
+            least_ = v;
+        if (v.wrongShare() > kVerdictWrongShare)
+            distrust(v, "more than " + percent(kVerdictWrongShare) + " of the pairs are wrong",
+                     percent(v.wrongShare()));
+        else if (v.isPoolFull)
+            distrust(v, "the page pool was full, so that maps are coarser than requested", "");
+        else if (v.needsCosts)
+            distrust(v, "routes by costs that were measured in the same frame", fasterThan(v));
+        else
+            (v.spreadMs() > kVerdictSpread * v.timeMs ? spread_ : open_).push_back(v);
+    }
+
+    /// Returns which variant with no more errors is faster than one with the best modelled routes;
+    /// "" if none is.
+    std::string fasterThan(const Variant& v) const {
+        for (const Variant& other : variants_)
+            if (isFaster(other, v) && other.wrongShare() <= v.wrongShare())
+                return "slower than " + other.label + ", so its costs do not predict the frame's";
+        return "";
+    }
+
+    void findCautions() {
+        uint64_t pairs = UINT64_MAX, repeats = UINT64_MAX;
+        double otherCpuShare = 0;
+        for (const Variant& v : variants_) {
+            pairs = std::min(pairs, v.pairCount);
+            repeats = std::min(repeats, v.repeatCount);
+            otherCpuShare = std::max(otherCpuShare, v.otherCpuShare);
+        }
+        if (pairs > 0 && pairs < kFewPairCount)
+            cautions_.push_back(fewPairsWarning(scene_, pairs));
+        if (repeats < 2)
+            cautions_.push_back("times were measured once, so their spread is unknown; "
+                                "use --repeats 5");
+        if (const std::string busy = busyRemark(otherCpuShare); !busy.empty())
+            cautions_.push_back(busy);
+    }
+
+    /// Takes the best of the open variants out; one without a label if there is none.
+    Variant take() {
+        const auto fastest =
+            std::min_element(open_.begin(), open_.end(), [](const Variant& a, const Variant& b) {
+                return a.timeMs < b.timeMs;
+            });
+        if (fastest == open_.end())
+            return {};
+        auto best = fastest;
+        for (auto v = open_.begin(); v != open_.end(); ++v)
+            if (!isFaster(*fastest, *v) && v->wrongShare() < best->wrongShare())
+                best = v;
+        Variant taken = *best;
+        open_.erase(best);
+        return taken;
+    }
+
+    std::string scene_;
+    std::vector<Variant> variants_, open_, spread_;
+    Variant use_, second_, least_;
+    Json notTrusted_ = Json::array();
+    std::vector<std::string> cautions_;
+};
+
+/// Returns the variants of a scene in the order of the runs.
+std::vector<Variant> variantsOf(const Json& runs, const std::string& scene) {
+    std::vector<Variant> variants;
+    for (const Json& run : runs) {
+        if (run.at("scene") != scene || !run.contains("time_ms"))
+            continue;
+        const std::string label = run.at("label");
+        auto found = std::find_if(variants.begin(), variants.end(),
+                                  [&](const Variant& v) { return v.label == label; });
+        if (found == variants.end())
+            found = variants.insert(variants.end(), Variant{label});
+        found->add(run);
+    }
+    for (Variant& v : variants)
+        v.finish();
+    return variants;
+}
+
+} // namespace
+
+Json verdictOf(const Json& results) {
+    const Json& provenance = results.at("provenance");
+    const auto said = [&](const char* key) {
+        const Json value = provenance.value(key, Json());
+        return value.is_string() ? value.get<std::string>() : jsonLine(value);
+    };
+    const std::string where = "at " + results.at("experiment").at("size").get<std::string>() +
+                              ", backend " + said("backend") + ", " + said("thread_count") +
+                              (said("thread_count") == "1" ? " thread of " : " threads of ") +
+                              said("cpu");
+    Json verdict = {
+        {"text", ""}, {"wrong_share_bound", kVerdictWrongShare}, {"scenes", Json::array()}};
+    std::string text;
+    for (const char* list : {"runs", "sequence_runs"}) {
+        const Json runs = results.value(list, Json::array());
+        std::vector<std::string> scenes;
+        for (const Json& run : runs)
+            if (std::find(scenes.begin(), scenes.end(), run.at("scene")) == scenes.end())
+                scenes.push_back(run.at("scene"));
+        for (const std::string& scene : scenes) {
+            const SceneVerdict of(scene, variantsOf(runs, scene));
+            verdict["scenes"].push_back(of.json());
+            text += (text.empty() ? "" : "\n") + of.text(where);
+        }
+    }
+    verdict["text"] = text;
+    return verdict;
+}
+
+} // namespace shadowdag

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verdict of a compare: which variant to use, which comes second, and which rows are not to be
+// trusted, and why. The page, the console and results.json show its text.
+#pragma once
+
+#include "tools/settings/json.h"
+
+namespace shadowdag {
+
+/// A variant with more wrong pairs than this, as a share of all, is not recommended.
+constexpr double kVerdictWrongShare = 0.01;
+/// A time that varies by more than this share of its median is not trusted.
+constexpr double kVerdictSpread = 0.25;
+
+/// Returns {"text", "wrong_share_bound", "scenes": [{"scene", "use", "second", "not_trusted":
+/// [{"label", "reason", "detail"}], "cautions"}]}. "text" has a line for each scene. "use" is, of
+/// the variants within the bound whose numbers are trusted, the fastest; of those that are not
+/// slower than it by more than the spread of the times, the one with the fewest wrong pairs.
+/// "second" is the same without it; null if there is none. Variants are merged over frames: mean
+/// times, the wrong pairs of all.
+/// @param results the content of results.json: provenance, experiment, runs and sequence_runs
+Json verdictOf(const Json& results);
+
+} // namespace shadowdag

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vectors of floats for the kernels that are compiled once per instruction set: AVX2. Every
+// vector type has the same functions; results of comparisons hold one per lane. Only files that are
+// compiled for that processor include it.
+#pragma once
+
+#if defined(__AVX2__) && defined(__FMA__)
+
+#include "voxel/ray_slabs_leaf.h" // kLargestScale
+
+#include <immintrin.h>
+
+namespace shadowdag::stream {
+namespace {
+
+/// 8 floats, by AVX2 and FMA.
+struct Avx2Lanes {
+    static constexpr uint32_t kWidth = 8;
+    using Floats = __m256;
+
+    static Floats splat(float v) { return _mm256_set1_ps(v); }
+    static Floats load(const float* from) { return _mm256_loadu_ps(from); }
+    /// @param to aligned to the vector
+    static void store(float* to, Floats v) { _mm256_store_ps(to, v); }
+    static Floats gather(const float* base, const uint32_t* index) {
+        return _mm256_i32gather_ps(base,
+                                   _mm256_loadu_si256(reinterpret_cast<const __m256i*>(index)), 4);
+    }
+    static float lane(const Floats& v, uint32_t i) {
+        return reinterpret_cast<const float*>(&v)[i]; // vectors may alias
+    }
+    static Floats sub(Floats a, Floats b) { return _mm256_sub_ps(a, b); }
+    static Floats mul(Floats a, Floats b) { return _mm256_mul_ps(a, b); }
+    static Floats div(Floats a, Floats b) { return _mm256_div_ps(a, b); }
+    static Floats fma(Floats a, Floats b, Floats c) { return _mm256_fmadd_ps(a, b, c); }
+    static Floats lesser(Floats a, Floats b) { return _mm256_min_ps(a, b); }
+    static Floats greater(Floats a, Floats b) { return _mm256_max_ps(a, b); }
+    static Floats absolute(Floats a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
+    static uint32_t less(Floats a, Floats b) {
+        return uint32_t(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LT_OQ)));
+    }
+    static uint32_t lessOrEqual(Floats a, Floats b) {
+        return uint32_t(_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LE_OQ)));
+    }
+    static Floats select(uint32_t which, Floats a, Floats b) {
+        const __m256i lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+        const __m256i on =
+            _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(int(which)), lanes), lanes);
+        return _mm256_blendv_ps(b, a, _mm256_castsi256_ps(on));
+    }
+    static float least(uint32_t which, Floats v) {
+        v = select(which, v, splat(kLargestScale));
+        __m128 h = _mm_min_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
+        h = _mm_min_ps(h, _mm_movehl_ps(h, h));
+        return _mm_cvtss_f32(_mm_min_ss(h, _mm_movehdup_ps(h)));
+    }
+    static float greatest(uint32_t which, Floats v) {
+        v = select(which, v, splat(-kLargestScale));
+        __m128 h = _mm_max_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
+        h = _mm_max_ps(h, _mm_movehl_ps(h, h));
+        return _mm_cvtss_f32(_mm_max_ss(h, _mm_movehdup_ps(h)));
+    }
+};
+
+} // namespace
+} // namespace shadowdag::stream
+
+#endif

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vectors of floats for the kernels that are compiled once per instruction set: AVX-512
+// (lanes_avx2.h).
+#pragma once
+
+#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
+
+#include "voxel/ray_slabs_leaf.h" // kLargestScale
+
+#include <immintrin.h>
+
+namespace shadowdag::stream {
+namespace {
+
+/// 16 floats, by AVX-512.
+struct Avx512Lanes {
+    static constexpr uint32_t kWidth = 16;
+    using Floats = __m512;
+
+    static Floats splat(float v) { return _mm512_set1_ps(v); }
+    static Floats load(const float* from) { return _mm512_loadu_ps(from); }
+    /// @param to aligned to the vector
+    static void store(float* to, Floats v) { _mm512_store_ps(to, v); }
+    static Floats gather(const float* base, const uint32_t* index) {
+        return _mm512_i32gather_ps(_mm512_loadu_si512(index), base, 4);
+    }
+    static float lane(const Floats& v, uint32_t i) {
+        return reinterpret_cast<const float*>(&v)[i]; // vectors may alias
+    }
+    static Floats sub(Floats a, Floats b) { return _mm512_sub_ps(a, b); }
+    static Floats mul(Floats a, Floats b) { return _mm512_mul_ps(a, b); }
+    static Floats div(Floats a, Floats b) { return _mm512_div_ps(a, b); }
+    static Floats fma(Floats a, Floats b, Floats c) { return _mm512_fmadd_ps(a, b, c); }
+    static Floats lesser(Floats a, Floats b) { return _mm512_min_ps(a, b); }
+    static Floats greater(Floats a, Floats b) { return _mm512_max_ps(a, b); }
+    static Floats absolute(Floats a) { return _mm512_abs_ps(a); }
+    static uint32_t less(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
+    static uint32_t lessOrEqual(Floats a, Floats b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
+    static Floats select(uint32_t which, Floats a, Floats b) {
+        return _mm512_mask_blend_ps(__mmask16(which), b, a);
+    }
+    static float least(uint32_t which, Floats v) {
+        return _mm512_reduce_min_ps(select(which, v, splat(kLargestScale)));
+    }
+    static float greatest(uint32_t which, Floats v) {
+        return _mm512_reduce_max_ps(select(which, v, splat(-kLargestScale)));
+    }
+};
+
+} // namespace
+} // namespace shadowdag::stream
+
+#endif
