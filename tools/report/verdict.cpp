@@ -171,7 +171,7 @@ private:
     std::string fasterThan(const Variant& v) const {
         for (const Variant& other : variants_)
             if (isFaster(other, v) && other.wrongShare() <= v.wrongShare())
-                return "slower than " + other.label + ", so its costs do not predict the frame's";
+                return "slower than " + other.label + ", so its costs do not predict this frame";
         return "";
     }
 
