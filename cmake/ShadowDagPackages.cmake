@@ -14,6 +14,7 @@ find_package(OpenEXR CONFIG REQUIRED)          # OpenEXR::OpenEXR
 unset(CMAKE_MESSAGE_LOG_LEVEL)
 find_package(CLI11 CONFIG REQUIRED)            # CLI11::CLI11
 find_package(nlohmann_json CONFIG REQUIRED)    # nlohmann_json::nlohmann_json
+find_package(JPEG REQUIRED)                    # JPEG::JPEG
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET GLOBAL libxxhash)    # PkgConfig::xxhash
 pkg_check_modules(stb REQUIRED IMPORTED_TARGET GLOBAL stb)             # PkgConfig::stb

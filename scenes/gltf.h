@@ -12,14 +12,18 @@ namespace shadowdag {
 /// indices in range, nodes a forest, positions finite. What is ignored is counted in
 /// Scene::warnings. Materials of alphaMode MASK are cut out by the alpha of their base colour
 /// texture (PNG, embedded or beside; JPEG has no alpha), its factor and the cutoff; those of BLEND
-/// are opaque. Throws Error kInput naming the file, the place and the value for anything broken,
-/// and for every required extension that is not supported (KHR_lights_punctual and
-/// KHR_mesh_quantization are). Memory is bounded by a small multiple of the file's own size,
-/// whatever the file claims, and what decoding one masked image at a time takes.
+/// are opaque. Base colour textures are read from PNG and JPEG, embedded or beside; one that is all
+/// of one colour becomes a part of its material's factor, and one that cannot be shown leaves the
+/// factor alone, with a warning. Throws Error kInput naming the file, the place and the value for
+/// anything broken, and for every required extension that is not supported (KHR_lights_punctual,
+/// KHR_mesh_quantization and KHR_texture_transform are). Memory is bounded by a small multiple of
+/// the file's own size, whatever the file claims, what decoding one image at a time takes, and
+/// kMaxSceneTexels.
 Scene readGltf(const std::string& path);
 
 /// Writes the scene as one binary .glb that other programs open, through a temporary file beside
-/// `path`. Throws Error kResource when the disk refuses. Reading it back gives the same world
+/// `path`. Throws Error kResource when the disk refuses, and kUsage for a scene with base colour
+/// textures, which are not written. Reading it back gives the same world
 /// positions.
 void writeGlb(const Scene& scene, const std::string& path);
 

@@ -82,7 +82,8 @@ private:
 
     void readMaterials();
     int uvAccessorOf(const tinygltf::Primitive& primitive);
-    void appendUv(int accessor, const gltf::MaterialMask* mapping, size_t vertexCount,
+    const gltf::UvMapping* uvMappingOf(int material) const;
+    void appendUv(int accessor, const gltf::UvMapping* mapping, size_t vertexCount,
                   const std::vector<uint32_t>& used, const std::string& place,
                   std::vector<glm::vec2>& uv);
     void readMesh(size_t index);
@@ -96,17 +97,19 @@ private:
     Document document_;
     AccessorReader accessors_;
     gltf::MaterialMasks masks_;
+    gltf::MaterialTextures textures_;
     Scene scene_;
     std::vector<int> cameraOf_; // model camera to scene camera; kNone for orthographic ones
 
     // What was ignored.
     uint64_t orthographicCount_ = 0, lineAndPointCount_ = 0, noPositionCount_ = 0;
     uint64_t morphCount_ = 0, channelCount_ = 0, translucentCount_ = 0, instancingCount_ = 0;
-    uint64_t incompleteCount_ = 0, noUvCount_ = 0, vertexAlphaCount_ = 0;
+    uint64_t incompleteCount_ = 0, noUvCount_ = 0, noTextureUvCount_ = 0, vertexAlphaCount_ = 0;
 };
 
 void SceneReader::readMaterials() {
     masks_ = gltf::readMaterialMasks(document_, accessors_, scene_.alphaMasks);
+    textures_ = gltf::readBaseColorTextures(document_, accessors_, scene_.textures);
     scene_.materials.emplace_back(); // 0: primitives without a material
     for (size_t i = 0; i < model().materials.size(); ++i) {
         const tinygltf::Material& source = model().materials[i];
@@ -115,6 +118,8 @@ void SceneReader::readMaterials() {
         material.name = source.name;
         material.baseColor = glm::vec3(vectorOr<4>(source.pbrMetallicRoughness.baseColorFactor,
                                                    glm::vec4(1.0f), place + "/baseColorFactor"));
+        material.baseColor *= textures_.materials[i].color;
+        material.baseColorTexture = textures_.materials[i].texture;
         material.emission =
             vectorOr<3>(source.emissiveFactor, glm::vec3(0.0f), place + "/emissiveFactor");
         const auto strength = source.extensions.find("KHR_materials_emissive_strength");
@@ -128,19 +133,32 @@ void SceneReader::readMaterials() {
     }
 }
 
-// Returns the accessor with the texture coordinates of a primitive's mask; kNone if its material
-// has no mask texture or the primitive has no coordinates.
+// Returns how the texture coordinates of a material of the document are read; null if neither its
+// mask nor its colour has a texture.
+const gltf::UvMapping* SceneReader::uvMappingOf(int material) const {
+    if (material == -1)
+        return nullptr;
+    const gltf::MaterialMask& mask = masks_.materials[size_t(material)];
+    if (mask.mask != kNone && mask.needsUv)
+        return &mask.uv;
+    const gltf::MaterialTexture& texture = textures_.materials[size_t(material)];
+    return texture.texture == kNone ? nullptr : &texture.uv;
+}
+
+// Returns the accessor with the texture coordinates of a primitive; kNone if its material needs
+// none or the primitive has none.
 int SceneReader::uvAccessorOf(const tinygltf::Primitive& primitive) {
-    if (primitive.material == -1 || masks_.materials[size_t(primitive.material)].mask == kNone)
+    const bool isMasked =
+        primitive.material != -1 && masks_.materials[size_t(primitive.material)].mask != kNone;
+    if (isMasked)
+        vertexAlphaCount_ += primitive.attributes.count("COLOR_0");
+    const gltf::UvMapping* const mapping = uvMappingOf(primitive.material);
+    if (mapping == nullptr)
         return kNone;
-    const gltf::MaterialMask& mask = masks_.materials[size_t(primitive.material)];
-    vertexAlphaCount_ += primitive.attributes.count("COLOR_0");
-    if (!mask.needsUv)
-        return kNone;
-    const auto uv = primitive.attributes.find("TEXCOORD_" + std::to_string(mask.texCoord));
+    const auto uv = primitive.attributes.find("TEXCOORD_" + std::to_string(mapping->texCoord));
     if (uv != primitive.attributes.end())
         return uv->second;
-    ++noUvCount_;
+    ++(isMasked ? noUvCount_ : noTextureUvCount_);
     return kNone;
 }
 
@@ -160,7 +178,7 @@ void assembleTriangles(int mode, const std::vector<uint32_t>& v, std::vector<glm
 }
 
 // Appends the texture coordinates of the vertices in use; zeros without an accessor.
-void SceneReader::appendUv(int accessor, const gltf::MaterialMask* mapping, size_t vertexCount,
+void SceneReader::appendUv(int accessor, const gltf::UvMapping* mapping, size_t vertexCount,
                            const std::vector<uint32_t>& used, const std::string& place,
                            std::vector<glm::vec2>& uv) {
     accessors_.charge(used.size() * sizeof(glm::vec2), place);
@@ -185,13 +203,13 @@ void SceneReader::readMesh(size_t index) {
     Mesh mesh;
     mesh.name = source.name;
 
-    // Primitives that share a POSITION accessor share its vertices, unless their masks have
+    // Primitives that share a POSITION accessor share its vertices, unless their materials have
     // different texture coordinates; only those in use are kept, because some exporters put a whole
     // scene into one accessor.
     struct Group {
         int accessor;
-        int uvAccessor;                      // kNone: no mask needs one yet
-        const gltf::MaterialMask* uvMapping; // of that mask
+        int uvAccessor;                   // kNone: no material needs one yet
+        const gltf::UvMapping* uvMapping; // of that material
         std::vector<glm::uvec3> triangles;
         std::vector<size_t> slots; // where each goes in the mesh
     };
@@ -243,8 +261,7 @@ void SceneReader::readMesh(size_t index) {
         if (corners.size() < 3 || (isList && corners.size() % 3 != 0))
             ++incompleteCount_;
         const int uv = uvAccessorOf(primitive);
-        const gltf::MaterialMask* mapping =
-            uv == kNone ? nullptr : &masks_.materials[size_t(primitive.material)];
+        const gltf::UvMapping* mapping = uv == kNone ? nullptr : uvMappingOf(primitive.material);
         if (uv != kNone)
             isUvNeeded = true;
         auto group = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
@@ -601,12 +618,14 @@ void SceneReader::writeWarnings() {
          "masked materials taken as opaque: their textures are neither PNG nor JPEG.");
     warn(noUvCount_, "primitives with a masked material have no texture coordinates: the texel at "
                      "(0, 0) is used for all of them.");
+    warn(noTextureUvCount_, "primitives with a base colour texture have no texture coordinates: "
+                            "its colour at (0, 0) is used for all of them.");
     warn(vertexAlphaCount_, "primitives with a masked material have vertex colours, whose alpha is "
                             "ignored.");
-    warn(uint64_t(std::count(masks_.isTextureUsed.begin(), masks_.isTextureUsed.end(), 0)),
-         "textures ignored: surfaces have their base colour factor.");
-    warn(masks_.colorCount, "images used for their alpha alone: surfaces have their base colour "
-                            "factor.");
+    warn(uint64_t(std::count(textures_.isTextureUsed.begin(), textures_.isTextureUsed.end(), 0)),
+         "textures ignored: of textures, pictures show base colours alone.");
+    scene_.warnings.insert(scene_.warnings.end(), textures_.warnings.begin(),
+                           textures_.warnings.end());
     warn(document_.ignoredMaterialExtensionCount,
          "required extensions ignored that change colours only.");
 }

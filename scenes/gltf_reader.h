@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,19 +77,49 @@ private:
     std::map<int, std::vector<glm::vec3>> positions_;
 };
 
+/// How texture coordinates of a material are read.
+struct UvMapping {
+    int texCoord = 0; ///< the set of texture coordinates
+    glm::dmat3 uvFromAuthored{1.0};
+};
+
+/// How a material uses its base colour texture.
+struct TextureUse {
+    size_t texture = 0; ///< of the document
+    int image = kNone;  ///< kNone: only an extension knows it, and what follows is not read
+    MaskWrap wrapU = MaskWrap::kRepeat, wrapV = MaskWrap::kRepeat;
+    bool isNearest = false; ///< magnified texels have sharp edges
+    UvMapping uv;
+};
+
+/// Returns how a material uses its base colour texture, or nothing if it has none. Throws Error
+/// kInput for what does not exist.
+std::optional<TextureUse> readBaseColorUse(const Document& document, size_t material);
+
+/// The bytes of an image as stored in its file.
+struct ImageBytes {
+    const uint8_t* data = nullptr;
+    size_t count = 0;
+    std::vector<uint8_t> own; ///< behind data, when they were read for this
+};
+
+/// Returns the place of an image for messages, with its URI or name.
+std::string imagePlace(const Document& document, int image);
+
+/// Returns the bytes of an image; those in a buffer are the document's. Throws Error kInput when
+/// they are missing.
+ImageBytes readImageBytes(const Document& document, const AccessorReader& accessors, int image);
+
 /// How a material is cut out.
 struct MaterialMask {
     int mask = kNone;     ///< of those that were read; kNone: opaque
     bool needsUv = false; ///< it has a texture
-    int texCoord = 0;     ///< the set of texture coordinates
-    glm::dmat3 uvFromAuthored{1.0};
+    UvMapping uv;
 };
 
 struct MaterialMasks {
     std::vector<MaterialMask> materials; ///< one a material of the document
-    std::vector<uint8_t> isTextureUsed;  ///< one a texture: a mask is made from it
     uint64_t unreadableCount = 0;        ///< masks taken as opaque: neither PNG nor JPEG
-    uint64_t colorCount = 0;             ///< images with colours, which are not used
 };
 
 /// Appends the masks of all materials of alphaMode MASK to `masks`, equal ones once, and returns
@@ -96,5 +127,25 @@ struct MaterialMasks {
 /// that is missing or damaged.
 MaterialMasks readMaterialMasks(const Document& document, AccessorReader& accessors,
                                 std::vector<AlphaMask>& masks);
+
+/// How a material is coloured.
+struct MaterialTexture {
+    int texture = kNone;   ///< of those that were read; kNone: none, or all of one colour
+    glm::vec3 color{1.0f}; ///< of a texture that is all of one colour, linear
+    UvMapping uv;
+};
+
+struct MaterialTextures {
+    std::vector<MaterialTexture> materials; ///< one a material of the document
+    std::vector<uint8_t> isTextureUsed;     ///< one a texture: a base colour
+    std::vector<std::string> warnings;      ///< textures that are not shown, and why
+};
+
+/// Appends the base colour textures of all materials to `textures`, equal ones once, and returns
+/// which material has which. Images are decoded one at a time; those that are missing, damaged, of
+/// another format than PNG and JPEG, or beyond kMaxSceneTexels are left out with a warning. Throws
+/// Error kInput for a material that refers to what does not exist.
+MaterialTextures readBaseColorTextures(const Document& document, const AccessorReader& accessors,
+                                       TextureSet& textures);
 
 } // namespace shadowdag::gltf

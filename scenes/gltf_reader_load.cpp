@@ -25,7 +25,7 @@ constexpr uint64_t kMaxObjectCount = 2'000'000;
 constexpr int kMaxReadsOfOneFile = 4;
 
 // Extensions that a file may require because they change neither geometry nor lights: colours come
-// from base colour and emission factors alone here, so these are ignored with a warning.
+// from base colours and emission factors alone here, so these are ignored with a warning.
 constexpr std::array kColorExtensions = {
     "EXT_texture_webp",           "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",    "KHR_materials_diffuse_transmission",
@@ -35,12 +35,12 @@ constexpr std::array kColorExtensions = {
     "KHR_materials_transmission", "KHR_materials_unlit",
     "KHR_materials_variants",     "KHR_materials_volume",
     "KHR_techniques_webgl",       "KHR_texture_basisu",
-    "KHR_texture_transform",
 };
 constexpr std::array kSupportedExtensions = {
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_mesh_quantization",
+    "KHR_texture_transform",
 };
 
 template <class List, class Name> bool contains(const List& list, const Name& name) {

@@ -368,6 +368,10 @@ void GlbWriter::save(const std::string& path) {
 } // namespace
 
 void writeGlb(const Scene& scene, const std::string& path) {
+    if (!scene.textures.textures.empty())
+        throw Error(ErrorKind::kUsage, "scene '" + scene.name +
+                                           "' has base colour textures, which are not written; "
+                                           "use the file that it was read from");
     GlbWriter(scene).write(path);
 }
 

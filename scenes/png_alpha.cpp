@@ -45,10 +45,14 @@ uint32_t checksum(const uint8_t* data, size_t byteCount) {
     throw Error(ErrorKind::kInput, place + ": " + problem + "; export the image again");
 }
 
-/// Verifies all chunks before the decoder sees them: stb checks neither checksums nor the size of
-/// what it inflates.
-void checkChunks(const uint8_t* data, size_t byteCount, const std::string& place,
-                 AlphaImage& image) {
+struct PngSize {
+    uint32_t width = 0, height = 0;
+};
+
+/// Verifies all chunks before the decoder sees them, and returns the size: stb checks neither
+/// checksums nor the size of what it inflates.
+PngSize checkChunks(const uint8_t* data, size_t byteCount, const std::string& place) {
+    PngSize image;
     if (!isPng(data, byteCount))
         fail(place, "is not a PNG");
     uint64_t dataBytes = 0, rowBits = 0;
@@ -75,11 +79,10 @@ void checkChunks(const uint8_t* data, size_t byteCount, const std::string& place
                 image.height > kMaxMaskSide ||
                 uint64_t(image.width) * image.height > kMaxMaskTexels)
                 fail(place, std::to_string(image.width) + " x " + std::to_string(image.height) +
-                                " texels; masks have 1 to " + std::to_string(kMaxMaskSide) +
+                                " texels; images have 1 to " + std::to_string(kMaxMaskSide) +
                                 " a side and " + std::to_string(kMaxMaskTexels) + " at most");
             static constexpr uint64_t kChannels[8] = {1, 0, 3, 1, 2, 0, 4, 0};
             const uint8_t kind = content[9];
-            image.hasColor = (kind & 2u) != 0;
             rowBits = uint64_t(image.width) * content[8] * kChannels[kind & 7u];
         }
         dataBytes += is("IDAT") ? length : 0;
@@ -92,6 +95,26 @@ void checkChunks(const uint8_t* data, size_t byteCount, const std::string& place
         fail(place, "claims " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                         " texels, which its " + std::to_string(dataBytes) +
                         " bytes of data cannot hold");
+    return image;
+}
+
+struct PngPixels {
+    PngSize size;
+    std::unique_ptr<stbi_uc, void (*)(void*)> rgba;
+};
+
+PngPixels decode(const uint8_t* data, size_t byteCount, const std::string& place) {
+    const PngSize size = checkChunks(data, byteCount, place);
+    if (byteCount > INT_MAX)
+        fail(place, std::to_string(byteCount) + " bytes are too large");
+    int width = 0, height = 0, channels = 0;
+    PngPixels pixels{size,
+                     {stbi_load_from_memory(data, int(byteCount), &width, &height, &channels, 4),
+                      stbi_image_free}};
+    if (!pixels.rgba || uint32_t(width) != size.width || uint32_t(height) != size.height)
+        fail(place, std::string("the PNG cannot be decoded: ") +
+                        (stbi_failure_reason() ? stbi_failure_reason() : "no reason is given"));
+    return pixels;
 }
 
 void append(void* out, void* data, int byteCount) {
@@ -107,21 +130,23 @@ bool isPng(const uint8_t* data, size_t byteCount) {
 }
 
 AlphaImage readPngAlpha(const uint8_t* data, size_t byteCount, const std::string& place) {
-    AlphaImage image;
-    checkChunks(data, byteCount, place, image);
-    if (byteCount > INT_MAX)
-        fail(place, std::to_string(byteCount) + " bytes are too large");
-    int width = 0, height = 0, channels = 0;
-    const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
-        stbi_load_from_memory(data, int(byteCount), &width, &height, &channels, 4),
-        stbi_image_free);
-    if (!pixels || uint32_t(width) != image.width || uint32_t(height) != image.height)
-        fail(place, std::string("the PNG cannot be decoded: ") +
-                        (stbi_failure_reason() ? stbi_failure_reason() : "no reason is given"));
+    const PngPixels pixels = decode(data, byteCount, place);
+    AlphaImage image{pixels.size.width, pixels.size.height, {}};
     const size_t count = size_t(image.width) * image.height;
     image.alpha.resize(count);
     for (size_t i = 0; i < count; ++i)
-        image.alpha[i] = pixels.get()[4 * i + 3];
+        image.alpha[i] = pixels.rgba.get()[4 * i + 3];
+    return image;
+}
+
+ColorImage readPngColor(const uint8_t* data, size_t byteCount, const std::string& place) {
+    const PngPixels pixels = decode(data, byteCount, place);
+    ColorImage image{pixels.size.width, pixels.size.height, {}};
+    const size_t count = size_t(image.width) * image.height;
+    image.rgb.resize(3 * count);
+    for (size_t i = 0; i < count; ++i)
+        for (size_t channel = 0; channel < 3; ++channel)
+            image.rgb[3 * i + channel] = pixels.rgba.get()[4 * i + channel];
     return image;
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "scenes/alpha_mask.h"
+#include "scenes/base_color.h"
 #include "scenes/box.h"
 #include "scenes/camera.h"
 #include "scenes/light.h"
@@ -22,7 +23,8 @@ struct Material {
     std::string name;
     glm::vec3 baseColor{0.8f};
     glm::vec3 emission{0.0f};
-    int alphaMask = kNone; ///< index into Scene::alphaMasks; kNone: opaque
+    int alphaMask = kNone;        ///< index into Scene::alphaMasks; kNone: opaque
+    int baseColorTexture = kNone; ///< index into Scene::textures, scales baseColor; kNone: none
 };
 
 /// An indexed triangle list in object space. Indices are in range, positions and texture
@@ -32,8 +34,8 @@ struct Mesh {
     std::vector<glm::vec3> positions;
     std::vector<glm::uvec3> triangles;
     std::vector<uint32_t> triangleMaterial; ///< count = triangles; index into Scene::materials
-    std::vector<glm::vec2> uv = {};         ///< count = positions where a material has a mask, or
-                                            ///< empty: (0, 0) everywhere
+    std::vector<glm::vec2> uv = {};         ///< count = positions where a material has a mask or a
+                                            ///< texture, or empty: (0, 0) everywhere
 };
 
 /// A node's local transform: a matrix, or translation * rotation * scale when animated or authored
@@ -106,6 +108,7 @@ struct Scene {
     std::string name;
     std::vector<Material> materials; ///< never empty; 0 is the default material
     std::vector<AlphaMask> alphaMasks;
+    TextureSet textures; ///< base colours
     std::vector<Mesh> meshes;
     std::vector<Node> nodes;
     std::vector<int> roots;

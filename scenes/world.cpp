@@ -165,6 +165,7 @@ World::World(const Scene& scene, const WorldOptions& options) : scene_(&scene), 
         instances_.push_back(instance);
     }
     cutTriangles();
+    mapTextures();
     for (uint32_t t : staticTriangles_)
         for (int corner = 0; corner < 3; ++corner)
             staticBounds_.add(positions_[triangles_[t][corner]]);
@@ -211,6 +212,47 @@ void World::cutTriangles() {
             masks_.triangleCut[t] = cut++;
         }
     }
+}
+
+void World::mapTextures() {
+    const auto hasTexture = [this](const Mesh& mesh) {
+        return std::any_of(mesh.triangleMaterial.begin(), mesh.triangleMaterial.end(),
+                           [this](uint32_t material) {
+                               return scene_->materials[material].baseColorTexture != kNone;
+                           });
+    };
+    std::map<uint32_t, uint32_t> firstUv; // by mesh
+    for (size_t i = 0; i < instances_.size(); ++i) {
+        const Instance& instance = instances_[i];
+        const Mesh& mesh = scene_->meshes[instance.mesh];
+        auto known = firstUv.find(instance.mesh);
+        if (known == firstUv.end()) {
+            if (!hasTexture(mesh))
+                continue;
+            known = firstUv.emplace(instance.mesh, uint32_t(uv_.size())).first;
+            uv_.insert(uv_.end(), mesh.uv.begin(), mesh.uv.end());
+            if (mesh.uv.empty())
+                uv_.resize(uv_.size() + mesh.positions.size(), glm::vec2(0.0f));
+        }
+        instanceUv_.resize(instances_.size(), 0);
+        instanceUv_[i] = known->second - instance.firstVertex; // modulo 2^32
+    }
+    if (uv_.empty())
+        return;
+    for (const Material& material : scene_->materials)
+        materialTexture_.push_back(
+            material.baseColorTexture == kNone ? kNoTexture : uint32_t(material.baseColorTexture));
+}
+
+BaseColorView World::baseColors() const {
+    if (uv_.empty())
+        return {};
+    return {viewOf(materialTexture_),
+            viewOf(instanceUv_),
+            viewOf(uv_),
+            viewOf(scene_->textures.textures),
+            viewOf(scene_->textures.texels),
+            viewOf(linearFromSrgb())};
 }
 
 void World::updateTransforms(bool movingOnly) {

@@ -76,6 +76,8 @@ public:
     const std::vector<uint32_t>& staticTriangles() const { return staticTriangles_; }
     const std::vector<uint32_t>& triangleMaterial() const { return triangleMaterial_; }
     const std::vector<uint32_t>& triangleInstance() const { return triangleInstance_; }
+    /// Returns the base colour textures of all materials; empty if no triangle has one.
+    BaseColorView baseColors() const;
     const std::vector<Instance>& instances() const { return instances_; }
     const std::vector<Light>& lights() const { return lights_; }
     /// Returns the cameras of the scene at the current time, in node order; may be empty.
@@ -97,6 +99,7 @@ private:
     void updateTransforms(bool movingOnly);
     void placeVertices(const Instance& instance);
     void cutTriangles();
+    void mapTextures();
     void updateLightsAndCameras();
     void updateBounds();
 
@@ -114,6 +117,8 @@ private:
     std::vector<glm::vec3> positions_;
     std::vector<glm::uvec3> triangles_;
     AlphaMaskSet masks_;
+    std::vector<uint32_t> materialTexture_, instanceUv_; // empty without textures, as uv_
+    std::vector<glm::vec2> uv_;
     std::vector<uint32_t> staticTriangles_;
     std::vector<uint32_t> triangleMaterial_;
     std::vector<uint32_t> triangleInstance_;
@@ -124,10 +129,10 @@ private:
 };
 
 /// Returns the best automatic camera (camera_placement.h gives several). It stands in the scene's
-/// open space (open_space.h: no gap, no solid, no outside of a sealed map) or near a light and sees a
-/// large and varied part of it, or all of a scene without surroundings from outside. From up to 350
-/// places 80 directions are tried; each window of 3 x 3 rays is scored, and the best 80 again with
-/// 16 x 9 rays of the actual field of view. The score is a product of
+/// open space (open_space.h: no gap, no solid, no outside of a sealed map) or near a light and sees
+/// a large and varied part of it, or all of a scene without surroundings from outside. From up to
+/// 350 places 80 directions are tried; each window of 3 x 3 rays is scored, and the best 80 again
+/// with 16 x 9 rays of the actual field of view. The score is a product of
 /// - how far the rays reach, d / (d + 2 typical openness) on average;
 /// - variety: the chance that two rays differ in octave of distance or main axis of the normal, and
 ///   the share of neighbouring rays between which depth or normal jumps;

@@ -19,6 +19,7 @@ FrameScene::FrameScene(Backend asked, const World& world, const Dag& dag,
       levelGeometry_(backend_, "polygon level"), lights_(backend_, "lights"),
       lightBoxes_(backend_, "light boxes"), lightItems_(backend_, "light items"),
       materials_(backend_, "materials"), triangleMaterial_(backend_, "triangle materials"),
+      baseColors_(backend_), triangleInstance_(backend_, "triangle instances"),
       dagWords_(backend_, "dag words"), coveredWords_(backend_, "dag words with coverage"),
       bvhNodes_(backend_, "hierarchy of triangles"),
       bvhLeaves_(backend_, "leaves of the hierarchy of triangles") {
@@ -26,6 +27,10 @@ FrameScene::FrameScene(Backend asked, const World& world, const Dag& dag,
         hostMaterials_.push_back({material.baseColor, material.emission});
     materials_.set(hostMaterials_);
     triangleMaterial_.set(world.triangleMaterial());
+    if (!world.baseColors().empty()) {
+        baseColors_.set(world.baseColors());
+        triangleInstance_.set(world.triangleInstance());
+    }
     geometry_.set(world.triangles(), batchSet_.view());
     dagWords_.set(hostDag_.words);
     if (asked == Backend::kCpu)

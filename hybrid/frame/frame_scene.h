@@ -8,6 +8,7 @@
 #include "hybrid/rays/shadow_rays.h"
 #include "scenes/batches.h"
 #include "scenes/polygon_lod.h"
+#include "scenes/resident_base_colors.h"
 #include "scenes/resident_geometry.h"
 #include "scenes/world.h"
 #include "voxel/dag.h"
@@ -62,6 +63,10 @@ public:
     WideBvhView lightBvh() const;
     View<const SurfaceColor> materials() const { return materials_.view(); }
     View<const uint32_t> triangleMaterial() const { return triangleMaterial_.view(); }
+    /// Return the base colour textures and the instance of each triangle, which finds its texture
+    /// coordinates; both empty in a world without textures.
+    BaseColorView baseColors() const { return baseColors_.view(); }
+    View<const uint32_t> triangleInstance() const { return triangleInstance_.view(); }
     DagView dag() const;
     /// Returns the DAG with coverages in its words (withCoverage), made at the first request.
     DagView coveredDag();
@@ -123,6 +128,8 @@ private:
     Resident<uint32_t> lightItems_;
     Resident<SurfaceColor> materials_;
     Resident<uint32_t> triangleMaterial_;
+    ResidentBaseColors baseColors_;
+    Resident<uint32_t> triangleInstance_; // for baseColors_
     Resident<uint32_t> dagWords_;
     Resident<uint32_t> coveredWords_;
     Resident<TriangleBvhNode> bvhNodes_;

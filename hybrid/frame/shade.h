@@ -43,9 +43,8 @@ SDAG_HD inline uint8_t computePairResult(const VisibilityInputs& inputs, PairSer
         ++counts.rayCount;
         const ShadowPair pair{positionWorld, normalWorld, pointAtLight(light, positionWorld),
                               receiver,      lightIndex,  light.kind == Light::kSun};
-        return isDarkByRays(inputs.rays, pair, &counts.rays, &counts.lastBlocker)
-                   ? uint8_t(0)
-                   : kLit;
+        return isDarkByRays(inputs.rays, pair, &counts.rays, &counts.lastBlocker) ? uint8_t(0)
+                                                                                  : kLit;
     }
     case ServedBy::kMap:
         break;
@@ -101,6 +100,13 @@ struct ShadeSamples {
         return record == kProvenLit ? PairServer::proof() : servers[record];
     }
 
+    /// Returns the colours of a sample that sees a surface.
+    SDAG_HD SurfaceColor surfaceOf(size_t sample) const {
+        SurfaceColor surface = materials[triangleMaterial[gbuffer.triangle[sample]]];
+        surface.baseColor = gbuffer.baseColorOr(sample, surface.baseColor);
+        return surface;
+    }
+
     /// Returns the contribution of a light to a sample.
     SDAG_HD glm::vec3 shadePair(uint32_t sample, PairServer server, uint32_t lightIndex,
                                 const Light& light, VisibilityCounts& counts) const {
@@ -119,7 +125,7 @@ struct ShadeSamples {
         recorder.add(sample, seen, server);
         if (seen == 0)
             return glm::vec3(0.0f);
-        const SurfaceColor& surface = materials[triangleMaterial[gbuffer.triangle[sample]]];
+        const SurfaceColor surface = surfaceOf(sample);
         return reflectedRadiance(light, gbuffer.positionWorld[sample], gbuffer.normalWorld[sample],
                                  surface, seen);
     }
@@ -127,9 +133,8 @@ struct ShadeSamples {
     /// Sets a sample to its radiance without lights.
     SDAG_HD void shadeUnlit(size_t sample) const {
         const uint32_t triangle = gbuffer.triangle[sample];
-        color[sample] = triangle == kBackground
-                            ? glm::vec3(0.0f)
-                            : unlitRadiance(materials[triangleMaterial[triangle]]);
+        color[sample] =
+            triangle == kBackground ? glm::vec3(0.0f) : unlitRadiance(surfaceOf(sample));
     }
 
     /// Adds all lights to all samples of a cluster, light by light: consecutive rays start close

@@ -30,7 +30,7 @@ private:
     GBuffer gbuffer_;
 
     struct HostCopies {
-        std::vector<glm::vec3> positionWorld, normalWorld;
+        std::vector<glm::vec3> positionWorld, normalWorld, baseColor;
         std::vector<float> depthView;
         std::vector<uint32_t> triangle;
     } host_;

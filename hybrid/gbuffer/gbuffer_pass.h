@@ -14,7 +14,7 @@ struct GBuffer {
     explicit GBuffer(Backend backend)
         : visibility(backend, "g-buffer visibility"), positionWorld(backend, "g-buffer position"),
           normalWorld(backend, "g-buffer normal"), depthView(backend, "g-buffer depth"),
-          triangle(backend, "g-buffer triangle"),
+          triangle(backend, "g-buffer triangle"), baseColor(backend, "g-buffer base colour"),
           large(backend, "g-buffer large triangles", kLargeTriangles) {}
 
     /// Initial capacity for large triangles; one that does not fit is drawn by its own thread.
@@ -25,7 +25,8 @@ struct GBuffer {
     Buffer<glm::vec3> normalWorld;
     Buffer<float> depthView;
     Buffer<uint32_t> triangle;
-    SplitWork large; ///< of drawing by slots
+    Buffer<glm::vec3> baseColor; ///< empty in scenes without base colour textures
+    SplitWork large;             ///< of drawing by slots
     uint32_t width = 0, height = 0;
 
     void resize(uint32_t newWidth, uint32_t newHeight) {
@@ -44,7 +45,8 @@ struct GBuffer {
                 depthView.view(),
                 triangle.view(),
                 width,
-                height};
+                height,
+                baseColor.view()};
     }
 };
 

@@ -2,8 +2,10 @@
 // The passes of this folder.
 #include "cuda/pass_launch.h"
 #include "hybrid/gbuffer/gbuffer_raster.h"
+#include "hybrid/gbuffer/resolve_base_color.h"
 
 SDAG_CPU_PASS(RasterizeBatches) // a GPU draws by slots
 SDAG_PASS(RasterizeSlots)
 SDAG_PASS(RasterizeLarge)
 SDAG_PASS(ResolveSamples)
+SDAG_PASS(ResolveBaseColor)

@@ -11,6 +11,7 @@
 #include "voxel/dag_gl.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace shadowdag {
 
@@ -74,6 +75,9 @@ void GlShading::setDag(const DagView& dag) {
 void GlShading::upload(const ShadeSamples& work, View<const uint32_t> pairLights) {
     const bool isRecording = !work.recorder.nextPair.empty();
     std::vector<GlSample> samples(work.clusters.samples.count);
+    // With base colour textures every sample has a material of its own.
+    const bool hasTextures = !work.gbuffer.baseColor.empty();
+    std::vector<SurfaceColor> surfaces(hasTextures ? samples.size() : 0);
     parallelFor<CpuTag>(
         samples.size(),
         [&](size_t i) {
@@ -83,11 +87,13 @@ void GlShading::upload(const ShadeSamples& work, View<const uint32_t> pairLights
             s = {work.gbuffer.positionWorld[pixel],
                  triangle,
                  work.gbuffer.normalWorld[pixel],
-                 work.triangleMaterial[triangle],
+                 hasTextures ? uint32_t(i) : work.triangleMaterial[triangle],
                  pixel,
                  work.clusters.clusterOfSample[pixel],
                  0,
                  0};
+            if (hasTextures)
+                surfaces[i] = work.surfaceOf(pixel);
             if (isRecording) {
                 s.firstPair = work.recorder.nextPair[pixel];
                 s.endPair = work.recorder.nextPair[pixel + 1];
@@ -96,7 +102,7 @@ void GlShading::upload(const ShadeSamples& work, View<const uint32_t> pairLights
         4096);
     samples_.upload(samples);
     lights_.upload(work.lights);
-    surfaces_.upload(work.materials);
+    surfaces_.upload(hasTextures ? viewOf(std::as_const(surfaces)) : work.materials);
     clusterStarts_.upload(work.lists.start);
     std::vector<glm::uvec2> entries(work.lists.lights.count);
     for (size_t l = 0; l < entries.size(); ++l)

@@ -16,7 +16,8 @@ std::vector<glm::vec3> shadePairs(const GBufferView& gbuffer, const World& world
             if (gbuffer.triangle[s] == kBackground)
                 continue;
             const Material& material = materials[world.triangleMaterial()[gbuffer.triangle[s]]];
-            const SurfaceColor surface{material.baseColor, material.emission};
+            const SurfaceColor surface{gbuffer.baseColorOr(s, material.baseColor),
+                                       material.emission};
             color[s] = unlitRadiance(surface);
             for (uint64_t p = pairs.sampleStart[s]; p < pairs.sampleStart[s + 1]; ++p)
                 if (visibility[p] != 0)

@@ -56,7 +56,7 @@ THIRD_PARTY = {
     r"glm/.*": set(MAY_INCLUDE),
     r"cuda_runtime(_api)?\.h|cuda/.*|cub/.*|thrust/.*|cooperative_groups.*": {"cuda"},
     r"oneapi/tbb.*|tbb/.*": {"cuda"},
-    r"tiny_gltf\.h|meshoptimizer\.h|xxhash\.h": {"scenes"},
+    r"tiny_gltf\.h|meshoptimizer\.h|xxhash\.h|jpeglib\.h|jerror\.h": {"scenes"},
     r"stb/?.*|stb_.*\.h": {"scenes", "tools"},
     r"openvdb/.*|nanovdb/.*|zstd.*\.h|hwy/.*": {"voxel"},
     r"embree\d/.*|muParser.*\.h": {"hybrid"},

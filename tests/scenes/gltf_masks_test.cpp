@@ -264,7 +264,7 @@ TEST(GltfMasks, UnsupportedMasksAreReported) {
     expectWarning("1 translucent materials taken as opaque");
     parts = boardFile(std::string("\xff\xd8\xff\xe0 no pixels are needed"));
     EXPECT_EQ(maskOf(readParts(parts)), "opaque") << "a JPEG has no alpha";
-    expectWarning("1 images used for their alpha alone");
+    expectWarning("materials/0 has its base colour factor alone: images/0: the JPEG is damaged");
     parts = boardFile("RIFF....WEBPVP8 ");
     EXPECT_EQ(maskOf(readParts(parts)), "opaque");
     expectWarning("1 masked materials taken as opaque: their textures are neither PNG nor JPEG");

@@ -309,7 +309,7 @@ TEST(Gltf, IgnoredFeaturesAreCountedInWarnings) {
         .set("textures", R"([{"source":0}])")
         .set("animations", R"([{"channels":[{"sampler":0,"target":{"node":0,"path":"weights"}}],)"
                            R"("samplers":[{"input":0,"output":0}]}])")
-        .set("extensionsRequired", R"(["KHR_texture_transform"])");
+        .set("extensionsRequired", R"(["KHR_materials_unlit"])");
     const Scene scene = readParts(parts);
     EXPECT_EQ(scene.meshes.at(0).triangles.size(), 1u);
     for (const char* what : {"2 primitives of points or lines", "1 primitives without positions",

@@ -31,7 +31,9 @@ FrameOptions smallFrame() {
 /// A built-in scene on both backends.
 struct GlStage {
     explicit GlStage(const std::string& name, float timeSeconds = 0.0f)
-        : scene(makeBuiltin(name)), world(scene, {}) {
+        : GlStage(makeBuiltin(name), timeSeconds) {}
+    explicit GlStage(Scene authored, float timeSeconds = 0.0f)
+        : scene(std::move(authored)), world(scene, {}) {
         world.setTime(timeSeconds);
         dag = voxelize(world.triangles(), viewOf(world.staticTriangles()),
                        gridAround(world.boundsWorld(), 9));
@@ -118,6 +120,35 @@ INSTANTIATE_TEST_SUITE_P(
         std::replace(name.begin(), name.end(), '-', '_');
         return name;
     });
+
+// Every material has the texture, once for every metre of its objects' coordinates.
+TEST_F(FrameGl, BaseColourTexturesEqualTheCpus) {
+    Scene scene = makeBuiltin("fail-alpha");
+    const int texture =
+        int(scene.textures.add({2, 2, {0, 0, 0, 255, 0, 0, 0, 255, 0, 255, 255, 255}},
+                               MaskWrap::kRepeat, MaskWrap::kMirror, false));
+    for (Material& material : scene.materials)
+        material.baseColorTexture = texture;
+    for (Mesh& mesh : scene.meshes)
+        if (mesh.uv.empty()) // others are masked
+            for (const glm::vec3& p : mesh.positions)
+                mesh.uv.emplace_back(p.x + p.y, p.z);
+    const FrameResult plain = [] {
+        GlStage stage("fail-alpha");
+        return GlStage::render(*stage.gl, stage.world, "texels:inf", smallFrame());
+    }();
+    GlStage stage(std::move(scene));
+    const GlParity p = stage.compare("texels:inf");
+    SCOPED_TRACE(testing::Message() << p);
+    EXPECT_EQ(p.unlikeVisibilityCount, 0u);
+    EXPECT_EQ(p.unlikePairListCount, 0u);
+    EXPECT_LE(p.colorError, 1e-5);
+    const FrameResult textured =
+        GlStage::render(*stage.gl, stage.world, "texels:inf", smallFrame());
+    EXPECT_EQ(textured.visibility, plain.visibility);
+    EXPECT_EQ(textured.pairs.light, plain.pairs.light);
+    EXPECT_NE(textured.color, plain.color);
+}
 
 /// Where renderers that are made while it lives keep pages.
 struct PagesIn {
