@@ -6,7 +6,7 @@ set(SDAG_UNITY_SIZE 12)
 # Files that share such names, as the built-in scenes share their Materials, those that register passes, and the one
 # with the macros of X11: compiled alone.
 string(JOIN "|" SDAG_UNITY_ALONE
-  scenes/builtin_ scenes/triangle_grid
+  scenes/builtin_ scenes/triangle_tree
   voxel/asset voxel/compact_encoding voxel/part_file voxel/openvdb_file voxel/nanovdb_file
   hybrid/frame/frame_state hybrid/judge/flicker hybrid/judge/truth[.]cpp
   shadowmap/shadow_maps[.]cpp

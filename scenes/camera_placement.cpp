@@ -3,6 +3,7 @@
 // do there, by rays.
 #include "scenes/camera_placement.h"
 
+#include "cuda/cancel.h"
 #include "scenes/surface_sampler.h"
 #include "scenes/view_score.h"
 #include "scenes/world.h"
@@ -104,6 +105,7 @@ Stations findStations(const World& world, const OpenSpace& open) {
 void addCoarse(const ViewScore& score, const std::vector<glm::vec3>& stations, bool hasLights,
                std::vector<Sight>& sights) {
     for (const glm::vec3& station : stations) {
+        pollCpu();
         std::array<std::array<ViewSample, kElevationCount>, kAzimuthCount> around;
         std::array<std::array<ViewLight, kElevationCount>, kAzimuthCount> lit;
         for (int a = 0; a < kAzimuthCount; ++a)
@@ -201,7 +203,7 @@ Camera cameraOf(const Sight& sight, const World& world, const OpenSpace& open) {
     camera.positionWorld = sight.position;
     camera.forward = sight.forward;
     camera.up = sight.up;
-    const float clearance = open.grid().distance(sight.position, 0.02f * unit);
+    const float clearance = open.tree().distance(sight.position, 0.02f * unit);
     camera.znear = std::clamp(0.5f * clearance, unit * 1e-4f, unit * 2e-3f);
     const glm::vec3 far = glm::max(glm::abs(bounds.min - camera.positionWorld),
                                    glm::abs(bounds.max - camera.positionWorld));
@@ -225,8 +227,10 @@ std::vector<Camera> placeCameras(const World& world, size_t count) {
         sights.clear(); // nothing is inside
     if (hasExtent && score.typicalEscape() > kOpenEscape)
         addOrbit(bounds, sights);
-    for (Sight& sight : sights)
+    for (Sight& sight : sights) {
+        pollCpu();
         scoreFine(score, sight);
+    }
 
     const float unit = std::max(2.0f * stations.unit, 1e-30f);
     const bool hasLights = !world.lights().empty();

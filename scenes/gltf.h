@@ -21,6 +21,11 @@ namespace shadowdag {
 /// kMaxSceneTexels.
 Scene readGltf(const std::string& path);
 
+/// Sets whether files that a scene names (buffers, images) may lie outside of its own folder, by
+/// ".." or an absolute name or behind a symbolic link. For the whole process; false at first,
+/// because a scene of unknown origin could then name any file of the user.
+void allowOutsideFiles(bool isAllowed);
+
 /// Writes the scene as one binary .glb that other programs open, through a temporary file beside
 /// `path`. Throws Error kResource when the disk refuses, and kUsage for a scene with base colour
 /// textures, which are not written. Reading it back gives the same world

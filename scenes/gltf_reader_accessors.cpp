@@ -252,8 +252,14 @@ const std::vector<glm::vec3>& AccessorReader::readPositions(int accessor,
         return known->second;
     const std::vector<float> values = readFloats(accessor, 3, place);
     std::vector<glm::vec3> positions(values.size() / 3);
-    for (size_t i = 0; i < positions.size(); ++i)
+    for (size_t i = 0; i < positions.size(); ++i) {
         positions[i] = {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
+        if (!isWithinReach(positions[i]))
+            fail(document_, place,
+                 "element " + std::to_string(i) + " of accessor " + std::to_string(accessor) +
+                     " is " + pointText(positions[i]) +
+                     ", not within 1e9 of the origin; scale the mesh down");
+    }
     return positions_.emplace(accessor, std::move(positions)).first->second;
 }
 

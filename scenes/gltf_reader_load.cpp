@@ -2,9 +2,12 @@
 #include "scenes/gltf_reader.h"
 
 #include "cuda/error.h"
+#include "scenes/gltf.h"
+#include "scenes/input_file.h"
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -21,6 +24,8 @@ constexpr int kMaxDepth = 256;
 // tinygltf keeps up to a kilobyte for an empty JSON object; two million are more than the largest
 // scenes that exporters write, and cost what a workstation has.
 constexpr uint64_t kMaxObjectCount = 2'000'000;
+// The most that a binary glTF file can say of itself; no buffer beside a file is larger either.
+constexpr uint64_t kMaxFileBytes = 0xffffffffu;
 // A file may refer to a buffer file more than once, but not multiply its size.
 constexpr int kMaxReadsOfOneFile = 4;
 
@@ -82,13 +87,39 @@ std::string baseFolderOf(const std::string& path) {
     return folder.empty() ? "." : folder;
 }
 
-// Returns whether a path below the base folder, as tinygltf joins them, leads out of it: the URI
-// was absolute or contains "..".
-bool leadsOut(const FileAccess& access, const std::string& path) {
+std::atomic<bool> isOutsideAllowed = false;
+
+// Returns why a path below the base folder, as tinygltf joins them, is not read: the URI holds a
+// zero byte, at which the system would end the name, or it leads out of the folder: it is absolute,
+// contains "..", or is or passes a symbolic link to elsewhere. "" if it is read.
+std::string refusalOf(const FileAccess& access, const std::string& path) {
+    if (path.find('\0') != std::string::npos)
+        return "its name contains a zero byte; rename the file";
+    if (isOutsideAllowed)
+        return "";
     const std::string& base = access.baseFolder;
     const std::string uri = path.substr(base.size() + (base.back() == '/' ? 0 : 1));
-    const std::filesystem::path relative(uri);
-    return relative.is_absolute() || contains(relative, std::filesystem::path(".."));
+    const std::filesystem::path relative(uri), parent("..");
+    std::error_code error;
+    bool leadsOut = relative.is_absolute() || contains(relative, parent);
+    if (!leadsOut && std::filesystem::exists(path, error)) {
+        const std::filesystem::path folder = std::filesystem::canonical(base, error);
+        std::filesystem::path file;
+        if (!error)
+            file = std::filesystem::canonical(path, error);
+        // From one to the other without a step up, or the links cannot be followed.
+        leadsOut = error || contains(file.lexically_relative(folder), parent);
+    }
+    return leadsOut ? "is outside the file's folder; put it beside the file, or allow other places "
+                      "with --allow-outside"
+                    : "";
+}
+
+// Returns the path of a file whose joined path this is: an absolute URI replaces the folder.
+std::string filePathOf(const FileAccess& access, const std::string& path) {
+    const std::string& base = access.baseFolder;
+    const std::string uri = path.substr(base.size() + (base.back() == '/' ? 0 : 1));
+    return std::filesystem::path(uri).is_absolute() ? uri : path;
 }
 
 bool bufferExists(const std::string& path, void* userData) {
@@ -104,10 +135,9 @@ bool bufferExists(const std::string& path, void* userData) {
                                            ".dds", ".avif", ".gif",  ".bmp",  ".basis", ".tga"};
     if (contains(kImages, lowerCaseExtension(path)))
         return false;
-    if (leadsOut(access, path))
+    if (!refusalOf(access, path).empty())
         return true; // readBuffer then reports why it is refused
-    std::error_code ignored;
-    return std::filesystem::is_regular_file(path, ignored);
+    return whyNoInput(filePathOf(access, path), kMaxFileBytes).empty();
 }
 
 std::string sameFilePath(const std::string& path, void*) {
@@ -117,8 +147,8 @@ std::string sameFilePath(const std::string& path, void*) {
 bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::string& path,
                 void* userData) {
     FileAccess& access = *static_cast<FileAccess*>(userData);
-    if (leadsOut(access, path)) {
-        *error = "is outside the file's folder; put it beside the file";
+    if (const std::string refusal = refusalOf(access, path); !refusal.empty()) {
+        *error = refusal;
         return false;
     }
     if (++access.readCounts[path] > kMaxReadsOfOneFile) {
@@ -126,14 +156,15 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
         return false;
     }
     std::error_code sizeError;
-    uint64_t size = std::filesystem::file_size(path, sizeError);
+    const std::string filePath = filePathOf(access, path);
+    uint64_t size = std::filesystem::file_size(filePath, sizeError);
     // A file may be longer than its buffer (glTF 2.0, sec. 3.6.1.1); tinygltf accepts no such file.
     if (const auto found = access.byteLengths.find(path); found != access.byteLengths.end()) {
         const auto buffer = size_t(access.readCounts[path] - 1);
         if (buffer < found->second.size())
             size = std::min(size, found->second[buffer]);
     }
-    std::ifstream stream(path, std::ios::binary);
+    std::ifstream stream(filePath, std::ios::binary);
     if (sizeError || !stream) {
         *error = "cannot be read";
         return false;
@@ -372,7 +403,7 @@ std::vector<unsigned char> readWhole(const Document& document) {
         throw Error(ErrorKind::kInput, document.path + ": " + error.message());
     if (size == 0)
         throw Error(ErrorKind::kInput, document.path + ": the file is empty");
-    if (size > 0xffffffffu)
+    if (size > kMaxFileBytes)
         throw Error(ErrorKind::kInput, document.path + ": " + std::to_string(size) +
                                            " bytes; more than 4 GiB is not glTF");
     std::ifstream stream(path, std::ios::binary);
@@ -395,6 +426,7 @@ void checkExtensions(Document& document) {
 // The first line of tinygltf's message; later lines may contain a whole data URI.
 std::string firstLine(const std::string& text) {
     std::string line = text.substr(0, text.find('\n'));
+    std::replace(line.begin(), line.end(), '\0', '?'); // it would end the message
     if (line.size() > 200)
         line = line.substr(0, 200) + "...";
     return line.empty() ? "tinygltf gives no reason" : line;
@@ -413,12 +445,12 @@ std::vector<uint8_t> readBeside(const Document& document, const std::string& uri
     const std::string path = pathBeside(access, uri);
     std::vector<uint8_t> bytes;
     std::string error;
-    std::error_code ignored;
-    if (!leadsOut(access, path) && !std::filesystem::is_regular_file(path, ignored))
-        error = "no such file";
+    if (refusalOf(access, path).empty() &&
+        !whyNoInput(filePathOf(access, path), kMaxFileBytes).empty())
+        error = "no such file; put it beside the file that names it";
     else if (readBuffer(&bytes, &error, path, &access))
         return bytes;
-    fail(document, place, error + "; put it beside the file that names it");
+    fail(document, place, error);
 }
 
 Document loadDocument(const std::string& path) {
@@ -487,3 +519,7 @@ Document loadDocument(const std::string& path) {
 }
 
 } // namespace shadowdag::gltf
+
+void shadowdag::allowOutsideFiles(bool isAllowed) {
+    gltf::isOutsideAllowed = isAllowed;
+}

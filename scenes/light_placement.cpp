@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/light_placement.h"
 
+#include "cuda/cancel.h"
 #include "scenes/open_space.h"
 #include "scenes/surface_sampler.h"
 
@@ -24,19 +25,20 @@ constexpr int kStationsInSight = 4;
 // of those that are most in the open.
 glm::vec3 placeOne(const SurfaceSampler& surface, const OpenSpace& open, const Box& bounds,
                    PlacementRandom& random) {
-    const TriangleGrid& grid = open.grid();
+    const TriangleTree& tree = open.tree();
     const float diagonal = glm::length(bounds.extent());
     glm::vec3 best = bounds.center();
     float bestClearance = -1.0f;
     int bestInSight = -1;
     for (int attempt = 0; attempt < 64; ++attempt) {
+        pollCpu();
         const SurfaceSampler::Point point = surface.draw(random);
         const float height = diagonal * float(0.005 + 0.025 * random.next());
         if (point.normal == glm::vec3(0.0f))
             continue;
         const glm::vec3 lifted = point.normal * (height * 1e-3f);
-        const float spaceFront = spaceAlong(grid, bounds, point.position + lifted, point.normal);
-        const float spaceBack = spaceAlong(grid, bounds, point.position - lifted, -point.normal);
+        const float spaceFront = spaceAlong(tree, bounds, point.position + lifted, point.normal);
+        const float spaceBack = spaceAlong(tree, bounds, point.position - lifted, -point.normal);
         // The side with more space first; for the wall of a sealed map that is often the outer one.
         for (const bool isBack : {spaceBack > spaceFront, !(spaceBack > spaceFront)}) {
             const glm::vec3 side = isBack ? -point.normal : point.normal;
@@ -45,7 +47,7 @@ glm::vec3 placeOne(const SurfaceSampler& surface, const OpenSpace& open, const B
             const glm::vec3 place = point.position + side * std::min(height, 0.5f * room);
             if (!isInside(bounds, place))
                 continue;
-            const float clearance = grid.distance(place, height);
+            const float clearance = tree.distance(place, height);
             const int inSight = open.stationsInSight(place, kStationsInSight);
             if (inSight == kStationsInSight && clearance >= 0.5f * height)
                 return place;
@@ -100,6 +102,7 @@ std::vector<Light> placeLights(const World& world, int count, uint64_t seed) {
     std::vector<float> ratios;
     ratios.reserve(pointCount * size_t(count));
     for (size_t p = 0; p < pointCount; ++p) {
+        pollCpu();
         SurfaceSampler::Point point = surface.draw(random);
         float side = 0.0f; // towards the eye
         for (int attempt = 0; attempt < 4; ++attempt) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/open_space.h"
 
+#include "cuda/cancel.h"
 #include "scenes/surface_sampler.h"
 
 #include <algorithm>
@@ -37,9 +38,9 @@ float quantile(std::vector<float> values, double share) {
 
 } // namespace
 
-float spaceAlong(const TriangleGrid& grid, const Box& bounds, const glm::vec3& point,
+float spaceAlong(const TriangleTree& tree, const Box& bounds, const glm::vec3& point,
                  const glm::vec3& direction) {
-    float room = grid.trace(point, direction).distance;
+    float room = tree.trace(point, direction).distance;
     for (int axis = 0; axis < 3; ++axis)
         if (direction[axis] != 0.0f) {
             const float end = direction[axis] > 0.0f ? bounds.max[axis] : bounds.min[axis];
@@ -56,7 +57,7 @@ OpenSpace::Station OpenSpace::probe(const glm::vec3& position,
     int hitCount = 0, backCount = 0;
     for (int i = 0; i < kFanCount; ++i) {
         const glm::vec3& d = kFan[size_t(i)];
-        const TriangleGrid::Hit hit = grid_.trace(position, d);
+        const TriangleTree::Hit hit = tree_.trace(position, d);
         if (std::isfinite(hit.distance)) {
             ++hitCount;
             backCount += hit.isFrontFace ? 0 : 1;
@@ -80,10 +81,10 @@ OpenSpace::Station OpenSpace::probe(const glm::vec3& position,
 // From a point in free space to one above the floor below it. Returns false where there is no
 // floor; the point then stays.
 bool OpenSpace::raiseToEyeHeight(glm::vec3& position, double share) const {
-    const float down = grid_.trace(position, {0, -1, 0}).distance;
+    const float down = tree_.trace(position, {0, -1, 0}).distance;
     if (!std::isfinite(down))
         return false;
-    const float up = grid_.trace(position, {0, 1, 0}).distance;
+    const float up = tree_.trace(position, {0, 1, 0}).distance;
     float height = down + up;
     if (!std::isfinite(up)) // the sky: as high as it is wide, but within the bounds
         height = std::min(probe(position).openness, down + bounds_.max.y - position.y);
@@ -93,13 +94,14 @@ bool OpenSpace::raiseToEyeHeight(glm::vec3& position, double share) const {
 
 OpenSpace::OpenSpace(TriangleView triangles, const Box& bounds, const std::vector<Light>& lights,
                      uint64_t seed)
-    : bounds_(bounds), grid_(triangles, bounds) {
+    : bounds_(bounds), tree_(triangles, bounds) {
     PlacementRandom random(seed);
     const SurfaceSampler surface(triangles);
     const float diagonal = glm::length(bounds.extent());
     std::vector<Station> candidates;
     candidates.reserve(kCandidateCount);
     for (int i = 0; i < kCandidateCount; ++i) {
+        pollCpu();
         const glm::vec3 at = {float(random.next()), float(random.next()), float(random.next())};
         const double share = 0.2 + 0.4 * random.next();
         glm::vec3 position = bounds.min + bounds.extent() * at;
@@ -158,7 +160,7 @@ void OpenSpace::moveAside(glm::vec3& position, const glm::vec3& at, PlacementRan
     const float length = std::sqrt(glm::dot(aside, aside));
     if (length > 0.0f)
         position += (aside / length) *
-                    (float(random.next()) * spaceAlong(grid_, bounds_, position, aside / length));
+                    (float(random.next()) * spaceAlong(tree_, bounds_, position, aside / length));
 }
 
 std::vector<OpenSpace::Station> OpenSpace::stationsAround(const glm::vec3& point, int tries,
@@ -194,6 +196,7 @@ void OpenSpace::keepVariedRooms() {
     constexpr size_t kNeighbours = 12;
     std::vector<std::pair<float, uint32_t>> nearest(count);
     for (uint32_t i = 0; i < count; ++i) {
+        pollCpu();
         for (uint32_t k = 0; k < count; ++k) {
             const glm::vec3 d = stations_[k].position - stations_[i].position;
             nearest[k] = {glm::dot(d, d), k};
@@ -207,8 +210,10 @@ void OpenSpace::keepVariedRooms() {
         }
     }
     std::vector<std::vector<uint32_t>> seen(count);
-    for (uint32_t i = 0; i < count; ++i)
+    for (uint32_t i = 0; i < count; ++i) {
+        pollCpu();
         probe(stations_[i].position, &seen[rootOf(i)]);
+    }
     size_t most = 0;
     for (std::vector<uint32_t>& triangles : seen) {
         std::sort(triangles.begin(), triangles.end());
@@ -225,7 +230,7 @@ void OpenSpace::keepVariedRooms() {
 bool OpenSpace::sees(const glm::vec3& from, const glm::vec3& to) const {
     const glm::vec3 d = to - from;
     const float length = std::sqrt(glm::dot(d, d));
-    return !(length > 0.0f) || grid_.trace(from, d / length).distance >= length * 0.9999f;
+    return !(length > 0.0f) || tree_.trace(from, d / length).distance >= length * 0.9999f;
 }
 
 int OpenSpace::stationsInSight(const glm::vec3& point, int enough) const {

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "scenes/surface_sampler.h"
-#include "scenes/triangle_grid.h"
+#include "scenes/triangle_tree.h"
 #include "scenes/world.h"
 
 #include <cstdint>
@@ -55,7 +55,7 @@ public:
     /// less varied or less open than others.
     std::vector<Station> stationsAround(const glm::vec3& point, int tries,
                                         PlacementRandom& random) const;
-    const TriangleGrid& grid() const { return grid_; }
+    const TriangleTree& tree() const { return tree_; }
 
     /// Returns whether the segment between the two points is unblocked.
     bool sees(const glm::vec3& from, const glm::vec3& to) const;
@@ -69,7 +69,7 @@ private:
     bool raiseToEyeHeight(glm::vec3& position, double share) const;
 
     Box bounds_;
-    TriangleGrid grid_;
+    TriangleTree tree_;
     std::vector<Station> stations_;
     float typicalOpenness_ = 0.0f;
     float typicalBackShare_ = 0.0f;
@@ -77,7 +77,7 @@ private:
 
 /// Returns the distance from a point of the bounds to the next surface, or to the end of the bounds
 /// if there is none.
-float spaceAlong(const TriangleGrid& grid, const Box& bounds, const glm::vec3& point,
+float spaceAlong(const TriangleTree& tree, const Box& bounds, const glm::vec3& point,
                  const glm::vec3& direction);
 
 } // namespace shadowdag

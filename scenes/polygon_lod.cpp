@@ -2,7 +2,7 @@
 #include "scenes/polygon_lod.h"
 
 #include "cuda/parallel_for.h"
-#include "scenes/triangle_grid.h"
+#include "scenes/triangle_tree.h"
 
 #include <meshoptimizer.h>
 

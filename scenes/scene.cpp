@@ -2,8 +2,15 @@
 #include "scenes/scene.h"
 
 #include <algorithm>
+#include <cstdio>
 
 namespace shadowdag {
+
+std::string pointText(const glm::dvec3& p) {
+    char text[96];
+    std::snprintf(text, sizeof text, "(%g, %g, %g)", p.x, p.y, p.z);
+    return text;
+}
 
 glm::dmat4 LocalTransform::parentFromLocalDouble() const {
     if (hasMatrix)

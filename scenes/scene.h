@@ -11,12 +11,28 @@
 
 #include <glm/gtc/quaternion.hpp>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
 namespace shadowdag {
 
 constexpr int kNone = -1;
+
+/// Coordinates of vertices, in a mesh and in the world, and of lights and cameras are at most this,
+/// in scene units. Two points are then at most 2e9 apart along an axis, and the largest products
+/// that are computed in float, fourth powers of lengths such as the squared normal of a triangle,
+/// stay below 3 * (2 * (2e9)^2)^2 = 1.9e38, within float. World and readGltf refuse what is beyond.
+constexpr double kMaxCoordinate = 1e9;
+
+/// Returns whether a point is within kMaxCoordinate of the origin along each axis; false for NaN.
+inline bool isWithinReach(const glm::dvec3& p) {
+    return std::fabs(p.x) <= kMaxCoordinate && std::fabs(p.y) <= kMaxCoordinate &&
+           std::fabs(p.z) <= kMaxCoordinate;
+}
+
+/// Returns "(1, 2.5, 1e+20)", for messages.
+std::string pointText(const glm::dvec3& p);
 
 /// Surface colour, for pictures, and the mask that cuts out the surface, which shadows use, too.
 struct Material {

@@ -52,7 +52,7 @@ ViewScore::ViewScore(const World& world, const OpenSpace& open, float unit)
 }
 
 ViewSample ViewScore::look(const glm::vec3& eye, const glm::vec3& d) const {
-    const TriangleGrid::Hit hit = open_.grid().trace(eye, d);
+    const TriangleTree::Hit hit = open_.tree().trace(eye, d);
     if (!std::isfinite(hit.distance))
         return {};
     const TriangleView triangles = world_.triangles();

@@ -18,9 +18,8 @@ namespace shadowdag {
 
 namespace {
 
-// Beyond this the square of a distance, which every method computes in float, would be useless
-// anyway.
-constexpr double kMaxCoordinate = 1e30;
+constexpr const char* kOutOfReach =
+    ", not within 1e9 of the origin; check the transforms of its ancestors";
 
 std::string nodeLabel(const Scene& scene, uint32_t node) {
     return "node " + std::to_string(node) +
@@ -288,17 +287,22 @@ void World::placeVertices(const Instance& instance) {
     const glm::dmat4& m = worldFromNode_[instance.node];
     for (uint32_t i = 0; i < instance.vertexCount; ++i) {
         const glm::dvec3 p = transformPoint(m, mesh.positions[i]);
-        if (!(std::fabs(p.x) <= kMaxCoordinate && std::fabs(p.y) <= kMaxCoordinate &&
-              std::fabs(p.z) <= kMaxCoordinate))
-            throw Error(
-                ErrorKind::kInput,
-                "scene '" + scene_->name + "': " + nodeLabel(*scene_, instance.node) +
-                    " places vertex " + std::to_string(i) + " of mesh " +
-                    std::to_string(instance.mesh) + " at (" + std::to_string(p.x) + ", " +
-                    std::to_string(p.y) + ", " + std::to_string(p.z) +
-                    "), not within 1e30 of the origin; check the transforms of its ancestors");
+        if (!isWithinReach(p))
+            throw Error(ErrorKind::kInput,
+                        "scene '" + scene_->name + "': " + nodeLabel(*scene_, instance.node) +
+                            " places vertex " + std::to_string(i) + " of mesh " +
+                            std::to_string(instance.mesh) + " at " + pointText(p) + kOutOfReach);
         positions_[instance.firstVertex + i] = glm::vec3(p);
     }
+}
+
+/// Throws unless a node's light or camera lies where distances to it are floats.
+void World::requireWithinReach(uint32_t node, const std::string& what) const {
+    const glm::dvec3 p(worldFromNode_[node][3]);
+    if (!isWithinReach(p))
+        throw Error(ErrorKind::kInput, "scene '" + scene_->name + "': " + nodeLabel(*scene_, node) +
+                                           " places its " + what + " at " + pointText(p) +
+                                           kOutOfReach);
 }
 
 void World::updateBounds() {
@@ -327,6 +331,8 @@ void World::updateLightsAndCameras() {
             const float strongest = std::max({intensity.x, intensity.y, intensity.z});
             if (!(strongest > 0.0f))
                 continue;
+            if (source.kind != Light::kSun)
+                requireWithinReach(node, "light");
             Light light;
             light.positionWorld = glm::vec3(glm::dvec3(m[3]));
             light.intensity = intensity;
@@ -349,6 +355,7 @@ void World::updateLightsAndCameras() {
         }
         if (n.camera != kNone) {
             const CameraSource& source = scene_->cameras[n.camera];
+            requireWithinReach(node, "camera");
             Camera camera;
             camera.positionWorld = glm::vec3(glm::dvec3(m[3]));
             camera.forward = glm::vec3(forward);

@@ -57,7 +57,7 @@ public:
     /// Flattens the default scene at time 0: nodes in index order, each mesh's triangles in their
     /// order, corners swapped where the node mirrors at time 0. Matrices and positions are computed
     /// in double, positions then rounded once to float. Throws Error kInput when there is no
-    /// triangle, or when a world position is not finite or beyond 1e30 in magnitude; Error
+    /// triangle, or when a world position is not finite or beyond kMaxCoordinate; Error
     /// kResource when instancing exceeds options.maxTriangleCount. Lights that emit nothing are
     /// left out. The scene must outlive the world.
     World(const Scene& scene, const WorldOptions& options);
@@ -98,6 +98,7 @@ public:
 private:
     void updateTransforms(bool movingOnly);
     void placeVertices(const Instance& instance);
+    void requireWithinReach(uint32_t node, const std::string& what) const;
     void cutTriangles();
     void mapTextures();
     void updateLightsAndCameras();

@@ -11,6 +11,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <limits>
 
 namespace shadowdag {
@@ -73,6 +75,19 @@ TEST(Gltf, TextFileWithDataUriIsRead) {
         .set("meshes", R"([{"primitives":[{"attributes":{"POSITION":0}}]}])");
     const Scene scene = readGltf(folder.write("t.gltf", parts.json()));
     EXPECT_EQ(scene.meshes.at(0).positions, std::vector<glm::vec3>(3, glm::vec3(0.0f)));
+}
+
+TEST(Gltf, PositionsAreWithinTheirLimit) {
+    for (const float x : {1e9f, -1e9f, 1.000001e9f, 1e20f, -1e29f}) {
+        GltfParts parts = triangleFile();
+        std::memcpy(parts.binary.data() + 12, &x, sizeof x);
+        if (std::fabs(x) <= 1e9f)
+            EXPECT_EQ(readParts(parts).meshes.at(0).positions[1].x, x);
+        else
+            EXPECT_THAT(messageOf(parts), HasSubstr("meshes/0/primitives/0/attributes/POSITION: "
+                                                    "element 1 of accessor 0 is ("))
+                << x;
+    }
 }
 
 TEST(Gltf, IndicesOfEveryWidthAreRead) {
@@ -274,6 +289,55 @@ TEST(Gltf, TinyFieldOfViewIsWidenedWithAWarning) {
     EXPECT_EQ(scene.cameras[0].yfov, kMinFieldOfView);
     EXPECT_THAT(scene.warnings,
                 testing::Contains(HasSubstr("cameras/0/yfov: 1e-17 rad is widened to 0.001")));
+}
+
+TEST(Gltf, LinksOutOfTheFilesFolderAreRefused) {
+    const TemporaryFolder elsewhere, folder;
+    GltfParts parts = triangleFile();
+    elsewhere.write("a.bin", parts.binary);
+    folder.write("own.bin", parts.binary);
+    std::filesystem::create_symlink(elsewhere.path("a.bin"), folder.path("link.bin"));
+    std::filesystem::create_directory_symlink(elsewhere.path(""), folder.path("linked"));
+    std::filesystem::create_symlink(folder.path("own.bin"), folder.path("inside.bin"));
+    const auto message = [&](const std::string& uri) -> std::string {
+        parts.set("buffers", "[{\"byteLength\":44,\"uri\":\"" + uri + "\"}]");
+        try {
+            readGltf(folder.write("t.gltf", parts.json()));
+        } catch (const Error& error) {
+            return error.what();
+        }
+        return "read";
+    };
+    for (const std::string uri : {"link.bin", "linked/a.bin"}) {
+        EXPECT_THAT(message(uri), HasSubstr("is outside the file's folder; put it beside the file, "
+                                            "or allow other places with --allow-outside"));
+        allowOutsideFiles(true);
+        EXPECT_EQ(message(uri), "read");
+        allowOutsideFiles(false);
+    }
+    allowOutsideFiles(true);
+    EXPECT_EQ(message(elsewhere.path("a.bin")), "read");
+    allowOutsideFiles(false);
+    EXPECT_EQ(message("own.bin"), "read");
+    EXPECT_EQ(message("inside.bin"), "read");
+    // The folder itself may be behind a link.
+    std::filesystem::create_directory_symlink(folder.path(""), elsewhere.path("scene"));
+    EXPECT_EQ(readGltf(elsewhere.path("scene/t.gltf")).meshes.size(), 1u);
+}
+
+TEST(Gltf, NamesWithAZeroByteAreRefused) {
+    const TemporaryFolder folder;
+    GltfParts parts = triangleFile();
+    folder.write("ok.bin", parts.binary);
+    for (const std::string uri : {"ok.bin%00", "ok.bin%00../x", "ok.bin\\u0000x"}) {
+        parts.set("buffers", "[{\"byteLength\":44,\"uri\":\"" + uri + "\"}]");
+        try {
+            readGltf(folder.write("t.gltf", parts.json()));
+            ADD_FAILURE() << uri;
+        } catch (const Error& error) {
+            EXPECT_THAT(error.what(), HasSubstr("its name contains a zero byte")) << uri;
+        }
+    }
 }
 
 TEST(Gltf, BuffersOutsideTheFilesFolderAreRefused) {

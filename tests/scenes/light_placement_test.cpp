@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/light_placement.h"
 
+#include "cuda/cancel.h"
+#include "scenes/camera_placement.h"
 #include "scenes/gltf.h"
 #include "tests/scenes/gltf_files.h"
 #include "tests/scenes/room.h"
@@ -9,6 +11,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <random>
 
 namespace shadowdag {
@@ -93,6 +96,63 @@ TEST(LightPlacement, AllGrowsWithTheScene) {
         EXPECT_EQ(a[i].positionWorld * 1024.0f, b[i].positionWorld);
         EXPECT_FLOAT_EQ(a[i].rangeWorld * 1024.0f, b[i].rangeWorld);
     }
+}
+
+TEST(LightPlacement, IsTheSameUpToTheLargestCoordinates) {
+    constexpr float kScale = 0x1p26f;
+    const Scene small = test::room({-14, -3, -5}, {14, 3, 5}),
+                large = test::room(kScale * glm::vec3(-14, -3, -5), kScale * glm::vec3(14, 3, 5));
+    const World a(small, {}), b(large, {});
+    const std::vector<Light> lights = placeLights(a, 40, 1), far = placeLights(b, 40, 1);
+    for (size_t i = 0; i < lights.size(); ++i) {
+        EXPECT_EQ(lights[i].positionWorld * kScale, far[i].positionWorld);
+        EXPECT_EQ(lights[i].rangeWorld * kScale, far[i].rangeWorld);
+        EXPECT_EQ(lights[i].intensity * kScale * kScale, far[i].intensity);
+    }
+    const Camera camera = placeCamera(a), farCamera = placeCamera(b);
+    EXPECT_EQ(camera.positionWorld * kScale, farCamera.positionWorld);
+    EXPECT_EQ(camera.forward, farCamera.forward);
+}
+
+// As in a file whose exporter wrote a mesh once for each of its users.
+TEST(LightPlacement, ManyCoincidentTrianglesTakeNoLongerThanOthers) {
+    Scene scene = test::room({0, 0, 0}, {8, 3, 5});
+    Mesh& mesh = scene.meshes[0];
+    while (mesh.triangles.size() < 300'000)
+        mesh.triangles.push_back(mesh.triangles[mesh.triangles.size() - 12]);
+    mesh.triangleMaterial.assign(mesh.triangles.size(), 0);
+    const Scene room = test::room({0, 0, 0}, {8, 3, 5});
+    // The surfaces' areas have other rounding: equal kinds of places, not equal places.
+    EXPECT_EQ(placeLights(World(scene, {}), 20, 3).size(),
+              placeLights(World(room, {}), 20, 3).size());
+}
+
+TEST(LightPlacement, CanBeCancelledAtAnyTime) {
+    static int pollCount, limit;
+    struct Cancelled {};
+    const Scene scene = test::hallInShell();
+    const World world(scene, {});
+    setCpuPoll([](double) {
+        if (++pollCount > limit)
+            throw Cancelled();
+    });
+    pollCount = 0;
+    limit = std::numeric_limits<int>::max();
+    placeLights(world, 20, 1);
+    const int lightPolls = pollCount;
+    placeCamera(world);
+    const int cameraPolls = pollCount - lightPolls;
+    EXPECT_GT(lightPolls, 1000);
+    EXPECT_GT(cameraPolls, 1000);
+    for (limit = 0; limit < lightPolls; limit += lightPolls / 7) {
+        pollCount = 0;
+        EXPECT_THROW(placeLights(world, 20, 1), Cancelled) << limit;
+    }
+    for (limit = 0; limit < cameraPolls; limit += cameraPolls / 7) {
+        pollCount = 0;
+        EXPECT_THROW(placeCamera(world), Cancelled) << limit;
+    }
+    setCpuPoll(nullptr);
 }
 
 TEST(LightPlacement, NoLightHangsInTheGapBetweenDoubleWalls) {

@@ -2,7 +2,7 @@
 #include "scenes/polygon_lod.h"
 
 #include "cuda/backend.h"
-#include "scenes/triangle_grid.h"
+#include "scenes/triangle_tree.h"
 
 #include <gtest/gtest.h>
 
@@ -93,7 +93,7 @@ TEST(Simplify, ErrorOfASphereIsHowDeepItsTrianglesCutIntoIt) {
     const Box bounds{glm::vec3(-1), glm::vec3(1)};
     for (const PolygonLevel& level : simplify(trianglesOf(mesh), false)) {
         const TriangleView coarse{viewOf(mesh.positions), viewOf(level.triangles)};
-        const double depth = 1.0 - double(TriangleGrid(coarse, bounds).distance({0, 0, 0}, 1.0f));
+        const double depth = 1.0 - double(TriangleTree(coarse, bounds).distance({0, 0, 0}, 1.0f));
         EXPECT_LE(depth - full, 1.25 * double(level.error));
         EXPECT_GE(1.5 * depth + full, double(level.error));
     }
@@ -118,10 +118,10 @@ TEST(Simplify, SeededPointsAreNoFartherThanAQuarterBeyondTheError) {
         Box bounds;
         for (const glm::vec3& p : mesh.positions)
             bounds.add(p);
-        const TriangleGrid fullGrid(full, bounds);
+        const TriangleTree fullGrid(full, bounds);
         for (const PolygonLevel& level : simplify(trianglesOf(mesh), false)) {
             const TriangleView coarse{full.positions, viewOf(level.triangles)};
-            const TriangleGrid coarseGrid(coarse, bounds);
+            const TriangleTree coarseGrid(coarse, bounds);
             float most = 0.0f;
             for (int i = 0; i < 4000; ++i) {
                 const bool toCoarse = i % 2 == 0;

@@ -256,14 +256,39 @@ TEST(World, InvalidScenesHaveTheirMessages) {
     EXPECT_THAT(messageOf(scene), HasSubstr("'test' has no triangle"));
     scene = triangles(2);
     adopt(scene, 0, 1);
-    scene.nodes[0].local.scale = glm::vec3(1e20f);
-    scene.nodes[1].local.scale = glm::vec3(1e20f);
+    scene.nodes[0].local.scale = glm::vec3(1e8f);
+    scene.nodes[1].local.scale = glm::vec3(1e8f);
     scene.nodes[1].name = "far";
     EXPECT_THAT(messageOf(scene), HasSubstr("node 1 ('far') places vertex 1 of mesh 0"));
     scene = triangles(3);
     WorldOptions options;
     options.maxTriangleCount = 2;
     EXPECT_THAT(messageOf(scene, options), HasSubstr("3 instanced triangles"));
+}
+
+TEST(World, CoordinatesAreWithinTheirLimit) {
+    Scene scene = triangles(1);
+    scene.lights = {{"lamp", Light::kPoint, {1, 1, 1}, 1.0f, 2.5f, 0.0f, 0.0f}};
+    scene.cameras.resize(1);
+    scene.nodes[0].light = scene.nodes[0].camera = 0;
+    scene.nodes[0].local.translation = glm::vec3(-float(kMaxCoordinate));
+    EXPECT_EQ(messageOf(scene), "no error");
+    scene.nodes[0].mesh = kNone;
+    scene.nodes.push_back(triangles(1).nodes[0]);
+    scene.roots.push_back(1);
+    for (const float beyond : {1.000001e9f, -1e20f, 1e29f}) {
+        for (int axis = 0; axis < 3; ++axis) {
+            Scene far = scene;
+            far.nodes[1].local.translation[axis] = beyond;
+            EXPECT_THAT(messageOf(far), HasSubstr("node 1 places vertex 0 of mesh 0 at (")) << axis;
+            EXPECT_THAT(messageOf(far), HasSubstr("not within 1e9 of the origin"));
+            far = scene;
+            far.nodes[0].local.translation[axis] = beyond;
+            EXPECT_THAT(messageOf(far), HasSubstr("node 0 places its light at (")) << axis;
+            far.nodes[0].light = kNone;
+            EXPECT_THAT(messageOf(far), HasSubstr("node 0 places its camera at (")) << axis;
+        }
+    }
 }
 
 TEST(World, PlacedLightsReplaceAuthoredOnes) {

@@ -2,6 +2,7 @@
 #include "tools/settings/common_options.h"
 
 #include "cuda/error.h"
+#include "scenes/gltf.h"
 #include "shadowmap/gl_pages.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
@@ -71,6 +72,9 @@ void GlobalOptions::declare(CommandLine& commandLine) {
     commandLine.text("--gl-pages", glPages, "auto|sparse|atlas",
                      "Memory of pages of maps with --backend gl: sparse textures, whose pages the "
                      "driver commits, or one atlas; auto uses sparse textures if available [auto]");
+    commandLine.flag("--allow-outside", allowOutside,
+                     "Let a scene name buffers and images outside of its own folder, also behind "
+                     "symbolic links");
 }
 
 Backend GlobalOptions::apply(const Console& console, bool announce, bool drawsFrames) const {
@@ -87,6 +91,7 @@ Backend GlobalOptions::apply(const Console& console, bool announce, bool drawsFr
                                         : GlPages::kAuto);
         console.note("backend gl: " + describeGlPages(requestedGlPages(), glDeviceInfo()));
     }
+    allowOutsideFiles(allowOutside);
     setThreadCount(0);
     const int coreCount = threadCount();
     setThreadCount(int(parseInteger("--threads", threads, 0, 4096)));

@@ -13,12 +13,13 @@
 
 namespace shadowdag {
 
-/// --json, --threads, --backend, --gl-pages: on every subcommand.
+/// --json, --threads, --backend, --gl-pages, --allow-outside: on every subcommand.
 struct GlobalOptions {
     bool json = false;
     std::string threads = "0";
     std::string backend = "auto";
     std::string glPages = "auto";
+    bool allowOutside = false;
 
     void declare(CommandLine& commandLine);
     /// Sets the thread count and the memory of OpenGL pages, chooses the backend, and prints on

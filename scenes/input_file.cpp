@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/input_file.h"
+
+#include "cuda/cancel.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+
+namespace shadowdag {
+
+namespace {
+
+/// A descriptor that closes itself.
+struct Descriptor {
+    explicit Descriptor(int number) : fd(number) {}
+    ~Descriptor() {
+        if (fd >= 0)
+            ::close(fd);
+    }
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    const int fd;
+};
+
+std::string cannotBeOpened(int error) {
+    return std::string("cannot be opened: ") + std::strerror(error);
+}
+
+/// Returns why a file of this status is not read; "" if it is.
+std::string refusal(const struct stat& status, const InputLimits& limits) {
+    if (S_ISDIR(status.st_mode))
+        return "is a directory";
+    if (S_ISFIFO(status.st_mode))
+        return limits.mayBePipe ? "" : "is a pipe, where a regular file is read";
+    if (S_ISSOCK(status.st_mode))
+        return "is a socket";
+    if (!S_ISREG(status.st_mode))
+        return "is a device";
+    if (uint64_t(status.st_size) > limits.maxBytes)
+        return "has " + std::to_string(status.st_size) + " bytes; at most " +
+               std::to_string(limits.maxBytes) + " are read";
+    return "";
+}
+
+} // namespace
+
+std::optional<std::string> readInput(const std::string& path, const InputLimits& limits,
+                                     std::string& why) {
+    // A name with a zero byte would open what is before it.
+    const Descriptor file(path.find('\0') == std::string::npos
+                              ? ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)
+                              : (errno = ENOENT, -1));
+    struct stat status {};
+    if (file.fd < 0 || ::fstat(file.fd, &status) != 0) {
+        why = cannotBeOpened(errno);
+        return std::nullopt;
+    }
+    why = refusal(status, limits);
+    if (!why.empty())
+        return std::nullopt;
+    constexpr size_t kStep = size_t(1) << 20;
+    std::string content;
+    content.reserve(size_t(status.st_size) + 1);
+    for (;;) {
+        pollCpu();
+        // A pipe without a writer yet would be at its end; poll waits for the first.
+        struct pollfd ready = {file.fd, POLLIN, 0};
+        if (S_ISFIFO(status.st_mode) && ::poll(&ready, 1, 50) <= 0)
+            continue;
+        const size_t before = content.size();
+        const size_t room =
+            std::max<size_t>(content.capacity() - before, S_ISFIFO(status.st_mode) ? kStep : 1);
+        content.resize(before + std::min(room, kStep));
+        const ssize_t got = ::read(file.fd, content.data() + before, content.size() - before);
+        const int error = errno;
+        content.resize(before + size_t(std::max<ssize_t>(got, 0)));
+        if (got == 0)
+            return content;
+        if (got < 0 && error != EINTR && error != EAGAIN) {
+            why = std::string("cannot be read: ") + std::strerror(error);
+            return std::nullopt;
+        }
+        if (content.size() > limits.maxBytes) {
+            why = "has more than the " + std::to_string(limits.maxBytes) + " bytes that are read";
+            return std::nullopt;
+        }
+    }
+}
+
+std::string whyNoInput(const std::string& path, uint64_t maxBytes) {
+    struct stat status {};
+    if (path.find('\0') != std::string::npos || ::stat(path.c_str(), &status) != 0)
+        return cannotBeOpened(path.find('\0') != std::string::npos ? ENOENT : errno);
+    return refusal(status, {maxBytes});
+}
+
+} // namespace shadowdag

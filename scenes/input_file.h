@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Opens what a user named for reading: regular files, and pipes where they are meant, within a
+// stated size.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace shadowdag {
+
+/// What a reader takes.
+struct InputLimits {
+    uint64_t maxBytes;      ///< nothing larger is read
+    bool mayBePipe = false; ///< a pipe is read to its end, as in --costs <(make_costs)
+};
+
+/// Returns the content of a file, or nothing and in `why` the reason: "is a directory", "is a
+/// device", "cannot be opened: Permission denied". Never waits to open a pipe; while it waits for
+/// content it polls (pollCpu), whose exceptions it throws.
+std::optional<std::string> readInput(const std::string& path, const InputLimits& limits,
+                                     std::string& why);
+
+/// Returns why a path is not a regular file of at most `maxBytes` that exists; "" if it is. Opens
+/// nothing.
+std::string whyNoInput(const std::string& path, uint64_t maxBytes);
+
+} // namespace shadowdag
