@@ -74,7 +74,7 @@ private:
     std::set<uint64_t> findDone() {
         std::set<uint64_t> done;
         for (const std::string& path : folder_.files(".svpart")) {
-            PartReader part(path);
+            PartReader part = openPart(path);
             std::string difference = partsDiffer(part.header(), header_);
             if (difference.empty() && part.header().part != header_.part)
                 difference = "part " + std::to_string(part.header().part) + " against " +
@@ -82,13 +82,25 @@ private:
             if (!difference.empty())
                 throw Error(ErrorKind::kInput, path + " belongs to another build: " + difference +
                                                    "; remove the folder to start over");
-            part.verify(progress_);
             for (const Subtree& subtree : part.subtrees())
                 done.insert(subtree.cell);
             spillCount_ = std::max(spillCount_, numberOf(path) + 1);
             parts_.push_back(std::move(part));
         }
         return done;
+    }
+
+    /// Returns a finished part after reading all of it; of a damaged one the message says how to go
+    /// on.
+    PartReader openPart(const std::string& path) const {
+        try {
+            PartReader part(path);
+            part.verify(progress_);
+            return part;
+        } catch (const Error& error) {
+            throw Error(error.kind(), std::string(error.what()) + "; delete " + path +
+                                          " and resume again: only its share is built anew");
+        }
     }
 
     static uint32_t numberOf(const std::string& path) {

@@ -146,7 +146,7 @@ uint64_t PartWriter::finish(const std::vector<Subtree>& subtrees) {
     return byteCount_ + hash.size();
 }
 
-PartHeader writePart(PartHeader header, const DagBuilder& builder, std::vector<Subtree>& subtrees,
+PartHeader writePart(PartHeader header, const DagBuilder& builder, std::vector<Subtree> subtrees,
                      const std::string& path) {
     const uint32_t taskLevel = taskLevelOf(header.grid);
     for (uint32_t level = kLeafLog2; level <= taskLevel; ++level)

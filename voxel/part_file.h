@@ -72,9 +72,10 @@ void visitSubtrees(const Source& source, uint32_t level, std::vector<Subtree>& s
         subtrees[i].address = roots[i];
 }
 
-/// Writes the whole content of a builder (of top level taskLevelOf()) as a part; `subtrees`,
-/// ascending in cell, get numbers for addresses. Returns the header with the counts.
-PartHeader writePart(PartHeader header, const DagBuilder& builder, std::vector<Subtree>& subtrees,
+/// Writes the whole content of a builder (of top level taskLevelOf()) as a part; `subtrees` are
+/// ascending in cell, their addresses the builder's. Changes neither, so that a write that failed
+/// can be repeated. Returns the header with the counts.
+PartHeader writePart(PartHeader header, const DagBuilder& builder, std::vector<Subtree> subtrees,
                      const std::string& path);
 
 /// Reads a part: its header at once, verified; the rest level by level on request. Keeps no file

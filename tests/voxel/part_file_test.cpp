@@ -9,7 +9,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
 #include <algorithm>
+#include <csignal>
+#include <filesystem>
 #include <random>
 
 namespace shadowdag {
@@ -88,6 +92,54 @@ TEST(PartFile, AnyNumberOfPartsGivesTheDagOfOneBuild) {
         // Statistics name levels from the root down.
         for (uint32_t level = 1; level <= taskLevelOf(build.grid); ++level)
             EXPECT_EQ(counts.cellCount[level], stats.svoNodeCounts[kLog2 - level]) << level;
+    }
+}
+
+/// Lets no file of the process grow beyond a size, as a full disk would, until it is destroyed.
+class FileSizeLimit {
+public:
+    explicit FileSizeLimit(uint64_t bytes) {
+        ::getrlimit(RLIMIT_FSIZE, &before_);
+        struct rlimit limit = before_;
+        limit.rlim_cur = bytes;
+        std::signal(SIGXFSZ, SIG_IGN); // a write then fails with EFBIG
+        ::setrlimit(RLIMIT_FSIZE, &limit);
+    }
+    ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+    FileSizeLimit(const FileSizeLimit&) = delete;
+    FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+private:
+    struct rlimit before_ {};
+};
+
+// As a build does whose disk was full: another thread writes what the first could not.
+TEST(PartFile, AFailedWriteCanBeRepeated) {
+    Build build;
+    VoxelTasks tasks(build.soup.view(), build.soup.all(), build.grid, {});
+    DagBuilder merged(tasks.level());
+    std::vector<Subtree> subtrees;
+    for (size_t i = 0; i < tasks.count(); ++i) {
+        DagBuilder builder(tasks.level());
+        const uint32_t address = tasks.build(i, builder, nullptr, [] {});
+        subtrees.push_back({tasks.cell(i), merged.addSubtree(builder, tasks.level(), address)});
+    }
+    const PartHeader header{build.grid, build.provenance, 1, 1, tasks.count(), 0, {}, {}};
+    const std::vector<Subtree> before = subtrees;
+    writePart(header, merged, subtrees, build.directory / "whole.svpart");
+    const std::string whole = readText(build.directory / "whole.svpart");
+    for (const size_t bytes : {size_t(0), size_t(100), whole.size() / 2, whole.size() - 1}) {
+        subtrees = before;
+        {
+            const FileSizeLimit limit(bytes);
+            EXPECT_THROW(writePart(header, merged, subtrees, build.directory / "part.svpart"),
+                         Error)
+                << bytes;
+        }
+        EXPECT_FALSE(std::filesystem::exists(build.directory / "part.svpart")) << bytes;
+        writePart(header, merged, subtrees, build.directory / "part.svpart");
+        EXPECT_EQ(readText(build.directory / "part.svpart"), whole) << bytes;
+        std::filesystem::remove(build.directory / "part.svpart");
     }
 }
 
