@@ -78,14 +78,12 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     return result;
 }
 
-PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& asked,
-                                  StageTimes* stages) {
+PairList FrameRenderer::listPairs(const Camera& camera, const FrameOptions& asked) {
     const FrameOptions options = state_->accept(asked);
     const auto current = state_->device->makeCurrent();
     StageTimes ignored;
-    StageTimes& times = stages != nullptr ? *stages : ignored;
-    state_->gather(makeViewRays(camera, options.width, options.height), options, times);
-    times.settle();
+    state_->gather(makeViewRays(camera, options.width, options.height), options, ignored);
+    ignored.settle();
     return state_->shading.findPairs(state_->surface, state_->clusters);
 }
 
@@ -151,6 +149,10 @@ ExactView FrameRenderer::exact() const {
 
 void FrameRenderer::prepareExact() {
     state_->sharedScene->prepareExact();
+}
+
+uint64_t FrameRenderer::embreeBytes() const {
+    return state_->sharedScene->embreeBytes();
 }
 
 uint64_t FrameRenderer::exactBytes() const {

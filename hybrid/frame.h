@@ -160,10 +160,7 @@ public:
 
     /// Returns the pairs that render with recordPairs would find, without their visibility;
     /// gbuffer() is then that of this frame, and the state between frames is unchanged.
-    /// @param stages receives the times of the stages up to the clusters and their lights; may be
-    /// null
-    PairList listPairs(const Camera& camera, const FrameOptions& options,
-                       StageTimes* stages = nullptr);
+    PairList listPairs(const Camera& camera, const FrameOptions& options);
 
     /// Returns the cost of every map of this frame by both methods: of its rays alone, and of its
     /// masks, pages, culling, drawing and lookups alone. Each is measured by itself, then scaled so
@@ -207,6 +204,9 @@ public:
     /// Returns the bytes that exact rays read besides the DAG: the triangles and what is built over
     /// them; 0 before the first frame that asks triangles.
     uint64_t exactBytes() const;
+    /// Returns the bytes of Embree's structures for rays by it (TriangleRays::kEmbree); 0 until
+    /// they are prepared.
+    uint64_t embreeBytes() const;
 
 private:
     struct State;

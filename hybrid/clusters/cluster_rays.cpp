@@ -40,10 +40,12 @@ void ClusterRays::setCluster(View<const uint32_t> samples) {
     isPrepared_ = false;
     movers_.reset();
     starts_.clear();
+    positions_.clear();
+    normals_.clear();
 }
 
 RayCounts ClusterRays::answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
-                             View<uint8_t> isDark) {
+                              View<uint8_t> isDark) {
     if (!isPrepared_)
         setReceivers(gbuffer_, samples_, rays_, receivers_);
     isPrepared_ = true;
@@ -88,13 +90,16 @@ void ClusterRays::traceVoxels(uint32_t lightIndex, const Light& light, View<uint
 }
 
 uint32_t ClusterRays::traceTriangles(const Light& light, View<uint8_t> isDark) {
-    if (starts_.empty()) {
+    const bool byEmbree = rays_.options.triangleRays == TriangleRays::kEmbree;
+    if (positions_.empty()) {
         TruthStarts starts(rays_.exact.geometry);
-        positions_.clear();
         for (const uint32_t s : samples_) {
-            starts_.push_back(starts.make(gbuffer_.positionWorld[s], gbuffer_.normalWorld[s],
-                                          gbuffer_.triangle[s]));
             positions_.push_back(gbuffer_.positionWorld[s]);
+            if (byEmbree)
+                normals_.push_back(gbuffer_.normalWorld[s]);
+            else
+                starts_.push_back(starts.make(gbuffer_.positionWorld[s], gbuffer_.normalWorld[s],
+                                              gbuffer_.triangle[s]));
         }
     }
     traced_.clear();
@@ -102,7 +107,11 @@ uint32_t ClusterRays::traceTriangles(const Light& light, View<uint8_t> isDark) {
         if (!isDark[i])
             traced_.push_back(i);
     blocked_.resize(traced_.size());
-    exact_.trace(light, viewOf(starts_), viewOf(positions_), viewOf(traced_), viewOf(blocked_));
+    if (byEmbree)
+        rays_.embree->trace(light, viewOf(positions_), viewOf(normals_), viewOf(traced_),
+                            viewOf(blocked_));
+    else
+        exact_.trace(light, viewOf(starts_), viewOf(positions_), viewOf(traced_), viewOf(blocked_));
     for (size_t i = 0; i < traced_.size(); ++i)
         isDark[traced_[i]] = blocked_[i];
     return uint32_t(traced_.size());

@@ -5,6 +5,7 @@
 
 #include "hybrid/clusters/clusters.h"
 #include "hybrid/clusters/pairs.h"
+#include "hybrid/rays/embree_scene.h"
 #include "hybrid/rays/exact_stream.h"
 #include "hybrid/rays/mover_receivers.h"
 #include "hybrid/rays/shadow_rays.h"
@@ -29,19 +30,20 @@ public:
     /// those that believe none.
     static bool canStream(const RayOptions& options);
 
-    /// @param rays canStream(rays.options), with exact.bvh unless all is believed; outlives the
-    /// answers
+    /// @param rays canStream(rays.options), with exact.bvh or embree unless all is believed;
+    /// outlives the answers
     ClusterRays(const GBufferView& gbuffer, const RayInputs& rays)
         : gbuffer_(gbuffer), rays_(rays), exact_(rays.exact.geometry, rays.exact.bvh) {}
 
     /// Goes on to the samples of another cluster.
     void setCluster(View<const uint32_t> samples);
 
-    /// Sets isDark[i] to isDarkByRays of the pair of sample i, for the samples with
-    /// isAsked[i] != 0; leaves the others alone.
+    /// Sets isDark[i] to isDarkByRays of the pair of sample i, or, with TriangleRays::kEmbree, to
+    /// EmbreeScene::trace or isDarkByMovers, for the samples with isAsked[i] != 0; leaves the
+    /// others alone.
     /// @param isAsked,isDark by sample of the cluster
     RayCounts answer(uint32_t lightIndex, const Light& light, View<const uint8_t> isAsked,
-                    View<uint8_t> isDark);
+                     View<uint8_t> isDark);
 
 private:
     ShadowPair pairOf(uint32_t i, uint32_t lightIndex, const Light& light) const;
@@ -58,8 +60,9 @@ private:
     ReceiverGroups receivers_;
     MoverReceivers movers_;
     ExactStream exact_;
-    std::vector<TruthStart> starts_; ///< of the cluster; empty until triangles are asked
-    std::vector<glm::vec3> positions_;
+    // Of the cluster; empty until triangles are asked.
+    std::vector<glm::vec3> positions_, normals_; ///< normals: TriangleRays::kEmbree
+    std::vector<TruthStart> starts_;             ///< TriangleRays::kExact
     // Of the light that is asked for.
     std::vector<uint32_t> asked_; ///< samples of the cluster, in the order in which they are traced
     std::vector<uint32_t> traced_; ///< those that are traced now, of asked_

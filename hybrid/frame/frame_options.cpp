@@ -44,6 +44,8 @@ void checkOptions(const FrameOptions& options) {
               "; use a number >= 0, 0 to route every frame anew");
     check(std::isfinite(options.rays.offset) && options.rays.offset >= 0.0f,
           "ray offset " + std::to_string(options.rays.offset) + "; use a number >= 0");
+    check(options.rays.triangleRays == TriangleRays::kExact || options.rays.believesNone(),
+          "Embree traces triangles, so rays by it believe no voxel; use --believe none");
     check(options.rays.lod == LodRule::kFixed || options.rays.level == 0,
           "level of detail " + std::to_string(options.rays.level) +
               " contradicts levels by footprint; use level 0 with footprints");

@@ -139,24 +139,37 @@ DagView FrameScene::dag() const {
 }
 
 RayInputs FrameScene::rayInputs(const RayOptions& options, const RayDetail& detail) {
-    const bool isExact = !options.believesAll();
-    if (isExact)
-        prepareExact();
+    prepare(options);
     const DagView traced = dag();
     if (!options.believesNone() && options.level > traced.grid.resolutionLog2)
         throw Error(ErrorKind::kUsage, "level of detail " + std::to_string(options.level) +
                                            " of a voxel DAG of " +
                                            std::to_string(traced.grid.resolutionLog2) +
                                            " levels; use at most as many");
-    return {options.lod == LodRule::kCoverage ? coveredDag() : traced, options, movers(),
-            isExact ? exact() : ExactView{}, detail};
+    return {options.lod == LodRule::kCoverage ? coveredDag() : traced,
+            options,
+            movers(),
+            options.asksExact() ? exact() : ExactView{},
+            detail,
+            embree_.get()};
 }
 
 RayInputs FrameScene::hostRayInputs(const RayOptions& options, const RayDetail& detail) {
-    if (!options.believesAll())
+    prepare(options);
+    return {options.lod == LodRule::kCoverage ? hostCoveredDag() : hostDag(),
+            options,
+            hostMovers(),
+            hostExact(),
+            detail,
+            embree_.get()};
+}
+
+void FrameScene::prepare(const RayOptions& options) {
+    if (options.asksExact())
         prepareExact();
-    return {options.lod == LodRule::kCoverage ? hostCoveredDag() : hostDag(), options, hostMovers(),
-            hostExact(), detail};
+    if (options.triangleRays != TriangleRays::kEmbree || embree_)
+        return;
+    embree_ = std::make_unique<EmbreeScene>(world_.triangles(), viewOf(world_.staticTriangles()));
 }
 
 void FrameScene::prepareExact() {

@@ -4,6 +4,7 @@
 
 #include "hybrid/gbuffer/shade_model.h"
 #include "hybrid/rays/dynamic_geometry.h"
+#include "hybrid/rays/embree_scene.h"
 #include "hybrid/rays/exact_ray.h"
 #include "hybrid/rays/shadow_rays.h"
 #include "scenes/batches.h"
@@ -86,6 +87,8 @@ public:
     /// Returns the bytes that exact rays read besides the DAG: the triangles and their hierarchy; 0
     /// until they are prepared.
     uint64_t exactBytes() const;
+    /// Returns the bytes of Embree's structures and triangles; 0 until rays by Embree are prepared.
+    uint64_t embreeBytes() const { return embree_ ? embree_->bytes() : 0; }
     /// Returns the scene on the device.
     SceneDevice& device() const { return *device_; }
     /// Returns the input of rays with these options; prepares what exact ones need. Throws Error
@@ -101,6 +104,8 @@ public:
 private:
     friend class MovedBatches;
     void setMoving();
+    /// Builds what rays with these options read besides the DAG, once.
+    void prepare(const RayOptions& options);
     TruthGeometry geometry(const TriangleView& triangles) const {
         return {triangles, space_.origin, space_.diagonal};
     }
@@ -119,6 +124,7 @@ private:
     DynamicGeometry movers_;
     TriangleBvh bvh_;
     bool hasBvh_ = false;
+    std::unique_ptr<EmbreeScene> embree_; // null until TriangleRays::kEmbree is asked for
     WideBvh hostLightBvh_;
     std::vector<SurfaceColor> hostMaterials_;
 

@@ -16,6 +16,10 @@ FrameState::FrameState(std::shared_ptr<FrameScene> scene)
 }
 
 FrameOptions FrameState::accept(const FrameOptions& asked) const {
+    if (asked.rays.triangleRays == TriangleRays::kEmbree && context.backend != Backend::kCpu)
+        throw Error(ErrorKind::kUsage,
+                    std::string("rays of Embree run on the CPU only, not with ") +
+                        backendName(context.backend) + "; use --backend cpu");
     device->checkOptions(asked);
     checkOptions(asked);
     return device->followed(asked);

@@ -67,7 +67,8 @@ private:
 void launchPass(CpuTag, const ShadeLights& pass) {
     const ShadeSamples& work = pass.work;
     const RayOptions& rays = work.visibility.rays.options;
-    if (rays.batch == RayBatch::kSingle || !ClusterRays::canStream(rays)) {
+    const bool byEmbree = rays.triangleRays == TriangleRays::kEmbree; // has no single rays here
+    if (!byEmbree && (rays.batch == RayBatch::kSingle || !ClusterRays::canStream(rays))) {
         parallelFor<CpuTag>(
             work.clusters.count(), [&work](size_t c) { work.shadeCluster(c); }, 1);
         return;

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/judge/embree_baseline.h"
 
-#include "cuda/error.h"
 #include "cuda/thread_clock.h"
+#include "hybrid/rays/embree_scene_state.h"
 #include "hybrid/rays/float_mode.h"
 
-#include <embree3/rtcore.h>
-
 #include <algorithm>
-#include <cmath>
-#include <string>
+#include <numeric>
 
 namespace shadowdag {
 namespace {
@@ -75,43 +72,17 @@ template <class Rays> std::vector<uint8_t> pairResultsOf(const Rays& rays) {
     return blocked;
 }
 
-/// Rejects hits in holes, by Embree's own coordinates of the hit.
-void refuseHoles(const RTCFilterFunctionNArguments* args) {
-    const AlphaMaskView masks = static_cast<const AlphaMaskSet*>(args->geometryUserPtr)->view();
-    for (unsigned lane = 0; lane < args->N; ++lane) {
-        const uint32_t triangle = RTCHitN_primID(args->hit, args->N, lane);
-        const double u = RTCHitN_u(args->hit, args->N, lane);
-        const double v = RTCHitN_v(args->hit, args->N, lane);
-        if (args->valid[lane] == -1 && masks.isCut(triangle) &&
-            !masks.isOpaque(triangle, 1.0 - u - v, u, v))
-            args->valid[lane] = 0;
-    }
-}
-
-void onEmbreeError(void* user, RTCError, const char* text) {
-    *static_cast<std::string*>(user) = text ? text : "unknown error";
-}
-
 } // namespace
 
 struct EmbreeBaseline::State {
-    RTCDevice device = nullptr;
-    RTCScene scene = nullptr;
-    std::string lastError;
-    std::vector<glm::vec4> vertices; ///< 16 bytes each because Embree reads a float past the third
-    std::vector<glm::uvec3> triangles;
-    AlphaMaskSet masks;
-    RTCIntersectContextFlags flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    EmbreeScene scene;
+    RTCIntersectContextFlags flags;
 
-    State() = default;
-    State(const State&) = delete;
-    State& operator=(const State&) = delete;
-    ~State() {
-        if (scene)
-            rtcReleaseScene(scene);
-        if (device)
-            rtcReleaseDevice(device);
-    }
+    State(const TriangleView& triangles, View<const uint32_t> which,
+          const EmbreeBaselineOptions& options)
+        : scene(triangles, which, {options.isRobust, options.useHighQuality}),
+          flags(options.isCoherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                                   : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT) {}
 
     /// Returns the results and, in `seconds`, the time of tracing alone.
     std::vector<uint8_t> run(EmbreeCall call, const std::vector<WorldSegment>& segments,
@@ -119,6 +90,7 @@ struct EmbreeBaseline::State {
         seconds = 0;
         if (segments.empty())
             return {};
+        RTCScene embree = scene.state().scene;
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         context.flags = flags;
@@ -129,7 +101,7 @@ struct EmbreeBaseline::State {
             PackedRays<RTCRay8, 8> rays(segments);
             seconds = secondsOf([&] {
                 for (RTCRay8& packet : rays.packets)
-                    rtcOccluded8(valid, scene, &context, &packet);
+                    rtcOccluded8(valid, embree, &context, &packet);
             });
             return pairResultsOf(rays);
         }
@@ -137,7 +109,7 @@ struct EmbreeBaseline::State {
             PackedRays<RTCRay16, 16> rays(segments);
             seconds = secondsOf([&] {
                 for (RTCRay16& packet : rays.packets)
-                    rtcOccluded16(valid, scene, &context, &packet);
+                    rtcOccluded16(valid, embree, &context, &packet);
             });
             return pairResultsOf(rays);
         }
@@ -145,7 +117,7 @@ struct EmbreeBaseline::State {
             SingleRays rays(segments);
             seconds = secondsOf([&] {
                 for (size_t i = 0; i < rays.count; i += kEmbreeStreamLength)
-                    rtcOccluded1M(scene, &context, &rays.rays[i],
+                    rtcOccluded1M(embree, &context, &rays.rays[i],
                                   unsigned(std::min(kEmbreeStreamLength, rays.count - i)),
                                   sizeof(RTCRay));
             });
@@ -157,7 +129,7 @@ struct EmbreeBaseline::State {
         SingleRays rays(segments);
         seconds = secondsOf([&] {
             for (RTCRay& ray : rays.rays)
-                rtcOccluded1(scene, &context, &ray);
+                rtcOccluded1(embree, &context, &ray);
         });
         return pairResultsOf(rays);
     }
@@ -177,50 +149,11 @@ const char* embreeCallName(EmbreeCall call) {
     return "rtcOccluded1";
 }
 
-EmbreeBaseline::EmbreeBaseline(const TriangleView& triangles, const EmbreeBaselineOptions& options)
-    : state_(std::make_unique<State>()) {
-    State& s = *state_;
-    for (const glm::vec3& p : triangles.positions) {
-        if (!(std::fabs(p.x) < 1e18f && std::fabs(p.y) < 1e18f && std::fabs(p.z) < 1e18f))
-            throw Error(ErrorKind::kInput,
-                        "Embree ignores triangles beyond 1e18; a vertex is at (" +
-                            std::to_string(p.x) + ", " + std::to_string(p.y) + ", " +
-                            std::to_string(p.z) + "); scale the scene down");
-        s.vertices.emplace_back(p, 0.0f);
-    }
-    s.triangles.assign(triangles.triangles.begin(), triangles.triangles.end());
-    s.masks = AlphaMaskSet(triangles.masks);
-    s.flags = options.isCoherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-                                 : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-
-    const EmbreeFloatMode mode;
-    s.device = rtcNewDevice(nullptr);
-    if (!s.device)
-        throw Error(ErrorKind::kResource, "Embree cannot start (code " +
-                                              std::to_string(rtcGetDeviceError(nullptr)) +
-                                              "); install libembree 3.13");
-    rtcSetDeviceErrorFunction(s.device, onEmbreeError, &s.lastError);
-    s.scene = rtcNewScene(s.device);
-    rtcSetSceneFlags(s.scene, options.isRobust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
-    rtcSetSceneBuildQuality(s.scene, options.useHighQuality ? RTC_BUILD_QUALITY_HIGH
-                                                            : RTC_BUILD_QUALITY_MEDIUM);
-    RTCGeometry mesh = rtcNewGeometry(s.device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                               s.vertices.data(), 0, sizeof(glm::vec4), s.vertices.size());
-    rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, s.triangles.data(),
-                               0, sizeof(glm::uvec3), s.triangles.size());
-    if (!s.masks.triangleCut.empty()) { // a filter costs time even if it rejects nothing
-        rtcSetGeometryUserData(mesh, &s.masks);
-        rtcSetGeometryOccludedFilterFunction(mesh, refuseHoles);
-    }
-    rtcCommitGeometry(mesh);
-    rtcAttachGeometry(s.scene, mesh);
-    rtcReleaseGeometry(mesh);
-    rtcCommitScene(s.scene);
-    if (!s.lastError.empty())
-        throw Error(ErrorKind::kResource,
-                    "Embree cannot build over " + std::to_string(s.triangles.size()) +
-                        " triangles: " + s.lastError + "; free memory or use a smaller scene");
+EmbreeBaseline::EmbreeBaseline(const TriangleView& triangles,
+                               const EmbreeBaselineOptions& options) {
+    std::vector<uint32_t> all(triangles.triangles.count);
+    std::iota(all.begin(), all.end(), 0u);
+    state_ = std::make_unique<State>(triangles, viewOf(all), options);
 }
 
 EmbreeBaseline::~EmbreeBaseline() = default;

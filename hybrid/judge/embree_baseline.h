@@ -4,7 +4,7 @@
 // Embree's fastest mode.
 #pragma once
 
-#include "scenes/world.h"
+#include "hybrid/rays/embree_scene.h"
 
 #include <memory>
 #include <vector>
@@ -32,10 +32,10 @@ constexpr size_t kEmbreeStreamLength = 4096;
 const char* embreeCallName(EmbreeCall call);
 
 struct EmbreeBaselineOptions {
-    bool isRobust = false; ///< RTC_SCENE_FLAG_ROBUST
+    bool isRobust = false; ///< as the next but one, EmbreeSceneOptions
     bool isCoherent =
         true; ///< RTC_INTERSECT_CONTEXT_FLAG_COHERENT: neighbours in the list are similar
-    bool useHighQuality = true; ///< RTC_BUILD_QUALITY_HIGH (spatial splits)
+    bool useHighQuality = true;
 };
 
 /// The result of one interface.

@@ -14,10 +14,19 @@
 
 namespace shadowdag {
 
+class EmbreeScene;
+
 /// How many rays are asked together on the CPU. Changes no answer.
 enum class RayBatch : uint8_t {
     kSingle, ///< one by one
     kStream, ///< those of a cluster and a light in streams
+};
+
+/// Who traces the rays that triangles decide.
+enum class TriangleRays : uint8_t {
+    kExact,  ///< we do: blocksTruthRay over a hierarchy, the truth's own answers
+    kEmbree, ///< Embree as a renderer would use it (embree_scene.h); on the CPU, where all rays go
+             ///< to triangles (believe 0)
 };
 
 /// How the rays of a frame are asked; the same for all of them.
@@ -29,6 +38,7 @@ struct RayOptions {
     /// asked. 0: none. What is not believed, and what meets no voxel, is decided by the triangles:
     /// the truth's own ray, without offset or level of detail.
     float believe = std::numeric_limits<float>::infinity();
+    TriangleRays triangleRays = TriangleRays::kExact;
     /// Of level 0, kFixed; other rays through voxels go one by one.
     RayBatch batch = RayBatch::kStream;
     LodRule lod = LodRule::kFixed;
@@ -37,6 +47,10 @@ struct RayOptions {
 
     SDAG_HD bool believesAll() const { return believe == std::numeric_limits<float>::infinity(); }
     SDAG_HD bool believesNone() const { return believe == 0.0f; }
+    /// Returns whether rays are tested against the triangles of an ExactView.
+    SDAG_HD bool asksExact() const {
+        return !believesAll() && triangleRays == TriangleRays::kExact;
+    }
     bool operator==(const RayOptions&) const = default;
 };
 
@@ -53,9 +67,10 @@ struct RayInputs {
     DagView dag;
     RayOptions options;
     MoverView movers = {};
-    ExactView exact = {}; ///< unless all is believed
+    ExactView exact = {}; ///< where options.asksExact()
     RayDetail detail =
         {}; ///< read by levels of detail, where some voxels are believed, and by the judge
+    const EmbreeScene* embree = nullptr; ///< on the host; TriangleRays::kEmbree
 };
 
 /// A view sample that asks for a light.
@@ -231,7 +246,8 @@ SDAG_HD inline bool isDarkByTriangles(const RayInputs& inputs, const ShadowPair&
     return isBlockedByMovers(inputs.movers, ray);
 }
 
-/// Returns whether the rays' method says that the pair is dark: by voxels or by movers.
+/// Returns whether the rays' method says that the pair is dark: by voxels, triangles or movers.
+/// Knows no TriangleRays::kEmbree, whose packets ClusterRays alone makes.
 /// @param counts grows; may be null @param blocker of isDarkByTriangles; may be null
 SDAG_HD inline bool isDarkByRays(const RayInputs& inputs, const ShadowPair& pair,
                                  RayCounts* counts = nullptr, uint32_t* blocker = nullptr) {

@@ -319,7 +319,7 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                      " placed ones; to keep the scenes' own, set \"lights\" to -1 in a copy");
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
-    const std::vector<std::string> leftOut = leaveOutOnGl(
+    const std::vector<std::string> leftOut = leaveOutUnsupported(
         experiment, backend, commandLine,
         commandLine.given("--variants") ? parseList("--variants", options.common.text("--variants"))
                                         : std::vector<std::string>{},

@@ -234,7 +234,8 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
         package.emplace(true, console);
     const Backend backend = options.global.apply(console, true);
     followGlPages(sweep, backend, commandLine);
-    const std::vector<std::string> leftOut = leaveOutOnGl(sweep, backend, commandLine, {}, console);
+    const std::vector<std::string> leftOut =
+        leaveOutUnsupported(sweep, backend, commandLine, {}, console);
     CostSource costs;
     if (!options.costs.empty())
         costs = readCostSource(options.costs, buildProvenance(backend));

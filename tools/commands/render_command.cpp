@@ -118,7 +118,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             "--truth adds channels that a .png does not have; write an .exr, or see validate -o");
     if (options.truth && methodOf(options.method.method).isTruth())
         throw Error(ErrorKind::kUsage,
-                    "--truth is for methods that can be wrong, not for 'embree'; drop it");
+                    "--truth is for methods that can be wrong, not for 'truth'; drop it");
     if (commandLine.given("--route-margin")) {
         if (!methodOf(options.method.method).needs().routing)
             throw Error(ErrorKind::kUsage, "--route-margin is for hybrid, not for '" +
@@ -139,7 +139,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     followGlPages(experiment, backend, commandLine);
     refuseOnGl(experiment, backend, options.method.variant);
 
-    const bool isEmbree = methodOf(options.method.method).isTruth();
+    const bool isTruth = methodOf(options.method.method).isTruth();
     SingleFrames frames(options.scene, options.common, experiment, options.method, backend,
                         console);
     const size_t lightCount = frames.world().lights().size();
@@ -163,11 +163,11 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         const PairResults& answers = frames.render(time, frame);
         const FrameResult& result = answers.frame;
         const std::vector<uint8_t> none,
-            &truthVisibility = options.truth || isEmbree ? frames.truthVisibility() : none;
-        const std::vector<uint8_t>& visibility = isEmbree ? truthVisibility : result.visibility;
+            &truthVisibility = options.truth || isTruth ? frames.truthVisibility() : none;
+        const std::vector<uint8_t>& visibility = isTruth ? truthVisibility : result.visibility;
         const std::vector<glm::vec3> color =
-            isEmbree ? shadePairs(answers.gbuffer, frames.world(), result.pairs, visibility)
-                     : result.color;
+            isTruth ? shadePairs(answers.gbuffer, frames.world(), result.pairs, visibility)
+                    : result.color;
 
         const std::string file = frameFile(options.output, view, frame, isNumbered);
         if (extension == ".png")
@@ -185,7 +185,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
                       {"output", file}};
         if (!view.empty())
             entry["camera"] = view;
-        if (!isEmbree) { // the truth's picture has pairs, but no frame
+        if (!isTruth) { // the truth's picture has pairs, but no frame
             entry["time_ms"] = timeMs;
             entry["stages_ms"] = toJson(result.stages);
             entry.update(toJson(result.counts));
@@ -197,12 +197,12 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         entry["pair_count"] = result.pairs.count();
         list.push_back(std::move(entry));
         console.people() << file << ": " << result.pairs.count() << " pairs, "
-                         << (isEmbree ? std::to_string(lightCount) + " lights"
-                                      : lightsText(lightsJson(result.maps)));
-        if (!isEmbree)
+                         << (isTruth ? std::to_string(lightCount) + " lights"
+                                     : lightsText(lightsJson(result.maps)));
+        if (!isTruth)
             console.people() << ", " << timeMs << " ms";
         console.people() << "\n";
-        if (const std::string note = poolNote(result.counts); !isEmbree && !note.empty())
+        if (const std::string note = poolNote(result.counts); !isTruth && !note.empty())
             console.people() << "  " << note << "; enlarge it with --pool\n";
     }
     progress(1.0);
@@ -229,7 +229,7 @@ std::function<void()> declareRender(CommandLine& commandLine) {
     commandLine.flag("--truth", options->truth,
                      "Add channels of the error against Embree: error.*");
     commandLine.flag("--float", options->floatColor, "Colour as 32-bit floats instead of halves");
-    options->method.declare(commandLine, "embree|dag|maps|hybrid");
+    options->method.declare(commandLine, "truth|dag|maps|hybrid|embree");
     options->common.declare(commandLine,
                             {SettingGroup::kRoutes, SettingGroup::kView, SettingGroup::kViews,
                              SettingGroup::kPictures, SettingGroup::kLights, SettingGroup::kVoxels,

@@ -106,7 +106,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
     const Console console(options.global.json);
     Experiment experiment = options.common.experiment(commandLine, false);
     takeGlDefaults(experiment, options.global.backend, commandLine);
-    options.method.check(commandLine, experiment, {"dag", "maps", "hybrid"}, console);
+    options.method.check(commandLine, experiment, measuredMethodNames(), console);
     if (experiment.frames.size() > 1)
         throw Error(ErrorKind::kUsage, "--frames '" + experiment.framesText +
                                            "': validate takes one frame; compare takes several");
@@ -179,7 +179,7 @@ std::function<void()> declareValidate(CommandLine& commandLine) {
                      "Directory for error maps: error.png (vermilion: false shadow, blue: false "
                      "light), truth.png, method.png, errors.exr; of several views in DIR/auto, "
                      "DIR/auto-2 and so on");
-    options->method.declare(commandLine, "dag|maps|hybrid");
+    options->method.declare(commandLine, "dag|maps|hybrid|embree");
     options->common.declare(commandLine,
                             {SettingGroup::kView, SettingGroup::kViews, SettingGroup::kPictures,
                              SettingGroup::kLights, SettingGroup::kVoxels, SettingGroup::kRays,

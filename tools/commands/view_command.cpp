@@ -48,7 +48,7 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
     view.targetMs = parseNumber("--target", options.target, 1, 10000);
     for (ViewSide& side : view.sides)
         side = {options.method, methodOf("hybrid").modelText(options.model)};
-    view.sides[1].method = "embree";
+    view.sides[1].method = "truth";
     if (!options.right.empty()) {
         view.sides[1].method = options.right;
         view.isSplit = true;
@@ -90,13 +90,14 @@ std::function<void()> declareView(CommandLine& commandLine) {
                      "A .glb or .gltf file, or builtin:NAME; without one, drop a file on the "
                      "window");
     commandLine.heading("Method");
-    commandLine.text("--method", options->method, "embree|dag|maps|hybrid", "Initial method [dag]");
+    commandLine.text("--method", options->method, "truth|dag|maps|hybrid|embree",
+                     "Initial method [dag]");
     commandLine.text("--model", options->model, "M",
                      "Cost model of hybrid: texels:N, cost, oracle, expr:EXPRESSION [texels:96]");
     commandLine.text("--costs", options->costs, "F",
                      "Costs for the models cost and oracle, as calibrate and compare write them");
     commandLine.text("--right", options->right, "METHOD",
-                     "Split the picture; method of the right side [embree, once it is split]");
+                     "Split the picture; method of the right side [truth, once it is split]");
     commandLine.heading("Window");
     commandLine.text("--save-to", options->saveDirectory, "DIR",
                      "Directory in which F12 writes view-NNNN.png, .exr and .experiment.json [.]");

@@ -83,10 +83,7 @@ void printRuns(std::ostream& out, const Json& runs) {
             << std::setprecision(5) << run["mean_abs_visibility_error"].get<double>()
             << std::setw(9) << std::setprecision(4) << run["flip"].get<double>() << std::setw(10)
             << std::setprecision(2);
-        if (run["method"] == "embree") // its own structures are not counted
-            out << "-\n";
-        else
-            out << shadowBytes(run) / (1024.0 * 1024.0) << "\n";
+        out << shadowBytes(run) / (1024.0 * 1024.0) << "\n";
         if (const std::string note = poolNote(run); !note.empty())
             out << "    " << note << "\n";
     }

@@ -94,7 +94,7 @@ void checkMethod(const std::string& option, const std::string& method,
 /// One configuration: all settings except scene and frame.
 struct RunParameters {
     std::string method; ///< a name of methods() (method.h)
-    std::string model;  ///< as makeCostModel takes it; "" for embree
+    std::string model;  ///< as makeCostModel takes it; "" for the truth
     uint32_t dag =
         0; ///< index into the resolutions (or assets) of the run; meaningless for embree and maps
     uint32_t resolution = 0; ///< of that DAG; 0 if none is used
@@ -102,7 +102,7 @@ struct RunParameters {
     std::string variant; ///< its name if it is a variant (tools/settings/variants.h), else ""
 
     const Method& kind() const { return methodOf(method); }
-    /// Returns whether rays are traced, through voxels or triangles.
+    /// Returns whether rays of ours are traced, through voxels or triangles.
     bool usesRays() const { return kind().needs().rays; }
     /// Returns whether voxels are used: by rays, or for proofs that a pair is lit. Then resolution,
     /// offset and level of detail matter.
@@ -112,6 +112,7 @@ struct RunParameters {
     }
     /// Returns whether rays are tested against triangles.
     bool usesTriangles() const { return usesRays() && !frame.rays.believesAll(); }
+    bool usesEmbree() const { return kind().needs().embree; }
     bool usesMaps() const { return kind().needs().maps; }
     /// Returns whether a cost model chooses the method of each map.
     bool isRouted() const { return kind().needs().routing; }

@@ -23,20 +23,23 @@ std::string whyNotVariant(const std::string& name) {
     return unfollowedByGl(variantRun(parseVariant("variant", name), {}).frame);
 }
 
-[[noreturn]] void refuse(const std::string& what, const std::string& why) {
-    throw Error(ErrorKind::kUsage,
-                what + ": --backend gl " + why + "; drop it, or use --backend cpu or cuda");
+std::string whyNotMethod(const std::string& name) {
+    return methodOf(name).needs().embree ? "has no rays of Embree, which run on the CPU" : "";
+}
+
+[[noreturn]] void refuse(const std::string& what, Backend backend, const std::string& why) {
+    throw Error(ErrorKind::kUsage, what + ": --backend " + backendName(backend) + " " + why +
+                                       "; drop it, or use --backend cpu" +
+                                       (backend == Backend::kGl ? " or cuda" : ""));
 }
 
 } // namespace
 
-std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
-                                      const CommandLine& commandLine,
-                                      const std::vector<std::string>& namedVariants,
-                                      const Console& console) {
+std::vector<std::string> leaveOutUnsupported(Experiment& experiment, Backend backend,
+                                             const CommandLine& commandLine,
+                                             const std::vector<std::string>& namedVariants,
+                                             const Console& console) {
     std::vector<std::string> leftOut;
-    if (backend != Backend::kGl)
-        return leftOut;
     // An empty reason is ignored. Returns whether nothing is left.
     const auto takeOut = [&](auto& list, const std::string& option, const std::string& what,
                              const auto& textOf, const auto& whyNot, const auto& isNamed) {
@@ -46,8 +49,9 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
             if (why.empty())
                 return false;
             if (isNamed(value))
-                refuse(option + " '" + textOf(value) + "'", why);
-            leftOut.push_back(what + " " + textOf(value) + ": --backend gl " + why);
+                refuse(option + " '" + textOf(value) + "'", backend, why);
+            leftOut.push_back(what + " " + textOf(value) + ": --backend " + backendName(backend) +
+                              " " + why);
             return true;
         });
         return hadSome && list.empty();
@@ -58,6 +62,14 @@ std::vector<std::string> leaveOutOnGl(Experiment& experiment, Backend backend,
         };
     };
     const auto same = [](const std::string& text) { return text; };
+    if (backend == Backend::kCpu)
+        return leftOut;
+    takeOut(experiment.methods, "--methods", "method", same, whyNotMethod, given("--methods"));
+    if (backend != Backend::kGl) {
+        for (const std::string& text : leftOut)
+            console.note("omitted: " + text);
+        return leftOut;
+    }
     takeOut(experiment.variants, "--variants", "variant", same, whyNotVariant,
             [&](const std::string& name) {
                 return std::any_of(
@@ -101,11 +113,11 @@ void refuseOnGl(const Experiment& experiment, Backend backend, const std::string
         return;
     if (!variant.empty())
         if (const std::string why = whyNotVariant(variant); !why.empty())
-            refuse("--variant '" + variant + "'", why);
+            refuse("--variant '" + variant + "'", backend, why);
     for (const Setting* setting : frameSettings())
         for (const std::string& text : setting->texts(experiment))
             if (const std::string why = whyNotValue(*setting, text); !why.empty())
-                refuse(setting->option + " '" + text + "'", why);
+                refuse(setting->option + " '" + text + "'", backend, why);
 }
 
 } // namespace shadowdag

@@ -15,7 +15,8 @@ namespace shadowdag {
 
 /// The needs of a frame by a method besides the scene.
 struct MethodNeeds {
-    bool rays = false;    ///< it traces rays; RayOptions::believe says through what
+    bool rays = false;    ///< it traces our rays; RayOptions::believe says through what
+    bool embree = false;  ///< it traces rays of Embree: no setting of rays is read
     bool maps = false;    ///< it draws shadow maps
     bool routing = false; ///< a cost model chooses the method of each map
 };
@@ -35,12 +36,14 @@ public:
     const std::string& help() const { return help_; }
     const MethodNeeds& needs() const { return needs_; }
 
-    /// Returns whether it is the truth, which errors are measured against: it has pairs, but
-    /// neither a cost model nor stages of a frame.
+    /// Returns whether it is the truth, which errors are measured against: it has pairs and a
+    /// picture, but neither a cost model nor stages of a frame, and is not timed.
     virtual bool isTruth() const { return false; }
     /// Returns its cost model, as makeCostModel takes it.
     /// @param asked the requested model of a method that routes; "" for its default
     virtual std::string modelText(const std::string& asked) const = 0;
+    /// Changes the options of rays to those that the method demands, whatever the settings.
+    virtual void takeOver(RayOptions&) const {}
     /// Returns whether a sweep over thresholds runs it at this one, in texels.
     virtual bool isRunAtThreshold(float) const { return false; }
     /// Returns the order of simplicity, the least the simplest, for `fit`; methods that `fit` does
@@ -52,7 +55,7 @@ private:
     MethodNeeds needs_;
 };
 
-/// Returns all methods, in the order in which they are charted.
+/// Returns all methods, in the order of the window's keys.
 const std::vector<const Method*>& methods();
 /// Returns the method of a name, or null.
 const Method* findMethod(const std::string& name);
@@ -60,6 +63,8 @@ const Method* findMethod(const std::string& name);
 const Method& methodOf(const std::string& name);
 /// Returns the names of all methods, in the order of methods().
 const std::vector<std::string>& methodNames();
+/// Returns those that render frames, which are measured: all but the truth.
+const std::vector<std::string>& measuredMethodNames();
 /// Returns names as text: "embree, dag, maps".
 std::string joinedNames(const std::vector<std::string>& names);
 

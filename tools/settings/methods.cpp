@@ -6,18 +6,15 @@
 
 namespace shadowdag {
 
+const Method& truthMethod();
 const Method& embreeMethod();
 const Method& dagMethod();
 const Method& mapsMethod();
 const Method& hybridMethod();
 
 const std::vector<const Method*>& methods() {
-    static const std::vector<const Method*> kMethods{
-        &embreeMethod(),
-        &dagMethod(),
-        &mapsMethod(),
-        &hybridMethod(),
-    };
+    static const std::vector<const Method*> kMethods{&truthMethod(), &dagMethod(), &mapsMethod(),
+                                                     &hybridMethod(), &embreeMethod()};
     return kMethods;
 }
 
@@ -40,6 +37,17 @@ const std::vector<std::string>& methodNames() {
         std::vector<std::string> names;
         for (const Method* method : methods())
             names.push_back(method->name());
+        return names;
+    }();
+    return kNames;
+}
+
+const std::vector<std::string>& measuredMethodNames() {
+    static const std::vector<std::string> kNames = [] {
+        std::vector<std::string> names;
+        for (const Method* method : methods())
+            if (!method->isTruth())
+                names.push_back(method->name());
         return names;
     }();
     return kNames;

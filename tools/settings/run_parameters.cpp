@@ -40,7 +40,7 @@ Json RunParameters::toJson() const {
         json["resolution"] = resolution;
     forReadSettings(
         *this, [&](const Setting& setting) { json[setting.parameter] = setting.frameJson(frame); });
-    if (model.starts_with("texels:")) {
+    if (model.starts_with("texels:") && !usesEmbree()) {
         const std::string threshold = model.substr(7);
         json["threshold_texels"] = threshold == "inf" ? Json("inf") : Json(std::stod(threshold));
     }

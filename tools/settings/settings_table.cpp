@@ -98,7 +98,7 @@ Codec<uint32_t> poolCodec() {
 Codec<std::string> methodCodec() {
     Codec<std::string> codec = textCodec();
     codec.parse = [](const std::string& name, const std::string& text) {
-        checkMethod(name, text);
+        checkMethod(name, text, measuredMethodNames());
         return text;
     };
     return codec;
@@ -258,7 +258,7 @@ std::vector<Setting> makeSettings() {
                         .option = "--methods",
                         .group = Group::kSweep,
                         .kind = "M",
-                        .help = "Some of " + joinedNames(methodNames()),
+                        .help = "Some of " + joinedNames(measuredMethodNames()),
                         .form = JsonForm::kText,
                         .isList = true,
                         .isVaried = true,

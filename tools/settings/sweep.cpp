@@ -92,8 +92,11 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
     };
     const FrameOptions base = baseOptions(e);
     for (const Method* method : methods())
-        if (method->isTruth())
-            add({method->name(), "", 0, 0, base, ""});
+        if (method->needs().embree) {
+            RunParameters run{method->name(), method->modelText(""), 0, 0, base, ""};
+            method->takeOver(run.frame.rays);
+            add(std::move(run));
+        }
     if (!e.variants.empty()) {
         for (const Setting* setting : frameSettings())
             refuseSeveral(setting->key, setting->texts(e).size());

@@ -20,7 +20,7 @@ const std::array<StageGroup, kStageGroupCount> kStageGroups{
      {"culling", glm::vec3(204 / 255.0f, 121 / 255.0f, 167 / 255.0f)},
      {"rasterization", kOrange},
      {"shading", kVermilion},
-     {"embree", glm::vec3(0.6f)}}};
+     {"truth", glm::vec3(0.6f)}}};
 
 uint32_t packedColor(const glm::vec3& c, float alpha) {
     return ImGui::ColorConvertFloat4ToU32({c.r, c.g, c.b, alpha});
@@ -39,7 +39,7 @@ size_t stageGroup(const std::string& stage) {
         return 5;
     if (stage == "shading")
         return 6;
-    if (stage == "embree")
+    if (stage == "truth")
         return 7;
     return 1;
 }

@@ -285,7 +285,7 @@ void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture) {
                                    "wheel           speed\n"
                                    "left click      a pixel's pairs; Esc: none\n"
                                    "Space , .       play, step\n"
-                                   "1 to 4          method; Shift: of the right\n"
+                                   "1 to 5          method; Shift: of the right\n"
                                    "[ ]             threshold\n"
                                    "Tab O L F       split, show, lights, freeze\n"
                                    "C Home          next camera, first view\n"

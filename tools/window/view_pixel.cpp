@@ -117,7 +117,7 @@ private:
     }
 
     PairResult byTruth(const ShadowPair& pair) const {
-        PairResult answer{"embree", 0, 0, ""};
+        PairResult answer{"truth", 0, 0, ""};
         TruthBlocker blocker;
         const TruthRay ray =
             truth_.pairRay(pair.positionWorld, pair.normalWorld, pair.receiver, pair.lightWorld);

@@ -76,8 +76,9 @@ bool haveSameFrames(const ViewRequest& a, const ViewRequest& b) {
 
 /// Returns the options with which a side of a request is rendered at a scale. Maps have the
 /// resolution of the smaller picture: maps for the larger one would cost more than the picture.
-FrameOptions optionsOf(const ViewRequest& request, float scale) {
+FrameOptions optionsOf(const ViewRequest& request, size_t side, float scale) {
     FrameOptions options = request.options;
+    methodOf(request.sides[side].method).takeOver(options.rays);
     const auto scaled = [&](uint32_t full) {
         return std::max(16u, uint32_t(std::lround(double(full) * double(scale))));
     };
@@ -318,7 +319,7 @@ std::shared_ptr<ViewPicture> ViewRenderer::render(const ViewRequest& asked, floa
     made->look = o.camera(request.camera);
     made->camera = request.frozen.empty() ? made->look : o.camera(request.frozen);
     for (size_t side = 0; side < 2; ++side)
-        made->options[side] = optionsOf(request, scale);
+        made->options[side] = optionsOf(request, side, scale);
     shown_ = std::move(made);
     ViewShown& s = *shown_;
     try {
@@ -478,7 +479,7 @@ std::shared_ptr<ViewPicture> ViewRenderer::picture(const ViewHooks& hooks) {
         if (picture->legend.title.empty()) // the left side's first
             picture->legend = drawn.legend;
         if (isTruth(s.request.sides[side])) {
-            report.stages.add("embree", s.truthMs[side]);
+            report.stages.add("truth", s.truthMs[side]);
         } else {
             report.stages = s.frames[side].stages;
             report.counts = s.frames[side].counts;

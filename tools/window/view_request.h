@@ -112,7 +112,7 @@ struct ViewErrors {
 /// The picture of one side, with its times and errors.
 struct SideReport {
     std::vector<uint8_t> rgba; ///< width * height * 4, display values; empty: not shown
-    StageTimes stages;         ///< milliseconds; of the truth "embree"
+    StageTimes stages;         ///< milliseconds; of the truth "truth"
     FrameCounts counts;
     std::vector<MapRecord> maps;
     std::optional<ViewErrors> errors;

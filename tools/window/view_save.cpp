@@ -50,12 +50,13 @@ Experiment experimentOf(const ViewRequest& request, const Experiment& base,
     e.exposure = double(exposure);
     e.frames = {request.frame};
     e.framesText = std::to_string(request.frame);
-    e.methods = {"embree"};
+    e.methods.clear();
     e.thresholds.clear();
     e.models.clear();
     for (size_t side = 0; side < (request.isSplit ? 2u : 1u); ++side) {
         const ViewSide& asked = request.sides[side];
-        if (std::find(e.methods.begin(), e.methods.end(), asked.method) == e.methods.end())
+        if (!methodOf(asked.method).isTruth() &&
+            std::find(e.methods.begin(), e.methods.end(), asked.method) == e.methods.end())
             e.methods.push_back(asked.method);
         if (!asked.isRouted())
             continue;
@@ -76,6 +77,8 @@ Experiment experimentOf(const ViewRequest& request, const Experiment& base,
             e.models.push_back(asked.model);
         }
     }
+    if (e.methods.empty()) // the truth alone: its picture is in every report
+        e.methods = {"dag"};
     std::sort(e.thresholds.begin(), e.thresholds.end());
     if (e.thresholds.empty())
         e.thresholds = {0};

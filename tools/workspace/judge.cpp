@@ -41,6 +41,12 @@ ErrorCounts countWrong(const PairList& pairs, const std::vector<uint8_t>& visibi
     return counts;
 }
 
+uint64_t triangleBytes(const RunParameters& run, const FrameRenderer& renderer) {
+    return run.usesEmbree()      ? renderer.embreeBytes()
+           : run.usesTriangles() ? renderer.exactBytes()
+                                 : 0;
+}
+
 std::string fewPairsWarning(const std::string& view, uint64_t pairCount) {
     if (pairCount == 0)
         throw Error(ErrorKind::kInput,
@@ -53,22 +59,6 @@ std::string fewPairsWarning(const std::string& view, uint64_t pairCount) {
            " pairs of a visible point and a light; shares of fewer than " +
            std::to_string(kFewPairCount) +
            " are not reliable: use a larger --size, another --camera or several --views";
-}
-
-StageTimes truthFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
-                      const Truth& truth, const World& world) {
-    StageTimes stages;
-    const PairList pairs = renderer.listPairs(camera, options, &stages);
-    std::vector<uint8_t> visibility;
-    {
-        const StageTimer timer(Backend::kCpu, stages, "embree rays");
-        visibility = truth.visibility(renderer.gbuffer(), world.lights(), pairs);
-    }
-    {
-        const StageTimer timer(Backend::kCpu, stages, "shading");
-        shadePairs(renderer.gbuffer(), world, pairs, visibility);
-    }
-    return stages;
 }
 
 const FrameTruth& Judge::truth(int64_t frame, const GBufferView& gbuffer, const PairList& pairs) {

@@ -33,6 +33,10 @@ ErrorInputs errorInputs(const World& world, const PairResults& answers);
 ErrorCounts countWrong(const PairList& pairs, const std::vector<uint8_t>& visibility,
                        const std::vector<uint8_t>& truthVisibility);
 
+/// Returns the bytes that the rays of a run read besides voxels: triangles with our hierarchy or
+/// Embree's. @param renderer that rendered it
+uint64_t triangleBytes(const RunParameters& run, const FrameRenderer& renderer);
+
 /// Shares of errors over fewer pairs are not reliable: one pair is more than 0.1 %.
 inline constexpr uint64_t kFewPairCount = 1000;
 
@@ -40,14 +44,7 @@ inline constexpr uint64_t kFewPairCount = 1000;
 /// if it has none, because nothing can be compared. @param view the scene's name, its view or frame
 std::string fewPairsWarning(const std::string& view, uint64_t pairCount);
 
-/// Renders a frame whose pairs Embree answers, and returns the times of its stages: those of every
-/// frame up to the clusters and their lights, Embree's rays, and shading. The list of pairs, which
-/// no other method makes, is not counted.
-/// @param renderer of the world; its last frame is replaced
-StageTimes truthFrame(FrameRenderer& renderer, const Camera& camera, const FrameOptions& options,
-                      const Truth& truth, const World& world);
-
-/// Embree's results for a frame.
+/// The truth about a frame.
 struct FrameTruth {
     std::vector<uint8_t> visibility; ///< by pair: lit or dark
     float exposure = 0;              ///< of its picture, see Judge::picture

@@ -70,16 +70,13 @@ private:
     /// Renders one configuration without earlier state.
     FrameResult render(const RunParameters& run, bool recordPairs) {
         FrameRenderer& renderer = workspace_.renderer(run);
-        const std::unique_ptr<CostModel> model =
-            makeCostModel(run.model.empty() ? "texels:0" : run.model);
+        const std::unique_ptr<CostModel> model = makeCostModel(run.model);
         if (model->needsCosts())
             model->setCosts(frameCosts_);
         if (context_.given != nullptr)
             giveCalibration(*model, *context_.given);
         FrameOptions options = run.frame;
         options.recordPairs = recordPairs;
-        if (run.isTruth())
-            options.undersample = 1024; // only the pairs are needed, so the smallest maps suffice
         renderer.reset();
         return renderer.render(camera_, *model, options);
     }
@@ -87,17 +84,10 @@ private:
     /// Finds the pairs of the frame and the truth about them.
     void prepareTruth() {
         // Any configuration gives the same pairs: they depend on view and lights.
-        const RunParameters* maps = firstRun(&RunParameters::usesMaps);
-        RunParameters probe = maps != nullptr ? *maps : runs_.front();
-        probe.method = "embree";
-        probe.model.clear();
-        FrameResult result = render(probe, true);
-        gbufferRenderer_ = &workspace_.renderer(probe);
-        pairs_ = std::move(result.pairs);
+        FrameRenderer& renderer = workspace_.renderer(runs_.front());
+        pairs_ = renderer.listPairs(camera_, runs_.front().frame);
         fewPairsWarning(scene_.name + ", frame " + std::to_string(frame_), pairs_.count());
-        mapCount_ = uint32_t(result.maps.size());
-        truth_ = &judge_.picture(frame_, gbufferRenderer_->gbuffer(), pairs_,
-                                 float(experiment_.exposure));
+        truth_ = &judge_.picture(frame_, renderer.gbuffer(), pairs_, float(experiment_.exposure));
         if (withPictures_)
             writePng(context_.directory + "/" + pictureBase() + "truth.png", experiment_.width,
                      experiment_.height, truth_->display);
@@ -108,8 +98,8 @@ private:
         const RunParameters* base = firstRun(&RunParameters::usesRays);
         // Charts of variants do not use them; only a model that routes by costs needs them.
         const bool isOfUse = std::any_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
-            return !run.isTruth() && ((run.variant.empty() && context_.measuresMapCosts) ||
-                                      makeCostModel(run.model)->needsCosts());
+            return (run.variant.empty() && context_.measuresMapCosts) ||
+                   makeCostModel(run.model)->needsCosts();
         });
         const bool isWanted =
             isOfUse && base != nullptr && firstRun(&RunParameters::usesMaps) != nullptr;
@@ -187,26 +177,9 @@ private:
                      {"method", run.method},       {"model", run.model},
                      {"parameters", run.toJson()}, {"label", run.label()}};
         Json lights = Json::array();
-        if (run.isTruth())
-            computeTruth(json);
-        else
-            computeMethodResult(run, json, lights);
+        computeMethodResult(run, json, lights);
         context_.journal->set(part_ + "answer/" + run.label(),
                               {{"run", std::move(json)}, {"lights", std::move(lights)}});
-    }
-
-    /// The truth compared with itself: no error by definition, kept as a row so that tables and
-    /// charts show its time.
-    void computeTruth(Json& json) {
-        json.update(toJson(countWrong(pairs_, truth_->visibility, truth_->visibility)));
-        json.update(nullRatesJson({}));
-        json["rmse"] = 0.0;
-        json["flip"] = 0.0;
-        FrameCounts none;
-        none.rayCount = pairs_.count();
-        none.tracedLightCount = mapCount_;
-        json.update(toJson(none));
-        json["dag_bytes"] = json["exact_bytes"] = 0;
     }
 
     void computeMethodResult(const RunParameters& run, Json& json, Json& lights) {
@@ -226,7 +199,7 @@ private:
         if (frameCosts_.degradeDivisor > 1 && makeCostModel(run.model)->needsCosts())
             json["costs_degrade_divisor"] = frameCosts_.degradeDivisor;
         json["dag_bytes"] = run.usesVoxels() ? renderer.dagBytes() : 0;
-        json["exact_bytes"] = run.usesTriangles() ? renderer.exactBytes() : 0;
+        json["exact_bytes"] = triangleBytes(run, renderer);
         json["visibility_histogram"] = report.visibilityHistogram;
         for (Json& entry : lightsJson(result.maps)) {
             Json row = {{"scene", scene_.name}, {"frame", frame_}, {"label", run.label()}};
@@ -264,7 +237,7 @@ private:
         const CpuUse use;
         const std::vector<Timing> timings =
             timeInTurn(runs_.size(), experiment_.warmups, experiment_.repeats, [&](size_t i) {
-                StageTimes stages = time(runs_[i]);
+                StageTimes stages = render(runs_[i], false).stages;
                 step();
                 return stages;
             });
@@ -279,14 +252,6 @@ private:
                 context_.onTiming(frame_, runs_[i], timings[i]);
         }
         context_.journal->set(part_ + context_.times, std::move(times));
-    }
-
-    StageTimes time(const RunParameters& run) {
-        if (!run.isTruth())
-            return render(run, false).stages;
-        const Truth& truth = workspace_.truth();
-        gbufferRenderer_->reset();
-        return truthFrame(*gbufferRenderer_, camera_, run.frame, truth, workspace_.world());
     }
 
     void collect(SceneMeasurement& out) const {
@@ -320,9 +285,7 @@ private:
     std::string part_;
     bool withPictures_ = false;
     Camera camera_;
-    FrameRenderer* gbufferRenderer_ = nullptr;
     PairList pairs_;
-    uint32_t mapCount_ = 0;
     const FrameTruth* truth_ = nullptr;
     FrameCosts frameCosts_;
 };

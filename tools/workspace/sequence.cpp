@@ -61,9 +61,7 @@ struct Player {
     /// @param role of its renderer
     Player(const RunParameters& run, Workspace& workspace, size_t role,
            const Experiment& experiment, const MeasureContext& context)
-        : run(run), isTruth(run.isTruth()),
-          renderer(isTruth ? nullptr : &workspace.renderer(run, role)),
-          model(makeCostModel(isTruth ? "texels:0" : run.model)),
+        : run(run), renderer(&workspace.renderer(run, role)), model(makeCostModel(run.model)),
           flicker(workspace.truth(), experiment.errorSeed, experiment.flickerPoints) {
         if (context.given != nullptr)
             giveCalibration(*model, *context.given);
@@ -71,8 +69,7 @@ struct Player {
     }
 
     const RunParameters& run;
-    bool isTruth;
-    FrameRenderer* renderer; ///< null for the truth
+    FrameRenderer* renderer;
     std::unique_ptr<CostModel> model;
     FlickerMeter flicker;
     FrameOptions options;
@@ -188,8 +185,7 @@ private:
                                 pairs.count());
             const std::vector<uint8_t> visibility = askTruth(workspace_.truth(), pairs);
             for (const std::unique_ptr<Player>& player : players_) {
-                Json row = player->isTruth ? computeTruth(pairs, visibility)
-                                           : computeMethodResult(*player, pairs, visibility);
+                const Json row = computeMethodResult(*player, pairs, visibility);
                 if (!step.isCounted)
                     continue;
                 Json json = {
@@ -208,20 +204,8 @@ private:
 
     /// Advances a player past a step whose results are known.
     void pass(Player& player) {
-        if (player.isTruth)
-            return;
         render(player, false);
         player.flicker.skip();
-    }
-
-    Json computeTruth(const PairList& pairs, const std::vector<uint8_t>& visibility) const {
-        Json json = confusionJson(pairs, visibility, visibility);
-        FrameCounts counts;
-        counts.rayCount = pairs.count();
-        json.update(toJson(counts));
-        json["lighting_computation_count"] = 0;
-        json.update(flickerJson({}));
-        return json;
     }
 
     Json computeMethodResult(Player& player, const PairList& pairs,
@@ -239,7 +223,7 @@ private:
             computations += map.quantities.samples;
         json["lighting_computation_count"] = computations;
         json["dag_bytes"] = player.run.usesVoxels() ? player.renderer->dagBytes() : 0;
-        json["exact_bytes"] = player.run.usesTriangles() ? player.renderer->exactBytes() : 0;
+        json["exact_bytes"] = triangleBytes(player.run, *player.renderer);
         json.update(
             flickerJson(experiment_.flickerPoints > 0
                             ? player.flicker.add({errorInputs(workspace_.world(), answers), view_})
@@ -284,12 +268,7 @@ private:
     }
 
     StageTimes timeOne(Player& player) {
-        StageTimes stages;
-        if (player.isTruth) {
-            const Truth& truth = workspace_.truth();
-            return truthFrame(witness_, view_, pairOptions_, truth, workspace_.world());
-        }
-        stages = player.update;
+        StageTimes stages = player.update;
         for (const auto& [name, timeMs] : render(player, false).stages.stagesMs)
             stages.add(name, timeMs);
         return stages;

@@ -14,9 +14,13 @@ namespace shadowdag {
 void MethodOptions::declare(CommandLine& commandLine, const std::string& methods) {
     commandLine.heading("Method");
     commandLine.text("--method", method, methods,
-                     std::string(methods.starts_with("embree|") ? "embree: the truth; " : "") +
-                         "dag: all lights by rays, see --believe; maps: all by virtual cube "
-                         "shadow maps; hybrid: each by the method that --model chooses [" +
+                     std::string(methods.starts_with("truth|") ? "truth: what errors are measured "
+                                                                 "against; "
+                                                               : "") +
+                         "dag: all lights by rays, see "
+                         "--believe; maps: all by virtual cube "
+                         "shadow maps; hybrid: each by the method that --model chooses; "
+                         "embree: all lights by Embree's packets [" +
                          method + "]");
     commandLine.text("--model", model, "M",
                      "For hybrid: texels:N (maps under N texels are traced), expr:EXPRESSION (rays "
@@ -66,6 +70,7 @@ RunParameters MethodOptions::run(const Experiment& experiment) const {
         run.frame.rays.believe = *believe;
     if (!variant.empty())
         run.frame = variantRun(parseVariant("--variant", variant), run.frame).frame;
+    methodOf(method).takeOver(run.frame.rays);
     return run;
 }
 

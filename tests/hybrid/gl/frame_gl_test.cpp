@@ -13,6 +13,7 @@
 #include <gmock/gmock.h>
 
 #include <cstdlib>
+#include <ctime>
 #include <future>
 #include <thread>
 
@@ -286,7 +287,7 @@ protected:
 
 // Drivers compile when programs are first used: that is over before the first frame, or calibration
 // would take it for what a method costs. The first renderer's alone: later ones may find compiled
-// what it was.
+// what it was. Counted is processor time, which other programs do not lengthen.
 TEST_F(FrameGlUncached, TheFirstFrameIsAsFastAsLaterOnes) {
     FrameOptions options = smallFrame();
     options.width = 32;
@@ -296,7 +297,9 @@ TEST_F(FrameGlUncached, TheFirstFrameIsAsFastAsLaterOnes) {
         GlStage stage("fail-silhouette");
         const auto ms = [&] {
             stage.gl->reset();
-            return GlStage::render(*stage.gl, stage.world, model, options).stages.totalMs();
+            const std::clock_t start = std::clock();
+            GlStage::render(*stage.gl, stage.world, model, options);
+            return 1e3 * double(std::clock() - start) / CLOCKS_PER_SEC;
         };
         const double first = ms();
         double later = 0;

@@ -22,7 +22,7 @@ Arguments tiny(const std::string& output, const Arguments& more) {
 
 } // namespace
 
-TEST(ProgramVariants, RunsByNameWithTheTruthBesideThem) {
+TEST(ProgramVariants, RunsByNameWithEmbreeBesideThem) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     const ProgramResult result =
@@ -266,7 +266,7 @@ TEST(ProgramVariants, UnusedOptionsAreRefused) {
            "--frames", "0:1", "--variant", "Hybrid-RH0.3"},
           1,
           "the name sets it"},
-         {{"render", "builtin:atrium", "-o", directory / "a.exr", "--method", "embree", "--truth"},
+         {{"render", "builtin:atrium", "-o", directory / "a.exr", "--method", "truth", "--truth"},
           1,
           "--truth is for methods that can be wrong"},
          {{"validate", "builtin:atrium", "--variant", "PMCD-T1", "--taps", "4"},

@@ -18,7 +18,8 @@ using testing::ElementsAre;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 TEST(Method, IsFoundByItsNameAlone) {
-    EXPECT_THAT(methodNames(), ElementsAre("embree", "dag", "maps", "hybrid"));
+    EXPECT_THAT(methodNames(), ElementsAre("truth", "dag", "maps", "hybrid", "embree"));
+    EXPECT_THAT(measuredMethodNames(), ElementsAre("dag", "maps", "hybrid", "embree"));
     for (const Method* method : methods())
         EXPECT_EQ(findMethod(method->name()), method);
     EXPECT_EQ(findMethod("dag-"), nullptr);
@@ -30,7 +31,20 @@ TEST(Method, NeedsAreThoseOfAFrame) {
     EXPECT_FALSE(methodOf("maps").needs().rays);
     EXPECT_TRUE(methodOf("hybrid").needs().rays && methodOf("hybrid").needs().maps);
     EXPECT_TRUE(methodOf("hybrid").needs().routing);
-    EXPECT_TRUE(methodOf("embree").isTruth());
+    EXPECT_TRUE(methodOf("truth").isTruth());
+    EXPECT_FALSE(methodOf("embree").isTruth() || methodOf("embree").needs().rays);
+}
+
+TEST(Method, EmbreeTakesOverTheOptionsOfRays) {
+    RayOptions rays;
+    rays.level = 3;
+    rays.offset = 7;
+    methodOf("dag").takeOver(rays);
+    EXPECT_EQ(rays.level, 3u);
+    methodOf("embree").takeOver(rays);
+    EXPECT_EQ(rays.level, 0u);
+    EXPECT_TRUE(rays.believesNone());
+    EXPECT_EQ(rays.triangleRays, TriangleRays::kEmbree);
 }
 
 TEST(Method, OneMethodServesEachThresholdOfASweep) {
@@ -51,7 +65,7 @@ TEST(Method, ComplexitiesThatFitComparesDiffer) {
             EXPECT_TRUE(seen.insert(method->complexity()).second) << method->name();
         }
     }
-    EXPECT_EQ(seen.size(), methods().size() - 1) << "all but the truth";
+    EXPECT_EQ(seen.size(), methods().size() - 2) << "all but the truth and Embree";
 }
 
 TEST(Method, ModelsAreThoseOfTheMethod) {

@@ -36,7 +36,7 @@ struct Opened {
         ViewRequest request;
         request.serial = ++serial;
         request.sides[0] = {method, "texels:96"};
-        request.sides[1] = {"embree", ""};
+        request.sides[1] = {"truth", ""};
         request.options.width = width;
         request.options.height = height;
         return request;
@@ -119,7 +119,7 @@ TEST(ViewRenderer, ACompletePictureIsIndependent) {
 
 TEST(ViewRenderer, TheTruthsSideIsCompleteWhileItMoves) {
     Opened opened;
-    ViewRequest request = opened.request("embree");
+    ViewRequest request = opened.request("truth");
     request.isMoving = true;
     const std::shared_ptr<ViewPicture> moving = opened.renderer.render(request, 1.0f);
     EXPECT_FALSE(opened.renderer.canRefine());
@@ -177,7 +177,7 @@ TEST(ViewRenderer, APixelReportsTheResultOfEveryMethod) {
         EXPECT_EQ(pair.answers[0].method, "dag believe all");
         EXPECT_EQ(pair.answers[1].method, "dag believe none");
         EXPECT_EQ(pair.answers[2].method, "maps");
-        EXPECT_EQ(pair.answers[3].method, "embree");
+        EXPECT_EQ(pair.answers[3].method, "truth");
         EXPECT_EQ(pair.answers[1].visibility, pair.answers[3].visibility);
         for (const PairResult& answer : pair.answers) {
             EXPECT_GT(answer.nanoseconds, 0.0) << answer.method;
@@ -341,7 +341,7 @@ TEST(ViewRenderer, AFrozenFrameIsKeptWhileTheObserverMoves) {
 
 TEST(ViewRenderer, CancelledPicturesLeaveNoState) {
     Opened opened;
-    for (const char* method : {"maps", "hybrid", "embree"}) {
+    for (const char* method : {"maps", "hybrid", "truth"}) {
         SCOPED_TRACE(method);
         ViewRequest request = opened.request(method);
         request.wantsError = true;
@@ -350,7 +350,7 @@ TEST(ViewRenderer, CancelledPicturesLeaveNoState) {
         elsewhere.camera = "0,3,8,0,0,0";
         int count = 0;
         opened.renderer.render(elsewhere, 1.0f, {[&] { return ++count < 0; }, {}});
-        ASSERT_GT(count, method == std::string("embree") ? 1 : 8);
+        ASSERT_GT(count, method == std::string("truth") ? 1 : 8);
         for (int last = 1; last <= count; ++last) {
             opened.whole(request);
             int asked = 0;
@@ -384,7 +384,7 @@ TEST(ViewRenderer, ACancelledRedrawKeepsTheFrames) {
 
 TEST(ViewRenderer, ACancelledRefinementContinues) {
     Opened opened;
-    ViewRequest request = opened.request("embree");
+    ViewRequest request = opened.request("truth");
     opened.renderer.render(request, 1.0f);
     ASSERT_TRUE(opened.renderer.canRefine());
     EXPECT_THROW(opened.renderer.picture({[] { return true; }, {}}), PictureGivenUp);
@@ -492,7 +492,7 @@ TEST(ViewRenderer, SavedViewsDescribeHowToReproduceThem) {
     EXPECT_EQ(e.scenes, std::vector<std::string>{"builtin:fail-silhouette"});
     EXPECT_EQ(e.camera, request.camera);
     EXPECT_EQ(e.width, 160u);
-    EXPECT_EQ(e.methods, (std::vector<std::string>{"embree", "hybrid"}));
+    EXPECT_EQ(e.methods, (std::vector<std::string>{"hybrid"}));
     EXPECT_EQ(e.thresholds, std::vector<float>{64});
     EXPECT_EQ(e.taps, std::vector<uint32_t>{9});
     EXPECT_EQ(e.undersample, std::vector<float>{2});

@@ -274,7 +274,7 @@ TEST(ViewWindow, ComparesWithTheTruthAndCountsErrors) {
     view.display.tap("2");
     view.clickWidget("split", 0.08);
     const Json split = view.waitForPicture(
-        [](const Json& l) { return hasMethod(l, 0, "dag") && hasMethod(l, 1, "embree"); }, from);
+        [](const Json& l) { return hasMethod(l, 0, "dag") && hasMethod(l, 1, "truth"); }, from);
     ASSERT_FALSE(split.is_null());
     EXPECT_EQ(split["sides"][0]["done_share"], 1.0);
     EXPECT_GT(split["sides"][0]["false_shadow_count"], 0);
@@ -346,7 +346,7 @@ TEST(ViewWindow, AClickReportsThePairsOfAPixel) {
     ASSERT_TRUE(told["pixel"]["has_sample"]);
     ASSERT_FALSE(told["pixel"]["pairs"].empty());
     for (const Json& pair : told["pixel"]["pairs"]) {
-        EXPECT_TRUE(pair["visibility"].contains("embree"));
+        EXPECT_TRUE(pair["visibility"].contains("truth"));
         EXPECT_TRUE(pair["visibility"].contains("dag believe all"));
         EXPECT_TRUE(pair["visibility"].contains("dag believe none"));
     }

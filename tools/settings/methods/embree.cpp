@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree's results: the truth that errors are measured against.
+// Every light by Embree's packets, as a renderer would use them: the peer of all methods here.
 #include "tools/settings/method.h"
 
 namespace shadowdag {
@@ -10,11 +10,16 @@ namespace {
 
 class EmbreeMethod : public Method {
 public:
-    EmbreeMethod() : Method("embree", "the truth", {}) {}
+    EmbreeMethod()
+        : Method("embree", "all lights by rays of Embree, as a renderer would trace them",
+                 {.embree = true}) {}
 
-    bool isTruth() const override { return true; }
-    // Only its pairs are used; the smallest number of maps is enough for them.
-    std::string modelText(const std::string&) const override { return "texels:0"; }
+    std::string modelText(const std::string&) const override { return "texels:inf"; }
+    void takeOver(RayOptions& rays) const override {
+        rays = {};
+        rays.believe = 0.0f;
+        rays.triangleRays = TriangleRays::kEmbree;
+    }
 };
 
 } // namespace

@@ -65,7 +65,7 @@ def lod_chart(charts, scene, runs):
             sides.annotate(text, (run["false_shadow"], run["false_light"]), xytext=(4, -7) if below else (-5, 3),
                            textcoords="offset points", ha="left" if below else "right", fontsize=5.8, color=color)
     spread = [abs(r["time_ms_max"] - r["time_ms_min"]) / r["time_ms"] for r in rays]
-    truth = next((r for r in runs if r["method"] == "embree"), None)
+    embree = next((r for r in runs if r["method"] == "embree"), None)
     over_time.set_xlabel("frame time (ms)")
     over_time.set_ylabel("wrong pairs (%)")
     over_time.margins(0.12)
@@ -78,7 +78,8 @@ def lod_chart(charts, scene, runs):
     over_time.legend(loc="lower left", bbox_to_anchor=(0, 1), ncol=2, columnspacing=1.2, borderaxespad=0.2)
     fastest = min(rays, key=lambda r: r["time_ms"])
     best = min((r for r in rays if lod_of(r)[0] != "fixed"), key=wrong, default=first)
-    sentence = (f" Embree needs {truth['time_ms']:.0f} ms for the same frame." if truth else "")
+    sentence = (f" Embree's rays need {embree['time_ms']:.0f} ms for the same frame, with {wrong(embree):.2f} % of the pairs "
+                "wrong." if embree else "")
     charts.save(figure, f"lod_{slug(scene)}", f"Level of detail: error against time, {scene}",
                 f"All lights traced at {first['parameters']['resolution']}³; down and left is better. Level 0 takes "
                 f"{first['time_ms']:.0f} ms with {wrong(first):.2f} % of the pairs wrong; the fastest, lod "

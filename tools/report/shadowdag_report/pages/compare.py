@@ -70,7 +70,7 @@ def finding(name, runs):
 
     def time(run):
         return f"{cubed(text(run['label']))} {run['time_ms']:.1f} ms"
-    parts = [time(r) + ("" if r["method"] == "embree" else f" at {wrong(r)} % wrong pairs")
+    parts = [f"{time(r)} at {wrong(r)} % wrong pairs"
              for r in runs if r["method"] != "hybrid"]
     fastest = min((r for r in runs if r["method"] == "hybrid"), key=lambda r: r["time_ms"], default=None)
     if fastest is not None:
