@@ -110,7 +110,7 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          1,
          "--lod is for rays through voxels, not for 'dag' that believes none; add --believe all"},
         {{"render", kScene, "-o", exr, "--method", "dag", "--taps", "1"}, 1, "--taps is for"},
-        {{"compare", kScene, "-o", dir, "--methods", "dag,exact"}, 1, "embree, dag, maps, hybrid"},
+        {{"compare", kScene, "-o", dir, "--methods", "dag,exact"}, 1, "dag, maps, hybrid, embree"},
         {{"render", kScene, "-o", exr, "--lod", "pixels"}, 1, "footprint[:SCALE]"},
         {{"render", kScene, "-o", exr, "--lod", "footprint:0"}, 1, "the scale"},
         {{"render", kScene, "-o", exr, "--lod", "footprint:1:2"}, 1, "nothing more"},
