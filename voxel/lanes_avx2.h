@@ -29,10 +29,12 @@ struct Avx2Lanes {
     static float lane(const Floats& v, uint32_t i) {
         return reinterpret_cast<const float*>(&v)[i]; // vectors may alias
     }
+    static Floats add(Floats a, Floats b) { return _mm256_add_ps(a, b); }
     static Floats sub(Floats a, Floats b) { return _mm256_sub_ps(a, b); }
     static Floats mul(Floats a, Floats b) { return _mm256_mul_ps(a, b); }
     static Floats div(Floats a, Floats b) { return _mm256_div_ps(a, b); }
     static Floats fma(Floats a, Floats b, Floats c) { return _mm256_fmadd_ps(a, b, c); }
+    static Floats root(Floats a) { return _mm256_sqrt_ps(a); }
     static Floats lesser(Floats a, Floats b) { return _mm256_min_ps(a, b); }
     static Floats greater(Floats a, Floats b) { return _mm256_max_ps(a, b); }
     static Floats absolute(Floats a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }

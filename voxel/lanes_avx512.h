@@ -27,10 +27,12 @@ struct Avx512Lanes {
     static float lane(const Floats& v, uint32_t i) {
         return reinterpret_cast<const float*>(&v)[i]; // vectors may alias
     }
+    static Floats add(Floats a, Floats b) { return _mm512_add_ps(a, b); }
     static Floats sub(Floats a, Floats b) { return _mm512_sub_ps(a, b); }
     static Floats mul(Floats a, Floats b) { return _mm512_mul_ps(a, b); }
     static Floats div(Floats a, Floats b) { return _mm512_div_ps(a, b); }
     static Floats fma(Floats a, Floats b, Floats c) { return _mm512_fmadd_ps(a, b, c); }
+    static Floats root(Floats a) { return _mm512_sqrt_ps(a); }
     static Floats lesser(Floats a, Floats b) { return _mm512_min_ps(a, b); }
     static Floats greater(Floats a, Floats b) { return _mm512_max_ps(a, b); }
     static Floats absolute(Floats a) { return _mm512_abs_ps(a); }

@@ -44,6 +44,9 @@ struct PortableLanes {
         return each([&](uint32_t i) { return base[index[i]]; });
     }
     static float lane(const Floats& v, uint32_t i) { return v.at[i]; }
+    static Floats add(const Floats& a, const Floats& b) {
+        return each([&](uint32_t i) { return a.at[i] + b.at[i]; });
+    }
     static Floats sub(const Floats& a, const Floats& b) {
         return each([&](uint32_t i) { return a.at[i] - b.at[i]; });
     }
@@ -55,6 +58,9 @@ struct PortableLanes {
     }
     static Floats fma(const Floats& a, const Floats& b, const Floats& c) {
         return each([&](uint32_t i) { return __builtin_fmaf(a.at[i], b.at[i], c.at[i]); });
+    }
+    static Floats root(const Floats& a) {
+        return each([&](uint32_t i) { return __builtin_sqrtf(a.at[i]); });
     }
     static Floats lesser(const Floats& a, const Floats& b) {
         return each([&](uint32_t i) { return a.at[i] < b.at[i] ? a.at[i] : b.at[i]; });

@@ -30,6 +30,9 @@ template <class V> struct Twice {
     static float lane(const Floats& v, uint32_t i) {
         return i < V::kWidth ? V::lane(v.low, i) : V::lane(v.high, i - V::kWidth);
     }
+    static Floats add(const Floats& a, const Floats& b) {
+        return {V::add(a.low, b.low), V::add(a.high, b.high)};
+    }
     static Floats sub(const Floats& a, const Floats& b) {
         return {V::sub(a.low, b.low), V::sub(a.high, b.high)};
     }
@@ -42,6 +45,7 @@ template <class V> struct Twice {
     static Floats fma(const Floats& a, const Floats& b, const Floats& c) {
         return {V::fma(a.low, b.low, c.low), V::fma(a.high, b.high, c.high)};
     }
+    static Floats root(const Floats& a) { return {V::root(a.low), V::root(a.high)}; }
     static Floats lesser(const Floats& a, const Floats& b) {
         return {V::lesser(a.low, b.low), V::lesser(a.high, b.high)};
     }

@@ -65,8 +65,9 @@ struct PairRecorder {
     View<uint8_t> visibility;
     View<PairServer> server;
 
+    SDAG_HD bool isOn() const { return !nextPair.empty(); }
     SDAG_HD void add(uint32_t sample, uint8_t value, PairServer by) const {
-        if (nextPair.empty())
+        if (!isOn())
             return;
         const uint32_t pair = nextPair[sample]++;
         visibility[pair] = value;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shading on the CPU: a thread takes a cluster at a time and goes through it light by light. Voxel
-// rays of level 0 are answered for a cluster and a light at once, in streams: the bits of
+// Shading on the CPU: a thread takes a cluster at a time and goes through it light by light.
+// Samples are marked and coloured in lanes (sample_lanes.h), and voxel rays of level 0 and exact
+// rays are answered for a cluster and a light at once, in streams: the bits of
 // ShadeSamples::shadeCluster.
 #include "hybrid/frame/shade_pass.h"
 
 #include "cuda/parallel_for.h"
 #include "hybrid/clusters/cluster_rays.h"
-
-#include <vector>
+#include "hybrid/frame/sample_lanes.h"
 
 namespace shadowdag {
 
@@ -28,38 +28,68 @@ public:
         samples_ = {work_.clusters.samples.data + work_.clusters.sampleStart[cluster],
                     work_.clusters.sampleCount(cluster)};
         rays_.setCluster(samples_);
+        lanes_.reset(uint32_t(samples_.count));
+        for (uint32_t i = 0; i < samples_.count; ++i) {
+            const uint32_t sample = samples_[i];
+            lanes_.set(i, work_.gbuffer.positionWorld[sample], work_.gbuffer.normalWorld[sample],
+                       work_.surfaceOf(sample).baseColor, work_.color[sample]);
+        }
         for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
             const uint32_t lightIndex = lists.lights[l];
             const Light light = work_.lights[lightIndex];
-            const PairServer server = work_.serverOf(l);
-            if (server.by() == ServedBy::kRays) {
-                shadeTraced(lightIndex, light, counts);
+            const uint32_t askedCount = lanes_.mark(light);
+            if (askedCount == 0)
                 continue;
-            }
-            for (const uint32_t sample : samples_)
-                work_.color[sample] += work_.shadePair(sample, server, lightIndex, light, counts);
+            const PairServer server = work_.serverOf(l);
+            if (server.by() == ServedBy::kRays)
+                trace(lightIndex, light, askedCount, counts);
+            else
+                lookUp(lightIndex, light, server, counts);
+            record(server);
+            lanes_.add();
         }
+        for (uint32_t i = 0; i < samples_.count; ++i)
+            work_.color[samples_[i]] = lanes_.color(i);
         work_.addCounts(cluster, counts);
     }
 
 private:
-    void shadeTraced(uint32_t lightIndex, const Light& light, VisibilityCounts& counts) {
-        const uint32_t askedCount = markPairs(work_.gbuffer, samples_, light, isAsked_);
-        if (askedCount == 0)
-            return;
+    void trace(uint32_t lightIndex, const Light& light, uint32_t askedCount,
+               VisibilityCounts& counts) {
         counts.rayCount += askedCount;
-        isDark_.resize(samples_.count);
-        counts.rays += rays_.answer(lightIndex, light, viewOf(isAsked_), viewOf(isDark_));
-        for (size_t i = 0; i < samples_.count; ++i)
-            if (isAsked_[i])
-                work_.color[samples_[i]] += work_.shadeAnswered(
-                    samples_[i], PairServer::rays(), light, isDark_[i] ? uint8_t(0) : kLit);
+        const View<uint8_t> seen = lanes_.seen();
+        counts.rays += rays_.answer(lightIndex, light, lanes_.isAsked(), seen); // dark: 1
+        for (size_t i = 0; i < seen.count; ++i)
+            seen[i] = seen[i] != 0 ? uint8_t(0) : kLit;
+    }
+
+    void lookUp(uint32_t lightIndex, const Light& light, PairServer server,
+                VisibilityCounts& counts) {
+        const View<const uint8_t> isAsked = lanes_.isAsked();
+        const View<uint8_t> seen = lanes_.seen();
+        for (size_t i = 0; i < isAsked.count; ++i)
+            if (isAsked[i]) {
+                const uint32_t sample = samples_[i];
+                seen[i] = computePairResult(work_.visibility, server, lightIndex, light,
+                                            work_.gbuffer.positionWorld[sample],
+                                            work_.gbuffer.normalWorld[sample],
+                                            work_.gbuffer.triangle[sample], counts);
+            }
+    }
+
+    void record(PairServer server) {
+        if (!work_.recorder.isOn())
+            return;
+        const View<const uint8_t> isAsked = lanes_.isAsked();
+        for (size_t i = 0; i < isAsked.count; ++i)
+            if (isAsked[i])
+                work_.recorder.add(samples_[i], lanes_.seen()[i], server);
     }
 
     const ShadeSamples& work_;
     ClusterRays rays_;
+    SampleLanes lanes_;
     View<const uint32_t> samples_; ///< of the cluster
-    std::vector<uint8_t> isAsked_, isDark_;
 };
 
 } // namespace
