@@ -16,12 +16,15 @@
 #include <mutex>
 #include <set>
 #include <utility>
+#include <vector>
 
 namespace shadowdag {
 
 namespace {
 
 std::atomic<unsigned> gFileCounter{0};
+
+constexpr std::string_view kTemporaryMark = ".tmp-"; // then the process, '-' and a number
 
 /// The temporary files of the process.
 struct Unfinished {
@@ -64,7 +67,7 @@ OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
                     "cannot write '" + path_ + "': it is a folder; name a file in it");
     // The process id and a counter distinguish two writers of one name; the same folder keeps the
     // rename atomic.
-    temporaryPath_ = path_ + ".tmp-" + std::to_string(::getpid()) + "-" +
+    temporaryPath_ = path_ + std::string(kTemporaryMark) + std::to_string(::getpid()) + "-" +
                      std::to_string(gFileCounter.fetch_add(1));
     const std::lock_guard lock(unfinished().mutex);
     unfinished().paths.insert(temporaryPath_);
@@ -105,6 +108,31 @@ void OutputFile::commit() {
         fail("cannot rename the finished file to", path_, errno);
     unfinished().paths.erase(temporaryPath_);
     committed_ = true;
+}
+
+bool isTemporaryName(std::string_view name) {
+    const size_t mark = name.rfind(kTemporaryMark);
+    if (mark == std::string_view::npos || mark == 0)
+        return false;
+    const std::string_view rest = name.substr(mark + kTemporaryMark.size());
+    const size_t dash = rest.find('-');
+    const auto isNumber = [](std::string_view text) {
+        return !text.empty() && text.find_first_not_of("0123456789") == std::string_view::npos;
+    };
+    return dash != std::string_view::npos && isNumber(rest.substr(0, dash)) &&
+           isNumber(rest.substr(dash + 1));
+}
+
+void removeAbandonedFiles(const std::string& folder) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    std::vector<fs::path> abandoned;
+    for (fs::recursive_directory_iterator entry(folder, ignored), end; entry != end;
+         entry.increment(ignored))
+        if (entry->is_regular_file(ignored) && isTemporaryName(entry->path().filename().string()))
+            abandoned.push_back(entry->path());
+    for (const fs::path& path : abandoned)
+        fs::remove(path, ignored);
 }
 
 void removeUnfinishedFiles() {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <fstream>
 #include <string>
+#include <string_view>
 
 namespace shadowdag {
 
@@ -31,6 +32,13 @@ private:
     std::ofstream stream_;
     bool committed_ = false;
 };
+
+/// Returns whether a file name is one that OutputFile gives to a file that is not yet complete.
+bool isTemporaryName(std::string_view name);
+
+/// Removes the unfinished files that killed processes left in a folder and the folders in it. Only
+/// for a folder that no other process writes to.
+void removeAbandonedFiles(const std::string& folder);
 
 /// Removes the temporary files of all OutputFiles of the process, just before it ends itself: from
 /// then on every thread that creates, commits or destroys one waits forever.

@@ -3,10 +3,13 @@
 // wide form.
 #include "voxel/dag_stream.h"
 
+#include "cuda/error.h"
 #include "voxel/dag_stream_work.h"
 #include "voxel/dag_trace.h"
 
 #include <cstddef>
+#include <cstdlib>
+#include <string>
 
 namespace shadowdag {
 
@@ -35,6 +38,29 @@ bool processorHas(StreamIsa isa) {
 }
 #endif
 
+/// Returns the best of the processor, or a lower one if the environment names it.
+StreamIsa chosenIsa() {
+    const StreamIsa best = hasStreamIsa(StreamIsa::kAvx512) ? StreamIsa::kAvx512
+                           : hasStreamIsa(StreamIsa::kAvx2) ? StreamIsa::kAvx2
+                                                            : StreamIsa::kPortable;
+    const char* const wanted = std::getenv("SHADOWDAG_ISA");
+    if (wanted == nullptr || *wanted == 0)
+        return best;
+    const std::string name = wanted;
+    const StreamIsa isa = name == "avx512" ? StreamIsa::kAvx512
+                          : name == "avx2" ? StreamIsa::kAvx2
+                                           : StreamIsa::kPortable;
+    if (isa == StreamIsa::kPortable && name != "portable")
+        throw Error(ErrorKind::kUsage,
+                    "environment: SHADOWDAG_ISA '" + name + "': use portable, avx2 or avx512");
+    if (!hasStreamIsa(isa))
+        throw Error(ErrorKind::kDevice, "environment: SHADOWDAG_ISA '" + name +
+                                            "': this processor or program lacks it; use " +
+                                            (best == StreamIsa::kAvx2 ? "avx2 or " : "") +
+                                            "portable, or unset it");
+    return isa;
+}
+
 } // namespace
 
 bool hasStreamIsa(StreamIsa isa) {
@@ -44,10 +70,8 @@ bool hasStreamIsa(StreamIsa isa) {
 }
 
 StreamIsa bestStreamIsa() {
-    static const StreamIsa best = hasStreamIsa(StreamIsa::kAvx512) ? StreamIsa::kAvx512
-                                  : hasStreamIsa(StreamIsa::kAvx2) ? StreamIsa::kAvx2
-                                                                   : StreamIsa::kPortable;
-    return best;
+    static const StreamIsa chosen = chosenIsa();
+    return chosen;
 }
 
 const char* streamIsaName(StreamIsa isa) {

@@ -82,10 +82,14 @@ private:
             std::string names;
             for (const Quantity& quantity : kQuantities)
                 names += names.empty() ? quantity.name : std::string(", ") + quantity.name;
-            throw Error(ErrorKind::kUsage, "cost model 'expr:" + expression_ +
-                                               "': " + error.GetMsg() + " (at position " +
-                                               std::to_string(error.GetPos()) +
-                                               " of the expression); it may use " + names);
+            // muParser's word for what it did not expect, such as an operator without operands.
+            const bool isUnexpected = error.GetCode() == mu::ecINTERNAL_ERROR;
+            throw Error(ErrorKind::kUsage, "cost model 'expr:" + expression_ + "': " +
+                                               (isUnexpected ? "an operator lacks an operand"
+                                                             : error.GetMsg() + " (at position " +
+                                                                   std::to_string(error.GetPos()) +
+                                                                   " of the expression)") +
+                                               "; it may use " + names);
         }
         return ratios;
     }

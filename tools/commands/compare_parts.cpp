@@ -3,8 +3,10 @@
 
 #include "cuda/error.h"
 #include "scenes/content_hash.h"
+#include "scenes/input_file.h"
 #include "tools/report/csv.h"
 #include "tools/report/results_table.h"
+#include "tools/settings/json_file.h"
 
 #include <algorithm>
 #include <array>
@@ -37,6 +39,8 @@ std::string hashText(const std::array<uint8_t, 16>& hash) {
 
 /// Returns the hash of a file's content, "" when it cannot be read.
 std::string fileHash(const std::string& path) {
+    if (!whyNoInput(path, ~uint64_t(0)).empty())
+        return "";
     std::ifstream file(path, std::ios::binary);
     if (!file)
         return "";
@@ -100,13 +104,12 @@ void checkContent(const std::string& path, const std::string& directory, const J
 
 Json readPart(const std::string& directory) {
     const std::string path = directory + "/part.json";
-    std::ifstream file(path, std::ios::binary);
-    if (!file)
+    if (const std::string why = whyNoInput(path, kMaxJsonBytes); !why.empty())
         throw Error(ErrorKind::kInput,
-                    path + ": cannot be read; '" + directory +
+                    path + ": " + why + "; '" + directory +
                         "' is not a finished part of a compare: run compare --part K/N -o " +
                         directory);
-    Json part = Json::parse(file, nullptr, false);
+    Json part = readOwnJsonFile(path);
     bool isWhole = part.is_object() && part.contains("key") && part["key"].is_object() &&
                    part.contains("provenance") && part["provenance"].is_object() &&
                    part.contains("experiment") && part.contains("lights") &&

@@ -4,13 +4,14 @@
 #include "tools/commands/commands.h"
 #include "tools/report/report_package.h"
 #include "tools/settings/common_options.h"
+#include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
 #include "tools/workspace/report_directory.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 
@@ -43,10 +44,10 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
     const ReportPackage package(true, console, "");
     const std::string path =
         fs::is_directory(options.results) ? options.results + "/results.json" : options.results;
-    if (!std::ifstream(path))
-        throw Error(ErrorKind::kInput,
-                    path + ": cannot be opened; give the results.json of compare --sequence, or "
-                           "its directory");
+    if (const std::string why = whyNoInput(path, kMaxJsonBytes); !why.empty())
+        throw Error(ErrorKind::kInput, path + ": " + why +
+                                           "; give the results.json of compare --sequence, or "
+                                           "its directory");
     const DirectoryGuard guard(options.output);
     std::error_code failed;
     fs::create_directories(options.output, failed);
@@ -56,8 +57,7 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
     const DirectoryLock lock("-o", options.output);
     more.insert(more.begin(), {"figures", path, "-o", options.output});
     package.run(more);
-    std::ifstream file(options.output + "/charts.json");
-    const Json charts = Json::parse(file);
+    const Json charts = readJsonFile(options.output + "/charts.json", "draw the figures again");
     for (const std::string& line : leftOutLines(charts))
         console.note(line);
     if (charts["charts"].empty())

@@ -5,6 +5,7 @@
 #include "tools/report/report_package.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
+#include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "tools/settings/unused_options.h"
@@ -15,7 +16,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -36,8 +36,7 @@ const std::string kTitle = "The least model in ";
 
 /// Returns whether a file is an experiment that a fit wrote.
 bool isExperimentOfFit(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    const Json json = file ? Json::parse(file, nullptr, false) : Json();
+    const Json json = readOwnJsonFile(path);
     return json.is_object() && json.contains("title") && json["title"].is_string() &&
            json["title"].get<std::string>().starts_with(kTitle);
 }

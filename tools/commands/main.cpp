@@ -13,10 +13,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <exception>
 #include <iostream>
+#include <string_view>
 
 namespace {
 
@@ -24,6 +27,13 @@ int complain(const std::string& message, int status) {
     std::cout << std::flush;
     std::cerr << "shadowdag: error: " << message << std::endl;
     return status;
+}
+
+bool asksForHelp(int argc, char** argv) {
+    return std::any_of(argv + 1, argv + argc, [](const char* word) {
+        return std::string_view(word) == "--help" || std::string_view(word) == "-h" ||
+               std::string_view(word) == "--version";
+    });
 }
 
 } // namespace
@@ -43,6 +53,7 @@ int main(int argc, char** argv) {
         std::signal(signal, SIG_DFL);
         std::raise(signal); // so that shells see the signal
     };
+    std::signal(SIGPIPE, SIG_IGN); // a write into a closed pipe then fails, like one to a full disk
     try {
         catchInterrupts([endBySignal](int signal) {
             removeUnfinishedFiles();
@@ -77,7 +88,14 @@ int main(int argc, char** argv) {
                         declareView);
         program.command("bench", "Compare our rates with Embree's and NanoVDB's", declareBench);
         program.run(argc, argv);
-        if (!std::cout.flush())
+        errno = 0;
+        if (!std::cout.flush() && errno == EPIPE)
+            return asksForHelp(argc, argv)
+                       ? 0 // the reader has seen as much as it wanted
+                       : complain("standard output was closed before all was written; read it to "
+                                  "its end",
+                                  int(ErrorKind::kResource));
+        if (!std::cout)
             return complain("standard output cannot be written; is the disk full?",
                             int(ErrorKind::kResource));
         return 0;
@@ -86,6 +104,8 @@ int main(int argc, char** argv) {
     } catch (const NotHeld& notHeld) {
         return complain(notHeld.what(), NotHeld::kExitStatus);
     } catch (const std::exception& error) {
+        if (isInterrupted()) // a call that the signal ended has failed
+            endBySignal(caughtSignal());
         const ExitMessage exit = exitMessageOf(error);
         return complain(exit.message, exit.status);
     }

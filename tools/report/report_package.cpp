@@ -2,6 +2,7 @@
 #include "tools/report/report_package.h"
 
 #include "cuda/error.h"
+#include "tools/settings/json_file.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -12,7 +13,6 @@
 #include <cerrno>
 #include <csignal>
 #include <filesystem>
-#include <fstream>
 
 extern char** environ;
 
@@ -146,8 +146,9 @@ Json ReportPackage::writePage(const std::string& name, const std::string& direct
         run({name, directory});
     else if (hasPage())
         run({name, directory, "--no-charts"});
-    std::ifstream file(directory + "/charts/charts.json");
-    return file ? Json::parse(file) : Json{{"charts", Json::array()}};
+    const std::string charts = directory + "/charts/charts.json";
+    return std::filesystem::exists(charts) ? readJsonFile(charts, "make the report again")
+                                           : Json{{"charts", Json::array()}};
 }
 
 void ReportPackage::run(const std::vector<std::string>& arguments) const {

@@ -57,8 +57,8 @@ public:
     Bar(std::string what, bool followsLoops, double lineIntervalS)
         : what_(std::move(what)), followsLoops_(followsLoops), lineIntervalS_(lineIntervalS) {
         const std::lock_guard lock(barMutex);
+        thread_ = std::thread([this] { run(); }); // may throw; it waits for the lock
         bars.push_back(this);
-        thread_ = std::thread([this] { run(); });
     }
     ~Bar() {
         {
@@ -170,12 +170,19 @@ void catchInterrupts(std::function<void(int signal)> giveUp) {
         std::this_thread::sleep_for(std::chrono::milliseconds(400));
         giveUp(interruptSignal);
     }).detach();
-    std::signal(SIGINT, onInterrupt);
-    std::signal(SIGTERM, onInterrupt);
+    // Without SA_RESTART: a call that waits, such as for a pipe, returns.
+    struct sigaction action {};
+    action.sa_handler = onInterrupt;
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
 }
 
 bool isInterrupted() {
     return interruptSignal != 0;
+}
+
+int caughtSignal() {
+    return interruptSignal;
 }
 
 void checkInterrupted() {

@@ -26,6 +26,8 @@ struct Interrupted {
 void catchInterrupts(std::function<void(int signal)> giveUp);
 /// Returns whether the flag is raised.
 bool isInterrupted();
+/// Returns the signal that raised it; 0 if none did.
+int caughtSignal();
 /// Throws Interrupted once the flag is raised. Long commands call it between steps.
 void checkInterrupted();
 /// Does the same for loops (setCpuPoll), whose finished fraction the step that is shown reports.

@@ -2,12 +2,11 @@
 #include "tools/settings/json_file.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
+#include <optional>
 #include <set>
-#include <sstream>
 #include <vector>
 
 namespace shadowdag {
@@ -23,11 +22,33 @@ std::string placeOf(const std::string& text, size_t byte) {
     return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
+/// Returns where a text nests deeper than a limit, its size if it does not.
+size_t findTooDeep(const std::string& text, int maxDepth) {
+    int depth = 0;
+    for (size_t i = 0; i < text.size(); ++i) {
+        if (text[i] == '"') {
+            for (++i; i < text.size() && text[i] != '"'; ++i)
+                if (text[i] == '\\')
+                    ++i;
+        } else if (text[i] == '{' || text[i] == '[') {
+            if (++depth > maxDepth)
+                return i;
+        } else if (text[i] == '}' || text[i] == ']') {
+            --depth;
+        }
+    }
+    return text.size();
+}
+
 } // namespace
 
 Json parseJson(const std::string& text, const std::string& where, const std::string& remedy) {
     if (text.find_first_not_of(" \t\r\n") == std::string::npos)
         throw Error(ErrorKind::kInput, where + ": is empty; " + remedy);
+    if (const size_t deep = findTooDeep(text, kMaxJsonDepth); deep < text.size())
+        throw Error(ErrorKind::kInput, where + ": nests deeper than " +
+                                           std::to_string(kMaxJsonDepth) + " levels at " +
+                                           placeOf(text, deep) + "; " + remedy);
     std::vector<std::set<std::string>> keys;
     const auto heed = [&](int, Json::parse_event_t event, Json& parsed) {
         if (event == Json::parse_event_t::object_start)
@@ -56,15 +77,23 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
 }
 
 Json readJsonFile(const std::string& path, const std::string& remedy) {
-    std::error_code ignored;
-    if (std::filesystem::is_directory(path, ignored))
-        throw Error(ErrorKind::kInput, path + ": is a directory; " + remedy);
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    if (!file)
-        throw Error(ErrorKind::kInput, path + ": cannot be opened; " + remedy);
-    text << file.rdbuf();
-    return parseJson(text.str(), path, remedy);
+    std::string why;
+    const std::optional<std::string> text = readInput(path, {kMaxJsonBytes, true}, why);
+    if (!text)
+        throw Error(ErrorKind::kInput, path + ": " + why + "; " + remedy);
+    return parseJson(*text, path, remedy);
+}
+
+Json parseOwnJson(const std::string& text, int maxDepth) {
+    if (findTooDeep(text, maxDepth) < text.size())
+        return Json(Json::value_t::discarded);
+    return Json::parse(text, nullptr, false);
+}
+
+Json readOwnJsonFile(const std::string& path) {
+    std::string why;
+    const std::optional<std::string> text = readInput(path, {kMaxJsonBytes}, why);
+    return text ? parseOwnJson(*text) : Json();
 }
 
 std::string jsonLine(const Json& value) {

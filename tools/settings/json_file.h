@@ -1,22 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads a user's JSON files with messages that name the file and the place.
+// Reads JSON files: a user's with messages that name the file and the place, the program's own
+// without. No other code parses JSON, so that nothing nests deeper than the stack allows.
 #pragma once
 
 #include "tools/settings/json.h"
 
+#include <cstdint>
 #include <string>
 
 namespace shadowdag {
 
-/// Returns the content of a JSON file. Throws Error kInput, beginning with the path and ending in
-/// `remedy`, for a directory, a file that cannot be opened, one that is truncated, text that is not
-/// JSON (line and column), and a duplicate key in one object, because readers of JSON differ in
-/// which one they use.
+/// Objects and lists nest at most this deep: writing a value, as messages do, is recursive.
+constexpr int kMaxJsonDepth = 100;
+/// No JSON file is larger.
+constexpr uint64_t kMaxJsonBytes = uint64_t(1) << 29;
+
+/// Returns the content of a JSON file, or of a pipe. Throws Error kInput, beginning with the path
+/// and ending in `remedy`, for a directory or a device, a file that cannot be opened or is larger
+/// than kMaxJsonBytes, one that is truncated, text that is not JSON or nests deeper than
+/// kMaxJsonDepth (line and column), and a duplicate key in one object, because readers of JSON
+/// differ in which one they use.
 /// @param remedy the kind of file to give, as in "give a cost file"
 Json readJsonFile(const std::string& path, const std::string& remedy);
 
 /// The same for text. @param where prefix of messages
 Json parseJson(const std::string& text, const std::string& where, const std::string& remedy);
+
+/// Returns the value of a text that this program may have written; a discarded one (is_discarded())
+/// when it is not JSON or nests deeper than kMaxJsonDepth.
+/// @param maxDepth less than what the stack allows for the use of the value
+Json parseOwnJson(const std::string& text, int maxDepth = kMaxJsonDepth);
+
+/// The same for a regular file of at most kMaxJsonBytes; null when there is none.
+Json readOwnJsonFile(const std::string& path);
 
 /// Returns a value as one line for messages and hashes; bytes that are not UTF-8 become U+FFFD.
 std::string jsonLine(const Json& value);

@@ -3,26 +3,25 @@
 
 #include "cuda/error.h"
 #include "scenes/content_hash.h"
+#include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "tools/settings/json_file.h"
 
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <optional>
-#include <sstream>
 
 namespace shadowdag {
 
 namespace {
 
+/// No file is hashed that is larger: the most that a glTF file may have.
+constexpr uint64_t kMaxHashedBytes = 0xffffffffu;
+
 std::optional<std::string> fileBytes(const std::string& path) {
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    if (!file || !(text << file.rdbuf()))
-        return std::nullopt;
-    return std::move(text).str();
+    std::string why;
+    return readInput(path, {kMaxHashedBytes}, why);
 }
 
 std::string hashText(const std::optional<std::string>& bytes) {
@@ -59,7 +58,7 @@ std::vector<std::string> referredFiles(const std::string& path, const std::strin
         std::memcpy(&length, bytes.data() + 12, sizeof length);
         text = bytes.substr(20, length);
     }
-    const Json json = Json::parse(text, nullptr, false);
+    const Json json = parseOwnJson(text, 256); // as readGltf
     std::vector<std::string> files;
     for (const char* list : {"buffers", "images"})
         if (json.is_object() && json.contains(list) && json[list].is_array())
@@ -113,14 +112,11 @@ std::string firstDifference(const Json& before, const Json& now) {
 
 Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path)) {
     content_ = {{"key", std::move(key)}, {"parts", Json::object()}};
-    std::ifstream file(path_, std::ios::binary);
-    if (!resume || !file) {
+    if (!resume || !std::filesystem::exists(path_)) {
         save();
         return;
     }
-    std::stringstream text;
-    text << file.rdbuf();
-    Json found = Json::parse(text.str(), nullptr, false);
+    Json found = readOwnJsonFile(path_);
     if (found.is_discarded() || !found.is_object() || !found.contains("key") ||
         !found.contains("parts") || !found["parts"].is_object())
         throw Error(ErrorKind::kInput,

@@ -3,12 +3,11 @@
 
 #include "cuda/error.h"
 #include "scenes/output_file.h"
-#include "tools/settings/json.h"
+#include "tools/settings/json_file.h"
 #include "tools/workspace/study_kinds.h"
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <unistd.h>
 #include <vector>
@@ -35,8 +34,7 @@ const std::vector<std::string>& reportParts() {
 
 /// Returns whether a file is JSON with these keys, as in our own files.
 bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
-    std::ifstream file(path, std::ios::binary);
-    const Json json = file ? Json::parse(file, nullptr, false) : Json();
+    const Json json = readOwnJsonFile(path);
     return json.is_object() && std::all_of(keys.begin(), keys.end(),
                                            [&](const char* key) { return json.contains(key); });
 }
@@ -53,8 +51,7 @@ void refuseForeignFiles(const std::string& directory) {
         }))
         return;
     const std::string journal = directory + "/partial/journal.json";
-    if (std::ifstream file(journal, std::ios::binary);
-        file && Json::parse(file, nullptr, false).is_discarded())
+    if (readOwnJsonFile(journal).is_discarded())
         throw Error(ErrorKind::kInput, journal +
                                            ": is damaged or truncated, so it is unknown "
                                            "whether shadowdag wrote the files beside it; delete " +
@@ -102,8 +99,7 @@ void undoSwap(const std::string& directory) {
 /// Throws Error kUsage if the directory contains finished parts of an interrupted run, which one
 /// that does not resume it would delete.
 void refuseFinishedParts(const std::string& directory) {
-    std::ifstream file(directory + "/partial/journal.json", std::ios::binary);
-    const Json journal = file ? Json::parse(file, nullptr, false) : Json();
+    const Json journal = readOwnJsonFile(directory + "/partial/journal.json");
     const size_t count =
         journal.is_object() && journal.contains("parts") ? journal["parts"].size() : 0;
     if (count > 0)
@@ -157,9 +153,9 @@ ReportDirectory::~ReportDirectory() {
     std::error_code ignored;
     if (fs::exists(partial_ + "/old", ignored))
         return; // a swap that could not be undone keeps the older report
-    std::ifstream file(partial_ + "/journal.json", std::ios::binary);
-    const bool hasJournal = bool(file); // --join has none
-    const Json journal = hasJournal ? Json::parse(file, nullptr, false) : Json();
+    const std::string path = partial_ + "/journal.json";
+    const bool hasJournal = fs::exists(path, ignored); // --join has none
+    const Json journal = readOwnJsonFile(path);
     const bool isEmpty =
         journal.is_object() && journal.contains("parts") && journal["parts"].empty();
     if (!hasJournal || isEmpty)
@@ -186,6 +182,7 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
         fs::remove_all(directory + "/partial", failed);
     }
     create(directory + "/partial/images");
+    removeAbandonedFiles(directory + "/partial");   // of a killed run that is resumed
     OutputFile probe(directory + "/partial/probe"); // removed again: never committed
     return lock;
 }

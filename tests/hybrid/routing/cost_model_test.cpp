@@ -64,6 +64,13 @@ TEST(CostModels, AnUnknownNameIsRefusedWithTheKnownOnes) {
     EXPECT_THAT(errorOf("oracle:x"), HasSubstr("takes no argument"));
 }
 
+TEST(ExpressionModel, AnOperatorWithoutOperandIsNamed) {
+    for (const char* bad : {"expr:-", "expr:+", "expr:--"}) {
+        EXPECT_THAT(errorOf(bad), HasSubstr("it may use texels")) << bad;
+        EXPECT_THAT(errorOf(bad), testing::Not(HasSubstr("nternal error"))) << bad;
+    }
+}
+
 TEST(ExpressionModel, TracesWhereTheExpressionIsPositive) {
     auto maps = mapsOf({50.0f, 200.0f});
     EXPECT_EQ(makeCostModel("expr:96 - texels")->route(maps), (Routes{kRays, kMap}));

@@ -8,6 +8,7 @@
 
 #include <new>
 #include <stdexcept>
+#include <system_error>
 
 namespace shadowdag {
 
@@ -29,6 +30,14 @@ TEST(ExitMessage, AMistakeInTheProgramIsNotReportedAsBadInput) {
         EXPECT_THAT(exit.message, HasSubstr("a defect of shadowdag"));
         EXPECT_THAT(exit.message, HasSubstr("pairs differ"));
     }
+}
+
+TEST(ExitMessage, AThreadThatCannotBeMadeIsAResourceError) {
+    const ExitMessage exit = exitMessageOf(
+        std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again)));
+    EXPECT_EQ(exit.status, int(ErrorKind::kResource));
+    EXPECT_THAT(exit.message, HasSubstr("ulimit -v"));
+    EXPECT_THAT(exit.message, HasSubstr("--threads"));
 }
 
 TEST(ExitMessage, MissingMemoryIsAResourceErrorAndLibraryExceptionsAreBadInput) {

@@ -195,6 +195,17 @@ TEST(Experiment, ADirectoryOrAFileWithADuplicateKeyIsReportedByName) {
                                      Not(HasSubstr("json.exception"))));
     // The same key in two objects is no key twice.
     EXPECT_EQ(parseJson("[{\"a\": 1}, {\"a\": {\"a\": 2}}]", "x", "y").size(), 2u);
+    for (const size_t depth : {size_t(kMaxJsonDepth + 1), size_t(100'000), size_t(10'000'000)}) {
+        writeText(directory / "deep.json", std::string(depth, '[') + std::string(depth, ']'));
+        EXPECT_THAT(message(directory / "deep.json"),
+                    HasSubstr("nests deeper than 100 levels at line 1, column 101; "));
+        EXPECT_TRUE(readOwnJsonFile(directory / "deep.json").is_discarded());
+    }
+    const std::string deepest = std::string(kMaxJsonDepth, '[') + std::string(kMaxJsonDepth, ']');
+    EXPECT_EQ(jsonLine(parseJson(deepest, "x", "y")), deepest);
+    const std::string inText = "[\"" + std::string(1000, '[') + "\\\"[\"]";
+    EXPECT_EQ(parseJson(inText, "x", "y").size(), 1u);
+    EXPECT_THAT(message("/dev/zero"), HasSubstr("/dev/zero: is a device; "));
 }
 
 TEST(Experiment, InvalidUtf8IsRefusedByNameOrReplaced) {
