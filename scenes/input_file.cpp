@@ -68,7 +68,8 @@ std::optional<std::string> readInput(const std::string& path, const InputLimits&
     std::string content;
     content.reserve(size_t(status.st_size) + 1);
     for (;;) {
-        pollCpu();
+        if (limits.polls)
+            pollCpu();
         // A pipe without a writer yet would be at its end; poll waits for the first.
         struct pollfd ready = {file.fd, POLLIN, 0};
         if (S_ISFIFO(status.st_mode) && ::poll(&ready, 1, 50) <= 0)

@@ -13,11 +13,12 @@ namespace shadowdag {
 struct InputLimits {
     uint64_t maxBytes;      ///< nothing larger is read
     bool mayBePipe = false; ///< a pipe is read to its end, as in --costs <(make_costs)
+    bool polls = true;      ///< reading can be cancelled (pollCpu); not in destructors
 };
 
 /// Returns the content of a file, or nothing and in `why` the reason: "is a directory", "is a
 /// device", "cannot be opened: Permission denied". Never waits to open a pipe; while it waits for
-/// content it polls (pollCpu), whose exceptions it throws.
+/// content it polls (pollCpu), whose exceptions it throws, if `limits.polls`.
 std::optional<std::string> readInput(const std::string& path, const InputLimits& limits,
                                      std::string& why);
 

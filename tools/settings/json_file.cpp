@@ -92,7 +92,7 @@ Json parseOwnJson(const std::string& text, int maxDepth) {
 
 Json readOwnJsonFile(const std::string& path) {
     std::string why;
-    const std::optional<std::string> text = readInput(path, {kMaxJsonBytes}, why);
+    const std::optional<std::string> text = readInput(path, {kMaxJsonBytes, false, false}, why);
     return text ? parseOwnJson(*text) : Json();
 }
 
