@@ -27,19 +27,20 @@ def believe_chart(charts, scene, runs):
     share = [100 * r["exact_ray_count"] / max(1, r["ray_count"]) for r in swept]
     times = [r["time_ms"] for r in swept]
     figure, (over_time, shares) = plt.subplots(1, 2, figsize=(2 * COLUMN, 2.3))
-    positive = [w for w in wrong if w > 0] or [1.0]
+    embree = next((r for r in runs if r["method"] == "embree"), None)
+    of_embree = [embree["false_shadow"] + embree["false_light"]] if embree else []
+    positive = [w for w in wrong + of_embree if w > 0] or [1.0]
     floor = min(positive) / 3
     heights = [max(w, floor) for w in wrong]
     over_time.plot(times, heights, color=BLUE, marker="d", linestyle=":", markeredgecolor="black", markeredgewidth=0.4,
                    markersize=4.6, clip_on=False, label=f"rays alone, {resolution}³ voxels")
-    embree = next((r for r in runs if r["method"] == "embree"), None)
     if embree:
         times = times + [embree["time_ms"]]
-        over_time.plot(embree["time_ms"], max(embree["false_shadow"] + embree["false_light"], floor), linestyle="none",
+        over_time.plot(embree["time_ms"], max(of_embree[0], floor), linestyle="none",
                        marker="o", color=BLACK, markersize=4.6, clip_on=False, label="rays of Embree")
     over_time.set_xlim(0, 1.15 * max(times))
     log_axis(over_time.yaxis, floor, 1.6 * max(positive))
-    if 0 in wrong:
+    if 0 in wrong + of_embree:
         over_time.annotate("0", (0, 0), xycoords="axes fraction", xytext=(-4, 0), textcoords="offset points",
                            ha="right", va="center", fontsize=6.5)
     over_time.set_xlabel("frame time (ms)")
