@@ -19,16 +19,12 @@ void setReceivers(const GBufferView& gbuffer, View<const uint32_t> samples, cons
     receivers.build();
 }
 
-uint32_t markPairs(const GBufferView& gbuffer, View<const uint32_t> samples, const Light& light,
-                   std::vector<uint8_t>& isAsked) {
+void markPairs(const GBufferView& gbuffer, View<const uint32_t> samples, const Light& light,
+               std::vector<uint8_t>& isAsked) {
     isAsked.resize(samples.count);
-    uint32_t count = 0;
-    for (size_t i = 0; i < samples.count; ++i) {
+    for (size_t i = 0; i < samples.count; ++i)
         isAsked[i] =
             isPair(light, gbuffer.positionWorld[samples[i]], gbuffer.normalWorld[samples[i]]);
-        count += isAsked[i];
-    }
-    return count;
 }
 
 bool ClusterRays::canStream(const RayOptions& options) {

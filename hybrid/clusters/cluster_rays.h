@@ -19,9 +19,9 @@ namespace shadowdag {
 void setReceivers(const GBufferView& gbuffer, View<const uint32_t> samples, const RayInputs& rays,
                   ReceiverGroups& receivers);
 
-/// Sets isAsked[i] to whether sample i of a cluster and the light are a pair; returns how many are.
-uint32_t markPairs(const GBufferView& gbuffer, View<const uint32_t> samples, const Light& light,
-                   std::vector<uint8_t>& isAsked);
+/// Sets isAsked[i] to whether sample i of a cluster and the light are a pair.
+void markPairs(const GBufferView& gbuffer, View<const uint32_t> samples, const Light& light,
+               std::vector<uint8_t>& isAsked);
 
 /// Answers the rays of one cluster after the other. Not thread-safe: one a thread.
 class ClusterRays {

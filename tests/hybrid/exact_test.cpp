@@ -2,8 +2,8 @@
 // Exact rays one by one: the hierarchy against every triangle, and whole frames against the truth.
 #include "hybrid/rays/exact_ray.h"
 
-#include "scenes/split_mix.h"
 #include "tests/hybrid/fail_stage.h"
+#include "tests/hybrid/random.h"
 #include "tests/hybrid/triangle_soup.h"
 
 #include <gtest/gtest.h>
@@ -15,18 +15,6 @@ namespace shadowdag::test {
 namespace {
 
 constexpr uint64_t kSeed = 20260101;
-
-class Random {
-public:
-    double operator()() { return double(splitMix64(state_ += kSplitMixGamma) >> 11) * 0x1p-53; }
-    glm::vec3 inCube(double half) {
-        const double x = (*this)(), y = (*this)(), z = (*this)();
-        return glm::vec3((glm::dvec3(x, y, z) * 2.0 - 1.0) * half);
-    }
-
-private:
-    uint64_t state_ = kSeed;
-};
 
 /// Bare triangles with everything that exact rays need.
 struct Stage {
@@ -54,7 +42,7 @@ struct Stage {
 /// @param at the middle of all
 Stage clump(const glm::vec3& middle) {
     Stage stage;
-    Random random;
+    Random random(kSeed);
     for (int i = 0; i < 300; ++i) {
         const glm::vec3 at = random.inCube(1.0) + glm::vec3(3.0f);
         stage.soup.add(at, at + random.inCube(0.2), at + random.inCube(0.2));
@@ -78,7 +66,7 @@ TEST(ExactRays, EqualATestOfEveryTriangle) {
         SCOPED_TRACE(far);
         const Stage stage = clump(glm::vec3(far, 0, -far));
         const ExactView exact = stage.view();
-        Random random;
+        Random random(kSeed);
         uint64_t blockedCount = 0;
         uint32_t blocker = kBackground;
         for (int i = 0; i < 5000; ++i) {

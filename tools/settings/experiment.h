@@ -116,8 +116,6 @@ struct RunParameters {
     bool usesMaps() const { return kind().needs().maps; }
     /// Returns whether a cost model chooses the method of each map.
     bool isRouted() const { return kind().needs().routing; }
-    /// Returns whether it is the truth itself.
-    bool isTruth() const { return kind().isTruth(); }
     /// Returns the parameters that this method depends on, as JSON.
     Json toJson() const;
     /// Returns a short label, unique within an experiment: "hybrid texels:96 1024^3", or the name

@@ -5,8 +5,8 @@
 
 #include "cuda/backend.h"
 #include "hybrid/rays/truth_ray.h"
-#include "scenes/split_mix.h"
 #include "tests/hybrid/fail_stage.h"
+#include "tests/hybrid/random.h"
 #include "tests/hybrid/triangle_soup.h"
 
 #include <gtest/gtest.h>
@@ -18,19 +18,6 @@ namespace shadowdag::test {
 namespace {
 
 constexpr uint64_t kSeed = 20261125;
-
-/// Uniform numbers in [0, 1).
-class Random {
-public:
-    float next() { return float(double(splitMix64(state_ += kSplitMixGamma) >> 40) * 0x1p-24); }
-    glm::vec3 inBox(float half) {
-        const float x = next(), y = next(), z = next();
-        return (glm::vec3(x, y, z) * 2.0f - 1.0f) * half;
-    }
-
-private:
-    uint64_t state_ = kSeed;
-};
 
 std::vector<uint32_t> countTo(size_t count) {
     std::vector<uint32_t> all(count);
@@ -92,12 +79,12 @@ TEST(EmbreeScene, TrianglesThatAreNotListedDoNotBlock) {
 // Rays that pass every edge and end at a distance are decided as in double.
 TEST(EmbreeScene, AgreesWithBruteForceAwayFromEdges) {
     RecordProperty("seed", std::to_string(kSeed));
-    Random random;
+    Random random(kSeed);
     TriangleSoup soup;
     for (int i = 0; i < 60; ++i) {
-        const glm::vec3 center = random.inBox(4.0f);
-        soup.add(center + random.inBox(1.0f), center + random.inBox(1.0f),
-                 center + random.inBox(1.0f));
+        const glm::vec3 center = random.inCube(4.0f);
+        const glm::vec3 a = random.inCube(1), b = random.inCube(1), c = random.inCube(1);
+        soup.add(center + a, center + b, center + c);
     }
     const std::vector<uint32_t> all = countTo(soup.triangles.size());
     const EmbreeScene scene(soup.view(), viewOf(all));
@@ -106,10 +93,10 @@ TEST(EmbreeScene, AgreesWithBruteForceAwayFromEdges) {
     size_t decided = 0, dark = 0;
     for (int l = 0; l < 20; ++l) {
         Light light;
-        light.positionWorld = random.inBox(6.0f);
+        light.positionWorld = random.inCube(6.0f);
         std::vector<glm::vec3> positions;
         for (int i = 0; i < 333; ++i)
-            positions.push_back(random.inBox(6.0f));
+            positions.push_back(random.inCube(6.0f));
         const std::vector<uint8_t> blocked = traced(scene, light, positions, {0, 1, 0});
         for (size_t i = 0; i < positions.size(); ++i) {
             // Nudged rays around it: where all agree in double, no edge or end is near.

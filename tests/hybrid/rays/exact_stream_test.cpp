@@ -4,7 +4,7 @@
 #include "hybrid/rays/exact_stream.h"
 
 #include "hybrid/rays/exact_ray.h"
-#include "scenes/split_mix.h"
+#include "tests/hybrid/random.h"
 #include "tests/hybrid/triangle_soup.h"
 
 #include <gtest/gtest.h>
@@ -16,19 +16,6 @@ namespace shadowdag::test {
 namespace {
 
 constexpr uint64_t kSeed = 20261123;
-
-class Random {
-public:
-    double operator()() { return double(splitMix64(state_ += kSplitMixGamma) >> 11) * 0x1p-53; }
-    uint32_t below(size_t count) { return uint32_t((*this)() * double(count)); }
-    glm::vec3 inCube(double half) {
-        const double x = (*this)(), y = (*this)(), z = (*this)();
-        return glm::vec3((glm::dvec3(x, y, z) * 2.0 - 1.0) * half);
-    }
-
-private:
-    uint64_t state_ = kSeed;
-};
 
 Light directionalLight(const glm::vec3& direction, float distance) {
     Light light;
@@ -145,7 +132,7 @@ void addClump(Stage& stage, Random& random, const glm::vec3& around) {
 
 TEST(ExactStream, BlocksWhatATestOfEveryTriangleBlocks) {
     RecordProperty("seed", std::to_string(kSeed));
-    Random random;
+    Random random(kSeed);
     for (const glm::vec3 around :
          {glm::vec3(0), glm::vec3(3, 0, -2), glm::vec3(1e5f, -2e5f, 3e4f)}) {
         Stage stage;
@@ -172,7 +159,7 @@ TEST(ExactStream, BlocksWhatATestOfEveryTriangleBlocks) {
 // Triangles that are points share leaves with blockers and stand before them.
 TEST(ExactStream, PointsInALeafHideNoTriangle) {
     RecordProperty("seed", std::to_string(kSeed));
-    Random random;
+    Random random(kSeed);
     Stage stage;
     for (int i = 0; i < 60; ++i) {
         const glm::vec3 at = random.inCube(2);
@@ -193,7 +180,7 @@ TEST(ExactStream, PointsInALeafHideNoTriangle) {
 // corners, and start at them.
 TEST(ExactStream, RaysThroughEdgesCornersAndFacesAreDecidedAsOneByOne) {
     RecordProperty("seed", std::to_string(kSeed));
-    Random random;
+    Random random(kSeed);
     Stage stage;
     stage.soup.addLevelSquare(glm::vec3(0, -1, 0), 6);
     for (int x = -2; x <= 2; ++x)
@@ -225,7 +212,7 @@ TEST(ExactStream, RaysThroughEdgesCornersAndFacesAreDecidedAsOneByOne) {
 
 TEST(ExactStream, TrianglesWithAMaskAreAskedForTheirHoles) {
     RecordProperty("seed", std::to_string(kSeed));
-    Random random;
+    Random random(kSeed);
     Stage stage;
     AlphaMask mask = makeAlphaMask(16, 16, MaskWrap::kRepeat, MaskWrap::kMirror);
     for (uint32_t i = 0; i < 256; ++i)
