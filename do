@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The one script: installs what is missing, builds, reports, tests. Works on a bare Debian 12 from any directory.
+# The one script: installs what is missing, builds, reports, tests. Works on a bare Debian 12 or 13 from any directory.
 set -euo pipefail
 
 root=$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")
@@ -13,12 +13,17 @@ usage: ./do COMMAND
   report [ARG...]   installs missing packages, builds the program and writes report/index.html: the
                     methods, time against error, on the built-in atrium. Arguments go to `shadowdag compare`.
   test [--quick] [ARG...]
-                    installs missing packages, builds everything and runs every test. Arguments go to ctest.
+                    installs missing packages, builds everything and runs every test, those of CUDA on a device that the
+                    host plays (preset cuda-host). Arguments go to ctest.
                     --quick leaves out what starts the program, draws by OpenGL or renders for seconds.
   check [--all]     installs missing packages of development, then checks without building: format, clang-tidy
                     (of what changed since origin/HEAD; --all: of every source), and what tests/house checks:
                     headers alone, include order, settings, documents.
-  build [PRESET]    configures and builds a preset (release): dev, release, cuda, asan, tsan, ci, werror.
+  fuzz MINUTES [TARGET...]
+                    builds the targets of tests/fuzz with clang-19's libFuzzer and runs them, MINUTES in all;
+                    inputs that they find stay in build/fuzz. Installs packages of development if clang++-19 is missing.
+  build [PRESET]    configures and builds a preset (release): dev, release, cuda, asan, tsan, fuzz, ci,
+                    werror, cuda-host.
   packages [dev]    installs the missing ones of packages.txt; with dev those for development too.
   format            formats all sources with clang-format.
   help              prints this.
@@ -26,13 +31,18 @@ usage: ./do COMMAND
 environment:
   SDAG_JOBS            parallel compilers and tests; default: cores, but one per 1.5 GiB of memory
   SDAG_PRESET          what test builds instead of ci
-  SDAG_SKIP_PACKAGES   set to 1 to leave packages alone (on other systems than Debian 12)
+  SDAG_SKIP_PACKAGES   set to 1 to leave packages alone (on other systems than Debian)
 END
 }
 
 fail() {
     printf './do: %s\n' "$*" >&2
     exit 1
+}
+
+# Prints the name of this system.
+systemName() {
+    . /etc/os-release 2>/dev/null && printf '%s' "${PRETTY_NAME:-unknown}" || printf unknown
 }
 
 # Prints the packages of packages.txt, one a line; with "dev" those below its marker too.
@@ -47,7 +57,7 @@ listPackages() {
 installPackages() {
     [[ ${SDAG_SKIP_PACKAGES:-} == 1 ]] && return 0
     if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
-        fail "this system has no apt; ShadowDAG is built on Debian 12. Install what packages.txt names by your" \
+        fail "this system has no apt; ShadowDAG is built on Debian 12 and 13. Install what packages.txt names by your" \
              "system's means and set SDAG_SKIP_PACKAGES=1"
     fi
     local missing=() package
@@ -63,12 +73,15 @@ installPackages() {
         asRoot=(sudo)
     fi
     printf './do: installing %d packages: %s\n' "${#missing[@]}" "${missing[*]}"
+    [[ $(systemName) =~ ^"Debian GNU/Linux "1[23] ]] ||
+        printf './do: ShadowDAG is built on Debian 12 and 13, this is %s\n' "$(systemName)"
     local apt=("${asRoot[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o Acquire::Retries=3
                -o Dpkg::Use-Pty=0)
+    # Nobody keeps the machine of a CI run: syncing every file to the disk takes a third of the time.
+    [[ -n ${CI:-} ]] && apt+=(-o Dpkg::Options::=--force-unsafe-io)
     "${apt[@]}" update </dev/null || fail "apt-get update failed; is there a network and a mirror?"
     "${apt[@]}" install -y --no-install-recommends "${missing[@]}" </dev/null ||
-        fail "apt-get could not install the packages; ShadowDAG is built on Debian 12 (bookworm), this is" \
-             "$(. /etc/os-release 2>/dev/null && printf '%s' "${PRETTY_NAME:-unknown}")"
+        fail "apt-get could not install the packages; ShadowDAG is built on Debian 12 and 13, this is $(systemName)"
 }
 
 # Prints how many compilers or tests run at once: a compiler over OpenVDB takes about a GiB.
@@ -84,6 +97,8 @@ jobs() {
 build() {
     local preset=$1
     shift
+    # Objects of one preset serve another: the compiler cache does not look at the folder.
+    export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$root} CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-1}
     cmake --preset "$preset"
     cmake --build --preset "$preset" --parallel "$(jobs)" "$@"
 }
@@ -105,7 +120,12 @@ case $command in
         fi
         installPackages
         build "$preset"
-        ctest --preset "$preset" --parallel "$(jobs)" "$@"
+        status=0
+        ctest --preset "$preset" --parallel "$(jobs)" "$@" || status=$?
+        # The CUDA passes on a device that the host plays. What they share with the build before, the compiler cache has.
+        build cuda-host
+        ctest --preset cuda-host --parallel "$(jobs)" "$@" --no-tests=ignore || status=$?
+        exit $status
         ;;
     check)
         [[ $# == 0 || $* == --all ]] || fail "check takes nothing or '--all', not '$*'"
@@ -115,6 +135,12 @@ case $command in
         cmake --build --preset werror --target sdag_provenance
         python3 tests/house/tidy.py "$root" build/werror --jobs "$(jobs)" "$@"
         ctest --preset werror -L '^check$'
+        ;;
+    fuzz)
+        [[ ${1:-} =~ ^[0-9]+([.][0-9]+)?$ ]] || fail "fuzz takes minutes and targets, not '$*'"
+        if command -v clang++-19 >/dev/null; then installPackages; else installPackages dev; fi
+        build fuzz --target $(if (($# > 1)); then printf 'fuzz_%s ' "${@:2}"; else printf fuzzers; fi)
+        python3 tests/fuzz/run.py build/fuzz "$1" --jobs "$(jobs)" "${@:2}"
         ;;
     build)
         installPackages

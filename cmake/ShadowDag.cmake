@@ -13,7 +13,19 @@ endfunction()
 
 # sdag_add_cuda_sources(target a_cuda.cu ...) adds CUDA sources; does nothing without CUDA.
 function(sdag_add_cuda_sources target)
-  if(SDAG_WITH_CUDA)
+  if(SDAG_CUDA_HOST)
+    # As nvcc sees them in its pass for a device, by a compiler that knows nothing of CUDA.
+    foreach(source ${ARGN})
+      cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE)
+      target_sources(${target} PRIVATE ${source})
+      set_source_files_properties(${source} TARGET_DIRECTORY ${target} PROPERTIES
+        LANGUAGE CXX
+        SKIP_UNITY_BUILD_INCLUSION ON
+        INCLUDE_DIRECTORIES ${PROJECT_SOURCE_DIR}/tests/cuda/host/include
+        COMPILE_DEFINITIONS "__CUDACC__=1;__CUDA_ARCH__=750;SDAG_CUDA_HOST=1"
+        COMPILE_OPTIONS "-include;cuda_runtime.h")
+    endforeach()
+  elseif(SDAG_WITH_CUDA)
     target_sources(${target} PRIVATE ${ARGN})
     target_link_libraries(${target} PRIVATE CUDA::cudart_static)
   endif()
@@ -31,16 +43,26 @@ function(sdag_add_passes target file)
   endif()
 endfunction()
 
-# sdag_add_test(name a_test.cpp ... LIBS sdag_voxel ... [TIMEOUT seconds] [PROCESSORS n] [LABEL label])
+# sdag_add_test(name a_test.cpp ... LIBS sdag_voxel ... [TIMEOUT seconds] [PROCESSORS n] [LABEL label] [UNITE])
 # adds a GoogleTest binary, each of its tests a test of ctest. gtest_main is linked. A GTEST_SKIP is reported as skipped
 # in ctest's summary. PROCESSORS: the number of ctest's jobs that a test takes, for tests that measure. LABEL, one per
 # test: unit (the default), program (starts the program), gl (draws by OpenGL), slow (renders for seconds). `./do test
-# --quick` runs the tests with label unit.
+# --quick` runs the tests with label unit. CUDA: the files that have tests of CUDA, whose names contain "cuda" or
+# "Cuda"; where the host plays the device, these are all that is built and run. UNITE: with SDAG_UNITY the sources between
+# two "|" are compiled together; those that share the names of their helpers, or define macros, stand in different groups.
 function(sdag_add_test name)
   if(NOT SDAG_TESTS)
     return()
   endif()
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;PROCESSORS;LABEL" "LIBS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "UNITE" "TIMEOUT;PROCESSORS;LABEL" "LIBS;CUDA")
+  set(filter)
+  if(SDAG_CUDA_HOST)
+    if(NOT arg_CUDA)
+      return()
+    endif()
+    set(arg_UNPARSED_ARGUMENTS ${arg_CUDA})
+    set(filter TEST_FILTER "*cuda*:*Cuda*")
+  endif()
   if(NOT arg_LABEL)
     set(arg_LABEL unit)
   endif()
@@ -54,13 +76,25 @@ function(sdag_add_test name)
     set(arg_PROCESSORS 1)
   endif()
   include(GoogleTest)
-  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+  set(sources ${arg_UNPARSED_ARGUMENTS})
+  list(REMOVE_ITEM sources "|")
+  add_executable(${name} ${sources})
+  if(SDAG_UNITY AND arg_UNITE AND NOT SDAG_CUDA_HOST)
+    sdag_unite_groups(${name} ${arg_UNPARSED_ARGUMENTS})
+  endif()
   target_link_libraries(${name} PRIVATE sdag_flags ${arg_LIBS} GTest::gtest GTest::gmock GTest::gtest_main)
   # Tests do little work themselves: compiling them with little optimization takes a third less time.
   target_compile_options(${name} PRIVATE $<$<AND:$<CONFIG:Release>,$<COMPILE_LANGUAGE:CXX>>:-O1>)
   target_compile_definitions(${name} PRIVATE SDAG_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-                       PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS ${arg_LABEL})
+  # ctest starts what costs most first, so that no long test runs alone at the end. It knows the times of a build folder
+  # where it ran before; a new one has these.
+  set(cost_unit 1)
+  set(cost_gl 2)
+  set(cost_program 5)
+  set(cost_slow 10)
+  gtest_discover_tests(${name} ${filter} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+                       PROPERTIES TIMEOUT ${arg_TIMEOUT} PROCESSORS ${arg_PROCESSORS} LABELS ${arg_LABEL}
+                                  COST ${cost_${arg_LABEL}})
 endfunction()
 
 # sdag_add_bench(name a_bench.cpp ... LIBS sdag_voxel ...) adds a benchmark binary; not run by ctest.

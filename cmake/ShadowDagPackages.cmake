@@ -6,8 +6,16 @@ find_package(TBB CONFIG REQUIRED)              # TBB::tbb; must stay before Open
 find_package(glm CONFIG REQUIRED)              # glm::glm
 find_package(TinyGLTF CONFIG REQUIRED)         # TinyGLTF::TinyGLTF; compiled: never define TINYGLTF_IMPLEMENTATION
 find_package(meshoptimizer CONFIG REQUIRED)    # meshoptimizer::meshoptimizer
+find_package(draco CONFIG REQUIRED)            # draco::draco, always through TinyGLTF::TinyGLTF
+# Debian's Draco exports another version of tinygltf by the same names, which replaces ours, and crashes, where it comes
+# first. As a dependency of ours it comes after it, in every program.
+set_property(TARGET TinyGLTF::TinyGLTF APPEND PROPERTY INTERFACE_LINK_LIBRARIES draco::draco)
 find_package(zstd CONFIG REQUIRED)             # zstd::libzstd_shared
-find_package(embree 3.13 REQUIRED)             # embree
+# embree, of either version; hybrid/rays/embree_version.h prefers the same one
+find_package(embree 4 QUIET)
+if(NOT embree_FOUND)
+  find_package(embree 3.13 REQUIRED)
+endif()
 set(CMAKE_MESSAGE_LOG_LEVEL NOTICE)            # Imath's config reports at length that Debian packs PyImath apart
 find_package(Imath CONFIG REQUIRED)            # Imath::Imath
 find_package(OpenEXR CONFIG REQUIRED)          # OpenEXR::OpenEXR

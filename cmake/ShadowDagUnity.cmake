@@ -31,6 +31,23 @@ function(sdag_unite target)
     math(EXPR count_${room} "${group} + 1")
     set_property(SOURCE ${source} TARGET_DIRECTORY ${target} PROPERTY UNITY_GROUP ${room}_${number})
   endforeach()
+  sdag_compile_groups(${target})
+endfunction()
+
+# sdag_unite_groups(target a.cpp b.cpp | c.cpp ...) groups the target's sources as the bars do.
+function(sdag_unite_groups target)
+  set(group 0)
+  foreach(source ${ARGN})
+    if(source STREQUAL "|")
+      math(EXPR group "${group} + 1")
+    else()
+      set_property(SOURCE ${source} PROPERTY UNITY_GROUP ${target}_${group})
+    endif()
+  endforeach()
+  sdag_compile_groups(${target})
+endfunction()
+
+function(sdag_compile_groups target)
   # GCC treats a type that one of the files defines as a header's, and warns about its members from anonymous
   # namespaces.
   target_compile_options(${target} PRIVATE $<$<COMPILE_LANG_AND_ID:CXX,GNU>:-Wno-subobject-linkage>)

@@ -60,17 +60,4 @@ int threadCount();
 struct CpuTag {};
 struct CudaTag {};
 
-/// Returns f(CpuTag{}) or f(CudaTag{}) according to `backend` (kGl: the CPU's): the one place that
-/// chooses. Throws Error kDevice for CUDA in a program built without it.
-template <class F> auto withBackend(Backend backend, const F& f) {
-    if (backend == Backend::kCuda) {
-#if defined(SDAG_WITH_CUDA)
-        return f(CudaTag{});
-#else
-        throwBuiltWithoutCuda();
-#endif
-    }
-    return f(CpuTag{});
-}
-
 } // namespace shadowdag

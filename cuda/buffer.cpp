@@ -108,7 +108,7 @@ void* allocateElements(Backend backend, const std::string& name, size_t count,
     const size_t bytes = countable ? count * elementBytes : 0;
     void* data = nullptr;
     if (countable && bytes < PTRDIFF_MAX)
-        data = backend == Backend::kCuda ? device::allocate(bytes) : allocateHost(bytes);
+        data = backend == Backend::kCuda ? device::allocate(bytes, name) : allocateHost(bytes);
     if (!data)
         throw Error(ErrorKind::kResource,
                     "buffer '" + name + "' needs " + std::to_string(count) + " x " +

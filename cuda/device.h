@@ -20,7 +20,8 @@ std::string driverVersion();
 
 /// Returns `bytes` > 0 of device memory, or null when there is not enough. Throws Error kDevice for
 /// any other failure.
-void* allocate(size_t bytes);
+/// @param name of the buffer, for messages of a device that the host plays (tests/cuda/host)
+void* allocate(size_t bytes, const std::string& name);
 
 /// Returns how many bytes allocate can still provide, according to the driver.
 size_t availableBytes();

@@ -20,7 +20,7 @@ std::string driverVersion() {
     throwBuiltWithoutCuda();
 }
 
-void* allocate(size_t) {
+void* allocate(size_t, const std::string&) {
     throwBuiltWithoutCuda();
 }
 size_t availableBytes() {

@@ -63,7 +63,7 @@ std::string driverVersion() {
     return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
 }
 
-void* allocate(size_t bytes) {
+void* allocate(size_t bytes, [[maybe_unused]] const std::string& name) {
     void* data = nullptr;
     const cudaError_t allocation =
         usesPool() ? cudaMallocAsync(&data, bytes, cudaStream_t(0)) : cudaMalloc(&data, bytes);
@@ -72,6 +72,9 @@ void* allocate(size_t bytes) {
         return nullptr;
     }
     CUDA_CHECK(allocation);
+#if defined(SDAG_CUDA_HOST)
+    cudaHostNameMemory(data, name.c_str());
+#endif
     return data;
 }
 

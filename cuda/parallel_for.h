@@ -7,11 +7,10 @@
 
 #include <cstddef>
 #include <functional>
-#include <string>
 #include <type_traits>
 
 #if defined(__CUDACC__)
-#include "cuda/cuda_check.h"
+#include "cuda/launch.h"
 #endif
 
 namespace shadowdag {
@@ -51,14 +50,8 @@ template <class Tag, class F> void parallelFor(size_t count, const F& functor, s
         });
     } else {
 #if defined(__CUDACC__)
-        constexpr unsigned kBlockSize = 128;
-        const size_t blocks = (count + kBlockSize - 1) / kBlockSize;
-        if (blocks > 0x7fffffffu)
-            throw Error(ErrorKind::kResource,
-                        std::to_string(count) + " items of one pass exceed what a device starts at "
-                                                "once; use fewer lights or a smaller image");
-        parallelForKernel<Tag><<<unsigned(blocks), kBlockSize>>>(count, functor);
-        CUDA_CHECK(cudaGetLastError());
+        launch(parallelForKernel<Tag, F>, (count + kBlockThreads - 1) / kBlockThreads, count,
+               functor);
 #else
         static_assert(std::is_same_v<Tag, CpuTag>,
                       "CUDA passes are instantiated in .cu files only");

@@ -26,6 +26,19 @@
 
 namespace shadowdag {
 
+/// Returns f(CpuTag{}) or f(CudaTag{}) according to `backend` (kGl: the CPU's): the one place that
+/// chooses. Throws Error kDevice for CUDA in a program built without it.
+template <class F> auto withBackend(Backend backend, const F& f) {
+    if (backend == Backend::kCuda) {
+#if defined(SDAG_WITH_CUDA)
+        return f(CudaTag{});
+#else
+        throwBuiltWithoutCuda();
+#endif
+    }
+    return f(CpuTag{});
+}
+
 /// Runs all items of `work` on one processor, under the terms of parallelFor. The tag is part of
 /// the symbol: in a name that both processors share, the linker would keep one body, and the other
 /// processor's work would not be done.

@@ -24,7 +24,8 @@ Readback::Readback(Backend backend, size_t wordCount) : backend_(backend) {
 
 Readback::~Readback() {
     try {
-        wait();              // a copy that is queued still writes
+        // A copy that is queued still writes, even if there was no mark to be had behind it.
+        mark_ ? mark_->wait() : synchronize(backend_);
     } catch (const Error&) { // the queue failed, and writes no more
     }
     if (backend_ == Backend::kCuda)

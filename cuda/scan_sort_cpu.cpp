@@ -3,6 +3,7 @@
 // blocks scatter to disjoint places. Both are stable and independent of the number of threads.
 #include "cuda/buffer.h"
 #include "cuda/parallel_for.h"
+#include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "cuda/scan_sort_cuda.h"
 

@@ -76,13 +76,12 @@ template <class Tag, class F> void parallelForParts(const SplitWorkView& work, c
     } else {
 #if defined(__CUDACC__)
         // Enough warps to hide latency; more would only queue.
-        constexpr unsigned kBlockSize = 128, kBlocksPerProcessor = 8;
+        constexpr unsigned kBlocksPerProcessor = 8;
         int device = 0, processorCount = 0;
         CUDA_CHECK(cudaGetDevice(&device));
         CUDA_CHECK(cudaDeviceGetAttribute(&processorCount, cudaDevAttrMultiProcessorCount, device));
-        sharePartsKernel<Tag>
-            <<<unsigned(processorCount) * kBlocksPerProcessor, kBlockSize>>>(work, functor);
-        CUDA_CHECK(cudaGetLastError());
+        launch(sharePartsKernel<Tag, F>, unsigned(processorCount) * kBlocksPerProcessor, work,
+               functor);
 #else
         static_assert(std::is_same_v<Tag, CpuTag>,
                       "CUDA passes are instantiated in .cu files only");

@@ -2,6 +2,7 @@
 // The frame: the method, step by step. Each step is described in the header of its pass.
 #include "hybrid/frame.h"
 
+#include "cuda/mutant.h"
 #include "hybrid/frame/frame_state.h"
 
 namespace shadowdag {
@@ -23,7 +24,8 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     const HostCopyCounts before = state.device->copyCounts();
 
     // G-buffer -> clusters -> (cluster, light) pairs -> required resolution of every map.
-    const ViewRays view = makeViewRays(camera, options.width, options.height);
+    ViewRays view = makeViewRays(camera, options.width, options.height);
+    view.first = mutated(Mutant::kSampleMoved, view.first, view.first + view.stepX);
     state.surface.draw(view, stages);
     state.clusters.gather(state.surface, view, options, stages);
 
@@ -181,6 +183,17 @@ View<const uint32_t> FrameRenderer::projectionMaps() const {
 
 RayInputs FrameRenderer::rayInputs(const RayOptions& options) const {
     return state_->sharedScene->hostRayInputs(options, state_->clusters.hostRayDetail());
+}
+
+FrameResult renderFrom(FrameRenderer& renderer, const Camera& camera, const CostModel& model,
+                       const FrameOptions& options, const std::function<void()>& beforeStage) {
+    renderer.reset();
+    if (options.start == FrameStart::kWarm) {
+        FrameOptions before = options;
+        before.recordPairs = before.recordQuantities = false;
+        renderer.render(camera, model, before, beforeStage);
+    }
+    return renderer.render(camera, model, options, beforeStage);
 }
 
 uint64_t FrameRenderer::dagBytes() const {

@@ -24,6 +24,12 @@
 
 namespace shadowdag {
 
+/// What a frame finds that is measured or rendered by itself.
+enum class FrameStart : uint8_t {
+    kCold, ///< nothing: every map is drawn
+    kWarm, ///< the state of a frame of the same view: maps of what stands still are kept
+};
+
 struct FrameOptions {
     uint32_t width = 640, height = 360;
     float undersample = 1.0f; ///< divisor of the required resolution, u2 = 2
@@ -47,6 +53,7 @@ struct FrameOptions {
     /// A map changes its method only when the other is cheaper by more than the factor 1 + margin;
     /// 0 routes every frame anew. For frames in sequence by one model.
     float routeMargin = 0.0f;
+    FrameStart start = FrameStart::kCold; ///< read by renderFrom and measureCosts alone
     bool recordPairs = true; ///< keep visibility per pair (not part of the stages' times)
     /// Count the quantities of maps that the model does not read, for reports (not part of the
     /// times either).
@@ -163,11 +170,12 @@ public:
     PairList listPairs(const Camera& camera, const FrameOptions& options);
 
     /// Returns the cost of every map of this frame by both methods: of its rays alone, and of its
-    /// masks, pages, culling, drawing and lookups alone. Each is measured by itself, then scaled so
-    /// that the costs of all maps by one method add up to the frame's time by it
-    /// (FrameCosts::raysScale, mapsScale): maps share work that a frame does once, but each map
-    /// measured alone includes it. Without static optimization; releases the state of earlier
-    /// frames. Medians of `repeats`.
+    /// masks, pages, culling, drawing and lookups alone; where options.start is kWarm, of a map
+    /// that is kept from the frame before. Each is measured by itself, then scaled so that the
+    /// costs of all maps by one method add up to the frame's time by it (FrameCosts::raysScale,
+    /// mapsScale): maps share work that a frame does once, but each map measured alone includes it.
+    /// Without static optimization if options.start is kCold; releases the state of earlier frames.
+    /// Medians of `repeats`.
     /// @param beforeStage as render() has it
     FrameCosts measureCosts(const Camera& camera, const FrameOptions& options, int repeats = 3,
                             const std::function<void()>& beforeStage = {});
@@ -213,5 +221,11 @@ private:
     explicit FrameRenderer(std::unique_ptr<State> state);
     std::unique_ptr<State> state_;
 };
+
+/// Renders a frame that begins as options.start says, whatever was rendered before, and returns it.
+/// A warm frame is rendered twice; the result is that of the second. Throws as
+/// FrameRenderer::render.
+FrameResult renderFrom(FrameRenderer& renderer, const Camera& camera, const CostModel& model,
+                       const FrameOptions& options, const std::function<void()>& beforeStage = {});
 
 } // namespace shadowdag

@@ -47,6 +47,10 @@ float diagonalSquared(const Box& a, const Box& b) {
     return glm::dot(e, e);
 }
 
+bool canMerge(const Cluster& a, const Cluster& b, uint64_t maxTriangleCount) {
+    return a.instance == b.instance && uint64_t(a.count) + b.count <= maxTriangleCount;
+}
+
 /// Writes to partner[i] the admissible neighbour with the shortest union diagonal; i itself for
 /// none. Ties go to the smaller index, so that some pair always agrees and every round makes
 /// progress.
@@ -64,8 +68,7 @@ void findPartners(const std::vector<Cluster>& clusters, uint64_t maxTriangleCoun
             uint32_t found = uint32_t(i);
             for (size_t j = from; j < to; ++j) {
                 const Cluster& b = clusters[j];
-                if (j == i || b.instance != a.instance ||
-                    uint64_t(a.count) + b.count > maxTriangleCount)
+                if (j == i || !canMerge(a, b, maxTriangleCount))
                     continue;
                 // Equal lengths are ordered by the pair, the same from both ends; otherwise a ring
                 // of equal neighbours (a regular grid) would choose in a circle.
@@ -80,6 +83,48 @@ void findPartners(const std::vector<Cluster>& clusters, uint64_t maxTriangleCoun
             partner[i] = found;
         }
     });
+}
+
+/// Of clusters that would merge, a smaller share than one in so many that do is a chain.
+constexpr size_t kChainShare = 64;
+/// So few clusters may merge one by one.
+constexpr size_t kChainLength = 256;
+
+/// Pairs clusters of a chain: where each of many prefers the one before it, as in a pile of equal
+/// boxes, only the first two choose each other, and rounds times clusters would be quadratic. Those
+/// that were not chosen then take, in order, the admissible one after them with the shortest union
+/// diagonal. At least one in 2 * kSearchRadius + 1 of the clusters that would merge does so.
+/// Nothing else changes in rounds without a chain.
+void breakChains(const std::vector<Cluster>& clusters, uint64_t maxTriangleCount,
+                 std::vector<uint32_t>& partner) {
+    const size_t count = clusters.size();
+    size_t wouldCount = 0, doCount = 0;
+    for (size_t i = 0; i < count; ++i) {
+        wouldCount += partner[i] != i;
+        doCount += partner[i] != i && partner[partner[i]] == i;
+    }
+    if (wouldCount <= kChainLength || doCount >= wouldCount / kChainShare)
+        return;
+    std::vector<uint8_t> isFree(count);
+    for (size_t i = 0; i < count; ++i)
+        isFree[i] = partner[partner[i]] != i;
+    for (size_t i = 0; i < count; ++i) {
+        if (!isFree[i])
+            continue;
+        float best = std::numeric_limits<float>::infinity();
+        size_t found = i;
+        for (size_t j = i + 1; j < std::min(count, i + kSearchRadius + 1); ++j)
+            if (isFree[j] && canMerge(clusters[i], clusters[j], maxTriangleCount)) {
+                const float d = diagonalSquared(clusters[i].box, clusters[j].box);
+                if (d < best) {
+                    best = d;
+                    found = j;
+                }
+            }
+        partner[i] = uint32_t(found);
+        partner[found] = uint32_t(i);
+        isFree[i] = isFree[found] = 0;
+    }
 }
 
 std::vector<uint8_t> movingInstances(const World& world) {
@@ -157,6 +202,7 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
     for (bool merged = true; merged;) {
         merged = false;
         findPartners(clusters, mergeLimit, partner);
+        breakChains(clusters, mergeLimit, partner);
         next.clear();
         for (size_t i = 0; i < clusters.size(); ++i) {
             const size_t j = partner[i];

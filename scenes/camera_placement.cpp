@@ -213,7 +213,7 @@ Camera cameraOf(const Sight& sight, const World& world, const OpenSpace& open) {
 
 } // namespace
 
-std::vector<Camera> placeCameras(const World& world, size_t count) {
+std::vector<Camera> placeCameras(const World& world, size_t count, QueryCost* cost) {
     const Box& bounds = world.boundsWorld();
     const OpenSpace open(world.triangles(), bounds, world.lights(), kSeed);
     const Stations stations = findStations(world, open);
@@ -256,6 +256,9 @@ std::vector<Camera> placeCameras(const World& world, size_t count) {
         chosen.push_back(best);
         cameras.push_back(cameraOf(*best, world, open));
     }
+    warnOfCutQueries(open.tree().cost(), "cameras");
+    if (cost != nullptr)
+        *cost = open.tree().cost();
     return cameras;
 }
 

@@ -8,11 +8,14 @@
 
 namespace shadowdag {
 
+struct QueryCost;
+
 /// Returns up to `count` cameras, best first; the first few do not depend on the count. Each camera
 /// after the first scores more the farther it stands or looks from those before it, and the more
 /// lights it shows that they do not; where there are lights, it sees some samples lit and some
 /// dark, and there are fewer cameras than `count` if too few views do. See placeCamera for where
-/// they stand and how they are scored.
-std::vector<Camera> placeCameras(const World& world, size_t count);
+/// they stand and how they are scored. Queries are cut as for placeLights (light_placement.h).
+/// @param cost receives what the queries took; may be null
+std::vector<Camera> placeCameras(const World& world, size_t count, QueryCost* cost = nullptr);
 
 } // namespace shadowdag

@@ -26,11 +26,48 @@ struct Document {
     uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
 };
 
-/// Reads a .glb or .gltf (distinguished by content) and the buffers it refers to. Images within the
+/// The compressions of geometry that are undone when a document is loaded.
+constexpr const char* kMeshoptCompression = "EXT_meshopt_compression";
+constexpr const char* kDracoCompression = "KHR_draco_mesh_compression";
+
+/// Reads a .glb or .gltf (distinguished by content) and the buffers it refers to. Compressed
+/// geometry is unpacked. Images within the
 /// text are kept as Image::image, undecoded; others are not read. Throws Error kInput for a file
 /// that is not glTF 2.0, is truncated, requires an unsupported extension, or nests or counts beyond
 /// any reasonable limit.
 Document loadDocument(const std::string& path);
+
+/// Unpacks the buffer views of EXT_meshopt_compression: each is then one of a buffer of its own.
+/// Throws Error kInput for a view that cannot be unpacked.
+void unpackMeshopt(Document& document);
+
+/// Unpacks the primitives of KHR_draco_mesh_compression: indices, positions and texture coordinates
+/// become accessors, in buffers of their own. Throws Error kInput for one that cannot be unpacked.
+void unpackDraco(Document& document);
+
+/// Returns an object's member that is a whole number from 0 to 2^53, or `otherwise` if it has none
+/// of that name. Throws Error kInput for another value, and without `otherwise` for none.
+uint64_t wholeNumber(const Document& document, const tinygltf::Value& object, const char* key,
+                     const std::string& place, std::optional<uint64_t> otherwise = {});
+
+/// Returns a part of a buffer of the document. Throws Error kInput if it ends beyond the buffer.
+const uint8_t* partOfBuffer(const Document& document, uint64_t buffer, uint64_t byteOffset,
+                            uint64_t byteLength, const std::string& place);
+
+/// Counts bytes that were unpacked from others. Throws Error kInput when they are far more than any
+/// geometry gives, because small files could take all memory else.
+class UnpackedBytes {
+public:
+    explicit UnpackedBytes(Document& document)
+        : document_(document), inputBytes_(document.inputBytes) {}
+    /// @param from packed bytes, to: what they claim to become
+    void add(uint64_t from, uint64_t to, const std::string& place);
+
+private:
+    Document& document_;
+    uint64_t inputBytes_; ///< packed ones may be referred to again and again
+    uint64_t from_ = 0, to_ = 0;
+};
 
 /// Throws Error kInput: "FILE: place: problem".
 [[noreturn]] void fail(const Document& document, const std::string& place,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/gltf_reader.h"
+#include "scenes/gltf_reader_screen.h"
 
 #include "cuda/error.h"
 #include "scenes/gltf.h"
@@ -13,17 +14,13 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <stdexcept>
 #include <string_view>
 
 namespace shadowdag::gltf {
 
 namespace {
 
-// Deeper than any glTF; tinygltf recurses over what nests.
-constexpr int kMaxDepth = 256;
-// tinygltf keeps up to a kilobyte for an empty JSON object; two million are more than the largest
-// scenes that exporters write, and cost what a workstation has.
-constexpr uint64_t kMaxObjectCount = 2'000'000;
 // The most that a binary glTF file can say of itself; no buffer beside a file is larger either.
 constexpr uint64_t kMaxFileBytes = 0xffffffffu;
 // A file may refer to a buffer file more than once, but not multiply its size.
@@ -42,10 +39,9 @@ constexpr std::array kColorExtensions = {
     "KHR_techniques_webgl",       "KHR_texture_basisu",
 };
 constexpr std::array kSupportedExtensions = {
-    "KHR_lights_punctual",
-    "KHR_materials_emissive_strength",
-    "KHR_mesh_quantization",
-    "KHR_texture_transform",
+    kDracoCompression,       kMeshoptCompression,
+    "KHR_lights_punctual",   "KHR_materials_emissive_strength",
+    "KHR_mesh_quantization", "KHR_texture_transform",
 };
 
 template <class List, class Name> bool contains(const List& list, const Name& name) {
@@ -60,9 +56,8 @@ std::string lowerCaseExtension(const std::string& path) {
 }
 
 // The compressions of geometry that other tools undo, with their commands.
-constexpr std::array<std::pair<const char*, const char*>, 2> kCompressions = {{
-    {"KHR_draco_mesh_compression", "gltf-transform cp IN.glb OUT.glb"},
-    {"EXT_meshopt_compression", "gltfpack -noq -i IN.glb -o OUT.glb (0.22 or later)"},
+constexpr std::array<std::pair<const char*, const char*>, 1> kCompressions = {{
+    {"KHR_meshopt_compression", "gltfpack -noq -i IN.glb -o OUT.glb (1.0 or later)"},
 }};
 
 // Returns that an extension is not supported, and what to do.
@@ -74,18 +69,19 @@ std::string unsupported(const std::string& name) {
     return "the extension '" + name + "', which is not supported; export it without";
 }
 
-// The callbacks by which tinygltf reaches files: buffers beside the document only.
-struct FileAccess {
-    std::string baseFolder;
-    std::map<std::string, std::vector<uint64_t>> byteLengths = {}; // of its buffers, in order
-    std::map<std::string, int> readCounts = {};
-    uint64_t bytes = 0;
-};
-
 std::string baseFolderOf(const std::string& path) {
     const std::string folder = std::filesystem::path(path).parent_path().string();
     return folder.empty() ? "." : folder;
 }
+
+// The callbacks by which tinygltf reaches files: buffers beside the document only.
+struct FileAccess {
+    std::string documentPath;
+    std::string baseFolder = baseFolderOf(documentPath);
+    std::map<std::string, std::vector<uint64_t>> byteLengths = {}; // of its buffers, in order
+    std::map<std::string, int> readCounts = {};
+    uint64_t bytes = 0;
+};
 
 std::atomic<bool> isOutsideAllowed = false;
 
@@ -122,6 +118,16 @@ std::string filePathOf(const FileAccess& access, const std::string& path) {
     return std::filesystem::path(uri).is_absolute() ? uri : path;
 }
 
+// Returns why a file beside the document is missing where the document is a link, whose own folder
+// is searched; "" if it is none.
+std::string whyMissingBesideLink(const FileAccess& access) {
+    std::error_code error;
+    const std::filesystem::path target = std::filesystem::read_symlink(access.documentPath, error);
+    return error ? ""
+                 : "no such file; '" + access.documentPath + "' is a link to '" + target.string() +
+                       "', and files are read from the folder of the link: give the file itself";
+}
+
 bool bufferExists(const std::string& path, void* userData) {
     // tinygltf also looks into the working folder, where a file of the same name would be another
     // one.
@@ -137,7 +143,11 @@ bool bufferExists(const std::string& path, void* userData) {
         return false;
     if (!refusalOf(access, path).empty())
         return true; // readBuffer then reports why it is refused
-    return whyNoInput(filePathOf(access, path), kMaxFileBytes).empty();
+    const std::string filePath = filePathOf(access, path);
+    std::error_code error;
+    if (!std::filesystem::exists(filePath, error))
+        return !whyMissingBesideLink(access).empty(); // which readBuffer reports
+    return whyNoInput(filePath, kMaxFileBytes).empty();
 }
 
 std::string sameFilePath(const std::string& path, void*) {
@@ -157,6 +167,11 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
     }
     std::error_code sizeError;
     const std::string filePath = filePathOf(access, path);
+    if (!std::filesystem::exists(filePath, sizeError)) {
+        const std::string why = whyMissingBesideLink(access);
+        *error = why.empty() ? "no such file" : why;
+        return false;
+    }
     uint64_t size = std::filesystem::file_size(filePath, sizeError);
     // A file may be longer than its buffer (glTF 2.0, sec. 3.6.1.1); tinygltf accepts no such file.
     if (const auto found = access.byteLengths.find(path); found != access.byteLengths.end()) {
@@ -177,6 +192,35 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
     }
     access.bytes += size;
     return true;
+}
+
+bool writeNothing(std::string* error, const std::string&, const std::vector<unsigned char>&,
+                  void*) {
+    *error = "nothing is written";
+    return false;
+}
+
+// Lets tinygltf read files through `access` only. Releases from 2.9 on ask for the size of a file
+// first; readBuffer finds it, and what is wrong with the file.
+template <class Loader, class Callbacks = tinygltf::FsCallbacks>
+void useOwnFileAccess(Loader& loader, FileAccess& access) {
+    Callbacks callbacks;
+    callbacks.FileExists = bufferExists;
+    callbacks.ExpandFilePath = sameFilePath;
+    callbacks.ReadWholeFile = readBuffer;
+    callbacks.WriteWholeFile = writeNothing;
+    if constexpr (requires { callbacks.GetFileSizeInBytes; })
+        callbacks.GetFileSizeInBytes = [](size_t* size, std::string*, const std::string&, void*) {
+            *size = 1;
+            return true;
+        };
+    callbacks.user_data = &access;
+    if constexpr (requires { bool(loader.SetFsCallbacks(callbacks)); }) {
+        if (!loader.SetFsCallbacks(callbacks)) // it would read by functions of its own
+            throw std::logic_error("tinygltf refuses the functions that read files");
+    } else {
+        loader.SetFsCallbacks(callbacks);
+    }
 }
 
 // Images in buffer views are found there when they are needed (nothing has checked the view yet);
@@ -208,99 +252,6 @@ std::string decodeUri(const std::string& uri) {
 std::string pathBeside(const FileAccess& access, const std::string& uri) {
     const bool isRoot = access.baseFolder.back() == '/';
     return access.baseFolder + (isRoot ? "" : "/") + decodeUri(uri);
-}
-
-struct JsonSummary {
-    struct Buffer {
-        std::string uri;
-        uint64_t byteLength = 0;
-    };
-    std::vector<Buffer> buffers;
-};
-
-// Scans the text before tinygltf parses it: limits depth and objects, lists buffers, and blanks
-// the values of "extras", which may hold anything and are not used. Text that is not JSON passes
-// through; the parser will report it.
-JsonSummary screenJson(const Document& document, char* text, size_t length) {
-    JsonSummary summary;
-    uint64_t objectCount = 0;
-    int depth = 0;
-    std::string_view topKey; // of the root object
-    size_t blankFrom = 0;    // start of an extras value
-    int blankDepth = -1;     // its depth; -1: none
-    const auto endBlank = [&](size_t end) {
-        std::fill(text + blankFrom, text + end, ' ');
-        text[blankFrom] = '0';
-        blankDepth = -1;
-    };
-    for (size_t i = 0; i < length; ++i) {
-        switch (text[i]) {
-        case '"': {
-            const size_t start = i + 1;
-            for (++i; i < length && text[i] != '"'; ++i)
-                if (text[i] == '\\')
-                    ++i;
-            if (i >= length)
-                return summary;
-            size_t colon = i + 1;
-            while (colon < length && std::strchr(" \t\r\n", text[colon]) && text[colon])
-                ++colon;
-            if (colon >= length || text[colon] != ':')
-                break;
-            const std::string_view key(text + start, i - start);
-            if (depth == 1) {
-                if (key.find('\\') != std::string_view::npos)
-                    fail(document, "JSON",
-                         "the top-level key \"" + std::string(key) +
-                             "\" contains escape sequences; write it without");
-                topKey = key;
-            }
-            if (depth == 3 && topKey == "buffers" && !summary.buffers.empty()) {
-                JsonSummary::Buffer& buffer = summary.buffers.back();
-                size_t value = colon + 1;
-                while (value < length && std::strchr(" \t\r\n", text[value]) && text[value])
-                    ++value;
-                if (key == "byteLength")
-                    std::from_chars(text + value, text + length, buffer.byteLength);
-                else if (key == "uri" && value < length && text[value] == '"')
-                    for (++value; value < length && text[value] != '"'; ++value)
-                        if (text[value] != '\\') // of "\/" alone; other escapes match no file
-                            buffer.uri += text[value];
-            }
-            if (key == "extras" && blankDepth < 0) {
-                blankDepth = depth;
-                blankFrom = colon + 1;
-            }
-            break;
-        }
-        case '{':
-            if (++objectCount > kMaxObjectCount)
-                fail(document, "JSON",
-                     "more than " + std::to_string(kMaxObjectCount) + " objects; split the scene");
-            if (depth == 2 && topKey == "buffers")
-                summary.buffers.emplace_back();
-            [[fallthrough]];
-        case '[':
-            if (++depth > kMaxDepth)
-                fail(document, "JSON",
-                     "nested deeper than " + std::to_string(kMaxDepth) + " levels at byte " +
-                         std::to_string(i));
-            break;
-        case '}':
-        case ']':
-            if (depth == blankDepth)
-                endBlank(i);
-            --depth;
-            break;
-        case ',':
-            if (depth == blankDepth)
-                endBlank(i);
-            break;
-        default:
-            break;
-        }
-    }
-    return summary;
 }
 
 uint32_t loadUint32(const std::vector<unsigned char>& bytes, size_t offset) {
@@ -440,14 +391,15 @@ void fail(const Document& document, const std::string& place, const std::string&
 
 std::vector<uint8_t> readBeside(const Document& document, const std::string& uri,
                                 const std::string& place) {
-    FileAccess access;
-    access.baseFolder = baseFolderOf(document.path);
+    FileAccess access{document.path};
     const std::string path = pathBeside(access, uri);
     std::vector<uint8_t> bytes;
     std::string error;
     if (refusalOf(access, path).empty() &&
         !whyNoInput(filePathOf(access, path), kMaxFileBytes).empty())
-        error = "no such file; put it beside the file that names it";
+        error = whyMissingBesideLink(access).empty()
+                    ? "no such file; put it beside the file that names it"
+                    : whyMissingBesideLink(access);
     else if (readBuffer(&bytes, &error, path, &access))
         return bytes;
     fail(document, place, error);
@@ -465,7 +417,9 @@ Document loadDocument(const std::string& path) {
         summary =
             screenJson(document, reinterpret_cast<char*>(bytes.data()) + 20, layout.jsonBytes);
         // tinygltf copies the BIN chunk into every buffer without a URI; the format allows one.
-        const uint64_t bufferCount = summary.buffers.size();
+        const auto bufferCount = uint64_t(
+            std::count_if(summary.buffers.begin(), summary.buffers.end(),
+                          [](const JsonSummary::Buffer& buffer) { return !buffer.isAbsent; }));
         if (bufferCount > 1 &&
             (bufferCount - 1) * uint64_t(layout.binaryBytes) > 16 * bytes.size() + (64u << 20))
             fail(document, "buffers",
@@ -476,13 +430,12 @@ Document loadDocument(const std::string& path) {
         summary = screenJson(document, reinterpret_cast<char*>(bytes.data()), bytes.size());
     }
 
-    FileAccess access;
-    access.baseFolder = baseFolderOf(path);
+    FileAccess access{path};
     for (const JsonSummary::Buffer& buffer : summary.buffers)
         if (!buffer.uri.empty() && !buffer.uri.starts_with("data:"))
             access.byteLengths[pathBeside(access, buffer.uri)].push_back(buffer.byteLength);
     tinygltf::TinyGLTF loader;
-    loader.SetFsCallbacks({bufferExists, sameFilePath, readBuffer, nullptr, &access});
+    useOwnFileAccess(loader, access);
     loader.SetImageLoader(keepImage, nullptr);
     std::string error, warning;
     bool isLoaded = false;
@@ -515,6 +468,8 @@ Document loadDocument(const std::string& path) {
         fail(document, "asset.minVersion",
              "'" + asset.minVersion.substr(0, 20) + "'; only glTF 2.0 is supported");
     document.inputBytes += access.bytes;
+    unpackMeshopt(document);
+    unpackDraco(document);
     return document;
 }
 

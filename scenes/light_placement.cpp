@@ -76,7 +76,7 @@ float sideInSight(const SurfaceSampler::Point& point, const OpenSpace& open) {
 
 } // namespace
 
-std::vector<Light> placeLights(const World& world, int count, uint64_t seed) {
+std::vector<Light> placeLights(const World& world, int count, uint64_t seed, QueryCost* cost) {
     std::vector<Light> lights;
     if (count <= 0)
         return lights;
@@ -129,6 +129,9 @@ std::vector<Light> placeLights(const World& world, int count, uint64_t seed) {
         light.rangeWorld *= scale;
         light.intensity *= 0.25f * light.rangeWorld * light.rangeWorld; // 1 lux at half the range
     }
+    warnOfCutQueries(open.tree().cost(), "lights");
+    if (cost != nullptr)
+        *cost = open.tree().cost();
     return lights;
 }
 

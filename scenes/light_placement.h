@@ -8,6 +8,8 @@
 
 namespace shadowdag {
 
+struct QueryCost;
+
 /// Returns `count` static point lights in free space near the surfaces of the world at its current
 /// time. Each starts at an area-weighted random point of the triangles and is moved away along the
 /// side of the surface that has more space, else the other. Places are rejected, while there are
@@ -17,7 +19,11 @@ namespace shadowdag {
 /// so that on average twelve lights reach a surface point visible from a station, from the visible
 /// side; or 3/4 of those on that side, if that is less. Intensities give each light an irradiance
 /// of about 1 lux at half its range. No scale is assumed. Deterministic in (world, count, seed);
-/// places do not depend on the count, ranges do.
-std::vector<Light> placeLights(const World& world, int count, uint64_t seed);
+/// places do not depend on the count, ranges do. Takes time in proportion to the count, and to n
+/// log n for n triangles: where too many of them overlap, queries are cut (triangle_tree.h) with a
+/// warning.
+/// @param cost receives what the queries took; may be null
+std::vector<Light> placeLights(const World& world, int count, uint64_t seed,
+                               QueryCost* cost = nullptr);
 
 } // namespace shadowdag

@@ -40,13 +40,15 @@ float quantile(std::vector<float> values, double share) {
 
 float spaceAlong(const TriangleTree& tree, const Box& bounds, const glm::vec3& point,
                  const glm::vec3& direction) {
-    float room = tree.trace(point, direction).distance;
+    float room = std::numeric_limits<float>::infinity();
     for (int axis = 0; axis < 3; ++axis)
         if (direction[axis] != 0.0f) {
             const float end = direction[axis] > 0.0f ? bounds.max[axis] : bounds.min[axis];
             room = std::min(room, (end - point[axis]) / direction[axis]);
         }
-    return std::max(room, 0.0f);
+    if (!(room > 0.0f))
+        return 0.0f;
+    return std::min(room, tree.trace(point, direction, room).distance);
 }
 
 // The triangles that the fan hits are appended to `triangles`, when asked for.
@@ -230,7 +232,7 @@ void OpenSpace::keepVariedRooms() {
 bool OpenSpace::sees(const glm::vec3& from, const glm::vec3& to) const {
     const glm::vec3 d = to - from;
     const float length = std::sqrt(glm::dot(d, d));
-    return !(length > 0.0f) || tree_.trace(from, d / length).distance >= length * 0.9999f;
+    return !(length > 0.0f) || !tree_.isBlocked(from, d / length, length * 0.9999f);
 }
 
 int OpenSpace::stationsInSight(const glm::vec3& point, int enough) const {

@@ -5,16 +5,22 @@
 #include "cuda/error.h"
 #include "cuda/macros.h"
 
+#include <dirent.h>
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <charconv>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <mutex>
-#include <set>
 #include <utility>
 #include <vector>
 
@@ -26,14 +32,21 @@ std::atomic<unsigned> gFileCounter{0};
 
 constexpr std::string_view kTemporaryMark = ".tmp-"; // then the process, '-' and a number
 
-/// The temporary files of the process.
+/// The temporary files of the process, each with an open file that holds its lock.
 struct Unfinished {
     std::mutex mutex;
-    std::set<std::string> paths;
+    std::map<std::string, int> locks;
+
+    /// With the mutex held.
+    void erase(const std::string& path) {
+        const auto found = locks.find(path);
+        ::close(found->second);
+        locks.erase(found);
+    }
 };
 
 Unfinished& unfinished() {
-    static Unfinished all;
+    static Unfinished& all = *new Unfinished; // a thread that ends the process may outlive main
     return all;
 }
 
@@ -41,6 +54,65 @@ Unfinished& unfinished() {
     throw Error(ErrorKind::kResource,
                 what + " '" + path + "': " + (error ? std::strerror(error) : "unknown reason") +
                     "; choose another place or free some disk space");
+}
+
+// Returns whether the writer of a temporary file is gone: no process of this machine has the number
+// in its name.
+bool isWriterGone(std::string_view name) {
+    const size_t mark = name.rfind(kTemporaryMark) + kTemporaryMark.size();
+    pid_t process = 0;
+    const auto [end, error] =
+        std::from_chars(name.data() + mark, name.data() + name.size(), process);
+    return error == std::errc() && *end == '-' && process > 0 && ::kill(process, 0) != 0 &&
+           errno == ESRCH;
+}
+
+// Takes the lock of a file and removes it. A file that another process has locked stays: its writer
+// may run in another container or on another machine. So does one whose file system has no locks.
+void removeUnlessLocked(const std::string& path) {
+    const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    struct stat status {};
+    if (file >= 0 && ::fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
+        ::flock(file, LOCK_EX | LOCK_NB) == 0)
+        ::unlink(path.c_str());
+    if (file >= 0)
+        ::close(file);
+}
+
+// Removes what killed processes left of an output: temporary files whose process is gone and that
+// nobody has locked, as each writer locks its own. Lists each folder once, as a run may write
+// thousands of files into it. Not by std::filesystem::directory_iterator, which ends the program
+// when memory is short.
+void removeAbandoned(const std::filesystem::path& output) {
+    static std::mutex mutex;
+    static std::map<std::filesystem::path, std::vector<std::string>> abandonedNames;
+    const std::lock_guard lock(mutex);
+    const std::filesystem::path folder = output.has_parent_path() ? output.parent_path() : ".";
+    const auto [found, isNew] = abandonedNames.try_emplace(folder);
+    if (isNew) {
+        const auto close = [](DIR* open) { ::closedir(open); };
+        const std::unique_ptr<DIR, decltype(close)> listed(::opendir(folder.c_str()), close);
+        while (const dirent* const entry = listed ? ::readdir(listed.get()) : nullptr)
+            if (isTemporaryName(entry->d_name) && isWriterGone(entry->d_name))
+                found->second.emplace_back(entry->d_name);
+    }
+    const std::string start = output.filename().string() + std::string(kTemporaryMark);
+    for (const std::string& name : found->second)
+        if (name.starts_with(start))
+            removeUnlessLocked((folder / name).string());
+}
+
+// Creates a file that did not exist and locks it for as long as the result is open: -1 with errno
+// if it cannot be created. A file system without locks is accepted.
+int createLocked(const std::string& path) {
+    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    struct stat status {};
+    if (file < 0 || ::flock(file, LOCK_EX | LOCK_NB) != 0 || ::fstat(file, &status) != 0 ||
+        status.st_nlink > 0)
+        return file;
+    ::close(file); // it was removed before it was locked
+    errno = EEXIST;
+    return -1;
 }
 
 // Flushes the file at `path` to disk, so that it survives a power failure; a file system that
@@ -65,17 +137,29 @@ OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
     if (std::filesystem::is_directory(path_, ignored))
         throw Error(ErrorKind::kResource,
                     "cannot write '" + path_ + "': it is a folder; name a file in it");
-    // The process id and a counter distinguish two writers of one name; the same folder keeps the
-    // rename atomic.
-    temporaryPath_ = path_ + std::string(kTemporaryMark) + std::to_string(::getpid()) + "-" +
-                     std::to_string(gFileCounter.fetch_add(1));
+    removeAbandoned(path_);
     const std::lock_guard lock(unfinished().mutex);
-    unfinished().paths.insert(temporaryPath_);
-    errno = 0;
+    for (;;) {
+        // The process id and a counter distinguish two writers of one name; the same folder keeps
+        // the rename atomic.
+        temporaryPath_ = path_ + std::string(kTemporaryMark) + std::to_string(::getpid()) + "-" +
+                         std::to_string(gFileCounter.fetch_add(1));
+        const auto entry = unfinished().locks.try_emplace(temporaryPath_, -1).first;
+        errno = 0;
+        entry->second = createLocked(temporaryPath_);
+        if (entry->second >= 0)
+            break;
+        const int error = errno;
+        unfinished().locks.erase(entry);
+        if (error != EEXIST) // of an earlier process of this number
+            fail("cannot create", temporaryPath_, error);
+    }
     stream_.open(temporaryPath_, std::ios::binary | std::ios::trunc);
     if (!stream_) {
-        unfinished().paths.erase(temporaryPath_);
-        fail("cannot create", temporaryPath_, errno);
+        const int error = errno;
+        std::remove(temporaryPath_.c_str());
+        unfinished().erase(temporaryPath_);
+        fail("cannot create", temporaryPath_, error);
     }
 }
 
@@ -85,7 +169,7 @@ OutputFile::~OutputFile() {
     stream_.close();
     const std::lock_guard lock(unfinished().mutex);
     std::remove(temporaryPath_.c_str());
-    unfinished().paths.erase(temporaryPath_);
+    unfinished().erase(temporaryPath_);
 }
 
 void OutputFile::write(const void* data, size_t byteCount) {
@@ -106,7 +190,7 @@ void OutputFile::commit() {
     const std::lock_guard lock(unfinished().mutex);
     if (std::rename(temporaryPath_.c_str(), path_.c_str()) != 0)
         fail("cannot rename the finished file to", path_, errno);
-    unfinished().paths.erase(temporaryPath_);
+    unfinished().erase(temporaryPath_);
     committed_ = true;
 }
 
@@ -135,9 +219,13 @@ void removeAbandonedFiles(const std::string& folder) {
         fs::remove(path, ignored);
 }
 
+std::unique_lock<std::mutex> delayRemovalOfUnfinishedFiles() {
+    return std::unique_lock(unfinished().mutex);
+}
+
 void removeUnfinishedFiles() {
     unfinished().mutex.lock(); // for good: no file is created or renamed from here on
-    for (const std::string& path : unfinished().paths)
+    for (const auto& [path, lock] : unfinished().locks)
         std::remove(path.c_str());
 }
 

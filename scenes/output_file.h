@@ -4,14 +4,15 @@
 
 #include <cstddef>
 #include <fstream>
+#include <mutex>
 #include <string>
 #include <string_view>
 
 namespace shadowdag {
 
 /// Writes next to the final name and renames on commit(); destroyed without commit, it removes its
-/// file and leaves an old file of that name unchanged. Throws Error kResource naming path and
-/// reason.
+/// file and leaves an old file of that name unchanged. First it removes what killed processes left
+/// of the same output. Throws Error kResource naming path and reason.
 class OutputFile {
 public:
     explicit OutputFile(std::string path);
@@ -43,5 +44,9 @@ void removeAbandonedFiles(const std::string& folder);
 /// Removes the temporary files of all OutputFiles of the process, just before it ends itself: from
 /// then on every thread that creates, commits or destroys one waits forever.
 void removeUnfinishedFiles();
+
+/// While the result is held, removeUnfinishedFiles waits: for renames that belong together. The
+/// thread that holds it must not create, commit or destroy an OutputFile.
+std::unique_lock<std::mutex> delayRemovalOfUnfinishedFiles();
 
 } // namespace shadowdag

@@ -151,6 +151,7 @@ ColorImage readPngColor(const uint8_t* data, size_t byteCount, const std::string
 }
 
 std::vector<uint8_t> writePngMask(const AlphaMask& mask) {
+    SDAG_ASSERT(mask.words.size() == size_t(maskRowWords(mask.width)) * mask.height);
     std::vector<uint8_t> pixels;
     pixels.reserve(2 * size_t(mask.width) * mask.height);
     for (uint32_t y = 0; y < mask.height; ++y)

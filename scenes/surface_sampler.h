@@ -2,6 +2,7 @@
 // Seeded points of a scene's surface, for the placement of lights and cameras.
 #pragma once
 
+#include "cuda/cancel.h"
 #include "scenes/split_mix.h"
 #include "scenes/world.h"
 
@@ -34,6 +35,8 @@ public:
         : triangles_(triangles), areas_(triangles.count()) {
         double sum = 0.0;
         for (size_t t = 0; t < triangles.count(); ++t) {
+            if (t % 65536 == 0)
+                pollCpu();
             const glm::dvec3 a(triangles.vertex(t, 0)), b(triangles.vertex(t, 1)),
                 c(triangles.vertex(t, 2));
             sum += glm::length(glm::cross(b - a, c - a));

@@ -4,6 +4,7 @@
 #include "cuda/cancel.h"
 #include "cuda/scan_sort.h"
 #include "scenes/morton.h"
+#include "scenes/warning.h"
 
 #include <algorithm>
 #include <array>
@@ -95,6 +96,14 @@ glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& 
     return a + ab * (vb / sum) + ac * (vc / sum);
 }
 
+void warnOfCutQueries(const QueryCost& cost, const std::string& what) {
+    if (cost.cutCount > 0)
+        warn(std::to_string(cost.cutCount) + " of " + std::to_string(cost.queryCount) +
+             " rays that place " + what + " were cut short among triangles that overlap, so some " +
+             what + " may be in worse places than usual; remove copies that lie on each other, " +
+             "or give the file " + what + " of its own");
+}
+
 TriangleTree::TriangleTree(TriangleView triangles, const Box& bounds)
     : triangles_(triangles), items_(triangles.count()) {
     std::vector<uint64_t> codes(items_.size());
@@ -167,84 +176,97 @@ uint32_t TriangleTree::build(uint32_t begin, uint32_t end) {
     return node;
 }
 
-TriangleTree::Hit TriangleTree::trace(const glm::vec3& origin, const glm::vec3& direction) const {
+// Tests the triangles of leaves, of two siblings the nearer first, until `test(triangle)` returns
+// false. `bound(box)` is the least that a triangle in a box can have; `isBeyond(bound)` says
+// whether a box can be left out by now. Returns false if the query was cut.
+template <class Bound, class Beyond, class Test>
+bool TriangleTree::visit(const Bound& bound, const Beyond& isBeyond, const Test& test) const {
     struct Entry {
         uint32_t node;
-        float enter;
+        float least;
     };
-    Hit best{kInfinity, false};
-    if (nodes_.empty())
-        return best;
     std::array<Entry, kMaxDepth> stack;
     int depth = 0;
-    const auto push = [&](uint32_t node, float enter) {
-        if (enter < kInfinity && enter * kSlack <= best.distance)
-            stack[size_t(depth++)] = {node, enter};
-    };
-    push(0, enterBox(nodes_[0].box, origin, direction));
-    while (depth > 0) {
-        const Entry entry = stack[size_t(--depth)];
-        if (entry.enter * kSlack > best.distance)
-            continue;
-        const Node& node = nodes_[entry.node];
-        if (node.count == 0) {
-            const uint32_t first = entry.node + 1, second = node.first;
-            const float enterFirst = enterBox(nodes_[first].box, origin, direction);
-            const float enterSecond = enterBox(nodes_[second].box, origin, direction);
-            const bool isFirstNearer = enterFirst <= enterSecond; // the nearer one is taken next
-            push(isFirstNearer ? second : first, isFirstNearer ? enterSecond : enterFirst);
-            push(isFirstNearer ? first : second, isFirstNearer ? enterFirst : enterSecond);
-            continue;
-        }
-        for (uint32_t k = node.first; k < node.first + node.count; ++k) {
-            const uint32_t t = items_[k];
-            bool isFrontFace = false;
-            const float distance =
-                intersect(origin, direction, triangles_.vertex(t, 0), triangles_.vertex(t, 1),
-                          triangles_.vertex(t, 2), isFrontFace);
-            if (distance < best.distance || (distance == best.distance && t < best.triangle))
-                best = {distance, isFrontFace, t};
-        }
-    }
-    return best;
-}
-
-float TriangleTree::distance(const glm::vec3& point, float limit) const {
-    struct Entry {
-        uint32_t node;
-        float distanceSquared;
-    };
-    float best = limit * limit;
-    std::array<Entry, kMaxDepth> stack;
-    int depth = 0;
-    const auto push = [&](uint32_t node, float squared) {
-        if (squared * kSlack < best)
-            stack[size_t(depth++)] = {node, squared};
+    const auto push = [&](uint32_t node, float least) {
+        if (!isBeyond(least))
+            stack[size_t(depth++)] = {node, least};
     };
     if (!nodes_.empty())
-        push(0, distanceSquared(nodes_[0].box, point));
-    while (depth > 0) {
+        push(0, bound(nodes_[0].box));
+    const uint32_t maxSteps = cost_.cutCount < kMaxLongCuts ? kMaxQuerySteps : kFewQuerySteps;
+    uint32_t steps = 0;
+    bool isOn = true;
+    while (isOn && depth > 0 && steps < maxSteps) {
         const Entry entry = stack[size_t(--depth)];
-        if (!(entry.distanceSquared * kSlack < best))
+        if (isBeyond(entry.least))
             continue;
+        ++steps;
         const Node& node = nodes_[entry.node];
         if (node.count == 0) {
             const uint32_t first = entry.node + 1, second = node.first;
-            const float toFirst = distanceSquared(nodes_[first].box, point);
-            const float toSecond = distanceSquared(nodes_[second].box, point);
+            const float toFirst = bound(nodes_[first].box), toSecond = bound(nodes_[second].box);
             const bool isFirstNearer = toFirst <= toSecond;
             push(isFirstNearer ? second : first, isFirstNearer ? toSecond : toFirst);
             push(isFirstNearer ? first : second, isFirstNearer ? toFirst : toSecond);
             continue;
         }
-        for (uint32_t k = node.first; k < node.first + node.count; ++k) {
-            const uint32_t t = items_[k];
-            const glm::vec3 d =
-                point - closestPoint(point, triangles_.vertex(t, 0), triangles_.vertex(t, 1),
-                                     triangles_.vertex(t, 2));
-            best = std::min(best, glm::dot(d, d));
-        }
+        steps += node.count;
+        for (uint32_t k = node.first; isOn && k < node.first + node.count; ++k)
+            isOn = test(items_[k]);
     }
+    const bool isCut = isOn && depth > 0;
+    cost_ += {1, steps, isCut ? 1u : 0u};
+    return !isCut;
+}
+
+TriangleTree::Hit TriangleTree::trace(const glm::vec3& origin, const glm::vec3& direction,
+                                      float reach) const {
+    Hit best{reach, false};
+    bool isHit = false;
+    visit([&](const Box& box) { return enterBox(box, origin, direction); },
+          [&](float enter) { return !(enter < kInfinity && enter * kSlack <= best.distance); },
+          [&](uint32_t t) {
+              bool isFrontFace = false;
+              const float distance =
+                  intersect(origin, direction, triangles_.vertex(t, 0), triangles_.vertex(t, 1),
+                            triangles_.vertex(t, 2), isFrontFace);
+              if (distance < best.distance ||
+                  (isHit && distance == best.distance && t < best.triangle)) {
+                  best = {distance, isFrontFace, t};
+                  isHit = true;
+              }
+              return true;
+          });
+    return isHit ? best : Hit{kInfinity, false};
+}
+
+bool TriangleTree::isBlocked(const glm::vec3& origin, const glm::vec3& direction,
+                             float reach) const {
+    bool isHit = false;
+    const bool isWhole =
+        visit([&](const Box& box) { return enterBox(box, origin, direction); },
+              [&](float enter) { return !(enter < kInfinity && enter * kSlack <= reach); },
+              [&](uint32_t t) {
+                  bool isFrontFace = false;
+                  isHit =
+                      intersect(origin, direction, triangles_.vertex(t, 0), triangles_.vertex(t, 1),
+                                triangles_.vertex(t, 2), isFrontFace) < reach;
+                  return !isHit;
+              });
+    return isHit || !isWhole;
+}
+
+float TriangleTree::distance(const glm::vec3& point, float limit) const {
+    float best = limit * limit;
+    visit([&](const Box& box) { return distanceSquared(box, point); },
+          [&](float squared) { return !(squared * kSlack < best); },
+          [&](uint32_t t) {
+              const glm::vec3 d =
+                  point - closestPoint(point, triangles_.vertex(t, 0), triangles_.vertex(t, 1),
+                                       triangles_.vertex(t, 2));
+              best = std::min(best, glm::dot(d, d));
+              return true;
+          });
     return std::sqrt(best);
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "cuda/atomics.h"
+#include "cuda/mutant.h"
 #include "scenes/batches.h"
 #include "shadowmap/drawn_cells.h"
 #include "shadowmap/page_mask.h"
@@ -74,6 +75,8 @@ struct CullView {
     SDAG_HD BatchFaces facesToDraw(uint32_t mapIndex, uint32_t batch) const {
         const ShadowMapInfo& map = maps[mapIndex];
         const Box& boxWorld = batches.boxesWorld[batch];
+        if (batch % 8 == 0 && isMutant(Mutant::kBatchCulled))
+            return {};
         if (!kept.drawnCells.empty())
             return facesNotDrawn(mapIndex, batch, boxWorld);
         if (culling == MapCulling::kSphere)
@@ -85,6 +88,7 @@ struct CullView {
             FaceRect rect;
             if (!projectOnMap(map, boxWorld, face, 0.0f, rect))
                 continue;
+            rect.depthMin = mutated(Mutant::kDepthLimitHalved, rect.depthMin, 2.0f * rect.depthMin);
             if (culling >= MapCulling::kMaximumDepth &&
                 rect.depthMin > bitsFloat(masks.depths[mapIndex * kFaceCount + face]))
                 continue;
@@ -124,7 +128,8 @@ private:
             FaceRect rect;
             if (!projectOnMap(maps[mapIndex], boxWorld, face, 0.0f, rect))
                 continue;
-            const uint32_t bits = depthBits(rect.depthMin);
+            const uint32_t bits =
+                depthBits(mutated(Mutant::kDepthLimitHalved, rect.depthMin, 2.0f * rect.depthMin));
             const CellRect of = cellsOf(rect);
             if (!cells.reaches(mapIndex, face, of, bits))
                 continue;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "cuda/atomics.h"
+#include "cuda/mutant.h"
 #include "shadowmap/page_mask.h"
 
 namespace shadowdag {
@@ -182,6 +183,8 @@ struct ClearPages {
     SDAG_HD uint32_t runsLog2() const { return 2 * pageTexelsLog2 - kClearedTexelsLog2; }
     size_t itemCount() const { return freshEntries.count << runsLog2(); }
     SDAG_HD void operator()(size_t i) const {
+        if (isMutant(Mutant::kPagesNotCleared))
+            return;
         const size_t page = pageTable[freshEntries[i >> runsLog2()]];
         const size_t run = i & ((size_t(1) << runsLog2()) - 1);
         uint32_t* const texels =

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shadowmap/page_cache.h"
 
+#include "cuda/mutant.h"
 #include "cuda/pass.h"
 #include "cuda/scan_sort.h"
 #include "shadowmap/drawn_cells.h"
@@ -35,6 +36,8 @@ uint64_t wordsOf(const ShadowMapInfo& map) {
 /// the scene, which is the position and range of a directional light, does not matter.
 bool isSameMap(ShadowMapInfo a, const ShadowMapInfo& b) {
     a.pageTableStart = b.pageTableStart;
+    if (!(a.lightPositionWorld == b.lightPositionWorld) && isMutant(Mutant::kMapsKeptStale))
+        a.lightPositionWorld = b.lightPositionWorld;
     if (a.window.isDirectional()) {
         a.lightPositionWorld = b.lightPositionWorld;
         a.rangeWorld = b.rangeWorld;
@@ -191,6 +194,8 @@ void PageCache::noteMotion(const BatchView& hostBatches, View<const uint32_t> mo
     for (size_t batch = 0; batch < count; ++batch)
         if (!(batchBoxes_[batch] == hostBatches.boxesWorld[batch]))
             mark(batch);
+    if (isMutant(Mutant::kPagesKeptStale))
+        std::fill(bits.begin(), bits.end(), 0u);
     if (!hostBatches.levels.empty()) {
         // Motion may change an instance's level of detail, and with it all its batches.
         const size_t parts = hostBatches.levels.partBoxes.count;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "cuda/atomics.h"
+#include "cuda/mutant.h"
 #include "cuda/view.h"
 #include "shadowmap/cell_depth.h"
 #include "shadowmap/cube_face.h"
@@ -58,6 +59,8 @@ struct PageMaskView {
 /// taps.
 SDAG_HD inline float filterMargin(uint32_t faceTexels, uint32_t taps) {
     const float n = float(faceTexels);
+    if (isMutant(Mutant::kMapMarginZero))
+        return 0.0f;
     if (taps <= 1)
         return 2.0f / n;
     const float e = float(filterSide(taps)) / n;
@@ -133,6 +136,8 @@ private:
         const uint32_t y0 = faceCell(rect.vMin, n) >> pageTexelsLog2;
         const uint32_t y1 = faceCell(rect.vMax, n) >> pageTexelsLog2;
         for (uint32_t y = y0; y <= y1; ++y) {
+            if (mapIndex == 0 && y == map.facePages / 2 && isMutant(Mutant::kMapPageDropped))
+                continue;
             const uint32_t row = pageTableIndex(map, face, 0, y);
             setBits(masks.pages, row + x0, row + x1 + 1);
         }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The CPU's own rasterization kernel: the setup and fill of rasterize.h, one face of a map at a
-// time, so that texels need no atomics.
+// time, so that texels need no atomics; batches front to back, so that what they hide is not drawn.
+#include "cuda/mutant.h"
 #include "shadowmap/rasterize_pass.h"
 
 #include "cuda/parallel_for.h"
@@ -12,15 +13,6 @@
 namespace shadowdag {
 namespace {
 
-/// Keeps the greater depth, without atomics. It always writes, so that the compiler may vectorize
-/// it.
-struct StoreGreater {
-    uint32_t* depths;
-    void operator()(size_t texel, uint32_t bits) const {
-        depths[texel] = depths[texel] > bits ? depths[texel] : bits;
-    }
-};
-
 /// Covers the texels of a triangle that a mask cuts, by the shared code.
 void coverCut(const RasterView& view, uint32_t triangle, const ShadowMapInfo& map, uint32_t face,
               const FaceTriangle& t) {
@@ -28,10 +20,9 @@ void coverCut(const RasterView& view, uint32_t triangle, const ShadowMapInfo& ma
                 StoreGreater{view.depths.data});
 }
 
-/// Draws one triangle by the shared code. This function covers solid ones only; otherwise the
-/// compiler keeps their fill out of line, which takes 40 % more instructions.
+/// Draws one triangle that is set up by the shared code.
 void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo& map,
-                  uint32_t face) {
+                  uint32_t face, [[maybe_unused]] PageFloors& floors) {
     glm::dvec3 corners[3];
     for (int corner = 0; corner < 3; ++corner)
         corners[corner] =
@@ -39,16 +30,20 @@ void drawTriangle(const RasterView& view, uint32_t triangle, const ShadowMapInfo
     FaceTriangle t;
     if (!setUpTriangle(corners[0], corners[1], corners[2], map, t))
         return;
-    if (view.geometry.masks.isCut(triangle))
+    if (view.geometry.masks.isCut(triangle)) {
         coverCut(view, triangle, map, face, t);
-    else
-        coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1,
-                    StoreGreater{view.depths.data});
+        return;
+    }
+#if defined(SDAG_RASTERIZE_AVX2)
+    avx2::coverTexels(view, map, face, t, floors);
+#else
+    coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1, StoreGreater{view.depths.data});
+#endif
 }
 
 /// Draws a batch into one face of a map; no other thread writes the face's pages.
-void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& map,
-               uint32_t face) {
+void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& map, uint32_t face,
+               [[maybe_unused]] PageFloors& floors) {
     const uint32_t* const triangles = &view.batchTriangles[batch.first];
 #if defined(SDAG_RASTERIZE_AVX2)
     for (uint32_t first = 0; first < batch.count; first += 4) {
@@ -63,25 +58,82 @@ void drawBatch(const RasterView& view, const Batch& batch, const ShadowMapInfo& 
         uint32_t crossing;
         uint32_t ready = avx2::setUpTriangles(corners(0), corners(1), corners(2), map,
                                               (1u << count) - 1u, crossing, t);
+        if (crossing != 0 && isMutant(Mutant::kRasterNearLost))
+            crossing = 0;
+        if (ready >> 3 != 0 && isMutant(Mutant::kRasterLaneLost))
+            ready &= 7u;
         for (; ready; ready &= ready - 1) {
             const int lane = __builtin_ctz(ready);
             if (view.geometry.masks.isCut(four[lane]))
                 coverCut(view, four[lane], map, face, t.at(lane));
             else
-                avx2::coverTexels(view, map, face, t.at(lane));
+                avx2::coverTexels(view, map, face, t.at(lane), floors);
         }
         for (; crossing; crossing &= crossing - 1)
-            drawTriangle(view, four[__builtin_ctz(crossing)], map, face);
+            drawTriangle(view, four[__builtin_ctz(crossing)], map, face, floors);
     }
 #else
     for (uint32_t i = 0; i < batch.count; ++i)
-        drawTriangle(view, triangles[i], map, face);
+        drawTriangle(view, triangles[i], map, face, floors);
 #endif
+}
+
+/// A batch to draw into a face, and where it lies there.
+struct FaceDraw {
+    uint32_t batch;
+    FaceRect rect;
+};
+
+/// Returns whether every page with memory that a batch may touch holds nothing but nearer surfaces.
+bool isHidden(const RasterView& view, const ShadowMapInfo& map, uint32_t face, const FaceRect& rect,
+              PageFloors& floors) {
+    if (!(rect.depthMin > 0.0f))
+        return false;
+    // More than what rounding differs by between a box and its triangles.
+    constexpr float kRounding = 1.0f + 1e-6f;
+    const uint32_t bits = floatBits(1.0f / rect.depthMin * kRounding);
+    const int32_t n = int32_t(map.faceTexels), side = 1 << view.pageTexelsLog2;
+    const auto pageOf = [&](float u, int32_t beyond) { // with a texel more
+        const int32_t x = int32_t(faceCell(u, map.faceTexels)) + beyond;
+        return std::clamp(x, 0, n - 1) >> view.pageTexelsLog2;
+    };
+    const int32_t x0 = pageOf(rect.uMin, -1), x1 = pageOf(rect.uMax, 1);
+    const int32_t y0 = pageOf(rect.vMin, -1), y1 = pageOf(rect.vMax, 1);
+    for (int32_t y = y0; y <= y1; ++y)
+        for (int32_t x = x0; x <= x1; ++x) {
+            const uint32_t page =
+                view.pageTable[pageTableIndex(map, face, uint32_t(x), uint32_t(y))];
+            if (page != kNoPage &&
+                !floors.refreshed(page, bits,
+                                  view.depths.data + (size_t(page) << (2 * view.pageTexelsLog2)),
+                                  side, std::min(side, n - x * side), std::min(side, n - y * side)))
+                return false;
+        }
+    return true;
+}
+
+/// Draws batches into one face of a map, the nearest first.
+void drawFace(const RasterView& view, View<const BatchDraw> draws, const ShadowMapInfo& map,
+              uint32_t face, View<const Box> boxesWorld, PageFloors& floors) {
+    std::vector<FaceDraw> ordered;
+    for (const BatchDraw& draw : draws) {
+        FaceDraw item{draw.batch, {}};
+        if ((draw.faces >> face & 1u) &&
+            projectOnMap(map, boxesWorld[draw.batch], face, 0.0f, item.rect))
+            ordered.push_back(item);
+    }
+    std::stable_sort(ordered.begin(), ordered.end(), [](const FaceDraw& a, const FaceDraw& b) {
+        return a.rect.depthMin < b.rect.depthMin;
+    });
+    for (const FaceDraw& draw : ordered)
+        if (!isHidden(view, map, face, draw.rect, floors))
+            drawBatch(view, view.batches[draw.batch], map, face, floors);
 }
 
 } // namespace
 
-void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawStart) {
+void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawStart,
+                     View<const Box> boxesWorld, View<PageFloor> pageFloors) {
     const size_t mapCount = view.maps.count;
     SDAG_ASSERT(drawStart.size() == mapCount + 1);
     // Longest first, so that no thread is left with a big one at the end.
@@ -91,12 +143,15 @@ void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawSt
         return drawStart[a + 1] - drawStart[a] > drawStart[b + 1] - drawStart[b];
     });
     cpuParallelRanges(mapCount * kFaceCount, 1, [&](size_t begin, size_t end) {
+        PageFloors floors(pageFloors);
         for (size_t item = begin; item < end; ++item) {
             const uint32_t mapIndex = order[item / kFaceCount];
             const uint32_t face = uint32_t(item % kFaceCount);
-            for (uint32_t i = drawStart[mapIndex]; i < drawStart[mapIndex + 1]; ++i)
-                if (view.draws[i].faces >> face & 1u)
-                    drawBatch(view, view.batches[view.draws[i].batch], view.maps[mapIndex], face);
+            if (face == 3 && isMutant(Mutant::kFaceSkipped))
+                continue;
+            const uint32_t first = drawStart[mapIndex];
+            drawFace(view, {view.draws.data + first, drawStart[mapIndex + 1] - first},
+                     view.maps[mapIndex], face, boxesWorld, floors);
         }
     });
 }

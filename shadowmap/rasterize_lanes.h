@@ -1,11 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 // rasterize.h in AVX2 lanes: sets up four triangles at once, then fills the texels of one triangle
-// four or eight at once. The same operations in the same order give the same bits; cases that a
-// lane cannot handle use the shared code. Texels are written without atomics: each page has one
-// writer.
+// page by page, four or eight at once. The same operations in the same order give the same bits;
+// cases that a lane cannot handle use the shared code. Texels are written without atomics: each
+// page has one writer.
+//
+// Edge functions and depth are monotone in X and in Y as they are rounded, so their values at the
+// corners of a page bound those at its texels exactly: a page outside of an edge is skipped, an
+// edge that a page is inside of is not tested, and a page whose stored depths are all at least the
+// triangle's greatest there is left alone. Coarse depths that hide what is drawn later: Greene,
+// Kass, Miller, Hierarchical Z-Buffer Visibility, SIGGRAPH 1993.
 #pragma once
 
+#include "shadowmap/page_floors.h"
 #include "shadowmap/rasterize.h"
+
+namespace shadowdag {
+
+/// Keeps the greater depth, without atomics. It always writes, so that the compiler may vectorize
+/// it.
+struct StoreGreater {
+    uint32_t* depths;
+    void operator()(size_t texel, uint32_t bits) const {
+        depths[texel] = depths[texel] > bits ? depths[texel] : bits;
+    }
+};
+
+} // namespace shadowdag
 
 #if defined(__AVX2__) && !defined(__CUDACC__)
 #define SDAG_RASTERIZE_AVX2 1
@@ -220,17 +240,19 @@ struct RowSpans {
     alignas(16) int32_t first[4], last[4];
 };
 
-/// narrowSpan for four rows at once, from row `y` on, over columns [t.x0, t.x1]. Each end is
+/// narrowSpan for four rows at once, from row `y` on, over columns [xFirst, xLast]. Each end is
 /// estimated by its quotient and verified by the monotone edge function on both sides of it; a row
 /// with a wrong estimate is done by narrowSpan.
-inline void spanRows(const FaceTriangle& t, const double* rEx, int32_t y, int32_t n,
-                     RowSpans& spans) {
+/// @param edges bit k: edge k is tested; the columns are inside of the others
+inline void spanRows(const FaceTriangle& t, const double* rEx, int32_t y, int32_t n, int32_t xFirst,
+                     int32_t xLast, uint32_t edges, RowSpans& spans) {
     const Lanes Y = all(double(2 * y + 1 - n)) + _mm256_setr_pd(0, 2, 4, 6);
     const Lanes one = all(1.0), two = all(2.0), centre = one - all(double(n));
-    const Lanes x0 = all(double(t.x0)), x1 = all(double(t.x1));
+    const Lanes x0 = all(double(xFirst)), x1 = all(double(xLast));
     Lanes first = x0, last = x1;
     Lanes isWrong = _mm256_setzero_pd();
-    for (int k = 0; k < 3; ++k) {
+    for (uint32_t left = edges; left; left &= left - 1) {
+        const int k = __builtin_ctz(left);
         const Lanes r = all(t.ey[k]) * Y + all(t.e0[k]);
         const Lanes bound = all(-t.tolerance[k]);
         if (t.ex[k] == 0.0) {
@@ -264,17 +286,19 @@ inline void spanRows(const FaceTriangle& t, const double* rEx, int32_t y, int32_
     for (int wrong = _mm256_movemask_pd(isWrong); wrong; wrong &= wrong - 1) {
         const int i = __builtin_ctz(unsigned(wrong));
         const double rowY = double(2 * (y + i) + 1 - n);
-        spans.first[i] = t.x0;
-        spans.last[i] = t.x1;
-        for (int k = 0; k < 3; ++k)
+        spans.first[i] = xFirst;
+        spans.last[i] = xLast;
+        for (uint32_t left = edges; left; left &= left - 1) {
+            const int k = __builtin_ctz(left);
             narrowSpan(t.ex[k], t.ey[k] * rowY + t.e0[k], t.tolerance[k], rEx[k], n, spans.first[i],
                        spans.last[i]);
+        }
     }
 }
 
 /// Draws a triangle at most four columns wide, a row at a time.
 inline void coverNarrow(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
-                        const FaceTriangle& t) {
+                        const FaceTriangle& t, PageFloors& floors) {
     const uint32_t log2 = view.pageTexelsLog2;
     const int32_t side = 1 << log2;
     const int32_t n = int32_t(map.faceTexels);
@@ -293,10 +317,11 @@ inline void coverNarrow(const RasterView& view, const ShadowMapInfo& map, uint32
         for (int32_t py = t.y0 >> log2; py <= t.y1 >> log2; ++py) {
             const uint32_t page =
                 view.pageTable[pageTableIndex(map, face, uint32_t(px), uint32_t(py))];
-            if (page == kNoPage)
+            if (page == kNoPage || floors.hides(page, floatBits(t.wMax)))
                 continue;
             const int32_t yLast = glm::min(t.y1, py * side + side - 1);
             int32_t y = glm::max(t.y0, py * side);
+            floors.noteRows(page, yLast - y + 1);
             uint32_t* row = view.depths.data + (size_t(page) << (2 * log2)) +
                             (size_t(y - py * side) << log2) + size_t(base - px * side);
             for (; y <= yLast; ++y, row += side) {
@@ -321,40 +346,81 @@ inline void coverNarrow(const RasterView& view, const ShadowMapInfo& map, uint32
     }
 }
 
-/// coverTexels for all rows of a triangle, storing the greater depth.
+/// coverTexels for all rows of a solid triangle, storing the greater depth. Pages that reach the
+/// near plane, and narrow triangles that do, are left to the shared code.
+/// @param floors of the view's pages; a page that is drawn into is noted there
 inline void coverTexels(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
-                        const FaceTriangle& t) {
+                        const FaceTriangle& t, PageFloors& floors) {
+    const StoreGreater store{view.depths.data};
     if (t.x1 - t.x0 < 4) {
-        coverNarrow(view, map, face, t);
+        if (t.wMax <= t.wNear)
+            coverNarrow(view, map, face, t, floors);
+        else
+            shadowdag::coverTexels(view, map, face, t, SolidTriangle{}, t.y0, t.y1, store);
         return;
     }
     const uint32_t log2 = view.pageTexelsLog2;
     const int32_t side = 1 << log2;
     const int32_t n = int32_t(map.faceTexels);
     const double rEx[3] = {1.0 / t.ex[0], 1.0 / t.ex[1], 1.0 / t.ex[2]};
+    // Three edges and the depth; the depth's bound is never met.
+    const Lanes ex = _mm256_setr_pd(t.ex[0], t.ex[1], t.ex[2], t.wx),
+                ey = _mm256_setr_pd(t.ey[0], t.ey[1], t.ey[2], t.wy),
+                e0 = _mm256_setr_pd(t.e0[0], t.e0[1], t.e0[2], t.w0),
+                bound = negative(_mm256_setr_pd(t.tolerance[0], t.tolerance[1], t.tolerance[2], 0));
+    const auto centre = [n](int32_t x) { return double(2 * x + 1 - n); };
     for (int32_t py = t.y0 >> log2; py <= t.y1 >> log2; ++py) {
         const uint32_t* const pages = &view.pageTable[pageTableIndex(map, face, 0, uint32_t(py))];
-        bool hasPage = false;
-        for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px)
-            hasPage |= pages[px] != kNoPage;
-        if (!hasPage)
-            continue;
-        const int32_t yLast = glm::min(t.y1, py * side + side - 1);
-        for (int32_t y = glm::max(t.y0, py * side); y <= yLast; y += 4) {
-            RowSpans spans;
-            spanRows(t, rEx, y, n, spans);
-            for (int32_t i = 0; i < 4 && y + i <= yLast; ++i) {
-                const int32_t first = spans.first[i], last = spans.last[i];
-                if (first > last)
-                    continue;
-                for (int32_t px = first >> log2; px <= last >> log2; ++px) {
-                    if (pages[px] == kNoPage)
-                        continue;
-                    fillRow(view.depths.data + (size_t(pages[px]) << (2 * log2)) +
-                                (size_t(y + i - py * side) << log2),
-                            px * side, glm::max(first, px * side),
-                            glm::min(last, px * side + side - 1), n, t.wx, spans.rw[i], t);
-                }
+        const int32_t yFirst = glm::max(t.y0, py * side),
+                      yLast = glm::min(t.y1, py * side + side - 1);
+        const Lanes top = ey * all(centre(yFirst)) + e0, bottom = ey * all(centre(yLast)) + e0;
+        const Lanes rMin = least(top, bottom), rMax = most(top, bottom);
+        for (int32_t px = t.x0 >> log2; px <= t.x1 >> log2; ++px) {
+            const uint32_t page = pages[px];
+            if (page == kNoPage)
+                continue;
+            const int32_t xFirst = glm::max(t.x0, px * side),
+                          xLast = glm::min(t.x1, px * side + side - 1);
+            const Lanes left = ex * all(centre(xFirst)), right = ex * all(centre(xLast));
+            const Lanes greatest = most(left, right) + rMax, smallest = least(left, right) + rMin;
+            if (~_mm256_movemask_pd(atLeast(greatest, bound)) & 7)
+                continue;                           // outside of an edge
+            const auto depthBitsOf = [&](Lanes w) { // of lane 3, as a texel's
+                const float depth = float(_mm256_extractf128_pd(w, 1)[1]);
+                return floatBits(glm::min(glm::max(depth, t.wMin), t.wMax));
+            };
+            uint32_t* const texels = view.depths.data + (size_t(page) << (2 * log2));
+            const int32_t columns = glm::min(side, n - px * side),
+                          rows = glm::min(side, n - py * side);
+            if (floors.refreshed(page, depthBitsOf(greatest), texels, side, columns, rows))
+                continue; // hidden
+            const uint32_t edges = ~uint32_t(_mm256_movemask_pd(atLeast(smallest, bound))) & 7u;
+            const bool isNear = depthBitsOf(greatest) > floatBits(t.wNear);
+            if (edges == 0 && !isNear && xLast - xFirst + 1 == columns &&
+                yLast - yFirst + 1 == rows)
+                floors.raise(page, depthBitsOf(mutated(Mutant::kFloorTooHigh, smallest, greatest)));
+            floors.noteRows(page, yLast - yFirst + 1);
+            if (isNear) {
+                FaceTriangle part = t;
+                part.x0 = xFirst;
+                part.x1 = xLast;
+                shadowdag::coverTexels(view, map, face, part, SolidTriangle{}, yFirst, yLast,
+                                       store);
+                continue;
+            }
+            uint32_t* row = texels + (size_t(yFirst - py * side) << log2);
+            if (edges == 0) {
+                for (int32_t y = yFirst; y <= yLast; ++y, row += side)
+                    fillRow(row, px * side, xFirst, xLast, n, t.wx, t.wy * centre(y) + t.w0, t);
+                continue;
+            }
+            for (int32_t y = yFirst; y <= yLast; y += 4) {
+                RowSpans spans;
+                spanRows(t, rEx, y, n, xFirst, xLast, edges, spans);
+                for (int32_t i = 0; i < 4 && y + i <= yLast; ++i, row += side)
+                    if (spans.first[i] <= spans.last[i])
+                        fillRow(row, px * side, spans.first[i], spans.last[i], n, t.wx, spans.rw[i],
+                                t);
             }
         }
     }

@@ -4,6 +4,7 @@
 
 #include "cuda/pass.h"
 #include "cuda/split_work.h"
+#include "shadowmap/page_floors.h"
 #include "shadowmap/rasterize.h"
 
 #include <vector>
@@ -30,7 +31,11 @@ inline void rasterizeTriangles(Backend backend, const RasterView& view, SplitWor
 
 /// Draws the same on the CPU, bit for bit, without atomics: an item a face of a map, which one
 /// thread owns.
+/// Batches are drawn front to back, and those that are hidden are skipped.
 /// @param drawStart mapCount + 1; draws of map m are [drawStart[m], drawStart[m + 1])
-void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawStart);
+/// @param boxesWorld of the batches @param pageFloors one a page of the pool; {0,
+/// PageFloors::kUnknownRows} where nothing is known; written
+void rasterizeByFace(const RasterView& view, const std::vector<uint32_t>& drawStart,
+                     View<const Box> boxesWorld, View<PageFloor> pageFloors);
 
 } // namespace shadowdag

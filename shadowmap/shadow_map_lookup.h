@@ -3,6 +3,7 @@
 // visibility.
 #pragma once
 
+#include "cuda/mutant.h"
 #include "cuda/view.h"
 #include "shadowmap/directional_filter.h"
 #include "shadowmap/filter_taps.h"
@@ -64,8 +65,12 @@ SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec
         return 255;
     if (!(dd > 0.0f))
         return 0;
-    const CubeReceiver r = makeCubeReceiver(d, dd, positionWorld, normalWorld, map.faceTexels,
-                                            map.lodTexels, bias.constantTexels, bias.taps);
+    CubeReceiver r = makeCubeReceiver(
+        d, dd, positionWorld, mutated(Mutant::kMapPlaneDropped, normalWorld, glm::vec3(0.0f)),
+        map.faceTexels, map.lodTexels, bias.constantTexels, bias.taps);
+    if (r.face == 3 && isMutant(Mutant::kMapFaceMirrored))
+        r.x0 = int32_t(map.faceTexels) - r.side - r.x0;
+    r.fx = mutated(Mutant::kMapWeightsSwapped, r.fx, 1.0f - r.fx);
     // Both planes in the frame of the tap's face.
     glm::vec3 own = faceFromLight(r.face, r.own), across = faceFromLight(r.face, r.across);
     float low = r.low;
@@ -77,12 +82,17 @@ SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec
             for (int32_t i = 0; i < r.side; ++i) {
                 const float w = tapWeight(r.side, i, r.fx) * wy;
                 CubeTexel texel{r.face, uint32_t(r.x0 + i), uint32_t(r.y0 + j)};
-                if (!r.isInFace) {
+                if (!r.isInFace && isMutant(Mutant::kMapSeamClamped)) {
+                    const int32_t last = int32_t(map.faceTexels) - 1;
+                    texel.x = uint32_t(glm::clamp(r.x0 + i, 0, last));
+                    texel.y = uint32_t(glm::clamp(r.y0 + j, 0, last));
+                } else if (!r.isInFace) {
                     texel = wrapTexel(r.face, r.x0 + i, r.y0 + j, map.faceTexels);
                     own = faceFromLight(texel.face, r.own);
                     across = faceFromLight(texel.face, r.across);
                 }
-                const float u = tapCentre(r, texel.x, map.faceTexels);
+                float u = tapCentre(r, texel.x, map.faceTexels);
+                u = mutated(Mutant::kMapCentreShifted, u, u + r.rTexels);
                 const float v = tapCentre(r, texel.y, map.faceTexels);
                 bool isLow;
                 const float limit = cubeTapLimit(own, across, u, v, low, isLow);
@@ -126,7 +136,9 @@ struct MapTaps {
         pageStart = size_t(page) << (2 * log2);
     }
 
-    SDAG_HD TapResult ask(const CubeTexel& texel, float u, float v, float limit, bool isCounted) {
+    SDAG_HD TapResult ask(CubeTexel texel, float u, float v, float limit, bool isCounted) {
+        if (texel.x + 1 < map.faceTexels && isMutant(Mutant::kMapTexelShifted))
+            ++texel.x;
         uint32_t stored = kNoPage;
         if (!isInPage) {
             stored = depthAt(view, map, texel);

@@ -15,6 +15,7 @@
 #include "shadowmap/page_mask.h"
 #include "shadowmap/rasterize_pass.h"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -135,6 +136,9 @@ struct ShadowMaps::State {
     // Triangles that are too large for one thread; if the list is full, a triangle is drawn by its
     // own thread.
     SplitWork largeTriangles{backend, "shadowmap large triangles", size_t(1) << 18};
+
+    // What the CPU's rasterizer knows of the pages that it draws into.
+    Buffer<PageFloor> pageFloors{backend, "shadowmap page floors"};
 
     uint32_t pageTexelsLog2() const { return log2Exact(options.pageTexels); }
     uint64_t pageTexelCount() const { return uint64_t(options.pageTexels) * options.pageTexels; }
@@ -454,9 +458,12 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
                                 onBackend.maxTriangleCount};
         if (s.drawer)
             s.drawer->draw(raster, std::as_const(s.cache).pageTable());
-        else if (s.backend == Backend::kCpu && !options.useAtomicRasterizer)
-            rasterizeByFace(raster, s.drawStarts());
-        else
+        else if (s.backend == Backend::kCpu && !options.useAtomicRasterizer) {
+            s.pageFloors.resize(raster.depths.count / s.pageTexelCount());
+            const View<PageFloor> floors = s.pageFloors.view();
+            std::fill(floors.begin(), floors.end(), PageFloor{0, PageFloors::kUnknownRows});
+            rasterizeByFace(raster, s.drawStarts(), onBackend.boxesWorld, floors);
+        } else
             rasterizeTriangles(s.backend, raster, s.largeTriangles);
     };
     draw();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "voxel/dag.h"
 
+#include "cuda/mutant.h"
+
 #include <algorithm>
 #include <bit>
 
@@ -31,7 +33,9 @@ public:
             return wideOf_[address];
         if (level == kLeafLog2)
             return wideOf_[address] =
-                       write(dag_.words[address], dag_.words[address + 1], nullptr, 0);
+                       write(mutated(Mutant::kWideBitLost, dag_.words[address],
+                                     dag_.words[address] & (dag_.words[address] - 1)),
+                             dag_.words[address + 1], nullptr, 0);
         const uint32_t mask = dag_.words[address] & 0xffu;
         uint64_t cells = 0;
         uint32_t below[64], count = 0, next = address + 1;

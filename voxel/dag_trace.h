@@ -10,6 +10,7 @@
 // are no steps, hence no ray can stick or slip.
 #pragma once
 
+#include "cuda/mutant.h"
 #include "voxel/dag.h"
 #include "voxel/ray_slabs.h"
 #include "voxel/shadow_segment_leaf.h"
@@ -206,12 +207,13 @@ SDAG_HD inline double shadowLift(const VoxelGrid& grid, const glm::vec3& sampleW
 SDAG_HD inline DagSegment shadowSegment(const VoxelGrid& grid, const glm::vec3& sampleWorld,
                                         const glm::vec3& normalWorld, const glm::vec3& lightWorld,
                                         float offset, uint32_t level) {
-    const glm::dvec3 n(normalWorld);
+    const glm::dvec3 n(mutated(Mutant::kRayNormalFlipped, normalWorld, -normalWorld));
+    glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(lightWorld));
+    light.x = mutated(Mutant::kRayLightMoved, light.x, light.x + 2.0);
     const glm::dvec3 from =
         grid.voxelFromWorld(glm::dvec3(sampleWorld)) +
         n * shadowLift(grid, sampleWorld, normalWorld, lightWorld, offset, level);
-    return segmentFromLifted(from, n, grid.voxelFromWorld(glm::dvec3(lightWorld)), double(offset),
-                             double(1u << level));
+    return segmentFromLifted(from, n, light, double(offset), double(1u << level));
 }
 
 } // namespace shadowdag

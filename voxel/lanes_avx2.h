@@ -17,6 +17,7 @@ namespace {
 struct Avx2Lanes {
     static constexpr uint32_t kWidth = 8;
     using Floats = __m256;
+    using Ints = __m256i; ///< signed
 
     static Floats splat(float v) { return _mm256_set1_ps(v); }
     static Floats load(const float* from) { return _mm256_loadu_ps(from); }
@@ -50,6 +51,25 @@ struct Avx2Lanes {
             _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(int(which)), lanes), lanes);
         return _mm256_blendv_ps(b, a, _mm256_castsi256_ps(on));
     }
+    static Ints splatInt(int32_t v) { return _mm256_set1_epi32(v); }
+    /// Rounds towards zero; what is not in the range of integers becomes any number.
+    static Ints toInts(Floats v) { return _mm256_cvttps_epi32(v); }
+    static Floats toFloats(Ints v) { return _mm256_cvtepi32_ps(v); }
+    static Ints addInts(Ints a, Ints b) { return _mm256_add_epi32(a, b); }
+    static Ints mulInts(Ints a, Ints b) { return _mm256_mullo_epi32(a, b); }
+    static Ints andInts(Ints a, Ints b) { return _mm256_and_si256(a, b); }
+    static Ints shiftLeft(Ints a, int by) { return _mm256_sll_epi32(a, _mm_cvtsi32_si128(by)); }
+    static Ints shiftRight(Ints a, int by) { return _mm256_sra_epi32(a, _mm_cvtsi32_si128(by)); }
+    static uint32_t equalInts(Ints a, Ints b) {
+        return uint32_t(_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b))));
+    }
+    static Ints selectInts(uint32_t which, Ints a, Ints b) {
+        return _mm256_castps_si256(select(which, _mm256_castsi256_ps(a), _mm256_castsi256_ps(b)));
+    }
+    static Ints gatherInts(const uint32_t* base, Ints index) {
+        return _mm256_i32gather_epi32(reinterpret_cast<const int*>(base), index, 4);
+    }
+    static Floats bitsToFloats(Ints v) { return _mm256_castsi256_ps(v); }
     static float least(uint32_t which, Floats v) {
         v = select(which, v, splat(kLargestScale));
         __m128 h = _mm_min_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));

@@ -16,6 +16,7 @@ namespace {
 struct Avx512Lanes {
     static constexpr uint32_t kWidth = 16;
     using Floats = __m512;
+    using Ints = __m512i; ///< signed
 
     static Floats splat(float v) { return _mm512_set1_ps(v); }
     static Floats load(const float* from) { return _mm512_loadu_ps(from); }
@@ -41,6 +42,22 @@ struct Avx512Lanes {
     static Floats select(uint32_t which, Floats a, Floats b) {
         return _mm512_mask_blend_ps(__mmask16(which), b, a);
     }
+    static Ints splatInt(int32_t v) { return _mm512_set1_epi32(v); }
+    static Ints toInts(Floats v) { return _mm512_cvttps_epi32(v); }
+    static Floats toFloats(Ints v) { return _mm512_cvtepi32_ps(v); }
+    static Ints addInts(Ints a, Ints b) { return _mm512_add_epi32(a, b); }
+    static Ints mulInts(Ints a, Ints b) { return _mm512_mullo_epi32(a, b); }
+    static Ints andInts(Ints a, Ints b) { return _mm512_and_si512(a, b); }
+    static Ints shiftLeft(Ints a, int by) { return _mm512_sll_epi32(a, _mm_cvtsi32_si128(by)); }
+    static Ints shiftRight(Ints a, int by) { return _mm512_sra_epi32(a, _mm_cvtsi32_si128(by)); }
+    static uint32_t equalInts(Ints a, Ints b) { return _mm512_cmpeq_epi32_mask(a, b); }
+    static Ints selectInts(uint32_t which, Ints a, Ints b) {
+        return _mm512_mask_blend_epi32(__mmask16(which), b, a);
+    }
+    static Ints gatherInts(const uint32_t* base, Ints index) {
+        return _mm512_i32gather_epi32(index, base, 4);
+    }
+    static Floats bitsToFloats(Ints v) { return _mm512_castsi512_ps(v); }
     static float least(uint32_t which, Floats v) {
         return _mm512_reduce_min_ps(select(which, v, splat(kLargestScale)));
     }

@@ -16,9 +16,18 @@ struct PortableLanes {
     struct Floats {
         float at[kWidth];
     };
+    struct Ints {
+        int32_t at[kWidth];
+    };
 
     template <class F> static Floats each(const F& of) {
         Floats r;
+        for (uint32_t i = 0; i < kWidth; ++i)
+            r.at[i] = of(i);
+        return r;
+    }
+    template <class F> static Ints eachInt(const F& of) {
+        Ints r;
         for (uint32_t i = 0; i < kWidth; ++i)
             r.at[i] = of(i);
         return r;
@@ -79,6 +88,47 @@ struct PortableLanes {
     }
     static Floats select(uint32_t which, const Floats& a, const Floats& b) {
         return each([&](uint32_t i) { return which >> i & 1 ? a.at[i] : b.at[i]; });
+    }
+    static Ints splatInt(int32_t v) {
+        return eachInt([&](uint32_t) { return v; });
+    }
+    static Ints toInts(const Floats& v) {
+        constexpr float kEnd = 2147483648.0f;
+        return eachInt(
+            [&](uint32_t i) { return v.at[i] >= -kEnd && v.at[i] < kEnd ? int32_t(v.at[i]) : 0; });
+    }
+    static Floats toFloats(const Ints& v) {
+        return each([&](uint32_t i) { return float(v.at[i]); });
+    }
+    // Integers wrap around, as vectors' do.
+    static Ints addInts(const Ints& a, const Ints& b) {
+        return eachInt([&](uint32_t i) { return int32_t(uint32_t(a.at[i]) + uint32_t(b.at[i])); });
+    }
+    static Ints mulInts(const Ints& a, const Ints& b) {
+        return eachInt([&](uint32_t i) { return int32_t(uint32_t(a.at[i]) * uint32_t(b.at[i])); });
+    }
+    static Ints andInts(const Ints& a, const Ints& b) {
+        return eachInt([&](uint32_t i) { return a.at[i] & b.at[i]; });
+    }
+    static Ints shiftLeft(const Ints& a, int by) {
+        return eachInt([&](uint32_t i) { return int32_t(uint32_t(a.at[i]) << by); });
+    }
+    static Ints shiftRight(const Ints& a, int by) {
+        return eachInt([&](uint32_t i) { return a.at[i] >> by; });
+    }
+    static uint32_t equalInts(const Ints& a, const Ints& b) {
+        return bits([&](uint32_t i) { return a.at[i] == b.at[i]; });
+    }
+    static Ints selectInts(uint32_t which, const Ints& a, const Ints& b) {
+        return eachInt([&](uint32_t i) { return which >> i & 1 ? a.at[i] : b.at[i]; });
+    }
+    static Ints gatherInts(const uint32_t* base, const Ints& index) {
+        return eachInt([&](uint32_t i) { return int32_t(base[index.at[i]]); });
+    }
+    static Floats bitsToFloats(const Ints& v) {
+        Floats r;
+        __builtin_memcpy(&r, &v, sizeof r);
+        return r;
     }
     static float least(uint32_t which, const Floats& v) {
         float r = v.at[__builtin_ctz(which)];

@@ -8,9 +8,11 @@
 #include <algorithm>
 #include <bitset>
 #include <chrono>
+#include <filesystem>
 #include <mutex>
 #include <new>
 #include <set>
+#include <system_error>
 
 namespace shadowdag {
 namespace {
@@ -83,7 +85,10 @@ private:
                 throw Error(ErrorKind::kInput, path + " belongs to another build: " + difference +
                                                    "; remove the folder to start over");
             for (const Subtree& subtree : part.subtrees())
-                done.insert(subtree.cell);
+                if (!done.insert(subtree.cell).second)
+                    throw Error(ErrorKind::kInput,
+                                path + " contains work that another part contains, too; delete it "
+                                       "and resume again");
             spillCount_ = std::max(spillCount_, numberOf(path) + 1);
             parts_.push_back(std::move(part));
         }
@@ -159,8 +164,15 @@ private:
         header.counts = counts_;
         char name[32];
         std::snprintf(name, sizeof name, "%08u.svpart", spillCount_++);
-        writePart(header, merged_, subtrees_, folder_ / name);
-        parts_.emplace_back(folder_ / name);
+        const std::string path = folder_ / name;
+        writePart(header, merged_, subtrees_, path);
+        try {
+            parts_.emplace_back(path);
+        } catch (...) { // the subtrees are still here, and may be written again
+            std::error_code ignored;
+            std::filesystem::remove(path, ignored);
+            throw;
+        }
         merged_ = DagBuilder(tasks_.level()); // frees what it held
         subtrees_.clear();
         counts_ = {};

@@ -376,7 +376,7 @@ VdbSource readOpenVdb(std::istream& in, uint64_t byteCount, const std::string& n
     } catch (const Error&) {
         throw;
     } catch (const std::bad_alloc&) {
-        throw damaged("it needs more memory than the machine has");
+        throw;
     } catch (const std::ios_base::failure&) {
         throw damaged("it ends too early");
     } catch (const std::exception& error) {

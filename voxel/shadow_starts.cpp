@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "voxel/shadow_starts.h"
 
+#include "cuda/mutant.h"
+
 #include <algorithm>
 
 namespace shadowdag {
@@ -15,7 +17,7 @@ void ShadowStarts::reset(const VoxelGrid& grid, float offset) {
 
 void ShadowStarts::add(const glm::vec3& positionWorld, const glm::vec3& normalWorld) {
     const glm::dvec3 sample = grid_.voxelFromWorld(glm::dvec3(positionWorld));
-    const glm::dvec3 n(normalWorld);
+    const glm::dvec3 n(mutated(Mutant::kRayNormalFlipped, normalWorld, -normalWorld));
     double scale = double(grid_.resolution()), world = 0;
     for (int a = 0; a < 3; ++a) {
         scale = fabs(sample[a]) > scale ? fabs(sample[a]) : scale;
@@ -41,7 +43,8 @@ double ShadowStarts::lightExcess(const glm::dvec3& lightVoxel) const {
 
 void ShadowStarts::segments(const glm::vec3& lightWorld, View<const uint32_t> which,
                             DagSegment* segments) const {
-    const glm::dvec3 light = grid_.voxelFromWorld(glm::dvec3(lightWorld));
+    glm::dvec3 light = grid_.voxelFromWorld(glm::dvec3(lightWorld));
+    light.x = mutated(Mutant::kRayLightMoved, light.x, light.x + 2.0);
     const double lightScale = std::max({fabs(light.x), fabs(light.y), fabs(light.z)});
     size_t i = 0;
 #if defined(SDAG_RAY_SLABS_AVX2)

@@ -16,6 +16,7 @@
 #include <filesystem>
 #include <fstream>
 #include <new>
+#include <thread>
 
 namespace shadowdag {
 namespace {
@@ -23,6 +24,8 @@ namespace {
 /// Voxel sizes along the axes may differ by this relative amount (less than a hundredth of a voxel
 /// at the far end), and by this share of the grid's offset, which other programs add and subtract.
 constexpr double kUnevenTolerance = 1e-8, kOffsetTolerance = 4e-16;
+
+constexpr uint64_t kStackBytes = uint64_t(8) << 20; ///< of a thread
 
 bool isNano(const std::string& path) {
     const std::string ending = std::filesystem::path(path).extension();
@@ -158,6 +161,15 @@ VdbSource readSource(const std::string& path, const std::string& gridName, bool 
 }
 
 } // namespace
+
+VdbLimits vdbLimits(uint64_t fileBytes, bool isNano) {
+    // The program itself with its threads' stacks, and what nodes take that are allocated whole.
+    const uint64_t base = (uint64_t(256) << 20) + std::thread::hardware_concurrency() * kStackBytes;
+    // .vdb: the values of a node take 96 times its masks (vectors of doubles), which are never
+    // compressed; then the DAG. .nvdb: a lower node with one leaf takes 33 KiB and about 100 bytes.
+    const uint64_t perByte = isNano ? 600 : 160;
+    return {base + perByte * fileBytes, 60 + (fileBytes >> 20) * 20};
+}
 
 size_t chooseGrid(const std::vector<std::string>& names, const std::string& asked,
                   const std::string& file) {

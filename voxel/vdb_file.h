@@ -31,6 +31,18 @@ struct VdbReadOptions {
     std::string programVersion{}; ///< for the provenance of a foreign grid
 };
 
+/// What a process may take to read a file, in proportion to its size.
+struct VdbLimits {
+    uint64_t memoryBytes; ///< that it may write (RLIMIT_DATA)
+    uint64_t cpuSeconds;  ///< of all its threads together
+};
+
+/// Returns limits that every sound file keeps by a wide margin. A damaged one may state a length of
+/// 4 GB in 10 KB, or one that is never reached.
+/// @param fileBytes its size; 0 if it is not known
+/// @param isNano of a .nvdb file, whose nodes are compressed
+VdbLimits vdbLimits(uint64_t fileBytes, bool isNano);
+
 /// An asset and its origin.
 struct VdbAsset {
     Asset asset;

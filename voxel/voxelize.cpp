@@ -5,6 +5,7 @@
 #include "cuda/buffer.h"
 #include "cuda/error.h"
 #include "cuda/parallel_for.h"
+#include "voxel/dag_faults.h"
 #include "voxel/voxel_tasks.h"
 #include "voxel/voxelize_passes.h"
 
@@ -58,8 +59,8 @@ Dag voxelize(const TriangleView& triangles, View<const uint32_t> which, const Vo
         DagBuilder merged(rootLevelOf(grid));
         const std::vector<Subtree> subtrees =
             buildTasks(tasks, 0, tasks.count(), merged, nullptr, progress);
-        return merged.finish(rootLevelOf(grid), joinSubtrees(merged, grid, subtrees, nullptr),
-                             grid);
+        return withVoxelFault(
+            merged.finish(rootLevelOf(grid), joinSubtrees(merged, grid, subtrees, nullptr), grid));
     } catch (const std::bad_alloc&) {
         throwOutOfMemory("voxelizing", grid);
     }

@@ -4,6 +4,7 @@
 // Bounds".
 #pragma once
 
+#include "cuda/mutant.h"
 #include "hybrid/clusters/clusters.h"
 #include "voxel/bits.h"
 
@@ -134,8 +135,10 @@ struct BoundByCell {
     size_t itemCount() const { return cell.count; }
     size_t grain() const { return 256; }
     SDAG_HD void operator()(size_t cluster) const {
-        boxesWorld[cluster] =
-            cell[cluster] == kNoCluster ? Box{} : implicitBounds(grid, view, cell[cluster]);
+        Box box = cell[cluster] == kNoCluster ? Box{} : implicitBounds(grid, view, cell[cluster]);
+        if (isMutant(Mutant::kBoxShrunk))
+            box.max = glm::mix(box.min, box.max, 0.9f);
+        boxesWorld[cluster] = box;
     }
 };
 
@@ -157,6 +160,8 @@ struct BoundBySamples {
     SDAG_HD void store(size_t cluster, const Box& box) const {
         boxesWorld[cluster].min = box.min + 0.0f;
         boxesWorld[cluster].max = box.max + 0.0f;
+        if (isMutant(Mutant::kBoxShrunk))
+            boxesWorld[cluster].max = glm::mix(box.min, box.max, 0.9f);
     }
     size_t itemCount() const { return clusters.count(); }
     size_t grain() const { return 64; }

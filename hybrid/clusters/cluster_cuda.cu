@@ -2,22 +2,22 @@
 // The cluster passes whose items have many samples, on CUDA: one warp per item.
 #include "hybrid/clusters/cluster_pass.h"
 
-#include "cuda/parallel_for.h"
+#include "cuda/launch.h"
 
 namespace shadowdag {
 
 namespace {
 
-constexpr unsigned kBlockSize = 128, kAllLanes = 0xffffffffu;
+constexpr unsigned kAllLanes = 0xffffffffu;
 static_assert(kGroupLanes == 32);
 
 /// Returns the number of this thread's warp in the grid.
 __device__ size_t warpOfGrid() {
     return (blockIdx.x * size_t(blockDim.x) + threadIdx.x) / kGroupLanes;
 }
-unsigned blocksOfWarps(size_t warpCount) {
-    constexpr size_t kWarpsPerBlock = kBlockSize / kGroupLanes;
-    return unsigned((warpCount + kWarpsPerBlock - 1) / kWarpsPerBlock);
+size_t blocksOfWarps(size_t warpCount) {
+    constexpr size_t kWarpsPerBlock = kBlockThreads / kGroupLanes;
+    return (warpCount + kWarpsPerBlock - 1) / kWarpsPerBlock;
 }
 
 // One warp per tile: the other lanes read what one lane counts after the barrier.
@@ -55,15 +55,11 @@ __global__ void boundBySamplesKernel(BoundBySamples work) {
 } // namespace
 
 void launchPass(CudaTag, const FillTile& work) {
-    fillTilesKernel<<<blocksOfWarps(work.itemCount()), kBlockSize>>>(work);
-    CUDA_CHECK(cudaGetLastError());
+    launch(fillTilesKernel, blocksOfWarps(work.itemCount()), work);
 }
 
 void launchPass(CudaTag, const BoundBySamples& work) {
-    if (work.itemCount() == 0)
-        return;
-    boundBySamplesKernel<<<blocksOfWarps(work.itemCount()), kBlockSize>>>(work);
-    CUDA_CHECK(cudaGetLastError());
+    launch(boundBySamplesKernel, blocksOfWarps(work.itemCount()), work);
 }
 
 } // namespace shadowdag

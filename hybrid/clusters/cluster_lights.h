@@ -3,6 +3,7 @@
 // normals; contains every light of a pair (pairs.h).
 #pragma once
 
+#include "cuda/mutant.h"
 #include "hybrid/clusters/clusters.h"
 #include "scenes/light.h"
 #include "scenes/wide_bvh.h"
@@ -46,6 +47,13 @@ SDAG_HD inline bool mayReach(const Light& light, const Box& box) {
     return cosine * across - sine * along <= radius && along >= -radius;
 }
 
+/// Returns whether a box is farther from a light than 3/4 of its range: where Mutant::kLightShort
+/// loses it.
+SDAG_HD inline bool isBeyond(const Light& light, const Box& box) {
+    return distanceSquared(box, light.positionWorld) >
+           0.5625f * light.rangeWorld * light.rangeWorld;
+}
+
 /// Calls hit(light) for every light that may reach the box of a cluster and that its samples may
 /// face, as far as their normals are known; in unspecified order.
 template <class Hit>
@@ -56,6 +64,8 @@ SDAG_HD void forLightsOfCluster(const WideBvhView& lightBvh, View<const Light> l
     traverse(
         lightBvh, [&](const Box& sphere) { return overlaps(sphere, box); },
         [&](uint32_t light) {
+            if (light == 0 && isBeyond(lights[light], box) && isMutant(Mutant::kLightShort))
+                return;
             if (mayReach(lights[light], box) &&
                 (normals.cells.empty() ||
                  mayFace(lights[light], box, normals.cells[cluster], normals.k)))
@@ -182,7 +192,7 @@ struct OrderClusterLights {
         }
         sortByKey(
             end - begin, [&](uint32_t light) { return rank[light]; }, lights.data + begin,
-            record.data + begin);
+            isMutant(Mutant::kOrderWithoutMaps) ? nullptr : record.data + begin);
     }
 };
 

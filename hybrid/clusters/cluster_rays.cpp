@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/clusters/cluster_rays.h"
 
+#include "cuda/mutant.h"
 #include "voxel/dag_stream.h"
 
 namespace shadowdag {
@@ -81,6 +82,8 @@ void ClusterRays::traceVoxels(uint32_t lightIndex, const Light& light, View<uint
     }
     blocked_.resize(traced_.size());
     traceStream(rays_.dag, viewOf(segments_), viewOf(blocked_));
+    for (size_t i = 31; i < traced_.size() && isMutant(Mutant::kRayLaneLost); i += 32)
+        blocked_[i] = 0;
     for (size_t i = 0; i < traced_.size(); ++i)
         isDark[traced_[i]] = blocked_[i];
 }
@@ -94,8 +97,11 @@ uint32_t ClusterRays::traceTriangles(const Light& light, View<uint8_t> isDark) {
             if (byEmbree)
                 normals_.push_back(gbuffer_.normalWorld[s]);
             else
-                starts_.push_back(starts.make(gbuffer_.positionWorld[s], gbuffer_.normalWorld[s],
-                                              gbuffer_.triangle[s]));
+                starts_.push_back(
+                    starts.make(gbuffer_.positionWorld[s],
+                                mutated(Mutant::kExactNormalFlipped, gbuffer_.normalWorld[s],
+                                        -gbuffer_.normalWorld[s]),
+                                gbuffer_.triangle[s]));
         }
     }
     traced_.clear();

@@ -6,6 +6,7 @@
 #include "hybrid/gbuffer/gbuffer.h"
 #include "scenes/light.h"
 
+#include <algorithm>
 #include <vector>
 
 namespace shadowdag {
@@ -26,6 +27,14 @@ struct PairList {
 
     size_t count() const { return light.size(); }
 };
+
+/// Returns the pair of a light among those of a sample, or the count of pairs when it has none.
+inline uint64_t pairOf(const PairList& pairs, uint32_t sample, uint32_t light) {
+    const auto begin = pairs.light.begin() + ptrdiff_t(pairs.sampleStart[sample]),
+               end = pairs.light.begin() + ptrdiff_t(pairs.sampleStart[sample + 1]);
+    const auto found = std::lower_bound(begin, end, light);
+    return found != end && *found == light ? uint64_t(found - pairs.light.begin()) : pairs.count();
+}
 
 /// Visibility: 255 lit .. 0 dark; a pair is dark when it is under kHalfLit.
 constexpr uint8_t kLit = 255;

@@ -4,6 +4,7 @@
 // are gathered, so that they raise no map's resolution and mark no page.
 #pragma once
 
+#include "cuda/mutant.h"
 #include "hybrid/clusters/cluster_lights.h"
 #include "hybrid/clusters/pairs.h"
 
@@ -28,6 +29,8 @@ SDAG_HD inline bool hasPair(const GBufferView& gbuffer, const ClusterView& clust
         const uint32_t sample = clusters.samples[i];
         if (isPair(light, gbuffer.positionWorld[sample], gbuffer.normalWorld[sample]))
             return true;
+        if (isMutant(Mutant::kFacingLost))
+            return false;
     }
     return false;
 }

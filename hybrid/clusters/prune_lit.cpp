@@ -55,8 +55,10 @@ private:
 void pruneLit(const PruneFacing& work, const RayInputs& rays) {
     if (rays.dag.wide.words.empty())
         return;
+    RayInputs byVoxels = rays; // whatever the rays of the frame believe
+    byVoxels.options.believe = RayOptions{}.believe;
     cpuParallelRanges(work.clusters.count(), 4, [&](size_t begin, size_t end) {
-        LitPruner pruner(work, rays);
+        LitPruner pruner(work, byVoxels);
         for (size_t cluster = begin; cluster < end; ++cluster)
             pruner.prune(cluster);
     });

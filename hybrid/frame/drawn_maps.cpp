@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/frame/drawn_maps.h"
 
+#include "cuda/mutant.h"
 #include "hybrid/frame/host_copy.h"
 #include "hybrid/frame/map_routing.h"
 
@@ -14,6 +15,8 @@ std::vector<PairServer> serversOf(const std::vector<MapRecord>& maps) {
     for (const MapRecord& map : maps)
         servers.push_back(map.route == Route::kMap ? PairServer::drawnMap(drawnCount++)
                                                    : PairServer::rays());
+    if (servers.size() > 1 && drawnCount > 1 && isMutant(Mutant::kRoutesSwapped))
+        std::swap(servers.front(), servers.back());
     return servers;
 }
 

@@ -75,9 +75,10 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
     const World& world = state.context.scene.world();
     const bool isGuessing = state.clusters.isGuessing();
     OneMap one(state.context.backend);
+    // Cold: the full cost of a map, not that of its remaining work.
+    const bool isWarm = options.start == FrameStart::kWarm;
     ShadowMapOptions mapOptions = options.maps;
-    mapOptions.useStaticOptimization =
-        false; // the full cost of a map, not that of its remaining work
+    mapOptions.useStaticOptimization = isWarm && options.maps.useStaticOptimization;
     Buffer<MapReceiver> receivers(state.context.backend, "isolated map receivers");
     FrameCosts costs;
 
@@ -96,7 +97,7 @@ FrameCosts measureFrameCosts(FrameState& state, const ViewRays& view, const Fram
         if (isGuessing)
             state.maps.maps().guessLengths(true);
         std::vector<double> raysMs, mapMs;
-        for (int repeat = isGuessing ? -1 : 0; repeat < repeats; ++repeat)
+        for (int repeat = isGuessing || isWarm ? -1 : 0; repeat < repeats; ++repeat)
             for (const Route route : {Route::kRays, Route::kMap}) {
                 StageTimes times;
                 times.beforeStage = beforeStage;
@@ -134,20 +135,17 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
     FrameOptions alone = options;
     alone.recordPairs = false;
     alone.routeMargin = 0;
-    alone.maps.useStaticOptimization = false;
+    alone.maps.useStaticOptimization =
+        options.start == FrameStart::kWarm && options.maps.useStaticOptimization;
     const std::unique_ptr<CostModel> rays = makeCostModel("texels:inf"),
                                      maps = makeCostModel("texels:0");
     std::vector<double> raysMs, mapsMs;
     for (int repeat = 0; repeat < repeats;
          ++repeat) { // alternately, so that both have the same noise
-        renderer.reset();
-        raysMs.push_back(servingMs(renderer.render(camera, *rays, alone, beforeStage).stages));
-        renderer.reset();
-        FrameResult drawn = renderer.render(camera, *maps, alone, beforeStage);
-        if (drawn.counts.listRerunCount > 0) { // lists were as long as those of a map alone
-            renderer.reset();
-            drawn = renderer.render(camera, *maps, alone, beforeStage);
-        }
+        raysMs.push_back(servingMs(renderFrom(renderer, camera, *rays, alone, beforeStage).stages));
+        FrameResult drawn = renderFrom(renderer, camera, *maps, alone, beforeStage);
+        if (drawn.counts.listRerunCount > 0) // lists were as long as those of a map alone
+            drawn = renderFrom(renderer, camera, *maps, alone, beforeStage);
         mapsMs.push_back(servingMs(drawn.stages));
         costs.degradeDivisor = drawn.counts.maps.degradeDivisor;
     }
@@ -156,9 +154,8 @@ void scaleToFrame(FrameRenderer& renderer, const Camera& camera, const FrameOpti
     cheaper->setCosts(costs);
     std::vector<double> cheaperMs;
     for (int repeat = 0; repeat < repeats; ++repeat) {
-        renderer.reset();
         cheaperMs.push_back(
-            servingMs(renderer.render(camera, *cheaper, alone, beforeStage).stages));
+            servingMs(renderFrom(renderer, camera, *cheaper, alone, beforeStage).stages));
     }
     renderer.reset();
     takeWholeFrame(costs, median(raysMs), median(mapsMs), median(cheaperMs));

@@ -2,11 +2,42 @@
 // The options of a frame that are refused on every backend.
 #include "hybrid/frame/frame_state.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <cmath>
 
 namespace shadowdag {
 
 namespace {
+
+/// What a frame with one light holds for each pixel at its most, measured at 2048 x 2048 (maps and
+/// rays alike); more lights need more.
+constexpr uint64_t kLeastBytesPerPixel = 140;
+
+/// Returns the memory that the process may take: the machine's, or less by a limit of the process.
+uint64_t memoryBytes() {
+    uint64_t bytes = uint64_t(sysconf(_SC_PHYS_PAGES)) * uint64_t(sysconf(_SC_PAGESIZE));
+    for (const auto resource : {RLIMIT_DATA, RLIMIT_AS}) {
+        struct rlimit limit {};
+        if (getrlimit(resource, &limit) == 0)
+            bytes = std::min<uint64_t>(bytes, limit.rlim_cur);
+    }
+    return bytes;
+}
+
+/// Throws Error kResource for a picture that cannot fit, before the system ends the process.
+void checkMemory(const FrameOptions& options) {
+    const uint64_t needed = kLeastBytesPerPixel * options.width * options.height;
+    const uint64_t available = memoryBytes();
+    if (needed > available)
+        throw Error(ErrorKind::kResource,
+                    "a picture of " + std::to_string(options.width) + " x " +
+                        std::to_string(options.height) + " pixels takes at least " +
+                        std::to_string(needed >> 20) + " MiB of memory, this process may take " +
+                        std::to_string(available >> 20) + " MiB; use a smaller size");
+}
 
 void check(bool ok, const std::string& what) {
     if (!ok)
@@ -16,6 +47,7 @@ void check(bool ok, const std::string& what) {
 } // namespace
 
 void checkOptions(const FrameOptions& options) {
+    checkMemory(options);
     check(std::isfinite(options.undersample) && options.undersample > 0.0f,
           "undersampling divisor " + std::to_string(options.undersample) +
               "; use a number above 0, 1 for none");

@@ -2,6 +2,7 @@
 // Brings the world to the backend and keeps it current.
 #include "hybrid/frame/frame_scene.h"
 
+#include "cuda/mutant.h"
 #include "hybrid/clusters/cluster_rays.h"
 #include "hybrid/clusters/light_bvh.h"
 #include "hybrid/frame/frame_device.h"
@@ -44,6 +45,12 @@ FrameScene::~FrameScene() = default;
 
 void FrameScene::setMoving() {
     lights_.set(world_.lights());
+    if (isMutant(Mutant::kLightPulled)) {
+        static std::vector<Light> pulled; // outlives the view
+        pulled = world_.lights();
+        pulled.front().positionWorld.x += 0.02f * pulled.front().rangeWorld;
+        lights_.set(pulled);
+    }
     hostLightBvh_ = buildLightBvh(world_.lights());
     lightBoxes_.set(hostLightBvh_.view().boxes);
     lightItems_.set(hostLightBvh_.view().items);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/frame/frame_shading.h"
 
+#include "cuda/mutant.h"
+
 #include <numeric>
 #include <utility>
 
@@ -70,13 +72,20 @@ void countPairsOfMaps(const ShadeLists& lists, const std::vector<uint32_t>& reco
 ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClusters& clusters,
                                    const DrawnMaps& maps, const FrameOptions& options) {
     color_.resize(surface.view().count());
-    for (Buffer<uint32_t>* counts :
-         {&rayCount_, &lookupCount_, &provenCount_, &missingTapCount_, &moverTestCount_,
-          &exactCount_}) {
+    for (Buffer<uint32_t>* counts : {&rayCount_, &lookupCount_, &provenCount_, &missingTapCount_,
+                                     &moverTestCount_, &exactCount_}) {
         counts->resize(clusters.clusters().cell.size());
         counts->fill(0);
     }
     FrameScene& scene = context_.scene;
+    const float offset = options.rays.offset, bias = options.bias.constantTexels;
+    RayOptions rays = options.rays;
+    rays.offset = mutated(Mutant::kRayOffsetZero, offset, 0.0f);
+    rays.offset = mutated(Mutant::kRayOffsetDoubled, rays.offset, 2.0f * offset);
+    ShadowMapBias filter = options.bias;
+    filter.constantTexels = mutated(Mutant::kMapBiasZero, bias, 0.0f);
+    filter.constantTexels = mutated(Mutant::kMapBiasTenfold, filter.constantTexels, 10.0f * bias);
+    filter.taps = mutated(Mutant::kMapTapsDoubled, filter.taps, 9u);
     return {surface.view(),
             scene.triangleMaterial(),
             scene.materials(),
@@ -84,8 +93,7 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
             clusters.lists(),
             scene.lights(),
             maps.servers(),
-            VisibilityInputs{scene.rayInputs(options.rays, clusters.rayDetail()), maps.view(),
-                             options.bias},
+            VisibilityInputs{scene.rayInputs(rays, clusters.rayDetail()), maps.view(), filter},
             color_.view(),
             rayCount_.view(),
             lookupCount_.view(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/frame/map_routing.h"
 
+#include "cuda/mutant.h"
 #include "cuda/parallel_for.h"
 #include "hybrid/clusters/pairs_pass.h"
 #include "hybrid/frame/directional_maps.h"
@@ -132,7 +133,7 @@ MapRequest requestOf(const std::vector<Light>& lights, const MapRecord& record) 
     return {light.positionWorld,
             light.rangeWorld,
             map.light,
-            map.faceTexels,
+            mutated(Mutant::kMapFaceHalved, map.faceTexels, (map.faceTexels + 1) / 2),
             map.octave,
             record.window,
             light.kind == Light::kSpot ? SpotCone{light.directionWorld, light.cosOuter}

@@ -33,6 +33,8 @@ public:
     View<const uint8_t> isAsked() const { return {isAsked_.data(), work_.count}; }
     /// By sample: the visibility that add() reads, 255 lit .. 0 dark; to be set for those asked.
     View<uint8_t> seen() { return {seen_.data(), work_.count}; }
+    /// The arrays of the samples; valid until the next reset().
+    const stream::SampleWork& arrays() const { return work_; }
     /// Adds what the marked samples reflect of the light that was marked last, by reflectedLight.
     void add();
 

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shading on the CPU: a thread takes a cluster at a time and goes through it light by light.
-// Samples are marked and coloured in lanes (sample_lanes.h), and voxel rays of level 0 and exact
-// rays are answered for a cluster and a light at once, in streams: the bits of
-// ShadeSamples::shadeCluster.
+// Samples are marked and coloured in lanes (sample_lanes.h) and cube maps are read in lanes
+// (lookup_lanes.h); voxel rays of level 0 and exact rays are answered for a cluster and a light at
+// once, in streams: the bits of ShadeSamples::shadeCluster.
+#include "cuda/mutant.h"
 #include "hybrid/frame/shade_pass.h"
 
 #include "cuda/parallel_for.h"
 #include "hybrid/clusters/cluster_rays.h"
+#include "hybrid/frame/lookup_lanes.h"
 #include "hybrid/frame/sample_lanes.h"
+
+#include <algorithm>
 
 namespace shadowdag {
 
@@ -25,8 +29,9 @@ public:
     void shade(size_t cluster) {
         const ClusterLightsView& lists = work_.lists;
         VisibilityCounts counts;
+        const uint32_t count = work_.clusters.sampleCount(cluster);
         samples_ = {work_.clusters.samples.data + work_.clusters.sampleStart[cluster],
-                    work_.clusters.sampleCount(cluster)};
+                    mutated(Mutant::kMarkLost, count, count - 1)};
         rays_.setCluster(samples_);
         lanes_.reset(uint32_t(samples_.count));
         for (uint32_t i = 0; i < samples_.count; ++i) {
@@ -43,8 +48,10 @@ public:
             const PairServer server = work_.serverOf(l);
             if (server.by() == ServedBy::kRays)
                 trace(lightIndex, light, askedCount, counts);
+            else if (server.isMap())
+                lookUp(server.map(), askedCount, counts);
             else
-                lookUp(lightIndex, light, server, counts);
+                prove(askedCount, counts);
             record(server);
             lanes_.add();
         }
@@ -63,18 +70,16 @@ private:
             seen[i] = seen[i] != 0 ? uint8_t(0) : kLit;
     }
 
-    void lookUp(uint32_t lightIndex, const Light& light, PairServer server,
-                VisibilityCounts& counts) {
-        const View<const uint8_t> isAsked = lanes_.isAsked();
+    void lookUp(uint32_t map, uint32_t askedCount, VisibilityCounts& counts) {
+        counts.lookupCount += askedCount;
+        counts.missingTapCount += lookups_.lookUp(work_.visibility.maps, map, work_.visibility.bias,
+                                                  lanes_.arrays(), lanes_.isAsked(), lanes_.seen());
+    }
+
+    void prove(uint32_t askedCount, VisibilityCounts& counts) {
+        counts.provenCount += askedCount;
         const View<uint8_t> seen = lanes_.seen();
-        for (size_t i = 0; i < isAsked.count; ++i)
-            if (isAsked[i]) {
-                const uint32_t sample = samples_[i];
-                seen[i] = computePairResult(work_.visibility, server, lightIndex, light,
-                                            work_.gbuffer.positionWorld[sample],
-                                            work_.gbuffer.normalWorld[sample],
-                                            work_.gbuffer.triangle[sample], counts);
-            }
+        std::fill_n(seen.data, seen.count, kLit);
     }
 
     void record(PairServer server) {
@@ -89,6 +94,7 @@ private:
     const ShadeSamples& work_;
     ClusterRays rays_;
     SampleLanes lanes_;
+    LookupLanes lookups_;
     View<const uint32_t> samples_; ///< of the cluster
 };
 

@@ -76,13 +76,12 @@ template <class Rays> std::vector<uint8_t> pairResultsOf(const Rays& rays) {
 
 struct EmbreeBaseline::State {
     EmbreeScene scene;
-    RTCIntersectContextFlags flags;
+    bool isCoherent;
 
     State(const TriangleView& triangles, View<const uint32_t> which,
           const EmbreeBaselineOptions& options)
         : scene(triangles, which, {options.isRobust, options.useHighQuality}),
-          flags(options.isCoherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-                                   : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT) {}
+          isCoherent(options.isCoherent) {}
 
     /// Returns the results and, in `seconds`, the time of tracing alone.
     std::vector<uint8_t> run(EmbreeCall call, const std::vector<WorldSegment>& segments,
@@ -91,9 +90,7 @@ struct EmbreeBaseline::State {
         if (segments.empty())
             return {};
         RTCScene embree = scene.state().scene;
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
-        context.flags = flags;
+        EmbreeQuery query(isCoherent);
         alignas(64) int valid[16];
         std::fill(std::begin(valid), std::end(valid), -1);
         switch (call) {
@@ -101,7 +98,7 @@ struct EmbreeBaseline::State {
             PackedRays<RTCRay8, 8> rays(segments);
             seconds = secondsOf([&] {
                 for (RTCRay8& packet : rays.packets)
-                    rtcOccluded8(valid, embree, &context, &packet);
+                    embreeOccluded8(valid, embree, query, &packet);
             });
             return pairResultsOf(rays);
         }
@@ -109,7 +106,7 @@ struct EmbreeBaseline::State {
             PackedRays<RTCRay16, 16> rays(segments);
             seconds = secondsOf([&] {
                 for (RTCRay16& packet : rays.packets)
-                    rtcOccluded16(valid, embree, &context, &packet);
+                    embreeOccluded16(valid, embree, query, &packet);
             });
             return pairResultsOf(rays);
         }
@@ -117,9 +114,8 @@ struct EmbreeBaseline::State {
             SingleRays rays(segments);
             seconds = secondsOf([&] {
                 for (size_t i = 0; i < rays.count; i += kEmbreeStreamLength)
-                    rtcOccluded1M(embree, &context, &rays.rays[i],
-                                  unsigned(std::min(kEmbreeStreamLength, rays.count - i)),
-                                  sizeof(RTCRay));
+                    embreeOccludedStream(embree, query, &rays.rays[i],
+                                         unsigned(std::min(kEmbreeStreamLength, rays.count - i)));
             });
             return pairResultsOf(rays);
         }
@@ -129,11 +125,17 @@ struct EmbreeBaseline::State {
         SingleRays rays(segments);
         seconds = secondsOf([&] {
             for (RTCRay& ray : rays.rays)
-                rtcOccluded1(embree, &context, &ray);
+                embreeOccluded1(embree, query, &ray);
         });
         return pairResultsOf(rays);
     }
 };
+
+std::span<const EmbreeCall> embreeCalls() {
+    static constexpr EmbreeCall kCalls[] = {EmbreeCall::kOccluded1, EmbreeCall::kOccluded8,
+                                            EmbreeCall::kOccluded16, EmbreeCall::kStream};
+    return {kCalls, std::size(kCalls) - (kHasEmbreeRayStreams ? 0 : 1)};
+}
 
 const char* embreeCallName(EmbreeCall call) {
     switch (call) {
@@ -168,9 +170,9 @@ std::vector<uint8_t> EmbreeBaseline::occluded(EmbreeCall call,
 std::vector<EmbreeRate> EmbreeBaseline::measure(const std::vector<WorldSegment>& segments,
                                                 int repeats) const {
     std::vector<EmbreeRate> rates;
-    std::vector<std::vector<double>> seconds(std::size(kEmbreeCalls));
+    std::vector<std::vector<double>> seconds(embreeCalls().size());
     const std::vector<uint8_t> single = occluded(EmbreeCall::kOccluded1, segments);
-    for (const EmbreeCall call : kEmbreeCalls) {
+    for (const EmbreeCall call : embreeCalls()) {
         EmbreeRate rate;
         rate.call = call;
         const std::vector<uint8_t> answers = occluded(call, segments); // warm-up

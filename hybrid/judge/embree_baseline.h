@@ -7,6 +7,7 @@
 #include "hybrid/rays/embree_scene.h"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace shadowdag {
@@ -24,17 +25,16 @@ enum class EmbreeCall {
     kOccluded16, ///< rtcOccluded16
     kStream,     ///< rtcOccluded1M, kEmbreeStreamLength rays a call
 };
-constexpr EmbreeCall kEmbreeCalls[] = {EmbreeCall::kOccluded1, EmbreeCall::kOccluded8,
-                                       EmbreeCall::kOccluded16, EmbreeCall::kStream};
+/// Returns those that this Embree has; Embree 4 has no streams.
+std::span<const EmbreeCall> embreeCalls();
 constexpr size_t kEmbreeStreamLength = 4096;
 
 /// Returns the name of the interface as Embree spells it.
 const char* embreeCallName(EmbreeCall call);
 
 struct EmbreeBaselineOptions {
-    bool isRobust = false; ///< as the next but one, EmbreeSceneOptions
-    bool isCoherent =
-        true; ///< RTC_INTERSECT_CONTEXT_FLAG_COHERENT: neighbours in the list are similar
+    bool isRobust = false;  ///< as the next but one, EmbreeSceneOptions
+    bool isCoherent = true; ///< neighbours in the list are similar
     bool useHighQuality = true;
 };
 
@@ -58,6 +58,7 @@ public:
     ~EmbreeBaseline();
 
     /// Returns 1 (blocked) or 0 per segment, on the calling thread.
+    /// @param call one of embreeCalls()
     /// @param seconds receives the processor time of the tracing, without packing segments into
     /// rays and reading results; may be null
     std::vector<uint8_t> occluded(EmbreeCall call, const std::vector<WorldSegment>& segments,

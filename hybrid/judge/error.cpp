@@ -26,22 +26,44 @@ uint32_t sampleOf(const PairList& pairs, uint64_t pair) {
     return uint32_t(after - pairs.sampleStart.begin() - 1);
 }
 
-/// Returns `count` seeded right pairs, with replacement, uniform over the right ones; fewer if
-/// there are almost none.
-std::vector<Case> sampleRightPairs(const PairList& pairs, const std::vector<uint8_t>& visibility,
+/// Returns `count` seeded right pairs that `isWanted`, with replacement, uniform over these; fewer
+/// if there are almost none. @param mostTries of each counted pair
+template <class IsWanted>
+std::vector<Case> sampleRightPairs(const ErrorInputs& inputs,
                                    const std::vector<uint8_t>& truthVisibility, uint64_t seed,
-                                   uint32_t count) {
+                                   uint32_t count, uint32_t mostTries, const IsWanted& isWanted) {
+    const PairList& pairs = inputs.pairs;
     std::vector<Case> right;
     uint64_t state = seed ^ 0x6e756c6c72617465ull;
-    for (uint64_t tries = 0; pairs.count() != 0 && right.size() < count && tries < 4ull * count;
+    for (uint64_t tries = 0;
+         pairs.count() != 0 && right.size() < count && tries < uint64_t(mostTries) * count;
          ++tries) {
         state = state * 6364136223846793005ull +
                 1442695040888963407ull; // Knuth's MMIX generator; high bits are used
         const uint64_t pair = uint64_t((unsigned __int128)(state)*pairs.count() >> 64);
-        if (isDark(visibility[pair]) == isDark(truthVisibility[pair]))
-            right.push_back({pair, sampleOf(pairs, pair)});
+        if (isDark(inputs.visibility[pair]) != isDark(truthVisibility[pair]))
+            continue;
+        const Case found = {pair, sampleOf(pairs, pair)};
+        if (isWanted(found))
+            right.push_back(found);
     }
     return right;
+}
+
+/// Returns how the test answers the reverse of right pairs.
+std::vector<PairJudge::Flips> flipsOf(const PairJudge& judge, const ErrorInputs& inputs,
+                                      const std::vector<Case>& right) {
+    std::vector<PairJudge::Flips> flips(right.size());
+    cpuParallelRanges(right.size(), 64, [&](size_t begin, size_t end) {
+        for (size_t i = begin; i < end; ++i)
+            flips[i] = judge.flips(right[i].sample, right[i].pair,
+                                   isDark(inputs.visibility[right[i].pair]));
+    });
+    return flips;
+}
+
+double shareOf(uint64_t count, uint64_t of) {
+    return of > 0 ? double(count) / double(of) : 0.0;
 }
 
 void checkSizes(const ErrorInputs& inputs, const std::vector<uint8_t>& truthVisibility) {
@@ -70,6 +92,33 @@ void ErrorCounts::add(const ErrorCounts& other) {
     contactCount += other.contactCount;
     magnifiedCount += other.magnifiedCount;
     absVisibilityErrorSum += other.absVisibilityErrorSum;
+}
+
+std::vector<float> askedTexels(const std::vector<MapRecord>& maps, uint32_t maxFaceTexels) {
+    std::vector<float> asked;
+    for (const MapRecord& map : maps)
+        if (map.route == Route::kMap)
+            asked.push_back(map.window.isDirectional()
+                                ? 0.0f
+                                : std::min(map.quantities.texels, float(maxFaceTexels)));
+    return asked;
+}
+
+bool isNearOutline(const GBufferView& gbuffer, const PairList& pairs,
+                   const std::vector<uint8_t>& truthVisibility, uint32_t sample, uint64_t pair) {
+    const int x = int(sample % gbuffer.width), y = int(sample / gbuffer.width);
+    for (int dy = -1; dy <= 1; ++dy)
+        for (int dx = -1; dx <= 1; ++dx) {
+            if (x + dx < 0 || x + dx >= int(gbuffer.width) || y + dy < 0 ||
+                y + dy >= int(gbuffer.height))
+                continue;
+            const uint32_t beside = uint32_t(y + dy) * gbuffer.width + uint32_t(x + dx);
+            const uint64_t other = pairOf(pairs, beside, pairs.light[pair]);
+            if (other != pairs.count() &&
+                isDark(truthVisibility[other]) != isDark(truthVisibility[pair]))
+                return true;
+        }
+    return false;
 }
 
 ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
@@ -123,30 +172,33 @@ ErrorReport computeError(const ErrorInputs& inputs, const Truth& truth,
         report.total.add(report.perLight[l]);
     }
 
-    const std::vector<Case> right = sampleRightPairs(pairs, inputs.visibility, truthVisibility,
-                                                     options.seed, options.nullSampleCount);
-    std::vector<PairJudge::Flips> flips(right.size());
-    cpuParallelRanges(right.size(), 64, [&](size_t begin, size_t end) {
-        for (size_t i = begin; i < end; ++i)
-            flips[i] = judge.flips(right[i].sample, right[i].pair,
-                                   isDark(inputs.visibility[right[i].pair]));
-    });
+    const std::vector<Case> right =
+        sampleRightPairs(inputs, truthVisibility, options.seed, options.nullSampleCount, 4,
+                         [](const Case&) { return true; });
     uint64_t shiftCount = 0, tapCount = 0, tapOnlyCount = 0;
-    uint64_t countedCount = 0;
-    for (const PairJudge::Flips& of : flips) {
-        countedCount += !of.isMagnified;
+    for (const PairJudge::Flips& of : flipsOf(judge, inputs, right)) {
+        report.nullSampleCount += !of.isMagnified;
         shiftCount += of.byShifts;
         report.tapNullSampleCount += of.hasTaps;
         tapCount += of.byTaps;
         tapOnlyCount += of.byTaps && !of.byShifts;
     }
-    const auto share = [](uint64_t count, uint64_t of) {
-        return of > 0 ? double(count) / double(of) : 0.0;
-    };
-    report.nullSampleCount = countedCount;
-    report.nullRate = share(shiftCount, countedCount);
-    report.tapNullRate = share(tapCount, report.tapNullSampleCount);
-    report.tapOnlyNullRate = share(tapOnlyCount, report.tapNullSampleCount);
+    report.nullRate = shareOf(shiftCount, report.nullSampleCount);
+    report.tapNullRate = shareOf(tapCount, report.tapNullSampleCount);
+    report.tapOnlyNullRate = shareOf(tapOnlyCount, report.tapNullSampleCount);
+
+    constexpr uint32_t kTriesNearOutlines = 64; // they are a few in a hundred
+    const std::vector<Case> near = sampleRightPairs(
+        inputs, truthVisibility, options.seed + 1, options.nullSampleCount / 4, kTriesNearOutlines,
+        [&](const Case& c) {
+            return isNearOutline(inputs.gbuffer, pairs, truthVisibility, c.sample, c.pair);
+        });
+    uint64_t nearCount = 0;
+    for (const PairJudge::Flips& of : flipsOf(judge, inputs, near)) {
+        report.outlineNullSampleCount += !of.isMagnified;
+        nearCount += of.byShifts;
+    }
+    report.outlineNullRate = shareOf(nearCount, report.outlineNullSampleCount);
     return report;
 }
 
@@ -154,10 +206,15 @@ ErrorReport computeError(const FrameRenderer& renderer, const FrameResult& frame
                          const World& world, const Truth& truth,
                          const std::vector<uint8_t>& truthVisibility, const ErrorOptions& options) {
     const RayInputs rays = renderer.rayInputs(options.rays);
-    const ErrorInputs inputs{renderer.gbuffer(),     world.triangles(),
-                             viewOf(world.lights()), frame.pairs,
-                             frame.visibility,       frame.pairRoute,
-                             frame.pairServer,       {rays, renderer.shadowMaps(), options.bias}};
+    const ErrorInputs inputs{renderer.gbuffer(),
+                             world.triangles(),
+                             viewOf(world.lights()),
+                             frame.pairs,
+                             frame.visibility,
+                             frame.pairRoute,
+                             frame.pairServer,
+                             {rays, renderer.shadowMaps(), options.bias},
+                             askedTexels(frame.maps, options.maxFaceTexels)};
     return computeError(inputs, truth, truthVisibility, options);
 }
 

@@ -58,6 +58,10 @@ struct ErrorReport {
     double nullRate = 0; ///< share of sampled right pairs that the same 32 rays would flip
     /// Right pairs sampled, with replacement, without those whose reverse would be magnified.
     uint64_t nullSampleCount = 0;
+    /// The same of right pairs near an outline (isNearOutline), where wrong pairs lie: what the
+    /// share of explained errors is to be compared with.
+    double outlineNullRate = 0;
+    uint64_t outlineNullSampleCount = 0;
     /// How selective settling by the taps' own rays is: the share of the sampled right pairs by
     /// maps that it would settle if they were wrong, that is those for which the truth along the
     /// taps' rays differs. The nearer to 0, the less of it is chance.
@@ -71,8 +75,9 @@ struct ErrorReport {
 struct ErrorOptions {
     uint64_t seed = 1; ///< of the 32 shifts and of the null sample
     uint32_t nullSampleCount = 20000;
-    RayOptions rays;    ///< as the frame used
-    ShadowMapBias bias; ///< as the frame used
+    RayOptions rays;                                       ///< as the frame used
+    uint32_t maxFaceTexels = FrameOptions{}.maxFaceTexels; ///< as the frame used
+    ShadowMapBias bias;                                    ///< as the frame used
 };
 
 /// A frame's visibilities and all inputs needed to trace them again, as views on the host.
@@ -87,7 +92,21 @@ struct ErrorInputs {
     const std::vector<Route>& pairRoute;
     const std::vector<PairServer>& pairServer;
     VisibilityInputs method;
+    /// By map: the face resolution that the equation asks (askedTexels); empty, or 0 for a map:
+    /// the one that the map has.
+    std::vector<float> askedTexels = {};
+    bool hasPlane = true; ///< whether lookups use the receiver's plane
 };
+
+/// Returns by drawn map, in the order of shadowMaps(), the face resolution that its clusters
+/// request, at most `maxFaceTexels`, the largest that the frame may allocate; 0 for directional
+/// lights, whose windows have no faces.
+std::vector<float> askedTexels(const std::vector<MapRecord>& maps, uint32_t maxFaceTexels);
+
+/// Returns whether the truth of a light is another one at one of the eight pixels around a
+/// sample's, of those that form a pair with that light.
+bool isNearOutline(const GBufferView& gbuffer, const PairList& pairs,
+                   const std::vector<uint8_t>& truthVisibility, uint32_t sample, uint64_t pair);
 
 /// Returns the comparison of a frame with the truth, pair by pair. Deterministic: integers depend
 /// on the inputs and the seed alone.

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/judge/explain.h"
 
+#include "hybrid/judge/clip_to_cube.h"
+#include "hybrid/judge/own_taps.h"
+#include "hybrid/judge/pair_question.h"
+#include "hybrid/judge/smooth_patch.h"
 #include "scenes/split_mix.h"
 #include "voxel/triangle_voxels.h"
 
@@ -15,56 +19,27 @@ namespace {
 constexpr double kSqrt2 = 1.4142135623730951;
 constexpr double kSqrt3 = 1.7320508075688772;
 
-/// Returns the part of a convex polygon that lies in the closed box; empty when none does.
-/// Source: Sutherland, Hodgman, Reentrant Polygon Clipping, CACM 1974.
-std::vector<glm::dvec3> clipToCube(std::vector<glm::dvec3> polygon, const glm::dvec3& least,
-                                   const glm::dvec3& most) {
-    for (int plane = 0; plane < 6 && !polygon.empty(); ++plane) {
-        const int axis = plane / 2;
-        const bool isMost = plane % 2 == 1;
-        const auto inside = [&](const glm::dvec3& p) {
-            return isMost ? most[axis] - p[axis] : p[axis] - least[axis];
-        };
-        std::vector<glm::dvec3> kept;
-        for (size_t i = 0; i < polygon.size(); ++i) {
-            const glm::dvec3 a = polygon[i], b = polygon[(i + 1) % polygon.size()];
-            const double insideA = inside(a), insideB = inside(b);
-            if (insideA >= 0.0)
-                kept.push_back(a);
-            if ((insideA < 0.0) != (insideB < 0.0))
-                kept.push_back(a + (b - a) * (insideA / (insideA - insideB)));
-        }
-        polygon = std::move(kept);
-    }
-    return polygon;
+/// Returns whether the truth is dark along a tap's ray. The receiver's triangle, which is in the
+/// map as well, cannot block: the ray ends before its plane.
+bool isDarkAlong(const Truth& truth, TruthRay ray, uint32_t receiver) {
+    ray.receiver = receiver;
+    uint8_t blocked = 0;
+    truth.traceBlocked(&ray, 1, &blocked);
+    return blocked != 0;
 }
 
-/// The taps of a lookup, each traced in the truth along its own ray. The receiver's triangle, which
-/// is in the map as well, cannot block: the ray ends before its plane.
-struct TruthTaps {
+/// The taps of a lookup in a directional light's window, each traced in the truth along its own
+/// ray, from before the near end of its depths.
+struct TruthWindowTaps {
     const Truth& truth;
     const ShadowMapInfo& map;
     uint32_t receiver;
 
     void begin(uint32_t, int32_t, int32_t, int32_t) {}
     TapResult ask(const CubeTexel& texel, float u, float v, float limit, bool) const {
-        if (map.window.isDirectional()) // from before the near end of its depths
-            return answer(truth.segmentRay(worldFromMap(map, texel.face, u, v, 2.0625f),
-                                           worldFromMap(map, texel.face, u, v, limit)));
-        // On the few texels of a tiny face the planes may lie behind the light: then everything
-        // counts.
-        const double end =
-            1.0 / std::max(double(limit), 0.25 / std::max(double(map.rangeWorld), 1e-30));
-        const glm::dvec3 way(lightFromFace(texel.face, glm::vec3(u, v, 1.0f)));
-        return answer(truth.segmentRay(map.lightPositionWorld,
-                                       glm::vec3(glm::dvec3(map.lightPositionWorld) + way * end)));
-    }
-
-    TapResult answer(TruthRay ray) const {
-        ray.receiver = receiver;
-        uint8_t blocked = 0;
-        truth.traceBlocked(&ray, 1, &blocked);
-        return blocked ? TapResult::kDark : TapResult::kLit;
+        const TruthRay ray = truth.segmentRay(worldFromMap(map, texel.face, u, v, 2.0625f),
+                                              worldFromMap(map, texel.face, u, v, limit));
+        return isDarkAlong(truth, ray, receiver) ? TapResult::kDark : TapResult::kLit;
     }
 };
 
@@ -94,20 +69,6 @@ std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed) {
     }
     return shifts;
 }
-
-/// A pair, and the result of repeating its method.
-struct PairJudge::Question {
-    glm::vec3 position, normal, light;
-    uint32_t receiver;
-    Route route;
-    uint32_t map; ///< maps
-    double rhoWorld;
-    double displacedWorld; ///< of a shadow's edge at the sample; 0: not by resolution
-    double startOffsetWorld, endOffsetWorld;
-    bool isExact;         ///< rays, by triangles: only rounding can differ
-    DagHit hit;           ///< rays, dark by a voxel
-    ShadowMapTrace trace; ///< maps, dark
-};
 
 PairJudge::PairJudge(const ErrorInputs& inputs, const Truth& truth, uint64_t seed)
     : inputs_(inputs), truth_(truth), shifts_(makeShifts(seed)) {}
@@ -165,7 +126,7 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
     const ShadowMapInfo& map = method.maps.maps[q.map];
     double texelWorld;
     if (isDark) {
-        lookupVisibility(method.maps, q.map, q.position, q.normal, method.bias, &q.trace);
+        lookupVisibility(method.maps, q.map, q.position, planeNormal(q), method.bias, &q.trace);
         texelWorld = q.trace.texelWorld;
     } else {
         const TruthBlocker found = truth_.blocker(q.position, q.normal, q.receiver, q.light);
@@ -190,8 +151,12 @@ PairJudge::Question PairJudge::ask(uint32_t sample, uint64_t pair, bool isDark) 
             distance * std::min(map.lodTexels * texelWorldAt(map, q.position) / height, 0.5);
     }
     q.endOffsetWorld = 0.0;
-    // Half the diagonal of the filter's box of (side - 1)^2 texels, and a texel.
-    const double texels = 0.5 * kSqrt2 * (filterSide(method.bias.taps) - 1) + 1.0;
+    // Half the diagonal of the filter's box of (side - 1)^2 texels, and a texel. A map that has
+    // fewer texels than its clusters request is held to those: coarser ones explain nothing.
+    const float asked = q.map < inputs_.askedTexels.size() ? inputs_.askedTexels[q.map] : 0.0f;
+    q.isCoarserThanAsked = double(map.faceTexels) < double(asked);
+    const double given = q.isCoarserThanAsked ? double(map.faceTexels) / double(asked) : 1.0;
+    const double texels = (0.5 * kSqrt2 * (filterSide(method.bias.taps) - 1) + 1.0) * given;
     q.rhoWorld = texels * texelWorld;
     q.displacedWorld = texels * texelWorldAt(map, q.position);
     return q;
@@ -203,38 +168,65 @@ bool PairJudge::isMagnified(const Question& q) const {
            q.displacedWorld > kMagnifiedFootprints * pixelFootprintWorld(detail, q.position);
 }
 
+glm::vec3 PairJudge::planeNormal(const Question& q) const {
+    return inputs_.hasPlane ? q.normal : glm::vec3(0.0f);
+}
+
+void PairJudge::forTrianglesInCell(const Question& q,
+                                   const std::function<void(uint32_t)>& visit) const {
+    const VoxelGrid& grid = inputs_.method.rays.dag.grid;
+    const double side = double(1u << q.hit.level);
+    truth_.forTrianglesNear(
+        grid.worldFromVoxel(glm::dvec3(q.hit.cell) + 0.5 * side),
+        0.5 * kSqrt3 * side * grid.voxelSizeWorld, [&](uint32_t triangle) {
+            const glm::vec3 corners[3] = {inputs_.triangles.vertex(triangle, 0),
+                                          inputs_.triangles.vertex(triangle, 1),
+                                          inputs_.triangles.vertex(triangle, 2)};
+            if (touchesCube(setupTriangle(grid, corners), glm::ivec3(q.hit.cell), int(side)))
+                visit(triangle);
+        });
+}
+
 bool PairJudge::isAcne(const Question& q) const {
     if (q.receiver == kBackground || q.isExact)
         return false;
+    const auto isOwn = [&](uint32_t triangle, const std::vector<uint32_t>& patch) {
+        return std::find(patch.begin(), patch.end(), triangle) != patch.end() ||
+               truth_.isCoplanar(q.receiver, triangle);
+    };
+    const auto patchIf = [&](bool isNear) { // most blockers are far away
+        return isNear ? smoothPatch(truth_, inputs_.triangles, q.receiver, q.position, q.rhoWorld)
+                      : std::vector<uint32_t>();
+    };
     if (q.route == Route::kRays) {
         const VoxelGrid& grid = inputs_.method.rays.dag.grid;
-        const double side = double(1u << q.hit.level);
-        bool isOwn = false;
-        truth_.forTrianglesNear(
-            grid.worldFromVoxel(glm::dvec3(q.hit.cell) + 0.5 * side),
-            0.5 * kSqrt3 * side * grid.voxelSizeWorld, [&](uint32_t triangle) {
-                if (isOwn || !truth_.isCoplanar(q.receiver, triangle))
-                    return;
-                const glm::vec3 corners[3] = {inputs_.triangles.vertex(triangle, 0),
-                                              inputs_.triangles.vertex(triangle, 1),
-                                              inputs_.triangles.vertex(triangle, 2)};
-                isOwn =
-                    touchesCube(setupTriangle(grid, corners), glm::ivec3(q.hit.cell), int(side));
-            });
-        return isOwn;
+        const glm::dvec3 sample = grid.voxelFromWorld(glm::dvec3(q.position)), low(q.hit.cell);
+        const glm::dvec3 nearest = glm::clamp(sample, low, low + double(1u << q.hit.level));
+        const std::vector<uint32_t> patch =
+            patchIf(glm::length(nearest - sample) * grid.voxelSizeWorld <= q.rhoWorld);
+        bool hasOwn = false;
+        forTrianglesInCell(q,
+                           [&](uint32_t triangle) { hasOwn = hasOwn || isOwn(triangle, patch); });
+        return hasOwn;
     }
+    if (q.trace.texelWorld == 0.0f) // dark because of missing pages, or lit: no blocker
+        return false;
     const glm::dvec3 v0(inputs_.triangles.vertex(q.receiver, 0));
     const glm::dvec3 cross = glm::cross(glm::dvec3(inputs_.triangles.vertex(q.receiver, 1)) - v0,
                                         glm::dvec3(inputs_.triangles.vertex(q.receiver, 2)) - v0);
-    const double height = std::fabs(glm::dot(cross, glm::dvec3(q.trace.blockerWorld) - v0));
-    if (q.trace.missingTapCount != 0 &&
-        q.trace.texelWorld == 0.0f) // dark because of missing pages: no blocker
-        return false;
-    if (!(height <= q.trace.texelWorld * glm::length(cross)))
+    const glm::dvec3 blocker(q.trace.blockerWorld);
+    const bool isAtPlane =
+        std::fabs(glm::dot(cross, blocker - v0)) <= double(q.trace.texelWorld) * glm::length(cross);
+    const bool isNear = glm::length(blocker - glm::dvec3(q.position)) <= q.rhoWorld;
+    if (!isAtPlane && !isNear)
         return false;
     // A little past the point, which has the precision of the map's 1/z.
     const glm::vec3 past = q.light + (q.trace.blockerWorld - q.light) * 1.5f;
-    return truth_.isCoplanar(q.receiver, truth_.traceFirst(truth_.segmentRay(q.light, past)));
+    const uint32_t first = truth_.traceFirst(truth_.segmentRay(q.light, past));
+    if (first == kBackground)
+        return false;
+    return (isAtPlane && truth_.isCoplanar(q.receiver, first)) ||
+           (isNear && isOwn(first, patchIf(isNear)));
 }
 
 bool PairJudge::isContact(const Question& q) const {
@@ -329,10 +321,20 @@ bool PairJudge::isDarkByTruthTaps(const Question& q, float constantTexels) const
     ShadowMapInfo map = inputs_.method.maps.maps[q.map];
     if (constantTexels == 0.0f)
         map.lodTexels = 0.0f; // part of the bias
-    TruthTaps taps{truth_, map, q.receiver};
     ShadowMapBias bias = inputs_.method.bias;
     bias.constantTexels = constantTexels;
-    return filterVisibility(map, q.position, q.normal, bias, taps) < kHalfLit;
+    if (map.window.isDirectional()) {
+        TruthWindowTaps taps{truth_, map, q.receiver};
+        return filterVisibility(map, q.position, planeNormal(q), bias, taps) < kHalfLit;
+    }
+    const glm::dvec3 light(map.lightPositionWorld);
+    // On the few texels of a tiny face the planes may lie behind the light: then everything counts.
+    const double leastLimit = 0.25 / std::max(double(map.rangeWorld), 1e-30);
+    return makeOwnTaps(map, q.position, planeNormal(q), bias).visibility([&](const OwnTap& tap) {
+        const glm::dvec3 end = light + tap.centre / std::max(tap.limit, leastLimit);
+        return isDarkAlong(truth_, truth_.segmentRay(map.lightPositionWorld, glm::vec3(end)),
+                           q.receiver);
+    }) < 0.5;
 }
 
 PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const {
@@ -348,12 +350,12 @@ PairVerdict PairJudge::judge(uint32_t sample, uint64_t pair, bool isDark) const 
         return PairVerdict::kUnexplained;
     if (isDark && anyAimedShiftIsDark(q))
         return PairVerdict::kSettled;
-    if (!hasTaps(q))
+    if (!hasTaps(q) || q.isCoarserThanAsked) // whose taps' rays are farther than rho
         return PairVerdict::kUnexplained;
-    if (isDarkByTruthTaps(q, 0.0f) == isDark)
-        return PairVerdict::kTapSettled;
-    const bool isOfBias = !isDark && !isDarkByTruthTaps(q, inputs_.method.bias.constantTexels);
-    return isOfBias ? PairVerdict::kContact : PairVerdict::kUnexplained;
+    for (const float constantTexels : {0.0f, inputs_.method.bias.constantTexels})
+        if (isDarkByTruthTaps(q, constantTexels) == isDark)
+            return PairVerdict::kTapSettled;
+    return PairVerdict::kUnexplained;
 }
 
 PairJudge::Flips PairJudge::flips(uint32_t sample, uint64_t pair, bool isDark) const {

@@ -2,20 +2,21 @@
 // Why a method was wrong about a pair: acne, contact, magnified, explained by a shift within its
 // resolution, or unexplained.
 //
-// Acne (false shadows only): the blocker is the receiver's own surface, that is its triangle or one
-// in its plane to within the truth's c (Truth::isCoplanar). They need not be connected: no triangle
-// in the plane can shadow a point of it, so this counts too many pairs rather than too few.
+// Acne (false shadows only): the blocker is the receiver's own surface, that is
+//   - its triangle or one in its plane to within the truth's c (Truth::isCoplanar). They need not
+//     be connected: no triangle in the plane can shadow a point of it, so this counts too many
+//     pairs rather than too few; or
+//   - one that continues it smoothly within rho of the sample (smooth_patch.h: connected by shared
+//     vertices, its plane within 45 degrees), if the blocker itself lies within rho.
 //     DAG: such a triangle touches the closed cell that stopped the ray.
-//     Map: the blocking texel's point is within one texel of the receiver's plane, and the first
-//     triangle that Embree meets from the light through that point is such a triangle.
+//     Map: the first triangle that Embree meets from the light through the blocking texel's point
+//     is such a triangle; in the plane, that point is within one texel of it.
 //
 // Contact (false lights only): every blocker found by Embree is nearer to an end of its ray than
 // the offset, that is: the ray shortened by the offsets is unblocked.
 //     DAG: the distances by which shadowSegment moved the two ends.
 //     Map: the part of the ray that the lookup's bias skips (shadow_map_lookup.h): the share 2 k /
 //     N of its length next to the receiver, k = constantTexels. Nothing at the light's end.
-//     Last, if no other class applies (see settled): the truth along the taps' own rays is dark,
-//     and lit once these rays end by the bias before the planes.
 //
 // Magnified: the method's resolution lets a shadow's edge be displaced at the sample by more than
 // kMagnifiedFootprints footprints of a pixel there: a voxel or texel is small where the blocker is
@@ -36,7 +37,10 @@
 //     ray, so only rounding can differ: rho = c of truth.h; never acne, never contact.
 //     Map: rho = the filter's radius (half the diagonal of its box: sqrt(2) texels with 9 taps,
 //     sqrt(1/2) with 4, 0 with one) + one texel, at the blocker: the map's for a false shadow,
-//     Embree's nearest to the receiver for a false light.
+//     Embree's nearest to the receiver for a false light. The texel is that of the resolution that
+//     the map's clusters request, if the map has fewer (a full pool, a fault): a map that is
+//     coarser than the equation asks does not excuse itself. One that has more, since allocation
+//     rounds up, is held to what it has.
 //
 // Settled (not explained by any of the 32; still counted as unexplained): there is stronger
 // evidence than a nearby ray that agrees.
@@ -45,7 +49,10 @@
 //     of area pi rho^2 and miss small objects in it, a wire's end or a leaf seen edge-on.
 //     Map, false shadow: the same with a shift aimed at the blocking texel's point.
 //     Map, both: the truth traced along the rays of the map's taps, light to texel centre to the
-//     planes of the lookup without its bias, weighted as the taps are, gives the method's result.
+//     planes of the lookup, without its bias or with it, weighted as the taps are, gives the
+//     method's result.
+//     Of cube maps these rays are made without the method's code (own_taps.h), so that a fault of
+//     its geometry does not excuse itself.
 //     The map's content is then right, and the error is in the position of its samples: none of
 //     those rays is farther than rho from the pair's own. This is stricter than the 32 shifts, of
 //     which any may agree: a map that misses a wall is not settled (error_test.cpp). The 32 miss a
@@ -55,6 +62,9 @@
 #pragma once
 
 #include "hybrid/judge/error.h"
+
+#include <functional>
+#include <string_view>
 
 namespace shadowdag {
 
@@ -69,6 +79,30 @@ constexpr double kMagnifiedFootprints = 8.0;
 /// IEEE operations only. Source of the sunflower: Vogel, A Better Way to Construct the Sunflower
 /// Head, Mathematical Biosciences 1979.
 std::array<glm::dvec2, kShiftCount> makeShifts(uint64_t seed);
+
+/// What an unexplained error is, where a test of the pair's geometry says so.
+enum class FailureName : uint8_t {
+    kNone,
+    /// A false shadow by a voxel: every part of a triangle within the cell that stopped the ray
+    /// lies behind the truth's start of it or beyond its end. Shifts are perpendicular to the ray,
+    /// so none meets it.
+    kSurfaceBehind,
+    /// The same, but every such part is seen edge-on, to within the truth's c: the truth's rays
+    /// pass it, wherever they are shifted.
+    kSurfaceEdgeOn,
+    /// The same of cells with parts of both kinds, or farther from the ray than rho.
+    kSurfaceOutOfReach,
+    /// The light lies in the receiver's plane to within the truth's c: only rounding decides
+    /// whether the pair exists, and half of a filter lies behind the surface.
+    kLightInPlane,
+    /// A map that has fewer texels than its clusters request.
+    kCoarserThanAsked,
+};
+
+/// Returns the name in results and studies: "surface-behind"; "" for kNone.
+const char* failureNameText(FailureName name);
+/// Returns whether a failure's name is one that a test gives.
+bool isTestedFailure(std::string_view name);
 
 /// Classifies single pairs. Const and thread safe.
 class PairJudge {
@@ -89,9 +123,17 @@ public:
     /// Returns what differs from a right pair's result. @param isDark that result
     Flips flips(uint32_t sample, uint64_t pair, bool isDark) const;
 
+    /// Returns which known failure an unexplained pair is, by a test of its geometry
+    /// (failure_names.cpp). @param isDark the method's result
+    FailureName nameOf(uint32_t sample, uint64_t pair, bool isDark) const;
+
 private:
     struct Question;
     Question ask(uint32_t sample, uint64_t pair, bool isDark) const;
+    /// Returns the normal that lookups used: none without the receiver's plane.
+    glm::vec3 planeNormal(const Question& q) const;
+    /// Calls visit(triangle) for each that touches the closed cell that stopped a pair's ray.
+    void forTrianglesInCell(const Question& q, const std::function<void(uint32_t)>& visit) const;
     bool isMagnified(const Question& q) const;
     bool isAcne(const Question& q) const;
     bool isContact(const Question& q) const;

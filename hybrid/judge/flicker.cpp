@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "cuda/parallel_for.h"
+#include "hybrid/frame/pair_result.h"
 #include "hybrid/gbuffer/view_rays.h"
 #include "hybrid/judge/explain.h"
 #include "scenes/split_mix.h"
@@ -108,14 +109,6 @@ std::vector<uint32_t> samplesBeside(const GBufferView& gbuffer, uint32_t x, uint
     return samples;
 }
 
-/// Returns the pair of a light among those of a sample, or the count of pairs when it has none.
-uint64_t pairOf(const PairList& pairs, uint32_t sample, uint32_t light) {
-    const auto begin = pairs.light.begin() + ptrdiff_t(pairs.sampleStart[sample]),
-               end = pairs.light.begin() + ptrdiff_t(pairs.sampleStart[sample + 1]);
-    const auto found = std::lower_bound(begin, end, light);
-    return found != end && *found == light ? uint64_t(found - pairs.light.begin()) : pairs.count();
-}
-
 /// Points with their pairs in the form of a frame, for the truth and the error analysis.
 struct PointPairs {
     std::vector<glm::vec3> positionWorld, normalWorld;
@@ -144,8 +137,8 @@ struct PointPairs {
                 viewOf(triangle),      uint32_t(triangle.size()), 1};
     }
     ErrorInputs inputs(const ErrorInputs& frame) const {
-        return {gbuffer(),  frame.triangles, frame.lights, pairs,
-                visibility, route,           server,       frame.method};
+        return {gbuffer(), frame.triangles, frame.lights,      pairs,         visibility, route,
+                server,    frame.method,    frame.askedTexels, frame.hasPlane};
     }
 };
 
@@ -325,9 +318,9 @@ FlickerCounts FlickerMeter::follow(const FlickerFrame& frame) const {
                 continue;
             }
             VisibilityCounts asked;
-            const uint8_t visibility =
-                computePairResult(inputs.method, inputs.pairServer[pair], lightIndex, light,
-                                  point.positionWorld, point.normalWorld, point.triangle, asked);
+            const uint8_t visibility = computePairResultOnHost(
+                inputs.method, inputs.pairServer[pair], lightIndex, light, point.positionWorld,
+                point.normalWorld, point.triangle, asked);
             if (asked.missingTapCount > 0) {
                 ++counts.missingTapCount;
                 continue;

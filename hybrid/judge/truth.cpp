@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The use of Embree for the truth: building, the filter that confirms hits in double, packets. Ray
 // setup is in truth_ray.h.
+#include "cuda/mutant.h"
 #include "hybrid/judge/truth_state.h"
 
 #include "cuda/error.h"
 #include "cuda/parallel_for.h"
 #include "hybrid/rays/build_poll.h"
+#include "hybrid/rays/embree_device.h"
 #include "hybrid/rays/float_mode.h"
 
 #include <algorithm>
@@ -20,33 +22,28 @@ constexpr uint32_t kPacketWidth = 8;
 /// invisible.
 constexpr float kEmbreeLimit = 1.0e18f;
 
-/// Embree's context with the data of a packet's rays that the filter needs.
-struct FilterContext {
-    RTCIntersectContext embree; ///< first, so that Embree's pointer can be cast to this type
+void confirmHits(const RTCFilterFunctionNArguments* args);
+
+/// A query with the data of a packet's rays that the filter needs.
+struct FilteredQuery {
+    EmbreeQuery embree; ///< first, so that Embree's pointer can be cast to this type
     const Truth::State* state;
     const TruthRay* rays; ///< of this packet; a ray's id is its index here
+
+    FilteredQuery(const Truth::State& state, const TruthRay* rays, bool isCoherent)
+        : embree(isCoherent, confirmHits), state(&state), rays(rays) {}
 };
 
 void confirmHits(const RTCFilterFunctionNArguments* args) {
-    const auto& context = *reinterpret_cast<const FilterContext*>(args->context);
+    const auto& context = *reinterpret_cast<const FilteredQuery*>(args->context);
     for (unsigned lane = 0; lane < args->N; ++lane)
         if (args->valid[lane] == -1) {
             const uint32_t ray = RTCRayN_id(args->ray, args->N, lane);
             const uint32_t triangle = RTCHitN_primID(args->hit, args->N, lane);
-            if (!isBetweenEnds(*context.state, context.rays[ray], triangle))
+            if (!isBetweenEnds(*context.state, context.rays[ray], triangle) &&
+                !isMutant(Mutant::kEmbreeFilterOff))
                 args->valid[lane] = 0;
         }
-}
-
-FilterContext makeContext(const Truth::State& state, const TruthRay* rays,
-                          RTCIntersectContextFlags flags) {
-    FilterContext context;
-    rtcInitIntersectContext(&context.embree);
-    context.embree.flags = flags;
-    context.embree.filter = confirmHits;
-    context.state = &state;
-    context.rays = rays;
-    return context;
 }
 
 void traceEight(const Truth::State& state, const TruthRay* rays, uint32_t count, uint8_t* blocked) {
@@ -68,8 +65,8 @@ void traceEight(const Truth::State& state, const TruthRay* rays, uint32_t count,
         packet.id[i] = i;
         packet.flags[i] = 0;
     }
-    FilterContext context = makeContext(state, rays, RTC_INTERSECT_CONTEXT_FLAG_COHERENT);
-    rtcOccluded8(valid, state.scene, &context.embree, &packet);
+    FilteredQuery query(state, rays, /*isCoherent=*/true);
+    embreeOccluded8(valid, state.scene, query.embree, &packet);
     for (uint32_t i = 0; i < count; ++i)
         blocked[i] = valid[i] != 0 && packet.tfar[i] < 0.0f;
 }
@@ -81,11 +78,7 @@ void onEmbreeError(void* user, RTCError, const char* text) {
 } // namespace
 
 Truth::State::State() {
-    device = rtcNewDevice("isa=avx2");
-    if (!device)
-        throw Error(ErrorKind::kResource,
-                    "Embree cannot start (code " + std::to_string(rtcGetDeviceError(nullptr)) +
-                        "); it needs libembree 3.13 and a processor with AVX2");
+    device = newEmbreeDevice("isa=avx2");
     rtcSetDeviceErrorFunction(device, onEmbreeError, &lastError);
 }
 
@@ -122,8 +115,7 @@ void Truth::State::build(const TriangleView& source) {
         rtcReleaseScene(scene);
     lastError.clear();
     scene = rtcNewScene(device);
-    rtcSetSceneFlags(scene,
-                     RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION));
+    rtcSetSceneFlags(scene, RTCSceneFlags(RTC_SCENE_FLAG_ROBUST | kEmbreeSceneFlagQueryFilter));
     RTCGeometry mesh = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
     rtcSetSharedGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, vertices.data(),
                                0, sizeof(glm::vec4), vertices.size());
@@ -183,8 +175,8 @@ uint32_t Truth::traceFirst(const TruthRay& ray, float* t) const {
     query.ray.id = 0;
     query.ray.flags = 0;
     query.hit.geomID = query.hit.primID = RTC_INVALID_GEOMETRY_ID;
-    FilterContext context = makeContext(*state_, &ray, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT);
-    rtcIntersect1(state_->scene, &context.embree, &query);
+    FilteredQuery filtered(*state_, &ray, /*isCoherent=*/false);
+    embreeIntersect1(state_->scene, filtered.embree, &query);
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID)
         return kBackground;
     if (t)

@@ -3,8 +3,7 @@
 #pragma once
 
 #include "hybrid/judge/truth.h"
-
-#include <embree3/rtcore.h>
+#include "hybrid/rays/embree_version.h"
 
 #include <string>
 #include <vector>

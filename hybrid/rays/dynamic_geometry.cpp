@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/rays/dynamic_geometry.h"
 
+#include "cuda/mutant.h"
 #include "cuda/parallel_for.h"
 
 #include <algorithm>
@@ -13,6 +14,8 @@ DynamicGeometry::DynamicGeometry(Backend backend)
 
 void DynamicGeometry::update(const World& world, const BatchView& batches,
                              const TruthSpace& space) {
+    if (!empty() && isMutant(Mutant::kMoversStale))
+        return;
     movingBatches_.clear();
     hostBoxes_.clear();
     for (uint32_t b = 0; b < batches.batches.count; ++b)

@@ -2,11 +2,11 @@
 #include "hybrid/rays/embree_scene.h"
 
 #include "cuda/error.h"
+#include "hybrid/rays/embree_device.h"
 #include "hybrid/rays/embree_scene_state.h"
 #include "hybrid/rays/float_mode.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace shadowdag {
@@ -64,11 +64,7 @@ EmbreeScene::EmbreeScene(const TriangleView& triangles, View<const uint32_t> whi
     }
 
     const EmbreeFloatMode mode;
-    s.device = rtcNewDevice(nullptr);
-    if (!s.device)
-        throw Error(ErrorKind::kResource, "Embree cannot start (code " +
-                                              std::to_string(rtcGetDeviceError(nullptr)) +
-                                              "); install libembree 3.13");
+    s.device = newEmbreeDevice();
     rtcSetDeviceErrorFunction(s.device, onEmbreeError, &s.lastError);
     rtcSetDeviceMemoryMonitorFunction(s.device, countBytes, &s.embreeBytes);
     s.scene = rtcNewScene(s.device);
@@ -109,9 +105,7 @@ void EmbreeScene::trace(const Light& light, View<const glm::vec3> positionsWorld
                         View<uint8_t> blocked) const {
     SDAG_ASSERT(blocked.count >= which.count);
     const EmbreeFloatMode mode;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    EmbreeQuery query(/*isCoherent=*/true);
     const bool isDirectional = light.kind == Light::kSun;
     alignas(64) RTCRay16 packet;
     alignas(64) int valid[kWidth];
@@ -125,10 +119,13 @@ void EmbreeScene::trace(const Light& light, View<const glm::vec3> positionsWorld
         const auto count = uint32_t(std::min<size_t>(kWidth, which.count - first));
         for (uint32_t k = 0; k < kWidth; ++k) {
             const uint32_t sample = which[first + std::min(k, count - 1)];
-            const glm::vec3 start = liftedSample(positionsWorld[sample], normalsWorld[sample]);
+            const glm::vec3& position = positionsWorld[sample];
+            const glm::vec3 toLight = pointAtLight(light, position) - position;
+            // Rays from a light end with the rounding of their whole length.
+            const glm::vec3 start = liftedSample(position, normalsWorld[sample],
+                                                 isDirectional ? glm::vec3(0.0f) : toLight);
             const glm::vec3 from = isDirectional ? start : light.positionWorld;
-            const glm::vec3 way =
-                isDirectional ? pointAtLight(light, positionsWorld[sample]) - start : start - from;
+            const glm::vec3 way = isDirectional ? toLight : start - from;
             valid[k] = k < count ? -1 : 0;
             packet.org_x[k] = from.x;
             packet.org_y[k] = from.y;
@@ -138,26 +135,19 @@ void EmbreeScene::trace(const Light& light, View<const glm::vec3> positionsWorld
             packet.dir_z[k] = way.z;
             packet.tfar[k] = 1.0f;
         }
-        rtcOccluded16(valid, state_->scene, &context, &packet);
+        embreeOccluded16(valid, state_->scene, query, &packet);
         for (uint32_t k = 0; k < count; ++k)
             blocked[first + k] = packet.tfar[k] < 0.0f;
     }
 }
 
-glm::vec3 liftedSample(const glm::vec3& positionWorld, const glm::vec3& normalWorld) {
-    constexpr float kNearOrigin = 1.0f / 32.0f, kSmallStep = 1.0f / 65536.0f, kUlps = 256.0f;
-    glm::vec3 lifted;
-    for (int a = 0; a < 3; ++a) {
-        const float p = positionWorld[a], n = normalWorld[a];
-        if (std::fabs(p) < kNearOrigin) {
-            lifted[a] = p + kSmallStep * n;
-            continue;
-        }
-        const auto ulps =
-            int32_t(kUlps * n); // away from zero for a negative p is towards -infinity
-        lifted[a] = std::bit_cast<float>(std::bit_cast<int32_t>(p) + (p < 0.0f ? -ulps : ulps));
-    }
-    return lifted;
+glm::vec3 liftedSample(const glm::vec3& positionWorld, const glm::vec3& normalWorld,
+                       const glm::vec3& wayWorld) {
+    constexpr float kShare = 1.0f / 262144.0f;
+    float largest = 0.0f;
+    for (int a = 0; a < 3; ++a)
+        largest = std::max(largest, std::max(std::fabs(positionWorld[a]), std::fabs(wayWorld[a])));
+    return positionWorld + kShare * largest * normalWorld;
 }
 
 } // namespace shadowdag

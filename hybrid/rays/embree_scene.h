@@ -32,7 +32,7 @@ public:
     /// Sets blocked[i] to whether rtcOccluded16 finds a triangle between sample which[i], lifted
     /// off its surface (liftedSample), and the light: 1 or 0. Rays go from a point light to the
     /// samples, and from samples to a directional light. Thread-safe. Answers at edges depend on
-    /// which rays share a packet; a lift that is too small for a far light leaves acne.
+    /// which rays share a packet.
     /// @param positionsWorld,normalsWorld of the samples; normals unit, on the light's side
     /// @param blocked which.count
     void trace(const Light& light, View<const glm::vec3> positionsWorld,
@@ -50,9 +50,13 @@ private:
     std::unique_ptr<State> state_;
 };
 
-/// Returns a sample moved along its normal, by 256 units in the last place on each axis (by 2^-16
-/// of the normal within 1/32 of the origin), so that rays do not hit its own surface: Waechter and
-/// Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems, 2019.
-glm::vec3 liftedSample(const glm::vec3& positionWorld, const glm::vec3& normalWorld);
+/// Returns a sample moved along its normal by 2^-18 of the largest coordinate of the sample and of
+/// the way that a ray comes from its light, so that the ray does not hit the sample's own surface.
+/// The 256 units in the last place on each axis of Waechter and Binder, "A Fast and Robust Method
+/// for Avoiding Self-Intersection", Ray Tracing Gems, 2019, are for rays that start at the sample;
+/// for those that end there they are too little where an axis is near 0 and the light is far.
+/// @param wayWorld 0 for rays that start at the sample
+glm::vec3 liftedSample(const glm::vec3& positionWorld, const glm::vec3& normalWorld,
+                       const glm::vec3& wayWorld);
 
 } // namespace shadowdag

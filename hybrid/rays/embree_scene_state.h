@@ -3,8 +3,7 @@
 #pragma once
 
 #include "hybrid/rays/embree_scene.h"
-
-#include <embree3/rtcore.h>
+#include "hybrid/rays/embree_version.h"
 
 #include <atomic>
 #include <string>

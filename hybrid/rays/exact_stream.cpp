@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hybrid/rays/exact_stream.h"
 
+#include "cuda/mutant.h"
 #include "hybrid/rays/exact_stream_work.h"
 
 #include <algorithm>
@@ -20,7 +21,8 @@ struct Rays {
     glm::dvec3 lightLocal(uint32_t sample) const {
         const glm::vec3 at = light.kind == Light::kSun ? pointAtLight(light, positionsWorld[sample])
                                                        : light.positionWorld;
-        return glm::dvec3(at) - geometry.origin;
+        const double beside = mutated(Mutant::kExactLightMoved, 0.0, 0x1p-10 * light.rangeWorld);
+        return glm::dvec3(at) - geometry.origin + glm::dvec3(beside, 0.0, 0.0);
     }
     TruthRay ray(size_t i) const {
         const TruthStart& start = starts[which[i]];
@@ -34,7 +36,8 @@ float manhattan(const glm::vec3& v) {
 
 bool confirm(void* user, uint32_t ray, uint32_t triangle) {
     const Rays& rays = *static_cast<const Rays*>(user);
-    return blocksTruthRay(rays.geometry, rays.ray(ray), triangle);
+    return !isMutant(Mutant::kExactDoubtLit) &&
+           blocksTruthRay(rays.geometry, rays.ray(ray), triangle);
 }
 
 } // namespace
@@ -102,6 +105,8 @@ void ExactStream::trace(const Light& light, View<const TruthStart> starts,
 #endif
         stream::traceExactPortable(work, isDirectional);
     for (const uint32_t i : empty_)
+        blocked[i] = 0;
+    for (size_t i = 15; i < which.count && isMutant(Mutant::kExactLaneLost); i += 16)
         blocked[i] = 0;
     confirmCount_ += work.confirmCount;
 }

@@ -93,94 +93,97 @@ template <class V, bool kIsDirectional> struct ExactRays {
     }
 };
 
-/// A leaf's triangles as the rays of one packet see them, lane k of each array for triangle k.
-struct SeenLeaf {
-    static constexpr uint32_t K = kTrianglesPerLeaf;
-    float n1[4][K], n2[4][K], n3[4][K]; ///< x, y, z, and what is added to the scalar product
-    float normal[4][K];
-    float depth[K];      ///< what N . w must exceed, >= 0
-    float band[K];       ///< error of n_i . w
-    float depthBand[K];  ///< error of N . w
+/// A leaf's triangles as the rays of one packet see them, a lane of T for each. Signs are turned so
+/// that a ray through a triangle has positive ones.
+template <class T, bool kIsDirectional> struct SeenLeaf {
+    using F = typename T::Floats;
+    F n1[4], n2[4], n3[4]; ///< x, y, z; directional: what is added to the scalar product
+    F normal[4];
+    F depth;             ///< what N . w must exceed, >= 0
+    F band;              ///< error of n_i . w
+    F depthBand;         ///< error of N . w
     uint32_t edgeOn = 0; ///< bits of triangles whose plane is not clear of the light
+
+    SeenLeaf(const ExactWork& work, const TriangleBvhLeaf& leaf, float longest, float light) {
+        F a[3], b[3], e1[3], e2[3], side[3], d[3];
+        for (int x = 0; x < 3; ++x) {
+            e1[x] = T::load(leaf.edge1[x]);
+            e2[x] = T::load(leaf.edge2[x]);
+            a[x] = T::sub(T::load(leaf.corner[x]), T::splat(work.origin[x]));
+            b[x] = T::add(a[x], e1[x]);
+            side[x] = T::sub(e2[x], e1[x]);
+            d[x] = T::splat(work.direction[x]);
+        }
+        cross(e1, e2, normal);
+        cross(kIsDirectional ? d : a, e1, n1);
+        cross(kIsDirectional ? d : b, side, n2);
+        cross(e2, kIsDirectional ? d : a, n3);
+        const F l = T::load(leaf.longest), n = T::load(leaf.sides);
+        const F far = T::fma(T::splat(1.000001f), T::root(dot(a, a)), l);
+        const F reach = T::splat(longest);
+        const F planeOffset = dot(normal, a);
+        depthBand = T::mul(T::splat(kSafety * kRounding * 9), T::mul(n, T::add(reach, far)));
+        F clear, clearBand;
+        if (kIsDirectional) {
+            const F zero = T::splat(0.0f);
+            n1[3] = T::sub(zero, dot(n1, a));
+            n2[3] = T::sub(zero, dot(n2, b));
+            n3[3] = T::sub(zero, dot(n3, a));
+            clear = dot(normal, d);
+            for (int x = 0; x < 3; ++x)
+                normal[x] = T::sub(zero, normal[x]);
+            normal[3] = planeOffset;
+            clearBand = T::mul(T::splat(kSafety * (8 * kRounding + work.endError)), n);
+            band = T::mul(T::splat(kSafety * (12 * kRounding + work.endError)),
+                          T::mul(l, T::add(far, reach)));
+        } else {
+            clear = planeOffset;
+            const float moved = kRounding * (longest + light) + work.endError;
+            clearBand =
+                T::fma(T::splat(kSafety * (16 * kRounding * longest + moved)), n, depthBand);
+            const F grown = T::fma(T::splat(13 * kRounding * longest + 2 * moved), far,
+                                   T::splat(moved * longest));
+            band = T::mul(T::splat(kSafety), T::mul(l, grown));
+        }
+        const F sign = T::select(T::less(clear, T::splat(0.0f)), T::splat(-1.0f), T::splat(1.0f));
+        depth = T::mul(sign, clear);
+        edgeOn = T::lessOrEqual(depth, clearBand);
+        for (int x = 0; x < (kIsDirectional ? 4 : 3); ++x) {
+            n1[x] = T::mul(sign, n1[x]);
+            n2[x] = T::mul(sign, n2[x]);
+            n3[x] = T::mul(sign, n3[x]);
+            normal[x] = T::mul(sign, normal[x]);
+        }
+        if (kIsDirectional)
+            depth = T::splat(0.0f);
+    }
+
+    /// Returns the scalar product of each triangle's n with one w.
+    static F along(const F (&n)[4], const float (&w)[3]) {
+        const F last = T::mul(n[2], T::splat(w[2]));
+        return T::fma(n[0], T::splat(w[0]),
+                      T::fma(n[1], T::splat(w[1]), kIsDirectional ? T::add(last, n[3]) : last));
+    }
+
+private:
+    static F dot(const F* p, const F* q) {
+        return T::fma(p[0], q[0], T::fma(p[1], q[1], T::mul(p[2], q[2])));
+    }
+    static void cross(const F* p, const F* q, F* product) {
+        const F zero = T::splat(0.0f);
+        for (int x = 0; x < 3; ++x) {
+            const int y = (x + 1) % 3, z = (x + 2) % 3;
+            product[x] = T::fma(p[y], q[z], T::sub(zero, T::mul(p[z], q[y])));
+        }
+    }
 };
 
-/// Sets `seen`; signs are turned so that a ray through the triangle has positive ones.
-template <bool kIsDirectional>
-void seeLeaf(const ExactWork& work, const TriangleBvhLeaf& leaf, float longest, float light,
-             SeenLeaf& seen) {
-    constexpr uint32_t K = SeenLeaf::K;
-    float a[3][K], b[3][K], side[3][K], clear[K], clearBand[K];
-    for (int x = 0; x < 3; ++x)
-        for (uint32_t k = 0; k < K; ++k) {
-            a[x][k] = leaf.corner[x][k] - work.origin[x];
-            b[x][k] = a[x][k] + leaf.edge1[x][k];
-            side[x][k] = leaf.edge2[x][k] - leaf.edge1[x][k];
-        }
-    const float* const d = work.direction;
-    for (int x = 0; x < 3; ++x) {
-        const int y = (x + 1) % 3, z = (x + 2) % 3;
-        for (uint32_t k = 0; k < K; ++k) {
-            const float(&e1)[3][K] = leaf.edge1;
-            const float(&e2)[3][K] = leaf.edge2;
-            seen.normal[x][k] = e1[y][k] * e2[z][k] - e1[z][k] * e2[y][k];
-            if (kIsDirectional) {
-                seen.n1[x][k] = d[y] * e1[z][k] - d[z] * e1[y][k];
-                seen.n2[x][k] = d[y] * side[z][k] - d[z] * side[y][k];
-                seen.n3[x][k] = e2[y][k] * d[z] - e2[z][k] * d[y];
-            } else {
-                seen.n1[x][k] = a[y][k] * e1[z][k] - a[z][k] * e1[y][k];
-                seen.n2[x][k] = b[y][k] * side[z][k] - b[z][k] * side[y][k];
-                seen.n3[x][k] = e2[y][k] * a[z][k] - e2[z][k] * a[y][k];
-            }
-        }
-    }
-    const auto dot = [](const float(*n)[K], const float(*p)[K], uint32_t k) {
-        return n[0][k] * p[0][k] + n[1][k] * p[1][k] + n[2][k] * p[2][k];
-    };
-    for (uint32_t k = 0; k < K; ++k) {
-        const float l = leaf.longest[k], n = leaf.sides[k];
-        const float far = l + lengthOf3(a[0][k], a[1][k], a[2][k]);
-        const float planeOffset = dot(seen.normal, a, k);
-        seen.depthBand[k] = kSafety * kRounding * 9 * n * (longest + far);
-        if (kIsDirectional) {
-            seen.n1[3][k] = -dot(seen.n1, a, k);
-            seen.n2[3][k] = -dot(seen.n2, b, k);
-            seen.n3[3][k] = -dot(seen.n3, a, k);
-            clear[k] =
-                seen.normal[0][k] * d[0] + seen.normal[1][k] * d[1] + seen.normal[2][k] * d[2];
-            for (int x = 0; x < 3; ++x)
-                seen.normal[x][k] = -seen.normal[x][k];
-            seen.normal[3][k] = planeOffset;
-            clearBand[k] = kSafety * n * (8 * kRounding + work.endError);
-            seen.band[k] = kSafety * l * (12 * kRounding + work.endError) * (far + longest);
-        } else {
-            seen.n1[3][k] = seen.n2[3][k] = seen.n3[3][k] = seen.normal[3][k] = 0;
-            clear[k] = planeOffset;
-            const float moved = kRounding * (longest + light) + work.endError;
-            clearBand[k] = seen.depthBand[k] + kSafety * n * (16 * kRounding * longest + moved);
-            seen.band[k] =
-                kSafety * l * (13 * kRounding * far * longest + moved * (2 * far + longest));
-        }
-    }
-    seen.edgeOn = 0;
-    for (uint32_t k = 0; k < K; ++k) {
-        const float sign = clear[k] < 0 ? -1.0f : 1.0f;
-        seen.edgeOn |= uint32_t(sign * clear[k] <= clearBand[k]) << k;
-        for (int x = 0; x < 4; ++x) {
-            seen.n1[x][k] *= sign;
-            seen.n2[x][k] *= sign;
-            seen.n3[x][k] *= sign;
-            seen.normal[x][k] *= sign;
-        }
-        seen.depth[k] = kIsDirectional ? 0.0f : sign * clear[k];
-    }
-}
-
-/// The way of some rays of one octant through the hierarchy. V: a vector for rays; N: one of
-/// kTriangleBvhWidth lanes for the children of a node.
+/// The way of some rays of one octant through the hierarchy. V: a vector for rays; N: one for the
+/// children of a node and for the triangles of a leaf.
 template <class V, class N, bool kIsDirectional> class ExactPacket {
     using F = typename V::Floats;
     using G = typename N::Floats;
+    using Seen = SeenLeaf<N, kIsDirectional>;
     using Rays = ExactRays<V, kIsDirectional>;
 
 public:
@@ -201,40 +204,39 @@ public:
     /// Tests the lanes against the triangles of a leaf.
     void testLeaf(uint32_t index, uint32_t lanes) {
         const TriangleBvhLeaf& leaf = work_.leaves[index];
-        SeenLeaf seen;
-        seeLeaf<kIsDirectional>(work_, leaf, rays_.longest, rays_.light, seen);
+        const Seen seen(work_, leaf, rays_.longest, rays_.light);
         for (uint32_t k = 0; k < kTrianglesPerLeaf; ++k) {
             if (leaf.longest[k] == 0)
                 continue; // unused, or a point
             lanes &= ~blocked_;
             if (lanes == 0)
                 return;
-            const auto along = [&](const float(&n)[4][kTrianglesPerLeaf]) {
-                const F last = kIsDirectional
-                                   ? V::fma(V::splat(n[2][k]), rays_.way[2], V::splat(n[3][k]))
-                                   : V::mul(V::splat(n[2][k]), rays_.way[2]);
-                return V::fma(V::splat(n[0][k]), rays_.way[0],
-                              V::fma(V::splat(n[1][k]), rays_.way[1], last));
+            const auto splat = [k](const G& v) { return V::splat(N::lane(v, k)); };
+            const auto along = [&](const G(&n)[4]) {
+                const F last = kIsDirectional ? V::fma(splat(n[2]), rays_.way[2], splat(n[3]))
+                                              : V::mul(splat(n[2]), rays_.way[2]);
+                return V::fma(splat(n[0]), rays_.way[0], V::fma(splat(n[1]), rays_.way[1], last));
             };
+            const F band = splat(seen.band), under = V::sub(V::splat(0.0f), band);
             const F v1 = along(seen.n1), v2 = along(seen.n2), v3 = along(seen.n3);
             const F inside = V::lesser(V::lesser(v1, v2), v3);
-            uint32_t maybe = lanes & V::less(V::splat(-seen.band[k]), inside);
+            uint32_t maybe = lanes & V::less(under, inside);
             if (seen.edgeOn >> k & 1) { // of either sign, anywhere along the ray
                 const F outside = V::greater(V::greater(v1, v2), v3);
-                maybe |= lanes & V::less(outside, V::splat(seen.band[k]));
+                maybe |= lanes & V::less(outside, band);
                 confirm(maybe, leaf.triangle[k]);
                 continue;
             }
             if (maybe == 0)
                 continue;
-            const F beyond = along(seen.normal);
-            maybe &= V::less(V::splat(seen.depth[k] - seen.depthBand[k]), beyond);
+            const F beyond = V::sub(along(seen.normal), splat(seen.depth));
+            const F depthBand = splat(seen.depthBand);
+            maybe &= V::less(V::sub(V::splat(0.0f), depthBand), beyond);
             if (maybe == 0)
                 continue;
             uint32_t certain = 0;
             if ((leaf.triangle[k] & kCutTriangleTag) == 0)
-                certain = maybe & V::less(V::splat(seen.band[k]), inside) &
-                          V::less(V::splat(seen.depth[k] + seen.depthBand[k]), beyond);
+                certain = maybe & V::less(band, inside) & V::less(depthBand, beyond);
             if (certain != 0)
                 lastLeaf_ = index;
             blocked_ |= certain;
@@ -331,43 +333,34 @@ private:
 
     /// Tests one ray against the triangles of a leaf.
     void testLeafForOne(uint32_t index, uint32_t lane) {
-        constexpr uint32_t K = kTrianglesPerLeaf;
         const TriangleBvhLeaf& leaf = work_.leaves[index];
-        SeenLeaf seen;
-        seeLeaf<kIsDirectional>(work_, leaf, rays_.longest, rays_.light, seen);
+        const Seen seen(work_, leaf, rays_.longest, rays_.light);
         float w[3];
         for (int a = 0; a < 3; ++a)
             w[a] = V::lane(rays_.way[a], lane);
-        float inside[K], outside[K], beyond[K];
-        for (uint32_t k = 0; k < K; ++k) {
-            const auto along = [&](const float(&n)[4][K]) {
-                return n[0][k] * w[0] + n[1][k] * w[1] + n[2][k] * w[2] + n[3][k];
-            };
-            const float v1 = along(seen.n1), v2 = along(seen.n2), v3 = along(seen.n3);
-            const float low = v1 < v2 ? v1 : v2, high = v1 < v2 ? v2 : v1;
-            inside[k] = low < v3 ? low : v3;
-            outside[k] = high < v3 ? v3 : high;
-            beyond[k] = along(seen.normal) - seen.depth[k];
-        }
-        for (uint32_t k = 0; k < K; ++k) {
-            if (leaf.longest[k] == 0)
-                continue; // unused, or a point
-            const bool isEdgeOn = (seen.edgeOn >> k & 1) != 0;
-            const bool maybe = isEdgeOn
-                                   ? -seen.band[k] < inside[k] || outside[k] < seen.band[k]
-                                   : -seen.band[k] < inside[k] && -seen.depthBand[k] < beyond[k];
-            if (!maybe)
-                continue;
-            if (!isEdgeOn && (leaf.triangle[k] & kCutTriangleTag) == 0 &&
-                seen.band[k] < inside[k] && seen.depthBand[k] < beyond[k]) {
+        const G v1 = Seen::along(seen.n1, w), v2 = Seen::along(seen.n2, w),
+                v3 = Seen::along(seen.n3, w),
+                beyond = N::sub(Seen::along(seen.normal, w), seen.depth);
+        const G inside = N::lesser(N::lesser(v1, v2), v3);
+        const G outside = N::greater(N::greater(v1, v2), v3);
+        const G zero = N::splat(0.0f);
+        const uint32_t within = N::less(N::sub(zero, seen.band), inside);
+        // Unused triangles, and points, have no sides.
+        uint32_t maybe = N::less(zero, N::load(leaf.longest)) &
+                         ((seen.edgeOn & (within | N::less(outside, seen.band))) |
+                          (~seen.edgeOn & within & N::less(N::sub(zero, seen.depthBand), beyond)));
+        if (maybe == 0)
+            return;
+        const uint32_t certain =
+            maybe & ~seen.edgeOn & N::less(seen.band, inside) & N::less(seen.depthBand, beyond);
+        for (uint32_t left = certain; left != 0; left &= left - 1)
+            if ((leaf.triangle[__builtin_ctz(left)] & kCutTriangleTag) == 0) {
                 blocked_ |= 1u << lane;
                 lastLeaf_ = index;
                 return;
             }
-            confirm(1u << lane, leaf.triangle[k]);
-            if (blocked_ >> lane & 1)
-                return;
-        }
+        for (; maybe != 0 && (blocked_ >> lane & 1) == 0; maybe &= maybe - 1)
+            confirm(1u << lane, leaf.triangle[__builtin_ctz(maybe)]);
     }
 
     void confirm(uint32_t lanes, uint32_t tagged) {
@@ -394,7 +387,7 @@ private:
 };
 
 template <class V, class N, bool kIsDirectional> void traceAllExactly(ExactWork& work) {
-    static_assert(N::kWidth == kTriangleBvhWidth);
+    static_assert(N::kWidth == kTriangleBvhWidth && N::kWidth == kTrianglesPerLeaf);
     uint32_t lastLeaf = kNoTriangleChild; // often blocks the next packet, too
     for (size_t first = 0; first < work.count; first += V::kWidth) {
         const size_t left = work.count - first;

@@ -4,6 +4,7 @@
 // (truth_ray.h): no offset, so what moves casts contact shadows.
 #pragma once
 
+#include "cuda/mutant.h"
 #include "hybrid/rays/truth_ray.h"
 #include "scenes/batches.h"
 #include "scenes/segment_box.h"
@@ -24,7 +25,7 @@ struct MoverView {
 
     /// Returns whether rays to this light have to be held against movers.
     SDAG_HD bool mayShadow(uint32_t light) const {
-        return !isNearLight.empty() && isNearLight[light] != 0;
+        return !isNearLight.empty() && isNearLight[light] != 0 && !isMutant(Mutant::kMoversIgnored);
     }
 };
 

@@ -3,6 +3,7 @@
 // that shading, its streams and the error analysis agree with.
 #pragma once
 
+#include "cuda/mutant.h"
 #include "hybrid/rays/directional_rays.h"
 #include "hybrid/rays/exact_ray.h"
 #include "hybrid/rays/mover_rays.h"
@@ -171,8 +172,10 @@ SDAG_HD inline bool shortenToBelieved(const RayInputs& inputs, const ShadowPair&
     const VoxelGrid& grid = inputs.dag.grid;
     const double reach = 1.7320508075688774 * grid.voxelSizeWorld;
     const double footprint = pixelFootprintWorld(inputs.detail, pair.positionWorld);
-    const double room = double(inputs.options.believe) * footprint -
-                        double(inputs.options.offset) * reach * (1.0 + 0x1p-10);
+    const float believe =
+        mutated(Mutant::kBeliefTooWide, inputs.options.believe, 4.0f * inputs.options.believe);
+    const double room =
+        double(believe) * footprint - double(inputs.options.offset) * reach * (1.0 + 0x1p-10);
     if (!(reach <= room))
         return false;
     const glm::dvec3 light = grid.voxelFromWorld(glm::dvec3(pair.lightWorld));

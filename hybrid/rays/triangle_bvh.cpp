@@ -2,10 +2,11 @@
 #include "hybrid/rays/triangle_bvh.h"
 
 #include "cuda/error.h"
+#include "cuda/mutant.h"
 #include "hybrid/rays/build_poll.h"
+#include "hybrid/rays/embree_device.h"
+#include "hybrid/rays/embree_version.h"
 #include "hybrid/rays/float_mode.h"
-
-#include <embree3/rtcore.h>
 
 #include <algorithm>
 #include <cmath>
@@ -106,7 +107,10 @@ private:
                 1.0001f * std::max({glm::length(edge1), glm::length(edge2), glm::length(c - b)});
             leaf.sides[i] = 1.0001f * glm::length(edge1) * glm::length(edge2);
             leaf.triangle[i] = t | (geometry_.masks().isCut(t) ? kCutTriangleTag : 0u);
+            leaf.triangle[i] = mutated(Mutant::kExactMasksIgnored, leaf.triangle[i], t);
         }
+        if (bvh_.leaves.empty() && isMutant(Mutant::kExactLeafSkipped))
+            leaf = {};
         bvh_.leaves.push_back(leaf);
         return uint32_t(bvh_.leaves.size() - 1) | kTriangleLeafTag;
     }
@@ -130,11 +134,11 @@ TriangleBvh buildTriangleBvh(const TruthGeometry& geometry, View<const uint32_t>
                          box.max.x, box.max.y, box.max.z, which[i]};
     }
     const EmbreeFloatMode mode;
-    RTCDevice device = rtcNewDevice(nullptr);
-    if (!device)
-        throw Error(ErrorKind::kResource, "Embree cannot start; install libembree 3.13");
+    const RTCDevice device = newEmbreeDevice();
     RTCBVH embreeBvh = rtcNewBVH(device);
     RTCBuildArguments arguments = rtcDefaultBuildArguments();
+    // RTC_BUILD_QUALITY_HIGH, which splits triangles, with room for 0.5 and 1.5 times as many took
+    // 97 to 100 % of the time of frames, and 10 to 15 % more memory.
     arguments.buildQuality = RTC_BUILD_QUALITY_MEDIUM;
     arguments.maxBranchingFactor = kTriangleBvhWidth;
     arguments.maxDepth = kTriangleBvhDepth;

@@ -9,8 +9,9 @@ namespace shadowdag {
 
 /// Children of a node: the 16 lanes that are tested together.
 constexpr uint32_t kTriangleBvhWidth = 8;
-/// Triangles of a leaf: these are prepared for a light together.
-constexpr uint32_t kTrianglesPerLeaf = 4;
+/// Triangles of a leaf: these are prepared for a light together, in lanes. 16 gained 4 % in the
+/// necropolis and lost 3 % in two other scenes.
+constexpr uint32_t kTrianglesPerLeaf = 8;
 /// Nodes on a path at most; deeper hierarchies are refused.
 constexpr uint32_t kTriangleBvhDepth = 32;
 
@@ -27,9 +28,8 @@ struct TriangleBvhNode {
     uint32_t child[kTriangleBvhWidth];
 };
 
-/// Triangles by axis, in the local space. 192 bytes. The first corner lies across from the
-/// longest side. Unused ones have edges of length 0, which no
-/// ray hits.
+/// Triangles by axis, in the local space. 384 bytes. The first corner lies across from the
+/// longest side. Unused ones have edges of length 0, which no ray hits.
 struct TriangleBvhLeaf {
     float corner[3][kTrianglesPerLeaf];
     float edge1[3][kTrianglesPerLeaf]; ///< second corner - first, rounded

@@ -30,6 +30,11 @@ protected:
     }
 };
 
+/// Returns whether the host plays the device (tests/cuda/host): then it is as fast as a CPU.
+inline bool isPlayedByHost(Backend backend) {
+    return backend == Backend::kCuda && deviceName(backend) == "CUDA played by the host";
+}
+
 inline const auto kBothBackends = testing::Values(Backend::kCpu, Backend::kCuda);
 
 /// Returns "cpu" or "cuda" as the last part of the test's name.

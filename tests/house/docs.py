@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks the documents: README's size, every relative link, every mentioned file, the steps of docs/developing.md, the
-numbers of README's claims, and that no merge conflict is left.
+numbers of README's claims, the tests of docs/promises.md, and that no merge conflict is left.
 
     docs.py SOURCE_DIR      checks the tree, after checking itself on planted violations
 """
@@ -20,9 +20,17 @@ HEADING = re.compile(r"^#+ (.*)$", re.MULTILINE)
 # A step of docs/developing.md: a numbered item that starts with a link names the file and, in brackets, an anchor: text
 # that the file holds at the place to edit.
 STEP = re.compile(r"^\d+\. \[`?([^\]`]+)`?\]\(([^)]+)\)(?: \(`([^`]+)`\))?", re.MULTILINE)
+PROMISES = "docs/promises.md"
+# A test as C++, CMake and the checks of this folder declare it, and as docs/promises.md names it.
+TESTS = re.compile(r"^TEST(?:_F|_P)?\(\s*(\w+),\s*(\w+)\)", re.MULTILINE)
+CMAKE_TESTS = re.compile(r"add_test\(NAME ([\w.]+)")
+HOUSE_TESTS = re.compile(r"^sdag_add_check\((\w+)", re.MULTILINE)
+FUZZ_TARGETS = re.compile(r"^set\(targets ([\w\s]+)\)", re.MULTILINE)
+PROMISED_ROW = re.compile(r"^\| (.+) \| (.+) \|$", re.MULTILINE)
+TEST_NAME = re.compile(r"`(\w+\.\w+)`")
 # A key that the reader of a study asks for.
 STUDY_KEY = re.compile(r'\.(?:choices?|flag|list|numbers?|object|required|requiredNumber|settings|texts?)\(\s*"(\w+)"')
-STUDY_KINDS = ("failures", "real", "stability", "ablation")
+STUDY_KINDS = ("failures", "real", "stability", "ablation", "mutants", "adjudication")
 # A path below one of our folders, as comments and documents name it.
 FOLDERS = "cuda|gl|scenes|voxel|shadowmap|hybrid|tools|tests|docs|workflow|cmake"
 MENTION = re.compile(rf"(?<![\w./-])((?:{FOLDERS})/[\w./-]*\w\.(?:h|cpp|cu|py|md|glsl|comp|json))\b(?![*<{{])")
@@ -110,6 +118,27 @@ def check_studies(document, readers):
             if f"`{key}`" not in sections.get(kind, "")]
 
 
+def tests_of(cpp, cmake, house, fuzz):
+    """Returns the names of all tests in these texts."""
+    return ({f"{suite}.{name}" for suite, name in TESTS.findall(cpp)} | set(CMAKE_TESTS.findall(cmake))
+            | {f"House.{name}" for name in HOUSE_TESTS.findall(house)}
+            | {f"Fuzz.{name}" for names in FUZZ_TARGETS.findall(fuzz) for name in names.split()})
+
+
+def check_promises(text, tests):
+    """Returns the promises without a test, and the tests that do not exist."""
+    rows = PROMISED_ROW.findall(re.sub(r"<!-- \w+:begin -->.*?<!-- \w+:end -->", "", text, flags=re.DOTALL))
+    if ("promise", "held by") not in rows:
+        return [f"{PROMISES}: has no table of promises"]
+    violations = []
+    for promise, held in rows:
+        names = TEST_NAME.findall(held)
+        if not names and held not in ("held by", "the same"):
+            violations.append(f"{PROMISES}: no test holds '{promise}'")
+        violations += [f"{PROMISES}: names the test '{name}', which does not exist" for name in names if name not in tests]
+    return violations
+
+
 def check_statuses(guide, help_text):
     """Returns what the user guide and the program's help say differently of exit statuses."""
     in_guide = re.findall(r"^\| (\d) \| (.*?) \|$", guide, re.MULTILINE)
@@ -123,12 +152,22 @@ def claims_of(results):
     """Returns the literal claims of README, from the committed results."""
     def load(name):
         return json.loads((results / name).read_text())
-    runs = {run["label"]: run for run in load("compare-atrium.json")["runs"]}
+    main = load("main.json")["runs"] + load("main_placed.json")["runs"]
+    runs = {run["label"]: run for run in main if run["scene"] == "builtin:atrium"}
+    over = {label: sorted(run["time_over_embree"] for run in main if run["label"] == label) for label in ("dag believe none", "maps", "maps warm")}
+    warm_wrong = sorted(100.0 * (run["false_shadow_count"] + run["false_light_count"]) / run["pair_count"] for run in main
+                        if run["label"] == "maps warm")
     labels = ("dag believe none", "embree", "dag 4096^3 believe all", "maps")
     exact, embree, dag, maps = (runs[label] for label in labels)
     validations = [load(path.name) for path in sorted(results.glob("validate-*-dag-none.json"))]
     wrong = sum(v["false_shadow_count"] + v["false_light_count"] for v in validations)
-    rates = {r["tracer"]: r["megarays_per_s"] for r in load("bench-voxel-atrium-4096.json")["rates"] if r["order"] == "cluster"}
+    disputes = {(v["scene"], v["disputed"]["frame_pair_count"]): v["disputed"]
+                for name in ("adjudication.json", "adjudication_real.json") for v in load(name)["verdicts"]}
+    asked = [disputes.get((v["scene"].removeprefix("builtin:").removesuffix(".glb"), v["pair_count"])) for v in validations]
+    ambiguous = sum(d["ambiguous_count"] for d in asked if d)
+    bench = load("bench-voxel-atrium-4096.json")
+    rates = {r["tracer"]: r["megarays_per_s"] for r in bench["rates"] if r["order"] == "cluster"}
+    of_pair = {m["method"]: m["ns_per_pair"] for m in bench["frame"]["methods"]}
     mebibytes = [(run["dag_bytes"] + run["map_bytes"] + run.get("exact_bytes", 0)) / 2.0**20 for run in (exact, embree, dag, maps)]
     return [
         f"{exact['time_ms']:.0f} ms by rays that believe no voxel, {embree['time_ms']:.0f} ms by Embree's packets, "
@@ -136,7 +175,13 @@ def claims_of(results):
         "{:.5f}, {:.5f}, {:.4f} and {:.4f}".format(*(run["mean_abs_visibility_error"] for run in (exact, embree, dag, maps))),
         "{:.1f}, {:.1f}, {:.1f} and {:.1f} MiB".format(*mebibytes),
         "all but {} of {} pairs".format(wrong, f"{sum(v['pair_count'] for v in validations):,}".replace(",", " ")),
-        f"{rates['traceStream AVX-512']:.2f} million rays",
+        "the adjudicator](docs/adjudicator.md#results) finds {} of these ambiguous".format("all" if ambiguous == wrong else ambiguous),
+        "{:.2f} to {:.2f} times as long as Embree's frame".format(over["dag believe none"][0], over["dag believe none"][-1]),
+        "{:.2f} to {:.2f} times as long when they are drawn anew, {:.2f} to {:.2f} times when a frame of the same view left them".format(
+            over["maps"][0], over["maps"][-1], over["maps warm"][0], over["maps warm"][-1]),
+        "{:.2f} to {:.1f} % of the pairs wrong".format(warm_wrong[0], warm_wrong[-1]),
+        f"{of_pair['exact streams']:.0f} ns a pair, `rtcOccluded16` takes {of_pair['rtcOccluded16']:.0f}",
+        f"{rates['traceStream AVX2']:.2f} million rays",
         f"`rtcOccluded1` traces {rates['rtcOccluded1']:.2f}, `rtcOccluded16` {rates['rtcOccluded16']:.2f}",
         f"NanoVDB's HDDA {rates['NanoVDB HDDA']:.2f}",
     ]
@@ -171,7 +216,12 @@ def check(root, claims):
 def check_against_sources(root):
     """Returns where documents differ from the sources that they describe."""
     readers = {kind: read(root, f"tools/studies/{kind}_study.cpp") for kind in STUDY_KINDS}
+    cpp, cmake = ("\n".join(read(root, path) for path in project_files(root)
+                            if path.parts[0] == "tests" and (path.suffix == suffix or path.name == suffix))
+                  for suffix in (".cpp", "CMakeLists.txt"))
+    tests = tests_of(cpp, cmake, read(root, "tests/house/CMakeLists.txt"), read(root, "tests/fuzz/CMakeLists.txt"))
     return (check_studies(read(root, "docs/studies.md"), readers)
+            + check_promises(read(root, PROMISES), tests)
             + check_statuses(read(root, "docs/user_guide.md"), read(root, "tools/settings/command_line.cpp")))
 
 
@@ -204,6 +254,12 @@ def self_test():
     readers = {"real": 'reader.required("name"); reader.text("said", a); reader.numbers("unsaid", b);'}
     found = check_studies("# Studies\n## real\n| `said` |\n## other\n`unsaid`\n", readers)
     expect(found == ["docs/studies.md: '## real' does not describe the key 'unsaid'"], f"got {found}")
+    tests = tests_of("TEST(A, IsSo)\nTEST_P(B, Too) {", "add_test(NAME C.c COMMAND x)", "sdag_add_check(D x)", "set(targets e\nf)")
+    expect(tests == {"A.IsSo", "B.Too", "C.c", "House.D", "Fuzz.e", "Fuzz.f"}, f"tests {tests}")
+    promises = "| promise | held by |\n|---|---|\n| one | `A.IsSo`, `A.IsGone` |\n| two | hope |\n| three | the same |\n"
+    found = check_promises(promises, tests)
+    expect(len(found) == 2 and "'A.IsGone'" in found[0] and "'two'" in found[1], f"promises {found}")
+    expect(len(check_promises("none", tests)) == 1, "a page without promises")
     table = "| 0 | done |\n| 1 | wrong usage, or `fit` |\n"
     equal = '    "Exit status:\\n"\n    "  0 done\\n"\n    "  1 wrong usage, or fit\\n"\n'
     expect(not check_statuses(table, equal), "equal statuses")

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiles every header alone: each includes what it uses.
 
-    headers_alone.py SOURCE_DIR [--built] [--cuda-include DIR] -- COMPILER [FLAG...]
+    headers_alone.py SOURCE_DIR [--built] [--cuda-include DIR] [--without FOLDER] -- COMPILER [FLAG...]
 
 With --built, the build also compiles sources one by one, so that a header that its own x.cpp includes first is compiled
-alone there, and is skipped here. Headers that include the CUDA runtime are skipped, by name, if no toolkit is given. A
-compiler cache in front of COMPILER makes the second run fast; for that objects are written and -fsyntax-only is not
-used.
+alone there, and is skipped here. Headers that include the CUDA runtime are skipped, by name, if no toolkit is given,
+and so are those of the folder of --without, whose library is missing. A compiler cache in front of COMPILER makes the
+second run fast; for that objects are written and -fsyntax-only is not used.
 """
 import concurrent.futures
 import os
@@ -43,11 +43,11 @@ def compile_alone(root, header, command, folder):
     return "\n".join(lines[:8]) if result.returncode else ""
 
 
-def check(root, command, cuda_include, folder, is_built):
+def check(root, command, cuda_include, folder, is_built, without=None):
     """Returns the violations, the number of headers compiled, those skipped, and how many the build compiles."""
     every = [path for path in code_files(root) if path.suffix == ".h"]
     headers = [path for path in every if not (is_built and proven_by_build(root, path))]
-    skipped = [h for h in headers if not cuda_include and needs_cuda(root, h)]
+    skipped = [h for h in headers if h.parts[0] == without or not cuda_include and needs_cuda(root, h)]
     chosen = [h for h in headers if h not in skipped]
     if cuda_include:
         command = [*command, "-isystem", cuda_include]
@@ -77,13 +77,14 @@ def self_test(command, folder):
 
 if __name__ == "__main__":
     own, compiler = sys.argv[1:sys.argv.index("--")], sys.argv[sys.argv.index("--") + 1:]
+    absent = own[own.index("--without") + 1] if "--without" in own else None
     cuda = own[own.index("--cuda-include") + 1] if "--cuda-include" in own else None
     with tempfile.TemporaryDirectory() as objects:
         self_test(compiler, objects)
         found, count, left_out, left_to_build = check(pathlib.Path(own[0]).resolve(), compiler, cuda, objects,
-                                                      "--built" in own)
+                                                      "--built" in own, absent)
     for name in left_out:
-        print(f"skipped: {name} needs the CUDA toolkit")
+        print(f"skipped: {name} needs " + (f"what {absent}/ is built with" if name.parts[0] == absent else "the CUDA toolkit"))
     if left_to_build:
         print(f"skipped: {left_to_build} headers that their own sources include first: the build compiles them")
     sys.exit(report("headers alone", found, count))

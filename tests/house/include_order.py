@@ -13,7 +13,7 @@ import tempfile
 
 from sources import code_files, expect, read, report
 
-# cuda <- gl <- scenes <- { voxel, shadowmap } <- hybrid <- tools <- tests
+# cuda <- gl <- scenes <- { voxel, shadowmap } <- hybrid <- tools <- { examples, python } <- tests
 MAY_INCLUDE = {
     "cuda": {"cuda"},
     "gl": {"cuda", "gl"},
@@ -22,7 +22,9 @@ MAY_INCLUDE = {
     "shadowmap": {"cuda", "gl", "scenes", "shadowmap"},
     "hybrid": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid"},
     "tools": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid", "tools"},
-    "tests": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid", "tools", "tests"},
+    "examples": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid", "tools", "examples"},
+    "python": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid", "tools", "python"},
+    "tests": {"cuda", "gl", "scenes", "voxel", "shadowmap", "hybrid", "tools", "examples", "python", "tests"},
 }
 
 # Rooms of a folder, each with the rooms that it may include. Files beside the rooms belong to the room given for ".".
@@ -56,18 +58,23 @@ THIRD_PARTY = {
     r"glm/.*": set(MAY_INCLUDE),
     r"cuda_runtime(_api)?\.h|cuda/.*|cub/.*|thrust/.*|cooperative_groups.*": {"cuda"},
     r"oneapi/tbb.*|tbb/.*": {"cuda"},
-    r"tiny_gltf\.h|meshoptimizer\.h|xxhash\.h|jpeglib\.h|jerror\.h": {"scenes"},
+    r"tiny_gltf\.h|meshoptimizer\.h|xxhash\.h|draco/.*|jpeglib\.h|jerror\.h": {"scenes"},
     r"stb/?.*|stb_.*\.h": {"scenes", "tools"},
     r"openvdb/.*|nanovdb/.*|zstd.*\.h|hwy/.*": {"voxel"},
-    r"embree\d/.*|muParser.*\.h": {"hybrid"},
+    r"muParser.*\.h": {"hybrid"},
+    r"embree\d/.*": {"hybrid", "examples"},
     r"CLI/.*|nlohmann/.*|OpenEXR/.*|Imf.*\.h|Imath/.*|half\.h|GLFW/.*|X11/.*|imgui.*\.h|backends/imgui.*": {"tools"},
     r"epoxy/.*": {"gl", "tools"},
+    r"pybind11/.*": {"python"},
+    r"zlib\.h|sanitizer/.*": set(),
     r"gtest/.*|gmock/.*|benchmark/.*|boost/.*": set(),
 }
+# Header pattern -> the one file that includes it, for tests too, because it knows what versions differ in.
+ONE_FILE = {r"embree\d/.*": "hybrid/rays/embree_version.h"}
 # A standard header has neither dot nor slash; these are the C and POSIX headers of the system.
 SYSTEM = re.compile(r"[a-z0-9_]+|(sys|linux|arpa|netinet)/\w+\.h|"
-                    r"(unistd|fcntl|dirent|dlfcn|errno|signal|time|stdio|stdlib|string|math|stdint|"
-                    r"(x|p|e|t|s|n|w|i|a)mmintrin|immintrin|cpuid|xmmintrin|termios|pthread|sched|malloc|execinfo|spawn|poll|glob|ftw)\.h")
+                    r"(unistd|fcntl|dirent|dlfcn|errno|signal|time|stdio|stddef|stdlib|string|math|stdint|"
+                    r"(x|p|e|t|s|n|w|i|a)mmintrin|immintrin|cpuid|xmmintrin|termios|pthread|sched|malloc|execinfo|spawn|poll|glob|ftw|ucontext|cxxabi)\.h")
 # Written into the build folder by the folder's CMakeLists.txt.
 GENERATED = {"tools/provenance_values.h", "tools/studies/shipped_studies.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)')
@@ -144,6 +151,9 @@ def check_file(root, path):
             folders = third_party_folders(angled)
             if folders is None:
                 violations.append(f"{where} <{angled}> is in no row of the table in tests/house/include_order.py")
+            elif (one := next((one for pattern, one in ONE_FILE.items() if re.fullmatch(pattern, angled)), None)) \
+                    not in (None, path.as_posix()) and folder != "examples":
+                violations.append(f'{where} <{angled}> is included by "{one}" alone; include that')
             elif folder not in folders and folder != "tests":
                 violations.append(f"{where} {folder}/ may not include <{angled}>: "
                                   f"it is at home in {', '.join(sorted(folders)) or 'tests'}")
@@ -197,7 +207,8 @@ def self_test():
         "shadowmap/d.h": ('#include <zstd.h>\n', "at home in voxel"),
         "shadowmap/e.cpp": ('#include "voxel/c.h"\n', "does not stand before"),
         "hybrid/judge/f.cpp": ('#include <openvdb/openvdb.h>\n', "at home in voxel"),
-        "hybrid/judge/g.cpp": ('#include <embree3/rtcore.h>\n#include <sys/mman.h>\n', None),
+        "hybrid/rays/embree_version.h": ('#include <embree3/rtcore.h>\n#include <sys/mman.h>\n', None),
+        "hybrid/judge/g.cpp": ('#include <embree4/rtcore.h>\n', 'by "hybrid/rays/embree_version.h" alone'),
         "scenes/h.cpp": ('#include "b.h"\n', "no path from the root"),
         "scenes/i.cpp": ('#include <vector>\n#include "scenes/b.h"\n', "project include after std"),
         "scenes/j.cpp": ('#include <surprise/all.hpp>\n', "in no row"),
@@ -205,7 +216,9 @@ def self_test():
         "tools/k.cpp": ('#include <tbb/parallel_for.h>\n', "at home in cuda"),
         "tools/l.cpp": ('#include <gtest/gtest.h>\n', "at home in tests"),
         "tests/voxel/m_test.cpp": ('#include "hybrid/g.h"\n#include <openvdb/openvdb.h>\n', "no path"),
-        "tests/voxel/c_test.cpp": ('#include "voxel/c.h"\n#include "cuda/a.h"\n#include <embree3/rtcore.h>\n', None),
+        "tests/voxel/c_test.cpp": ('#include "voxel/c.h"\n#include "cuda/a.h"\n#include <openvdb/openvdb.h>\n', None),
+        "tests/voxel/t_test.cpp": ('#include <embree3/rtcore.h>\n', "alone"),
+        "examples/u.cpp": ('#include <embree3/rtcore.h>\n', None),
         "extra/n.cpp": ("", "sources live in"),
         "hybrid/frame/o.h": ('#include "hybrid/gl/p.h"\n', "hybrid/gl/ does not stand before it"),
         "hybrid/gl/p.h": ('#include "hybrid/frame.h"\n#include "hybrid/frame/o.h"\n', None),

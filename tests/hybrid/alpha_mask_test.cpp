@@ -103,7 +103,7 @@ TEST(AlphaMaskTruth, AChequerBoardsUmbraIsTwiceItsSquares) {
             expected.push_back(isDark);
         }
     EXPECT_GT(darkCount, 10000u);
-    for (const EmbreeCall call : kEmbreeCalls)
+    for (const EmbreeCall call : embreeCalls())
         EXPECT_EQ(baseline.occluded(call, segments), expected) << embreeCallName(call);
     // The first blocker of a ray through a hole is what stands behind it.
     EXPECT_EQ(truth.traceFirst(truth.segmentRay({0.1f, 4, 0.3f}, {0.1f, -1, 0.3f})) / 2, 0u);

@@ -174,6 +174,28 @@ TEST(Frame, MeasuredCostsNameEveryMapAndRouteTheOracle) {
     }
 }
 
+// A warm frame draws nothing again, answers as a cold one, and a cold one follows from nothing.
+TEST(Frame, AWarmFrameKeepsItsMaps) {
+    Stage stage(blockerScene(kManyLights), 5);
+    const auto maps = makeCostModel("texels:0");
+    FrameOptions options = smallFrame();
+    options.recordPairs = true;
+    options.start = FrameStart::kCold;
+    const FrameResult cold = renderFrom(stage.renderer, roomCamera(), *maps, options);
+    EXPECT_GT(cold.counts.maps.triangleDrawCount, 0u);
+    EXPECT_EQ(cold.counts.maps.keptMapCount, 0u);
+    options.start = FrameStart::kWarm;
+    const FrameResult warm = renderFrom(stage.renderer, roomCamera(), *maps, options);
+    EXPECT_EQ(warm.counts.maps.triangleDrawCount, 0u);
+    EXPECT_EQ(warm.counts.maps.keptMapCount, warm.maps.size());
+    EXPECT_EQ(warm.visibility, cold.visibility);
+    EXPECT_EQ(warm.color, cold.color);
+    options.start = FrameStart::kCold;
+    EXPECT_EQ(
+        renderFrom(stage.renderer, roomCamera(), *maps, options).counts.maps.triangleDrawCount,
+        cold.counts.maps.triangleDrawCount);
+}
+
 TEST(Frame, WithoutLightsShowsTheUnlitWorld) {
     Stage stage(blockerScene({}), 5);
     const FrameResult frame =

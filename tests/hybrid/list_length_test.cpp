@@ -40,7 +40,7 @@ protected:
         return cameras;
     }
 
-    static constexpr size_t kRoomForAll = size_t(1) << 20;
+    static constexpr size_t kRoomForAll = size_t(1) << 17;
 
     const Scene scene = lit();
     const World world{scene, {}};
@@ -54,7 +54,7 @@ TEST_P(GuessedListsOn, GiveTheFramesOfReadLengths) {
                 FrameOptions options = smallFrame();
                 options.width = 112;
                 options.height = 72;
-                options.maxFaceTexels = 256; // lists are of pages and triangles, not of texels
+                options.maxFaceTexels = 64; // lists are of pages and triangles, not of texels
                 options.clusterBounds = bounds;
                 options.maps.useAtomicRasterizer = spare == 1; // as a device draws
                 FrameRenderer asking(GetParam(), world, dag), guessing(GetParam(), world, dag);

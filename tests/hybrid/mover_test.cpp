@@ -60,7 +60,7 @@ TEST(Movers, CastTheirShadowAsInTheClosedFormAtEveryTime) {
                     insidePlate(gbuffer.positionWorld[s], light, time, kPlateHeight + 0.02);
                 const double bottom =
                     insidePlate(gbuffer.positionWorld[s], light, time, kPlateHeight);
-                // The light stands above: whoever misses both faces by more than a thickness
+                // The light stands above: a ray that misses both faces by more than a thickness
                 // misses the plate.
                 if (top > 1e-5 || bottom > 1e-5) {
                     EXPECT_EQ(rays.frame.visibility[p], 0);

@@ -2,9 +2,11 @@
 #include "scenes/batches.h"
 
 #include "cuda/backend.h"
+#include "cuda/cancel.h"
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <random>
 
 namespace shadowdag {
@@ -101,6 +103,36 @@ TEST(BatchSet, BatchesAreCompact) {
     for (const Box& box : set.view().boxesWorld)
         sum += glm::length(box.extent());
     EXPECT_LT(sum / double(set.size()), 1.3 * 11.4);
+}
+
+// Of equal boxes each cluster prefers the one before it; of growing ones, too.
+TEST(BatchSet, ChainsOfPreferenceTakeFewRounds) {
+    constexpr uint32_t kCount = 20'000;
+    static std::atomic<size_t> pollCount;
+    for (const bool isPile : {true, false})
+        for (const BatchCut cut : {BatchCut::kFull, BatchCut::kSubtree}) {
+            SCOPED_TRACE(isPile);
+            Triangles t;
+            for (uint32_t i = 0; i < kCount; ++i) {
+                // Exact in floats: 2^-20 apart, or distances that grow.
+                const float at = float(i) * 0x1p-20f, size = isPile ? 6.0f : 1.0f + 8.0f * at;
+                t.positions.insert(t.positions.end(), {{at, at, 0}, {size, at, 1}, {at, size, 3}});
+                t.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+                t.instances.push_back(0);
+            }
+            pollCount = 0;
+            setCpuPoll([](double) { ++pollCount; });
+            BatchOptions options;
+            options.cut = cut;
+            const BatchSet set(t.view(), t.instances, options);
+            setCpuPoll(nullptr);
+            expectPartition(t, set);
+            // A round polls once in 1024 clusters: fewer than 50 rounds of all of them.
+            EXPECT_LT(pollCount, 50u * (kCount / 1024 + 1));
+            if (cut == BatchCut::kFull) {
+                EXPECT_LT(set.view().batches.count, kCount / 64);
+            }
+        }
 }
 
 TEST(BatchSet, SameForOneAndTwoThreads) {

@@ -61,9 +61,8 @@ RTCRayHit EmbreeWorld::trace(const glm::vec3& origin, const glm::vec3& direction
     hit.ray.tfar = std::numeric_limits<float>::infinity();
     hit.ray.mask = ~0u;
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(scene_, &context, &hit);
+    EmbreeQuery query(/*isCoherent=*/false);
+    embreeIntersect1(scene_, query, &hit);
     return hit;
 }
 
@@ -74,9 +73,8 @@ bool EmbreeWorld::blocked(const glm::vec3& from, const glm::vec3& to) const {
     ray.dir_x = d.x, ray.dir_y = d.y, ray.dir_z = d.z;
     ray.tfar = 1.0f;
     ray.mask = ~0u;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcOccluded1(scene_, &context, &ray);
+    EmbreeQuery query(/*isCoherent=*/false);
+    embreeOccluded1(scene_, query, &ray);
     return ray.tfar < 0.0f;
 }
 

@@ -2,9 +2,8 @@
 // Embree's results for one frame of a scene, for the tests of the built-in scenes.
 #pragma once
 
+#include "hybrid/rays/embree_version.h"
 #include "scenes/world.h"
-
-#include <embree3/rtcore.h>
 
 namespace shadowdag {
 

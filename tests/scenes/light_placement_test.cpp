@@ -4,7 +4,10 @@
 #include "cuda/cancel.h"
 #include "scenes/camera_placement.h"
 #include "scenes/gltf.h"
+#include "scenes/triangle_tree.h"
+#include "scenes/warning.h"
 #include "tests/scenes/gltf_files.h"
+#include "tests/scenes/overlaps.h"
 #include "tests/scenes/room.h"
 
 #include <gtest/gtest.h>
@@ -125,6 +128,57 @@ TEST(LightPlacement, ManyCoincidentTrianglesTakeNoLongerThanOthers) {
     // The surfaces' areas have other rounding: equal kinds of places, not equal places.
     EXPECT_EQ(placeLights(World(scene, {}), 20, 3).size(),
               placeLights(World(room, {}), 20, 3).size());
+}
+
+static std::vector<std::string> heardWarnings;
+
+// Decals, copies that lie almost on each other, fans and hedges of real exports.
+TEST(LightPlacement, OverlappingTrianglesTakeBoundedWorkAndAWarning) {
+    setWarningListener([](const std::string& text) { heardWarnings.push_back(text); });
+    for (const test::Overlap kind :
+         {test::Overlap::kPile, test::Overlap::kFan, test::Overlap::kAxis}) {
+        SCOPED_TRACE(int(kind));
+        Scene scene = test::room({0, 0, 0}, {8, 3, 5});
+        test::addOverlap(scene.meshes[0], kind, 20'000);
+        const World world(scene, {});
+        heardWarnings.clear();
+        QueryCost cost;
+        EXPECT_EQ(placeLights(world, 4, 1, &cost).size(), 4u);
+        // 512 places of 27 rays, 13 lines of sight and 26 rays of the rooms, 1024 samples of 96
+        // lines of sight, and of each light 64 tries of 28 queries.
+        EXPECT_LE(cost.queryCount, 512u * (27 + 13 + 26) + 1024 * 96 + 4 * 64 * 28);
+        EXPECT_LE(cost.stepCount,
+                  cost.queryCount * (TriangleTree::kFewQuerySteps + 8) +
+                      uint64_t(TriangleTree::kMaxLongCuts) * TriangleTree::kMaxQuerySteps);
+        EXPECT_GT(cost.cutCount, 0u);
+        ASSERT_EQ(heardWarnings.size(), 1u);
+        EXPECT_NE(heardWarnings[0].find("lights were cut short"), std::string::npos);
+        if (kind != test::Overlap::kPile)
+            continue;
+        heardWarnings.clear();
+        EXPECT_EQ(placeCameras(world, 1, &cost).size(), 1u);
+        EXPECT_LE(cost.queryCount, 300'000u);
+        EXPECT_LE(cost.stepCount,
+                  cost.queryCount * (TriangleTree::kFewQuerySteps + 8) +
+                      uint64_t(TriangleTree::kMaxLongCuts) * TriangleTree::kMaxQuerySteps);
+        ASSERT_EQ(heardWarnings.size(), 1u);
+        EXPECT_NE(heardWarnings[0].find("cameras were cut short"), std::string::npos);
+    }
+    setWarningListener(nullptr);
+}
+
+TEST(LightPlacement, OrdinaryScenesTakeNoWarning) {
+    setWarningListener([](const std::string& text) { heardWarnings.push_back(text); });
+    heardWarnings.clear();
+    const Scene scene = test::hallInShell();
+    const World world(scene, {});
+    QueryCost cost;
+    placeLights(world, 20, 1, &cost);
+    placeCameras(world, 2);
+    setWarningListener(nullptr);
+    EXPECT_TRUE(heardWarnings.empty()) << heardWarnings[0];
+    EXPECT_GT(cost.queryCount, 10'000u);
+    EXPECT_EQ(cost.cutCount, 0u);
 }
 
 TEST(LightPlacement, CanBeCancelledAtAnyTime) {

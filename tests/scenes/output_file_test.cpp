@@ -7,7 +7,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
@@ -120,6 +124,63 @@ TEST(OutputFile, FullDiskIsReportedAndLeavesNoFile) {
                                         testing::HasSubstr("too large")));
     EXPECT_EQ(content(folder.path("a")), "old");
     EXPECT_EQ(fileCount(folder), 1u);
+}
+
+/// Returns the number of a process that has ended.
+pid_t endedProcess() {
+    const pid_t child = fork();
+    if (child == 0)
+        _exit(0);
+    waitpid(child, nullptr, 0);
+    return child;
+}
+
+TEST(OutputFile, WhatKilledProcessesLeftOfItIsRemoved) {
+    const test::TemporaryFolder folder;
+    const std::string mark = ".tmp-" + std::to_string(endedProcess()) + "-";
+    folder.write("a" + mark + "0", "half");
+    folder.write("a" + mark + "17", "half");
+    OutputFile(folder.path("a"));
+    EXPECT_EQ(fileCount(folder), 0u);
+}
+
+TEST(OutputFile, FilesThatMayHaveAWriterAreNotRemoved) {
+    const test::TemporaryFolder folder;
+    const std::string gone = ".tmp-" + std::to_string(endedProcess()) + "-";
+    folder.write("a.tmp-1-0", "of a process that runs");
+    folder.write("b" + gone + "0", "of another output");
+    folder.write("a" + gone + "x", "no name of ours");
+    folder.write("a.tmp-0-0", "of no process");
+    folder.write("a.tmp-99999999999-0", "of no process");
+    // A writer in another container or on another machine, whose number is that of none here.
+    const std::string locked = folder.write("a" + gone + "0", "half");
+    const int file = open(locked.c_str(), O_RDWR);
+    ASSERT_EQ(flock(file, LOCK_EX), 0);
+    OutputFile(folder.path("a"));
+    EXPECT_EQ(fileCount(folder), 6u);
+    close(file);
+}
+
+TEST(OutputFile, LocksWhatItWrites) {
+    const test::TemporaryFolder folder;
+    OutputFile output(folder.path("a"));
+    const int file = open(output.temporaryPath().c_str(), O_RDWR);
+    EXPECT_NE(flock(file, LOCK_EX | LOCK_NB), 0);
+    close(file);
+}
+
+TEST(OutputFile, DoesNotTakeAFileThatAnEarlierProcessOfItsNumberLeft) {
+    const test::TemporaryFolder folder;
+    std::string next;
+    {
+        const OutputFile first(folder.path("a"));
+        const std::string path = first.temporaryPath();
+        const size_t dash = path.rfind('-');
+        next = path.substr(0, dash + 1) + std::to_string(std::stoi(path.substr(dash + 1)) + 1);
+    }
+    folder.write(std::filesystem::path(next).filename(), "another's");
+    OutputFile(folder.path("a")).commit();
+    EXPECT_EQ(content(next), "another's");
 }
 
 TEST(OutputFile, FailedRenameIsReported) {

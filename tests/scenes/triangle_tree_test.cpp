@@ -2,6 +2,9 @@
 // The tree against all triangles one by one.
 #include "scenes/triangle_tree.h"
 
+#include "scenes/warning.h"
+#include "tests/scenes/overlaps.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -69,6 +72,32 @@ TEST(TriangleTree, AgreesWithAllTrianglesOneByOne) {
     }
 }
 
+TEST(TriangleTree, ReachLeavesOutWhatIsFarther) {
+    const Soup soup(7, 500, 1.0f, 1.0f);
+    const TriangleTree tree(soup.view(), soup.bounds);
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> uniform(-1.5f, 1.5f);
+    int hitCount = 0;
+    for (int i = 0; i < 300; ++i) {
+        const glm::vec3 p(uniform(random), uniform(random), uniform(random));
+        const glm::vec3 direction =
+            glm::normalize(glm::vec3(uniform(random), uniform(random), uniform(random)));
+        const TriangleTree::Hit first = tree.trace(p, direction);
+        if (!std::isfinite(first.distance)) {
+            EXPECT_FALSE(tree.isBlocked(p, direction, 1e9f));
+            continue;
+        }
+        ++hitCount;
+        const float beyond = std::nextafter(first.distance, 1e9f);
+        EXPECT_TRUE(tree.isBlocked(p, direction, beyond));
+        EXPECT_FALSE(tree.isBlocked(p, direction, first.distance));
+        EXPECT_EQ(tree.trace(p, direction, beyond).distance, first.distance);
+        EXPECT_EQ(tree.trace(p, direction, beyond).triangle, first.triangle);
+        EXPECT_TRUE(std::isinf(tree.trace(p, direction, first.distance).distance));
+    }
+    EXPECT_GT(hitCount, 100);
+}
+
 TEST(TriangleTree, CoincidentTrianglesAreKeptOnce) {
     const std::vector<glm::vec3> positions = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {0, 0, 4}};
     std::vector<glm::uvec3> triangles(100'000, glm::uvec3(0, 1, 2));
@@ -101,6 +130,85 @@ TEST(TriangleTree, LargeTrianglesCostNoMoreThanSmallOnes) {
     const TriangleTree tree({viewOf(positions), viewOf(triangles)}, bounds);
     EXPECT_EQ(tree.distinctCount(), triangles.size());
     EXPECT_LT(tree.trace({50, 50, 49}, {0, 0, 1}).distance, 10.0f);
+}
+
+// A step more than the limit is a node, and a leaf's triangles.
+constexpr uint64_t kStepsBeyond = 8;
+
+TEST(TriangleTree, QueriesEndAfterTheirStepsWhateverOverlaps) {
+    for (const test::Overlap kind : {test::Overlap::kPile, test::Overlap::kSlivers}) {
+        SCOPED_TRACE(int(kind));
+        Mesh mesh;
+        addOverlap(mesh, kind, 20'000);
+        Box bounds;
+        for (const glm::vec3& p : mesh.positions)
+            bounds.add(p);
+        const TriangleTree tree({viewOf(mesh.positions), viewOf(mesh.triangles)}, bounds);
+        EXPECT_GT(tree.distinctCount(), 4'000u); // of the pile, floats tell apart one in four
+        std::mt19937 random(1);
+        std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
+        QueryCost before;
+        for (int i = 0; i < 20'000 && before.cutCount < TriangleTree::kMaxLongCuts + 200; ++i) {
+            const glm::vec3 p(8 * uniform(random), 3 * uniform(random), 5 * uniform(random));
+            const glm::vec3 d =
+                glm::normalize(glm::vec3(uniform(random), uniform(random), uniform(random)) - 0.5f);
+            bool isBlocked = false;
+            if (i % 3 == 0)
+                tree.trace(p, d);
+            else if (i % 3 == 1)
+                isBlocked = tree.isBlocked(p, d, 4.0f);
+            else
+                tree.distance(p, 0.5f);
+            const QueryCost after = tree.cost();
+            if (i % 3 == 1 && after.cutCount > before.cutCount) {
+                EXPECT_TRUE(isBlocked) << "query " << i;
+            }
+            const uint64_t most = before.cutCount < TriangleTree::kMaxLongCuts
+                                      ? TriangleTree::kMaxQuerySteps
+                                      : TriangleTree::kFewQuerySteps;
+            ASSERT_EQ(after.queryCount, before.queryCount + 1);
+            ASSERT_LE(after.stepCount, before.stepCount + most + kStepsBeyond) << "query " << i;
+            before = after;
+        }
+        EXPECT_GT(before.cutCount, TriangleTree::kMaxLongCuts); // both limits were met
+    }
+}
+
+// All of the pile is within 2 mm: any of it is a good answer.
+TEST(TriangleTree, ACutQueryFindsAPile) {
+    Mesh mesh;
+    addOverlap(mesh, test::Overlap::kPile, 20'000);
+    const std::vector<glm::uvec3> one{mesh.triangles[0]};
+    const Box bounds{{0, 0, 0}, {8, 3, 5}};
+    const TriangleTree tree({viewOf(mesh.positions), viewOf(mesh.triangles)}, bounds),
+        single({viewOf(mesh.positions), viewOf(one)}, bounds);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<float> uniform(0.0f, 1.0f);
+    int hitCount = 0;
+    for (int i = 0; i < 6'000; ++i) {
+        const glm::vec3 p(1 + 6 * uniform(random), 3, 1 + 3 * uniform(random));
+        const float expected = single.trace(p, {0, -1, 0}).distance;
+        if (!std::isfinite(expected))
+            continue;
+        ++hitCount;
+        EXPECT_NEAR(tree.trace(p, {0, -1, 0}).distance, expected, 2.1e-3f) << i;
+        EXPECT_TRUE(tree.isBlocked(p, {0, -1, 0}, expected + 0.01f)) << i;
+    }
+    EXPECT_GT(hitCount, 1'000);
+    EXPECT_GT(tree.cost().cutCount, 1'000u);
+}
+
+TEST(TriangleTree, CutQueriesAreReported) {
+    static std::vector<std::string> heard;
+    heard.clear();
+    setWarningListener([](const std::string& text) { heard.push_back(text); });
+    warnOfCutQueries({1000, 50'000, 0}, "lights");
+    EXPECT_TRUE(heard.empty());
+    warnOfCutQueries({1000, 50'000, 7}, "lights");
+    setWarningListener(nullptr);
+    ASSERT_EQ(heard.size(), 1u);
+    EXPECT_NE(heard[0].find("7 of 1000 rays that place lights were cut short"), std::string::npos)
+        << heard[0];
 }
 
 // Exact scaling by a power of two, up to the largest coordinate, shows that nothing overflows.

@@ -39,13 +39,15 @@ TEST(RasterizeLanes, RowsEndAsInTheSharedCode) {
         t.x0 = int32_t(rng() % uint32_t(n));
         t.x1 = t.x0 + int32_t(rng() % uint32_t(n - t.x0));
         const int32_t y = int32_t(rng() % uint32_t(n));
+        const uint32_t edges = trial % 5 ? 7u : rng() % 8; // the others count as met everywhere
         avx2::RowSpans spans;
-        avx2::spanRows(t, rEx, y, n, spans);
+        avx2::spanRows(t, rEx, y, n, t.x0, t.x1, edges, spans);
         for (int i = 0; i < 4; ++i) {
             int32_t first = t.x0, last = t.x1;
             for (int k = 0; k < 3; ++k)
-                narrowSpan(t.ex[k], t.ey[k] * double(2 * (y + i) + 1 - n) + t.e0[k], t.tolerance[k],
-                           rEx[k], n, first, last);
+                if (edges >> k & 1u)
+                    narrowSpan(t.ex[k], t.ey[k] * double(2 * (y + i) + 1 - n) + t.e0[k],
+                               t.tolerance[k], rEx[k], n, first, last);
             const bool isEmpty = first > last;
             ASSERT_EQ(spans.first[i] > spans.last[i], isEmpty) << trial;
             if (isEmpty)

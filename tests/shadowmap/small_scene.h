@@ -3,10 +3,9 @@
 // Embree.
 #pragma once
 
+#include "hybrid/rays/embree_version.h"
 #include "scenes/batches.h"
 #include "shadowmap/shadow_maps.h"
-
-#include <embree3/rtcore.h>
 
 #include <cmath>
 #include <random>
@@ -174,8 +173,7 @@ public:
     /// Returns the first hit of origin + t d for t in (tNear, tFar), as t; infinity for none.
     float firstHit(const glm::vec3& origin, const glm::vec3& d, float tNear, float tFar,
                    uint32_t* triangle = nullptr) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
+        EmbreeQuery query(/*isCoherent=*/false);
         RTCRayHit hit{};
         hit.ray.org_x = origin.x, hit.ray.org_y = origin.y, hit.ray.org_z = origin.z;
         hit.ray.dir_x = d.x, hit.ray.dir_y = d.y, hit.ray.dir_z = d.z;
@@ -183,7 +181,7 @@ public:
         hit.ray.tfar = tFar;
         hit.ray.mask = ~0u;
         hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-        rtcIntersect1(scene_, &context, &hit);
+        embreeIntersect1(scene_, query, &hit);
         if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID)
             return std::numeric_limits<float>::infinity();
         if (triangle)

@@ -30,8 +30,8 @@ def row(frame, label):
     kept = {"SO", "SOR"} & set(parts)
     pages = texels // 4096
     flicker = {}
-    for kind, share in (("held", 0), ("resolution_switch", 12), ("method_switch", 5 if is_hybrid else 0)):
-        flicker |= {f"flicker_{kind}_answer_count": 1000 if share else 80000, f"flicker_{kind}_count": share,
+    for kind, share in (("held", 0), ("resolution_switch", 12), ("method_switch", 5 if is_hybrid and frame % 40 == 0 else 0)):
+        flicker |= {f"flicker_{kind}_answer_count": 1000 if share else 80000 if kind == "held" else 0, f"flicker_{kind}_count": share,
                     f"flicker_{kind}_explained_count": share, f"flicker_{kind}_contact_count": 0,
                     f"flicker_{kind}_acne_count": 0}
     return {"scene": "builtin:made-up", "frame": frame, "method": "dag" if is_rays else "hybrid" if is_hybrid else "maps",
@@ -40,7 +40,8 @@ def row(frame, label):
             "triangle_draw_count": drawn, "triangle_sphere_count": sphere, "texel_count": texels,
             "pages_committed_count": pages // 8 if kept else pages, "pages_freed_count": pages // 9 if kept else pages,
             "lighting_computation_count": int((4e6 + 4e6 * zoom) * (0.7 if parts[-1] == "Nk3" else 1)),
-            "degrade_divisor": 1, "flicker_answer_count": 82000,
+            "degrade_divisor": 1, "frame_difference_error": 1e-4 * (1 + zoom) if is_rays else 1e-3 * (2 - zoom),
+            "flicker_answer_count": 82000,
             "flicker_count": sum(flicker[f"flicker_{k}_count"] for k in ("held", "resolution_switch", "method_switch"))} | flicker
 
 

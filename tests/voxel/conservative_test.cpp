@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Voxels are conservative: a ray that Embree finds blocked is never free in the DAG. If the two
 // disagree, integers decide, because Embree rounds, too.
+#include "hybrid/rays/embree_version.h"
 #include "scenes/builtin.h"
 #include "tests/voxel/exact_geometry.h"
 #include "tests/voxel/soup.h"
 #include "voxel/dag_trace.h"
 #include "voxel/voxelize.h"
 
-#include <embree3/rtcore.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -42,11 +42,10 @@ public:
     }
     Embree(const Embree&) = delete;
     bool isBlocked(const glm::vec3& from, const glm::vec3& to) const {
-        RTCIntersectContext context;
-        rtcInitIntersectContext(&context);
+        EmbreeQuery query(/*isCoherent=*/false);
         const glm::vec3 d = to - from;
         RTCRay ray{from.x, from.y, from.z, 0, d.x, d.y, d.z, 0, 1, ~0u, 0, 0};
-        rtcOccluded1(scene_, &context, &ray);
+        embreeOccluded1(scene_, query, &ray);
         return ray.tfar < 0;
     }
 

@@ -14,13 +14,13 @@ namespace {
 
 using testing::HasSubstr;
 
-struct Scene {
+struct PartScene {
     Soup soup;
     VoxelGrid grid;
     AssetProvenance provenance{"soup", "0123", "0.1", ""};
     TemporaryDirectory directory;
 
-    explicit Scene(uint32_t resolutionLog2 = 10) {
+    explicit PartScene(uint32_t resolutionLog2 = 10) {
         std::mt19937 random(41);
         soup = randomSoup(150, 1.0f, random);
         grid = gridAround(soup.bounds(), resolutionLog2);
@@ -46,7 +46,7 @@ template <class F> std::string messageOf(const F& f, ErrorKind kind) {
 
 TEST(LimitedBuild, IsTheDagOfABuildInMemoryWithItsNumbers) {
     for (const uint32_t log2 : {1u, 5u, 8u, 9u, 10u}) {
-        const Scene scene(log2);
+        const PartScene scene(log2);
         const Dag expected = voxelize(scene.soup.view(), scene.soup.all(), scene.grid);
         const DagStats stats = computeDagStats(expected);
         for (const double checkpoint : {0.0, 1e6}) {
@@ -70,14 +70,14 @@ TEST(LimitedBuild, IsTheDagOfABuildInMemoryWithItsNumbers) {
 }
 
 TEST(LimitedBuild, NoTriangleGivesAnEmptyDag) {
-    Scene scene;
+    PartScene scene;
     scene.soup.which.clear();
     const ScratchFolder folder(scene.directory / "a.svdag", false);
     EXPECT_TRUE(scene.build(folder, 0).dag.empty());
 }
 
 TEST(LimitedBuild, PartsEqualPartsBuiltInMemory) {
-    const Scene scene;
+    const PartScene scene;
     std::vector<PartReader> parts;
     for (uint32_t k = 1; k <= 3; ++k) {
         const std::string a = scene.directory / ("a" + std::to_string(k) + ".svpart"),
@@ -95,7 +95,7 @@ TEST(LimitedBuild, PartsEqualPartsBuiltInMemory) {
 }
 
 TEST(LimitedBuild, ContinuesAnInterruptedBuild) {
-    const Scene scene;
+    const PartScene scene;
     const Dag expected = voxelize(scene.soup.view(), scene.soup.all(), scene.grid);
     const std::string output = scene.directory / "a.svdag";
     struct Stop {};
@@ -115,7 +115,7 @@ TEST(LimitedBuild, ContinuesAnInterruptedBuild) {
     EXPECT_THAT(messageOf([&] { ScratchFolder(output, false); }, ErrorKind::kUsage),
                 HasSubstr("a.svdag.scratch holds the files of an unfinished voxelize; continue it "
                           "with voxelize --resume, or remove the folder"));
-    Scene other;
+    PartScene other;
     other.provenance.sceneHash = "4567";
     {
         EXPECT_THAT(messageOf(
@@ -141,8 +141,32 @@ TEST(LimitedBuild, ContinuesAnInterruptedBuild) {
     EXPECT_FALSE(scene.hasScratch());
 }
 
+TEST(LimitedBuild, WorkThatTwoPartsContainIsRefused) {
+    const PartScene scene;
+    const std::string output = scene.directory / "a.svdag";
+    struct Stop {};
+    try {
+        const ScratchFolder folder(output, true);
+        scene.build(folder, 0, 0, [&](double fraction) {
+            if (fraction >= 0.5)
+                throw Stop();
+        });
+        ADD_FAILURE();
+    } catch (const Stop&) {
+    }
+    const std::string part = output + ".scratch/00000000.svpart",
+                      again = output + ".scratch/00000777.svpart";
+    std::filesystem::copy_file(part, again);
+    const ScratchFolder folder(output, true);
+    EXPECT_THAT(messageOf([&] { scene.build(folder, 0); }, ErrorKind::kInput),
+                HasSubstr("contains work that another part contains, too; delete it"));
+    std::filesystem::remove(again);
+    EXPECT_EQ(scene.build(folder, 0).dag.words,
+              voxelize(scene.soup.view(), scene.soup.all(), scene.grid).words);
+}
+
 TEST(LimitedBuild, WithoutResumeAnExceptionLeavesNoFiles) {
-    const Scene scene;
+    const PartScene scene;
     struct Stop {};
     EXPECT_THROW(
         {
@@ -157,7 +181,7 @@ TEST(LimitedBuild, WithoutResumeAnExceptionLeavesNoFiles) {
 }
 
 TEST(LimitedBuild, FilesOfAKilledMergeDoNotMatter) {
-    const Scene scene;
+    const PartScene scene;
     const std::filesystem::path left = scene.directory / "a.svdag.scratch";
     for (const bool resume : {false, true}) {
         std::filesystem::create_directory(left);
@@ -173,7 +197,7 @@ TEST(LimitedBuild, FilesOfAKilledMergeDoNotMatter) {
 }
 
 TEST(LimitedBuild, ForeignFilesAreReportedAndKept) {
-    const Scene scene;
+    const PartScene scene;
     const std::filesystem::path left = scene.directory / "a.svdag.scratch";
     for (const char* name : {"notes.txt", "level-.nodes", "map-1-2.txt", "mine.svpart"}) {
         std::filesystem::create_directory(left);
@@ -196,7 +220,7 @@ TEST(LimitedBuild, ForeignFilesAreReportedAndKept) {
 }
 
 TEST(LimitedBuild, ALimitThatIsTooLowIsReportedWithTheNeed) {
-    const Scene scene;
+    const PartScene scene;
     const ScratchFolder folder(scene.directory / "a.svdag", false);
     EXPECT_THAT(messageOf([&] { scene.build(folder, 0, 1 << 20); }, ErrorKind::kResource),
                 testing::AllOf(HasSubstr("voxelizing at 1024^3 under --memory-limit 1M needs "

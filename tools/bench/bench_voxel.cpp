@@ -166,7 +166,7 @@ Json runVoxelBench(const World& world, const Camera& camera, const VoxelBenchOpt
                                    return traceAsStream(traced, isa, r, s);
                                }});
     const size_t ourCount = tracers.size(); // Embree's first call is next
-    for (const EmbreeCall call : kEmbreeCalls)
+    for (const EmbreeCall call : embreeCalls())
         tracers.push_back({embreeCallName(call), [&embree, call](const BenchRays& r, double& s) {
                                return embree.occluded(call, r.world, &s);
                            }});

@@ -4,10 +4,12 @@
 #include "tools/bench/bench_raster.h"
 #include "tools/bench/bench_voxel.h"
 #include "tools/commands/commands.h"
+#include "tools/settings/camera_text.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "tools/workspace/scene_setup.h"
+#include "tools/workspace/timing.h"
 
 #include <iostream>
 #include <memory>
@@ -66,6 +68,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
         uint64_t(parseInteger("--seed", options.seed, 0, INT64_MAX)), true, console);
     const Camera camera = chooseCamera(*scene.world, options.camera);
 
+    const CpuUse use;
     Json result = isVoxel ? runVoxelBench(*scene.world, camera, voxel, console)
                           : runRasterBench(*scene.world, camera, raster, console);
     if (isVoxel && !result.contains("nanovdb_bytes"))
@@ -76,9 +79,14 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     result["scene"] = scene.name;
     result["scene_hash"] = scene.geometryHash;
     result["camera"] = options.camera;
+    result["camera_numbers"] = cameraText(camera);
+    result["size"] = options.size;
+    result["other_cpu_share"] = use.otherShare();
     result["lights"] = options.lights;
     result["seed"] = options.seed;
     result["provenance"] = buildProvenance(Backend::kCpu);
+    if (const std::string busy = busyRemark(use.otherShare()); !busy.empty())
+        console.note("warning: " + busy);
     console.emit(result);
 }
 

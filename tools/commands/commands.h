@@ -19,6 +19,8 @@ std::function<void()> declareRender(CommandLine& commandLine);
 std::function<void()> declareValidate(CommandLine& commandLine);
 std::function<void()> declareCompare(CommandLine& commandLine);
 std::function<void()> declareStudy(CommandLine& commandLine);
+std::function<void()> declareRays(CommandLine& commandLine);
+std::function<void()> declareDiff(CommandLine& commandLine);
 std::function<void()> declareFigures(CommandLine& commandLine);
 std::function<void()> declareFit(CommandLine& commandLine);
 std::function<void()> declareBench(CommandLine& commandLine);

@@ -7,6 +7,7 @@
 #include "tools/report/csv.h"
 #include "tools/report/report_package.h"
 #include "tools/report/results_table.h"
+#include "tools/report/sequence_times.h"
 #include "tools/report/verdict.h"
 #include "tools/settings/command_line.h"
 #include "tools/settings/common_options.h"
@@ -167,6 +168,7 @@ void publish(const CompareOptions& options, CompareFindings& found, const Report
     found.results["warnings"] = warningsOf(found);
     for (const Json& warning : found.results["warnings"])
         console.note("warning: " + warning.get<std::string>());
+    found.results["sequence_times"] = sequenceTimes(found.results["sequence_runs"]);
     Json results = {{"verdict", verdictOf(found.results)}};
     results.update(found.results);
     console.people() << results["verdict"]["text"].get<std::string>() << "\n\n";

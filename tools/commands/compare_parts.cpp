@@ -109,7 +109,7 @@ Json readPart(const std::string& directory) {
                     path + ": " + why + "; '" + directory +
                         "' is not a finished part of a compare: run compare --part K/N -o " +
                         directory);
-    Json part = readOwnJsonFile(path);
+    Json part = readJsonFile(path, "run this part again");
     bool isWhole = part.is_object() && part.contains("key") && part["key"].is_object() &&
                    part.contains("provenance") && part["provenance"].is_object() &&
                    part.contains("experiment") && part.contains("lights") &&

@@ -3,8 +3,10 @@
 
 #include "cuda/error.h"
 
+#include <cerrno>
 #include <new>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 
 namespace shadowdag {
@@ -15,14 +17,26 @@ ExitMessage exitMessageOf(const std::exception& exception) {
     if (dynamic_cast<const std::bad_alloc*>(&exception))
         return {"not enough memory; try a smaller --size, --resolution or --pool, or fewer frames",
                 int(ErrorKind::kResource)};
-    if (const auto* failed = dynamic_cast<const std::system_error*>(&exception))
-        if (failed->code() == std::errc::resource_unavailable_try_again ||
-            failed->code() == std::errc::not_enough_memory)
-            return {std::string("the system refuses a thread or memory for one: ") +
-                        failed->what() +
-                        "; raise the limits of the shell (ulimit -u, ulimit -v) or use fewer "
-                        "--threads",
-                    int(ErrorKind::kResource)};
+    const auto* const failed = dynamic_cast<const std::system_error*>(&exception);
+    if ((failed && (failed->code() == std::errc::resource_unavailable_try_again ||
+                    failed->code() == std::errc::not_enough_memory)) ||
+        std::string_view(exception.what()).starts_with("pthread_create")) // of oneTBB
+        return {std::string("the system refuses a thread or memory for one: ") + exception.what() +
+                    "; raise the limits of the shell (ulimit -u, ulimit -v) or use fewer "
+                    "--threads",
+                int(ErrorKind::kResource)};
+    if (failed) // of the file system, from the standard library
+        for (const std::errc full :
+             {std::errc::no_space_on_device, std::errc::io_error, std::errc::read_only_file_system,
+              std::errc::too_many_files_open, std::errc::too_many_files_open_in_system})
+            if (failed->code() == full)
+                return {std::string(exception.what()) +
+                            "; free some disk space, choose another place, or raise the limits of "
+                            "the shell (ulimit -n)",
+                        int(ErrorKind::kResource)};
+    if (failed && failed->code().value() == EDQUOT)
+        return {std::string(exception.what()) + "; the quota of the disk is used up",
+                int(ErrorKind::kResource)};
     if (dynamic_cast<const std::logic_error*>(&exception))
         return {std::string("a defect of shadowdag, not of the input: ") + exception.what() +
                     "; please report it with the command line",

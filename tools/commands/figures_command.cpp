@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFirstFigure = 10, kLastFigure = 17;
+constexpr int kFirstFigure = 10, kLastFigure = 18;
 
 struct FiguresOptions {
     GlobalOptions global;
@@ -88,7 +88,8 @@ std::function<void()> declareFigures(CommandLine& commandLine) {
     commandLine.text("--figure", options->figures, "N,...",
                      "Only these, by the paper's numbers: 10 frame times, 11 page commits, 12 "
                      "stages, 13 culling, 14 shading, 15 triangles, 16 texels and lighting "
-                     "computations; 17, which the paper lacks, is flicker [all]");
+                     "computations; 17 and 18, which the paper lacks, are flicker and how "
+                     "differently pictures change [all]");
     options->global.declare(commandLine);
     return [options, &commandLine] { runFigures(*options, commandLine); };
 }

@@ -3,6 +3,7 @@
 #include "cuda/error.h"
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
+#include "tools/settings/console.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "tools/workspace/asset_json.h"
@@ -10,9 +11,11 @@
 #include "voxel/vdb_file.h"
 
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -32,6 +35,45 @@ struct ImportOptions {
     bool acceptEdited = false;
 };
 
+/// Returns the limits of the process that reads the grid.
+VdbLimits limitsOf(const ImportOptions& options) {
+    std::error_code ignored;
+    const uintmax_t bytes = std::filesystem::file_size(options.input, ignored);
+    return vdbLimits(ignored ? 0 : bytes,
+                     std::filesystem::path(options.input).extension() == ".nvdb");
+}
+
+void lowerLimit(__rlimit_resource resource, uint64_t value) {
+    struct rlimit limit {};
+    getrlimit(resource, &limit);
+    limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, value);
+    setrlimit(resource, &limit);
+}
+
+/// Limits this process, whose memory and time a damaged file may waste. Not with sanitizers, which
+/// reserve terabytes for themselves.
+void keepLimits([[maybe_unused]] const VdbLimits& limits) {
+#if !defined(SDAG_SANITIZED)
+    lowerLimit(RLIMIT_DATA, limits.memoryBytes);
+    lowerLimit(RLIMIT_CPU, limits.cpuSeconds);
+#endif
+}
+
+VdbAsset readLimited(const ImportOptions& options) {
+    const VdbLimits limits = limitsOf(options);
+    keepLimits(limits);
+    try {
+        return readVdb(options.input, {options.grid, options.acceptEdited, programVersion()});
+    } catch (const Error& error) {
+        if (error.kind() != ErrorKind::kResource)
+            throw;
+        throw Error(ErrorKind::kInput, std::string(error.what()) +
+                                           " within the limit for a file of its size, " +
+                                           std::to_string(limits.memoryBytes >> 20) +
+                                           " MiB; it is damaged, or memory is short");
+    }
+}
+
 void runImport(const ImportOptions& options) {
     const Console console(options.global.json);
     options.global.apply(console, false, false);
@@ -45,8 +87,7 @@ void runImport(const ImportOptions& options) {
     checkWritable(options.output);
     const AssetPacking packing = parsePacking(options.packing);
     const auto start = std::chrono::steady_clock::now();
-    const VdbAsset found =
-        readVdb(options.input, {options.grid, options.acceptEdited, programVersion()});
+    const VdbAsset found = readLimited(options);
     const double wall =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     const uint64_t bytes = writeAsset(found.asset, options.output, packing);
@@ -69,8 +110,8 @@ void runImport(const ImportOptions& options) {
 constexpr const char* kApart = "SHADOWDAG_IMPORT_APART";
 
 /// Runs the import in a separate process, because a damaged file may make OpenVDB's reader write
-/// past its buffers; then only that process ends, and this one reports it. A fork alone would not
-/// do: OpenVDB's logging has threads that it waits for at exit.
+/// past its buffers, or take memory or time without end; then only that process ends, and this one
+/// reports it. A fork alone would not do: OpenVDB's logging has threads that it waits for at exit.
 void runImportApart(const ImportOptions& options) {
     std::vector<std::string> texts = {"shadowdag",
                                       "import",
@@ -117,14 +158,21 @@ void runImportApart(const ImportOptions& options) {
             std::exit(WEXITSTATUS(status)); // which it has reported
         return;
     }
-    const int signal = WTERMSIG(status);
-    if (signal == SIGINT || signal == SIGTERM) {
+    // The child gets SIGTERM, whatever this process got.
+    const int signal = isInterrupted() ? caughtSignal() : WTERMSIG(status);
+    if (isInterrupted() || signal == SIGINT || signal == SIGTERM || signal == SIGHUP) {
         std::signal(signal, SIG_DFL);
         std::raise(signal);
     }
     if (signal == SIGKILL)
         throw Error(ErrorKind::kResource,
                     options.input + ": reading it was killed; is memory short?");
+    if (signal == SIGXCPU)
+        throw Error(ErrorKind::kInput,
+                    options.input +
+                        ": reading it took longer than the limit for a file of its size, " +
+                        std::to_string(limitsOf(options).cpuSeconds) +
+                        " s of processor time; it is damaged");
     throw Error(ErrorKind::kInput, options.input + ": reading it crashed (" + strsignal(signal) +
                                        "); the file is damaged");
 }

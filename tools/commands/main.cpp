@@ -5,21 +5,25 @@
 #include "cuda/error.h"
 #include "gl/slices.h"
 #include "scenes/output_file.h"
+#include "scenes/warning.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/exit_message.h"
 #include "tools/settings/console.h"
 #include "tools/settings/provenance.h"
 #include "tools/studies/study.h"
 
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <exception>
 #include <iostream>
+#include <new>
 #include <string_view>
+#include <system_error>
 
 namespace {
 
@@ -36,31 +40,118 @@ bool asksForHelp(int argc, char** argv) {
     });
 }
 
-} // namespace
+/// Returns whether standard output is a pipe or a socket whose reader is gone: the write that
+/// failed may be long ago.
+bool isOutputClosed() {
+    pollfd output{STDOUT_FILENO, POLLOUT, 0};
+    return poll(&output, 1, 0) > 0 && (output.revents & (POLLERR | POLLHUP)) != 0;
+}
 
-int main(int argc, char** argv) {
+/// Returns whether a write would not wait for a reader.
+bool canWrite(int file) {
+    pollfd output{file, POLLOUT, 0};
+    return poll(&output, 1, 0) > 0 && (output.revents & POLLOUT) != 0;
+}
+
+/// Ends the process by a signal, so that shells see it.
+void raiseAgain(int signal) {
+    std::signal(signal, SIG_DFL);
+    std::raise(signal);
+}
+
+/// Says that memory is short, when even a message would take some.
+int complainWithoutMemory() {
+    constexpr std::string_view kText = "shadowdag: error: not enough memory\n";
+    static_cast<void>(write(STDERR_FILENO, kText.data(), kText.size()) + 1);
+    return int(shadowdag::ErrorKind::kResource);
+}
+
+std::terminate_handler terminateBefore = nullptr; ///< the C++ library's
+
+#if !defined(SDAG_SANITIZED) // whose own memory is not yet set up before libraries are
+/// Ends the process when a library starts threads or takes memory in its initializers, before main
+/// can catch anything, and gets none: liblog4cplus does so for OpenVDB.
+[[noreturn]] void onTerminateBeforeMain() {
+    try {
+        if (std::current_exception())
+            throw;
+    } catch (const std::bad_alloc&) {
+        _exit(complainWithoutMemory());
+    } catch (const std::system_error&) {
+        constexpr std::string_view kText =
+            "shadowdag: error: the system refuses a thread or memory before the program begins; "
+            "raise the limits of the shell (ulimit -u, ulimit -v)\n";
+        static_cast<void>(write(STDERR_FILENO, kText.data(), kText.size()) + 1);
+        _exit(int(shadowdag::ErrorKind::kResource));
+    } catch (...) {
+    }
+    terminateBefore();
+    std::abort();
+}
+
+void setTerminateBeforeMain() {
+    terminateBefore = std::set_terminate(onTerminateBeforeMain);
+}
+
+/// The dynamic linker calls the functions of this section before the initializers of libraries.
+__attribute__((section(".preinit_array"),
+               used)) void (*const kBeforeLibraries)() = setTerminateBeforeMain;
+#endif
+
+/// Ends the process when memory or threads run out where no exception may leave: in the destructors
+/// of JSON values, which allocate, in oneTBB's workers, and in Embree while it gives up a scene
+/// that it could not build.
+[[noreturn]] void onTerminate() {
+    try {
+        if (std::current_exception())
+            throw;
+        if (std::uncaught_exceptions() > 0)
+            throw std::bad_alloc();
+    } catch (const std::bad_alloc&) {
+        shadowdag::removeUnfinishedFiles();
+        _exit(complainWithoutMemory());
+    } catch (const std::exception& error) {
+        const shadowdag::ExitMessage exit = shadowdag::exitMessageOf(error);
+        if (exit.status == int(shadowdag::ErrorKind::kResource)) {
+            shadowdag::removeUnfinishedFiles();
+            _exit(complain(exit.message, exit.status));
+        }
+    } catch (...) {
+    }
+    terminateBefore();
+    std::abort();
+}
+
+/// Runs the command. Throws only what its own messages throw.
+int runProgram(int argc, char** argv) {
     using namespace shadowdag;
-    static const std::string command = argc > 1 ? argv[1] : "";
+    const std::string command = argc > 1 ? argv[1] : "";
+    // Outlives main, as the thread that gives up may.
+    static const std::string& farewell =
+        *new std::string(std::string("interrupted; every file is complete or absent") +
+                         (command == "compare" || command == "study"
+                              ? "; the same command with --resume goes on after the finished parts"
+                              : ""));
     static std::atomic_flag isEnding;
     const auto endBySignal = [](int signal) {
         while (isEnding.test_and_set()) // the other thread ends the process
             pause();
-        complain(std::string("interrupted; every file is complete or absent") +
-                     (command == "compare" || command == "study"
-                          ? "; the same command with --resume goes on after the finished parts"
-                          : ""),
-                 1);
-        std::signal(signal, SIG_DFL);
-        std::raise(signal); // so that shells see the signal
+        complain(farewell, 1);
+        raiseAgain(signal);
     };
-    std::signal(SIGPIPE, SIG_IGN); // a write into a closed pipe then fails, like one to a full disk
     try {
-        catchInterrupts([endBySignal](int signal) {
+        catchInterrupts([](int signal) {
             removeUnfinishedFiles();
-            endBySignal(signal);
+            // The main thread may be blocked in a write; then no message is written.
+            if (!isEnding.test_and_set() && canWrite(STDERR_FILENO)) {
+                const std::string line = "shadowdag: error: " + farewell + "\n";
+                static_cast<void>(write(STDERR_FILENO, line.data(), line.size()) + 1);
+            }
+            raiseAgain(signal);
         });
         setGlPoll(checkInterrupted);
         setCpuPoll(pollLoops);
+        setWarningListener([](const std::string& text) { Console(true).note("warning: " + text); });
         Program program("shadowdag",
                         "Compares rays through a sparse voxel DAG with virtual cube shadow maps, "
                         "for many lights: "
@@ -78,6 +169,10 @@ int main(int argc, char** argv) {
                         declareCompare);
         program.command("study", "Measure a study's rows and check their bounds, as a report",
                         declareStudy);
+        program.command("rays", "Write a frame's pairs for other tracers, and score their answers",
+                        declareRays);
+        program.command("diff", "Show what changed between two results, beyond their spread",
+                        declareDiff);
         program.command("figures", "Draw the paper's figures from a sequence measured by compare",
                         declareFigures);
         program.command("calibrate", "Fit the cost model `cost` to this machine", declareCalibrate);
@@ -88,8 +183,7 @@ int main(int argc, char** argv) {
                         declareView);
         program.command("bench", "Compare our rates with Embree's and NanoVDB's", declareBench);
         program.run(argc, argv);
-        errno = 0;
-        if (!std::cout.flush() && errno == EPIPE)
+        if (!std::cout.flush() && isOutputClosed())
             return asksForHelp(argc, argv)
                        ? 0 // the reader has seen as much as it wanted
                        : complain("standard output was closed before all was written; read it to "
@@ -110,4 +204,17 @@ int main(int argc, char** argv) {
         return complain(exit.message, exit.status);
     }
     return 1;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    const std::terminate_handler before = std::set_terminate(onTerminate);
+    if (!terminateBefore)
+        terminateBefore = before;
+    try {
+        return runProgram(argc, argv);
+    } catch (const std::bad_alloc&) {
+        return complainWithoutMemory();
+    }
 }

@@ -9,6 +9,7 @@
 #include "tools/workspace/frame_json.h"
 #include "tools/workspace/image_io.h"
 #include "tools/workspace/single_frame.h"
+#include "tools/workspace/timing.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -149,6 +150,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
                         " lights: 1000 channels at most; place fewer with --lights");
     const bool isNumbered = commandLine.given("--frames");
     const Progress progress = console.progress("render " + frames.sceneName());
+    const CpuUse use;
     Json list = Json::array(), reproduction;
     const size_t frameCount = experiment.frames.size(), viewCount = experiment.viewCount;
     for (size_t i = 0; i < frameCount * viewCount; ++i) {
@@ -195,6 +197,9 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             entry["host_readback_count"] = copies.readbackCount;
         }
         entry["pair_count"] = result.pairs.count();
+        const std::string fewPairs = darkPictureWarning(file, result.pairs.count());
+        if (!fewPairs.empty())
+            entry["warning"] = fewPairs;
         list.push_back(std::move(entry));
         console.people() << file << ": " << result.pairs.count() << " pairs, "
                          << (isTruth ? std::to_string(lightCount) + " lights"
@@ -204,8 +209,13 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         console.people() << "\n";
         if (const std::string note = poolNote(result.counts); !isTruth && !note.empty())
             console.people() << "  " << note << "; enlarge it with --pool\n";
+        if (!fewPairs.empty())
+            console.note("warning: " + fewPairs);
     }
     progress(1.0);
+    reproduction["other_cpu_share"] = use.otherShare();
+    if (const std::string busy = busyRemark(use.otherShare()); !busy.empty() && !isTruth)
+        console.note("warning: " + busy);
     reproduction["scene"] = sceneNames({options.scene}).front();
     for (const char* key : {"frame", "time_s", "camera_numbers"}) // of each frame
         reproduction.erase(key);

@@ -28,7 +28,8 @@ constexpr const char* kPackage = "shadowdag_report";
 constexpr int kRefused = 3, kUnwritten = 4;
 // Prints the Debian packages of the Python modules that are missing.
 constexpr const char* kFindMissing = R"(
-import importlib, sys
+import importlib, os, sys
+os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # warnings of what is there
 for name in sys.argv[1:]:
     try:
         importlib.import_module(name)

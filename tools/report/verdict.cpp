@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,7 +23,7 @@ struct Variant {
     std::string label;
     double timeMs = 0, minMs = 0, maxMs = 0, otherCpuShare = 0;
     uint64_t frameCount = 0, pairCount = 0, wrongCount = 0, repeatCount = UINT64_MAX;
-    bool isPoolFull = false, needsCosts = false;
+    bool hasFullPool = false, needsCosts = false;
 
     double wrongShare() const {
         return double(wrongCount) / double(std::max<uint64_t>(1, pairCount));
@@ -38,7 +39,7 @@ struct Variant {
         pairCount += run.at("pair_count").get<uint64_t>();
         wrongCount += run.at("false_shadow_count").get<uint64_t>() +
                       run.at("false_light_count").get<uint64_t>();
-        isPoolFull = isPoolFull || !poolNote(run).empty();
+        hasFullPool = hasFullPool || isPoolFull(run);
         const std::string model = run.at("model");
         needsCosts = needsCosts || (!model.empty() && makeCostModel(model)->needsCosts());
         ++frameCount;
@@ -80,6 +81,7 @@ public:
         for (const Variant& v : variants_)
             sort(v);
         findCautions();
+        trustClearlyFaster();
         const bool areAllSpread = open_.empty();
         if (areAllSpread) // their errors are still known
             open_ = std::exchange(spread_, {});
@@ -158,12 +160,32 @@ private:
         if (v.wrongShare() > kVerdictWrongShare)
             distrust(v, "more than " + percent(kVerdictWrongShare) + " of the pairs are wrong",
                      percent(v.wrongShare()));
-        else if (v.isPoolFull)
+        else if (v.hasFullPool)
             distrust(v, "the page pool was full, so that maps are coarser than requested", "");
         else if (v.needsCosts)
             distrust(v, "routes by costs that were measured in the same frame", fasterThan(v));
         else
             (v.spreadMs() > kVerdictSpread * v.timeMs ? spread_ : open_).push_back(v);
+    }
+
+    /// Trusts the times that vary of variants whose slowest run was faster than every run of those
+    /// that do not vary: they are faster, however uncertain by how much.
+    void trustClearlyFaster() {
+        double fastestMs = std::numeric_limits<double>::infinity();
+        for (const Variant& v : open_)
+            fastestMs = std::min(fastestMs, v.minMs);
+        if (open_.empty())
+            return; // nothing to be faster than
+        const auto rest = std::stable_partition(
+            spread_.begin(), spread_.end(), [&](const Variant& v) { return v.maxMs >= fastestMs; });
+        for (auto v = rest; v != spread_.end(); ++v) {
+            cautions_.push_back("the time of " + v->label + " varies by " +
+                                percent(v->spreadMs() / v->timeMs) +
+                                " of its median, but its slowest run is faster than all runs of "
+                                "variants whose times do not");
+            open_.push_back(*v);
+        }
+        spread_.erase(rest, spread_.end());
     }
 
     /// Returns which variant with no more errors is faster than one with the best modelled routes;
@@ -253,8 +275,9 @@ Json verdictOf(const Json& results) {
         const Json runs = results.value(list, Json::array());
         std::vector<std::string> scenes;
         for (const Json& run : runs)
-            if (std::find(scenes.begin(), scenes.end(), run.at("scene")) == scenes.end())
-                scenes.push_back(run.at("scene"));
+            if (const std::string scene = run.at("scene");
+                std::find(scenes.begin(), scenes.end(), scene) == scenes.end())
+                scenes.push_back(scene);
         for (const std::string& scene : scenes) {
             const SceneVerdict of(scene, variantsOf(runs, scene));
             verdict["scenes"].push_back(of.json());

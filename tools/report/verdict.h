@@ -9,7 +9,8 @@ namespace shadowdag {
 
 /// A variant with more wrong pairs than this, as a share of all, is not recommended.
 constexpr double kVerdictWrongShare = 0.01;
-/// A time that varies by more than this share of its median is not trusted.
+/// A time that varies by more than this share of its median is not trusted, unless its slowest run
+/// is faster than all runs whose times are.
 constexpr double kVerdictSpread = 0.25;
 
 /// Returns {"text", "wrong_share_bound", "scenes": [{"scene", "use", "second", "not_trusted":

@@ -24,13 +24,13 @@ std::pair<glm::vec3, glm::vec3> levelAxes(const glm::vec3& forward) {
 Camera cameraFromNumbers(const std::string& text, const std::vector<double>& numbers) {
     Camera camera;
     camera.positionWorld = {float(numbers[0]), float(numbers[1]), float(numbers[2])};
-    const glm::vec3 to =
-        glm::vec3(float(numbers[3]), float(numbers[4]), float(numbers[5])) - camera.positionWorld;
-    const float length = glm::length(to);
-    if (!(length > 0))
+    const glm::vec3 target{float(numbers[3]), float(numbers[4]), float(numbers[5])};
+    if (target == camera.positionWorld)
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text + "': position and target are the same point; move one");
-    camera.forward = to / length;
+    // In double: squares of small floats vanish.
+    camera.forward =
+        glm::vec3(glm::normalize(glm::dvec3(target) - glm::dvec3(camera.positionWorld)));
     const auto [right, up] = levelAxes(camera.forward);
     camera.up = up;
     if (numbers.size() > 6)
@@ -66,7 +66,7 @@ Camera cameraFromText(const std::string& text) {
     if (numbers.size() > 6 && !(numbers[6] >= 1 && numbers[6] <= 170))
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text + "': the angle must be from 1 to 170 degrees");
-    if (numbers.size() > 7 && !(numbers[7] > 0 && numbers[7] < numbers[8]))
+    if (numbers.size() > 7 && !(float(numbers[7]) > 0 && float(numbers[7]) < float(numbers[8])))
         throw Error(ErrorKind::kUsage,
                     "--camera '" + text + "': the planes must be 0 < near < far");
     if (numbers.size() > 9 && !(std::abs(numbers[9]) <= 180))

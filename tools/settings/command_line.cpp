@@ -134,12 +134,13 @@ Program::Program(const std::string& name, const std::string& description,
     state_->app.footer(
         "Exit status:\n"
         "  0 done\n"
-        "  1 wrong usage; interrupted; or fit found no configuration within the bound\n"
+        "  1 wrong usage; or fit found no configuration within the bound\n"
         "  2 bad input file\n"
         "  3 not enough memory or disk space, or the output cannot be written\n"
         "  4 the requested device is missing\n"
-        "  5 a study found a bound that does not hold; its report is complete\n"
+        "  5 a study found a bound that does not hold, or diff something worse; all is reported\n"
         "  6 a defect of the program itself; please report it\n"
+        "  128 + n ended by signal n, as 130 by Ctrl-C\n"
         "SCENE is a .glb or .gltf file, or builtin:NAME (shadowdag scene --list).");
 }
 

@@ -28,12 +28,30 @@ static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it
 
 int interruptPipe[2]; ///< gets a byte at the first signal
 
+/// Returns whether a signal is ignored, as nohup and parents of daemons set it.
+bool isIgnored(int signal) {
+    struct sigaction before {};
+    sigaction(signal, nullptr, &before);
+    return before.sa_handler == SIG_IGN;
+}
+
 void onInterrupt(int signal) {
     interruptSignal = signal;
     const int error = errno;
     static_cast<void>(write(interruptPipe[1], "", 1) + 1);
     errno = error;
-    std::signal(signal, SIG_DFL); // the next one ends the process at once
+    // The next one ends the process at once; not SIGPIPE, which the process may raise itself while
+    // it cleans up.
+    for (const int next : {SIGINT, SIGTERM, SIGHUP})
+        if (!isIgnored(next))
+            std::signal(next, SIG_DFL);
+}
+
+/// A SIGPIPE that another process sent is an interrupt. The kernel's own, for a write into a closed
+/// pipe, names this process as the sender; the write then fails, as to a full disk.
+void onPipe(int signal, siginfo_t* info, void*) {
+    if (info->si_pid != getpid())
+        onInterrupt(signal);
 }
 
 class Bar;
@@ -41,6 +59,8 @@ class Bar;
 std::mutex barMutex;     ///< of all bars and of what they draw
 std::vector<Bar*> bars;  ///< the last one is shown
 bool isBarDrawn = false; ///< the terminal's last line is a bar
+/// When the last line was written where there is no terminal, by any bar or as a remark.
+std::chrono::steady_clock::time_point lastLine = std::chrono::steady_clock::now();
 
 /// Removes the bar from the terminal. With barMutex held.
 void clearBar() {
@@ -50,8 +70,9 @@ void clearBar() {
 }
 
 /// What is being done, for how long, and an estimate of how much longer: on a terminal one line
-/// that is redrawn in place and removed at the end, else a line every few seconds. Its thread
-/// draws, so that it goes on while the work reports nothing.
+/// that is redrawn in place and removed at the end, else a line when none was written for a few
+/// seconds, so that many short steps show as one long one does. Its thread draws, so that it goes
+/// on while the work reports nothing.
 class Bar {
 public:
     Bar(std::string what, bool followsLoops, double lineIntervalS)
@@ -116,9 +137,9 @@ private:
             times += ", about " + seconds(since(begin_) * (1 - fraction_) / (fraction_ - base_)) +
                      " left";
         if (!isTerminal_) {
-            if (elapsed < nextLineS_)
+            if (since(lastLine) < lineIntervalS_)
                 return;
-            nextLineS_ = elapsed + lineIntervalS_;
+            lastLine = Clock::now();
             std::fprintf(stderr, "%s: %d %%, %s\n", what_.c_str(), int(fraction_ * 100),
                          times.c_str());
             return;
@@ -147,7 +168,6 @@ private:
     const double lineIntervalS_;
     const bool isTerminal_ = isatty(STDERR_FILENO) == 1;
     const Clock::time_point start_ = Clock::now();
-    double nextLineS_ = lineIntervalS_;
     double fraction_ = 0, base_ = 0;         ///< base_: where begin_ was
     Clock::time_point begin_ = Clock::now(); ///< of the work whose fraction is known
     bool isEnded_ = false;
@@ -167,7 +187,7 @@ void catchInterrupts(std::function<void(int signal)> giveUp) {
     std::thread([giveUp = std::move(giveUp)] {
         for (char byte = 0; read(interruptPipe[0], &byte, 1) != 1;) { // other signals interrupt it
         }
-        std::this_thread::sleep_for(std::chrono::milliseconds(400));
+        std::this_thread::sleep_for(std::chrono::milliseconds(250));
         giveUp(interruptSignal);
     }).detach();
     // Without SA_RESTART: a call that waits, such as for a pipe, returns.
@@ -175,6 +195,13 @@ void catchInterrupts(std::function<void(int signal)> giveUp) {
     action.sa_handler = onInterrupt;
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    if (!isIgnored(SIGHUP))
+        sigaction(SIGHUP, &action, nullptr);
+    action.sa_flags = SA_SIGINFO;
+    action.sa_sigaction = onPipe;
+    if (!isIgnored(SIGPIPE))
+        sigaction(SIGPIPE, &action, nullptr);
+    std::signal(SIGXFSZ, SIG_IGN); // a file beyond `ulimit -f` is then a failed write
 }
 
 bool isInterrupted() {
@@ -212,6 +239,7 @@ void Console::note(const std::string& text) const {
     }
     const std::lock_guard lock(barMutex);
     clearBar();
+    lastLine = std::chrono::steady_clock::now();
     std::cerr << text << std::endl;
 }
 

@@ -106,6 +106,10 @@ void readSettings(Experiment& e, const Json& json) {
     if (e.holdsRoutes() && !e.isSequence)
         throw Error(ErrorKind::kUsage, "\"route_margin\" is for frames in \"sequence\": otherwise "
                                        "frames are independent");
+    if (e.isSequence && e.start != Experiment().start)
+        throw Error(ErrorKind::kUsage,
+                    "\"start\" is for single frames: a \"sequence\" keeps what its "
+                    "frames before have left");
 }
 
 } // namespace

@@ -43,6 +43,7 @@ struct Experiment {
     bool isSequence = false;
     uint32_t leadIn = 1;
     uint32_t flickerPoints = 20000;
+    std::vector<FrameStart> start{FrameOptions{}.start};
     std::vector<float> routeMargin{FrameOptions{}.routeMargin};
     std::vector<float> undersample{1};
     std::vector<uint32_t> mapsPerLight{FrameOptions{}.mapsPerLight};
@@ -153,6 +154,9 @@ std::vector<float> automaticThresholds(std::vector<float> requests);
 
 /// Returns the resolutions that RunParameters::dag of an experiment's runs indexes, as log2.
 std::vector<uint32_t> allResolutions(const Experiment& experiment);
+/// A sweep of more combinations of values is refused: short lists of a small file multiply.
+constexpr size_t kMaxCombinationCount = 16384;
+
 /// Returns the configurations of an experiment in the order of charts: embree, then for every
 /// combination of the lists the thresholds, then the DAG-only resolutions, then the models; or, if
 /// variants are given, embree and these, at the first of every list. No two are equal. Automatic

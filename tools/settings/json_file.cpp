@@ -50,7 +50,7 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
                                            std::to_string(kMaxJsonDepth) + " levels at " +
                                            placeOf(text, deep) + "; " + remedy);
     std::vector<std::set<std::string>> keys;
-    const auto heed = [&](int, Json::parse_event_t event, Json& parsed) {
+    const auto refuseTwice = [&](int, Json::parse_event_t event, Json& parsed) {
         if (event == Json::parse_event_t::object_start)
             keys.emplace_back();
         else if (event == Json::parse_event_t::object_end)
@@ -62,7 +62,7 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
         return true;
     };
     try {
-        return Json::parse(text, heed);
+        return Json::parse(text, refuseTwice);
     } catch (const Json::parse_error& error) {
         const size_t byte = error.byte > 0 ? error.byte - 1 : 0;
         if (byte >= text.size())

@@ -102,6 +102,8 @@ std::vector<uint32_t> parseFrames(const std::string& option, const std::string& 
         const uint64_t step = numbers.size() > 2 ? numbers[2] : 1;
         if (numbers.size() > 3 || last < numbers[0] || last > kMaxFrame || step == 0)
             refuse(option, text, right);
+        if (frames.size() + (last - numbers[0]) / step > kMaxFrame)
+            refuse(option, text, "lists more than " + std::to_string(kMaxFrame + 1) + " frames");
         for (uint64_t frame = numbers[0]; frame <= last; frame += step)
             frames.push_back(uint32_t(frame));
     }

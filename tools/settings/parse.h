@@ -25,7 +25,7 @@ std::pair<uint32_t, uint32_t> parseSize(const std::string& option, const std::st
 /// surrounding blanks. Commas in parentheses do not separate.
 std::vector<std::string> parseList(const std::string& option, const std::string& text);
 /// Returns the frames of "A", "A:B" or "A:B:STEP" (both ends included), or a comma-separated list
-/// of such.
+/// of such; 1000001 frames in all at most.
 std::vector<uint32_t> parseFrames(const std::string& option, const std::string& text);
 /// Returns thresholds in texels, ascending; `inf` is infinity.
 std::vector<float> parseThresholds(const std::string& option, const std::string& text);

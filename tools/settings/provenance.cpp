@@ -5,6 +5,7 @@
 #include "tools/provenance_values.h"
 
 #include <sys/utsname.h>
+#include <unistd.h>
 
 #include <cstdint>
 #include <cstdio>
@@ -23,6 +24,16 @@ std::string processorName() {
                 return line.substr(colon + 2);
     utsname names{};
     return uname(&names) == 0 ? names.machine : "unknown";
+}
+
+/// Returns the name and release of the system, as os-release(5) has it, or the kernel's name.
+std::string systemName() {
+    std::ifstream file("/etc/os-release");
+    for (std::string line; std::getline(file, line);)
+        if (line.starts_with("PRETTY_NAME=\"") && line.ends_with('"'))
+            return line.substr(13, line.size() - 14);
+    utsname names{};
+    return uname(&names) == 0 ? names.sysname : "unknown";
 }
 
 } // namespace
@@ -48,7 +59,10 @@ Json buildProvenance(Backend backend) {
                     {"compiler", SDAG_COMPILER},
                     {"flags", SDAG_FLAGS},
                     {"backend", backendName(backend)},
+                    {"system", systemName()},
                     {"cpu", processorName()},
+                    {"processor_count", sysconf(_SC_NPROCESSORS_ONLN)},
+                    {"memory_bytes", sysconf(_SC_PHYS_PAGES) * sysconf(_SC_PAGESIZE)},
                     {"device", orNull(deviceName(backend))},
                     {"driver", orNull(driverVersion(backend))},
                     {"thread_count", threadCount()}};

@@ -120,6 +120,20 @@ Codec<std::string> modelCodec() {
     return codec;
 }
 
+Codec<FrameStart> startCodec() {
+    const auto textOf = [](FrameStart start) {
+        return std::string(start == FrameStart::kWarm ? "warm" : "cold");
+    };
+    return {[=](const std::string& name, const std::string& text) {
+                for (const FrameStart start : {FrameStart::kCold, FrameStart::kWarm})
+                    if (text == textOf(start))
+                        return start;
+                throw Error(ErrorKind::kUsage, name + " '" + text + "': must be cold or warm");
+            },
+            [=](const FrameStart& start) { return textOf(start); },
+            [=](const FrameStart& start) { return Json(textOf(start)); }};
+}
+
 Setting sizeSetting() {
     Setting row{.key = "size",
                 .option = "--size",
@@ -324,6 +338,20 @@ std::vector<Setting> makeSettings() {
                   .kind = "N",
                   .help = "For a sequence: number of surface points whose visibility is followed"},
                  &Experiment::flickerPoints, wholeCodec<uint32_t>(0, 10'000'000)));
+    t.push_back(frameValue(
+        {.key = "start",
+         .option = "--start",
+         .group = Group::kMaps,
+         .kind = "cold|warm",
+         .help = "What a single frame finds: cold for nothing, so that every map is drawn; warm "
+                 "for the maps of a frame of the same view",
+         .readBy = ReadBy::kMaps,
+         .form = JsonForm::kText,
+         .isList = true,
+         .label = " #",
+         .parameter = "start"},
+        &Experiment::start, startCodec(), [](const Frame& f) { return f.start; },
+        [](Frame& f, FrameStart start) { f.start = start; }));
     t.push_back(frameValue(
         {.key = "route_margin",
          .option = "--route-margin",

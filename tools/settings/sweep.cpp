@@ -27,6 +27,19 @@ void refuseSeveral(const std::string& key, size_t count) {
                         "configuration");
 }
 
+/// Throws Error kUsage if the settings' values have more combinations than a sweep may run.
+/// @param resolutionCount,thresholdCount of the DAGs and thresholds that are combined with them
+void refuseManyCombinations(const Experiment& e, size_t resolutionCount, size_t thresholdCount) {
+    double count = double(std::max<size_t>(resolutionCount, 1)) * double(thresholdCount);
+    for (const Setting* setting : frameSettings())
+        count *= double(setting->texts(e).size());
+    if (count > double(kMaxCombinationCount))
+        throw Error(ErrorKind::kUsage, "the lists of values have " + numberText(count) +
+                                           " combinations; a sweep runs " +
+                                           std::to_string(kMaxCombinationCount) +
+                                           " at most: shorten them, or divide the sweep");
+}
+
 /// Calls `take` with every combination of the values of the settings from `next` on, the last
 /// varying fastest.
 void forCombinations(const Experiment& e, const FrameOptions& frame, size_t next,
@@ -36,7 +49,8 @@ void forCombinations(const Experiment& e, const FrameOptions& frame, size_t next
         return;
     }
     const Setting& setting = *frameSettings()[next];
-    for (size_t value = 0; value < setting.texts(e).size(); ++value) {
+    const size_t count = setting.texts(e).size();
+    for (size_t value = 0; value < count; ++value) {
         FrameOptions varied = frame;
         setting.apply(e, value, varied);
         forCombinations(e, varied, next + 1, take);
@@ -131,6 +145,7 @@ configurations(const Experiment& e, const std::vector<uint32_t>& dagResolutions,
     std::sort(thresholds.begin(), thresholds.end());
     thresholds.erase(std::unique(thresholds.begin(), thresholds.end()), thresholds.end());
 
+    refuseManyCombinations(e, fullCount, thresholds.size());
     for (size_t dag = 0; dag < std::max<size_t>(fullCount, 1); ++dag)
         forCombinations(e, base, 0, [&](const FrameOptions& frame) {
             for (const float threshold : thresholds)

@@ -2,7 +2,6 @@
 #include "tools/settings/unused_options.h"
 
 #include "cuda/error.h"
-#include "tools/settings/setting.h"
 #include "tools/settings/variants.h"
 
 #include <algorithm>
@@ -38,6 +37,14 @@ bool needsCosts(const RunParameters& run) {
     const std::unique_ptr<CostModel> model =
         makeCostModel(run.model.empty() ? "texels:0" : run.model);
     return model->needsCosts() || model->needsCalibration();
+}
+
+[[noreturn]] void refuseUnread(const RunParameters& run, const std::string& name, ReadBy readBy) {
+    throw Error(ErrorKind::kUsage, name + " is for " + readersOf(readBy).name + ", not for '" +
+                                       run.method + "'" +
+                                       (run.usesRays() && readBy == ReadBy::kVoxels
+                                            ? " that believes none; add --believe all or drop it"
+                                            : "; drop it"));
 }
 
 } // namespace
@@ -105,6 +112,9 @@ void refuseUnused(const Experiment& e, size_t assetCount, const std::string& exp
         throw Error(ErrorKind::kUsage,
                     "--route-margin is for --sequence, otherwise frames are independent; "
                     "add that or drop it");
+    if (given("--start") && e.isSequence)
+        throw Error(ErrorKind::kUsage, "--start is for single frames, a --sequence keeps what its "
+                                       "frames before have left; drop one of them");
     for (const RunParameters& run : runs)
         if (isNamed && !e.isSequence && run.frame.routeMargin > 0)
             throw Error(ErrorKind::kUsage, "--variants '" + run.variant +
@@ -151,23 +161,26 @@ std::string oneValueRemark(const Experiment& e, const std::vector<RunParameters>
            "); lists are combined with thresholds";
 }
 
-void refuseUnread(const RunParameters& run, const CommandLine& commandLine) {
-    const auto refuse = [&](const std::string& option, ReadBy readBy) {
-        if (commandLine.declares(option) && commandLine.given(option))
-            throw Error(ErrorKind::kUsage,
-                        option + " is for " + readersOf(readBy).name + ", not for '" + run.method +
-                            "'" +
-                            (run.usesRays() && readBy == ReadBy::kVoxels
-                                 ? " that believes none; add --believe all or drop it"
-                                 : "; drop it"));
-    };
+void refuseUnread(const RunParameters& run,
+                  const std::function<std::string(const Setting&)>& nameOf) {
     for (const Setting& setting : settings()) {
         const bool isOfHybrid = setting.readBy == ReadBy::kHybrid; // reported with its own remedy
-        if (!setting.option.empty() && !isOfHybrid && !reads(run, setting.readBy))
-            refuse(setting.option, setting.readBy);
+        if (isOfHybrid || reads(run, setting.readBy))
+            continue;
+        if (const std::string name = nameOf(setting); !name.empty())
+            refuseUnread(run, name, setting.readBy);
     }
-    if (!run.usesRays() && !run.usesVoxels())
-        refuse("--voxels", ReadBy::kRays);
+}
+
+void refuseUnread(const RunParameters& run, const CommandLine& commandLine) {
+    const auto isGiven = [&](const std::string& option) {
+        return !option.empty() && commandLine.declares(option) && commandLine.given(option);
+    };
+    refuseUnread(run, [&](const Setting& setting) {
+        return isGiven(setting.option) ? setting.option : std::string();
+    });
+    if (!run.usesRays() && !run.usesVoxels() && isGiven("--voxels"))
+        refuseUnread(run, "--voxels", ReadBy::kRays);
 }
 
 } // namespace shadowdag

@@ -4,8 +4,10 @@
 
 #include "tools/settings/command_line.h"
 #include "tools/settings/experiment.h"
+#include "tools/settings/setting.h"
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -28,5 +30,10 @@ std::string oneValueRemark(const Experiment& experiment, const std::vector<RunPa
 
 /// As refuseUnused for one configuration, for commands that render one method.
 void refuseUnread(const RunParameters& run, const CommandLine& commandLine);
+
+/// The same for settings that are given by other means than options.
+/// @param nameOf returns a setting's name in messages, "" if it is not given
+void refuseUnread(const RunParameters& run,
+                  const std::function<std::string(const Setting&)>& nameOf);
 
 } // namespace shadowdag

@@ -132,6 +132,7 @@ public:
         return {{"mechanism_count", results["mechanisms"].size()}};
     }
     bool mustHold() const override { return false; }
+    bool takesTimes() const override { return true; }
     std::string needsBeyondGl() const override {
         return "rays against triangles, and retained pages and polygon levels of detail (SOR and "
                "PLOD of "

@@ -4,7 +4,6 @@
 
 #include "cuda/error.h"
 #include "hybrid/routing/resolution.h"
-#include "tools/settings/lod_option.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/setting.h"
 
@@ -49,9 +48,25 @@ float believeOf(const std::string& key, const std::string& value) {
     return frame.rays.believe;
 }
 
+/// A key of settings: an option of the program, whose row of the settings' table says what values
+/// it has and sets it; or, without one, what only studies set.
 struct Key {
     CellSetting setting;
-    void (*apply)(CellSetup& setup, const std::string& key, const std::string& value);
+    void (*set)(CellSetup& setup, const std::string& key, const std::string& value);
+    const char* option = nullptr;
+
+    Key(CellSetting s, void (*f)(CellSetup&, const std::string&, const std::string&))
+        : setting(std::move(s)), set(f) {}
+    Key(const char* key, const char* o, std::vector<MatrixMethod> readBy)
+        : setting{key, std::string(o) + ": " + settingOf(o).help, std::move(readBy)}, set(nullptr),
+          option(o) {}
+
+    void apply(CellSetup& setup, const std::string& value) const {
+        if (option)
+            settingOf(option).setFrame(setup.frame, setting.key, value);
+        else
+            set(setup, setting.key, value);
+    }
 };
 
 using Text = const std::string&;
@@ -60,16 +75,12 @@ const std::vector<Key>& keys() {
     static const std::vector<Key> all = {
         {{"resolution", "--resolution: voxels an axis", {kDag, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.resolutionLog2 = parsePowerOfTwo(k, v, 16, 4096); }},
-        {{"offset", "--offset: of rays, in units of the derived offset", {kDag, kHybrid}},
-         [](CellSetup& s, Text k, Text v) {
-             s.frame.rays.offset = float(parseNumber(k, v, 0, 64));
-         }},
+        {"offset", "--offset", {kDag, kHybrid}},
         {{"believe", "--believe: the voxels that block a ray", {kDag, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.believe = believeOf(k, v); }},
         {{"hybrid_believe", "--believe of the hybrid alone", {kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.hybridBelieve = believeOf(k, v); }},
-        {{"lod", "--lod: level of detail of rays", {kDag, kHybrid}},
-         [](CellSetup& s, Text k, Text v) { parseLod(k, v).apply(s.frame.rays); }},
+        {"lod", "--lod", {kDag, kHybrid}},
         {{"ray_batch",
           "how many rays are traced together: single, stream (no option)",
           {kDag, kHybrid}},
@@ -111,7 +122,9 @@ const std::vector<Key>& keys() {
          [](CellSetup& s, Text k, Text v) {
              s.frame.maps.useAtomicRasterizer = oneOf(k, v, {"cpu", "atomic"}) == 1;
          }},
-        {{"undersample", "--undersample: divides the requested resolution", {kMaps, kHybrid}},
+        {{"undersample",
+          "--undersample: divides the requested resolution; below 1, maps are finer",
+          {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) {
              s.frame.undersample = float(parseNumber(k, v, 1.0 / 64, 1024));
          }},
@@ -123,30 +136,13 @@ const std::vector<Key>& keys() {
           "texels of the edge of the smallest map (no option)",
           {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.minFaceTexels = whole(k, v, 1, 2048); }},
-        {{"maps_per_light", "--maps-per-light", {kMaps, kHybrid}},
-         [](CellSetup& s, Text k, Text v) {
-             s.frame.mapsPerLight = whole(k, v, 1, kMaxMapsPerLight);
-         }},
-        {{"pool", "--pool: budget of pages", {kMaps, kHybrid}},
+        {"maps_per_light", "--maps-per-light", {kMaps, kHybrid}},
+        {{"pool", "--pool: budget of pages, in bytes or with K, M, G", {kMaps, kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.frame.maps.poolBytes = parseBytes(k, v); }},
-        {{"page_size", "--page-size: texels per side of a page", {kMaps, kHybrid}},
-         [](CellSetup& s, Text k, Text v) {
-             s.frame.maps.pageTexels = 1u << parsePowerOfTwo(k, v, 16, 256);
-         }},
-        {{"bias",
-          "--bias: ignores blockers within so many texels before the receiver",
-          {kMaps, kHybrid}},
-         [](CellSetup& s, Text k, Text v) {
-             s.frame.bias.constantTexels = float(parseNumber(k, v, 0, 64));
-         }},
-        {{"taps", "--taps of the filter", {kMaps, kHybrid}},
-         [](CellSetup& s, Text k, Text v) {
-             s.frame.bias.taps = s.frame.maps.taps = whole(k, v, 1, 9);
-         }},
-        {{"polygon_lod", "--polygon-lod: texels a triangle may deviate", {kMaps, kHybrid}},
-         [](CellSetup& s, Text k, Text v) {
-             s.frame.maps.lodTexels = float(parseNumber(k, v, 0, 64));
-         }},
+        {"page_size", "--page-size", {kMaps, kHybrid}},
+        {"bias", "--bias", {kMaps, kHybrid}},
+        {"taps", "--taps", {kMaps, kHybrid}},
+        {"polygon_lod", "--polygon-lod", {kMaps, kHybrid}},
         {{"static_optimization",
           "part SO of --variants: keeps maps of earlier frames",
           {kMaps, kHybrid}},
@@ -165,10 +161,7 @@ const std::vector<Key>& keys() {
          [](CellSetup& s, Text k, Text v) { s.keepsFrames = isOn(k, v); }},
         {{"threshold", "--model texels:T of the hybrid", {kHybrid}},
          [](CellSetup& s, Text k, Text v) { s.hybridTexels = float(parseNumber(k, v, 0, 8192)); }},
-        {{"route_margin", "--route-margin: a map changes its method only for this gain", {kHybrid}},
-         [](CellSetup& s, Text k, Text v) {
-             s.frame.routeMargin = float(parseNumber(k, v, 0, 16));
-         }},
+        {"route_margin", "--route-margin", {kHybrid}},
     };
     return all;
 }
@@ -230,9 +223,8 @@ CellSetup cellSetup(const std::vector<std::string>& settings) {
     setup.frame.height = 144;
     setup.frame.maps.poolBytes = 128ull << 20;
     for (const std::string& text : settings)
-        forSettings(text, [&](const Key& key, const std::string& value) {
-            key.apply(setup, key.setting.key, value);
-        });
+        forSettings(text,
+                    [&](const Key& key, const std::string& value) { key.apply(setup, value); });
     return setup;
 }
 

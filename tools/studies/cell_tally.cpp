@@ -11,6 +11,8 @@ ErrorReport CellTally::add(Judge& judge, int frame, const PairResults& answers,
     errors_.add(report.total);
     nullFlipCount_ += report.nullRate * double(report.nullSampleCount);
     nullSampleCount_ += report.nullSampleCount;
+    outlineFlipCount_ += report.outlineNullRate * double(report.outlineNullSampleCount);
+    outlineSampleCount_ += report.outlineNullSampleCount;
     missingTapCount_ += answers.missingTapCount;
     const FrameCounts& counts = answers.frame.counts;
     tracedMapCount_ += counts.tracedMapCount;
@@ -31,6 +33,9 @@ Json CellTally::json() const {
     Json json = toJson(errors_);
     json["null_rate"] = nullSampleCount_ > 0 ? nullFlipCount_ / double(nullSampleCount_) : 0.0;
     json["null_sample_count"] = nullSampleCount_;
+    json["outline_null_rate"] =
+        outlineSampleCount_ > 0 ? outlineFlipCount_ / double(outlineSampleCount_) : 0.0;
+    json["outline_null_sample_count"] = outlineSampleCount_;
     const CellCounts all = counts();
     for (size_t m = 0; m < all.size(); ++m)
         json[kCellMeasureNames[m]] = all[m];

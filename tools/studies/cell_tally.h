@@ -31,6 +31,8 @@ private:
     ErrorCounts errors_;
     double nullFlipCount_ = 0;
     uint64_t nullSampleCount_ = 0;
+    double outlineFlipCount_ = 0; ///< of right pairs near an outline
+    uint64_t outlineSampleCount_ = 0;
     FlickerCounts flickers_;
     uint64_t missingTapCount_ = 0, tracedMapCount_ = 0, drawnMapCount_ = 0, texelCount_ = 0;
 };

@@ -16,6 +16,8 @@ namespace shadowdag {
 
 namespace {
 
+constexpr uint32_t kNullSampleCount = 400; ///< right pairs sampled in a frame
+
 /// Measures the cells of one failure and adds them to the results.
 class FailureMeasurement {
 public:
@@ -24,7 +26,7 @@ public:
         : failure_(failure), slack_(slack), request_(request), results_(results),
           workspace_(loadSceneAndWorld(failure.scene, -1, 1, true, console),
                      {request.backend, "", {}}),
-          judge_(workspace_) {}
+          judge_(workspace_, 1, kNullSampleCount) {}
 
     void measure() {
         std::map<std::pair<int, bool>, CellCounts> counts;

@@ -4,12 +4,16 @@
 #include "tools/studies/real_scenes.h"
 
 #include "cuda/error.h"
+#include "hybrid/judge/explain.h"
+#include "tools/settings/camera_text.h"
 #include "tools/settings/console.h"
 #include "tools/workspace/error_image.h"
 #include "tools/workspace/image_io.h"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string>
 
 namespace shadowdag {
 
@@ -17,6 +21,7 @@ namespace {
 
 constexpr size_t kListedPairCount = 8;      ///< number of unclassified errors that a cell lists
 constexpr uint32_t kNullSampleCount = 2000; ///< right pairs sampled in a frame
+constexpr uint64_t kLightSeed = 1;          ///< of placed lights
 
 Json jsonOf(const glm::vec3& v) {
     return {v.x, v.y, v.z};
@@ -25,12 +30,13 @@ Json jsonOf(const glm::vec3& v) {
 /// Measures the cells of one scene.
 class RealMeasurement {
 public:
-    RealMeasurement(const RealTable& table, LoadedScene scene, const RealScene* known,
-                    const StudyRequest& request, const Console& console)
-        : table_(table), known_(known), request_(request), name_(sceneStem(scene.argument)),
+    RealMeasurement(const RealTable& table, LoadedScene scene, bool arePlaced,
+                    const RealScene* known, const StudyRequest& request, const Console& console)
+        : table_(table), arePlaced_(arePlaced), known_(known), request_(request),
+          name_(sceneStem(scene.argument)),
           workspace_(std::move(scene), {request.backend, known ? known->camera : std::string(),
                                         VoxelSource{{}, request.cacheDirectory, false}, &console}),
-          judge_(workspace_, 1, kNullSampleCount), console_(console) {
+          judge_(workspace_, 1, kNullSampleCount) {
         workspace_.setTime(0.0f);
         camera_ = workspace_.camera();
     }
@@ -43,6 +49,7 @@ public:
         renderer.reset();
         CellTally tally(workspace_);
         Json unnamed = Json::array();
+        std::map<std::string, uint64_t> names;
         double poolDivisor = 1.0;
         PairResults answers;
         for (int f = 0; f < table_.frameCount; ++f) {
@@ -51,13 +58,9 @@ public:
                 pairResultsOf(renderer.render(camera, *model, setup.frame), renderer, setup.frame);
             if (stepWorld_ == 0.0f)
                 setStep(answers.gbuffer);
-            if (const uint64_t pairs = answers.frame.pairs.count();
-                method == MatrixMethod::kMaps && f == 0 && pairs < kFewPairCount)
-                console_.note("warning: " + name_ + ": " + std::to_string(pairs) +
-                              " pairs of a visible point and a light, which prove little");
             step();
             const ErrorReport report = tally.add(judge_, f, answers, camera);
-            list(errorInputs(workspace_.world(), answers), report, f, unnamed);
+            list(errorInputs(workspace_.world(), answers), report, f, names, unnamed);
             poolDivisor = std::max(poolDivisor, double(answers.frame.counts.maps.degradeDivisor));
             step();
         }
@@ -66,21 +69,31 @@ public:
                      {"geometry_hash", workspace_.scene().geometryHash},
                      {"triangle_count", workspace_.world().triangles().count()},
                      {"light_count", workspace_.world().lights().size()},
+                     {"lights", arePlaced_ ? "placed" : "own"},
+                     {"camera_numbers", cameraText(camera_)}, // of the first frame
                      {"method", name},
                      {"known", known}};
         json.update(tally.json());
         const ErrorCounts& errors = tally.errors();
+        uint64_t namedCount = 0;
+        for (const auto& [failure, count] : names)
+            namedCount += count;
         json["unnamed_count"] = json["unexplained_count"].get<uint64_t>() -
-                                (errors.settledFalseShadowCount + errors.settledFalseLightCount);
+                                (errors.settledFalseShadowCount + errors.settledFalseLightCount) -
+                                namedCount;
+        json["named_counts"] = names;
+        json["named_count"] = namedCount;
         json["unnamed"] = unnamed;
         const double pairs = double(std::max<uint64_t>(errors.pairCount, 1));
         json["false_shadow_share"] = double(errors.falseShadowCount) / pairs;
         json["false_light_share"] = double(errors.falseLightCount) / pairs;
         json["magnified_share"] = double(errors.magnifiedCount) / pairs;
+        json["acne_share"] = double(errors.acneCount) / pairs;
         for (const Untrusted& cell : known_ ? known_->untrusted : std::vector<Untrusted>())
             if (cell.method == method)
                 json["untrusted"] = cell.reason;
         json["pool_divisor"] = poolDivisor;
+        json["explaining_has_power"] = explainingHasPower(table_, method, json);
         const Json bounds = realBounds(table_, known_, method);
         Json broken = realBroken(json, bounds);
         if (known_ && !findKnown(known_->known, method, true))
@@ -121,13 +134,23 @@ private:
         stepWorld_ = *middle * 2.0f * std::tan(0.5f * camera_.yfov) / float(gbuffer.height);
     }
 
-    /// Lists the first unclassified errors, with the data to inspect each.
-    void list(const ErrorInputs& inputs, const ErrorReport& report, int f, Json& unnamed) {
+    /// Counts the unexplained errors that a test of their geometry names, by name, and lists the
+    /// first others, with the data to inspect each.
+    void list(const ErrorInputs& inputs, const ErrorReport& report, int f,
+              std::map<std::string, uint64_t>& names, Json& unnamed) {
         const PairList& pairs = inputs.pairs;
+        const PairJudge judge(inputs, workspace_.truth(), 1);
         for (size_t sample = 0; sample + 1 < pairs.sampleStart.size(); ++sample)
             for (uint64_t p = pairs.sampleStart[sample]; p < pairs.sampleStart[sample + 1]; ++p) {
-                if (report.verdicts[p] != PairVerdict::kUnexplained ||
-                    unnamed.size() >= kListedPairCount)
+                if (report.verdicts[p] != PairVerdict::kUnexplained)
+                    continue;
+                const FailureName failure =
+                    judge.nameOf(uint32_t(sample), p, inputs.visibility[p] < kHalfLit);
+                if (failure != FailureName::kNone) {
+                    ++names[failureNameText(failure)];
+                    continue;
+                }
+                if (unnamed.size() >= kListedPairCount)
                     continue;
                 const uint32_t light = pairs.light[p];
                 const glm::vec3 position = inputs.gbuffer.positionWorld[sample],
@@ -181,12 +204,12 @@ private:
     }
 
     const RealTable& table_;
+    bool arePlaced_; ///< the lights
     const RealScene* known_;
     const StudyRequest& request_;
     std::string name_;
     Workspace workspace_;
     Judge judge_;
-    const Console& console_;
     Camera camera_;
     float stepWorld_ = 0.0f;
     int done_ = 0;
@@ -196,15 +219,24 @@ private:
 
 Json measureReal(const RealTable& table, const std::string& file, const StudyRequest& request,
                  const Console& console) {
-    LoadedScene scene = loadSceneAndWorld(file, -1, 1, true, console);
+    LoadedScene scene =
+        loadSceneAndWorld(file, -1, kLightSeed, table.placedLightCount == 0, console);
+    const bool arePlaced = scene.world->lights().empty();
+    if (arePlaced) {
+        WorldOptions options;
+        options.placedLightCount = table.placedLightCount;
+        options.seed = kLightSeed;
+        scene.world = std::make_unique<World>(*scene.scene, options);
+        checkInterrupted();
+    }
     const RealScene* named = table.find(sceneStem(file));
     const bool isKnown = named && named->geometryHash == scene.geometryHash;
     Json results = {{"settings", table.settings},
                     {"frame_count", table.frameCount},
                     {"cells", Json::array()},
                     {"pictures", Json::array()}};
-    RealMeasurement measurement(table, std::move(scene), isKnown ? named : nullptr, request,
-                                console);
+    RealMeasurement measurement(table, std::move(scene), arePlaced, isKnown ? named : nullptr,
+                                request, console);
     for (int m = 0; m < kMatrixMethodCount; ++m)
         measurement.measure(MatrixMethod(m),
                             isKnown ? "yes"

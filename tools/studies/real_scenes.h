@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Studies of kind "real": lit scenes that were not made for this program, each by the four methods,
-// over a short camera move, every pair compared with Embree, with bounds.
+// Studies of kind "real": scenes that were not made for this program, each by the four methods,
+// over a short camera move, every pair compared with Embree, with bounds. Scenes without lights of
+// their own get some that the program places.
 //
 // A cell is one scene by one method. It holds while
 //  - each count is at most what is known of the cell and the study's slack; but of rays that
@@ -8,7 +9,7 @@
 //  - the shares of wrong and of magnified pairs are within the study's tolerance of the method,
 //    whatever is known, and so is the null rate: where most right answers would be explained as
 //    well, "explained" says nothing. A cell of a known scene that is not may stand in the study
-//    under "untrusted" with the reason;
+//    under "untrusted" with the reason; its null rate has a bound all the same;
 //  - every error is classified: it is magnified, explained, acne, contact or settled
 //    (hybrid/judge/explain.h). The few that are left and understood stand in the study under
 //    "unexplained" with a reason;
@@ -38,14 +39,16 @@ struct NamedErrors {
     std::string failure, reason;
 };
 
-/// What a method is held to in any scene: shares of the pairs of all frames, and of the right ones
-/// that would be explained if they were wrong.
+/// What a method is held to in any scene: shares of the pairs of all frames. Where more than
+/// `nullRate` of the right pairs near outlines would be explained if they were wrong, explaining
+/// has no power: results say so in place of the explained share.
 struct RealTolerance {
     std::vector<MatrixMethod> methods;
-    double falseShadowShare = 0, falseLightShare = 0, magnifiedShare = 0, nullRate = 1;
+    double falseShadowShare = 0, falseLightShare = 0, magnifiedShare = 0, acneShare = 1,
+           nullRate = 1;
 };
 
-/// A cell that is known to exceed the tolerance.
+/// A cell that is known to exceed the tolerance in its shares of wrong and magnified pairs.
 struct Untrusted {
     MatrixMethod method;
     std::string reason;
@@ -65,6 +68,7 @@ struct RealScene {
 struct RealTable {
     std::string settings; ///< of all cells
     int frameCount = 4;
+    int placedLightCount = 0; ///< in scenes without lights; 0: such scenes are not measured
     Slack slack;
     std::vector<RealTolerance> tolerances;
     std::vector<RealScene> scenes;
@@ -77,21 +81,28 @@ struct RealTable {
 RealTable readReal(const StudyFile& file);
 
 /// Returns the files of the arguments: files as they are, for a directory every .glb and .gltf in
-/// it that has lights, by name. Throws Error kUsage if there is none or if two have one name, which
-/// distinguishes scenes and pictures; kInput for an argument that is neither and for a scene that
-/// cannot be read.
-std::vector<std::string> realFiles(const std::vector<std::string>& arguments,
+/// it, by name, without those that have no lights if none are placed. Throws Error kUsage if there
+/// is none or if two have one name, which distinguishes scenes and pictures; kInput for an argument
+/// that is neither and for a scene that cannot be read.
+std::vector<std::string> realFiles(const RealTable& table,
+                                   const std::vector<std::string>& arguments,
                                    const Console& console);
 
 /// Measures a scene. Returns {"settings", "frame_count", "cells": [...], "pictures": [...]}: one
 /// object per method with its counts, "unnamed_count", "unnamed" (the first few of these pairs:
-/// frame, pixel, light, places, blocker), "known" ("yes", "no", "another file"), "bounds" and
+/// frame, pixel, light, places, blocker), "known" ("yes", "no", "another file"), "lights" ("own",
+/// "placed"), "explaining_has_power" (explainingHasPower), "bounds" and
 /// "broken" (realBroken, and "unknown" for a known scene without counts). Throws Error kInput for a
-/// scene that has no lights or cannot be read.
+/// scene that cannot be read, or that has no lights where none are placed.
 Json measureReal(const RealTable& table, const std::string& file, const StudyRequest& request,
                  const Console& console);
 
-/// Returns the bounds of a cell, by name of its measure: counts, shares, null rate. @param scene
+/// Returns whether right and wrong pairs near outlines can be told apart by explaining: true,
+/// false, or null where no such pair was sampled. @param cell with its outline null rate and its
+/// count
+Json explainingHasPower(const RealTable& table, MatrixMethod method, const Json& cell);
+
+/// Returns the bounds of a cell, by name of its measure: counts and shares. @param scene
 /// null for one without recorded counts
 Json realBounds(const RealTable& table, const RealScene* scene, MatrixMethod method);
 

@@ -4,7 +4,9 @@
 
 #include "cuda/error.h"
 #include "tools/studies/ablation.h"
+#include "tools/studies/adjudication.h"
 #include "tools/studies/failures.h"
+#include "tools/studies/mutants.h"
 #include "tools/studies/real_scenes.h"
 #include "tools/studies/stability.h"
 #include "tools/workspace/study_kinds.h"
@@ -19,7 +21,8 @@ namespace {
 using Make = std::unique_ptr<Study> (*)(const StudyFile&, const StudyRequest&, const Console&);
 
 /// In the order of kStudyKinds.
-constexpr Make kKinds[] = {makeAblationStudy, makeFailureStudy, makeRealStudy, makeStabilityStudy};
+constexpr Make kKinds[] = {makeAblationStudy, makeAdjudicationStudy, makeFailureStudy,
+                           makeMutantStudy,   makeRealStudy,         makeStabilityStudy};
 static_assert(std::size(kKinds) == std::size(kStudyKinds));
 
 } // namespace

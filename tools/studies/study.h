@@ -58,8 +58,12 @@ public:
     virtual Json counts(const Json& results) const = 0;
     /// Returns whether a run whose results exceed bounds ends in NotHeld.
     virtual bool mustHold() const { return true; }
+    /// Returns whether results contain times.
+    virtual bool takesTimes() const { return false; }
     /// Returns whether voxels are read from and written to the request's cacheDirectory.
     virtual bool usesCache() const { return false; }
+    /// Returns whether a scene without lights is an error.
+    virtual bool needsLights() const { return true; }
     /// Returns what the rows need that OpenGL does not support, "" for nothing.
     virtual std::string needsBeyondGl() const { return ""; }
 };

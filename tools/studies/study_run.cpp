@@ -6,8 +6,10 @@
 #include "tools/settings/provenance.h"
 #include "tools/studies/study.h"
 #include "tools/workspace/journal.h"
+#include "tools/workspace/judge.h"
 #include "tools/workspace/report_directory.h"
 #include "tools/workspace/scene_setup.h"
+#include "tools/workspace/timing.h"
 #include "tools/workspace/whole_file.h"
 
 #include "cuda/error.h"
@@ -42,15 +44,15 @@ Json measureParts(Study& study, StudyRequest request, const std::function<void(d
 }
 
 /// Throws what loading the scenes throws: scenes that are not there, files that are damaged or have
-/// no lights.
-void requireScenes(const std::vector<std::string>& scenes) {
+/// no lights where the study needs some.
+void requireScenes(const std::vector<std::string>& scenes, bool needsLights) {
     for (const std::string& scene : scenes)
         requireScene(scene);
     const Console silent(Console::Listener{[](const std::string&) {}, {}});
     for (const std::string& scene : std::set<std::string>(scenes.begin(), scenes.end())) {
         checkInterrupted();
         if (!scene.starts_with("builtin:"))
-            loadSceneAndWorld(scene, -1, 1, true, silent);
+            loadSceneAndWorld(scene, -1, 1, needsLights, silent);
     }
 }
 
@@ -83,7 +85,7 @@ void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
                                            " contains no unfinished study; run without --resume");
     const ReportPackage package(study.drawsCharts() && !command.noCharts, console);
     const std::vector<std::string> scenes = study.scenes();
-    requireScenes(scenes);
+    requireScenes(scenes, study.needsLights());
     const ReportDirectory held(command.output, command.resume, false);
     const std::string partial = command.output + "/partial";
     const Json provenance = buildProvenance(asked.backend);
@@ -97,12 +99,20 @@ void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
                      " finished parts reused");
     StudyRequest request = asked;
     request.pictureDirectory = partial + "/images";
+    const CpuUse use;
     const Json measured =
         measureParts(study, request, console.progress("study " + file.name), journal);
+    std::vector<std::string> warnings = fewPairsWarnings(measured);
+    if (const std::string busy = busyRemark(use.otherShare()); study.takesTimes() && !busy.empty())
+        warnings.push_back(busy);
     const std::vector<std::string> broken = study.brokenLines(measured);
 
     Json results = {{"provenance", provenance}, {"study", file.json}, {"inputs", key["inputs"]}};
     results.update(measured);
+    if (study.takesTimes())
+        results["other_cpu_share"] = use.otherShare();
+    if (!warnings.empty())
+        results["warnings"] = warnings;
     results[study.mustHold() ? "broken" : "disagreements"] = broken;
     const auto write = [&](const std::string& name, const std::string& text) {
         writeWholeFile(partial + "/" + name, text);
@@ -116,6 +126,8 @@ void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
     const std::string report =
         command.output + "/" + (package.hasPage() ? "index.html" : resultsFile);
     study.print(results, console);
+    for (const std::string& warning : warnings)
+        console.note("warning: " + warning);
     for (const std::string& line : broken)
         console.people() << line << "\n";
     console.people() << study.judged(results) << ", " << broken.size()

@@ -12,7 +12,12 @@
 namespace shadowdag {
 
 void endWithTheDisplay() {
-    std::signal(SIGPIPE, SIG_IGN); // writing to a closed connection fails as reading does
+    // Writing to a closed connection then fails as reading does. A handler that is set stays: it
+    // also tells a broken pipe from a SIGPIPE that asks the process to end.
+    struct sigaction before {};
+    sigaction(SIGPIPE, nullptr, &before);
+    if (before.sa_handler == SIG_DFL)
+        std::signal(SIGPIPE, SIG_IGN);
     XSetIOErrorHandler([](Display*) -> int {
         std::cerr << "shadowdag: error: the connection to the display was lost" << std::endl;
         _exit(int(ErrorKind::kDevice));

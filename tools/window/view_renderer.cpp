@@ -166,8 +166,8 @@ const FrameCosts& ViewRenderer::costsOf(size_t side, const ViewHooks& hooks) {
     ViewScene& o = *open_;
     ViewShown& s = *shown_;
     if (settings_.costs.table)
-        return findCosts(*settings_.costs.table, settings_.costs.path, o.workspace.scene().name,
-                         s.request.frame);
+        return findCosts(*settings_.costs.table, settings_.costs.path,
+                         {o.workspace.scene().name, s.request.frame});
     FrameOptions options = s.options[side];
     options.recordPairs = false; // no cost depends on it
     const std::string& camera = s.request.frozen.empty() ? s.request.camera : s.request.frozen;

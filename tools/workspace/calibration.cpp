@@ -15,15 +15,15 @@ CalibrationFrame measureCalibrationFrame(FrameRenderer& renderer, const Camera& 
     FrameOptions options = asked;
     options.recordPairs = false;
     options.routeMargin = 0;
-    options.maps.useStaticOptimization = false;
+    if (options.start == FrameStart::kCold)
+        options.maps.useStaticOptimization = false;
     CalibrationFrame result;
     renderer.reset();
     FrameCosts costs = renderer.measureCosts(camera, options, repeats);
     costs.wholeFrame.reset(); // the model predicts maps
     const auto render = [&](const CostModel& model) {
         checkInterrupted();
-        renderer.reset();
-        return renderer.render(camera, model, options);
+        return renderFrom(renderer, camera, model, options);
     };
 
     // The measured time of the oracle's routes beside the predicted one, and the time of counting.

@@ -41,13 +41,20 @@ template <class Int> Int wholeNumber(const Json& json, const char* key, const st
     return value.get<Int>();
 }
 
-/// Returns a member that is a finite number >= 0. Throws Error kInput naming it.
+/// Larger times and counts are errors: products of them could leave the range of numbers.
+constexpr double kMaxAmount = 1e15;
+
+/// Returns a member that is a number from 0 to kMaxAmount. Throws Error kInput naming it.
 double amount(const Json& json, const char* key, const std::string& where) {
     const Json& value = json.at(key);
-    if (!value.is_number() || !std::isfinite(value.get<double>()) || value.get<double>() < 0)
+    if (!value.is_number() || !(value.get<double>() >= 0 && value.get<double>() <= kMaxAmount))
         throw Error(ErrorKind::kInput, where + ": \"" + key + "\" is " + jsonLine(value) +
-                                           "; it must be a number of 0 or more: measure again");
+                                           "; it must be a number from 0 to 1e15: measure again");
     return value.get<double>();
+}
+
+const char* startName(FrameStart start) {
+    return start == FrameStart::kWarm ? "warm" : "cold";
 }
 
 CostTable tableFromJson(const Json& json, const std::string& path) {
@@ -57,6 +64,10 @@ CostTable tableFromJson(const Json& json, const std::string& path) {
     try {
         for (const Json& entry : json.at("costs")) {
             FrameCosts costs;
+            const std::string start = entry.value("start", startName(FrameStart::kCold));
+            if (start != startName(FrameStart::kCold) && start != startName(FrameStart::kWarm))
+                throw Error(ErrorKind::kInput, path + ": \"start\" is '" + start +
+                                                   "'; it must be cold or warm: measure again");
             costs.frame = wholeNumber<uint32_t>(entry, "frame", path);
             costs.raysScale = entry.contains("rays_scale") ? amount(entry, "rays_scale", path) : 1;
             costs.mapsScale = entry.contains("maps_scale") ? amount(entry, "maps_scale", path) : 1;
@@ -77,7 +88,9 @@ CostTable tableFromJson(const Json& json, const std::string& path) {
                 last = next;
                 costs.maps.push_back(cost);
             }
-            table[{entry.at("scene").get<std::string>(), costs.frame}] = std::move(costs);
+            const bool isWarm = start == startName(FrameStart::kWarm);
+            table[{entry.at("scene").get<std::string>(), costs.frame,
+                   isWarm ? FrameStart::kWarm : FrameStart::kCold}] = std::move(costs);
         }
     } catch (const Json::exception& error) {
         throw notACostFile(path, detailOf(error));
@@ -162,8 +175,9 @@ Json toJson(const CostTable& costs) {
                             {"octave", map.octave},
                             {"rays_ms", map.raysMs},
                             {"map_ms", map.mapMs}});
-        Json entry = {{"scene", key.first},
-                      {"frame", key.second},
+        Json entry = {{"scene", key.scene},
+                      {"frame", key.frame},
+                      {"start", startName(key.start)},
                       {"rays_scale", frameCosts.raysScale},
                       {"maps_scale", frameCosts.mapsScale},
                       {"degrade_divisor", frameCosts.degradeDivisor}};
@@ -185,13 +199,13 @@ CostTable readCosts(const std::string& path) {
     return tableFromJson(readJsonFile(path, kRemedy), path);
 }
 
-const FrameCosts& findCosts(const CostTable& costs, const std::string& path,
-                            const std::string& scene, uint32_t frame) {
-    const auto found = costs.find({scene, frame});
+const FrameCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key) {
+    const auto found = costs.find(key);
     if (found == costs.end())
-        throw Error(ErrorKind::kInput, path + ": has no costs of " + scene + " frame " +
-                                           std::to_string(frame) +
-                                           "; measure them with the same scenes and frames");
+        throw Error(ErrorKind::kInput,
+                    path + ": has no costs of " + key.scene + " frame " +
+                        std::to_string(key.frame) + ", " + startName(key.start) +
+                        "; measure them with the same scenes, frames and --start");
     return found->second;
 }
 

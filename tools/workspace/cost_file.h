@@ -8,6 +8,7 @@
 #include "tools/settings/experiment.h"
 #include "tools/settings/json.h"
 
+#include <compare>
 #include <map>
 #include <optional>
 #include <string>
@@ -16,25 +17,32 @@
 
 namespace shadowdag {
 
-/// Costs by scene name and frame.
-using CostTable = std::map<std::pair<std::string, uint32_t>, FrameCosts>;
+/// What costs were measured of.
+struct CostKey {
+    std::string scene; ///< its name
+    uint32_t frame = 0;
+    FrameStart start = FrameStart::kCold;
+
+    auto operator<=>(const CostKey&) const = default;
+};
+
+using CostTable = std::map<CostKey, FrameCosts>;
 
 /// Returns the name of a route in files: "rays" or "map".
 const char* routeName(Route route);
 /// Returns the route of such a name. Throws Error kInput naming `where` for another.
 Route routeNamed(const Json& name, const std::string& where);
 
-/// Returns {"costs": [{"scene", "frame", "rays_scale", "maps_scale", "degrade_divisor",
-/// "whole_frame" (FrameCosts::wholeFrame; may be absent), "maps": [{"light", "octave", "rays_ms",
-/// "map_ms"}]}]}.
+/// Returns {"costs": [{"scene", "frame", "start" ("cold" or "warm"; absent: cold), "rays_scale",
+/// "maps_scale", "degrade_divisor", "whole_frame" (FrameCosts::wholeFrame; may be absent), "maps":
+/// [{"light", "octave", "rays_ms", "map_ms"}]}]}.
 Json toJson(const CostTable& costs);
 /// Returns the same with the measurement's "provenance" and "experiment".
 Json toJson(const CostTable& costs, const Json& provenance, const Json& experiment);
 /// Reads such a file. Throws Error kInput naming the file and the error in it.
 CostTable readCosts(const std::string& path);
 /// Returns the costs of a frame. Throws Error kInput naming the file when it does not have them.
-const FrameCosts& findCosts(const CostTable& costs, const std::string& path,
-                            const std::string& scene, uint32_t frame);
+const FrameCosts& findCosts(const CostTable& costs, const std::string& path, const CostKey& key);
 
 /// Returns {"rays": [{"term", "ms"}], "map": [...]}.
 Json toJson(const CostCalibration& calibration);

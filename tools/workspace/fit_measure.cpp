@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "cuda/statistics.h"
 #include "tools/workspace/frame_json.h"
+#include "tools/workspace/judge.h"
 
 #include <algorithm>
 #include <cmath>
@@ -111,7 +112,17 @@ void FitMeasurer::run(size_t cell, const std::vector<size_t>& models, int repeat
         };
     }
     const SceneMeasurement measured = measureScene(scene.workspace, experiment, runs, context);
-    cellNames_[cell]["camera_numbers"] = measured.runs[0].at("camera_numbers");
+    Json& name = cellNames_[cell];
+    if (!name.contains("camera_numbers")) { // once
+        name["camera_numbers"] = measured.runs[0].at("camera_numbers");
+        const std::string few = fewPairsWarning(name.at("scene").get<std::string>() + ", frame " +
+                                                    std::to_string(frame),
+                                                measured.runs[0].at("pair_count").get<uint64_t>());
+        if (!few.empty()) {
+            name["warning"] = few;
+            console_.note("warning: " + few);
+        }
+    }
     for (size_t i = 0; i < models.size(); ++i) {
         const Json& row = measured.runs[i];
         otherCpuShare_ = std::max(otherCpuShare_, row.value("other_cpu_share", 0.0));
@@ -183,10 +194,13 @@ size_t FitMeasurer::raysAlone(size_t model) const {
         std::any_of(cells_[model].begin(), cells_[model].end(),
                     [](const FitCell& cell) { return cell.mappedLightCount > 0; }))
         return SIZE_MAX;
-    for (size_t other = 0; other < models_->runs.size(); ++other)
-        if (models_->runs[other].method == "dag" && models_->runs[other].dag == run.dag &&
-            LodChoice(models_->runs[other].frame.rays) == LodChoice(run.frame.rays))
+    for (size_t other = 0; other < models_->runs.size(); ++other) {
+        const RunParameters& alone = models_->runs[other];
+        const MethodNeeds& needs = methodOf(alone.method).needs();
+        if (needs.rays && !needs.maps && alone.dag == run.dag &&
+            LodChoice(alone.frame.rays) == LodChoice(run.frame.rays))
             return other;
+    }
     return SIZE_MAX;
 }
 

@@ -27,6 +27,12 @@ std::string poolNote(const FrameCounts& counts) {
                     counts.maps.pageCount);
 }
 
+bool isPoolFull(const Json& run) {
+    return !poolNote(run.value("degrade_divisor", 1.0), run.value("pages_wanted_count", 0ull),
+                     run.value("page_count", 0ull))
+                .empty();
+}
+
 std::string poolNote(const Json& run) {
     std::string note =
         poolNote(run.value("degrade_divisor", 1.0), run.value("pages_wanted_count", 0ull),
@@ -61,6 +67,8 @@ Json toJson(const ErrorCounts& c) {
 Json nullRatesJson(const ErrorReport& report) {
     return {{"null_rate", report.nullRate},
             {"null_sample_count", report.nullSampleCount},
+            {"outline_null_rate", report.outlineNullRate},
+            {"outline_null_sample_count", report.outlineNullSampleCount},
             {"tap_null_rate", report.tapNullRate},
             {"tap_only_null_rate", report.tapOnlyNullRate},
             {"tap_null_sample_count", report.tapNullSampleCount}};

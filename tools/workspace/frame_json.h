@@ -25,6 +25,8 @@ Json toJson(const FrameCounts& counts);
 std::string poolNote(const FrameCounts& counts);
 /// The same for a run of results.json; "" if it lacks the counts.
 std::string poolNote(const Json& run);
+/// Returns whether the maps of a run's frame are coarser than requested, or lack pages.
+bool isPoolFull(const Json& run);
 
 /// Returns one object per map: quantities, route, pairs.
 Json toJson(const std::vector<MapRecord>& maps);

@@ -4,12 +4,16 @@
 #include "cuda/error.h"
 #include "cuda/macros.h"
 #include "scenes/output_file.h"
+#include "tools/workspace/png_memory.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#define STBIW_MALLOC(bytes) shadowdag::reallocateOrThrow(nullptr, bytes)
+#define STBIW_REALLOC(old, bytes) shadowdag::reallocateOrThrow(old, bytes)
+#define STBIW_FREE(data) std::free(data)
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb_image_write.h>

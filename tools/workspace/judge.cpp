@@ -3,7 +3,9 @@
 
 #include "cuda/error.h"
 
+#include <algorithm>
 #include <cstdlib>
+#include <functional>
 #include <utility>
 
 namespace shadowdag {
@@ -12,6 +14,7 @@ PairResults pairResultsOf(FrameResult frame, const FrameRenderer& renderer,
                           const FrameOptions& options) {
     PairResults answers;
     answers.missingTapCount = frame.counts.missingTapCount;
+    answers.maxFaceTexels = options.maxFaceTexels;
     answers.frame = std::move(frame);
     answers.gbuffer = renderer.gbuffer();
     answers.method = {renderer.rayInputs(options.rays), renderer.shadowMaps(), options.bias};
@@ -19,10 +22,16 @@ PairResults pairResultsOf(FrameResult frame, const FrameRenderer& renderer,
 }
 
 ErrorInputs errorInputs(const World& world, const PairResults& answers) {
-    return {answers.gbuffer,          world.triangles(),
-            viewOf(world.lights()),   answers.frame.pairs,
-            answers.frame.visibility, answers.frame.pairRoute,
-            answers.frame.pairServer, answers.method};
+    return {answers.gbuffer,
+            world.triangles(),
+            viewOf(world.lights()),
+            answers.frame.pairs,
+            answers.frame.visibility,
+            answers.frame.pairRoute,
+            answers.frame.pairServer,
+            answers.method,
+            askedTexels(answers.frame.maps, answers.maxFaceTexels),
+            answers.hasPlane};
 }
 
 ErrorCounts countWrong(const PairList& pairs, const std::vector<uint8_t>& visibility,
@@ -59,6 +68,41 @@ std::string fewPairsWarning(const std::string& view, uint64_t pairCount) {
            " pairs of a visible point and a light; shares of fewer than " +
            std::to_string(kFewPairCount) +
            " are not reliable: use a larger --size, another --camera or several --views";
+}
+
+std::string darkPictureWarning(const std::string& view, uint64_t pairCount) {
+    return pairCount > 0 ? fewPairsWarning(view, pairCount)
+                         : view + ": no light reaches what the camera sees, so the picture is "
+                                  "black; give another --camera, as in --camera auto, or place "
+                                  "lights with --lights 32";
+}
+
+std::vector<std::string> fewPairsWarnings(const Json& results) {
+    std::vector<std::string> warnings;
+    const std::function<void(const Json&, const std::string&)> visit =
+        [&](const Json& value, const std::string& around) {
+            std::string view = around;
+            if (value.is_object()) {
+                for (const char* key : {"group", "scene"})
+                    if (value.contains(key) && value[key].is_string())
+                        view = value[key].get<std::string>();
+                if (value.contains("pair_count") && value["pair_count"].is_number_unsigned()) {
+                    const uint64_t count = value["pair_count"].get<uint64_t>();
+                    const std::string text =
+                        count > 0 ? fewPairsWarning(view, count)
+                                  : view + ": has no pair of a visible point and a light, so "
+                                           "nothing was compared";
+                    if (!text.empty() &&
+                        std::find(warnings.begin(), warnings.end(), text) == warnings.end())
+                        warnings.push_back(text);
+                }
+            }
+            if (value.is_structured())
+                for (const Json& member : value)
+                    visit(member, view);
+        };
+    visit(results, "the study");
+    return warnings;
 }
 
 const FrameTruth& Judge::truth(int64_t frame, const GBufferView& gbuffer, const PairList& pairs) {

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <map>
+#include <string>
 #include <vector>
 
 namespace shadowdag {
@@ -20,6 +21,7 @@ struct PairResults {
     VisibilityInputs method;
     bool hasPlane = true; ///< whether lookups use the receiver's plane when reevaluated
     uint64_t missingTapCount = 0;
+    uint32_t maxFaceTexels = FrameOptions{}.maxFaceTexels; ///< as the frame allocated
 };
 
 /// Returns the results of a frame that a renderer just made. @param options as it was rendered with
@@ -43,6 +45,11 @@ inline constexpr uint64_t kFewPairCount = 1000;
 /// Returns a warning where a view has fewer than kFewPairCount pairs, else "". Throws Error kInput
 /// if it has none, because nothing can be compared. @param view the scene's name, its view or frame
 std::string fewPairsWarning(const std::string& view, uint64_t pairCount);
+/// Returns the same for a picture, which nothing is compared with: no pair is a warning, too.
+std::string darkPictureWarning(const std::string& view, uint64_t pairCount);
+/// Returns the same for every object of results that has a "pair_count", once a view; those without
+/// pairs are named, too. @param results objects name their view by "scene" or "group"
+std::vector<std::string> fewPairsWarnings(const Json& results);
 
 /// The truth about a frame.
 struct FrameTruth {

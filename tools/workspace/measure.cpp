@@ -10,6 +10,7 @@
 #include "tools/workspace/judge.h"
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <stdexcept>
 
@@ -67,19 +68,20 @@ private:
         return nullptr;
     }
 
-    /// Renders one configuration without earlier state.
+    /// Renders one configuration, whatever was rendered before.
     FrameResult render(const RunParameters& run, bool recordPairs) {
         FrameRenderer& renderer = workspace_.renderer(run);
         const std::unique_ptr<CostModel> model = makeCostModel(run.model);
         if (model->needsCosts())
-            model->setCosts(frameCosts_);
+            model->setCosts(costsOf(run));
         if (context_.given != nullptr)
             giveCalibration(*model, *context_.given);
         FrameOptions options = run.frame;
         options.recordPairs = recordPairs;
-        renderer.reset();
-        return renderer.render(camera_, *model, options);
+        return renderFrom(renderer, camera_, *model, options);
     }
+
+    FrameCosts& costsOf(const RunParameters& run) { return frameCosts_[run.frame.start]; }
 
     /// Finds the pairs of the frame and the truth about them.
     void prepareTruth() {
@@ -93,77 +95,87 @@ private:
                      experiment_.height, truth_->display);
     }
 
-    /// Measures the cost of every map by rays and by map alone, or uses the given costs.
+    /// Measures the cost of every map by rays and by map alone, of every start of a frame that is
+    /// of use, or takes the given costs.
     void measureCosts(const std::function<void()>& step, SceneMeasurement& out) {
-        const RunParameters* base = firstRun(&RunParameters::usesRays);
-        // Charts of variants do not use them; only a model that routes by costs needs them.
-        const bool isOfUse = std::any_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
-            return (run.variant.empty() && context_.measuresMapCosts) ||
-                   makeCostModel(run.model)->needsCosts();
-        });
-        const bool isWanted =
-            isOfUse && base != nullptr && firstRun(&RunParameters::usesMaps) != nullptr;
-        if (isWanted) {
-            if (part("costs") == nullptr) {
-                checkInterrupted();
-                RunParameters run = *base;
-                for (const RunParameters& candidate : runs_)
-                    if (candidate.isRouted()) {
-                        run = candidate; // its options contain those of both methods
-                        break;
-                    }
-                if (context_.costs != nullptr) {
-                    frameCosts_ =
-                        findCosts(*context_.costs, context_.costsPath, scene_.name, frame_);
-                } else {
-                    FrameOptions options = run.frame;
-                    options.recordPairs = false;
-                    FrameRenderer& renderer = workspace_.renderer(run);
-                    renderer.reset();
-                    frameCosts_ = renderer.measureCosts(camera_, options);
+        std::map<FrameStart, RunParameters> wanted;
+        const RunParameters* rays = firstRun(&RunParameters::usesRays);
+        if (rays != nullptr && firstRun(&RunParameters::usesMaps) != nullptr)
+            for (const RunParameters& run : runs_)
+                // Charts of variants do not use them; only a model that routes by costs needs them.
+                if ((run.variant.empty() && context_.measuresMapCosts && run.usesMaps()) ||
+                    makeCostModel(run.model)->needsCosts()) {
+                    RunParameters& of = wanted.try_emplace(run.frame.start, *rays).first->second;
+                    if (run.isRouted() && !of.isRouted())
+                        of = run; // its options contain those of both methods
+                    of.frame.start = run.frame.start;
                 }
-                frameCosts_.frame = frame_;
-                RunParameters drawAll = run;
-                drawAll.model = "texels:0";
-                const FrameResult result = render(drawAll, true);
-                context_.journal->set(part_ + "costs", costsJson(result.maps));
-            }
-            const Json& saved = *part("costs");
-            frameCosts_ = {};
-            frameCosts_.frame = frame_;
-            for (const Json& map : saved) {
-                frameCosts_.maps.push_back(
-                    {map.at("light").get<uint32_t>(), map.value("octave", 0u),
-                     map.at("rays_ms").get<double>(), map.at("map_ms").get<double>()});
-                frameCosts_.raysScale = map.value("rays_scale", 1.0);
-                frameCosts_.mapsScale = map.value("maps_scale", 1.0);
-                frameCosts_.degradeDivisor = map.value("degrade_divisor", 1.0);
-                if (map.contains("whole_frame"))
-                    frameCosts_.wholeFrame = routeNamed(map["whole_frame"], "the journal");
-                out.mapCosts.push_back(map);
-            }
-            out.costs[{scene_.name, frame_}] = frameCosts_;
+        for (const auto& [start, run] : wanted) {
+            const std::string name =
+                std::string("costs") + (start == FrameStart::kWarm ? " warm" : "");
+            if (part(name) == nullptr)
+                measureCosts(run, name);
+            readCosts(*part(name), frameCosts_[start], out);
+            out.costs[{scene_.name, frame_, start}] = frameCosts_[start];
         }
         step();
     }
 
-    Json costsJson(const std::vector<MapRecord>& maps) const {
+    /// Measures or takes the costs of a run and notes them in the journal.
+    void measureCosts(const RunParameters& run, const std::string& name) {
+        checkInterrupted();
+        FrameRenderer& renderer = workspace_.renderer(run);
+        FrameCosts& costs = costsOf(run);
+        if (context_.costs != nullptr) {
+            costs = findCosts(*context_.costs, context_.costsPath,
+                              {scene_.name, frame_, run.frame.start});
+        } else {
+            FrameOptions options = run.frame;
+            options.recordPairs = false;
+            costs = renderer.measureCosts(camera_, options);
+        }
+        costs.frame = frame_;
+        RunParameters drawAll = run;
+        drawAll.model = "texels:0";
+        const FrameResult result = render(drawAll, true);
+        context_.journal->set(part_ + name, costsJson(costs, run.frame.start, result.maps));
+    }
+
+    void readCosts(const Json& saved, FrameCosts& costs, SceneMeasurement& out) const {
+        costs = {};
+        costs.frame = frame_;
+        for (const Json& map : saved) {
+            costs.maps.push_back({map.at("light").get<uint32_t>(), map.value("octave", 0u),
+                                  map.at("rays_ms").get<double>(), map.at("map_ms").get<double>()});
+            costs.raysScale = map.value("rays_scale", 1.0);
+            costs.mapsScale = map.value("maps_scale", 1.0);
+            costs.degradeDivisor = map.value("degrade_divisor", 1.0);
+            if (map.contains("whole_frame"))
+                costs.wholeFrame = routeNamed(map["whole_frame"], "the journal");
+            out.mapCosts.push_back(map);
+        }
+    }
+
+    Json costsJson(const FrameCosts& costs, FrameStart start,
+                   const std::vector<MapRecord>& maps) const {
         Json list = Json::array();
         const Json quantities = toJson(maps);
-        for (const MapCost& cost : frameCosts_.maps)
+        for (const MapCost& cost : costs.maps)
             for (const Json& map : quantities)
                 if (map.at("light") == cost.light && map.at("octave") == cost.octave) {
                     Json entry = {{"scene", scene_.name}, {"frame", frame_}};
+                    if (start == FrameStart::kWarm)
+                        entry["start"] = "warm";
                     entry.update(map);
                     entry.erase("route");
                     entry["rays_ms"] = cost.raysMs;
                     entry["map_ms"] = cost.mapMs;
-                    entry["rays_scale"] = frameCosts_.raysScale;
-                    entry["maps_scale"] = frameCosts_.mapsScale;
-                    if (frameCosts_.degradeDivisor > 1)
-                        entry["degrade_divisor"] = frameCosts_.degradeDivisor;
-                    if (frameCosts_.wholeFrame)
-                        entry["whole_frame"] = routeName(*frameCosts_.wholeFrame);
+                    entry["rays_scale"] = costs.raysScale;
+                    entry["maps_scale"] = costs.mapsScale;
+                    if (costs.degradeDivisor > 1)
+                        entry["degrade_divisor"] = costs.degradeDivisor;
+                    if (costs.wholeFrame)
+                        entry["whole_frame"] = routeName(*costs.wholeFrame);
                     list.push_back(std::move(entry));
                 }
         return list;
@@ -196,8 +208,8 @@ private:
         json["rmse"] = computeRmse(truth_->display, display);
         json["flip"] = computeFlip(truth_->display, display, experiment_.width, experiment_.height);
         json.update(toJson(result.counts));
-        if (frameCosts_.degradeDivisor > 1 && makeCostModel(run.model)->needsCosts())
-            json["costs_degrade_divisor"] = frameCosts_.degradeDivisor;
+        if (costsOf(run).degradeDivisor > 1 && makeCostModel(run.model)->needsCosts())
+            json["costs_degrade_divisor"] = costsOf(run).degradeDivisor;
         json["dag_bytes"] = run.usesVoxels() ? renderer.dagBytes() : 0;
         json["exact_bytes"] = triangleBytes(run, renderer);
         json["visibility_histogram"] = report.visibilityHistogram;
@@ -242,12 +254,19 @@ private:
                 return stages;
             });
         const double otherCpuShare = use.otherShare();
+        const auto embree = std::find_if(runs_.begin(), runs_.end(), [](const RunParameters& run) {
+            return methodOf(run.method).needs().embree;
+        });
         Json times = Json::object();
         for (size_t i = 0; i < runs_.size(); ++i) {
             Json& of = times[runs_[i].label()];
             of = experiment_.repeats > 0 ? timings[i].toJson() : Json::object();
-            if (experiment_.repeats > 0)
+            if (experiment_.repeats > 0) {
                 of["other_cpu_share"] = otherCpuShare;
+                if (embree != runs_.end())
+                    of.update(ratioJson("time_over_embree", timings[i],
+                                        timings[size_t(embree - runs_.begin())]));
+            }
             if (experiment_.repeats > 0 && context_.onTiming)
                 context_.onTiming(frame_, runs_[i], timings[i]);
         }
@@ -287,7 +306,7 @@ private:
     Camera camera_;
     PairList pairs_;
     const FrameTruth* truth_ = nullptr;
-    FrameCosts frameCosts_;
+    std::map<FrameStart, FrameCosts> frameCosts_;
 };
 
 } // namespace

@@ -2,7 +2,7 @@
 #include "tools/workspace/reevaluate_pairs.h"
 
 #include "cuda/parallel_for.h"
-#include "hybrid/frame/shade.h"
+#include "hybrid/frame/pair_result.h"
 
 namespace shadowdag {
 
@@ -21,7 +21,7 @@ void askAgain(const World& world, PairResults& answers) {
         [&](size_t sample) {
             VisibilityCounts counts;
             for (uint64_t p = pairs.sampleStart[sample]; p < pairs.sampleStart[sample + 1]; ++p)
-                answers.frame.visibility[p] = computePairResult(
+                answers.frame.visibility[p] = computePairResultOnHost(
                     answers.method, answers.frame.pairServer[p], pairs.light[p],
                     world.lights()[pairs.light[p]], answers.gbuffer.positionWorld[sample],
                     answers.hasPlane ? answers.gbuffer.normalWorld[sample] : glm::vec3(0.0f),

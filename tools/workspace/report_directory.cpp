@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
+#include <new>
 #include <unistd.h>
 #include <vector>
 
@@ -150,16 +151,19 @@ ReportDirectory::ReportDirectory(const std::string& directory, bool resume, bool
 }
 
 ReportDirectory::~ReportDirectory() {
-    std::error_code ignored;
-    if (fs::exists(partial_ + "/old", ignored))
-        return; // a swap that could not be undone keeps the older report
-    const std::string path = partial_ + "/journal.json";
-    const bool hasJournal = fs::exists(path, ignored); // --join has none
-    const Json journal = readOwnJsonFile(path);
-    const bool isEmpty =
-        journal.is_object() && journal.contains("parts") && journal["parts"].empty();
-    if (!hasJournal || isEmpty)
-        fs::remove_all(partial_, ignored);
+    try {
+        std::error_code ignored;
+        if (fs::exists(partial_ + "/old", ignored))
+            return; // a swap that could not be undone keeps the older report
+        const std::string path = partial_ + "/journal.json";
+        const bool hasJournal = fs::exists(path, ignored); // --join has none
+        const Json journal = readOwnJsonFile(path);
+        const bool isEmpty =
+            journal.is_object() && journal.contains("parts") && journal["parts"].empty();
+        if (!hasJournal || isEmpty)
+            fs::remove_all(partial_, ignored);
+    } catch (const std::bad_alloc&) { // the folder stays, as after a crash
+    }
 }
 
 DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
@@ -190,6 +194,7 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
 void swapReport(const std::string& directory) {
     const std::string partial = directory + "/partial", old = partial + "/old";
     fs::create_directories(old);
+    auto held = delayRemovalOfUnfinishedFiles(); // and the end of the process
     try {
         for (const std::string& name : reportParts()) {
             const std::string target = directory + "/" + name, fresh = partial + "/" + name;
@@ -203,6 +208,7 @@ void swapReport(const std::string& directory) {
         throw;
     }
     moveFile(old, partial + "/done"); // the swap is not undone from here on
+    held.unlock();
     std::error_code ignored;
     fs::remove_all(partial, ignored);
 }

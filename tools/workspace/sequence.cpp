@@ -73,7 +73,8 @@ struct Player {
     std::unique_ptr<CostModel> model;
     FlickerMeter flicker;
     FrameOptions options;
-    StageTimes update; ///< of following the frame shown now
+    StageTimes update;              ///< of following the frame shown now
+    std::vector<glm::vec3> display; ///< the picture of the frame recorded before; empty: none
 };
 
 /// Shows a scene's frames to all configurations.
@@ -132,8 +133,10 @@ private:
     void rewind() {
         show(steps_.front().frame);
         workspace_.resetRenderers();
-        for (const std::unique_ptr<Player>& player : players_)
+        for (const std::unique_ptr<Player>& player : players_) {
             player->flicker.forget();
+            player->display.clear();
+        }
     }
 
     /// Moves the world and all that depend on it to a frame.
@@ -168,6 +171,7 @@ private:
         if (done == steps_.size())
             return progress(done);
         rewind();
+        setExposure();
         for (size_t s = 0; s < steps_.size(); ++s) {
             checkInterrupted();
             const SequenceStep& step = steps_[s];
@@ -184,8 +188,9 @@ private:
                 fewPairsWarning(workspace_.scene().name + ", frame " + std::to_string(step.frame),
                                 pairs.count());
             const std::vector<uint8_t> visibility = askTruth(workspace_.truth(), pairs);
+            const std::vector<glm::vec3> truthDisplay = displayOfTruth(pairs, visibility);
             for (const std::unique_ptr<Player>& player : players_) {
-                const Json row = computeMethodResult(*player, pairs, visibility);
+                const Json row = computeMethodResult(*player, pairs, visibility, truthDisplay);
                 if (!step.isCounted)
                     continue;
                 Json json = {
@@ -196,6 +201,7 @@ private:
                 json.update(row);
                 rows.push_back(std::move(json));
             }
+            truthDisplay_ = truthDisplay;
             if (s >= done) // the one before is rendered again for the points that it draws
                 context_.journal->set(part_ + partOfStep(s), std::move(rows));
             progress(1);
@@ -208,8 +214,26 @@ private:
         player.flicker.skip();
     }
 
+    /// Sets the exposure of all pictures: with one of its own each frame would change by it.
+    void setExposure() {
+        exposure_ = float(experiment_.exposure);
+        if (exposure_ > 0)
+            return;
+        const PairList pairs = listPairs();
+        exposure_ = autoExposure(shadePairs(witness_.gbuffer(), workspace_.world(), pairs,
+                                            askTruth(workspace_.truth(), pairs)));
+    }
+
+    std::vector<glm::vec3> displayOfTruth(const PairList& pairs,
+                                          const std::vector<uint8_t>& visibility) const {
+        return toneMap(shadePairs(witness_.gbuffer(), workspace_.world(), pairs, visibility),
+                       exposure_);
+    }
+
+    /// @param truthDisplay the truth's picture of this frame
     Json computeMethodResult(Player& player, const PairList& pairs,
-                             const std::vector<uint8_t>& truthVisibility) {
+                             const std::vector<uint8_t>& truthVisibility,
+                             const std::vector<glm::vec3>& truthDisplay) {
         const PairResults answers =
             pairResultsOf(render(player, true), *player.renderer, player.options);
         const FrameResult& result = answers.frame;
@@ -224,6 +248,11 @@ private:
         json["lighting_computation_count"] = computations;
         json["dag_bytes"] = player.run.usesVoxels() ? player.renderer->dagBytes() : 0;
         json["exact_bytes"] = triangleBytes(player.run, *player.renderer);
+        std::vector<glm::vec3> display = toneMap(result.color, exposure_);
+        if (!player.display.empty())
+            json["frame_difference_error"] =
+                computeFrameDifferenceError(player.display, display, truthDisplay_, truthDisplay);
+        player.display = std::move(display);
         json.update(
             flickerJson(experiment_.flickerPoints > 0
                             ? player.flicker.add({errorInputs(workspace_.world(), answers), view_})
@@ -283,6 +312,8 @@ private:
     FrameOptions pairOptions_;
     std::vector<std::unique_ptr<Player>> players_;
     Camera view_;
+    float exposure_ = 1.0f;
+    std::vector<glm::vec3> truthDisplay_; ///< of the frame recorded before
     size_t stepCount_ = 1, stepsDone_ = 0;
 };
 

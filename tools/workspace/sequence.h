@@ -40,7 +40,9 @@ void refuseModelsOfCosts(const std::vector<RunParameters>& runs);
 /// Measures every configuration over the experiment's frames and fills `sequenceRuns` of the
 /// result, one object per frame and configuration, frame by frame. Besides times and counts as in
 /// compare's runs each has confusion counts, "lighting_computation_count" (samples times lights of
-/// their clusters) and flicker_* since the frame shown before it. Throws as refuseModelsOfCosts.
+/// their clusters) and, since the frame shown before it, flicker_* and "frame_difference_error"
+/// (computeFrameDifferenceError of pictures at the exposure of the sequence's first frame; absent
+/// where no frame was shown before). Throws as refuseModelsOfCosts.
 SceneMeasurement measureSequence(Workspace& workspace, const Experiment& experiment,
                                  const std::vector<RunParameters>& runs,
                                  const MeasureContext& context);

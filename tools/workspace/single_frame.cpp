@@ -152,12 +152,13 @@ const PairResults& SingleFrames::render(float timeSeconds, uint32_t frame) {
                         "a margin of routes needs a sequence of frames, but model '" +
                             method_.model + "' measures each frame separately; drop one of them");
         renderer.reset();
-        model_->setCosts(costs_.table ? findCosts(*costs_.table, method_.costs, sceneName(), frame)
+        model_->setCosts(costs_.table ? findCosts(*costs_.table, method_.costs,
+                                                  {sceneName(), frame, run_.frame.start})
                                       : renderer.measureCosts(camera, run_.frame));
     }
-    if (!areRoutesHeld)
-        renderer.reset();
-    answers_ = pairResultsOf(renderer.render(camera, *model_, run_.frame), renderer, run_.frame);
+    answers_ = pairResultsOf(areRoutesHeld ? renderer.render(camera, *model_, run_.frame)
+                                           : renderFrom(renderer, camera, *model_, run_.frame),
+                             renderer, run_.frame);
     return answers_;
 }
 

@@ -5,6 +5,7 @@
 
 namespace shadowdag {
 
-inline constexpr const char* kStudyKinds[] = {"ablation", "failures", "real", "stability"};
+inline constexpr const char* kStudyKinds[] = {"ablation", "adjudication", "failures",
+                                              "mutants",  "real",         "stability"};
 
 } // namespace shadowdag

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/workspace/timing.h"
 
+#include "cuda/macros.h"
+#include "cuda/quantile_interval.h"
 #include "cuda/statistics.h"
 
 #include <sched.h>
@@ -29,11 +31,28 @@ Json Timing::toJson() const {
     Json stages = Json::object();
     for (const auto& [name, times] : stagesMs)
         stages[name] = median(times);
-    return {{"time_ms", median(totalMs)},
+    const QuantileInterval interval = medianInterval(totalMs);
+    return {{"time_ms", interval.value},
+            {"time_ms_low", interval.low},
+            {"time_ms_high", interval.high},
+            {"time_ms_confidence", interval.confidence},
             {"time_ms_min", *std::min_element(totalMs.begin(), totalMs.end())},
             {"time_ms_max", *std::max_element(totalMs.begin(), totalMs.end())},
             {"repeat_count", totalMs.size()},
+            {"round_times_ms", totalMs},
             {"stages_ms", std::move(stages)}};
+}
+
+Json ratioJson(const std::string& key, const Timing& timing, const Timing& base) {
+    SDAG_ASSERT(timing.totalMs.size() == base.totalMs.size());
+    std::vector<double> ratios;
+    for (size_t round = 0; round < timing.totalMs.size(); ++round)
+        ratios.push_back(timing.totalMs[round] / base.totalMs[round]);
+    const QuantileInterval interval = medianInterval(std::move(ratios));
+    return {{key, interval.value},
+            {key + "_low", interval.low},
+            {key + "_high", interval.high},
+            {key + "_confidence", interval.confidence}};
 }
 
 namespace {

@@ -20,10 +20,17 @@ struct Timing {
 
     /// Adds a run; its total is the sum of its stages.
     void add(const StageTimes& stages);
-    /// Returns time_ms (median), time_ms_min, time_ms_max, repeat_count, stages_ms (medians of the
-    /// runs that had the stage). At least one run must have been added.
+    /// Returns time_ms (median), time_ms_low and time_ms_high (its interval by order statistics),
+    /// time_ms_confidence (of that interval: below 0.95 where the runs are few), time_ms_min,
+    /// time_ms_max, repeat_count, round_times_ms (every run), stages_ms (medians of the runs that
+    /// had the stage). At least one run must have been added.
     Json toJson() const;
 };
+
+/// Returns `key` (the median over rounds of the time over that of `base` in the same round),
+/// `key`_low, `key`_high and `key`_confidence. What slows a round down affects both of its times,
+/// so the interval is narrower than that of the times. Both were run in turn, as often.
+Json ratioJson(const std::string& key, const Timing& timing, const Timing& base);
 
 /// The use of the processor from its construction on.
 class CpuUse {

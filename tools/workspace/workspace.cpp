@@ -30,7 +30,9 @@ Dag Workspace::obtain(uint32_t resolutionLog2) const {
     checkInterrupted();
     if (options_.voxels)
         return cachedDag(scene_, resolutionLog2, *options_.voxels, *options_.console);
-    return voxelize(world().triangles(), viewOf(world().staticTriangles()), grid(resolutionLog2));
+    return voxelize(world().triangles(), viewOf(world().staticTriangles()), grid(resolutionLog2),
+                    options_.console ? options_.console->progress("voxelize " + scene_.name)
+                                     : Progress{});
 }
 
 std::vector<uint32_t> Workspace::obtainVoxels(const std::vector<uint32_t>& resolutionLog2) {

@@ -23,7 +23,7 @@ inline constexpr uint32_t kNoVoxels = UINT32_MAX;
 struct WorkspaceOptions {
     Backend backend = Backend::kCpu;
     std::string camera; ///< as --camera takes it
-    /// The source of voxels; none: they are built in memory, without messages.
+    /// The source of voxels; none: they are built in memory.
     std::optional<VoxelSource> voxels;
     const Console* console = nullptr; ///< receives progress; needed with voxels
     uint32_t viewCount = 1;           ///< number of automatic cameras that setView will request

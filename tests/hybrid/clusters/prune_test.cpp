@@ -10,11 +10,13 @@
 namespace shadowdag::test {
 namespace {
 
-FrameResult frameOf(FailStage& stage, PairPruning pruning, const char* model) {
+FrameResult frameOf(FailStage& stage, PairPruning pruning, const char* model,
+                    float believe = RayOptions{}.believe) {
     FrameOptions options = failFrame();
     options.width = 640;
     options.height = 360;
     options.pruning = pruning;
+    options.rays.believe = believe;
     stage.renderer->reset();
     return stage.renderer->render(stage.world.cameras().at(0), *makeCostModel(model), options);
 }
@@ -85,6 +87,11 @@ TEST(PairPruning, ProvenPairsAreThoseThatVoxelRaysFindLitAndNeedNoPage) {
             ASSERT_EQ(rays.visibility[p], kLit) << "pair " << p;
         }
     EXPECT_EQ(proven, lit.counts.provenPairCount);
+
+    // Proofs are by voxels, also where rays believe none.
+    const FrameResult beside = frameOf(stage, PairPruning::kLit, "texels:0", 0.0f);
+    EXPECT_EQ(beside.counts.provenPairCount, lit.counts.provenPairCount);
+    EXPECT_TRUE(beside.visibility == lit.visibility);
 
     // Lights that a plate in motion may shadow are not proven.
     FailStage moving(hallWithScreen(), 9, 1.0f);

@@ -54,7 +54,7 @@ Cast castRay(const TriangleSoup& soup, const ViewRays& view, uint32_t x, uint32_
     return cast;
 }
 
-// As a GPU draws: small triangles by their own threads, large ones tile by tile, whoever finds room
+// As a GPU draws: small triangles by their own threads, large ones tile by tile, if there is room
 // on the list.
 TEST(GBuffer, DrawnBySlotIsDrawnByBatchBitForBit) {
     for (uint64_t seed = 1; seed <= 4; ++seed)

@@ -21,6 +21,36 @@ TEST(ImageMetrics, RmseIsTheHandComputedOne) {
     EXPECT_EQ(computeRmse({}, {}), 0.0);
 }
 
+using Picture = std::vector<glm::vec3>;
+
+// Pictures of four pixels, one channel of which is looked at.
+Picture pictureOf(const std::vector<float>& reds) {
+    Picture picture;
+    for (const float red : reds)
+        picture.emplace_back(red, 0.0f, 0.0f);
+    return picture;
+}
+
+TEST(FrameDifferenceError, AStandingErrorIsNoneAndAMovingOneIsTwice) {
+    const Picture black = pictureOf({0, 0, 0, 0}), third = pictureOf({0, 0, 0.75f, 0}),
+                  last = pictureOf({0, 0, 0, 0.75f});
+    const double one = 0.75 / (3 * 4);
+    EXPECT_EQ(computeFrameDifferenceError(third, third, black, black), 0.0) << "it stays";
+    EXPECT_NEAR(computeFrameDifferenceError(black, third, black, black), one, 1e-9) << "it comes";
+    EXPECT_NEAR(computeFrameDifferenceError(third, black, black, black), one, 1e-9) << "it goes";
+    EXPECT_NEAR(computeFrameDifferenceError(third, last, black, black), 2 * one, 1e-9) << "moves";
+}
+
+TEST(FrameDifferenceError, IsTheDifferenceOfChanges) {
+    const Picture a = pictureOf({0.1f, 0.2f, 0.3f, 0.4f}), b = pictureOf({0.4f, 0.2f, 0.2f, 0.4f}),
+                  black = pictureOf({0, 0, 0, 0}), lit = pictureOf({0.3f, 0.1f, 0, 0});
+    EXPECT_NEAR(computeFrameDifferenceError(a, b, a, b), 0.0, 1e-9);
+    // Changes of 0.3, 0, -0.1, 0 against 0.3, 0.1, 0, 0.
+    EXPECT_NEAR(computeFrameDifferenceError(a, b, black, lit), 0.2 / 12, 1e-7);
+    EXPECT_EQ(computeFrameDifferenceError({}, {}, {}, {}), 0.0);
+    EXPECT_THROW(computeFrameDifferenceError(a, b, black, {}), Error);
+}
+
 TEST(ImageMetrics, ImagesOfDifferentSizeAreRefused) {
     try {
         computeRmse(std::vector<glm::vec3>(3), std::vector<glm::vec3>(2));

@@ -125,12 +125,34 @@ TEST(EmbreeScene, AgreesWithBruteForceAwayFromEdges) {
     EXPECT_GT(dark, 500u);
 }
 
-TEST(EmbreeScene, LiftsByUlpsAlongTheNormal) {
-    const float ulp = 0x1p-23f;
-    EXPECT_EQ(liftedSample({1, -1, 0}, {1, 0, 0}), glm::vec3(1 + 256 * ulp, -1, 0));
-    EXPECT_EQ(liftedSample({1, -1, 0}, {0, 1, 0}), glm::vec3(1, -1 + 128 * ulp, 0));
-    EXPECT_EQ(liftedSample({1, -1, 0}, {0, -1, 0}), glm::vec3(1, -1 - 256 * ulp, 0));
-    EXPECT_EQ(liftedSample({1, -1, 0}, {0, 0, 1}), glm::vec3(1, -1, 0x1p-16f));
+TEST(EmbreeScene, LiftsByTheLargestCoordinateOfTheSampleAndItsWay) {
+    const float share = 0x1p-18f;
+    EXPECT_EQ(liftedSample({2, -1, 0}, {1, 0, 0}, {}), glm::vec3(2 + 2 * share, -1, 0));
+    EXPECT_EQ(liftedSample({1, -4, 0}, {0, -1, 0}, {1, 2, 3}), glm::vec3(1, -4 - 4 * share, 0));
+    EXPECT_EQ(liftedSample({1, -1, 0}, {0, 0, 1}, {1, -64, 3}), glm::vec3(1, -1, 64 * share));
+}
+
+// A floor whose height is near 0, and turned so that its triangles are not level in any frame of
+// floats, is lit by a light that is far away: rays end there with the rounding of their whole way.
+TEST(EmbreeScene, AFarLightLeavesNoAcneOnAFloorNearTheOrigin) {
+    TriangleSoup soup;
+    const auto heightAt = [](float x, float z) { return 0.01f + 1e-3f * x - 7e-4f * z; };
+    const auto corner = [&](float x, float z) { return glm::vec3(x, heightAt(x, z), z); };
+    soup.add(corner(-1000, -900), corner(-900, 1100), corner(1200, 1000));
+    soup.add(corner(-1000, -900), corner(1200, 1000), corner(1000, -1100));
+    const std::vector<uint32_t> all = countTo(soup.triangles.size());
+    const EmbreeScene scene(soup.view(), viewOf(all));
+    const glm::vec3 normal = glm::normalize(glm::vec3(-1e-3f, 1.0f, 7e-4f));
+    std::vector<glm::vec3> positions;
+    for (int i = -20; i <= 20; ++i)
+        for (int j = -20; j <= 20; ++j)
+            positions.push_back(corner(0.37f * float(i), 0.41f * float(j)));
+    for (const float height : {10.0f, 100.0f, 1000.0f, 10000.0f}) {
+        Light light;
+        light.positionWorld = {0.3f * height, height, -0.2f * height};
+        const std::vector<uint8_t> blocked = traced(scene, light, positions, normal);
+        EXPECT_EQ(std::accumulate(blocked.begin(), blocked.end(), 0), 0) << height;
+    }
 }
 
 FrameOptions embreeFrame() {

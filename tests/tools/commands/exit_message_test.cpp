@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cerrno>
+#include <filesystem>
 #include <new>
 #include <stdexcept>
 #include <system_error>
@@ -38,6 +40,9 @@ TEST(ExitMessage, AThreadThatCannotBeMadeIsAResourceError) {
     EXPECT_EQ(exit.status, int(ErrorKind::kResource));
     EXPECT_THAT(exit.message, HasSubstr("ulimit -v"));
     EXPECT_THAT(exit.message, HasSubstr("--threads"));
+    // As oneTBB says it.
+    EXPECT_EQ(exitMessageOf(std::runtime_error("pthread_create has failed: no")).status,
+              int(ErrorKind::kResource));
 }
 
 TEST(ExitMessage, MissingMemoryIsAResourceErrorAndLibraryExceptionsAreBadInput) {
@@ -46,6 +51,19 @@ TEST(ExitMessage, MissingMemoryIsAResourceErrorAndLibraryExceptionsAreBadInput) 
     const ExitMessage exit = exitMessageOf(std::runtime_error("unexpected end"));
     EXPECT_EQ(exit.status, int(ErrorKind::kInput));
     EXPECT_EQ(exit.message, "unexpected end");
+}
+
+TEST(ExitMessage, AFullDiskIsAResourceErrorWhicheverLibraryReportsIt) {
+    for (const int code : {ENOSPC, EDQUOT, EIO, EROFS, EMFILE}) {
+        const std::error_code error(code, std::generic_category());
+        EXPECT_EQ(exitMessageOf(std::filesystem::filesystem_error("report", error)).status,
+                  int(ErrorKind::kResource))
+            << code;
+    }
+    EXPECT_EQ(exitMessageOf(std::filesystem::filesystem_error(
+                                "report", std::make_error_code(std::errc::not_a_directory)))
+                  .status,
+              int(ErrorKind::kInput));
 }
 
 } // namespace shadowdag

@@ -89,7 +89,7 @@ TEST(CalibrationFile, ReportsRunsWithOtherSettingsThanTheFit) {
                       HasSubstr("taps 1 instead of 4"), Not(HasSubstr("undersample"))));
     for (const Setting* setting : frameSettings()) {
         RunParameters other = same;
-        for (const char* text : {"2", "0.5", "1", "32", "512M"})
+        for (const char* text : {"2", "0.5", "1", "32", "512M", "warm"})
             try {
                 setting->setFrame(other.frame, setting->option, text);
                 if (setting->frameText(other.frame) != setting->frameText(same.frame))
@@ -146,7 +146,7 @@ TEST(CostFile, RecordsTheDeviceOfTheMeasurement) {
     writeText(directory / "costs.json", jsonText(toJson(table, cuda, Json::object())));
     const CostSource here = readCostSource(directory / "costs.json", cuda);
     ASSERT_TRUE(here.table);
-    EXPECT_EQ(findCosts(*here.table, "", "a", 0).maps.size(), 1u);
+    EXPECT_EQ(findCosts(*here.table, "", {"a", 0}).maps.size(), 1u);
     EXPECT_EQ(here.otherMachine, "");
     EXPECT_THAT(remarksOn(here, {}), testing::IsEmpty());
     const CostSource onCpu = readCostSource(directory / "costs.json", cpu);
@@ -200,7 +200,8 @@ TEST(Observations, RoundTripIsExactAndDamagedOnesAreReported) {
     EXPECT_THAT(message("pages", 1e10), HasSubstr("whole number"));
     EXPECT_THAT(message("pages", 4294967296ull), HasSubstr("4294967295"));
     EXPECT_THAT(message("rays_ms", "much"), HasSubstr("\"rays_ms\" is \"much\""));
-    EXPECT_THAT(message("map_ms", -0.5), HasSubstr("0 or more"));
+    EXPECT_THAT(message("map_ms", -0.5), HasSubstr("from 0 to 1e15"));
+    EXPECT_THAT(message("map_ms", 1e300), HasSubstr("from 0 to 1e15"));
     EXPECT_THAT(message("texels", Json()), HasSubstr("null"));
 }
 

@@ -4,6 +4,7 @@
 #include "scenes/builtin.h"
 #include "scenes/gltf.h"
 #include "tests/tools/program/program_refusals.h"
+#include "tests/tools/program/time_keys.h"
 #include "tools/workspace/frame_json.h"
 
 #include <gmock/gmock.h>
@@ -66,9 +67,8 @@ Json withoutTimes(Json results) {
     results["provenance"].erase("thread_count");
     results.erase("verdict"); // of times
     for (Json& run : results["runs"])
-        for (const char* key :
-             {"time_ms", "time_ms_min", "time_ms_max", "stages_ms", "other_cpu_share"})
-            run.erase(key);
+        for (auto entry = run.begin(); entry != run.end();)
+            entry = isOfTime(entry.key()) ? run.erase(entry) : std::next(entry);
     for (Json& cost : results["map_costs"])
         for (const char* key : {"rays_ms", "map_ms", "rays_scale", "maps_scale", "whole_frame"})
             cost.erase(key);

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
 #include <filesystem>
 
 namespace shadowdag {
@@ -19,6 +21,51 @@ std::string builtAsset(const TemporaryDirectory& directory) {
         runShadowdag(directory, {"voxelize", "builtin:atrium", "-o", path, "--resolution", "64"});
     EXPECT_EQ(result.status, 0) << result.err;
     return path;
+}
+
+/// Appends the bytes of numbers, and texts after their lengths, as OpenVDB writes them.
+class VdbBytes {
+public:
+    template <class T> VdbBytes& number(T value) {
+        bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+        return *this;
+    }
+    VdbBytes& text(const std::string& value) {
+        number(uint32_t(value.size()));
+        bytes += value;
+        return *this;
+    }
+
+    std::string bytes;
+};
+
+/// Returns a file of 2 MB that takes OpenVDB minutes to read and little memory: 10 000 grids of one
+/// name share one place in the file, with 100 000 metadata of one name, and each takes its tree
+/// from all grids of that name.
+std::string endlessVdb() {
+    constexpr int kGridCount = 10000, kMetadataCount = 100000;
+    VdbBytes place; // compression, metadata, transform
+    place.number(uint32_t(0)).number(uint32_t(kMetadataCount));
+    for (int i = 0; i < kMetadataCount; ++i)
+        place.text("a").text("bool").number(uint32_t(1)).number(uint8_t(1));
+    place.text("UniformScaleMap");
+    for (int i = 0; i < 5 * 3; ++i)
+        place.number(1.0);
+    VdbBytes file;
+    file.number(int64_t(0x56444220)).number(uint32_t(224)); // magic, version of the format
+    file.number(uint32_t(10)).number(uint32_t(0)).number(uint8_t(1)); // library, has offsets
+    file.bytes += "00000000-0000-0000-0000-000000000000";             // identifier
+    file.number(uint32_t(0)).number(int32_t(kGridCount));             // metadata, grids
+    const auto entry = [](int64_t placeAt, int64_t end) {
+        // The tree's values are not read; entries end a byte after what is read of them.
+        VdbBytes grid;
+        grid.text("x").text("Tree_bool_5_4_3").text("x").number(placeAt).number(placeAt);
+        return grid.number(end).number(uint8_t(0)).bytes;
+    };
+    const int64_t begin = int64_t(file.bytes.size()), size = int64_t(entry(0, 0).size());
+    for (int i = 1; i <= kGridCount; ++i)
+        file.bytes += entry(begin + kGridCount * size, begin + i * size);
+    return file.bytes + place.bytes;
 }
 
 } // namespace
@@ -41,6 +88,36 @@ TEST(Export, ImportGivesTheSameFileBack) {
         EXPECT_EQ(in.err.find("was not exported"), std::string::npos) << in.err;
         EXPECT_EQ(readText(back), readText(asset)) << ending;
     }
+}
+
+// OpenVDB allocates a string of the stated length before it reads it.
+TEST(Export, ALengthOf4GigabytesInASmallGridIsRefusedInLittleMemory) {
+    const TemporaryDirectory directory;
+    const std::string grid = directory / "g.vdb", out = directory / "out.svdag";
+    ASSERT_EQ(runShadowdag(directory, {"export", builtAsset(directory), "-o", grid}).status, 0);
+    std::string bytes = readText(grid);
+    const std::string name = "builtin:atrium"; // the grid's; its length is before it
+    bytes.replace(bytes.find(name) - 4, 4, std::string("\0\0\0\xf0", 4));
+    writeText(grid, bytes);
+    const ProgramResult result = runShadowdag(directory, {"import", grid, "-o", out});
+    EXPECT_EQ(result.status, 2) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("g.vdb: not enough memory to read it within the limit"));
+    EXPECT_FALSE(std::filesystem::exists(out));
+    struct rusage usage {}; // of the largest process so far
+    getrusage(RUSAGE_CHILDREN, &usage);
+    EXPECT_LT(usage.ru_maxrss, 600 * 1024) << "KiB";
+}
+
+TEST(Export, ReadingThatTakesTooLongIsRefused) {
+    const TemporaryDirectory directory;
+    const std::string grid = directory / "g.vdb", out = directory / "out.svdag";
+    writeText(grid, endlessVdb());
+    // A lower limit of the caller's stands for the 60 s and more that the program allows.
+    const ProgramResult result = runShadowdag(directory, {"import", grid, "-o", out, "--grid", "x"},
+                                              {"/usr/bin/prlimit", "--cpu=1:99"});
+    EXPECT_EQ(result.status, 2) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("g.vdb: reading it took longer than the limit"));
+    EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 TEST(Export, ErrorsAreReportedAndLeaveNoFile) {

@@ -85,13 +85,13 @@ TEST(StudyFailures, ContradictingOptionsAreRefused) {
     refuse({"study", "failures", "--only", "acme"}, "--only 'acme': must be one of acne");
     refuse({"study", "stability", "--only", "tiem"},
            "--only 'tiem': must be one of time, perturbation");
-    refuse({"study", "failure"}, "STUDY 'failure': must be one of ablation, failures");
+    refuse({"study", "failure"}, "STUDY 'failure': must be one of ablation, adjudication");
     refuse({"study"}, "study needs a STUDY and -o DIR");
     refuse({"compare", "failures"}, "run by shadowdag study failures -o DIR");
     refuse({"compare", "mechanisms"}, "run by shadowdag study ablation -o DIR");
     const ProgramResult list = runShadowdag(directory, {"study", "--list", "--json"});
     EXPECT_EQ(list.status, 0) << list.err;
-    EXPECT_EQ(list.json()["studies"].size(), 4u);
+    EXPECT_EQ(list.json()["studies"].size(), 7u);
 }
 
 TEST(StudyFailures, ScenesThatCannotBeMeasuredAreRefusedBeforeUnfinishedWorkIsDeleted) {
@@ -153,7 +153,7 @@ TEST(StudyReal, WritesAReportOfAnyLitSceneAndRefusesContradictions) {
     refuse({"builtin:fail-acne", "--only", "acne"}, 1,
            "--only and a study of kind real contradict");
     refuse({directory / "none.glb"}, 2, "none.glb");
-    refuse({directory.path()}, 1, "no .glb or .gltf file in it has lights");
+    refuse({directory.path()}, 1, "has no .glb or .gltf file; give another directory, or scenes");
 }
 
 } // namespace

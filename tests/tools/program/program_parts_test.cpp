@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag compare --part` and `--join`: parts make the report of one compare, or none.
 #include "tests/tools/program/program_runner.h"
+#include "tests/tools/program/time_keys.h"
 #include "tools/commands/compare_parts.h"
 
 #include <gmock/gmock.h>
@@ -52,9 +53,8 @@ Json withoutTimes(const std::string& path) {
         results["provenance"].erase(key);
     results.erase("verdict"); // of times
     for (Json& run : results["runs"])
-        for (const char* key :
-             {"time_ms", "time_ms_min", "time_ms_max", "stages_ms", "other_cpu_share"})
-            run.erase(key);
+        for (auto entry = run.begin(); entry != run.end();)
+            entry = isOfTime(entry.key()) ? run.erase(entry) : std::next(entry);
     return results;
 }
 
@@ -146,6 +146,10 @@ TEST(CompareParts, AMissingRepeatedForeignOrDamagedPartIsNamed) {
     writeText(path, commit.dump());
     expect(parts, 2, "its commit is \"0123\"");
     writeText(path, text.substr(0, text.size() / 2));
+    expect(parts, 2, path + ": ends at line ");
+    writeText(path, "{\"key\":" + std::string(101, '[') + std::string(101, ']') + "}");
+    expect(parts, 2, path + ": nests deeper than 100 levels");
+    writeText(path, "[]");
     expect(parts, 2, path + ": is damaged");
     for (const char* share : {"0/2", "3/2", "1", "1/2/3", "a/b", ""}) {
         const ProgramResult result =

@@ -72,9 +72,9 @@ TEST(Program, EverySubcommandHasHelp) {
     EXPECT_THAT(runShadowdag(directory, {"--version"}).out, HasSubstr("shadowdag 0."));
 }
 
-TEST(Program, UnimplementedCommandsAreRefused) {
+TEST(Program, UnknownCommandsAreRefused) {
     const TemporaryDirectory directory;
-    for (const char* command : {"diff", "rays"}) {
+    for (const char* command : {"ray", "shade"}) {
         const ProgramResult result = runShadowdag(directory, {command});
         EXPECT_EQ(result.status, 1) << command;
         EXPECT_THAT(result.err,
@@ -395,6 +395,26 @@ TEST(Program, ViewsWithoutPairsAreErrorsAndWithFewOnesWarned) {
     ASSERT_LT(few.json()["pair_count"].get<uint64_t>(), kFewPairCount);
     EXPECT_THAT(few.err, HasSubstr("warning: builtin:fail-contact: has only "));
     EXPECT_THAT(few.json()["warning"].get<std::string>(), HasSubstr("fewer than 1000"));
+    // A picture of what no light reaches is black, and a fit compares errors.
+    const ProgramResult black = runShadowdag(
+        directory, Arguments{"render", dark, "-o", directory / "b.png", "--json"} + tiny);
+    EXPECT_EQ(black.status, 0) << black.err;
+    EXPECT_THAT(black.err, HasSubstr("b.png: no light reaches what the camera sees, so the"));
+    EXPECT_THAT(black.json()["frames"][0]["warning"].get<std::string>(), HasSubstr("is black"));
+    const Arguments fit = {"fit",         "-o",       directory / "f.json",
+                           "--no-charts", "--max",    "1",
+                           "--methods",   "dag",      "--minimise",
+                           "bytes",       "--json",   "--believe",
+                           "all",         "--frames", "0"};
+    expectRefused(directory, {{fit + Arguments{dark} + tiny, 2, "no light reaches"}});
+    const ProgramResult fitted =
+        runShadowdag(directory, fit + Arguments{"builtin:fail-contact"} + tiny);
+    EXPECT_EQ(fitted.status, 0) << fitted.err;
+    EXPECT_THAT(fitted.err, HasSubstr("warning: builtin:fail-contact, frame 0: has only "));
+    const ProgramResult study =
+        runShadowdag(directory, {"study", "failures", dark, "--only", "contact", "-o",
+                                 directory / "study", "--json"});
+    EXPECT_THAT(study.err, HasSubstr("has no pair of a visible point and a light"));
 }
 
 TEST(Program, AnInterruptEndsLongWorkSoonAndNothingIsWritten) {
@@ -441,7 +461,8 @@ TEST(Program, ResultsNameWhatReproducesThem) {
         for (const char* key : {"scene", "scene_hash", "method", "parameters", "light_count"})
             EXPECT_TRUE(json.contains(key)) << key;
         EXPECT_EQ(json["experiment"]["size"], "48x27");
-        EXPECT_TRUE(json["provenance"].contains("thread_count"));
+        for (const char* key : {"thread_count", "system", "processor_count", "memory_bytes"})
+            EXPECT_TRUE(json["provenance"].contains(key)) << key;
     }
     EXPECT_EQ(rendered["frames"][0]["camera_numbers"], validated["camera_numbers"]);
     const std::string exr = readText(directory / "a.exr");

@@ -77,9 +77,10 @@ def load(path):
         results["provenance"].pop(key, None)
     results.pop("verdict")  # of times
     for entry in results["runs"] + results["map_costs"]:
-        for key in ("time_ms", "time_ms_min", "time_ms_max", "stages_ms", "rays_ms", "map_ms",
-                    "rays_scale", "maps_scale", "whole_frame", "other_cpu_share"):
-            entry.pop(key, None)
+        for key in list(entry):
+            if key.startswith("time_") or "_ms" in key or key in ("rays_scale", "maps_scale", "whole_frame",
+                                                                  "other_cpu_share"):
+                del entry[key]
     return results
 a, b = (load(path) for path in sys.argv[1:])
 assert len(a["runs"]) == 6, len(a["runs"])

@@ -45,6 +45,41 @@ TEST(Charts, EveryChartIsDrawnAsSvgAndPngWithACaption) {
     }
 }
 
+// Two sizes of three scenes, one of which this program builds: six panels that say so.
+TEST(Charts, TheMainChartHasAPanelForEverySceneAndSize) {
+    const TemporaryDirectory directory;
+    makeResults(directory / "r.json", "c1");
+    Json results = Json::parse(readText(directory / "r.json"));
+    const Json runs = results["runs"];
+    results["runs"] = Json::array();
+    for (const char* scene : {"builtin:atrium", "scenes/lost_empire_torches.glb", "conference.glb"})
+        for (Json run : runs) {
+            run["scene"] = scene;
+            results["runs"].push_back(run);
+        }
+    writeText(directory / "small.json", results.dump());
+    results["experiment"]["size"] = "1920x1080";
+    writeText(directory / "large.json", results.dump());
+    const auto draw = [&](std::vector<std::string> files, std::string* said) {
+        files.insert(files.begin(), "main");
+        files.insert(files.end(), {"-o", directory / "main"});
+        return runReport(files, said);
+    };
+    std::string said;
+    ASSERT_EQ(draw({directory / "large.json", directory / "small.json"}, &said), 0) << said;
+    const std::string svg = readText(directory / "main/main.svg");
+    for (const char* title : {"atrium (built, mirrored halves), 640 × 360",
+                              "lost empire torches, 640 × 360", "conference, 1920 × 1080"})
+        EXPECT_THAT(svg, testing::HasSubstr(std::string("<!-- ") + title + " -->"));
+    for (const char* name : {"voxel rays", "maps", "hybrid, 96 texels", "hybrid, oracle"})
+        EXPECT_THAT(svg, testing::HasSubstr(std::string("<!-- ") + name + " -->"));
+    EXPECT_THAT(svg, testing::HasSubstr("shadowdag-data: main "));
+    results["provenance"]["commit"] = "c2";
+    writeText(directory / "later.json", results.dump());
+    EXPECT_EQ(draw({directory / "small.json", directory / "later.json"}, &said), 3);
+    EXPECT_THAT(said, testing::HasSubstr("lines of different commits"));
+}
+
 TEST(Charts, ASweepOfWhatRaysBelieveGetsItsOwnChart) {
     const TemporaryDirectory directory;
     makeResults(directory / "r.json", "c1");
@@ -136,17 +171,18 @@ TEST(Charts, CaptionsNameOnlyTheThresholdsThatAreMarked) {
         return list[0]["caption"].get<std::string>() + list[1]["caption"].get<std::string>();
     };
     const std::string both = captions("640x360"); // the sweep holds 96 and 32
-    EXPECT_THAT(both, testing::HasSubstr("Rings mark the paper's 96 texels and 32 texels"));
+    EXPECT_THAT(both, testing::HasSubstr("Crosses stand at the paper's 96 texels and 32 texels"));
     EXPECT_THAT(both, testing::HasSubstr("Lines stand at the paper's 96 texels and"));
     const std::string tiny = captions("64x36"); // 3.2: below the sweep's least, 8
-    EXPECT_THAT(tiny, testing::HasSubstr("The ring marks the paper's 96 texels. 3 texels have no "
-                                         "run of their own."));
+    EXPECT_THAT(tiny,
+                testing::HasSubstr("The cross stands at the paper's 96 texels. 3 texels have no "
+                                   "run of their own."));
     EXPECT_THAT(tiny,
                 testing::HasSubstr("The line marks the paper's 96 texels. Its equivalent "
                                    "for this picture size, 3, is not between 8 and 192, the least "
                                    "and the largest threshold that divides the maps."));
     const std::string paper = captions("1920x1080");
-    EXPECT_THAT(paper, testing::HasSubstr("The ring marks the paper's 96 texels."));
+    EXPECT_THAT(paper, testing::HasSubstr("The cross stands at the paper's 96 texels."));
     EXPECT_THAT(paper, testing::Not(testing::HasSubstr("have no run")));
     for (Json& run : results["runs"]) // without 96 and 64 and 192, only the equivalent is marked
         if (run["parameters"].value("threshold_texels", Json()).is_number() &&
@@ -154,7 +190,7 @@ TEST(Charts, CaptionsNameOnlyTheThresholdsThatAreMarked) {
             run["parameters"]["threshold_texels"] =
                 run["parameters"]["threshold_texels"].get<double>() * 16;
     const std::string shifted = captions("640x360");
-    EXPECT_THAT(shifted, testing::HasSubstr("The ring marks 32 texels, the equivalent"));
+    EXPECT_THAT(shifted, testing::HasSubstr("The cross stands at 32 texels, the equivalent"));
     EXPECT_THAT(shifted, testing::HasSubstr("96 texels have no run of their own"));
 }
 

@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <sstream>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 namespace shadowdag {
 
@@ -64,8 +66,8 @@ TEST(Figures, EachIsDrawnWithItsDataItsCaptionAndWhatThePaperStates) {
     makeSequence(directory / "r.json", "c1");
     drawFigures(directory / "r.json", directory / "figures");
     const Json charts = Json::parse(readText(directory / "figures/charts.json"));
-    ASSERT_EQ(charts["charts"].size(), 8u);
-    for (int figure = 10; figure <= 17; ++figure) {
+    ASSERT_EQ(charts["charts"].size(), 9u);
+    for (int figure = 10; figure <= 18; ++figure) {
         const std::string stem =
             directory / ("figures/figure_" + std::to_string(figure) + "_builtin_made_up");
         EXPECT_EQ(charts["charts"][size_t(figure - 10)]["file"],
@@ -150,7 +152,7 @@ TEST(Figures, UnmeasuredFiguresAreOmittedByNameUnlessRequested) {
     writeText(directory / "r.json", results.dump());
     drawFigures(directory / "r.json", directory / "figures");
     const Json charts = Json::parse(readText(directory / "figures/charts.json"));
-    EXPECT_EQ(charts["charts"].size(), 4u); // 10, 12, 13, 17
+    EXPECT_EQ(charts["charts"].size(), 5u); // 10, 12, 13, 17, 18
     EXPECT_THAT(
         leftOutLines(charts),
         testing::ElementsAre(
@@ -295,6 +297,24 @@ for path in sys.argv[2:]:
     }
     std::string rest;
     EXPECT_FALSE(std::getline(lines, rest)) << rest;
+}
+
+// scenes/output_file.cpp has the same rule.
+TEST(Figures, UnfinishedFilesOfKilledRunsAreRemoved) {
+    const TemporaryDirectory directory;
+    makeSequence(directory / "r.json", "c1", {"RT", "PMCD"});
+    std::filesystem::create_directory(directory / "figures");
+    const pid_t ended = fork();
+    if (ended == 0)
+        _exit(0);
+    waitpid(ended, nullptr, 0);
+    const std::string begin = directory / "figures/charts.json.tmp-";
+    const std::string gone = begin + std::to_string(ended) + "-0", running = begin + "1-0";
+    for (const std::string& path : {gone, running})
+        writeText(path, "half");
+    drawFigures(directory / "r.json", directory / "figures", {"--figure", "15"});
+    EXPECT_FALSE(std::filesystem::exists(gone));
+    EXPECT_TRUE(std::filesystem::exists(running));
 }
 
 TEST(Figures, WriteErrorsAreReportedAndLeaveNoPartialFile) {

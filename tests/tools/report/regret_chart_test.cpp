@@ -30,7 +30,7 @@ Json runOf(const std::string& method, const std::string& model, uint32_t frame, 
 
 /// Four frames: rays 100, maps 150, oracle 60, cost 64 ms; texels:96 90, texels:300 70 ms. In the
 /// last frame cost takes 115.
-Json madeResults() {
+Json madeRegret() {
     Json runs = Json::array();
     for (const uint32_t frame : {0u, 10u, 20u, 30u}) {
         runs.push_back(runOf("dag", "texels:inf", frame, 100));
@@ -52,7 +52,7 @@ Json madeResults() {
     return {{"provenance", {{"commit", "c0ffee"}}}, {"runs", runs}, {"map_costs", costs}};
 }
 
-int draw(const TemporaryDirectory& directory, const Json& results, std::string* text) {
+int drawRegret(const TemporaryDirectory& directory, const Json& results, std::string* text) {
     writeText(directory / "results.json", jsonText(results));
     return runReport({"regret", directory / "results.json", "-o", directory / "charts"}, text);
 }
@@ -62,7 +62,7 @@ int draw(const TemporaryDirectory& directory, const Json& results, std::string* 
 TEST(RegretChart, SumsAreThoseOfAllFrames) {
     const TemporaryDirectory directory;
     std::string text;
-    ASSERT_EQ(draw(directory, madeResults(), &text), 0) << text;
+    ASSERT_EQ(drawRegret(directory, madeRegret(), &text), 0) << text;
     EXPECT_THAT(readText(directory / "charts/regret.svg"), HasSubstr("</svg>"));
     EXPECT_THAT(readText(directory / "charts/regret.png"), testing::StartsWith("\x89PNG"));
     const Json chart = Json::parse(readText(directory / "charts/regret.json"));
@@ -81,16 +81,28 @@ TEST(RegretChart, SumsAreThoseOfAllFrames) {
     EXPECT_DOUBLE_EQ(scene["worst_frame"]["ray_share"].get<double>(), 0.25);
     EXPECT_NEAR(scene["frames"][1]["regret"]["texels:96"].get<double>(), 0.5, 1e-12);
     EXPECT_THAT(text, AllOf(HasSubstr("worst frame 30"), HasSubstr("58 %")));
+    // What was analysed is drawn again without the results.
+    const std::string svg = readText(directory / "charts/regret.svg");
+    ASSERT_EQ(
+        runReport({"regret", directory / "charts/regret.json", "-o", directory / "again"}, &text),
+        0)
+        << text;
+    EXPECT_EQ(Json::parse(readText(directory / "again/regret.json"))["scenes"], chart["scenes"]);
+    const auto withoutStamp = [](const std::string& drawing) {
+        const size_t at = drawing.find("shadowdag-data:");
+        return drawing.substr(0, at) + drawing.substr(drawing.find('<', at));
+    };
+    EXPECT_EQ(withoutStamp(readText(directory / "again/regret.svg")), withoutStamp(svg));
 }
 
 TEST(RegretChart, AGainWithinTheNoiseIsReportedAndNotUsedAsADivisor) {
     const TemporaryDirectory directory;
-    Json results = madeResults();
+    Json results = madeRegret();
     for (Json& run : results["runs"])
         if (run["model"] == "oracle")
             run["time_ms"] = 99.9, run["time_ms_min"] = 95, run["time_ms_max"] = 105;
     std::string text;
-    ASSERT_EQ(draw(directory, results, &text), 0) << text;
+    ASSERT_EQ(drawRegret(directory, results, &text), 0) << text;
     const Json scene = Json::parse(readText(directory / "charts/regret.json"))["scenes"][0];
     EXPECT_TRUE(scene["sums"]["realised"].is_null());
     EXPECT_THAT(text, HasSubstr("nothing to speak of"));
@@ -99,11 +111,11 @@ TEST(RegretChart, AGainWithinTheNoiseIsReportedAndNotUsedAsADivisor) {
 TEST(RegretChart, RefusesDataThatCannotBeDrawn) {
     const TemporaryDirectory directory;
     std::string text;
-    EXPECT_NE(draw(directory, {{"runs", 3}}, &text), 0);
+    EXPECT_NE(drawRegret(directory, {{"runs", 3}}, &text), 0);
     EXPECT_THAT(text, HasSubstr("not results of a compare"));
-    Json results = madeResults();
+    Json results = madeRegret();
     results["runs"].erase(results["runs"].size() - 1);
-    EXPECT_NE(draw(directory, results, &text), 0);
+    EXPECT_NE(drawRegret(directory, results, &text), 0);
     EXPECT_THAT(text, HasSubstr("frame 30: no run by cost"));
 }
 

@@ -3,6 +3,7 @@
 #include "hybrid/frame.h"
 #include "tests/tools/report/report_runner.h"
 #include "tools/report/csv.h"
+#include "tools/report/results_table.h"
 #include "tools/workspace/frame_json.h"
 
 #include <gmock/gmock.h>
@@ -25,6 +26,14 @@ Json madeUpRun(const std::string& method, const std::string& label, double timeM
             {"time_ms", timeMs},
             {"time_ms_min", timeMs - 1},
             {"time_ms_max", timeMs + 2},
+            {"repeat_count", 5},
+            {"time_over_embree", 1.25},
+            {"time_over_embree_low", 1.2},
+            {"time_over_embree_high", 1.3},
+            {"time_over_embree_confidence", 0.96},
+            {"null_rate", 0.125},
+            {"outline_null_rate", 0.75},
+            {"outline_null_sample_count", 500},
             {"pair_count", 1000},
             {"false_shadow_count", 20},
             {"false_light_count", 5},
@@ -104,13 +113,18 @@ TEST(Report, TheTableContainsEveryNumberOfARunUnderItsHeading) {
                                                "builtin:made-up",
                                                "3",
                                                "100.25",
-                                               "99.25 to 102.25",
+                                               "99.25 to 102.25 (93 %)",
+                                               "5",
+                                               "1.25: 1.20 to 1.30",
                                                "fits",
                                                "0.03125",
                                                "2.000",
                                                "0.500",
                                                "9",
                                                "4",
+                                               "28.0",
+                                               "75.0",
+                                               "12.5",
                                                "5",
                                                "1",
                                                "3",
@@ -139,7 +153,9 @@ TEST(Report, FindingsNameThePureMethodsAndTheFastestHybrid) {
                                              madeUpRun("hybrid", "hybrid fast 512^3", 80)})),
                 "<ul>", "</ul>");
     EXPECT_THAT(findings, HasSubstr("builtin:made-up, frame 3"));
-    EXPECT_THAT(findings, HasSubstr("embree 50.0 ms at 2.50 % wrong pairs; maps 100.0 ms at 2.50 % wrong pairs"));
+    EXPECT_THAT(
+        findings,
+        HasSubstr("embree 50.0 ms at 2.50 % wrong pairs; maps 100.0 ms at 2.50 % wrong pairs"));
     EXPECT_THAT(findings,
                 HasSubstr("the fastest hybrid (hybrid fast 512\u00b3) 80.0 ms at 2.50 %"));
     EXPECT_THAT(findings, Not(HasSubstr("slow")));
@@ -155,7 +171,7 @@ TEST(Report, AFullPoolIsReportedInFindingsTableAndPictures) {
         "pool full: resolutions divided by 1.41; wanted 27641 pages, 15156 fit";
     const std::string findings = between(html, "<ul>", "</ul>");
     EXPECT_THAT(findings, HasSubstr("The page pool was full</b> in 1 of 2 runs (maps: " + note));
-    EXPECT_EQ(firstRow(html)[5], "full, \u00f7\u20091.41");
+    EXPECT_EQ(firstRow(html)[7], "full, \u00f7\u20091.41");
     EXPECT_THAT(between(html, "<h3>maps", "<div"), HasSubstr(note));
     EXPECT_THAT(between(html, "<h3>dag", "<div"), Not(HasSubstr("pool")));
 }
@@ -195,6 +211,18 @@ TEST(Report, CsvGivesNestedKeysTheirOwnColumns) {
     EXPECT_EQ(runsCsv(runs),
               "scene,parameters.taps,stages_ms.shading\n\"a,b\",9,\n\"say \"\"c\"\"\",,1.5\n");
     EXPECT_EQ(runsCsv(Json::array()), "");
+}
+
+TEST(Report, ARunWithoutAColumnOfTheTableIsAnErrorOfTheFile) {
+    std::ostringstream table;
+    Json run = madeUpRun("dag", "dag", 3);
+    printRuns(table, Json::array({run}));
+    for (const char* key : {"scene", "frame", "label", "time_ms", "pair_count", "flip"}) {
+        Json less = run;
+        less.erase(key);
+        EXPECT_THROW(printRuns(table, Json::array({less})), Json::exception) << key;
+    }
+    EXPECT_THROW(printRuns(table, Json::array({7})), Json::exception);
 }
 
 TEST(Report, ResultsWithoutARunStillHaveAPage) {

@@ -85,7 +85,7 @@ TEST(StudyPages, OnlyCellsWithBoundsKeepThem) {
 }
 
 TEST(StudyPages, ARealSceneStatesItsContentAndItsLimits) {
-    const auto page = [](int occludedCount) {
+    const auto page = [](int occludedCount, const char* lights = "own") {
         Json results = madeResults(Json::parse(R"({
             "pictures": [], "settings": "a=1", "frame_count": 4,
             "study": {"rows": [{"name": "room", "what": "A room.",
@@ -93,13 +93,40 @@ TEST(StudyPages, ARealSceneStatesItsContentAndItsLimits) {
         results["study"]["rows"][0]["unexplained"][0]["reason"] = kEvil;
         results["cells"] = Json::array({madeCell()});
         results["cells"][0]["occluded_count"] = occludedCount;
+        results["cells"][0]["lights"] = lights;
         return pageOf("real", "real.json", results);
     };
     expectNoMarkup(page(0));
     EXPECT_THAT(page(0), HasSubstr("It shows no shadow edge"));
     EXPECT_THAT(page(500), Not(HasSubstr("It shows no shadow edge")));
-    EXPECT_THAT(page(500), HasSubstr("A room. 0 triangles"));
+    EXPECT_THAT(page(500), HasSubstr("A room. 0 triangles, 0 lights, 1&#8239;000 pairs"));
+    EXPECT_EQ(page(500).find("is not to be trusted here"), std::string::npos);
+    EXPECT_THAT(page(500, "placed"), HasSubstr("0 lights that were placed, 1&#8239;000 pairs"));
     EXPECT_THAT(page(500), HasSubstr("(no): it is held to what any scene"));
+    Json results = madeResults(Json::parse(R"({"pictures": [], "settings": "a=1", "frame_count": 4,
+                                               "study": {"rows": []}})"));
+    results["cells"] = Json::array({madeCell()});
+    results["cells"][0].update({{"lights", "own"}, {"untrusted", kEvil}});
+    EXPECT_THAT(pageOf("real", "real.json", results),
+                HasSubstr("<b>maps</b> is not to be trusted here"));
+    // The share of explained errors, all of them here, stands only where it says something.
+    results["cells"] = Json::array();
+    for (const Json& power : {Json(true), Json(), Json(false)}) {
+        results["cells"].push_back(madeCell());
+        results["cells"].back().update(
+            {{"lights", "own"}, {"untrusted", kEvil}, {"explaining_has_power", power}});
+    }
+    const std::string powers = pageOf("real", "real.json", results);
+    const auto countOf = [&](const std::string& text) {
+        size_t count = 0;
+        for (size_t at = powers.find(text); at != std::string::npos; at = powers.find(text, at + 1))
+            ++count;
+        return count;
+    };
+    EXPECT_EQ(countOf(">no power</td>"), 1u);
+    EXPECT_EQ(countOf(">100.0</td>"), 2u);
+    EXPECT_EQ(countOf("explaining has no power in 1 of 3 cells"), 1u);
+    expectNoMarkup(powers);
 }
 
 TEST(StudyPages, StabilityNamesTheCheckNearestToItsBound) {

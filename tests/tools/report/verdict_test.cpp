@@ -67,15 +67,35 @@ TEST(Verdict, FramesOfAVariantAreOneVariant) {
 
 TEST(Verdict, RowsWhoseNumbersAreNotTrustedAreNamedWithTheReason) {
     const Json found = verdict({row("a", 50, 0), with(row("full", 10, 0), "degrade_divisor", 2.0),
-                                with(row("shaky", 11, 0), "time_ms_max", 15),
+                                with(row("shaky", 45, 0), "time_ms_max", 58),
                                 with(row("hybrid oracle", 60, 0), "model", "oracle")});
     EXPECT_EQ(found["scenes"][0]["use"], "a");
     EXPECT_EQ(found["scenes"][0]["second"], Json());
     EXPECT_THAT(
         found["text"].get<std::string>(),
         AllOf(HasSubstr("the page pool was full, so that maps are coarser than requested: full"),
-              HasSubstr("the time varies by more than 25.00 % of its median: shaky (45.45 %)"),
+              HasSubstr("the time varies by more than 25.00 % of its median: shaky (31.11 %)"),
               HasSubstr("hybrid oracle (slower than a, so its costs do not predict")));
+}
+
+// The oracle's costs are measured over maps that its frame may not draw.
+TEST(Verdict, APoolThatWasFullOnlyForMeasuringCostsMakesNoMapCoarse) {
+    const Json found =
+        verdict({row("a", 50, 0), with(row("b", 10, 0), "costs_degrade_divisor", 1.41)});
+    EXPECT_EQ(found["scenes"][0]["use"], "b");
+}
+
+// Even its slowest run is faster than the others': by how much is uncertain, that it is not.
+TEST(Verdict, ATimeThatVariesIsTrustedWhereEveryRunIsFasterThanTheOthers) {
+    const Json fast = with(row("shaky", 11, 0), "time_ms_max", 15);
+    const Json found = verdict({row("a", 50, 20), fast, with(row("b", 45, 0), "time_ms_max", 58)});
+    EXPECT_EQ(found["scenes"][0]["use"], "shaky");
+    EXPECT_EQ(found["scenes"][0]["second"], "a");
+    EXPECT_THAT(
+        found["text"].get<std::string>(),
+        AllOf(HasSubstr("use shaky, 11.0 ms (10.0 to 15.0), no pair wrong"),
+              HasSubstr("the time varies by more than 25.00 % of its median: b (31.11 %)"),
+              HasSubstr("Caution: the time of shaky varies by 45.45 % of its median, but")));
 }
 
 TEST(Verdict, ACautionAppliesToAllRows) {

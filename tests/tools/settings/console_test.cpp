@@ -54,6 +54,18 @@ TEST(Console, ShortWorkShowsNoProgress) {
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
+// Steps of a second and more, each shorter than the interval, are not silent for longer than it.
+TEST(Console, ManyShortStepsShowAsOneLongOneDoes) {
+    testing::internal::CaptureStderr();
+    const Console console(false, 2.0);
+    for (const char* name : {"one", "two", "three"}) {
+        const Progress progress = console.progress(name);
+        progress(0.5);
+        sleepMs(1300);
+    }
+    EXPECT_THAT(testing::internal::GetCapturedStderr(), ContainsRegex("(two|three): 50 %, 1 s\n"));
+}
+
 TEST(Console, AStepShowsTheProgressOfTheLoopThatRuns) {
     testing::internal::CaptureStderr();
     setCpuPoll(pollLoops);

@@ -59,6 +59,19 @@ TEST(Experiment, ComesBackFromItsOwnJson) {
     EXPECT_EQ(json["thresholds"].dump(), "[0.0,48.5,\"inf\"]");
 }
 
+TEST(Experiment, FramesStartColdOrWarm) {
+    Experiment e =
+        experimentFromJson({{"methods", {"dag", "maps"}}, {"start", {"cold", "warm"}}}, "x");
+    EXPECT_EQ(toJson(e)["start"], Json({"cold", "warm"}));
+    const std::vector<RunParameters> runs = configurations(e, {}, 0);
+    EXPECT_THAT(labels(runs), ElementsAre("maps", "dag believe none", "maps warm"));
+    EXPECT_EQ(runs[0].toJson()["start"], "cold");
+    EXPECT_EQ(runs[2].toJson()["start"], "warm");
+    EXPECT_FALSE(runs[1].toJson().contains("start")) << "rays keep nothing";
+    EXPECT_THAT(inputMessage({{"sequence", true}, {"start", {"warm"}}}),
+                HasSubstr("\"start\" is for single frames"));
+}
+
 TEST(Experiment, AnUnknownKeyIsRefusedByName) {
     EXPECT_THAT(inputMessage({{"treshold", 1}}), HasSubstr("x.json: unknown key \"treshold\""));
 }
@@ -74,6 +87,8 @@ TEST(Experiment, EveryWrongValueIsRefusedWithItsKey) {
         {"views", kMaxViewCount + 1},
         {"lights", -2},
         {"lights", 1.5},
+        {"start", {"hot"}},
+        {"start", {"cold", "cold"}},
         {"resolutions", {1000}},
         {"resolutions", Json::array()},
         {"resolutions", {8, 8}},
@@ -155,6 +170,22 @@ TEST(Experiment, AMarginOfRoutesIsForSequencesAndVariantsWithoutTheirOwn) {
     swept.models.clear();
     EXPECT_THAT(labels(configurations(swept, {64}, 1)),
                 ElementsAre("hybrid texels:32 believe none margin 0.5"));
+}
+
+TEST(Experiment, MoreCombinationsThanASweepRunsAreRefused) {
+    Experiment e;
+    for (int i = 0; i < 200; ++i) {
+        e.bias.push_back(1 + 0.01f * float(i));
+        e.offset.push_back(2 + 0.01f * float(i));
+    }
+    try {
+        configurations(e, {64}, 1);
+        FAIL() << "not refused";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+        EXPECT_THAT(error.what(),
+                    HasSubstr("have 121203 combinations; a sweep runs 16384 at most"));
+    }
 }
 
 TEST(Experiment, AMissingOrInvalidFileIsReportedByName) {
@@ -426,6 +457,25 @@ TEST(Experiment, TheCommittedFilesAreValid) {
                   .variants,
               (std::vector<std::string>{"Hybrid:texels:32", "Hybrid:texels:32-RH0.2",
                                         "Hybrid:texels:32-RH1"}));
+}
+
+// What times are published of: ten repeats after a warm-up, or a sequence of 60 frames, twice.
+TEST(Experiment, TheCommittedFilesMeasureTimesOftenEnough) {
+    const auto read = [](const std::string& name) {
+        return readExperiment(std::string(SDAG_SOURCE_DIR) + "/scenes/experiments/" + name +
+                              ".json");
+    };
+    for (const char* name : {"atrium", "believe", "houses", "lod", "main", "main_1080p",
+                             "main_placed", "main_placed_1080p", "necropolis", "real", "regret"}) {
+        EXPECT_GE(read(name).repeats, 10) << name;
+        EXPECT_GE(read(name).warmups, 1) << name;
+    }
+    for (const char* name :
+         {"figures_atrium", "figures_houses", "figures_necropolis", "held_routes", "slow_camera"}) {
+        EXPECT_GE(read(name).frames.size(), 60u) << name;
+        EXPECT_GE(read(name).repeats, 2) << name;
+        EXPECT_GE(read(name).warmups, 1) << name;
+    }
 }
 
 TEST(Experiment, VariantsReplaceTheSweep) {

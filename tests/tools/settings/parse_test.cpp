@@ -68,6 +68,9 @@ TEST(Parse, FramesIncludeBothEnds) {
     EXPECT_THAT(parseFrames("--frames", "9,0:2,1"), ElementsAre(0, 1, 2, 9));
     for (const char* text : {"", "5:2", "a", "1:2:0", "1:2:3:4", "0:99999999", "-1", "1,", ":"})
         EXPECT_THAT(usageMessage([&] { parseFrames("--frames", text); }), HasSubstr("--frames"));
+    EXPECT_EQ(parseFrames("--frames", "0:1000000").size(), 1000001u);
+    EXPECT_THAT(usageMessage([] { parseFrames("--frames", "0:1000000,00:999999"); }),
+                HasSubstr("lists more than 1000001 frames"));
 }
 
 TEST(Parse, ThresholdsAscendAndReachInfinity) {

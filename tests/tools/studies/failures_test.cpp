@@ -137,8 +137,8 @@ TEST(Failures, SettingsAreReadInOrderAndRefusedByName) {
     EXPECT_TRUE(readsAny(MatrixMethod::kMaps, "bias=2 offset=1"));
     EXPECT_FALSE(readsAny(MatrixMethod::kDagAll, "bias=2"));
     EXPECT_FALSE(readsAny(MatrixMethod::kDagNone, "bias=2 offset=1"));
-    for (const char* wrong :
-         {"bais=2", "bias", "movers=yes", "resolution=65", "resolution_rule=cube"})
+    for (const char* wrong : {"bais=2", "bias", "movers=yes", "resolution=65",
+                              "resolution_rule=cube", "taps=5", "offset=-1"})
         try {
             cellSetup({wrong});
             FAIL() << wrong << " was taken";

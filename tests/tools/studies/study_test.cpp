@@ -37,20 +37,23 @@ std::string complaintAbout(const std::string& name, const std::function<void(Jso
     StudyFile file = findStudy(name);
     change(file.json);
     const Console console(true);
-    const std::vector<std::string> scenes =
-        name == "real" ? std::vector<std::string>{"builtin:fail-acne"} : std::vector<std::string>();
+    const std::vector<std::string> scenes = name == "real" || name == "adjudication_real"
+                                                ? std::vector<std::string>{"builtin:fail-acne"}
+                                                : std::vector<std::string>();
     return complaintOf([&] { makeStudy(file, {Backend::kCpu, {}, scenes, "", ""}, console); });
 }
 
 TEST(Study, ShippedStudiesAreThoseInTheRepository) {
-    EXPECT_EQ(shippedStudies().size(), 4u);
+    EXPECT_EQ(shippedStudies().size(), 7u);
     for (const StudyFile& study : shippedStudies()) {
         EXPECT_EQ(study.json, findStudy(std::string(SDAG_SOURCE_DIR) + "/" + study.path).json);
         EXPECT_EQ(complaintAbout(study.name, [](Json&) {}), "nothing was refused");
     }
-    EXPECT_THAT(complaintOf([] { findStudy("failure"); }),
-                HasSubstr("STUDY 'failure': must be one of ablation, failures, real, stability, or "
-                          "a file ending in .json"));
+    EXPECT_THAT(
+        complaintOf([] { findStudy("failure"); }),
+        HasSubstr(
+            "STUDY 'failure': must be one of ablation, adjudication, adjudication_real, failures, "
+            "mutants, real, stability, or a file ending in .json"));
     EXPECT_THAT(complaintOf([] { findStudy("none.json"); }), HasSubstr("none.json"));
 }
 

@@ -14,9 +14,10 @@ TEST(CostFile, RoundTripsExactly) {
     table[{"a", 3}] = {3, {{1, 0, 0.1, 2.5}, {7, 0, 1.0 / 3.0, 0}}};
     table[{"a", 3}].degradeDivisor = 1.4142135;
     table[{"a", 3}].wholeFrame = Route::kMap;
+    table[{"a", 3, FrameStart::kWarm}] = {3, {{1, 0, 0.1, 0.5}}};
     writeText(directory / "c.json", jsonText(toJson(table)));
     const CostTable back = readCosts(directory / "c.json");
-    const FrameCosts& costs = findCosts(back, "c.json", "a", 3);
+    const FrameCosts& costs = findCosts(back, "c.json", {"a", 3});
     EXPECT_EQ(costs.frame, 3u);
     ASSERT_EQ(costs.maps.size(), 2u);
     EXPECT_EQ(costs.maps[1].light, 7u);
@@ -24,8 +25,9 @@ TEST(CostFile, RoundTripsExactly) {
     EXPECT_EQ(costs.maps[0].mapMs, 2.5);
     EXPECT_EQ(costs.degradeDivisor, 1.4142135);
     EXPECT_EQ(costs.wholeFrame, Route::kMap);
-    EXPECT_THROW(findCosts(back, "c.json", "a", 4), Error);
-    EXPECT_THROW(findCosts(back, "c.json", "b", 3), Error);
+    EXPECT_EQ(findCosts(back, "c.json", {"a", 3, FrameStart::kWarm}).maps[0].mapMs, 0.5);
+    EXPECT_THROW(findCosts(back, "c.json", {"a", 4}), Error);
+    EXPECT_THROW(findCosts(back, "c.json", {"b", 3}), Error);
 }
 
 TEST(CostFile, OneLightMayHaveSeveralMaps) {

@@ -2,14 +2,19 @@
 // Judge: the truth computed once per frame, the same counts as the error analysis.
 #include "tools/workspace/judge.h"
 
+#include "cuda/error.h"
 #include "tests/tools/workspace/sliding_scene.h"
 #include "tools/workspace/reevaluate_pairs.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace shadowdag {
 
 namespace {
+
+using testing::HasSubstr;
+using testing::UnorderedElementsAre;
 
 constexpr uint32_t kLog2 = 5;
 
@@ -95,6 +100,22 @@ TEST_F(JudgeTest, ReevaluatedPairsAreEqual) {
     leaveOut(false, true, answers); // the crate that slides no longer casts a shadow
     askAgain(workspace_.world(), answers);
     EXPECT_NE(answers.frame.visibility, visibility);
+}
+
+TEST(FewPairs, AreNamedOnceAView) {
+    EXPECT_EQ(fewPairsWarning("room", kFewPairCount), "");
+    EXPECT_THAT(fewPairsWarning("room", kFewPairCount - 1), HasSubstr("room: has only 999 pairs"));
+    EXPECT_THROW(fewPairsWarning("room", 0), Error);
+    EXPECT_THAT(darkPictureWarning("a.png", 0), HasSubstr("a.png: no light reaches"));
+    EXPECT_THAT(darkPictureWarning("a.png", 7), HasSubstr("a.png: has only 7 pairs"));
+    EXPECT_EQ(darkPictureWarning("a.png", kFewPairCount), "");
+    const Json results = Json::parse(R"({
+        "cells": [{"scene": "a", "pair_count": 7}, {"scene": "a", "pair_count": 7},
+                  {"scene": "b", "pair_count": 1000}],
+        "rows": [{"group": "c", "frames": [{"pair_count": 0}]}]})");
+    EXPECT_THAT(fewPairsWarnings(results), UnorderedElementsAre(HasSubstr("a: has only 7 pairs"),
+                                                                HasSubstr("c: has no pair")));
+    EXPECT_TRUE(fewPairsWarnings(Json::object()).empty());
 }
 
 } // namespace shadowdag

@@ -37,6 +37,38 @@ TEST(Timing, WarmUpsAreNotCounted) {
     EXPECT_EQ(json["time_ms_min"], 1.0);
     EXPECT_EQ(json["time_ms_max"], 3.0);
     EXPECT_EQ(json["repeat_count"], 3);
+    EXPECT_EQ(json["round_times_ms"], Json({3, 2, 1}));
+}
+
+Timing timingOf(const std::vector<double>& totals) {
+    Timing timing;
+    for (const double total : totals) {
+        StageTimes stages;
+        stages.add("work", total);
+        timing.add(stages);
+    }
+    return timing;
+}
+
+TEST(Timing, StatesTheIntervalOfTheMedianAndWhatItHolds) {
+    const Json ten = timingOf({10, 1, 2, 3, 4, 5, 6, 7, 8, 9}).toJson();
+    EXPECT_EQ(ten["time_ms"], 5.5);
+    EXPECT_EQ(ten["time_ms_low"], 2.0);
+    EXPECT_EQ(ten["time_ms_high"], 9.0);
+    EXPECT_NEAR(ten["time_ms_confidence"].get<double>(), 1.0 - 22.0 / 1024.0, 1e-12);
+    const Json three = timingOf({3, 1, 2}).toJson();
+    EXPECT_EQ(three["time_ms_low"], 1.0);
+    EXPECT_EQ(three["time_ms_high"], 3.0);
+    EXPECT_NEAR(three["time_ms_confidence"].get<double>(), 0.75, 1e-12);
+}
+
+// The second round was slow for both: the ratio does not see it.
+TEST(Timing, RatiosArePairedByRound) {
+    const Json ratio = ratioJson("over", timingOf({2, 20, 2.2}), timingOf({1, 10, 1}));
+    EXPECT_EQ(ratio["over"], 2.0);
+    EXPECT_EQ(ratio["over_low"], 2.0);
+    EXPECT_EQ(ratio["over_high"], 2.2);
+    EXPECT_NEAR(ratio["over_confidence"].get<double>(), 0.75, 1e-12);
 }
 
 TEST(CpuUse, SeesOtherProcesses) {

@@ -36,6 +36,16 @@ COMMANDS = {  # name: (module, what it does)
     "bias": ("charts.bias", "what the bias of a map's lookup gives and costs"),
     "layouts": ("charts.layouts", "bytes against ray rate of the voxels' layouts"),
     "frame": ("charts.frame", "what a pair costs in a whole frame, beside Embree"),
+    "main": ("charts.main", "error against time in many scenes and sizes"),
+    "committed": ("committed", "the charts of docs/, from the committed results, or a check of them"),
+    "mutants": ("pages.mutants", "the page of shadowdag study mutants"),
+    "adjudication": ("pages.adjudication", "the page of shadowdag study adjudication"),
+    "adjudicated": ("adjudicated", "the tables of verdicts in docs/adjudicator.md"),
+    "tracers": ("pages.tracers", "the page of shadowdag rays"),
+    "mutation": ("mutation", "the table of faults in docs/mutants.md"),
+    "determinism": ("determinism", "the table of determinism in docs/promises.md"),
+    "fuzzing": ("fuzzing", "the table of fuzzing in docs/promises.md"),
+    "faults": ("faults", "the table of faults in docs/promises.md"),
     "claims": ("claims", "the tables of measured claims in docs/results.md"),
 }
 
@@ -45,6 +55,14 @@ def parser_of(name, module):
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     module.declare(parser)
     return parser
+
+
+def set_stamp(name, arguments):
+    """Stamps the charts of a command with its data; pages and tables have none."""
+    from shadowdag_report.stamp import VERSIONS, stamp_of_arguments
+    if name in VERSIONS:
+        from shadowdag_report import collection
+        collection.STAMP = stamp_of_arguments(name, arguments)
 
 
 def usage():
@@ -66,7 +84,9 @@ def main(arguments):
 
     try:
         module = importlib.import_module("shadowdag_report." + COMMANDS[name][0])
-        module.run(parser_of(name, module).parse_args(arguments[1:]))
+        parsed = parser_of(name, module).parse_args(arguments[1:])
+        set_stamp(name, arguments[1:])
+        module.run(parsed)
     except ModuleNotFoundError as missing:
         package = PACKAGES.get((missing.name or "").split(".")[0])
         if package is None:

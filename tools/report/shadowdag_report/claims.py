@@ -3,13 +3,15 @@
 
     claims docs/results.md tests/bench/results [--check]
 
-Reads every `compare-*.json` (results.json of `shadowdag compare`), `validate-*.json` (`shadowdag validate --json`) and
-`bench-voxel-*.json` (`shadowdag bench voxel --json`) of the folder and replaces the text between the two marker lines
-of the file. With --check nothing is written, and the file is refused when it differs from the generated text.
+Reads `main.json` and `main_placed.json`, every `compare-*.json` (results.json of `shadowdag compare`), `validate-*.json`
+(`shadowdag validate --json`), `bench-voxel-*.json` (`shadowdag bench voxel --json`) and, for what it says of wrong pairs of
+exact rays, `adjudication*.json` (`shadowdag study adjudication`) of the folder and replaces the text between the two marker lines of the file. With --check nothing is written, and the file is refused when it differs from the generated text.
 """
 import pathlib
 
-from .files import Refused, expecting, read_json, write_text
+from .explained import explained_share, null_rate, null_text, share_text, unexplained_count, wrong_count
+from .files import expecting, read_json, replace_marked
+from .intervals import interval_text
 
 BEGIN, END = "<!-- claims:begin -->", "<!-- claims:end -->"
 
@@ -36,16 +38,76 @@ def compare_table(path, command):
         lines += ["", "**{}, frame {}: {:,} pairs, {:.1f} % of them dark.** `{}` ({})".format(
             scene[0].removeprefix("builtin:"), scene[1], pairs, 100.0 * runs[0]["occluded_count"] / pairs, command,
             machine_of(result["provenance"])), "",
-            "| run | ms, median (min to max) | false shadow | false light | mean error | magnified | unexplained | acne | MiB |",
-            "|---|---:|---:|---:|---:|---:|---:|---:|---:|"]
+            "| run | ms, median (95 % interval) | n | over embree | false shadow | false light | mean error | magnified "
+            "| unexplained | explained | null rate | acne | MiB |",
+            "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"]
         for run in runs:
-            unexplained = run["unexplained_false_shadow_count"] + run["unexplained_false_light_count"]
-            lines.append("| {} | {:.0f} ({:.0f} to {:.0f}) | {:.2f} % | {:.2f} % | {:.4f} | {} | {} | {} | {} |".format(
-                run["label"], run["time_ms"], run["time_ms_min"], run["time_ms_max"],
+            lines.append("| {} | {} | {} | {} | {:.2f} % | {:.2f} % | {:.4f} | {} | {} | {} | {} | {} | {} |".format(
+                run["label"], interval_text(run), run["repeat_count"],
+                interval_text(run, "time_over_embree", 2) if "time_over_embree" in run else "–",
                 100.0 * run["false_shadow_count"] / pairs, 100.0 * run["false_light_count"] / pairs,
-                run["mean_abs_visibility_error"], run.get("magnified_count", "–"), unexplained, run["acne_count"],
+                run["mean_abs_visibility_error"], run.get("magnified_count", "–"), unexplained_count(run),
+                share_text(explained_share(run)), null_text(run), run["acne_count"],
                 "–" if run["method"] == "embree" and not run.get("exact_bytes") else  # the truth, in older results
                 f'{(run["dag_bytes"] + run["map_bytes"] + run.get("exact_bytes", 0)) / 2.0**20:.1f}'))
+    return lines
+
+
+OVERVIEW = (("exact rays", "dag believe none"), ("voxel rays", "dag 4096^3 believe all"), ("maps, cold", "maps"), ("maps, warm", "maps warm"),
+            ("hybrid 1536, cold", "hybrid texels:1536 believe none"), ("hybrid 1536, warm", "hybrid texels:1536 believe none warm"))
+EXPLAINED_OF = (("voxel rays", "dag 4096^3 believe all"), ("maps", "maps"), ("hybrid 1536", "hybrid texels:1536 believe none"))
+WRONG_OF = ("embree", "dag 4096^3 believe all", "maps", "hybrid texels:1536 believe none")
+
+
+def percent_text(share):
+    return "0" if share == 0 else "<0.001" if share < 1e-5 else "{:.2g}".format(100.0 * share)
+
+
+def scene_stem(scene):
+    return scene.removeprefix("builtin:").removesuffix(".glb")
+
+
+def adjudicated_text(runs, folder):
+    """Returns what the adjudicator says of the pairs that exact rays answer unlike the truth, "" where it was not asked.
+
+    runs: of exact rays, whose frames are those of the study of adjudications if their pairs are as many
+    """
+    disputes = {(v["scene"], v["disputed"]["frame_pair_count"]): v["disputed"] for path in sorted(folder.glob("adjudication*.json"))
+                for v in read_json(path)["verdicts"]}
+    wrong = [(run, disputes.get((scene_stem(run["scene"]), run["pair_count"]))) for run in runs if wrong_count(run)]
+    asked = [disputed for run, disputed in wrong if disputed and disputed["count"] == wrong_count(run)]
+    if not asked:
+        return ""
+    return (" The [adjudicator](adjudicator.md#results) was asked about {} of these pairs: {} are ambiguous; in {} the truth is right, in {} "
+            "exact rays are.".format(*(sum(d[key] for d in asked) for key in (
+                "count", "ambiguous_count", "truth_right_count", "exact_right_count"))))
+
+
+def overview_table(paths):
+    """Returns the lines of the main charts' results: one row per scene, times over Embree's frame of the same rounds."""
+    results = [read_json(path) for path in paths]
+    if not results:
+        return []
+    exact = [run for result in results for run in result["runs"] if run["label"] == "dag believe none"]
+    lines = ["", "**Eight scenes, every method over Embree's frame in the same rounds** ({}): `compare --experiment "
+             "scenes/experiments/main.json`, of scenes without lights `main_placed.json`. *Warm*: the frame after one of the same view, whose "
+             "maps are kept. *Explained*: the share of wrong pairs that the method's resolution explains; in brackets the "
+             "null rate, the share of right pairs near outlines that would be explained as well. Exact rays have {} wrong pairs of {:,}.{}".format(
+                 machine_of(results[0]["provenance"]), sum(map(wrong_count, exact)), sum(run["pair_count"] for run in exact),
+                 adjudicated_text(exact, paths[0].parent)), "",
+             "| scene | Embree's frame, ms | " + " | ".join(name for name, _ in OVERVIEW) + " | wrong pairs, %: Embree, voxel rays, maps, hybrid 1536 | "
+             + " | ".join(f"explained (null rate): {name}" for name, _ in EXPLAINED_OF) + " |",
+             "|---|" + "---:|" * (len(OVERVIEW) + 2 + len(EXPLAINED_OF))]
+    for result in results:
+        for scene in dict.fromkeys(run["scene"] for run in result["runs"]):
+            runs = {run["label"]: run for run in result["runs"] if run["scene"] == scene}
+            wrong = (percent_text(wrong_count(runs[label]) / runs[label]["pair_count"])
+                     for label in WRONG_OF)
+            lines.append("| {} | {} | {} | {} | {} |".format(
+                scene_stem(scene), interval_text(runs["embree"]),
+                " | ".join(interval_text(runs[label], "time_over_embree", 2) for _, label in OVERVIEW), ", ".join(wrong),
+                " | ".join(f"{share_text(explained_share(runs[label]))} ({share_text(null_rate(runs[label]))})"
+                           for _, label in EXPLAINED_OF)))
     return lines
 
 
@@ -54,9 +116,12 @@ def frame_table(frame):
     if not frame:
         return []
     lines = ["", "All {:,} pairs of a frame of {} x {}, one thread, visibility only. Of the pairs {:.1f} % lie in a cluster-light "
-             "pair that is wholly lit and {:.1f} % in one wholly dark.".format(
+             "pair that is wholly lit and {:.1f} % in one wholly dark. {}".format(
                  frame["pair_count"], frame["width"], frame["height"], 100.0 * frame["true_lit_share"],
-                 100.0 * frame["true_dark_share"]), "",
+                 100.0 * frame["true_dark_share"],
+                 "" if "exact_wrong_count" not in frame else  # older results have no exact streams
+                 "Embree and `streams` trace the segments of voxel rays, which begin an offset above the surface; exact streams begin "
+                 "on it and differ from the truth in {:,} pairs.".format(frame["exact_wrong_count"])).rstrip(), "",
              "| whole frame by | ns a pair | speed, rtcOccluded16 = 1 | answers unlike Embree's |", "|---|---:|---:|---:|"]
     for method in frame["methods"]:
         lines.append("| {} | {:.1f} | {:.2f} | {:.2f} % |".format(
@@ -84,12 +149,13 @@ def bench_table(path):
              if checks["false_light_count"] == 0 else
              "{:,} rays of a frame, cluster order, one thread; false shadow {:.2f} %, false light {} rays.".format(
                  rays, 100.0 * checks["false_shadow_count"] / rays, checks["false_light_count"]), "",
-             "| tracer | M rays a second and core, median (min to max) | ours over it |", "|---|---:|---:|"]
+             "| tracer | M rays a second and core, median (95 % interval) | n | ours over it |", "|---|---:|---:|---:|"]
     for rate in result["rates"]:
         if rate["order"] == "cluster" and rate["tracer"] != "traceSegments":
-            lines.append("| {} | {:.2f} ({:.2f} to {:.2f}) | {:.2f} |".format(
-                tracer_name(rate["tracer"]), rate["megarays_per_s"],
-                rate["megarays_per_s_min"], rate["megarays_per_s_max"], rate["ours_over_it"]))
+            repeated = {"repeat_count": result["repeat_count"]} | rate
+            lines.append("| {} | {} | {} | {:.2f} |".format(
+                tracer_name(rate["tracer"]), interval_text(repeated, "megarays_per_s", 2), repeated["repeat_count"],
+                rate["ours_over_it"]))
     lines += frame_table(result.get("frame"))
     return lines
 
@@ -97,23 +163,24 @@ def bench_table(path):
 def validate_table(paths):
     """Returns the lines of all validate results, validate-SCENE-METHOD.json: one row per scene and method."""
     lines = ["", "**Held against Embree, pair by pair**, 640 x 360, by `shadowdag validate SCENE`; rays with `--resolution 4096`.", "",
-             "| scene | method | pairs | false shadow | false light | magnified | unexplained (settled) | acne | contact |",
-             "|---|---|---:|---:|---:|---:|---:|---:|---:|"]
+             "| scene | method | pairs | false shadow | false light | magnified | unexplained (settled) | explained | null rate "
+             "| acne | contact |",
+             "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|"]
     for path in paths:
         result = read_json(path)
         pairs = result["pair_count"]
         scene, _, method = path.stem.removeprefix("validate-").partition("-")
-        lines.append("| {} | {} | {:,} | {:.2f} % | {:.2f} % | {} | {} ({}) | {} | {} |".format(
+        lines.append("| {} | {} | {:,} | {:.2f} % | {:.2f} % | {} | {} ({}) | {} | {} | {} | {} |".format(
             scene, method.replace("dag-", "dag believe "), pairs,
             100.0 * result["false_shadow_count"] / pairs, 100.0 * result["false_light_count"] / pairs, result.get("magnified_count", "–"),
-            result["unexplained_false_shadow_count"] + result["unexplained_false_light_count"],
-            result["settled_false_shadow_count"] + result.get("settled_false_light_count", 0), result["acne_count"], result["contact_count"]))
+            unexplained_count(result), result["settled_false_shadow_count"] + result.get("settled_false_light_count", 0),
+            share_text(explained_share(result)), null_text(result), result["acne_count"], result["contact_count"]))
     return lines
 
 
 def claims(folder):
     """Returns everything between the markers."""
-    lines = []
+    lines = overview_table([path for path in (folder / "main.json", folder / "main_placed.json") if path.exists()])
     for path in sorted(folder.glob("compare-*.json")):
         experiment = path.stem.removeprefix("compare-")
         command = "shadowdag compare --experiment scenes/experiments/{}.json -o report".format(experiment)
@@ -134,14 +201,6 @@ def declare(parser):
 
 def run(arguments):
     document, folder = arguments.document, arguments.folder
-    with expecting(document, "a text file"):
-        text = pathlib.Path(document).read_text(encoding="utf-8")
-    if text.count(BEGIN) != 1 or text.count(END) != 1:
-        raise Refused(f"{document}: needs exactly one line '{BEGIN}' and one '{END}'")
-    head, rest = text.split(BEGIN)
     with expecting(folder, "a folder of results that the tables are made of"):
-        updated = head + BEGIN + "\n" + claims(folder) + "\n" + END + rest.split(END)[1]
-    if arguments.check and updated != text:
-        raise Refused(f"{document}: its tables are not those of {folder}; write them with the command claims")
-    if not arguments.check:
-        write_text(document, updated)
+        text = claims(folder)
+    replace_marked(document, (BEGIN, END), text, arguments.check, f"the tables of {folder}; write them with the command claims")

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads results and writes complete files; errors name the file."""
 import contextlib
+import fcntl
+import glob
 import json
 import os
+import re
 
 
 class Refused(Exception):
@@ -26,13 +29,42 @@ def read_json(path):
         return json.load(file)
 
 
+MARK = ".tmp-"  # then the process, '-' and a number
+
+
+def remove_abandoned(path):
+    """Removes the unfinished files of an output whose processes are gone and that nobody has locked."""
+    for name in glob.glob(glob.escape(path + MARK) + "*"):
+        match = re.fullmatch(r"([1-9][0-9]*)-[0-9]+", name[len(path + MARK):])
+        with contextlib.suppress(OSError, OverflowError):
+            if match and not is_running(int(match[1])):
+                with open(name, "rb") as file:
+                    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    os.remove(name)
+
+
+def is_running(process):
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
+
+
 @contextlib.contextmanager
 def written(path):
     """Returns the name of a file beside `path` to write; replaces `path` by it, or removes it after any error.
-    Errors of the system are raised as OSError that names `path`."""
-    part = path + ".part"
+    Errors of the system are raised as OSError that names `path`. The name is of the form that the program's own
+    unfinished files have (scenes/output_file.cpp), so two writers have two, and the same rule removes dead ones."""
+    remove_abandoned(path)
+    part = f"{path}{MARK}{os.getpid()}-0"
     try:
-        yield part
+        with open(part, "wb") as file:
+            with contextlib.suppress(OSError):  # a file system without locks
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            yield part
         os.replace(part, path)
     except BaseException as error:
         with contextlib.suppress(OSError):
@@ -45,6 +77,23 @@ def written(path):
 def write_text(path, text):
     with written(path) as part, open(part, "w", encoding="utf-8") as file:
         file.write(text)
+
+
+def replace_marked(document, markers, text, is_check, what):
+    """Replaces what stands between two marker lines of a file; with `is_check` the file is refused when it differs.
+
+    what: names the text in the refusal, with its remedy
+    """
+    begin, end = markers
+    with expecting(document, "a text file"), open(document, encoding="utf-8") as file:
+        before = file.read()
+    if before.count(begin) != 1 or before.count(end) != 1:
+        raise Refused(f"{document}: needs exactly one line '{begin}' and one '{end}'")
+    updated = before.split(begin)[0] + begin + "\n" + text + "\n" + end + before.split(end)[1]
+    if is_check and updated != before:
+        raise Refused(f"{document}: differs from {what}")
+    if not is_check:
+        write_text(document, updated)
 
 
 def write_json(path, data, indent=2):

@@ -50,13 +50,13 @@ def plain(value, _=None):
     return f"{value:.0f}" if value >= 10 and value == round(value) or value >= 100 else f"{value:.3g}"
 
 
-def log_axis(axis, low, high, ticks=(1, 2, 5)):
-    """A logarithmic axis with plain numbers at 1, 2, 5 (fewer when it spans many decades)."""
+def log_axis(axis, low, high, ticks=(1, 2, 5), near=(1, 1.5, 2, 3, 4, 5, 7)):
+    """A logarithmic axis with plain numbers at 1, 2, 5 (fewer when it spans many decades, `near` when it spans about one)."""
     axis.axes.set_xscale("log") if axis.axis_name == "x" else axis.axes.set_yscale("log")
     decades = math.log10(high / low)
     ticks = (1,) if decades > 3 else (1, 3) if decades > 2 else ticks
     if decades < 1.3:
-        ticks = (1, 1.5, 2, 3, 4, 5, 7) if decades > 0.6 else (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
+        ticks = near if decades > 0.6 else (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
     places = [m * 10.0 ** e for e in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1) for m in ticks]
     axis.set_major_locator(FixedLocator([p for p in places if low <= p <= high]))
     axis.set_minor_locator(NullLocator())

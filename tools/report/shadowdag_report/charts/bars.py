@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from ..style import COLUMN, ORANGE, SKY, STACK, VERMILION, plain, plt, slug
-from .runs import bar_label, bar_runs
+from .runs import bar_label, bar_runs, bars_sentence, time_bars
 
 
 def bytes_chart(charts, scene, runs):
@@ -56,9 +56,10 @@ def stages_chart(charts, scene, runs):
         axes.barh(ys, widths, 0.72, left=left, color=STACK[i % len(STACK)], label=name, edgecolor="black",
                   linewidth=0.35, hatch=("", "////", "....")[i // len(STACK) % 3])
         left += widths
+    time_bars(axes, members, ys, zorder=5)
     axes.set_yticks(ys)
     axes.set_yticklabels([bar_label(r) for r in members])
-    axes.set_xlim(0, left.max() * 1.04)
+    axes.set_xlim(0, max(left.max(), *(r["time_ms_high"] for r in members)) * 1.04)
     axes.grid(axis="y", visible=False)
     axes.set_xlabel("time (ms)")
     axes.set_ylabel("threshold (texels) or model")
@@ -68,7 +69,7 @@ def stages_chart(charts, scene, runs):
     share = sum(r["stages"].get(largest, 0) for r in members) / max(1e-9, left.sum())
     charts.save(figure, f"stages_{slug(scene)}", f"Where the time goes, {scene}",
                 f"Medians of every stage, added up; “{largest}” takes {100 * share:.0f} % over all bars. "
-                "From top to bottom more and more lights are traced instead of drawn.")
+                "From top to bottom more and more lights are traced instead of drawn." + bars_sentence(members))
 
 
 def variants_chart(charts, scene, runs):
@@ -90,6 +91,7 @@ def variants_chart(charts, scene, runs):
                 label="false shadow")
     errors.barh(ys, [r["false_light"] for r in runs], 0.72, left=[r["false_shadow"] for r in runs], color=SKY,
                 edgecolor="black", linewidth=0.35, hatch="////", label="false light")
+    time_bars(times, runs, ys, zorder=5)
     times.set_yticks(ys)
     times.set_yticklabels([r["label"] for r in runs])
     for axes, label, columns in ((times, "time (ms)", 3), (errors, "pairs (%)", 1)):
@@ -101,4 +103,4 @@ def variants_chart(charts, scene, runs):
     fastest = min(runs, key=lambda r: r["time_ms"])
     charts.save(figure, f"variants_{slug(scene)}", f"Variants, {scene}",
                 f"Medians of every stage and the wrong pairs of every variant; the fastest is {fastest['label']} "
-                f"({fastest['time_ms']:.1f} ms). Frames are independent, so static optimization has no effect.")
+                f"({fastest['time_ms']:.1f} ms). Frames are independent, so static optimization has no effect." + bars_sentence(runs))

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """What it costs to believe fewer voxels: error against time, and the share of rays that the triangles decide."""
+import numpy as np
+
 from ..style import BLACK, BLUE, COLUMN, SKY, log_axis, place_labels, plt, slug
-from .runs import believe_of, rays_alone
+from .runs import bars_sentence, believe_of, rays_alone, time_bars
 
 
 def setting_text(run):
@@ -37,8 +39,10 @@ def believe_chart(charts, scene, runs):
     if embree:
         times = times + [embree["time_ms"]]
         over_time.plot(embree["time_ms"], max(of_embree[0], floor), linestyle="none",
-                       marker="o", color=BLACK, markersize=4.6, clip_on=False, label="rays of Embree")
-    over_time.set_xlim(0, 1.15 * max(times))
+                       marker="o", color=BLACK, markersize=4.6, clip_on=False, label="Embree's frame")
+        time_bars(over_time, [embree], [max(of_embree[0], floor)])
+    time_bars(over_time, swept, heights, BLUE)
+    over_time.set_xlim(0, max(1.15 * max(times), 1.04 * max(r["time_ms_high"] for r in swept)))
     log_axis(over_time.yaxis, floor, 1.6 * max(positive))
     if 0 in wrong + of_embree:
         over_time.annotate("0", (0, 0), xycoords="axes fraction", xytext=(-4, 0), textcoords="offset points",
@@ -47,7 +51,7 @@ def believe_chart(charts, scene, runs):
     over_time.set_ylabel("wrong pairs (%)")
     over_time.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, borderaxespad=0.3)
     place_labels(over_time, [(r["time_ms"], y, setting_text(r), {"fontsize": 6}) for r, y in zip(swept, heights)],
-                 [(r["time_ms"], y) for r, y in zip(swept, heights)])
+                 [(x, y) for r, y in zip(swept, heights) for x in np.linspace(r["time_ms_low"], r["time_ms_high"], 9)])
     places = range(len(swept))
     shares.bar(places, share, color=SKY, edgecolor="black", linewidth=0.4, width=0.62)
     for x, value in zip(places, share):
@@ -60,4 +64,4 @@ def believe_chart(charts, scene, runs):
     exact, plain_rays = swept[0], swept[-1]
     charts.save(figure, f"believe_{slug(scene)}", f"Which voxels to believe, {scene}",
                 f"With --believe {believe_of(plain_rays)} a frame takes {plain_rays['time_ms']:.1f} ms with {wrong[-1]:.2f} % "
-                f"of pairs wrong, with --believe {believe_of(exact)} {exact['time_ms']:.1f} ms with {wrong[0]:.2f} %.")
+                f"of pairs wrong, with --believe {believe_of(exact)} {exact['time_ms']:.1f} ms with {wrong[0]:.2f} %." + bars_sentence(swept))

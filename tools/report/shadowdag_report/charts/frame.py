@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws the cost of a pair in a whole frame, ours and Embree's, from results of `shadowdag bench voxel --json`.
 
-One group of bars per scene; the dashed line is a third of rtcOccluded16's time in that scene.
+One group of bars per scene, with the intervals of the medians.
 """
 import pathlib
 
 from ..collection import save_figure
 from ..files import expecting, read_json
-from ..style import COLUMN, SKY, VERMILION, plt
+from ..intervals import confidence_text, interval
+from ..style import COLUMN, SKY, VERMILION, YELLOW, plt
 
-COLORS = {"streams": SKY, "rtcOccluded16": VERMILION}
+COLORS = {"streams": SKY, "exact streams": YELLOW, "rtcOccluded16": VERMILION}
 
 
 def load(paths):
@@ -37,23 +38,25 @@ def run(arguments):
     y, ticks, names = 0.0, [], []
     for result in results:
         frame = result["frame"]
-        embree = next(m for m in frame["methods"] if m["method"] == "rtcOccluded16")["ns_per_pair"]
         start = y
         for method in frame["methods"]:
             name = method["method"]
             axes.barh(y, method["ns_per_pair"], 0.85, color=COLORS[name], edgecolor="black", linewidth=0.4,
                       label=name if result is results[0] else None)
-            axes.annotate("{:.0f}".format(method["ns_per_pair"]), (method["ns_per_pair"], y), xytext=(2, 0),
+            # The interval of the CPU time, as a share of it, is that of the time of a pair.
+            low, high, _ = interval({"repeat_count": result["repeat_count"]} | method, "cpu_s")
+            scale = method["ns_per_pair"] / method["cpu_s"]
+            axes.plot([low * scale, high * scale], [y, y], color="black", linewidth=0.8, marker="|", markersize=3.5)
+            axes.annotate("{:.0f}".format(method["ns_per_pair"]), (high * scale, y), xytext=(3, 0),
                           textcoords="offset points", va="center", fontsize=6)
             y -= 1
-        axes.plot([embree / 3] * 2, [start + 0.5, y + 0.5], color="black", linestyle="--", linewidth=0.9,
-                  label="a third of rtcOccluded16" if result is results[0] else None)
         ticks.append((start + y + 1) / 2)
         names.append("{}\n{}³, {} × {}".format(pathlib.Path(result["scene"].removeprefix("builtin:")).stem.replace("_", " "),
                                                result["resolution"], frame["width"], frame["height"]))
         y -= 0.8
     axes.set_yticks(ticks, names)
-    axes.set_xlabel("visibility of a pair, one thread (ns)")
+    few = min(results, key=lambda r: r["repeat_count"])["repeat_count"]
+    axes.set_xlabel(f"visibility of a pair, one thread (ns)\n{confidence_text(1 - 2.0 ** (1 - few))} intervals of {few} repeats", fontsize=6.5)
     axes.set_xlim(right=axes.get_xlim()[1] * 1.05)
-    axes.legend(loc="lower center", bbox_to_anchor=(0.4, 1.0), ncol=2)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.4, 1.0), ncol=3)
     save_figure(figure, str(arguments.output.with_suffix("")), bbox_inches="tight")

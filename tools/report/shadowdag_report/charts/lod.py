@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Error against time over the level of detail of rays."""
-from ..style import BLACK, BLUE, COLUMN, GREEN, PURPLE, VERMILION, plt, slug
-from .runs import rays_alone
+import numpy as np
+
+from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, PURPLE, VERMILION, place_labels, plt, slug
+from .runs import bars_sentence, rays_alone, time_bars
 
 
 def lod_of(run):
@@ -13,6 +15,15 @@ def lod_of(run):
     if parts[0] == "coverage":
         return "coverage", float(parts[2]) if len(parts) > 2 else 1.0, float(parts[1])
     return "fixed", float(value), None
+
+
+def along(lines, place):
+    """Returns points along the lines between runs, which labels must not cover."""
+    points = [place(run) for line in lines for run in line]
+    for line in lines:
+        for (x0, y0), (x1, y1) in zip(map(place, line), map(place, line[1:])):
+            points += [(x0 + (x1 - x0) * t, y0 + (y1 - y0) * t) for t in np.linspace(0, 1, 40)]
+    return points
 
 
 def lod_chart(charts, scene, runs):
@@ -46,11 +57,13 @@ def lod_chart(charts, scene, runs):
     for i, key in enumerate(k for k in ordered if k[0] == "coverage"):
         name = "coverage ≥ share" if key[1] == "share" else f"coverage ≥ {key[1]:g}, footprint × scale"
         styles[key] = spare[i % len(spare)] + (name,)
+    in_time, in_sides = [], []  # labels of points: placed after all points
     for key in ordered:
         color, marker, line, name = styles[key]
         xs, ys = [m[1]["time_ms"] for m in groups[key]], [wrong(m[1]) for m in groups[key]]
         over_time.plot(xs, ys, color=color, marker=marker, linestyle=line, linewidth=0.9, label=name,
                        markeredgecolor="white", markeredgewidth=0.4, markersize=4.6)
+        time_bars(over_time, [m[1] for m in groups[key]], ys, color)
         sides.plot([m[1]["false_shadow"] for m in groups[key]], [m[1]["false_light"] for m in groups[key]],
                    color=color, marker=marker, linestyle=line, linewidth=0.9, markeredgecolor="white",
                    markeredgewidth=0.4, markersize=4.6)
@@ -58,14 +71,16 @@ def lod_chart(charts, scene, runs):
             text = f"{size:g}" if key[0] == "fixed" else f"×{size:g}" if key[1] != "share" else f"{100 * size:g} %"
             if key[1] not in (None, "share") and size == 1.0:
                 continue  # stands in the series of shares
+            look = {"fontsize": 5.8, "color": color}
             if key[1] != "share":  # shares differ by too little in time to be told apart there
-                over_time.annotate(text, (run["time_ms"], wrong(run)), xytext=(5, 3) if key[1] is None else (5, -7),
-                                   textcoords="offset points", fontsize=5.8, color=color)
-            below = key[0] == "fixed"
-            sides.annotate(text, (run["false_shadow"], run["false_light"]), xytext=(4, -7) if below else (-5, 3),
-                           textcoords="offset points", ha="left" if below else "right", fontsize=5.8, color=color)
+                in_time.append((run["time_ms"], wrong(run), text, look))
+            in_sides.append((run["false_shadow"], run["false_light"], text, look))
     spread = [abs(r["time_ms_max"] - r["time_ms_min"]) / r["time_ms"] for r in rays]
     embree = next((r for r in runs if r["method"] == "embree"), None)
+    if embree:
+        over_time.plot(embree["time_ms"], wrong(embree), linestyle="none", marker="o", color=GREY, markersize=4.6,
+                       markeredgecolor="white", markeredgewidth=0.4, clip_on=False, zorder=4, label="Embree's frame")
+        time_bars(over_time, [embree], [wrong(embree)], GREY)
     over_time.set_xlabel("frame time (ms)")
     over_time.set_ylabel("wrong pairs (%)")
     over_time.margins(0.12)
@@ -76,6 +91,10 @@ def lod_chart(charts, scene, runs):
     sides.set_xlim(left=0)
     sides.set_ylim(bottom=0)
     over_time.legend(loc="lower left", bbox_to_anchor=(0, 1), ncol=2, columnspacing=1.2, borderaxespad=0.2)
+    lines = [[run for _, run in groups[key]] for key in ordered]
+    bars = [(x, wrong(r)) for r in rays for x in np.linspace(r["time_ms_low"], r["time_ms_high"], 9)]
+    place_labels(over_time, in_time, bars + along(lines, lambda r: (r["time_ms"], wrong(r))))
+    place_labels(sides, in_sides, along(lines, lambda r: (r["false_shadow"], r["false_light"])))
     fastest = min(rays, key=lambda r: r["time_ms"])
     best = min((r for r in rays if lod_of(r)[0] != "fixed"), key=wrong, default=first)
     sentence = (f" Embree's rays need {embree['time_ms']:.0f} ms for the same frame, with {wrong(embree):.2f} % of the pairs "
@@ -86,5 +105,5 @@ def lod_chart(charts, scene, runs):
                 f"{fastest['parameters'].get('lod', 0)}, {fastest['time_ms']:.0f} ms with {wrong(fastest):.2f} %; of those that "
                 f"follow the footprint the most exact, {best['parameters'].get('lod', 0)}, {best['time_ms']:.0f} ms with "
                 f"{wrong(best):.2f} %. Marks name the level, the footprint's scale or the share of a cell's columns that "
-                f"stops a ray; times of one run spread by {100 * max(spread):.0f} % at most. Rays of level 0 are traced in streams, "
+                f"stops a ray; times of one run spread by {100 * max(spread):.0f} % at most." + bars_sentence(rays) + " Rays of level 0 are traced in streams, "
                 "those of all others one by one." + sentence)

@@ -3,83 +3,115 @@
 
     mechanisms-chart ablation.json -o DIR
 
-writes DIR/mechanisms.svg and DIR/mechanisms.png. A row is a mechanism, a panel a metric: its own, time, error, bytes.
-Each scene is a mark, the vertical stroke their mean; left of 1 is a gain. Values beyond a panel are at its edge with
-an arrow.
+writes DIR/mechanisms.svg and DIR/mechanisms.png at the width of a column. Rows are grouped by what a mechanism is meant to
+reduce; the panels are its own metric, time and error. A mark is the mean over the scenes, its bar reaches from the least
+to the greatest scene, of times with the interval of each. Left of 1 is a gain; values beyond a panel are at its edge with
+an arrow. A failure that the mechanism is a remedy for is a hollow mark.
 """
 from matplotlib.lines import Line2D
 
 from ..collection import Charts
 from ..files import Refused, expecting, read_json
-from ..style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILION, FixedLocator, FuncFormatter, NullLocator, plt
+from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, VERMILION, FixedLocator, FuncFormatter, NullLocator, plt
 
-WIDTH, ROW = 7.0, 0.158  # inches
+ROW, GAP = 0.118, 1.3  # inches a row; rows above a group, for its title
 LOW, HIGH = 0.2, 5.0
-PANELS = (("own_ratio", "own metric"), ("time_ratio", "time"), ("error_ratio", "error"), ("bytes_ratio", "bytes"))
-MARKS = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (VERMILION, "v"))
+PANELS = (("own_ratio", "own metric"), ("time_ratio", "time"), ("error_ratio", "error"))
 METRICS = {"time_ms": "time", "mean_abs_visibility_error": "error", "bytes": "bytes", "triangle_draw_count": "triangles",
            "texel_count": "texels", "false_shadow_count": "false shadow", "false_light_count": "false light",
            "flicker_count": "flicker", "flip": "FLIP", "wrong_pair_count": "wrong pairs"}
+GROUPS = (  # title, colour, metrics
+    ("texels and bytes", BLUE, ("bytes", "texel_count")), ("triangles", GREEN, ("triangle_draw_count",)),
+    ("errors and flicker", VERMILION, ("mean_abs_visibility_error", "false_shadow_count", "false_light_count",
+                                       "flicker_count", "flip", "wrong_pair_count")),
+    ("time", ORANGE, ("time_ms",)), ("terms of the cost model", PURPLE, ()))
 VERDICTS = {"default on": "on", "default off, an option": "option",
             "default off, kept for the comparison": "kept", "to be deleted": "delete"}
 
 
-def stand(axes, ratio, y, color, marker, size, hollow=False):
-    """Marks a ratio, at the panel's edge with an arrow if it is beyond."""
-    shown = min(max(ratio, LOW), HIGH)
-    axes.plot([shown], [y], linestyle="", marker=marker, markersize=size, color=color, markeredgewidth=0.6,
-              markerfacecolor="white" if hollow else color, clip_on=False, zorder=3)
-    if ratio < LOW or ratio > HIGH:
-        axes.annotate("", xy=(LOW / 1.18 if ratio < LOW else HIGH * 1.18, y), xytext=(shown, y), annotation_clip=False,
-                      arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 0.6, "mutation_scale": 4,
-                                  "shrinkA": 1, "shrinkB": 0})
+def group_of(row):
+    """Returns the place of a row's group: terms of the cost model have one of their own."""
+    if row.get("kind") == "term" or row["name"].startswith("term-"):
+        return len(GROUPS) - 1
+    return next((i for i, (_, _, metrics) in enumerate(GROUPS) if row["metric"] in metrics), len(GROUPS) - 2)
+
+
+def ends_of(scene, key):
+    """Returns what a scene's ratio is at least and at most: of times, by the least and the greatest of the repeats."""
+    off, on = scene.get("off", {}).get("time_ms"), scene.get("on", {}).get("time_ms")
+    if key == "time_ratio" and isinstance(off, list) and isinstance(on, list) and off and on and min(off) > 0:
+        return min(on) / max(off), max(on) / min(off)
+    return scene[key], scene[key]
+
+
+def arrow(axes, ratio, y, color):
+    """Marks a ratio that is beyond a panel: at its edge, with an arrow."""
+    shown, tip = (LOW, LOW / 1.25) if ratio < LOW else (HIGH, HIGH * 1.25)
+    axes.annotate("", xy=(tip, y), xytext=(shown, y), annotation_clip=False,
+                  arrowprops={"arrowstyle": "-|>", "color": color, "linewidth": 0.7, "mutation_scale": 4.5, "shrinkA": 0, "shrinkB": 0})
+
+
+def draw_row(axes, row, key, y, color):
+    scenes = [s for s in row["scenes"] if s.get(key) is not None]
+    for scene in (s for s in scenes if s["is_failure"]):
+        axes.plot([min(max(scene[key], LOW), HIGH)], [y], linestyle="", marker="D", markersize=2.2, color=GREY,
+                  markerfacecolor="white", markeredgewidth=0.5, clip_on=False, zorder=2)
+    ends = [ends_of(s, key) for s in scenes if not s["is_failure"]]
+    if ends:
+        low, high = min(e[0] for e in ends), max(e[1] for e in ends)
+        axes.plot([min(max(low, LOW), HIGH), min(max(high, LOW), HIGH)], [y, y], color=color, linewidth=1.0, alpha=0.75,
+                  solid_capstyle="butt", zorder=3, clip_on=False)
+    if row.get(key) is not None:
+        axes.plot([min(max(row[key], LOW), HIGH)], [y], marker="o", markersize=2.6, color=color, markeredgewidth=0, zorder=4,
+                  clip_on=False)
+        if not LOW <= row[key] <= HIGH:
+            arrow(axes, row[key], y, color)
 
 
 @plt.rc_context({"figure.constrained_layout.use": False})  # names and verdicts need fixed space
 def mechanisms_chart(charts, results):
-    rows = results["mechanisms"]
-    looks = {scene: MARKS[i % len(MARKS)] for i, scene in enumerate(results["scenes"])}
-    height = ROW * len(rows) + 1.2
-    figure, panels = plt.subplots(1, len(PANELS), sharey=True, figsize=(WIDTH, height))
-    figure.subplots_adjust(left=0.245, right=0.875, top=1 - 0.55 / height, bottom=0.5 / height, wspace=0.12)
+    groups = [[r for r in results["mechanisms"] if group_of(r) == i] for i in range(len(GROUPS))]
+    places, y = [], 0.0
+    for rows in groups:
+        y += GAP if rows else 0
+        for row in rows:
+            places.append((row, y))
+            y += 1
+    height = ROW * y + 0.75
+    figure, panels = plt.subplots(1, len(PANELS), sharey=True, figsize=(COLUMN, height))
+    figure.subplots_adjust(left=0.385, right=0.885, top=1 - 0.42 / height, bottom=0.36 / height, wspace=0.16)
     for axes, (key, title) in zip(panels, PANELS):
-        axes.axvline(1, color=BLACK, linewidth=0.7, zorder=1)
-        for y, row in enumerate(rows):
-            for scene in row["scenes"]:
-                if scene.get(key) is None:
-                    continue
-                color, marker = looks.get(scene["scene"], (GREY, "D"))
-                stand(axes, scene[key], y, color, marker, 2.9, scene["is_failure"])
-            if row.get(key) is not None and LOW <= row[key] <= HIGH:
-                axes.plot([row[key]] * 2, [y - 0.42, y + 0.42], color=BLACK, linewidth=0.9, zorder=2)
+        axes.axvline(1, color=BLACK, linewidth=0.6, zorder=1)
+        for row, at in places:
+            draw_row(axes, row, key, at, GROUPS[group_of(row)][1])
         axes.set_xscale("log")
         axes.set_xlim(LOW, HIGH)
-        axes.xaxis.set_major_locator(FixedLocator([0.2, 0.5, 1, 2, 5]))
+        axes.xaxis.set_major_locator(FixedLocator([0.3, 1, 3]))
         axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
         axes.xaxis.set_minor_locator(NullLocator())
-        axes.set_title(title, fontsize=7.5)
+        axes.set_title(title, fontsize=6.5, pad=3)
         axes.tick_params(axis="y", length=0)
-        for y in range(0, len(rows), 2):
-            axes.axhspan(y - 0.5, y + 0.5, color="#f4f6f8", zorder=0, linewidth=0)
-    panels[0].set_yticks(range(len(rows)), [f"{row['name']} ({METRICS[row['metric']]})" for row in rows], fontsize=6)
-    panels[0].set_ylim(len(rows) - 0.4, -0.6)
-    for y, row in enumerate(rows):
+        axes.tick_params(axis="x", labelsize=5.8)
+    panels[0].set_yticks([at for _, at in places], [f"{row['name']} ({METRICS[row['metric']]})" for row, _ in places], fontsize=5.2)
+    panels[0].set_ylim(y - 0.4, 0.3)
+    for row, at in places:
         verdict = VERDICTS[row["verdict"]]
-        panels[-1].annotate(verdict + ("" if row["agrees"] else " \u2260 now"), xy=(1.16, y),
-                            xycoords=("axes fraction", "data"), va="center", fontsize=6, annotation_clip=False,
-                            color=BLACK if verdict == "on" else "#555555",
+        panels[-1].annotate(verdict + ("" if row["agrees"] else " \u2260 now"), xy=(1.14, at), xycoords=("axes fraction", "data"),
+                            va="center", fontsize=5.2, annotation_clip=False, color=BLACK if verdict == "on" else "#555555",
                             fontweight="normal" if row["agrees"] else "bold")
-    panels[-1].annotate("verdict", xy=(1.16, 1.0), xytext=(0, 4), textcoords="offset points",
-                        xycoords="axes fraction", fontsize=7.5, annotation_clip=False)
-    figure.text(0.56, 0.12 / height, "with over without (left of 1 is a gain)", fontsize=7.5, ha="center")
-    handles = [Line2D([], [], linestyle="", marker=marker, markersize=3.2, color=color,
-                      label=scene.removeprefix("builtin:")) for scene, (color, marker) in looks.items()]
-    handles += [Line2D([], [], linestyle="", marker="D", markersize=3.2, color=GREY, markerfacecolor="white",
-                       label="a failure that it is a remedy for"),
-                Line2D([], [], linestyle="", marker="|", markersize=6, color=BLACK, label="mean of the scenes")]
-    figure.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.55, 1.0), ncol=5, handletextpad=0.3, columnspacing=1.4)
+    for (title, color, _), rows in zip(GROUPS, groups):
+        first = next((at for row, at in places if rows and row is rows[0]), None)
+        if first is not None:
+            panels[0].annotate(title, xy=(-0.04, first - 0.92), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=5.8,
+                               fontweight="bold", color=color, annotation_clip=False)
+    figure.text(0.63, 0.09 / height, "with over without (left of 1 is a gain)", fontsize=6.2, ha="center")
+    handles = [Line2D([], [], marker="o", markersize=2.6, color=BLACK, linewidth=1.0, label="mean, least to greatest scene"),
+               Line2D([], [], linestyle="", marker="D", markersize=2.4, color=GREY, markerfacecolor="white", label="its failure")]
+    figure.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 1.0), ncol=2, fontsize=5.6, handletextpad=0.4, columnspacing=1.2)
     charts.save(figure, "mechanisms", "The gain of each mechanism",
-                "Ratios with over without, by mechanism and scene, on a logarithmic axis; left of 1 is a gain.")
+                "Ratios with over without, by what a mechanism is meant to reduce, on a logarithmic axis; left of 1 is a gain. "
+                "Bars reach from the least to the greatest of "
+                + ", ".join(scene.removeprefix("builtin:") for scene in results["scenes"]) + ".")
 
 
 def draw(path, directory):

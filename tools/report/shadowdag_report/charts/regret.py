@@ -5,19 +5,19 @@ regret.svg, regret.png and regret.json, and prints the sums.
 
     regret report/results.json [more.json ...] -o docs
 
-The single threshold of a frame is the one that is fastest on all other frames of its scene. Model cost is held out
+Marks of a frame stand side by side, with the intervals of their ratios where the results have them; the grey band is the
+oracle's own noise. The single threshold of a frame is the one that is fastest on all other frames of its scene. Model cost is held out
 if its calibration contained none of the frames; the caller is responsible for that. Time is that of whole frames.
 """
 import os
 
 from ..collection import save_figure
-from ..files import write_json
-from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, VERMILION, plt
+from ..files import expecting, read_json, write_json
+from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, SKY, VERMILION, plt
 from .regret_analysis import analyse, load
 
-LINES = {  # name: (colour, marker, dashes)
-    "rays": (BLUE, "v", (4, 2)), "maps": (ORANGE, "^", (4, 2)), "texels:96": (GREY, "s", (1, 1)),
-    "best threshold": (GREEN, "D", (3, 1, 1, 1)), "cost": (VERMILION, "o", ())}
+LINES = {  # name: (colour, marker)
+    "rays": (BLUE, "v"), "maps": (ORANGE, "^"), "texels:96": (SKY, "s"), "best threshold": (GREEN, "D"), "cost": (VERMILION, "o")}
 
 
 def describe(scene):
@@ -40,36 +40,54 @@ def describe(scene):
 
 
 def panel(axes, scene, is_first):
+    """Draws a scene: at each frame one mark per line, side by side, so that equal ones are all seen."""
     rows = scene["frames"]
-    xs = [r["frame"] for r in rows]
+    frames = [r["frame"] for r in rows]
+    step = min((b - a for a, b in zip(frames, frames[1:])), default=10)
     axes.axhline(0, color=BLACK, linewidth=0.8, label="oracle" if is_first else None)
-    for name, (colour, marker, dashes) in LINES.items():
+    noise = 100 * scene["sums"]["oracle_noise_ms"] / scene["sums"]["oracle_ms"]
+    axes.axhspan(-noise, noise, color=GREY, alpha=0.3, linewidth=0, label="its noise" if is_first else None)
+    for place, (name, (colour, marker)) in enumerate(LINES.items()):
         members = [r for r in rows if name in r["regret"]]
-        line, = axes.plot([r["frame"] for r in members], [100 * r["regret"][name] for r in members], marker=marker,
-                          color=colour, markersize=3, linewidth=1, markeredgewidth=0.6, markerfacecolor="white",
-                          label=name if is_first else None)
-        if dashes:
-            line.set_dashes(dashes)
+        xs = [r["frame"] + step * 0.14 * (place - (len(LINES) - 1) / 2) for r in members]
+        ys = [100 * r["regret"][name] for r in members]
+        ends = [r.get("regret_intervals", {}).get(name, (y / 100, y / 100)) for r, y in zip(members, ys)]
+        axes.errorbar(xs, ys, yerr=[[max(0, y - 100 * e[0]) for y, e in zip(ys, ends)], [max(0, 100 * e[1] - y) for y, e in zip(ys, ends)]],
+                      linestyle="none", marker=marker, color=colour, markersize=3.2, markeredgewidth=0.5, markeredgecolor=BLACK,
+                      elinewidth=0.7, capsize=1.2, label=name if is_first else None)
     axes.set_yscale("symlog", linthresh=20)
     axes.set_yticks([-10, 0, 10, 20, 50, 100, 200])
     axes.yaxis.set_major_formatter(lambda y, _: f"{y:.0f}")
-    worst = scene["worst_frame"]["frame"]
-    axes.axvline(worst, color=GREY, linewidth=0.5, zorder=0)
     axes.set_title(f"{scene['scene'].removeprefix('builtin:')}; best threshold {scene['best_threshold'][7:]}, "
-                   f"worst frame {worst}", fontsize=7.5, loc="left")
+                   f"worst frame {scene['worst_frame']['frame']}", fontsize=7.5, loc="left")
     axes.set_ylabel("over oracle (%)")
-    if len(xs) == 1:
-        axes.set_xticks(xs)
+    axes.set_xticks(frames)
+    axes.set_xlim(frames[0] - step / 2, frames[-1] + step / 2)
+    axes.grid(axis="x", visible=False)
+
+
+def loaded_scenes(paths):
+    """Returns (scenes, commit) of results of compare, or of one regret.json, which holds what was analysed."""
+    if len(paths) == 1:
+        with expecting(paths[0], "results of a compare, or a regret.json"):
+            results = read_json(paths[0])
+            if "runs" not in results:
+                for scene in results["scenes"]:
+                    scene["sums"]["oracle_ms"], scene["worst_frame"]["frame"], scene["best_threshold"]
+                    for row in scene["frames"]:
+                        row["frame"] + 0, row["regret"].items()
+                return results["scenes"], results["commit"]
+    loaded, sums, commit = load(paths)
+    return [analyse(scene, frames, sums) for scene, frames in sorted(loaded.items())], commit
 
 
 def declare(parser):
-    parser.add_argument("results", nargs="+", help="results.json files of compare")
+    parser.add_argument("results", nargs="+", help="results.json files of compare, or one regret.json")
     parser.add_argument("-o", "--output", required=True, help="directory")
 
 
 def run(arguments):
-    loaded, sums, commit = load(arguments.results)
-    scenes = [analyse(scene, frames, sums) for scene, frames in sorted(loaded.items())]
+    scenes, commit = loaded_scenes(arguments.results)
     figure, all_axes = plt.subplots(len(scenes), 1, figsize=(COLUMN, 1.7 * len(scenes) + 0.6), squeeze=False)
     for i, scene in enumerate(scenes):
         describe(scene)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The loss of routing relative to model oracle, frame by frame: the content of regret.json."""
 from ..files import Refused, expecting, read_json
+from ..intervals import interval
+from .runs import is_warm
 
 NOT_SERVING = {"batch boxes", "batch hierarchy", "scene update", "g-buffer", "clusters", "light assignment",
                "pair pruning", "resolution", "routing"}  # stages whose work no route changes
@@ -29,7 +31,7 @@ def load(paths):
             commits.add(results["provenance"]["commit"])
             for run in results["runs"]:
                 name = name_of(run)
-                if name is None:
+                if name is None or is_warm(run):
                     continue
                 frames = scenes.setdefault(run["scene"], {}).setdefault(run["frame"], {})
                 if name in frames:
@@ -39,6 +41,8 @@ def load(paths):
                 float(run["time_ms"]), float(run["time_ms_min"]), float(run["time_ms_max"])
                 serving_ms(run)
             for cost in results.get("map_costs", []):
+                if cost.get("start") == "warm":
+                    continue
                 key = (cost["scene"], cost["frame"])
                 sums[key] = sums.get(key, 0) + min(cost["rays_ms"], cost["map_ms"])
     if len(commits) > 1:
@@ -72,6 +76,12 @@ def noise(run):
     return 0.5 * (run["time_ms_max"] - run["time_ms_min"]) / run["time_ms"]
 
 
+def ratio_interval(run, base):
+    """Returns what the ratio of two times less 1 is at least and at most, by the intervals of both."""
+    (low, high, _), (base_low, base_high, _) = interval(run), interval(base)
+    return low / base_high - 1, high / base_low - 1
+
+
 def analyse(scene, frames, sums):
     """Returns the content of regret.json for a scene."""
     numbers = sorted(frames)
@@ -94,6 +104,7 @@ def analyse(scene, frames, sums):
             "better_single": "rays" if single is runs["texels:inf"] else "maps",
             "times_ms": {n: runs[m]["time_ms"] for n, m in models.items() if m in runs},
             "regret": {n: runs[m]["time_ms"] / oracle - 1 for n, m in models.items() if m in runs},
+            "regret_intervals": {n: ratio_interval(runs[m], runs["oracle"]) for n, m in models.items() if m in runs},
             "cost_over_better_single": cost["time_ms"] / single["time_ms"],
             "allowed": allowed, "is_slower": cost["time_ms"] > allowed * single["time_ms"],
             "cost_traced_map_count": cost.get("traced_map_count", cost["traced_light_count"]),

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs of compare in the form of charts: merged over frames, in threshold sweeps, with short names."""
 import math
+import textwrap
 
 import numpy as np
 
 from ..files import Refused, expecting, read_json
+from ..intervals import half_widths, interval, least_confidence, confidence_text
 from ..style import plain
 
 
@@ -50,6 +52,10 @@ def over_frames(runs):
         one["frame_count"] = len(group)
         for key in ("time_ms", "time_ms_min", "time_ms_max", "dag_bytes", "map_bytes"):
             one[key] = sum(r[key] for r in group) / len(group)
+        # The mean of the frames' intervals holds the mean of their medians more often than one of them.
+        ends = [interval(r) for r in group]
+        one["time_ms_low"], one["time_ms_high"] = (sum(e[i] for e in ends) / len(ends) for i in (0, 1))
+        one["time_ms_confidence"] = min(e[2] for e in ends)
         one["exact_bytes"] = sum(r.get("exact_bytes", 0) for r in group) / len(group)
         for key in ("ray_count", "exact_ray_count"):
             one[key] = sum(r.get(key, 0) for r in group)
@@ -68,15 +74,49 @@ def over_frames(runs):
     return result
 
 
+def time_bars(axes, runs, heights, color="black", zorder=2):
+    """Draws the intervals of the times of runs as horizontal error bars."""
+    ends = [half_widths(r) for r in runs]
+    axes.errorbar([r["time_ms"] for r in runs], heights, xerr=[[e[0] for e in ends], [e[1] for e in ends]], fmt="none",
+                  ecolor=color, elinewidth=0.6, capsize=1.4, capthick=0.5, zorder=zorder)
+
+
+def bars_sentence(runs):
+    """Describes the error bars: what the intervals of the medians hold, and of how many repeats."""
+    counts = sorted({r.get("repeat_count", 1) for r in runs})
+    repeats = str(counts[0]) if counts[0] == counts[-1] else f"{counts[0]} to {counts[-1]}"
+    return f" Bars are {confidence_text(least_confidence(runs))} intervals of medians of {repeats} repeats."
+
+
 def believe_of(run):
     """Returns which voxels the rays of a run believe: "all", "none", or a number of pixels."""
     return run["parameters"].get("believe", "all")
+
+
+def is_warm(run):
+    """Returns whether a run is of frames whose maps a frame of the same view left."""
+    return run.get("parameters", {}).get("start") == "warm"
 
 
 def rays_alone(runs, believe):
     """Returns the runs of rays alone that believe "all", "none" or (None) anything between."""
     return [r for r in runs if r["method"] == "dag" and
             (believe_of(r) == believe if believe else believe_of(r) not in ("all", "none"))]
+
+
+def tracers_of(runs):
+    """Returns the rows of `shadowdag rays`: tracers that answered the pairs of a frame outside of it."""
+    return [r for r in runs if r["method"] == "tracer"]
+
+
+def tracer_label(run):
+    """Returns the tracer's name for a legend, in lines that leave room for the axes."""
+    return textwrap.fill(f"{run['label']} (pairs)", 26)
+
+
+def tracers_sentence(runs):
+    """Says what the times of such tracers are of, "" without any."""
+    return " Times of tracers of pairs alone lack the rest of a frame." if tracers_of(runs) else ""
 
 
 def rays_name(run):
@@ -105,7 +145,7 @@ def sweeps(runs):
 
 def series_name(key, all_keys):
     """Returns the text that distinguishes a series from the others; "" if there is none."""
-    names = {"resolution": "{}³", "undersample": "u{}", "page_size": "pages {}", "taps": "{} taps"}
+    names = {"resolution": "{}³", "undersample": "u{}", "page_size": "pages {}", "taps": "{} taps", "start": "{}"}
     others = [dict(other) for other in all_keys]
     return ", ".join(names.get(k, k.replace("_", " ") + " {}").format(v) for k, v in key
                      if any(k in other and other[k] != v for other in others))

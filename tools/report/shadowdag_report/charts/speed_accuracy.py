@@ -2,10 +2,15 @@
 """Speed against accuracy: error over frame time, with the Pareto front and the paper's threshold."""
 import math
 
+import numpy as np
+
 from ..style import (BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, place_labels,
                      plain, plt, slug)
 from ..texels import PAPER_TEXELS, equivalent_texels
-from .runs import believe_of, rays_alone, series_name, sweeps, threshold_of
+from .runs import (bars_sentence, believe_of, rays_alone, series_name, sweeps, threshold_of, time_bars, tracer_label, tracers_of,
+                   tracers_sentence)
+
+TRACER_COLORS = (GREY, PURPLE, SKY, GREEN)
 
 
 def is_faster(a, b):
@@ -23,7 +28,7 @@ def pareto(runs):
 
 
 def rings_sentence(ringed, experiment):
-    """Describes the rings, and which of the paper's threshold and its equivalent has no run to put one on."""
+    """Describes the crosses, and which of the paper's threshold and its equivalent has no run to put one on."""
     equivalent = equivalent_texels(experiment)
 
     def name(texels, near):
@@ -33,13 +38,13 @@ def rings_sentence(ringed, experiment):
 
     if not ringed:
         return ""
-    sentence = (" Rings mark " if len(ringed) > 1 else " The ring marks ") + " and ".join(name(*r) for r in ringed) + "."
+    sentence = (" Crosses stand at " if len(ringed) > 1 else " The cross stands at ") + " and ".join(name(*r) for r in ringed) + "."
     absent = {PAPER_TEXELS, equivalent} - {texels for texels, _ in ringed}
     return sentence + "".join(f" {texels:.0f} texels have no run of their own." for texels in absent)
 
 
 def speed_accuracy(charts, scene, runs, experiment):
-    figure, axes = plt.subplots(figsize=(COLUMN, 3.0))
+    figure, axes = plt.subplots(figsize=(COLUMN, 3.3))
     positive = [r["error"] for r in runs if r["error"] > 0]
     floor = (min(positive) if positive else 1e-4) / 4
     height = lambda run: 100 * max(run["error"], floor)
@@ -91,25 +96,28 @@ def speed_accuracy(charts, scene, runs, experiment):
                   markersize=7 if i == 0 else 5, markeredgecolor="black", markeredgewidth=0.4, zorder=5,
                   label=f"hybrid, {run['model'] if len(run['model']) < 22 else run['model'][:20] + '…'}")
     equivalent = equivalent_texels(experiment)
-    marked, ringed, labels = [], [], []
-    if series:
+    marked, ringed = [], []
+    if series:  # the paper's setting has marks of its own, which the legend names
         members = next(iter(series.values()))
-        for texels, text in ((PAPER_TEXELS, "96 (paper)"), (equivalent, f"{equivalent:.0f} (96 at 1080p)")):
+        for texels, marker in ((PAPER_TEXELS, "x"), (equivalent, "+")):
             nearest = min((r for r in members if 0 < threshold_of(r) < math.inf),
                           key=lambda r: abs(math.log(threshold_of(r) / texels)), default=None)
             if nearest is None or abs(math.log2(threshold_of(nearest) / texels)) > 0.25 or nearest in marked:
                 continue
             marked.append(nearest)
             ringed.append((texels, threshold_of(nearest)))
-            axes.plot(nearest["time_ms"], height(nearest), marker="o", markersize=8, markerfacecolor="none",
-                      markeredgecolor="black", markeredgewidth=0.8, linestyle="none", zorder=6)
-            labels.append((nearest["time_ms"], height(nearest), text))
-        names = [(x, y, text, {"fontsize": 6}) for x, y, text in sorted(labels)] + names
+            name = "the paper's 96 texels" if texels == PAPER_TEXELS else f"{equivalent:.0f} texels: 96 at 1080p"
+            axes.plot(nearest["time_ms"], height(nearest), marker=marker, markersize=6 if marker == "x" else 8, color="black",
+                      markeredgewidth=1.1, linestyle="none", zorder=8, label=name)
     embree = next((r for r in runs if r["method"] == "embree"), None)
     if embree:
         axes.plot(embree["time_ms"], height(embree), linestyle="none", marker="o", color=BLACK, markersize=5, zorder=4,
-                  clip_on=False, label="rays of Embree")
-    log_axis(axes.xaxis, min(times) / 1.35, max(times) * 1.35)
+                  clip_on=False, label="Embree's frame")
+    for i, run in enumerate(tracers_of(runs)):
+        axes.plot(run["time_ms"], height(run), linestyle="none", marker="<>HP8*"[i % 6], color=TRACER_COLORS[i % len(TRACER_COLORS)],
+                  markersize=5, markeredgecolor="black", markeredgewidth=0.4, zorder=5, clip_on=False, label=tracer_label(run))
+    time_bars(axes, runs, [height(r) for r in runs])
+    log_axis(axes.xaxis, min(min(times) / 1.35, *(r["time_ms_low"] for r in runs)), max(max(times) * 1.35, *(r["time_ms_high"] for r in runs)))
     hasZero = any(r["error"] == 0 for r in runs)
     log_axis(axes.yaxis, min(errors) if hasZero else min(errors) / 1.6, max(errors) * 1.6)
     if hasZero:  # a logarithmic axis has no zero: its points are on the frame
@@ -118,11 +126,11 @@ def speed_accuracy(charts, scene, runs, experiment):
     axes.set_xlabel("frame time (ms)")
     axes.set_ylabel("mean absolute visibility error (%)")
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, columnspacing=1.2, borderaxespad=0.3)
-    place_labels(axes, names, [(r["time_ms"], height(r)) for r in runs])
+    place_labels(axes, names, [(x, height(r)) for r in runs for x in np.geomspace(r["time_ms_low"], r["time_ms_high"], 5)])
     best = min(runs, key=lambda r: r["time_ms"])
     exact = min(runs, key=lambda r: (r["error"], r["time_ms"]))
     charts.save(figure, f"speed_accuracy_{slug(scene)}", f"Speed against accuracy, {scene}",
                 f"Down and left is better; the fastest is {best['label']} ({best['time_ms']:.1f} ms at "
                 f"{100 * best['error']:.2f} % error), the most exact {exact['label']} ({exact['time_ms']:.1f} ms at "
                 f"{100 * exact['error']:.2f} %). Differences within the spread of the times make no front."
-                + rings_sentence(ringed, experiment))
+                + tracers_sentence(runs) + rings_sentence(ringed, experiment) + bars_sentence(runs))

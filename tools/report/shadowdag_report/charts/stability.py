@@ -121,7 +121,7 @@ def draw_numeric(charts, results):
                 rays, dark = totals.get(point["margins"], (0, 0))
                 totals[point["margins"]] = (rays + point["ray_count"], dark + point["dark_count"])
         xs = sorted(totals)
-        axes.plot(xs, [100 * totals[x][1] / totals[x][0] for x in xs], color=look[0], marker=look[1], linestyle=look[2],
+        axes.plot(xs, [100 * totals[x][1] / max(1, totals[x][0]) for x in xs], color=look[0], marker=look[1], linestyle=look[2],
                   markersize=2.6, label=f"past {feature}")
     axes.axvline(2, color=GREY, linewidth=0.8)
     axes.annotate("beyond, none\nmay stop", (2, 60), xytext=(-3, 0), textcoords="offset points", fontsize=6.2, ha="right")

@@ -2,6 +2,7 @@
 """Time and error over the threshold in texels that separates rays from maps."""
 import math
 
+from ..intervals import confidence_text, least_confidence
 from ..style import BLACK, BLUE, COLUMN, GREY, SKY, VERMILION, plain, plt, slug
 from ..texels import PAPER_TEXELS, equivalent_texels
 from .runs import series_name, sweeps, threshold_of
@@ -50,12 +51,12 @@ def over_threshold(charts, scene, runs, experiment):
         place = threshold_positions(thresholds)
         xs = [place(t) for t in thresholds]
         figure, (above, below) = plt.subplots(2, 1, figsize=(COLUMN, 3.1), sharex=True)
-        above.fill_between(xs, [r["time_ms_min"] for r in members], [r["time_ms_max"] for r in members], color=BLUE,
-                           alpha=0.15, linewidth=0, label="min to max")
+        above.fill_between(xs, [r["time_ms_low"] for r in members], [r["time_ms_high"] for r in members], color=BLUE,
+                           alpha=0.15, linewidth=0, label=f"{confidence_text(least_confidence(members))} interval")
         above.plot(xs, [r["time_ms"] for r in members], color=BLUE, marker="o", label="median")
         for run in (r for r in runs if r["method"] == "hybrid" and r["model"] == "oracle"):
             above.axhline(run["time_ms"], color=VERMILION, linestyle="--", linewidth=0.9, label="oracle")
-        above.set_ylim(0, max(r["time_ms_max"] for r in members) * 1.12)
+        above.set_ylim(0, max(r["time_ms_high"] for r in members) * 1.12)
         above.set_ylabel("frame time (ms)")
         above.legend(loc="lower right", bbox_to_anchor=(1, 1), ncol=3, borderaxespad=0.2)
         below.plot(xs, [r["false_shadow"] for r in members], color=VERMILION, marker="s", label="false shadow")

@@ -15,19 +15,20 @@ from .amounts import figure_15, figure_16, figure_17
 from .culling import figure_13, figure_14
 from .output import Figures
 from .sequence import Missing, Sequence, load
+from .temporal import figure_18
 from .times import figure_10, figure_11, figure_12
 
 FIGURES = {10: figure_10, 11: figure_11, 12: figure_12, 13: figure_13, 14: figure_14, 15: figure_15, 16: figure_16,
-           17: figure_17}
+           17: figure_17, 18: figure_18}
 
 
 def draw(paths, directory, numbers=None, mixed=False):
     """Draws figures of all sequences. numbers: only these, which must be there"""
-    scenes, provenance, experiment = load(paths, mixed)
+    scenes, provenance, experiment, summaries = load(paths, mixed)
     figures = Figures(directory, provenance, experiment)
     left_out = []
     for scene, rows in scenes.items():
-        sequence = Sequence(scene, rows)
+        sequence = Sequence(scene, rows, summaries)
         for number in sorted(set(numbers or FIGURES)):
             try:
                 missing = FIGURES[number](figures, sequence)

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..style import BLUE, COLUMN, GREY, ORANGE, VERMILION, plt
 from .lines import (SPHERE, axes_over_frames, base_of, change, draw_lines, draw_panels, engineering, is_detail,
-                    legend_above, logarithmic, maps_of, percent, spread)
+                    legend_above, logarithmic, maps_of, panels_of, percent, spread)
 
 
 def figure_15(figures, sequence):
@@ -57,15 +57,20 @@ def figure_16(figures, sequence):
     texels = {(f"{base}-4SM" if l == base else l): sequence.values(l, "texel_count") for l in chosen}
     computations = {l: sequence.values(l, "lighting_computation_count")
                     for l in chosen if l == base or last(l).startswith("Nk")}
-    figure, axes = plt.subplots(figsize=(COLUMN, 2.2 + 0.12 * -(-(len(texels) + len(computations)) // 3)))
-    draw_lines(sequence, axes, texels)
-    for i, (label, values) in enumerate(computations.items()):
-        axes.plot(sequence.frames, values, color=GREY, linewidth=2.4 - 0.9 * i, alpha=0.7,
-                  linestyle="-" if i == 0 else "--", zorder=1,
-                  label="computations" + ("" if label == base else f", {last(label)}"))
-    axes_over_frames(sequence, axes, "texels; lighting computations")
-    logarithmic(axes, list(texels.values()) + list(computations.values()))
-    legend_above(axes, len(texels) + len(computations))
+    work = {"computations" + ("" if l == base else f", {last(l)}"): v for l, v in computations.items()}
+    by_maps = {l: v for l, v in texels.items() if l == f"{base}-4SM" or maps_of(last(l))}
+    others = {l: v for l, v in texels.items() if l not in by_maps}
+    panels = [by_maps] + ([{f"{base}-4SM": texels[f"{base}-4SM"]} | others] if others else [])
+    panels = [part for lines in panels for part in panels_of(lines | dict(list(work.items())[:1] if lines is by_maps else list(work.items())[1:]),
+                                                             f"{base}-4SM")]
+    figure, grid = plt.subplots(len(panels), 1, figsize=(COLUMN, 0.3 + 1.75 * len(panels)), sharex=True, sharey=True, squeeze=False)
+    for axes, lines in zip(grid[:, 0], panels):
+        draw_lines(sequence, axes, lines)
+        axes_over_frames(sequence, axes, "texels; computations")
+        logarithmic(axes, list(texels.values()) + list(computations.values()))
+        legend_above(axes, len(lines), 2)
+        if axes is not grid[-1, 0]:
+            axes.set_xlabel("")
     claims = []
     peaks = {count(l): np.max(sequence.values(l, "texel_count")) for l in chosen if count(l) <= 16}
     if len(peaks) > 1:
@@ -91,7 +96,7 @@ def figure_16(figures, sequence):
                        spread(change(sequence, base, nk, "lighting_computation_count"), percent), None))
         claims.append((f"{last(nk)}: texels", "slightly fewer", spread(change(sequence, base, nk, "texel_count"), percent),
                        None))
-    caption = ("Texels of all pages with memory, by maps a light and by undersampling; grey, on the same logarithmic axis, "
+    caption = ("Texels of all pages with memory, by maps a light and by undersampling and culling; on the same logarithmic axis, "
                "lighting computations: samples times lights of their clusters.")
     figures.save(16, sequence, figure, "Texels and lighting computations", caption,
                  {f"{l} (texels)": v for l, v in texels.items()}

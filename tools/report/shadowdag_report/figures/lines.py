@@ -15,7 +15,8 @@ MARKERS = ["o", "s", "^", "D", "v", "P", "X", "*", "<", ">", "h", "p"]
 # The paper's variants and ours, by the part that distinguishes them from their base.
 LOOKS = {SPHERE: 6, "CFM": 0, "PMC": 1, "PMCD": 2, "PMCD-EB": 3, "Nk3": 4, "PMCC-EB": 5, "LP": 7, "SO": 0, "SOR": 1,
          "PLOD1": 4, "RT": 6, "Hybrid": 2, "Hybrid:texels:16": 5, "1SM": 0, "2SM": 1, "4SM": 3, "16SM": 2, "u2": 5,
-         "u4": 7, "T1": 1, "RL": 2}
+         "u4": 7, "T1": 1, "RL": 2, "embree": 6, "computations": 6,
+         "computations, Nk3": 6}
 
 
 def style(label, i):
@@ -48,9 +49,15 @@ def engineering(value, _=None):
 def axes_over_frames(sequence, axes, label, height=None):
     axes.set_xlabel("frame")
     axes.set_ylabel(label)
-    axes.xaxis.set_major_locator(MaxNLocator(7, integer=True))
+    gap = gap_of(sequence.frames)
+    if gap > 1 and len(sequence.frames) <= 8:
+        axes.set_xticks(sequence.frames)
+        axes.grid(axis="x", visible=False)
+    else:
+        axes.xaxis.set_major_locator(MaxNLocator(7, integer=True))
     if len(sequence.frames) > 1:
-        axes.set_xlim(sequence.frames[0], sequence.frames[-1])
+        beside = gap / 2 if gap > 1 else 0
+        axes.set_xlim(sequence.frames[0] - beside, sequence.frames[-1] + beside)
 
 
 def legend_above(axes, count, columns=3):
@@ -58,12 +65,28 @@ def legend_above(axes, count, columns=3):
                 borderaxespad=0.2, handlelength=2.6, labelspacing=0.35, fontsize=6)
 
 
-def draw_lines(sequence, axes, columns):
-    every = max(1, len(sequence.frames) // 12)
+def gap_of(frames):
+    """Returns the least distance of two frames; 1 where there is one frame alone."""
+    return min((b - a for a, b in zip(frames, frames[1:])), default=1)
+
+
+def draw_lines(sequence, axes, columns, intervals=None):
+    """Draws columns over frames: as lines where every frame was measured, as marks side by side where frames are apart, since
+    nothing is known between them. intervals: {name: (below, above)} for error bars"""
+    frames, gap = np.array(sequence.frames, dtype=float), gap_of(sequence.frames)
+    every = max(1, len(frames) // 12)
     for i, (name, values) in enumerate(columns.items()):
         look = style(name, i)
-        look["markevery"] = (i % every, every)
-        axes.plot(sequence.frames, values, label=name, **look)
+        shift = 0.0
+        if gap > 1:
+            look |= {"linestyle": "none", "markeredgewidth": 0.3, "markeredgecolor": BLACK}
+            shift = gap * 0.13 * (i - (len(columns) - 1) / 2)
+        else:
+            look["markevery"] = (i % every, every)
+        axes.plot(frames + shift, values, label=name, **look)
+        if intervals and name in intervals:
+            axes.errorbar(frames + shift, values, yerr=intervals[name], fmt="none", ecolor=look["color"], elinewidth=0.6, capsize=1.0,
+                          zorder=2)
 
 
 def is_of_culling(sequence, label):
@@ -72,25 +95,45 @@ def is_of_culling(sequence, label):
                                and not any(p in ("SO", "SOR") or p.startswith("PLOD") for p in sequence.parts(label)))
 
 
-def draw_panels(sequence, columns, label, prepare):
-    """Draws the lines in two panels with one scale: the effect of culling; that of reuse, levels of detail and rays.
-    One panel if few lines are requested. prepare(axes): its scale."""
+MOST_IN_PANEL = 5
+
+
+def panels_of(lines, first):
+    """Returns the lines in panels of at most five, `first` at the head of each if it is among them."""
+    rest = [name for name in lines if name != first]
+    head = [first] if first in lines else []
+    size = MOST_IN_PANEL - len(head)
+    parts = [rest[i:i + size] for i in range(0, len(rest), size)] or [[]]
+    return [{name: lines[name] for name in head + part} for part in parts if head + part]
+
+
+def draw_panels(sequence, columns, label, prepare, intervals=None):
+    """Draws the lines in panels of at most five with one scale: the effect of culling; that of reuse, levels of detail and
+    rays, each beside the variant that the others are compared with. prepare(axes): its scale."""
+    base = base_of(sequence)
     upper = {l: v for l, v in columns.items() if is_of_culling(sequence, l)}
     lower = {l: v for l, v in columns.items() if l not in upper}
-    base = base_of(sequence)
     if base in upper and lower:
         lower = {base: upper[base]} | lower
-    panels = [p for p in (upper, lower) if p] if len(columns) > 5 else [columns]
-    heights = [1.35 + 0.12 * -(-len(p) // 3) for p in panels]
-    figure, grid = plt.subplots(len(panels), 1, figsize=(COLUMN, 0.3 + sum(heights)), sharex=True, sharey=True,
-                                squeeze=False, gridspec_kw={"height_ratios": heights})
-    for axes, lines in zip(grid[:, 0], panels):
-        draw_lines(sequence, axes, lines)
+    panels = [columns] if len(columns) <= MOST_IN_PANEL else [p for lines in (upper, lower) if lines for p in panels_of(lines, base)]
+    grid_columns = 2 if len(panels) > 2 else 1
+    grid_rows = -(-len(panels) // grid_columns)
+    figure, grid = plt.subplots(grid_rows, grid_columns, figsize=(COLUMN * grid_columns, 0.3 + 1.75 * grid_rows), sharex=True, sharey=True,
+                                squeeze=False)
+    for axes, lines in zip(grid.flat, panels):
+        draw_lines(sequence, axes, lines, intervals)
         axes_over_frames(sequence, axes, label)
-        if axes is not grid[-1, 0]:
-            axes.set_xlabel("")
         prepare(axes)
         legend_above(axes, len(lines))
+    for axes in list(grid.flat)[len(panels):]:
+        axes.set_visible(False)
+    for place, axes in enumerate(list(grid.flat)[:len(panels)]):
+        is_lowest = place + grid_columns >= len(panels)
+        axes.tick_params(labelbottom=is_lowest)
+        if not is_lowest:
+            axes.set_xlabel("")
+        if place % grid_columns:
+            axes.set_ylabel("")
     return figure
 
 

@@ -5,6 +5,7 @@ import json
 import numpy as np
 
 from ..files import Refused, expecting, read_json
+from ..intervals import confidence_text, half_widths, least_confidence
 
 MOST = 1e18  # no time and no count of a frame is larger
 # The principal stage of each stage in the paper's figure 12. Others are drawn separately.
@@ -54,13 +55,15 @@ def check_row(row, where):
 
 
 def load(paths, mixed):
-    """Returns the rows of all sequences by scene, and the provenance and experiment of the first file."""
-    scenes, provenance, experiment, commits, lists = {}, None, None, {}, []
+    """Returns the rows of all sequences by scene, the provenance and experiment of the first file, and the times over all
+    frames and rounds by scene and variant."""
+    scenes, provenance, experiment, commits, lists, summaries = {}, None, None, {}, [], {}
     for path in paths:
         with expecting(path, "a results file of compare"):
             results = read_json(path)
             commits.setdefault(results["provenance"]["commit"], path)
             lists.append((path, results.get("sequence_runs", [])))
+            summaries |= {(t["scene"], t["label"]): t for t in results.get("sequence_times", [])}
             provenance = provenance or results["provenance"]
             experiment = experiment or results["experiment"]
     if len(commits) > 1 and not mixed:
@@ -78,15 +81,15 @@ def load(paths, mixed):
             of_scene[row["label"], row["frame"]] = row
     if not scenes:
         raise Refused(f"{', '.join(paths)}: holds no frames in sequence; run compare --sequence --variants paper")
-    return scenes, provenance, experiment
+    return scenes, provenance, experiment, summaries
 
 
 class Sequence:
     """The rows of one scene: by variant, over frames."""
 
-    def __init__(self, scene, rows):
-        """rows: {(label, frame): row}"""
-        self.scene, self.rows = scene, rows
+    def __init__(self, scene, rows, summaries=None):
+        """rows: {(label, frame): row}; summaries: {(scene, label): entry of sequence_times}"""
+        self.scene, self.rows, self.summaries = scene, rows, summaries or {}
         self.frames = sorted({frame for _, frame in rows})
         self.labels = list(dict.fromkeys(label for label, _ in rows))
         for label in self.labels:
@@ -99,6 +102,10 @@ class Sequence:
         from frame to frame has nothing to do there."""
         led = np.array(self.frames) > 0
         return led if led.any() else ~led
+
+    def over(self, frames):
+        """Returns the same variants over these frames alone."""
+        return Sequence(self.scene, {(l, f): row for (l, f), row in self.rows.items() if f in set(frames)}, self.summaries)
 
     def has(self, *labels):
         return all(label in self.labels for label in labels)
@@ -114,6 +121,26 @@ class Sequence:
                        "measure again with compare --sequence")
             return float(value)
         return np.array([pick(self.rows[label, frame]) for frame in self.frames])
+
+    def is_frame(self, label):
+        """Returns whether a method's times are of whole frames; Embree's, in older results, are of its rays alone."""
+        return all("g-buffer" in self.rows[label, frame]["stages_ms"] for frame in self.frames)
+
+    def intervals(self, label):
+        """Returns how far the intervals of the frames' times reach below and above them."""
+        return np.array([half_widths(self.rows[label, frame]) for frame in self.frames]).T
+
+    def confidence(self, labels):
+        return least_confidence([self.rows[label, frame] for label in labels for frame in self.frames])
+
+    def worst_text(self, label):
+        """Returns the 99th percentile of the times of all frames and rounds with its interval; in older results, which lack
+        the rounds, the slowest frame of how many."""
+        times = self.summaries.get((self.scene, label))
+        if times is None:
+            return f"{np.max(self.values(label, 'time_ms')):.1f} ms (slowest of {len(self.frames)} medians)"
+        return (f"{times['time_ms_p99']:.1f} ms (99 %, {confidence_text(times['time_ms_p99_confidence'])} interval "
+                f"{times['time_ms_p99_low']:.1f} to {times['time_ms_p99_high']:.1f})")
 
     def stage(self, label, name):
         """Returns the time of a stage over frames, or of all stages of a principal stage."""

@@ -4,7 +4,9 @@ import numpy as np
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, plt
-from .lines import axes_over_frames, base_of, change, draw_panels, engineering, is_detail, legend_above, percent, spread, style
+from ..intervals import confidence_text
+from .lines import (axes_over_frames, base_of, change, draw_panels, engineering, gap_of, is_detail, legend_above, percent, spread,
+                    style)
 
 STAGE_COLORS = {
     "scene update": GREY, "g-buffer": "#d5d9de", "clusters, lights": PURPLE, "page masks": SKY,
@@ -16,11 +18,12 @@ SPARE = ["#66c2a5", "#a6761d", "#e78ac3"]
 
 def figure_10(figures, sequence):
     chosen = [l for l in sequence.labels
-              if l not in ("embree", "Sphere") and not is_detail(sequence.parts(l))]
+              if l != "Sphere" and (l != "embree" or sequence.is_frame(l)) and not is_detail(sequence.parts(l))]
     if not chosen:
         return "variants to compare"
     columns = {l: sequence.values(l, "time_ms") for l in chosen}
-    figure = draw_panels(sequence, columns, "frame time (ms)", lambda axes: axes.set_ylim(bottom=0))
+    figure = draw_panels(sequence, columns, "frame time (ms)", lambda axes: axes.set_ylim(bottom=0),
+                         {l: sequence.intervals(l) for l in chosen})
     claims = []
     base = base_of(sequence)
     first = slice(0, max(1, len(sequence.frames) // 3))
@@ -37,12 +40,15 @@ def figure_10(figures, sequence):
     if base and hybrid:
         maps, mixed = sequence.values(base, "time_ms"), sequence.values(hybrid, "time_ms")
         claims.append((f"{hybrid} against {base}: worst frame", "not improved",
-                       f"{np.max(mixed):.1f} against {np.max(maps):.1f} ms", bool(np.max(mixed) >= 0.98 * np.max(maps))))
+                       f"{sequence.worst_text(hybrid)} against {sequence.worst_text(base)}",
+                       bool(np.max(mixed) >= 0.98 * np.max(maps))))
     if sequence.has("PMCD-EB", "PMCD-EB-SO"):
         both = change(sequence, "PMCD-EB", "PMCD-EB-SO", "time_ms")[sequence.led()]
         claims.append(("SO: frame time after frame 0", "substantially less", spread(both, percent), bool(np.mean(both) < 0)))
     caption = ("Median time of every frame by variant: everything that a frame does, following the moved instances "
-               "included, loading and animating not.")
+               "included, loading and animating not. Bars are "
+               f"{confidence_text(sequence.confidence(chosen))} intervals"
+               + (", marks of a frame stand side by side." if gap_of(sequence.frames) > 1 else "."))
     figures.save(10, sequence, figure, "Frame times over the animation", caption,
                  {f"{l} (ms)": v for l, v in columns.items()}, claims)
 
@@ -60,13 +66,14 @@ def figure_11(figures, sequence):
     stage = "page commit" if is_sparse else "page allocation"
     extent = "the driver's commits with their bookkeeping" if is_sparse else "all of page allocation"
     for i, label in enumerate(kept):
-        look = style(label, i)
+        look = style(label, i) | ({"linestyle": "none"} if gap_of(sequence.frames) > 1 else {})
         committed, freed = (sequence.values(label, f"pages_{kind}_count") for kind in ("committed", "freed"))
         milliseconds = sequence.stage(label, stage)
         handles += pages.plot(sequence.frames, committed, label=f"{label}, committed", **look)
-        look = dict(look, markerfacecolor="white", markeredgewidth=0.6, linestyle=":")
+        look = dict(look, markerfacecolor="white", markeredgewidth=0.6,
+                    linestyle="none" if gap_of(sequence.frames) > 1 else ":")
         handles += pages.plot(sequence.frames, -freed, label=f"{label}, freed", **look)
-        times.plot(sequence.frames, milliseconds, label=label, **style(label, i))
+        times.plot(sequence.frames, milliseconds, label=label, **(style(label, i) | {"linestyle": look["linestyle"]}))
         columns |= {f"{label} committed (pages)": committed, f"{label} freed (pages)": freed,
                     f"{label} {stage} (ms)": milliseconds}
         total = np.sum(committed)

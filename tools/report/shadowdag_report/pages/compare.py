@@ -7,9 +7,12 @@ import os
 
 from markupsafe import Markup
 
+from ..explained import explained_share, null_rate
+from ..explained import unexplained_count as unexplained
+from ..intervals import CONFIDENCE, confidence_text, interval
 from ..texels import equivalent_texels
 from .page import (Cell, count, cubed, decimal, declare, grouped, key_rows, number, percent, read_charts,
-                   read_results, text, wide, words, write_page)
+                   read_results, share_cell, text, wide, words, write_page)
 from .sequence_table import sequence_table
 
 WHAT = "a results file of compare"
@@ -31,13 +34,23 @@ def pool_note(run):
     return "; ".join(notes)
 
 
-def unexplained(run):
-    return run["unexplained_false_shadow_count"] + run["unexplained_false_light_count"]
-
-
 def settled(run):
     """Returns how many unexplained errors a shift aimed at the blocker finds, or the truth along the filter's own taps."""
     return run.get("settled_false_shadow_count", 0) + run.get("settled_false_light_count", 0)
+
+
+def interval_cell(run, key="time_ms", decimals=2):
+    low, high, confidence = interval(run, key)
+    short = "" if confidence >= CONFIDENCE else f" ({confidence_text(confidence)})"
+    return Cell(f"{low:.{decimals}f} to {high:.{decimals}f}{short}", low)
+
+
+def over_embree_cell(run):
+    """Returns the ratio of times in the same round, with its interval."""
+    key = "time_over_embree"
+    if key not in run:
+        return words("")
+    return Cell(f"{run[key]:.2f}: {interval_cell(run, key).shown}", run[key])
 
 
 def pool_cell(run):
@@ -49,11 +62,13 @@ def pool_cell(run):
 COLUMNS = (  # heading, cell of a run
     ("Run", lambda r: words(cubed(text(r["label"])))), ("Scene", lambda r: words(r["scene"])),
     ("Frame", lambda r: count(r["frame"])), ("Time, ms", lambda r: decimal(r["time_ms"], 2)),
-    ("min to max", lambda r: Cell(f"{r['time_ms_min']:.2f} to {r['time_ms_max']:.2f}", r["time_ms_min"])),
+    ("95 % interval", interval_cell), ("n", lambda r: count(r.get("repeat_count", 1))), ("Time over Embree's", over_embree_cell),
     ("Pool", pool_cell), ("Mean error", lambda r: decimal(r["mean_abs_visibility_error"], 5)),
     ("False shadow, %", lambda r: decimal(percent(r, "false_shadow_count"), 3)),
     ("False light, %", lambda r: decimal(percent(r, "false_light_count"), 3)),
     ("Unexplained", lambda r: count(unexplained(r))), ("of these aimed", lambda r: count(settled(r))),
+    ("Explained, %", lambda r: share_cell(explained_share(r))), ("Null rate, %", lambda r: share_cell(null_rate(r))),
+    ("of all pairs", lambda r: share_cell(r.get("null_rate"))),
     ("Magnified", lambda r: count(r["magnified_count"])), ("Acne", lambda r: count(r["acne_count"])), ("Contact", lambda r: count(r["contact_count"])),
     ("RMSE", lambda r: decimal(r["rmse"], 4)), ("FLIP", lambda r: decimal(r["flip"], 4)),
     ("Traced lights", lambda r: count(r["traced_light_count"])), ("Mapped", lambda r: count(r["mapped_light_count"])),
@@ -114,7 +129,7 @@ def write(directory, results, charts):
         "title": results["experiment"]["title"] or "Shadows by rays and by maps: time against error",
         "results": results, "runs": runs, "sequence": sequence, "charts": charts, "findings": findings(runs),
         "equivalent": equivalent_texels(results["experiment"]),
-        "left_out": results["provenance"].get("left_out", []), "sequence_table": sequence_table(sequence),
+        "left_out": results["provenance"].get("left_out", []), "sequence_table": sequence_table(sequence, results.get("sequence_times", ())),
         "headings": [heading for heading, _ in COLUMNS], "rows": [[cell(r) for _, cell in COLUMNS] for r in runs],
         "pictures": picture_groups(results),
         "provenance": key_rows(results["provenance"]) + scene_rows(results["scenes"]) + key_rows(results["experiment"])})

@@ -4,7 +4,8 @@ and truth side by side, every cell with its counts.
 """
 import os
 
-from .page import (bounds_cell, count, decimal, declare, key_rows, percent, read_results, row_of, wide,  # noqa: F401
+from ..explained import explained_share, null_rate
+from .page import (bounds_cell, count, decimal, declare, key_rows, percent, read_results, row_of, share_cell, wide,
                    words, write_page)
 
 WHAT = "a result of study failures"
@@ -14,7 +15,8 @@ COLUMNS = (  # heading, cell of a row of the matrix
     ("False shadow, %", lambda c: decimal(percent(c, "false_shadow_count"), 2)),
     ("False light, %", lambda c: decimal(percent(c, "false_light_count"), 2)),
     ("Mean error", lambda c: decimal(c["mean_abs_visibility_error"], 5)),
-    ("Unexplained", lambda c: count(c["unexplained_count"])), ("Acne", lambda c: count(c["acne_count"])),
+    ("Unexplained", lambda c: count(c["unexplained_count"])), ("Explained, %", lambda c: share_cell(explained_share(c))),
+    ("Null rate, %", lambda c: share_cell(null_rate(c))), ("Acne", lambda c: count(c["acne_count"])),
     ("Contact", lambda c: count(c["contact_count"])), ("Magnified", lambda c: count(c["magnified_count"])), ("Missing taps", lambda c: count(c["missing_tap_count"])),
 )
 MOVING = (("Flicker", lambda c: count(c["flicker_count"])), ("of answers", lambda c: count(c["flicker_answer_count"])))

@@ -52,6 +52,11 @@ def decimal(value, decimals):
     return Cell(number(value, decimals), value)
 
 
+def share_cell(value):
+    """Returns a share as percent; empty for None."""
+    return words("") if value is None else Cell(number(100 * value, 1), value)
+
+
 def words(value):
     return Cell(text(value))
 

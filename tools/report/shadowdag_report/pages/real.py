@@ -2,15 +2,25 @@
 """Writes DIR/index.html from DIR/real.json of `shadowdag study real`: real scenes with their bounds."""
 import os
 
-from .page import bounds_cell, count, decimal, declare, key_rows, percent, read_results, words, write_page  # noqa: F401
+from ..explained import explained_share, null_rate
+from .page import (bounds_cell, count, decimal, declare, key_rows, percent, read_results, share_cell, words, write_page)
 
 WHAT = "a result of study real"
+
+
+def is_powerless(cell):
+    """Returns whether explaining says nothing of a cell; results before that test do not say so."""
+    return cell.get("explaining_has_power") is False
+
+
 COLUMNS = (  # heading, cell of a row
     ("Method", lambda c: words(c["method"])), ("False shadow, %", lambda c: decimal(percent(c, "false_shadow_count"), 3)),
     ("False light, %", lambda c: decimal(percent(c, "false_light_count"), 3)),
     ("Mean error", lambda c: decimal(c["mean_abs_visibility_error"], 5)),
-    ("Magnified", lambda c: count(c["magnified_count"])), ("Null rate", lambda c: decimal(c["null_rate"], 3)),
-    ("Unexplained", lambda c: count(c["unexplained_count"])), ("without a name", lambda c: count(c["unnamed_count"])),
+    ("Magnified", lambda c: count(c["magnified_count"])), ("Explained, %", lambda c: words("no power") if is_powerless(c) else share_cell(explained_share(c))),
+    ("Null rate, %", lambda c: share_cell(null_rate(c))), ("of all pairs", lambda c: share_cell(c["null_rate"])),
+    ("Unexplained", lambda c: count(c["unexplained_count"])), ("of these named", lambda c: count(c.get("named_count", 0))),
+    ("without a name", lambda c: count(c["unnamed_count"])),
     ("Acne", lambda c: count(c["acne_count"])), ("Contact", lambda c: count(c["contact_count"])),
     ("Missing taps", lambda c: count(c["missing_tap_count"])), ("Flicker", lambda c: count(c["flicker_count"])),
     ("of answers", lambda c: count(c["flicker_answer_count"])), ("Maps drawn", lambda c: count(c["drawn_map_count"])),
@@ -29,6 +39,7 @@ def section(results, scene):
     return {"name": scene, "first": first, "pictures": pictures,
             "what": [row["what"] for row in known if first["known"] != "another file"],
             "dark": percent(first, "occluded_count"), "shows_edge": 0 < first["occluded_count"] < first["pair_count"],
+            "untrusted": [c for c in cells if "untrusted" in c],
             "named": [errors for row in known for errors in row.get("unexplained", [])],
             "rows": [[cell(c) for _, cell in COLUMNS] for c in cells]}
 
@@ -38,5 +49,6 @@ def run(arguments):
     results = read_results(directory, "real.json", WHAT)
     write_page(directory, "real.html.j2", os.path.join(directory, "real.json"), WHAT, lambda: {
         "title": "Shadows in real scenes: maps, voxel rays and both", "results": results,
+        "powerless": sum(map(is_powerless, results["cells"])),
         "scenes": [section(results, scene) for scene in dict.fromkeys(c["scene"] for c in results["cells"])],
         "headings": [heading for heading, _ in COLUMNS], "provenance": key_rows(results["provenance"])})

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one function that starts kernels; included where the compiler is CUDA's only.
+#pragma once
+
+#include "cuda/cuda_check.h"
+
+#include <cuda_runtime.h>
+
+#include <cstddef>
+#include <string>
+#include <type_traits>
+
+namespace shadowdag {
+
+/// Threads of a block, of all our kernels: four warps.
+constexpr unsigned kBlockThreads = 128;
+
+/// Queues `blockCount` blocks of kBlockThreads threads of a kernel on the default stream, with
+/// copies of the arguments; nothing for no blocks. Throws Error kResource for more blocks than a
+/// device starts at once, kDevice if the runtime refuses the launch.
+template <class... Parameters>
+void launch(void (*kernel)(Parameters...), size_t blockCount,
+            const std::type_identity_t<Parameters>&... arguments) {
+    if (blockCount == 0)
+        return;
+    if (blockCount > 0x7fffffffu)
+        throw Error(ErrorKind::kResource, std::to_string(blockCount) +
+                                              " blocks of one pass exceed what a device starts "
+                                              "at once; use fewer lights or a smaller image");
+    cudaLaunchConfig_t config{};
+    config.gridDim = dim3(unsigned(blockCount));
+    config.blockDim = dim3(kBlockThreads);
+    config.stream = cudaStream_t(0);
+    CUDA_CHECK(cudaLaunchKernelEx(&config, kernel, arguments...));
+}
+
+} // namespace shadowdag

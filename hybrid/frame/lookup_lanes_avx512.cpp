@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lookups in cube maps for processors with AVX-512 (x86-64-v4).
+#include "hybrid/frame/lookup_lanes_kernel.h"
+
+#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)
+#include "voxel/lanes_avx512.h"
+
+namespace shadowdag::stream {
+
+void lookUpAvx512(LookupWork& work) {
+    lookUp<Avx512Lanes>(work);
+}
+
+} // namespace shadowdag::stream
+
+#endif

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// What lookup_lanes.cpp hands to the files that are compiled for one kind of processor each. Plain
+// pointers, for the reason that voxel/dag_stream_work.h gives.
+#pragma once
+
+#include <cstdint>
+
+namespace shadowdag::stream {
+
+/// The samples of a cluster, and one cube map of a light.
+struct LookupWork {
+    const float *position[3], *normal[3]; ///< world, by sample, padded as SampleWork has them
+    uint32_t count;                       ///< of samples
+    const uint8_t* isAsked;               ///< by sample
+    uint8_t* seen;                        ///< receives the visibility of those that are answered
+    uint32_t* left;                       ///< receives the samples that are asked and not answered
+
+    const uint32_t* pageTable; ///< from the map's first entry on
+    const uint32_t* depths;    ///< at least one page
+    uint32_t pageTexelsLog2;
+    float light[3];
+    uint32_t faceTexels, facePages;
+
+    // Of filterVisibility for every receiver of the map, as filter_leaf.h derives them.
+    uint32_t side;                            ///< of the filter
+    float rTexels, forgiven, low, twoLod;     ///< twoLod: 2 lodTexels
+    float placeRounding, wayRounding;         ///< the constants of filter_leaf.h
+    float total, largestOut;                  ///< of the weights: all, and what may be left out
+    uint32_t leftCount = 0, missingCount = 0; ///< samples left; taps without memory
+};
+
+/// Look up the asked samples; set leftCount and missingCount.
+void lookUpPortable(LookupWork& work);
+void lookUpAvx2(LookupWork& work);   ///< where hasStreamIsa(kAvx2)
+void lookUpAvx512(LookupWork& work); ///< where hasStreamIsa(kAvx512)
+
+} // namespace shadowdag::stream

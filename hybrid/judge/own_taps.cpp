@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hybrid/judge/own_taps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace shadowdag {
+
+namespace {
+
+/// A depth within this part of a limit may lie on either side: floats of 1/z and of the limit.
+constexpr double kDepthSlack = 0x1p-18;
+constexpr double kBorderTexels = 0x1p-12;
+
+/// A face: 2 a looks along +a, 2 a + 1 along -a; u runs along a + 1 and v along a + 2, modulo 3.
+struct Face {
+    int axis, u, v;
+    double sign;
+
+    explicit Face(uint32_t face)
+        : axis(int(face / 2)), u((axis + 1) % 3), v((axis + 2) % 3), sign(face % 2 ? -1.0 : 1.0) {}
+    glm::dvec3 direction(double uHere, double vHere) const {
+        glm::dvec3 d;
+        d[axis] = sign;
+        d[u] = uHere;
+        d[v] = vHere;
+        return d;
+    }
+};
+
+/// Returns the face with the largest component, the first axis among equal ones.
+uint32_t faceTowards(const glm::dvec3& d) {
+    int axis = 0;
+    for (int a = 1; a < 3; ++a)
+        if (std::fabs(d[a]) > std::fabs(d[axis]))
+            axis = a;
+    return uint32_t(2 * axis) + (d[axis] < 0.0);
+}
+
+double centreOf(int texel, uint32_t count) {
+    return (2.0 * texel + 1.0) / count - 1.0;
+}
+
+int texelAt(double coordinate, uint32_t count) {
+    return std::clamp(int(std::floor((coordinate + 1.0) * 0.5 * count)), 0, int(count) - 1);
+}
+
+/// Returns whether a position in texels is where one texel ends and the next begins.
+bool isNearBorder(double s) {
+    return std::fabs(s - std::round(s)) < kBorderTexels;
+}
+
+/// The texels of the filter along one axis, from `first` on, with their weights.
+struct Span {
+    int first, count;
+    double weights[3];
+};
+
+/// 9 taps: the box of two texels around the receiver, at s texels from the face's side; 4: of one
+/// texel; 1: the texel that holds it.
+Span spanOf(double s, uint32_t taps, uint32_t texels, bool& isAtBorder) {
+    const double inside = std::clamp(s, 0.0, double(texels));
+    const int holds = std::min(int(inside), int(texels) - 1);
+    const double f = inside - holds, moves = taps == 4 ? 0.5 : 0.0;
+    isAtBorder |= isNearBorder(s - moves);
+    if (taps == 9)
+        return {holds - 1, 3, {0.5 * (1.0 - f), 0.5, 0.5 * f}};
+    if (taps == 4) {
+        const int first = f < 0.5 ? holds - 1 : holds;
+        const double between = f < 0.5 ? f + 0.5 : f - 0.5;
+        return {first, 2, {1.0 - between, between, 0.0}};
+    }
+    return {holds, 1, {1.0, 0.0, 0.0}};
+}
+
+double largest(const glm::dvec3& v) {
+    return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+}
+
+} // namespace
+
+double OwnTaps::visibility(const std::function<bool(const OwnTap&)>& isDark) const {
+    double lit = 0.0, counted = 0.0;
+    for (const bool takesLow : {false, true}) {
+        for (const OwnTap& tap : taps)
+            if (takesLow || !tap.isLow) {
+                counted += tap.weight;
+                lit += isDark(tap) ? 0.0 : tap.weight;
+            }
+        if (counted > 0.01)
+            return lit / counted;
+        lit = counted = 0.0;
+    }
+    return 1.0;
+}
+
+OwnTaps makeOwnTaps(const ShadowMapInfo& map, const glm::vec3& positionWorld,
+                    const glm::vec3& normalWorld, const ShadowMapBias& bias) {
+    OwnTaps own;
+    const uint32_t n = map.faceTexels;
+    const glm::dvec3 position(positionWorld);
+    const glm::dvec3 d = position - glm::dvec3(map.lightPositionWorld), normal(normalWorld);
+    const double dd = glm::dot(d, d);
+    if (!(dd > 0.0))
+        return own;
+    const uint32_t faceIndex = faceTowards(d);
+    const Face face(faceIndex);
+    const double z = std::fabs(d[face.axis]);
+    for (const int other : {face.u, face.v})
+        own.isAtBorder |= z - std::fabs(d[other]) < kBorderTexels * z / n;
+
+    // The planes: limits of 1/z along (u, v, 1), as the head of lookupVisibility derives them.
+    const double rounding = 0x1p-22 * largest(position) + 0x1p-20 * largest(d);
+    const double forgiven = 1.0 - std::min(2.0 * double(bias.constantTexels) / n, 0.5);
+    const double height = -glm::dot(normal, d);
+    const double exact = std::max(height - rounding, 0.5 * height);
+    const double lifted = map.lodTexels > 0.0f
+                              ? std::max(exact - 2.0 * double(map.lodTexels) * z / n, 0.5 * exact)
+                              : exact;
+    const double apart = dd * (1.0 - std::min(rounding / z + 0x1p-20, 0.5));
+    constexpr double kLowTexels = 6.0; // FILTERS.md
+    const double low = bias.taps > 1 && height > 0.0
+                           ? std::max(1.0 - 2.0 * kLowTexels / n, 0.0) * (lifted / exact)
+                           : 0.0;
+
+    const uint32_t taps = bias.taps >= 9 ? 9 : bias.taps >= 4 ? 4 : 1;
+    const Span columns = spanOf((d[face.u] / z + 1.0) * 0.5 * n, taps, n, own.isAtBorder);
+    const Span rows = spanOf((d[face.v] / z + 1.0) * 0.5 * n, taps, n, own.isAtBorder);
+    for (int j = 0; j < rows.count; ++j)
+        for (int i = 0; i < columns.count; ++i) {
+            const int x = columns.first + i, y = rows.first + j;
+            // Beyond the face the texel of the neighbour face that holds this direction is taken.
+            const glm::dvec3 towards = face.direction(centreOf(x, n), centreOf(y, n));
+            OwnTap tap;
+            tap.face =
+                x >= 0 && y >= 0 && x < int(n) && y < int(n) ? faceIndex : faceTowards(towards);
+            const Face of(tap.face);
+            const double depth = std::fabs(towards[of.axis]);
+            tap.x = uint32_t(texelAt(towards[of.u] / depth, n));
+            tap.y = uint32_t(texelAt(towards[of.v] / depth, n));
+            for (const int axis : {of.u, of.v})
+                own.isAtBorder |= isNearBorder((towards[axis] / depth + 1.0) * 0.5 * n);
+            tap.centre = of.direction(centreOf(int(tap.x), n), centreOf(int(tap.y), n));
+            tap.weight = columns.weights[i] * rows.weights[j];
+            const double atPlane = height > 0.0 ? -glm::dot(normal, tap.centre) / lifted : 0.0;
+            const double across = glm::dot(d, tap.centre) / apart;
+            tap.limit = std::max(atPlane, across) / forgiven;
+            tap.isLow = atPlane * low > across;
+            own.isAtBorder |= low > 0.0 && std::fabs(atPlane * low - across) < kDepthSlack * across;
+            own.taps.push_back(tap);
+        }
+    return own;
+}
+
+glm::dvec2 ownVisibility(const ShadowMapView& maps, uint32_t mapIndex, const OwnTaps& taps) {
+    const ShadowMapInfo& map = maps.maps[mapIndex];
+    const uint32_t side = 1u << maps.pageTexelsLog2;
+    glm::dvec2 range;
+    for (int i = 0; i < 2; ++i)
+        range[i] = taps.visibility([&](const OwnTap& tap) {
+            const uint32_t entry = map.pageTableStart +
+                                   (tap.face * map.facePages + tap.y / side) * map.facePages +
+                                   tap.x / side;
+            const uint32_t page = maps.pageTable[entry];
+            if (page == kNoPage)
+                return true;
+            const uint32_t bits =
+                maps.depths[size_t(page) * side * side + (tap.y % side) * side + tap.x % side];
+            float w;
+            std::memcpy(&w, &bits, sizeof w);
+            return double(w) > tap.limit * (i == 0 ? 1.0 - kDepthSlack : 1.0 + kDepthSlack);
+        });
+    return range;
+}
+
+} // namespace shadowdag

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// The exceptions of the module: one class for each kind of error of the library.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace shadowdag::python {
+
+/// Adds Error, UsageError, InputError, ResourceError, DeviceError, DefectError and Warning to the
+/// scope, and translates exceptions of the library to them, with their own messages.
+void addErrors(pybind11::module_& scope);
+
+} // namespace shadowdag::python

@@ -1,0 +1,380 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever fails while the program writes: an output is the old file or the whole new one, the
+// program says what failed, and a later run gives the same bits.
+#include "scenes/output_file.h"
+#include "tests/faults/fault_runner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <iostream>
+#include <thread>
+
+namespace shadowdag {
+namespace {
+
+using test::Arguments;
+using testing::AnyOf;
+using testing::HasSubstr;
+
+/// How long a command runs, and so how many calls of a function are made to fail: all of the few
+/// that short ones make.
+enum class Cost { kShort, kUsual, kLong };
+
+/// A command with its output, in a folder whose other files are made before.
+struct Command {
+    std::string name;
+    /// Makes the files that are read.
+    std::vector<Arguments> before;
+    /// `arguments` make the new output, `older` the old one.
+    Arguments arguments, older;
+    std::string output;
+    Cost cost = Cost::kUsual;
+    /// The files of a folder are replaced one by one, so it may hold old and new ones.
+    bool isMixed = false;
+};
+
+/// Returns the numbers of the calls of a function that fail, of those that a run makes.
+std::set<long> numbersOf(const Command& command, long count, test::Random& random) {
+    constexpr long kFew = 12;
+    if (command.cost == Cost::kShort && count <= kFew)
+        return test::someNumbers(count, kFew, random);
+    const size_t most = command.cost == Cost::kLong ? 1 : 3;
+    return test::someNumbers(count, most * test::faultRounds(), random);
+}
+
+void PrintTo(const Command& command, std::ostream* out) {
+    *out << command.name;
+}
+
+Arguments compareOf(const std::string& size) {
+    return {"compare",     "builtin:fail-mover", "-o",        "out",       "--size",    size,
+            "--methods",   "embree,dag,maps",    "--repeats", "1",         "--warmups", "0",
+            "--no-charts", "--resolution",       "64",        "--believe", "all"};
+}
+
+Arguments raysOf(const std::string& size) {
+    return {"rays", "builtin:fail-mover", "-o", "out.rays", "--size", size};
+}
+
+Arguments voxelizeOf(const std::string& resolution) {
+    return {"voxelize", "builtin:atrium", "-o", "out.svdag", "--resolution", resolution};
+}
+
+Arguments operator+(Arguments a, const Arguments& b) {
+    a.insert(a.end(), b.begin(), b.end());
+    return a;
+}
+
+Arguments measureInto(const std::string& calibration, const std::string& observations) {
+    return {"calibrate",
+            "builtin:fail-wires",
+            "-o",
+            calibration,
+            "--size",
+            "32x18,64x36",
+            "--repeats",
+            "1",
+            "--resolution",
+            "64",
+            "--frames",
+            "0:1",
+            "--observations",
+            observations};
+}
+
+const std::vector<Command> kCommands = {
+    {"voxelize", {}, voxelizeOf("256"), voxelizeOf("64"), "out.svdag"},
+    {"resume",
+     {},
+     voxelizeOf("512") + Arguments{"--resume", "--checkpoint", "0.01"},
+     voxelizeOf("64"),
+     "out.svdag"},
+    {"merge",
+     {{"voxelize", "builtin:atrium", "-o", "1.svpart", "--resolution", "256", "--part", "1/2"},
+      {"voxelize", "builtin:atrium", "-o", "2.svpart", "--resolution", "256", "--part", "2/2"}},
+     {"merge", "1.svpart", "2.svpart", "-o", "out.svdag"},
+     voxelizeOf("64"),
+     "out.svdag"},
+    {"export",
+     {{"voxelize", "builtin:atrium", "-o", "new.svdag", "--resolution", "256"},
+      {"voxelize", "builtin:atrium", "-o", "old.svdag", "--resolution", "64"}},
+     {"export", "new.svdag", "-o", "out.nvdb"},
+     {"export", "old.svdag", "-o", "out.nvdb"},
+     "out.nvdb",
+     Cost::kShort},
+    {"import",
+     {{"voxelize", "builtin:atrium", "-o", "new.svdag", "--resolution", "128"},
+      {"export", "new.svdag", "-o", "new.nvdb"}},
+     {"import", "new.nvdb", "-o", "out.svdag"},
+     voxelizeOf("64"),
+     "out.svdag",
+     Cost::kShort},
+    {"scene",
+     {},
+     {"scene", "atrium", "-o", "out.glb"},
+     {"scene", "fail-wires", "-o", "out.glb"},
+     "out.glb",
+     Cost::kShort},
+    {"rays", {}, raysOf("32x18"), raysOf("16x9"), "out.rays", Cost::kShort},
+    {"calibrate",
+     {measureInto("first.json", "seen.json")},
+     {"calibrate", "--from", "seen.json", "-o", "out.json"},
+     measureInto("out.json", "others.json"),
+     "out.json",
+     Cost::kShort},
+    {"compare", {}, compareOf("32x18"), compareOf("16x9"), "out"},
+    {"study",
+     {},
+     {"study", "failures", "--only", "acne", "-o", "out"},
+     {"study", "failures", "--only", "coplanar", "-o", "out"},
+     "out"},
+    {"figures",
+     {},
+     {"figures", "new.json", "-o", "out", "--figure", "15"},
+     {"figures", "old.json", "-o", "out", "--figure", "15"},
+     "out",
+     Cost::kLong,
+     true},
+};
+
+/// A folder with the old output, and the content that the new one has.
+class Stage {
+public:
+    explicit Stage(const Command& command) : command_(command) {
+        test::makeSequence(directory_ / "old.json", {"PMCD"});
+        test::makeSequence(directory_ / "new.json", {"PMCD", "RT"});
+        prctl(PR_SET_CHILD_SUBREAPER, 1); // wait() also waits for the children of what is killed
+        for (const Arguments& arguments : command.before)
+            run(inFolder(arguments));
+        run(inFolder(command.arguments));
+        whole_ = content(), wholeFiles_ = files();
+        removeOutput();
+        run(inFolder(command.older));
+        old_ = content(), oldFiles_ = files();
+        std::filesystem::copy(output(), directory_ / "kept",
+                              std::filesystem::copy_options::recursive);
+        EXPECT_TRUE(old_ != whole_);
+        std::cout << command.name << ": seed " << seed_ << std::endl;
+    }
+
+    ProgramResult tryRun(const Arguments& before) {
+        return runShadowdag(directory_, toRun(), before);
+    }
+    pid_t start() {
+        return startProgram(directory_, toRun(), directory_ / "program.out",
+                            directory_ / "program.err", {"/usr/bin/setsid"});
+    }
+    /// Waits for a started program and all processes that it has started.
+    static int wait(pid_t child) {
+        const int status = waitForProgram(child);
+        while (waitpid(-child, nullptr, 0) > 0) {
+        }
+        return status;
+    }
+    std::map<std::string, long> calls() {
+        restore();
+        return test::countCalls(directory_, toRun());
+    }
+    /// Puts the old output back.
+    void restore() {
+        removeOutput();
+        std::filesystem::copy(directory_ / "kept", output(),
+                              std::filesystem::copy_options::recursive);
+    }
+    /// Expects the old output or the whole new one, and that a later run makes the new one.
+    void expectNothingLost(bool mayLeaveFiles = false) {
+        const std::string found = content();
+        EXPECT_TRUE(found == old_ || found == whole_ || (command_.isMixed && eachIsWhole()))
+            << "half an output";
+        if (!mayLeaveFiles) {
+            EXPECT_EQ(test::unfinishedFiles(directory_.path()), "");
+        }
+        run(toRun());
+        expectWhole();
+        EXPECT_FALSE(std::filesystem::exists(output() + ".scratch"));
+    }
+    void expectWhole() const {
+        const std::string found = content();
+        const size_t at =
+            size_t(std::mismatch(found.begin(), found.end(), whole_.begin(), whole_.end()).first -
+                   found.begin());
+        EXPECT_TRUE(found == whole_) << "from byte " << at << ":\n"
+                                     << found.substr(at, 200) << "\ninstead of\n"
+                                     << whole_.substr(std::min(at, whole_.size()), 200);
+    }
+    test::Random& random() { return random_; }
+    uint64_t seed() const { return seed_; }
+
+private:
+    std::string output() const { return directory_ / command_.output; }
+    std::string content() const { return test::contentOf(output()); }
+    /// Returns the files of an output that is a folder of them.
+    std::map<std::string, std::string> files() const {
+        std::map<std::string, std::string> contents;
+        if (command_.isMixed)
+            for (const auto& entry : std::filesystem::directory_iterator(output()))
+                contents[entry.path().filename()] = test::contentOf(entry.path());
+        return contents;
+    }
+    /// Returns whether each file is the old or the whole new one, or an unfinished one.
+    bool eachIsWhole() const {
+        const std::map<std::string, std::string> found = files();
+        return std::all_of(found.begin(), found.end(), [&](const auto& file) {
+            const auto is = [&](const std::map<std::string, std::string>& files) {
+                const auto other = files.find(file.first);
+                return other != files.end() && other->second == file.second;
+            };
+            return isTemporaryName(file.first) || is(oldFiles_) || is(wholeFiles_);
+        });
+    }
+    /// Returns the command as one runs it now: an unfinished report is resumed.
+    Arguments toRun() const {
+        Arguments arguments = inFolder(command_.arguments);
+        if (std::filesystem::exists(output() + "/partial/journal.json"))
+            arguments.push_back("--resume");
+        return arguments;
+    }
+    void removeOutput() {
+        std::filesystem::remove_all(output());
+        std::filesystem::remove_all(output() + ".scratch");
+    }
+    /// Gives names of files the folder.
+    Arguments inFolder(Arguments arguments) const {
+        for (std::string& word : arguments)
+            if (word == "out" || (word.find('.') != std::string::npos && word.back() > '9'))
+                word = directory_ / word;
+        return arguments;
+    }
+    void run(const Arguments& arguments) {
+        const ProgramResult result = runShadowdag(directory_, arguments);
+        ASSERT_EQ(result.status, 0) << arguments[0] << ": " << result.err;
+    }
+
+    const Command& command_;
+    TemporaryDirectory directory_;
+    std::string whole_, old_;
+    std::map<std::string, std::string> wholeFiles_, oldFiles_;
+    const uint64_t seed_ = test::faultSeed();
+    test::Random random_{seed_};
+};
+
+class Faults : public testing::TestWithParam<Command> {};
+
+TEST_P(Faults, AFailedCallLosesNothing) {
+    Stage stage(GetParam());
+    size_t count = 0;
+    for (const auto& [call, most] : stage.calls()) {
+        if (call == "clock")
+            continue;
+        for (const long number : numbersOf(GetParam(), most, stage.random()))
+            for (const char* persists : {"", "+"}) {
+                // Memory is short, but not gone. A folder's files are renamed one by one, and back
+                // after a failure, which then must work.
+                const bool isSample = GetParam().cost == Cost::kLong && test::faultRounds() == 1;
+                if (*persists && (call == "malloc" || call == "rename" || isSample))
+                    continue;
+                const std::string fault = call + ":" + std::to_string(number) + persists;
+                SCOPED_TRACE(fault);
+                stage.restore();
+                const ProgramResult result = stage.tryRun(test::withFault(fault));
+                // A lack of memory in the process that reads a grid is that of a damaged one.
+                if (result.err.find("not enough memory to read it within the limit") !=
+                    std::string::npos) {
+                    EXPECT_EQ(result.status, 2);
+                } else {
+                    EXPECT_THAT(result.status, AnyOf(0, 3)) << result.err;
+                }
+                if (result.status != 0) {
+                    EXPECT_THAT(result.err, HasSubstr("shadowdag: error: "));
+                }
+                stage.expectNothingLost();
+                ++count;
+                if (HasFailure())
+                    return;
+            }
+    }
+    test::recordFaults(count, stage.seed());
+}
+
+TEST_P(Faults, AClockThatRunsBackwardsChangesNothing) {
+    Stage stage(GetParam());
+    size_t count = 0;
+    for (const long number : test::someNumbers(stage.calls()["clock"], 2, stage.random())) {
+        stage.restore();
+        const ProgramResult result =
+            stage.tryRun(test::withFault("clock:" + std::to_string(number)));
+        EXPECT_EQ(result.status, 0) << result.err;
+        stage.expectWhole();
+        ++count;
+    }
+    test::recordFaults(count, stage.seed());
+}
+
+TEST_P(Faults, AKilledProcessLosesNothing) {
+    Stage stage(GetParam());
+    const auto begin = std::chrono::steady_clock::now();
+    stage.tryRun({});
+    const std::chrono::duration<double> whole = std::chrono::steady_clock::now() - begin;
+    const size_t count = (GetParam().cost == Cost::kLong ? 1 : 5) * test::faultRounds();
+    for (size_t i = 0; i < count && !HasFailure(); ++i) {
+        stage.restore();
+        const pid_t child = stage.start();
+        std::this_thread::sleep_for(whole * stage.random()());
+        kill(child, SIGKILL);
+        Stage::wait(child);
+        stage.expectNothingLost(true);
+    }
+    test::recordFaults(count, stage.seed());
+}
+
+// A folder has one writer; another is refused.
+TEST_P(Faults, TwoWritersOfOneOutputMakeAWholeOne) {
+    Stage stage(GetParam());
+    const size_t count = (GetParam().cost == Cost::kLong ? 1 : 2) * test::faultRounds();
+    for (size_t i = 0; i < count; ++i) {
+        stage.restore();
+        const pid_t one = stage.start(), other = stage.start();
+        EXPECT_THAT((std::vector{Stage::wait(one), Stage::wait(other)}),
+                    testing::AllOf(testing::Contains(0), testing::Each(AnyOf(0, 1, 3))));
+        stage.expectWhole();
+    }
+    test::recordFaults(count, stage.seed());
+}
+
+// It writes no file; its text is whole, or the status says that it is not.
+TEST(Faults, AFailedCallEndsDiffWithAMessage) {
+    const TemporaryDirectory directory;
+    const std::string results = SDAG_SOURCE_DIR "/tests/bench/results/compare-atrium.json";
+    const Arguments diff = {"diff", results, results};
+    const uint64_t seed = test::faultSeed();
+    test::Random random(seed);
+    std::cout << "seed " << seed << std::endl;
+    size_t count = 0;
+    const ProgramResult whole = runShadowdag(directory, diff);
+    for (const auto& [call, most] : test::countCalls(directory, diff))
+        for (const long number : test::someNumbers(most, 12 * test::faultRounds(), random)) {
+            const std::string fault = call + ":" + std::to_string(number);
+            SCOPED_TRACE(fault);
+            const ProgramResult result = runShadowdag(directory, diff, test::withFault(fault));
+            EXPECT_THAT(result.status, AnyOf(0, 3)) << result.err;
+            if (result.status == 0) {
+                EXPECT_EQ(result.out, whole.out);
+            } else {
+                EXPECT_THAT(result.err, HasSubstr("shadowdag: error: "));
+            }
+            ++count;
+        }
+    test::recordFaults(count, seed);
+}
+
+INSTANTIATE_TEST_SUITE_P(Command, Faults, testing::ValuesIn(kCommands),
+                         [](const auto& info) { return info.param.name; });
+
+} // namespace
+} // namespace shadowdag

@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+// Signals at seeded moments in every subcommand: it ends soon, by that signal, and leaves nothing
+// half-written.
+#include "cuda/error.h"
+#include "tests/faults/fault_runner.h"
+#include "tests/tools/window/x_display.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <poll.h>
+#include <sys/wait.h>
+#include <time.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <thread>
+
+namespace shadowdag {
+namespace {
+
+using test::Arguments;
+
+/// Promised of an idle machine (docs/user_guide.md).
+constexpr double kPromisedSeconds = 0.5;
+
+/// Measures time by the processor time that a thread gets which always wants some. On an idle
+/// machine both are the same; beside others this clock slows down as every process does.
+class SharedClock {
+public:
+    SharedClock() : thread_([this] { run(); }) {}
+    ~SharedClock() { seconds(); }
+    SharedClock(const SharedClock&) = delete;
+    SharedClock& operator=(const SharedClock&) = delete;
+    /// Stops the clock and returns what it shows.
+    double seconds() {
+        isEnded_ = true;
+        if (thread_.joinable())
+            thread_.join();
+        return seconds_;
+    }
+
+private:
+    void run() {
+        while (!isEnded_) {
+        }
+        timespec used;
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+        seconds_ = double(used.tv_sec) + 1e-9 * double(used.tv_nsec);
+    }
+
+    std::atomic<bool> isEnded_ = false;
+    double seconds_ = 0;
+    std::thread thread_;
+};
+
+constexpr const char* kResults = SDAG_SOURCE_DIR "/tests/bench/results/compare-atrium.json";
+
+/// Every subcommand.
+const std::vector<Arguments> kCommands = {
+    {"scene", "necropolis", "-o", "out.glb"},
+    {"voxelize", "builtin:atrium", "-o", "out.svdag", "--resolution", "4096"},
+    {"voxelize", "builtin:atrium", "-o", "out.svdag", "--resolution", "4096", "--resume",
+     "--checkpoint", "0.05"},
+    {"merge", "1.svpart", "2.svpart", "-o", "out.svdag"},
+    {"info", "builtin:necropolis", "--lights", "1000"},
+    {"export", "in.svdag", "-o", "out.vdb"},
+    {"import", "in.nvdb", "-o", "out.svdag"},
+    {"render", "builtin:atrium", "-o", "out.png", "--size", "960x540"},
+    {"validate", "builtin:atrium", "--size", "640x360"},
+    {"compare", "builtin:atrium", "-o", "out", "--size", "320x180", "--no-charts"},
+    {"study", "failures", "-o", "out"},
+    {"calibrate", "builtin:atrium", "-o", "out.json", "--quick"},
+    {"fit", "builtin:atrium", "-o", "out.json", "--max", "0.01", "--no-charts"},
+    {"bench", "raster", "builtin:atrium"},
+    {"rays", "builtin:atrium", "-o", "out.rays", "--size", "640x360"},
+    {"figures", "in.json", "-o", "out"},
+    {"diff", kResults, kResults},
+    {"view", "builtin:atrium", "--resolution", "256"},
+};
+
+/// Gives names of files the folder.
+Arguments inFolder(const TemporaryDirectory& directory, Arguments words) {
+    for (std::string& word : words)
+        if (word == "out" || word.find(".sv") != std::string::npos ||
+            word.find(".nv") != std::string::npos || word.starts_with("out.") ||
+            word.starts_with("in."))
+            word = directory / word;
+    return words;
+}
+
+/// Makes the files that a command reads; returns its arguments.
+Arguments prepared(const TemporaryDirectory& directory, const Arguments& arguments) {
+    const auto run = [&](Arguments words, const Arguments& more) {
+        words.insert(words.end(), more.begin(), more.end());
+        EXPECT_EQ(runShadowdag(directory, inFolder(directory, words)).status, 0);
+    };
+    const Arguments build = {"voxelize", "builtin:atrium", "--resolution", "1024", "-o"};
+    if (arguments[0] == "merge")
+        for (const char* part : {"1", "2"})
+            run(build, {part + std::string(".svpart"), "--part", part + std::string("/2")});
+    if (arguments[0] == "export" || arguments[0] == "import")
+        run(build, {"in.svdag"});
+    if (arguments[0] == "import")
+        run({"export", "in.svdag", "-o", "in.nvdb"}, {});
+    if (arguments[0] == "figures")
+        test::makeSequence(directory / "in.json", {"RT", "PMCD"});
+    return inFolder(directory, arguments);
+}
+
+/// Signals come this soon after the start at the latest.
+constexpr double kLatestSeconds = 1.2;
+
+/// Runs a command, but no longer than signals take to come. Returns how long it ran, and fills in
+/// the sizes of the files that it wrote if it came to its end.
+double runForAWhile(const TemporaryDirectory& directory, const Arguments& arguments,
+                    std::map<std::string, uintmax_t>& sizes) {
+    using Clock = std::chrono::steady_clock;
+    const pid_t child =
+        startProgram(directory, arguments, directory / "stdout", directory / "stderr");
+    const Clock::time_point begin = Clock::now();
+    const auto seconds = [&] {
+        return std::chrono::duration<double>(Clock::now() - begin).count();
+    };
+    siginfo_t ended{};
+    while (seconds() < kLatestSeconds && ended.si_pid == 0) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        waitid(P_PID, id_t(child), &ended, WEXITED | WNOHANG | WNOWAIT);
+    }
+    const double result = seconds();
+    kill(child, SIGTERM);
+    if (waitForProgram(child) == 0)
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(directory.path()))
+            if (entry.is_regular_file())
+                sizes[entry.path()] = entry.file_size();
+    return result;
+}
+
+class Signals : public testing::TestWithParam<size_t> {
+protected:
+    TemporaryDirectory directory_;
+};
+
+TEST_P(Signals, EndItSoonAndLeaveNothingHalf) {
+    const uint64_t seed = test::faultSeed();
+    test::Random random(seed);
+    double worst = 0;
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) // a parent may ignore them
+        std::signal(signal, SIG_DFL);
+    std::cout << "seed " << seed << std::endl;
+    const Arguments arguments = prepared(directory_, kCommands[GetParam()]);
+    std::optional<XDisplay> display;
+    if (arguments[0] == "view") {
+        display.emplace(640, 360);
+        if (!display->isThere())
+            GTEST_SKIP() << display->whyNot();
+        setenv("DISPLAY", display->name().c_str(), 1);
+    }
+    const auto removeOutputs = [&] {
+        for (const char* output : {"out.glb", "out.svdag", "out.svdag.scratch", "out.vdb",
+                                   "out.png", "out.json", "out.rays", "out"})
+            std::filesystem::remove_all(directory_ / output);
+    };
+    std::map<std::string, uintmax_t> wholeSizes;
+    const double span = runForAWhile(directory_, arguments, wholeSizes);
+    removeOutputs();
+    int endedCount = 0;
+    for (size_t round = 0; round < test::faultRounds(); ++round)
+        for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+            const double moment = span * random();
+            SCOPED_TRACE(std::to_string(signal) + " after " + std::to_string(moment) + " s");
+            const pid_t child =
+                startProgram(directory_, arguments, directory_ / "stdout", directory_ / "stderr");
+            std::this_thread::sleep_for(std::chrono::duration<double>(moment));
+            SharedClock clock;
+            kill(child, signal);
+            const int status = waitForProgram(child);
+            const double seconds = clock.seconds();
+            worst = std::max(worst, seconds);
+            // What was done before ends with its own status.
+            EXPECT_THAT(status, testing::AnyOf(128 + signal, 0)) << readText(directory_ / "stderr");
+            EXPECT_LT(seconds, kPromisedSeconds);
+            EXPECT_EQ(test::unfinishedFiles(directory_.path()), "");
+            endedCount += status != 0;
+            if (status != 0) {
+                // Whole, if the signal came between its last byte and the end of the process.
+                for (const char* name :
+                     {"out.glb", "out.svdag", "out.vdb", "out.png", "out.json", "out.rays",
+                      "out/results.json", "out/failures.json", "out/charts.json"})
+                    if (const std::string output = directory_ / name;
+                        std::filesystem::exists(output)) {
+                        EXPECT_EQ(std::filesystem::file_size(output), wholeSizes[output]) << name;
+                    }
+            }
+            removeOutputs();
+        }
+    EXPECT_GT(endedCount, 0) << "every signal came too late, in " << span << " s";
+    std::cout << "ended within " << worst << " s" << std::endl;
+    test::recordFaults(4 * test::faultRounds(), seed);
+}
+
+INSTANTIATE_TEST_SUITE_P(Command, Signals, testing::Range(size_t(0), kCommands.size()),
+                         [](const auto& info) {
+                             return kCommands[info.param][0] + std::to_string(info.param);
+                         });
+
+/// Commands with --json and what they write, for runs of about a second.
+const std::vector<std::pair<Arguments, std::string>> kWritersOfJson = {
+    {{"compare", "builtin:fail-mover", "-o", "out", "--size", "64x36", "--methods", "dag,maps",
+      "--repeats", "1", "--warmups", "0", "--no-charts", "--resolution", "64", "--believe", "all",
+      "--json"},
+     "out/results.json"},
+    {{"study", "failures", "--only", "acne", "-o", "out", "--json"}, "out/failures.json"},
+    {{"render", "builtin:fail-mover", "-o", "out.png", "--size", "320x180", "--resolution", "64",
+      "--json"},
+     "out.png"},
+};
+
+// The work goes on to its end: the files are whole, and the status says that the text is not.
+TEST(Signals, OutputClosedAtAnyMomentIsReportedAndTheFilesAreWhole) {
+    const TemporaryDirectory directory;
+    const uint64_t seed = test::faultSeed();
+    test::Random random(seed);
+    std::cout << "seed " << seed << std::endl;
+    int refusedCount = 0;
+    for (const auto& [command, output] : kWritersOfJson)
+        for (size_t round = 0; round < 2 * test::faultRounds(); ++round) {
+            const double moment = round == 0 ? 0 : 0.8 * random();
+            SCOPED_TRACE(command[0] + ", closed after " + std::to_string(moment) + " s");
+            const std::string pipe = directory / "pipe";
+            ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+            const int reader = open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+            const pid_t child =
+                startProgram(directory, inFolder(directory, command), pipe, directory / "stderr");
+            std::this_thread::sleep_for(std::chrono::duration<double>(moment));
+            close(reader);
+            const int status = waitForProgram(child);
+            const std::string message = readText(directory / "stderr");
+            EXPECT_THAT(status, testing::AnyOf(0, int(ErrorKind::kResource))) << message;
+            if (status != 0) {
+                EXPECT_THAT(message, testing::HasSubstr("standard output was closed before all"));
+                ++refusedCount;
+            }
+            EXPECT_TRUE(std::filesystem::exists(directory / output)) << output;
+            EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
+            std::filesystem::remove(pipe);
+            for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
+                if (entry.path().filename().string().starts_with("out"))
+                    std::filesystem::remove_all(entry.path());
+        }
+    EXPECT_GT(refusedCount, 0);
+    test::recordFaults(kWritersOfJson.size() * 2 * test::faultRounds(), seed);
+}
+
+// A reader that does not read, such as a pager or a stopped process: the program waits for it, but
+// not when it is told to end.
+TEST(Signals, AReaderThatDoesNotReadHoldsNobody) {
+    for (const bool isError : {false, true}) {
+        const TemporaryDirectory directory;
+        const std::string pipe = directory / "pipe";
+        ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+        const int reader = open(pipe.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+        const std::string page(4096, '-');
+        while (write(reader, page.data(), page.size()) > 0) {
+        }
+        const pid_t child = startProgram(
+            directory, inFolder(directory, {"render", "builtin:atrium", "-o", "out.png"}),
+            isError ? directory / "stdout" : pipe, isError ? pipe : directory / "stderr");
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        kill(child, SIGTERM);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+        siginfo_t ended{};
+        waitid(P_PID, id_t(child), &ended, WEXITED | WNOHANG | WNOWAIT);
+        EXPECT_EQ(ended.si_pid, child) << (isError ? "standard error" : "standard output");
+        kill(child, SIGKILL);
+        EXPECT_EQ(waitForProgram(child), 128 + SIGTERM);
+        EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
+        close(reader);
+    }
+}
+
+// A reader that leaves early, as `head` does.
+TEST(Signals, APipeThatIsClosedIsReported) {
+    const TemporaryDirectory directory;
+    const ProgramResult result =
+        runShadowdag(directory, {"info", "builtin:atrium"},
+                     {"/bin/sh", "-c", "\"$@\" | :; exec \"$@\" >&-", "sh"});
+    EXPECT_EQ(result.status, 3);
+    EXPECT_THAT(result.err, testing::HasSubstr("standard output"));
+}
+
+TEST(Signals, AFullDiskUnderStandardOutputIsReported) {
+    const TemporaryDirectory directory;
+    for (const Arguments& command :
+         {Arguments{"info", "builtin:fail-wires"}, Arguments{"diff", kResults, kResults}}) {
+        const ProgramResult result =
+            runShadowdag(directory, command, {"/bin/sh", "-c", "exec \"$@\" >/dev/full", "sh"});
+        EXPECT_EQ(result.status, 3) << command[0];
+        EXPECT_THAT(result.err, testing::HasSubstr("standard output"));
+    }
+}
+
+TEST(Signals, ALimitOfTheSizeOfFilesIsReportedAndLeavesNothing) {
+    const TemporaryDirectory directory;
+    const std::string output = directory / "out.glb";
+    const ProgramResult result =
+        runShadowdag(directory, {"scene", "atrium", "-o", output},
+                     {"/bin/bash", "-c", "ulimit -f 1; exec \"$@\"", "bash"});
+    EXPECT_EQ(result.status, 3);
+    EXPECT_THAT(result.err, testing::HasSubstr("out.glb"));
+    EXPECT_FALSE(std::filesystem::exists(output));
+    EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
+}
+
+TEST(Signals, AReaderThatHasSeenEnoughOfHelpIsNoError) {
+    const TemporaryDirectory directory;
+    const Arguments intoClosedPipe = {"/bin/bash", "-c",
+                                      "set -o pipefail; (sleep 0.3; exec \"$@\") | :", "bash"};
+    for (const char* word : {"--help", "--version"})
+        EXPECT_EQ(runShadowdag(directory, {word}, intoClosedPipe).status, 0) << word;
+    EXPECT_EQ(runShadowdag(directory, {"info", "builtin:fail-wires"}, intoClosedPipe).status, 3);
+}
+
+} // namespace
+} // namespace shadowdag

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// The judge's taps against closed forms and, over random depths, against the lookup.
+#include "hybrid/judge/own_taps.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <random>
+
+namespace shadowdag {
+namespace {
+
+ShadowMapInfo mapOf(uint32_t texels, uint32_t pages) {
+    ShadowMapInfo map{};
+    map.lightPositionWorld = glm::vec3(1.0f, 2.0f, 3.0f);
+    map.rangeWorld = 10.0f;
+    map.faceTexels = texels;
+    map.facePages = pages;
+    return map;
+}
+
+ShadowMapBias biasOf(uint32_t taps) {
+    ShadowMapBias bias;
+    bias.taps = taps;
+    return bias;
+}
+
+// Below the light, on the border of two texels: half of each.
+TEST(OwnTaps, WeightsAreThoseOfABoxOfOneTexel) {
+    const ShadowMapInfo map = mapOf(16, 1);
+    const glm::vec3 up(0.0f, 1.0f, 0.0f);
+    // Face 3 looks along -y: u along z, v along x; 2 / 16 * 4 m = 0.5 m a texel.
+    const OwnTaps taps =
+        makeOwnTaps(map, map.lightPositionWorld + glm::vec3(0.25f, -4.0f, 0.1f), up, biasOf(4));
+    ASSERT_EQ(taps.taps.size(), 4u);
+    double all = 0.0;
+    for (const OwnTap& tap : taps.taps) {
+        EXPECT_EQ(tap.face, 3u);
+        EXPECT_EQ(tap.centre.y, -1.0);
+        EXPECT_NEAR(tap.weight, (tap.x == 8 ? 0.7 : 0.3) * (tap.y == 8 ? 1.0 : 0.0), 1e-6)
+            << tap.x << " " << tap.y;
+        EXPECT_NEAR(tap.limit, 0.25 / (1.0 - 2.0 * 0.5 / 16.0), 3e-3); // the floor 4 m below
+        all += tap.weight;
+    }
+    EXPECT_NEAR(all, 1.0, 1e-12);
+}
+
+TEST(OwnTaps, BeyondAFaceTheTexelOfTheNeighbourIsTaken) {
+    const ShadowMapInfo map = mapOf(16, 1);
+    const OwnTaps taps = makeOwnTaps(map, map.lightPositionWorld + glm::vec3(3.99f, 0.3f, 4.0f),
+                                     glm::vec3(0.0f, 0.0f, -1.0f), biasOf(9));
+    ASSERT_EQ(taps.taps.size(), 9u);
+    int onX = 0;
+    for (const OwnTap& tap : taps.taps) {
+        EXPECT_TRUE(tap.face == 4 || tap.face == 0) << tap.face;
+        onX += tap.face == 0;
+        EXPECT_EQ(tap.centre[tap.face == 0 ? 0 : 2], 1.0);
+    }
+    EXPECT_EQ(onX, 3);
+}
+
+// Depths are random, so that each wrong texel, weight or limit shows.
+TEST(OwnTaps, GiveTheLookupsVisibilityOnAllFacesAndSeams) {
+    const uint32_t seed = 21;
+    SCOPED_TRACE("seed " + std::to_string(seed));
+    std::mt19937 rng(seed);
+    std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+    const uint32_t log2 = 4, side = 1u << log2;
+    for (const uint32_t texels : {4u, 23u, 64u})
+        for (const uint32_t taps : {1u, 4u, 9u}) {
+            const ShadowMapInfo map = mapOf(texels, (texels + side - 1) / side);
+            const uint32_t pages = 6 * map.facePages * map.facePages;
+            std::vector<uint32_t> table(pages), depths(size_t(pages) * side * side);
+            for (uint32_t p = 0; p < pages; ++p)
+                table[p] = pages - 1 - p;
+            for (uint32_t& bits : depths)
+                bits = std::bit_cast<uint32_t>(0.25f + 0.2f * unit(rng));
+            const ShadowMapInfo maps[] = {map};
+            const ShadowMapView view{{maps, 1}, viewOf(table), viewOf(depths), log2};
+            int compared = 0;
+            for (int i = 0; i < 4000; ++i) {
+                glm::vec3 d = 4.0f * glm::vec3(unit(rng), unit(rng), unit(rng));
+                if (i % 2) // near the edges of faces
+                    d[(i / 2) % 3] = d[(i / 2 + 1) % 3] * (1.0f + 0.05f * unit(rng));
+                const glm::vec3 position = map.lightPositionWorld + d;
+                const glm::vec3 normal = glm::normalize(glm::vec3(unit(rng), unit(rng), unit(rng)));
+                const OwnTaps own = makeOwnTaps(map, position, normal, biasOf(taps));
+                if (own.isAtBorder)
+                    continue;
+                ++compared;
+                const glm::dvec2 range = ownVisibility(view, 0, own);
+                const double is = lookupVisibility(view, 0, position, normal, biasOf(taps)) / 255.0;
+                ASSERT_GE(is, range.x - 2.0 / 255.0) << texels << " texels, " << taps << " taps";
+                ASSERT_LE(is, range.y + 2.0 / 255.0) << texels << " texels, " << taps << " taps";
+            }
+            EXPECT_GT(compared, 2000);
+        }
+}
+
+} // namespace
+} // namespace shadowdag

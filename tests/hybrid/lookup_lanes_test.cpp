@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lookups in lanes: the bits and the missing taps of lookupVisibility by every instruction set.
+#include "hybrid/frame/lookup_lanes.h"
+
+#include "hybrid/frame/sample_lanes.h"
+#include "scenes/split_mix.h"
+#include "shadowmap/cell_depth.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace shadowdag::test {
+namespace {
+
+constexpr uint64_t kSeed = 20261124;
+constexpr uint32_t kPageTexels = 16;
+
+/// Random numbers, and maps and receivers made of them.
+class Random {
+public:
+    /// Returns a number in [-1, 1).
+    float number() {
+        return float(double(splitMix64(state_ += kSplitMixGamma) >> 40) * 0x1p-23 - 1.0);
+    }
+    uint32_t below(uint32_t end) {
+        return uint32_t(splitMix64(state_ += kSplitMixGamma) >> 33) % end;
+    }
+    glm::vec3 point() {
+        const float x = number(), y = number(), z = number();
+        return {x, y, z};
+    }
+
+private:
+    uint64_t state_ = kSeed;
+};
+
+/// A map with random depths, some of whose pages have no memory.
+struct RandomMap {
+    RandomMap(Random& random, uint32_t faceTexels, float lodTexels, uint32_t missingInTen) {
+        info.lightPositionWorld = random.point();
+        info.rangeWorld = 4.0f;
+        info.faceTexels = faceTexels;
+        info.facePages = (faceTexels + kPageTexels - 1) / kPageTexels;
+        info.pageTableStart = 32;
+        info.lodTexels = lodTexels;
+        pageTable.assign(info.pageTableStart, kNoPage);
+        uint32_t pageCount = 1; // the first page is another map's
+        for (uint32_t i = 0; i < kFaceCount * info.facePages * info.facePages; ++i)
+            pageTable.push_back(random.below(10) < missingInTen ? kNoPage : pageCount++);
+        for (uint32_t i = 0; i < pageCount * kPageTexels * kPageTexels; ++i)
+            depths.push_back(random.below(4) == 0 ? 0 : floatBits(1.0f + 0.9f * random.number()));
+    }
+    ShadowMapView view() const {
+        return {
+            {&info, 1}, {pageTable.data(), pageTable.size()}, {depths.data(), depths.size()}, 4};
+    }
+
+    ShadowMapInfo info{};
+    std::vector<uint32_t> pageTable, depths;
+};
+
+class LookupLanesBy : public testing::TestWithParam<StreamIsa> {
+protected:
+    void SetUp() override {
+        RecordProperty("seed", std::to_string(kSeed));
+        if (!hasStreamIsa(GetParam()))
+            GTEST_SKIP() << "this processor or build has no " << streamIsaName(GetParam());
+    }
+};
+
+TEST_P(LookupLanesBy, EqualTheOneTextBitForBit) {
+    Random random;
+    LookupLanes lookups(GetParam());
+    SampleLanes lanes(GetParam());
+    uint32_t missingTotal = 0;
+    std::array<uint32_t, 256> histogram{};
+    for (int round = 0; round < 400; ++round) {
+        const uint32_t faceTexels = 1 + random.below(round % 2 == 0 ? 24 : 300);
+        const RandomMap map(random, faceTexels, round % 5 == 0 ? 2.0f : 0.0f,
+                            std::array{0u, 0u, 2u, 10u}[size_t(round) % 4]);
+        const ShadowMapBias bias{std::array{0.0f, 0.5f, 3.0f}[size_t(round) % 3],
+                                 std::array{1u, 4u, 9u}[size_t(round / 3) % 3]};
+        const uint32_t count = random.below(70);
+        lanes.reset(count);
+        std::vector<uint8_t> isAsked, seen(count, 7);
+        std::vector<glm::vec3> positions, normals;
+        for (uint32_t i = 0; i < count; ++i) {
+            glm::vec3 d = random.point();
+            if (random.below(4) == 0) // near an edge between faces
+                d[int(random.below(3))] = d[0] * (1.0f + 0.05f * random.number());
+            glm::vec3 position = map.info.lightPositionWorld + d;
+            glm::vec3 normal = glm::normalize(random.point());
+            if (random.below(3) != 0 && glm::dot(normal, d) > 0.0f)
+                normal = -normal;
+            if (random.below(8) == 0) // grazing
+                normal = glm::normalize(glm::cross(d, random.point()) - 0.01f * d);
+            if (random.below(40) == 0)
+                position = map.info.lightPositionWorld;
+            if (random.below(40) == 0)
+                position.y = std::nanf("");
+            positions.push_back(position);
+            normals.push_back(normal);
+            lanes.set(i, position, normal, {}, {});
+            isAsked.push_back(random.below(5) != 0);
+        }
+        uint32_t missing = 0;
+        std::vector<uint8_t> expected(count, 7);
+        for (uint32_t i = 0; i < count; ++i)
+            if (isAsked[i]) {
+                ShadowMapTrace trace;
+                expected[i] =
+                    lookupVisibility(map.view(), 0, positions[i], normals[i], bias, &trace);
+                missing += trace.missingTapCount;
+                ++histogram[expected[i]];
+            }
+        const uint32_t counted =
+            lookups.lookUp(map.view(), 0, bias, lanes.arrays(), {isAsked.data(), isAsked.size()},
+                           {seen.data(), seen.size()});
+        ASSERT_EQ(counted, missing) << "round " << round;
+        ASSERT_EQ(seen, expected) << "round " << round << ", " << faceTexels << " texels, "
+                                  << bias.taps << " taps";
+        missingTotal += missing;
+    }
+    EXPECT_GT(missingTotal, 1000u);
+    EXPECT_GT(histogram[0], 1000u);
+    EXPECT_GT(histogram[255], 1000u);
+    EXPECT_GT(std::count_if(histogram.begin(), histogram.end(), [](uint32_t n) { return n > 0; }),
+              200);
+}
+
+INSTANTIATE_TEST_SUITE_P(EveryIsa, LookupLanesBy,
+                         testing::Values(StreamIsa::kPortable, StreamIsa::kAvx2,
+                                         StreamIsa::kAvx512),
+                         [](const auto& info) {
+                             const std::string name = streamIsaName(info.param);
+                             return name == "AVX-512" ? std::string("AVX512") : name;
+                         });
+
+} // namespace
+} // namespace shadowdag::test

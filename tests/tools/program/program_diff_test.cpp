@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag diff` through the built program: its exit status, its text and its JSON.
+#include "tests/tools/program/program_refusals.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#if !defined(SDAG_SOURCE_DIR)
+#define SDAG_SOURCE_DIR "."
+#endif
+
+namespace shadowdag {
+namespace {
+
+using testing::HasSubstr;
+
+const std::string kAtrium = SDAG_SOURCE_DIR "/tests/bench/results/compare-atrium.json";
+
+TEST(Diff, EndsWithFiveWhereSomethingIsWorse) {
+    const TemporaryDirectory directory;
+    Json worse = Json::parse(readText(kAtrium));
+    worse["runs"][3]["acne_count"] = 12;
+    writeText(directory / "results.json", worse.dump());
+    const ProgramResult same = runShadowdag(directory, {"diff", kAtrium, kAtrium});
+    EXPECT_EQ(same.status, 0) << same.err;
+    EXPECT_THAT(same.out, HasSubstr("0 worse, 0 better, 0 changed otherwise"));
+    const ProgramResult text = runShadowdag(directory, {"diff", kAtrium, directory.path()});
+    EXPECT_EQ(text.status, 5);
+    EXPECT_THAT(text.out, HasSubstr("acne_count 0 -> 12"));
+    EXPECT_THAT(text.err, HasSubstr("1 values are worse"));
+    const ProgramResult json =
+        runShadowdag(directory, {"diff", kAtrium, directory / "results.json", "--json"});
+    EXPECT_EQ(json.status, 5);
+    EXPECT_EQ(json.json()["worse_count"], 1);
+    EXPECT_EQ(json.json()["changes"][0]["verdict"], "worse");
+    // The other way round it is better.
+    EXPECT_EQ(runShadowdag(directory, {"diff", directory.path(), kAtrium}).status, 0);
+}
+
+TEST(Diff, RefusesWhatCannotBeCompared) {
+    const TemporaryDirectory directory;
+    writeText(directory / "other.json", "{}");
+    Json other = Json::parse(readText(kAtrium));
+    other["provenance"]["cpu"] = "another";
+    writeText(directory / "machine.json", other.dump());
+    const std::string machine = directory / "machine.json";
+    expectRefused(directory,
+                  {{{"diff", kAtrium}, 1, "required"},
+                   {{"diff", kAtrium, directory / "none.json"}, 2, "none.json"},
+                   {{"diff", kAtrium, directory / "other.json"}, 2, "is no result of compare"},
+                   {{"diff", kAtrium, directory.path()}, 2, "holds no results"},
+                   {{"diff", kAtrium, machine}, 1, "--allow machine"},
+                   {{"diff", kAtrium, machine, "--allow", "cpu"}, 1, "--allow 'cpu'"}});
+    EXPECT_EQ(runShadowdag(directory, {"diff", kAtrium, machine, "--allow", "machine"}).status, 0);
+    EXPECT_EQ(runShadowdag(directory, {"diff", kAtrium, machine, "--no-times"}).status, 0);
+}
+
+} // namespace
+} // namespace shadowdag

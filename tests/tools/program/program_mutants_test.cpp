@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag study mutants` from end to end: a few faults, each in a process of its own, are
+// noticed, and without one nothing complains.
+#include "tests/tools/program/program_runner.h"
+
+#include "cuda/mutant.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+namespace {
+
+using testing::HasSubstr;
+
+std::vector<std::string> checksOf(const Json& results, const std::string& name) {
+    std::vector<std::string> checks;
+    for (const Json& mutant : results["mutants"])
+        if (mutant["name"] == name)
+            for (const Json& notice : mutant["notices"])
+                checks.push_back(notice["check"]);
+    return checks;
+}
+
+TEST(StudyMutants, FaultsAreNoticedByTheChecksThatTheyViolate) {
+    if (!kHasMutants)
+        GTEST_SKIP() << "built without assertions";
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    const ProgramResult result =
+        runShadowdag(directory, {"study", "mutants", "--only",
+                                 "none,light-short,order-without-maps,exact-lane-lost,ray-lane-"
+                                 "lost,map-seam-clamped,sample-moved",
+                                 "-o", report, "--json"});
+    ASSERT_EQ(result.status, 0) << result.err;
+    EXPECT_EQ(result.json()["fault_count"], 6);
+    EXPECT_EQ(result.json()["noticed_count"], 6);
+    const Json results = Json::parse(readText(report + "/mutants.json"));
+    EXPECT_THAT(checksOf(results, "none"), testing::IsEmpty());
+    EXPECT_THAT(checksOf(results, "light-short"), testing::Contains("pairs"));
+    EXPECT_THAT(checksOf(results, "order-without-maps"), testing::Contains("picture"));
+    EXPECT_THAT(checksOf(results, "exact-lane-lost"), testing::Contains("exact"));
+    EXPECT_THAT(checksOf(results, "ray-lane-lost"), testing::Contains("other way"));
+    EXPECT_THAT(checksOf(results, "map-seam-clamped"), testing::Contains("lookup"));
+    EXPECT_THAT(checksOf(results, "sample-moved"), testing::Contains("samples"));
+    for (const Json& mutant : results["mutants"]) {
+        EXPECT_FALSE(mutant.contains("cells")) << mutant["name"];
+        const bool addsWrongPairs = mutant["name"] == "ray-lane-lost";
+        if (addsWrongPairs) {
+            EXPECT_GT(mutant["excess"].at(0)["wrong_count"], 100);
+        }
+    }
+    EXPECT_THAT(readText(report + "/index.html"), HasSubstr("light-short"));
+    EXPECT_THAT(readText(report + "/mutants.csv"), HasSubstr("order-without-maps"));
+}
+
+TEST(StudyMutants, AVariableThatNamesNoFaultEndsTheProgram) {
+    if (!kHasMutants)
+        GTEST_SKIP() << "built without assertions";
+    const TemporaryDirectory directory;
+    const ProgramResult result =
+        runShadowdag(directory, {"--version"}, {"/usr/bin/env", "SHADOWDAG_MUTANT=dag-eaten"});
+    EXPECT_EQ(result.status, 1);
+    EXPECT_THAT(result.err, HasSubstr("environment: SHADOWDAG_MUTANT 'dag-eaten': names no fault"));
+}
+
+} // namespace
+} // namespace shadowdag

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: Apache-2.0
+// The difference of two results: the committed ones against themselves, and planted changes.
+#include "tools/report/results_diff.h"
+
+#include "cuda/error.h"
+#include "tests/tools/report/report_runner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+namespace shadowdag {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+const std::string kResults = SDAG_SOURCE_DIR "/tests/bench/results/";
+
+Json committed(const std::string& name) {
+    return Json::parse(readText(kResults + name));
+}
+
+Json diffOf(const Json& a, const Json& b, const DiffOptions& options = {}) {
+    return diffResults("a.json", a, "b.json", b, options);
+}
+
+std::string refusalOf(const Json& a, const Json& b, const DiffOptions& options = {}) {
+    try {
+        diffOf(a, b, options);
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "";
+}
+
+TEST(ResultsDiff, EveryCommittedResultEqualsItself) {
+    size_t comparedCount = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(kResults)) {
+        const std::string name = entry.path().filename();
+        SCOPED_TRACE(name);
+        const Json results = committed(name);
+        // What neither compare nor study, validate or bench wrote.
+        if (name.starts_with("calibration") || name.starts_with("determinism") ||
+            name.starts_with("faults") || name.starts_with("filters") ||
+            name.starts_with("fuzzing") || name.starts_with("layouts") ||
+            name.starts_with("regret") || name.starts_with("tracers")) {
+            EXPECT_THAT(refusalOf(results, results), HasSubstr("is no result of compare"));
+            continue;
+        }
+        const Json diff = diffOf(results, results);
+        EXPECT_THAT(diff["changes"], IsEmpty());
+        EXPECT_THAT(diff["only_in_a"], IsEmpty());
+        EXPECT_THAT(diff["only_in_b"], IsEmpty());
+        EXPECT_THAT(diff["differences"], IsEmpty());
+        EXPECT_GT(diff["value_count"], 10);
+        ++comparedCount;
+    }
+    EXPECT_GE(comparedCount, 25u);
+}
+
+/// Returns the changes of a result after a change of one of its values.
+Json changesAfter(const Json& results, const std::string& pointer, const Json& value) {
+    Json changed = results;
+    changed[Json::json_pointer(pointer)] = value;
+    return diffOf(results, changed)["changes"];
+}
+
+TEST(ResultsDiff, PlantedCountsAreFoundExactly) {
+    const Json atrium = committed("compare-atrium.json");
+    const Json changes = changesAfter(atrium, "/runs/1/false_shadow_count",
+                                      atrium["runs"][1]["false_shadow_count"].get<uint64_t>() + 1);
+    ASSERT_EQ(changes.size(), 1u);
+    EXPECT_EQ(changes[0]["verdict"], "worse");
+    EXPECT_EQ(changes[0]["key"], "false_shadow_count");
+    EXPECT_EQ(changes[0]["row"], "builtin:atrium, frame 0, " +
+                                     atrium["runs"][1]["label"].get<std::string>() + ", " +
+                                     atrium["runs"][1]["method"].get<std::string>());
+    const auto verdictOf = [&](const std::string& pointer, const Json& value) {
+        const Json found = changesAfter(atrium, pointer, value);
+        return found.size() == 1 ? found[0]["verdict"].get<std::string>() : "none";
+    };
+    EXPECT_EQ(verdictOf("/runs/1/false_shadow_count", 0), "better");
+    EXPECT_EQ(verdictOf("/runs/1/page_count", 1), "changed");
+    EXPECT_EQ(verdictOf("/runs/1/map_bytes", uint64_t(1) << 40), "worse");
+    const double error = atrium["runs"][1]["mean_abs_visibility_error"];
+    EXPECT_EQ(verdictOf("/runs/1/mean_abs_visibility_error", error * (1 + 1e-12)), "none");
+    EXPECT_EQ(verdictOf("/runs/1/mean_abs_visibility_error", error * 1.001), "worse");
+}
+
+TEST(ResultsDiff, FailuresOfStudiesAreWorse) {
+    const Json stability = committed("stability.json");
+    const Json changes = changesAfter(stability, "/checks/3/holds", false);
+    ASSERT_EQ(changes.size(), 1u);
+    EXPECT_EQ(changes[0]["verdict"], "worse");
+    Json mutants = committed("mutants.json");
+    for (size_t i = 0; i < mutants["mutants"].size(); ++i)
+        if (!mutants["mutants"][i]["notices"].empty()) {
+            const Json lost =
+                changesAfter(mutants, "/mutants/" + std::to_string(i) + "/notices", Json::array());
+            ASSERT_EQ(lost.size(), 1u);
+            EXPECT_EQ(lost[0]["key"], "is noticed");
+            EXPECT_EQ(lost[0]["verdict"], "worse");
+            break;
+        }
+}
+
+/// Returns results with one run of a time.
+Json timed(const Json& times) {
+    Json run = {{"scene", "s"}, {"frame", 0}, {"label", "maps"}, {"method", "maps"}};
+    run.update(times);
+    return {{"provenance", {{"cpu", "c"}, {"commit", "1"}}},
+            {"experiment", {{"size", "1x1"}, {"title", "t"}}},
+            {"scenes", {{{"scene", "s"}, {"scene_hash", "h"}}}},
+            {"runs", Json::array({run})},
+            {"map_costs", Json::array()}};
+}
+
+Json measured(double time, double low, double high, double confidence) {
+    return timed({{"time_ms", time},
+                  {"time_ms_low", low},
+                  {"time_ms_high", high},
+                  {"time_ms_confidence", confidence}});
+}
+
+TEST(ResultsDiff, TimesChangeBeyondTheirIntervals) {
+    const Json base = measured(10, 9, 11, 0.97);
+    const auto verdictOf = [&](const Json& other) {
+        const Json changes = diffOf(base, other)["changes"];
+        return changes.empty() ? std::string("none") : changes[0]["verdict"].get<std::string>();
+    };
+    EXPECT_EQ(verdictOf(measured(12, 11, 13, 0.97)), "none") << "they touch";
+    EXPECT_EQ(verdictOf(measured(12, 11.1, 13, 0.97)), "worse");
+    EXPECT_EQ(verdictOf(measured(8, 7, 8.9, 0.97)), "better");
+    EXPECT_EQ(verdictOf(measured(12, 11.1, 13, 0.94)), "uncertain") << "five repeats";
+    // Older results: the least and the greatest of n.
+    const auto older = [](double time, int repeats) {
+        return timed({{"time_ms", time},
+                      {"time_ms_min", time - 1},
+                      {"time_ms_max", time + 1},
+                      {"repeat_count", repeats}});
+    };
+    EXPECT_EQ(verdictOf(older(20, 6)), "worse");
+    EXPECT_EQ(verdictOf(older(20, 5)), "uncertain");
+    EXPECT_EQ(verdictOf(older(20, 1)), "uncertain");
+}
+
+TEST(ResultsDiff, RowsOfOneAloneAreListed) {
+    const Json atrium = committed("compare-atrium.json");
+    Json shorter = atrium;
+    shorter["runs"].erase(2);
+    const Json lost = diffOf(atrium, shorter), added = diffOf(shorter, atrium);
+    ASSERT_EQ(lost["only_in_a"].size(), 1u);
+    EXPECT_EQ(lost["lost_row_count"], 1);
+    EXPECT_THAT(diffText(lost), HasSubstr("only in a.json: runs, builtin:atrium, frame 0, " +
+                                          atrium["runs"][2]["label"].get<std::string>()));
+    EXPECT_EQ(added["only_in_b"].size(), 1u);
+    EXPECT_EQ(added["lost_row_count"], 0);
+    DiffOptions any;
+    any.allowsExperiment = true;
+    EXPECT_EQ(diffOf(atrium, shorter, any)["lost_row_count"], 0);
+}
+
+TEST(ResultsDiff, OtherExperimentsScenesAndMachinesAreRefusedUnlessAllowed) {
+    const Json base = measured(10, 9, 11, 0.97);
+    const auto with = [&](const std::string& pointer, const Json& value) {
+        Json other = base;
+        other[Json::json_pointer(pointer)] = value;
+        return other;
+    };
+    const Json size = with("/experiment/size", "2x2"), scene = with("/scenes/0/scene_hash", "g"),
+               machine = with("/provenance/cpu", "d");
+    EXPECT_THAT(refusalOf(base, size), HasSubstr("a.json and b.json: are of different experiments: "
+                                                 "size was \"1x1\" and is \"2x2\""));
+    EXPECT_THAT(refusalOf(base, size), HasSubstr("--allow experiment"));
+    EXPECT_THAT(refusalOf(base, scene), HasSubstr("different scenes: s has the hash"));
+    EXPECT_THAT(refusalOf(base, machine), HasSubstr("different machines: cpu was \"c\""));
+    EXPECT_EQ(refusalOf(base, with("/experiment/title", "u")), "") << "a text for readers";
+    EXPECT_EQ(refusalOf(base, with("/provenance/commit", "2")), "");
+    DiffOptions options;
+    options.allowsExperiment = options.allowsScene = options.allowsMachine = true;
+    EXPECT_EQ(refusalOf(base, size, options), "");
+    EXPECT_THAT(diffText(diffOf(base, machine, options)), HasSubstr("the machine differs: cpu"));
+    DiffOptions counts;
+    counts.comparesTimes = false;
+    EXPECT_THAT(diffOf(base, with("/provenance/cpu", "d"), counts)["changes"], IsEmpty());
+    EXPECT_THAT(refusalOf(base, committed("stability.json")),
+                HasSubstr("one is a result of compare, the other of study stability"));
+}
+
+TEST(ResultsDiff, ARowTwiceIsRefused) {
+    Json twice = measured(10, 9, 11, 0.97);
+    twice["runs"].push_back(twice["runs"][0]);
+    EXPECT_THAT(refusalOf(twice, twice), HasSubstr("\"runs\" has two rows 's, frame 0, maps"));
+}
+
+} // namespace
+} // namespace shadowdag

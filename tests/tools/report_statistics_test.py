@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The statistics of the reports' package against values computed by hand, and the stamps of charts.
+
+    report_statistics_test.py SOURCE_DIR
+"""
+import json
+import os
+import pathlib
+import sys
+import tempfile
+
+SOURCE = pathlib.Path(sys.argv[1])
+sys.path.insert(0, str(SOURCE / "tools/report"))
+sys.dont_write_bytecode = True
+
+from shadowdag_report import adjudicated, claims, collection, committed, explained, intervals, mutation, stamp  # noqa: E402
+from shadowdag_report.charts import regret_analysis  # noqa: E402
+from shadowdag_report.figures import lines  # noqa: E402
+from shadowdag_report.pages import sequence_table  # noqa: E402
+
+
+def equal(is_, should_be):
+    if is_ != should_be:
+        sys.exit(f"{is_!r} instead of {should_be!r}")
+
+
+def test_intervals():
+    new = {"time_ms": 5.5, "time_ms_low": 2, "time_ms_high": 9, "time_ms_confidence": 0.978, "repeat_count": 10}
+    equal(intervals.interval(new), (2, 9, 0.978))
+    equal(intervals.half_widths(new), (3.5, 3.5))
+    equal(intervals.interval_text(new, decimals=1), "5.5 (2.0 to 9.0)")
+    # Older results: the least and the greatest of n hold the median with 1 - 2^(1 - n).
+    for count, text in ((6, "5 (1 to 8)"), (5, "5 (1 to 8, 93 %)"), (2, "5 (1 to 8, 50 %)"), (1, "5 (1 to 8, 0 %)")):
+        old = {"time_ms": 5, "time_ms_min": 1, "time_ms_max": 8, "repeat_count": count}
+        equal(intervals.interval(old), (1, 8, 1 - 2.0 ** (1 - count)))
+        equal(intervals.interval_text(old), text)
+    equal(intervals.interval({"time_ms": 5}), (5, 5, 0.0))
+    equal(intervals.least_confidence([new, {"time_ms": 5}]), 0.0)
+    apart = {"time_ms": 12, "time_ms_low": 9.5, "time_ms_high": 13}
+    equal((intervals.are_apart(new, apart), intervals.are_apart(new, new)), (True, False))
+    # Twice as long to four times: the ends of a ratio of intervals.
+    base = {"time_ms": 4, "time_ms_low": 3, "time_ms_high": 5}
+    equal(regret_analysis.ratio_interval({"time_ms": 12, "time_ms_low": 10, "time_ms_high": 15}, base), (1.0, 4.0))
+
+
+def test_explained():
+    row = {"false_shadow_count": 70, "false_light_count": 30, "unexplained_false_shadow_count": 4, "unexplained_false_light_count": 1,
+           "acne_count": 10, "contact_count": 4, "magnified_count": 1, "null_rate": 0.125}
+    equal(explained.explained_share(row), 0.8)
+    equal(explained.null_text(row), "– (12.5 %)")
+    equal(explained.null_text(row | {"outline_null_rate": 0.75, "outline_null_sample_count": 8}), "75.0 % (12.5 %)")
+    equal(explained.null_rate(row | {"outline_null_rate": 0.0, "outline_null_sample_count": 0}), None)
+    equal(explained.share_text(explained.explained_share(row | {"false_shadow_count": 0, "false_light_count": 0})), "–")
+
+
+def test_committed_checks_have_the_rate_near_outlines():
+    paths = sorted((SOURCE / "tests/bench/results").glob("validate-*.json"))
+    equal(len(paths), 15)
+    equal([path.name for path in paths if explained.null_rate(json.loads(path.read_text())) is None], [])
+    header, _, *rows = [line for line in claims.validate_table(paths) if line.startswith("|")]
+    column = header.split(" | ").index("null rate")
+    equal([row for row in rows if row.split(" | ")[column].startswith("–")], [])
+
+
+def test_hidden_errors():
+    """Of 20 wrong pairs more, 11 are explained; fewer than none is none, and a fault without any has no share."""
+    def fault(*excess):
+        return {"name": "f", "what": "", "harmless": "", "ended": "", "notices": [],
+                "excess": [{"row": "a", "wrong_count": w, "explained_count": e} for w, e in excess]}
+    equal([mutation.hidden_share(fault(*x)) for x in (((15, 10), (5, 1)), ((5, -1),), ())], [0.55, 0.0, None])
+    equal([cells[-2:] for cells in mutation.rows({"mutants": [fault((2000, 1101)), fault()]})], [("2 000", "55"), ("–", "–")])
+    equal(mutation.power_text({"mutants": [fault((10, 5))]}).split(". ")[1],
+          "Of none, more than half of these pairs count as explained, so there the class says little.")
+    equal(mutation.power_text({"mutants": [fault((10, 6)), fault()]}).endswith("so there the class says little: `f`."), True)
+
+
+def test_disputed_pairs():
+    """The sum of the frames that are the same: as many pairs, and as many of them wrong."""
+    def verdict(scene, frame, count, ambiguous, truth, exact):
+        return {"scene": scene, "disputed": {"frame_pair_count": frame, "count": count, "ambiguous_count": ambiguous,
+                                             "truth_right_count": truth, "exact_right_count": exact}}
+    verdicts = [verdict("a", 1000, 5, 2, 2, 1), verdict("b", 2000, 1, 1, 0, 0), verdict("c", 500, 0, 0, 0, 0)]
+    results = {"verdicts": verdicts, "study": {"disputed_size": "64x36"}}
+    equal(adjudicated.dispute_text(results),
+          "In whole frames of 64 x 36 truth and exact packets differ in 6 of 3 500 pairs. Of these 3 are ambiguous; in 2 the truth is "
+          "right, in 1 the exact packets.")
+    equal([row[0] for row in adjudicated.dispute_rows(results)], ["a", "b"])
+    equal(adjudicated.skipped_text({"skipped": []}), "")
+    equal(adjudicated.skipped_text({"skipped": [{"scene": "x", "reason": "none"}]}), " Skipped: x, none.")
+
+    def run(scene, pairs, wrong):
+        return {"scene": scene, "pair_count": pairs, "false_shadow_count": wrong, "false_light_count": 0}
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        equal(claims.adjudicated_text([run("builtin:a", 1000, 5)], folder), "")
+        (folder / "adjudication_x.json").write_text(json.dumps(results))
+        equal(claims.adjudicated_text([run("builtin:a", 1000, 5), run("b.glb", 2000, 1), run("c.glb", 500, 0)], folder),
+              " The [adjudicator](adjudicator.md#results) was asked about 6 of these pairs: 3 are ambiguous; in 2 the truth is right, in 1 "
+              "exact rays are.")
+        equal(claims.adjudicated_text([run("builtin:a", 999, 5), run("b.glb", 2000, 2), run("d.glb", 1, 1)], folder), "")
+
+
+def test_panels():
+    """Seven lines beside their base: five a panel, the base in each."""
+    names = ["base"] + [str(i) for i in range(7)]
+    panels = lines.panels_of(dict.fromkeys(names, 0), "base")
+    equal([list(p) for p in panels], [["base", "0", "1", "2", "3"], ["base", "4", "5", "6"]])
+    equal(lines.gap_of([0, 1, 2]), 1)
+    equal(lines.gap_of([0, 100, 150]), 50)
+    equal(lines.gap_of([7]), 1)
+
+
+def test_sequences():
+    rows = [{"label": "a", "scene": "s", "frame": f, "time_ms": t, "triangle_draw_count": 1, "texel_count": 2, "pair_count": 100,
+             "false_shadow_count": 1, "false_light_count": 0, "flicker_count": 0, "flicker_answer_count": 1} for f, t in enumerate((3, 9, 5, 4))]
+    rows[1]["frame_difference_error"], rows[2]["frame_difference_error"] = 0.25, 0.75
+    times = {"label": "a", "scene": "s", "value_count": 8, "time_ms": 4.25, "time_ms_low": 3, "time_ms_high": 9, "time_ms_confidence": 0.99,
+             "time_ms_p99": 9, "time_ms_p99_low": 5, "time_ms_p99_high": 9, "time_ms_p99_confidence": 0.077}
+    shown = [[cell.shown for cell in sequence_table.sequence_table(rows, summaries)[1][0]] for summaries in ((), (times,))]
+    equal([str(s) for s in shown[0]], ["a", "s", "4", "4.50", "", "", "", "4", "1", "9.00", "1", "2", "1.000", "0.0000", "0.50000"])
+    equal([str(s) for s in shown[1][3:8]], ["4.25", "3.00 to 9.00", "9.00", "5.00 to 9.00 (7 %)", "8"])
+    equal(len(sequence_table.HEADINGS), len(shown[0]))
+
+
+def test_stamps():
+    """The stamp is in both files, and follows the data, the command and its version."""
+    with tempfile.TemporaryDirectory() as folder:
+        data = os.path.join(folder, "data.json")
+        pathlib.Path(data).write_text("{}")
+        collection.STAMP = first = stamp.stamp_of("regret", [data])
+        figure, axes = collection.plt.subplots()
+        axes.plot([0, 1], [0, 1])
+        charts = collection.Charts(folder)
+        charts.save(figure, "chart", "t", "c")
+        equal([stamp.stamp_in(os.path.join(folder, f"chart.{kind}")) for kind in ("svg", "png")], [first, first])
+        equal(committed.compare(os.path.join(folder, "chart.png"), os.path.join(folder, "chart.svg")), "")
+        equal(stamp.stamp_in(data), None)
+        pathlib.Path(data).write_text("{ }")
+        changed = stamp.stamp_of("regret", [data])
+        if len({first, changed, stamp.stamp_of("frame", [data]), stamp.stamp_of("regret", [data, data])}) != 4:
+            sys.exit("equal stamps of different data")
+        collection.STAMP = changed
+        figure, _ = collection.plt.subplots()
+        charts.save(figure, "later", "t", "c")
+        if "other data" not in committed.compare(os.path.join(folder, "later.png"), os.path.join(folder, "chart.png")):
+            sys.exit("a chart that is older than its data was not found")
+        collection.STAMP = ""
+
+
+def test_every_chart_of_docs_is_listed():
+    """Pictures that are no charts: renders and a drawing of folders."""
+    listed = {f"{target}.{kind}" for _, _, charts in committed.CHARTS for target, kinds in charts.values() for kind in kinds.split()}
+    there = {path.name for path in (SOURCE / "docs").iterdir() if path.suffix in (".png", ".svg")}
+    equal(there - listed, {"atrium.png", "view.png", "rooms.svg"})
+    equal(listed - there, set())
+
+
+for test in [value for name, value in list(globals().items()) if name.startswith("test_")]:
+    test()
+    print(f"{test.__name__}: ok")

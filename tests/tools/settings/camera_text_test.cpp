@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/settings/camera_text.h"
+
+#include "cuda/error.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace shadowdag {
+namespace {
+
+using testing::HasSubstr;
+
+std::string cameraRefusal(const std::string& text) {
+    try {
+        cameraFromText(text);
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kUsage);
+        return error.what();
+    }
+    return "";
+}
+
+TEST(CameraText, IsReadAsWritten) {
+    const Camera camera = cameraFromText("1,2,3,4,2,-1,60,0.5,100,30");
+    const Camera again = cameraFromText(cameraText(camera));
+    EXPECT_NEAR(glm::distance(camera.forward, again.forward), 0, 1e-6f);
+    EXPECT_NEAR(glm::distance(camera.up, again.up), 0, 1e-6f);
+    EXPECT_EQ(camera.positionWorld, again.positionWorld);
+    EXPECT_FLOAT_EQ(camera.yfov, again.yfov);
+    EXPECT_EQ(camera.znear, again.znear);
+    EXPECT_EQ(camera.zfar, again.zfar);
+}
+
+// Squares of such distances are not floats.
+TEST(CameraText, ATargetMayBeAsNearAsFloatsAre) {
+    for (const char* distance : {"1e-22", "3e-23", "1e-38"}) {
+        const Camera camera = cameraFromText(std::string("0,0,0,") + distance + ",0,0");
+        EXPECT_EQ(camera.forward, glm::vec3(1, 0, 0)) << distance;
+        EXPECT_NEAR(glm::length(camera.up), 1, 1e-6f) << distance;
+    }
+    EXPECT_THAT(cameraRefusal("0,0,0,1e-60,0,0"), HasSubstr("the same point"));
+}
+
+TEST(CameraText, PlanesDifferAsFloats) {
+    EXPECT_THAT(cameraRefusal("0,0,0,1,0,0,60,1e-60,1"), HasSubstr("0 < near < far"));
+    EXPECT_THAT(cameraRefusal("0,0,0,1,0,0,60,1,1.00000000001"), HasSubstr("0 < near < far"));
+}
+
+} // namespace
+} // namespace shadowdag

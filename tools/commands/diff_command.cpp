@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// `shadowdag diff`: what changed between two results, beyond their spread.
+#include "tools/commands/commands.h"
+#include "tools/report/results_diff.h"
+#include "tools/settings/common_options.h"
+#include "tools/settings/json_file.h"
+#include "tools/settings/parse.h"
+#include "tools/studies/study.h"
+
+#include "cuda/error.h"
+#include "scenes/input_file.h"
+
+#include <filesystem>
+#include <memory>
+#include <ostream>
+
+namespace shadowdag {
+
+namespace {
+
+struct DiffArguments {
+    GlobalOptions global;
+    std::string a, b, allow;
+    bool noTimes = false;
+};
+
+/// Returns the file of results that a path names: the file itself, or that of a report's directory.
+std::string resultsFile(const std::string& path) {
+    constexpr const char* kFiles[] = {"results.json",     "failures.json", "stability.json",
+                                      "real.json",        "ablation.json", "mutants.json",
+                                      "adjudication.json"};
+    if (!std::filesystem::is_directory(path))
+        return path;
+    for (const char* name : kFiles)
+        if (const std::string file = path + "/" + name; std::filesystem::exists(file))
+            return file;
+    throw Error(ErrorKind::kInput, path + ": holds no results; give the directory of a report of "
+                                          "compare or study, or a JSON file of results");
+}
+
+DiffOptions optionsOf(const DiffArguments& arguments) {
+    DiffOptions options;
+    options.comparesTimes = !arguments.noTimes;
+    if (arguments.allow.empty())
+        return options;
+    for (const std::string& what : parseList("--allow", arguments.allow)) {
+        if (what == "experiment")
+            options.allowsExperiment = true;
+        else if (what == "scene")
+            options.allowsScene = true;
+        else if (what == "machine")
+            options.allowsMachine = true;
+        else
+            throw Error(ErrorKind::kUsage, "--allow '" + what +
+                                               "': must be experiment, scene or "
+                                               "machine");
+    }
+    return options;
+}
+
+void runDiff(const DiffArguments& arguments) {
+    const Console console(arguments.global.json);
+    arguments.global.apply(console, false, false);
+    const DiffOptions options = optionsOf(arguments);
+    const std::string remedy = "give the JSON file that compare, study, validate or bench wrote";
+    const auto read = [&](const std::string& path) {
+        return readJsonFile(resultsFile(path), remedy);
+    };
+    const Json a = read(arguments.a), b = read(arguments.b);
+    const Json diff = diffResults(arguments.a, a, arguments.b, b, options);
+    console.people() << diffText(diff) << std::flush;
+    console.emit(diff);
+    const uint64_t worse = diff.at("worse_count"), lost = diff.at("lost_row_count");
+    if (worse + lost > 0)
+        throw NotHeld(arguments.b + ": " + std::to_string(worse) + " values are worse than in " +
+                      arguments.a + ", and " + std::to_string(lost) + " rows are missing");
+}
+
+} // namespace
+
+std::function<void()> declareDiff(CommandLine& commandLine) {
+    const auto arguments = std::make_shared<DiffArguments>();
+    commandLine.text("RESULTS_A", arguments->a, "",
+                     "Results of compare, study, validate or bench: a JSON file, or a report's "
+                     "directory",
+                     true);
+    commandLine.text("RESULTS_B", arguments->b, "",
+                     "The results that are held against them; the program ends with 5 where these "
+                     "are worse or lack a row",
+                     true);
+    commandLine.text(
+        "--allow", arguments->allow, "WHAT,...",
+        "What may differ, of experiment, scene, machine; where experiments may, so may "
+        "rows [nothing]");
+    commandLine.flag("--no-times", arguments->noTimes,
+                     "Leave out times, so that machines may differ");
+    arguments->global.declare(commandLine);
+    return [arguments] { runDiff(*arguments); };
+}
+
+} // namespace shadowdag

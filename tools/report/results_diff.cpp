@@ -1,0 +1,374 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/report/results_diff.h"
+
+#include "cuda/error.h"
+#include "cuda/quantile_interval.h"
+#include "tools/report/results_identity.h"
+#include "tools/settings/json_file.h"
+#include "tools/workspace/journal.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+namespace shadowdag {
+
+namespace {
+
+/// The keys that name a row, those of them that it has.
+constexpr const char* kNameKeys[] = {"part",  "scene",   "failure", "row",    "name",   "group",
+                                     "case",  "kind",    "frame",   "label",  "method", "remedy",
+                                     "light", "measure", "band",    "tracer", "order"};
+/// Lists that hold no results, or costs without a spread.
+constexpr const char* kOtherLists[] = {"scenes", "map_costs", "truth_images", "pictures",
+                                       "broken", "warnings",  "left_out",     "disagreements"};
+/// Keys of a row that are names, settings and bounds of it, or show its picture.
+constexpr const char* kOtherKeys[] = {
+    "parameters", "images",  "image",      "bounds",     "broken",         "unknown",
+    "settings",   "what",    "source",     "model",      "camera_numbers", "visibility_histogram",
+    "pool_note",  "known",   "provenance", "experiment", "study",          "inputs",
+    "harmless",   "is_used", "verdict"};
+
+bool isListed(const char* const* begin, const char* const* end, const std::string& key) {
+    return std::find(begin, end, key) != end;
+}
+
+enum class Direction { kNeither, kLessIsBetter, kMoreIsBetter };
+
+/// Returns which way a value is better. @param key its last name, "false_shadow_count"
+Direction directionOf(const std::string& key) {
+    const auto has = [&](const char* text) { return key.find(text) != std::string::npos; };
+    for (const char* text : {"megarays_per_s", "ours_over_it", "embree_over_it"})
+        if (has(text))
+            return Direction::kMoreIsBetter;
+    // Of the results that are asked, and of the truth's own changes, none is an error.
+    for (const char* text : {"settled", "answer_count", "point_count", "truth_change", "unanswered",
+                             "null_sample", "allowed", "tolerance"})
+        if (has(text))
+            return Direction::kNeither;
+    for (const char* text :
+         {"false_shadow", "false_light", "unexplained", "unnamed",  "acne",         "contact",
+          "magnified",    "missing_tap", "flicker",     "error",    "rmse",         "flip",
+          "wrong",        "lost_count",  "too_far",     "mismatch", "disagreement", "null_rate",
+          "bytes",        "time_ms",     "time_over",   "cpu_s",    "ns_per_pair",  "regret"})
+        if (has(text))
+            return Direction::kLessIsBetter;
+    return Direction::kNeither;
+}
+
+bool endsWith(const std::string& text, std::string_view end) {
+    return text.size() >= end.size() &&
+           text.compare(text.size() - end.size(), end.size(), end) == 0;
+}
+
+/// Returns whether a value is a time, a rate or a share of a machine's time.
+bool isOfTime(const std::string& key) {
+    return endsWith(key, "_ms") || endsWith(key, "_s") || key == "ns" ||
+           endsWith(key, "cpu_share") || key.find("time_") != std::string::npos ||
+           key.find("_per_s") != std::string::npos || key.find("_per_pair") != std::string::npos ||
+           key.find("_over_it") != std::string::npos || endsWith(key, "time_ratio") ||
+           endsWith(key, "rss_bytes");
+}
+
+/// A value of a row: measured with its interval, or exact.
+struct Value {
+    Json exact;
+    std::optional<QuantileInterval> measured;
+};
+
+using Row = std::map<std::string, Value>;
+/// Rows by list, then by name.
+using Rows = std::map<std::string, std::map<std::string, Row>>;
+
+std::optional<double> numberIn(const Json& object, const std::string& key) {
+    const auto found = object.find(key);
+    if (found == object.end() || !found->is_number())
+        return {};
+    return found->get<double>();
+}
+
+/// Returns the interval that stands beside a value. Of n values that are known by their least and
+/// greatest alone, these hold the median with 1 - 2^(1 - n).
+std::optional<QuantileInterval> intervalBeside(const Json& object, const std::string& key) {
+    const auto value = numberIn(object, key);
+    if (!value)
+        return {};
+    if (const auto low = numberIn(object, key + "_low"), high = numberIn(object, key + "_high");
+        low && high)
+        return QuantileInterval{*value, *low, *high,
+                                numberIn(object, key + "_confidence").value_or(0)};
+    if (const auto low = numberIn(object, key + "_min"), high = numberIn(object, key + "_max");
+        low && high)
+        return QuantileInterval{
+            *value, *low, *high,
+            1.0 - std::exp2(1.0 - std::max(numberIn(object, "repeat_count").value_or(1), 1.0))};
+    return {};
+}
+
+/// Reads the rows of results.
+class RowReader {
+public:
+    RowReader(std::string file, bool readsTimes)
+        : file_(std::move(file)), readsTimes_(readsTimes) {}
+
+    Rows read(const Json& results) {
+        Json self = Json::object();
+        for (const auto& [key, value] : results.items())
+            if (!value.is_array() && !value.is_object())
+                self[key] = value;
+        addRow("results", "all", self);
+        for (const auto& [list, rows] : results.items())
+            if (rows.is_array() && !isListed(std::begin(kOtherLists), std::end(kOtherLists), list))
+                addList(list, rows, "");
+        return std::move(rows_);
+    }
+
+private:
+    void addList(const std::string& list, const Json& rows, const std::string& prefix) {
+        for (const Json& row : rows) {
+            if (!row.is_object())
+                return; // a list of values belongs to its row
+            const std::string name = prefix + nameOf(row);
+            addRow(list, name, row);
+            for (const auto& [key, value] : row.items()) // the scenes of a mechanism
+                if (value.is_array() && key == "scenes")
+                    addList(list, value, name + ", ");
+        }
+    }
+
+    static std::string nameOf(const Json& row) {
+        std::string name;
+        for (const char* key : kNameKeys)
+            if (const auto found = row.find(key);
+                found != row.end() && !found->is_object() && !found->is_array()) {
+                name += name.empty() ? "" : ", ";
+                name += found->is_string() ? found->get<std::string>()
+                                           : std::string(key) + " " + jsonLine(*found);
+            }
+        return name;
+    }
+
+    void addRow(const std::string& list, const std::string& name, const Json& object) {
+        Row row;
+        addValues(object, "", row);
+        if (!rows_[list].emplace(name, std::move(row)).second)
+            throw Error(ErrorKind::kInput, file_ + ": \"" + list + "\" has two rows '" + name +
+                                               "', so that neither can be compared; measure it "
+                                               "again");
+    }
+
+    void addValues(const Json& object, const std::string& prefix, Row& row) const {
+        for (const auto& [key, value] : object.items()) {
+            if (isListed(std::begin(kNameKeys), std::end(kNameKeys), key) ||
+                isListed(std::begin(kOtherKeys), std::end(kOtherKeys), key) ||
+                isBesideAnother(object, key))
+                continue;
+            if (value.is_object()) {
+                addValues(value, prefix + key + ".", row);
+            } else if (key == "notices") { // of a fault: which checks noticed it
+                row[prefix + "is noticed"] = {!value.empty(), {}};
+            } else if (key == "time_ms" && value.is_array() && !value.empty()) {
+                if (readsTimes_)
+                    row[prefix + key] = {{}, medianInterval(value.get<std::vector<double>>())};
+            } else if (!value.is_array() && isOfTime(key)) {
+                if (const auto interval = intervalBeside(object, key); interval && readsTimes_)
+                    row[prefix + key] = {{}, interval};
+            } else if (!value.is_array()) {
+                row[prefix + key] = {value, {}};
+            }
+        }
+    }
+
+    /// Returns whether a value is an end of another's interval or its confidence.
+    static bool isBesideAnother(const Json& object, const std::string& key) {
+        for (const char* end : {"_low", "_high", "_min", "_max", "_confidence"})
+            if (endsWith(key, end) &&
+                object.contains(key.substr(0, key.size() - std::string_view(end).size())))
+                return true;
+        return false;
+    }
+
+    std::string file_;
+    bool readsTimes_;
+    Rows rows_;
+};
+
+std::string verdictOf(bool isMore, Direction direction) {
+    if (direction == Direction::kNeither)
+        return "changed";
+    return isMore == (direction == Direction::kMoreIsBetter) ? "better" : "worse";
+}
+
+Json toJson(const QuantileInterval& interval) {
+    return {interval.low, interval.high};
+}
+
+/// Returns a change of a value, null where there is none.
+Json changeOf(const std::string& path, const Value& a, const Value& b) {
+    const std::string key = path.substr(path.rfind('.') + 1);
+    if (a.measured && b.measured) {
+        const QuantileInterval &x = *a.measured, &y = *b.measured;
+        if (x.low <= y.high && y.low <= x.high)
+            return {};
+        return {{"key", path},
+                {"a", x.value},
+                {"b", y.value},
+                {"a_interval", toJson(x)},
+                {"b_interval", toJson(y)},
+                {"verdict", x.isWide() && y.isWide()
+                                ? verdictOf(y.value > x.value, directionOf(key))
+                                : "uncertain"}};
+    }
+    if (a.measured || b.measured || a.exact == b.exact)
+        return {};
+    Json change = {{"key", path}, {"a", a.exact}, {"b", b.exact}, {"verdict", "changed"}};
+    if (a.exact.is_boolean() && b.exact.is_boolean()) {
+        if (key == "holds" || key == "is noticed" || key == "agrees")
+            change["verdict"] = b.exact.get<bool>() ? "better" : "worse";
+    } else if (a.exact.is_number() && b.exact.is_number()) {
+        const double x = a.exact, y = b.exact;
+        const bool areCounts = a.exact.is_number_integer() && b.exact.is_number_integer();
+        if (!areCounts && std::fabs(x - y) <= kLeastChange * std::max(std::fabs(x), std::fabs(y)))
+            return {};
+        change["verdict"] = verdictOf(y > x, directionOf(key));
+    }
+    return change;
+}
+
+void refuse(bool isAllowed, const std::string& what, const std::string& difference,
+            const std::string& files, Json& differences) {
+    if (difference.empty())
+        return;
+    if (!isAllowed)
+        throw Error(ErrorKind::kUsage, files + ": are of different " + what + "s: " + difference +
+                                           "; compare results of one " + what +
+                                           ", or allow it with "
+                                           "--allow " +
+                                           what);
+    differences.push_back("the " + what + " differs: " + difference);
+}
+
+/// Returns the differences that are allowed, as texts. Throws Error kUsage for the others.
+Json checkedDifferences(const std::string& files, const ResultsIdentity& a,
+                        const ResultsIdentity& b, const DiffOptions& options) {
+    if (a.kind != b.kind)
+        throw Error(ErrorKind::kUsage, files + ": one is a result of " + a.kind +
+                                           ", the other of " + b.kind +
+                                           "; compare two results of one command");
+    Json differences = Json::array();
+    refuse(options.allowsScene, "scene", firstOtherScene(a, b), files, differences);
+    refuse(options.allowsExperiment, "experiment", firstDifference(a.experiment, b.experiment),
+           files, differences);
+    if (options.comparesTimes)
+        refuse(options.allowsMachine, "machine", firstDifference(a.machine, b.machine), files,
+               differences);
+    for (const auto& [key, value] : a.program.items())
+        if (b.program.value(key, Json()) != value)
+            differences.push_back(key + " was " + jsonLine(value) + " and is " +
+                                  jsonLine(b.program.value(key, Json())));
+    return differences;
+}
+
+} // namespace
+
+Json diffResults(const std::string& nameA, const Json& a, const std::string& nameB, const Json& b,
+                 const DiffOptions& options) {
+    const ResultsIdentity ofA = identityOf(a), ofB = identityOf(b);
+    for (const auto& [name, kind] : {std::pair(nameA, ofA.kind), std::pair(nameB, ofB.kind)})
+        if (kind.empty())
+            throw Error(ErrorKind::kInput, name +
+                                               ": is no result of compare, study, validate or "
+                                               "bench; give the JSON file that one of them wrote");
+    Json diff = {{"a", nameA},
+                 {"b", nameB},
+                 {"differences", checkedDifferences(nameA + " and " + nameB, ofA, ofB, options)},
+                 {"changes", Json::array()},
+                 {"only_in_a", Json::array()},
+                 {"only_in_b", Json::array()}};
+    const Rows rowsA = RowReader(nameA, options.comparesTimes).read(a);
+    const Rows rowsB = RowReader(nameB, options.comparesTimes).read(b);
+    std::map<std::string, uint64_t> counts;
+    uint64_t rowCount = 0, valueCount = 0;
+    const auto listOf = [](const Rows& rows, const std::string& list) {
+        const auto found = rows.find(list);
+        return found == rows.end() ? std::map<std::string, Row>() : found->second;
+    };
+    for (const auto& [list, rows] : rowsA) {
+        const std::map<std::string, Row> others = listOf(rowsB, list);
+        for (const auto& [name, row] : rows) {
+            const auto other = others.find(name);
+            if (other == others.end()) {
+                diff["only_in_a"].push_back({{"list", list}, {"row", name}});
+                continue;
+            }
+            ++rowCount;
+            for (const auto& [key, value] : row) {
+                const auto found = other->second.find(key);
+                if (found == other->second.end())
+                    continue; // results of another version have other keys
+                ++valueCount;
+                Json change = changeOf(key, value, found->second);
+                if (change.is_null())
+                    continue;
+                ++counts[change["verdict"]];
+                Json entry = {{"list", list}, {"row", name}};
+                entry.update(change);
+                diff["changes"].push_back(std::move(entry));
+            }
+        }
+    }
+    for (const auto& [list, rows] : rowsB)
+        for (const auto& [name, row] : rows)
+            if (!listOf(rowsA, list).contains(name))
+                diff["only_in_b"].push_back({{"list", list}, {"row", name}});
+    diff["row_count"] = rowCount;
+    diff["value_count"] = valueCount;
+    for (const char* verdict : {"worse", "better", "changed", "uncertain"})
+        diff[std::string(verdict) + "_count"] = counts[verdict];
+    diff["lost_row_count"] = options.allowsExperiment ? 0 : diff["only_in_a"].size();
+    return diff;
+}
+
+std::string diffText(const Json& diff) {
+    std::string text;
+    for (const Json& difference : diff.at("differences"))
+        text += difference.get<std::string>() + "\n";
+    const auto number = [](const Json& value) {
+        if (!value.is_number_float())
+            return jsonLine(value);
+        char digits[32];
+        std::snprintf(digits, sizeof digits, "%.6g", value.get<double>());
+        return std::string(digits);
+    };
+    const auto withInterval = [&](const Json& change, const std::string& side) {
+        const std::string key = side + "_interval";
+        return number(change[side]) +
+               (change.contains(key)
+                    ? " (" + number(change[key][0]) + " to " + number(change[key][1]) + ")"
+                    : "");
+    };
+    for (const char* verdict : {"worse", "uncertain", "better", "changed"})
+        for (const Json& change : diff.at("changes"))
+            if (change["verdict"] == verdict)
+                text += std::string(verdict) + ": " + change["list"].get<std::string>() + ", " +
+                        change["row"].get<std::string>() + ": " + change["key"].get<std::string>() +
+                        " " + withInterval(change, "a") + " -> " + withInterval(change, "b") + "\n";
+    for (const auto& [key, name] :
+         {std::pair("only_in_a", diff.at("a")), std::pair("only_in_b", diff.at("b"))})
+        for (const Json& row : diff.at(key))
+            text += "only in " + name.get<std::string>() + ": " + row["list"].get<std::string>() +
+                    ", " + row["row"].get<std::string>() + "\n";
+    const auto count = [&](const char* key) { return diff.at(key).dump(); };
+    text += count("value_count") + " values of " + count("row_count") +
+            " rows: " + count("worse_count") + " worse, " + count("better_count") + " better, " +
+            count("changed_count") + " changed otherwise, " + count("uncertain_count") +
+            " beyond intervals that hold less than 95 %\n";
+    return text;
+}
+
+} // namespace shadowdag

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/report/results_identity.h"
+
+#include <algorithm>
+#include <filesystem>
+
+namespace shadowdag {
+
+namespace {
+
+constexpr const char* kMachineKeys[] = {"cpu", "device", "driver", "thread_count", "backend"};
+/// Keys of a study that do not change what is measured.
+constexpr const char* kTextKeys[] = {"title",  "what",  "source",      "remedy",    "listed",
+                                     "reason", "known", "unexplained", "untrusted", "slack"};
+
+Json withoutTexts(const Json& value) {
+    if (value.is_object()) {
+        Json kept = Json::object();
+        for (const auto& [key, inner] : value.items())
+            if (std::find(std::begin(kTextKeys), std::end(kTextKeys), key) == std::end(kTextKeys))
+                kept[key] = withoutTexts(inner);
+        return kept;
+    }
+    if (value.is_array()) {
+        Json kept = Json::array();
+        for (const Json& inner : value)
+            kept.push_back(withoutTexts(inner));
+        return kept;
+    }
+    return value;
+}
+
+std::string kindOf(const Json& results) {
+    if (!results.is_object())
+        return "";
+    if (results.contains("study") && results["study"].is_object() &&
+        results["study"].contains("kind")) // a record of fuzzing has a target of this name
+        return "study " + results["study"].value("kind", std::string());
+    if (results.contains("runs") && results.contains("map_costs"))
+        return "compare";
+    if (results.contains("bench"))
+        return "bench " + results.value("bench", std::string());
+    if (results.contains("pair_count") && results.contains("occluded_count"))
+        return "validate";
+    for (const char* list : {"mechanisms", "cells", "checks"}) // studies before they were files
+        if (results.contains(list))
+            return std::string("study of ") + list;
+    return "";
+}
+
+Json scenesOf(const Json& results) {
+    Json scenes = Json::object();
+    const auto add = [&](const Json& of, const char* hash) {
+        if (of.is_object() && of.contains("scene") && of["scene"].is_string() && of.contains(hash))
+            scenes[of["scene"].get<std::string>()] = of[hash];
+    };
+    add(results, "scene_hash");
+    for (const auto& [list, hash] :
+         {std::pair("scenes", "scene_hash"), std::pair("cells", "geometry_hash")})
+        if (results.contains(list) && results[list].is_array())
+            for (const Json& scene : results[list])
+                add(scene, hash);
+    return scenes;
+}
+
+} // namespace
+
+ResultsIdentity identityOf(const Json& results) {
+    ResultsIdentity identity;
+    identity.kind = kindOf(results);
+    if (identity.kind.empty())
+        return identity;
+    identity.experiment = withoutTexts(
+        results.contains("study") ? results["study"] : results.value("experiment", Json()));
+    for (const char* key : {"method", "model", "parameters", "settings", "size", "resolution"})
+        if (results.contains(key)) // of validate, bench and studies before they were files
+            identity.experiment[std::string("of ") + key] = results[key];
+    identity.scenes = scenesOf(results);
+    identity.machine = identity.program = Json::object();
+    const Json provenance = results.value("provenance", Json::object());
+    for (const auto& [key, value] : provenance.items())
+        if (std::find(std::begin(kMachineKeys), std::end(kMachineKeys), key) !=
+            std::end(kMachineKeys))
+            identity.machine[key] = value;
+        else if (key != "experiment_hash")
+            identity.program[key] = value;
+    return identity;
+}
+
+std::string firstOtherScene(const ResultsIdentity& a, const ResultsIdentity& b) {
+    for (const auto& [scene, hash] : a.scenes.items())
+        if (b.scenes.contains(scene) && b.scenes[scene] != hash)
+            return scene + " has the hash " + hash.dump() + " and " + b.scenes[scene].dump();
+    return "";
+}
+
+} // namespace shadowdag

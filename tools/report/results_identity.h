@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// What results were measured of: whether two of them may be compared.
+#pragma once
+
+#include "tools/settings/json.h"
+
+#include <string>
+
+namespace shadowdag {
+
+/// What a set of results belongs to.
+struct ResultsIdentity {
+    std::string kind; ///< "compare", "study failures", "validate", ...
+    Json experiment;  ///< what was asked for, without texts for readers and recorded counts
+    Json scenes;      ///< hash by scene
+    Json machine;     ///< what times depend on
+    Json program;     ///< commit, compiler, flags: may differ
+};
+
+/// Returns the identity of results of any command that writes JSON; an empty kind for anything
+/// else.
+ResultsIdentity identityOf(const Json& results);
+
+/// Returns the first difference in the hashes of scenes that both have, "" if there is none.
+std::string firstOtherScene(const ResultsIdentity& a, const ResultsIdentity& b);
+
+} // namespace shadowdag

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Medians with their intervals, as results have them, and as text.
+
+Newer results state the interval of a median by order statistics (`_low`, `_high`, `_confidence`). Of older ones the least
+and the greatest of n values are known, which hold the median with 1 - 2^(1 - n).
+"""
+CONFIDENCE = 0.95
+
+
+def interval(row, key="time_ms"):
+    """Returns (low, high, confidence) of a measured value; the value itself and 0 if nothing else is known."""
+    if f"{key}_low" in row:
+        return row[f"{key}_low"], row[f"{key}_high"], row.get(f"{key}_confidence", 0.0)
+    if f"{key}_min" in row:
+        return row[f"{key}_min"], row[f"{key}_max"], 1 - 2.0 ** (1 - max(1, row.get("repeat_count", 1)))
+    return row[key], row[key], 0.0
+
+
+def half_widths(row, key="time_ms"):
+    """Returns how far the interval reaches below and above the value, for error bars."""
+    low, high, _ = interval(row, key)
+    return max(0.0, row[key] - low), max(0.0, high - row[key])
+
+
+def confidence_text(confidence):
+    """Returns "95 %" for all that hold at least that, else what they hold, rounded down."""
+    return "95 %" if confidence >= CONFIDENCE else f"{int(100 * confidence)} %"
+
+
+def interval_text(row, key="time_ms", decimals=0):
+    """Returns "172 (159 to 214)", with the confidence where the values were too few for 95 %."""
+    low, high, confidence = interval(row, key)
+    short = "" if confidence >= CONFIDENCE else f", {confidence_text(confidence)}"
+    return f"{row[key]:.{decimals}f} ({low:.{decimals}f} to {high:.{decimals}f}{short})"
+
+
+def least_confidence(rows, key="time_ms"):
+    return min((interval(row, key)[2] for row in rows), default=0.0)
+
+
+def are_apart(a, b, key="time_ms"):
+    """Returns whether the intervals of two rows are disjoint."""
+    (a_low, a_high, _), (b_low, b_high, _) = interval(a, key), interval(b, key)
+    return a_high < b_low or b_high < a_low
