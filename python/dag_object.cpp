@@ -10,6 +10,8 @@
 #include "voxel/dag_lod.h"
 #include "voxel/dag_stream.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <filesystem>
 

@@ -4,6 +4,8 @@
 #include "hybrid/frame/shade.h"
 #include "shadowmap/shadow_map_lookup.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 
 namespace shadowdag::python {

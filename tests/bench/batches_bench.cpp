@@ -11,6 +11,8 @@
 #include "scenes/polygon_lod.h"
 #include "tools/settings/json.h"
 
+#include <nlohmann/json.hpp>
+
 #include <ctime>
 #include <iostream>
 

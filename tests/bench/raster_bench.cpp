@@ -8,6 +8,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include <nlohmann/json.hpp>
+
 #include <iostream>
 
 using namespace shadowdag;

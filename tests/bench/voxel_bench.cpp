@@ -10,6 +10,8 @@
 
 #include <benchmark/benchmark.h>
 
+#include <nlohmann/json.hpp>
+
 #include <iostream>
 
 using namespace shadowdag;

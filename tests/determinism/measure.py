@@ -5,8 +5,10 @@
 
 Each PROGRAM is a build of shadowdag; its provenance names the compiler and the system. Of each the back ends cpu and gl
 are hashed, or those that stand before it. A program of the preset cuda-host plays its device (cuda_host). The results are the data of the table in
-docs/promises.md, which the command `determinism` of tools/report/shadowdag_report writes. --quick: fewer scenes and
-settings, for a test, which fails (status 1) on a difference that no explanation of the table covers.
+docs/promises.md, which the command `determinism` of tools/report/shadowdag_report writes. They are added to those in
+FILE.json and replace what the same system, compiler, back end and device gave before; the first ever measured is the
+reference. --quick: fewer scenes and settings, for a test, which fails (status 1) on a difference that no explanation of
+the table covers.
 """
 import argparse
 import hashlib
@@ -18,7 +20,7 @@ import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools/report"))
-from shadowdag_report.determinism import unexplained  # noqa: E402
+from shadowdag_report.determinism import column, unexplained  # noqa: E402
 
 ISAS = ("portable", "avx2", "avx512")
 THREADS = (1, 2, 3, 8, 16)
@@ -107,6 +109,23 @@ def probe_provenance(program, folder):
     return Runner(program, folder, "portable", 1, "cpu").frame(SCENES[0], FRAMES["dag believe all"])[0]
 
 
+def joined(before, results):
+    """Returns the record with new results: a column of the table that was measured again is replaced, others stay."""
+    rows, provenance = [], []
+    columns = list(dict.fromkeys(column(row) for result in (before, results) for row in result["rows"]))
+    newest = {column(row): result for result in (before, results) for row in result["rows"]}
+    for heading in columns:
+        result = newest[heading]
+        for row in result["rows"]:
+            if column(row) == heading:
+                program = result["provenance"][row["program"]]
+                if program not in provenance:
+                    provenance.append(program)
+                rows.append({**row, "program": provenance.index(program)})
+    isas = {f'{row["backend"]} {row["isa"]}' for row in rows}
+    return {"provenance": provenance, "left_out": sorted({*before["left_out"], *results["left_out"]} - isas), "rows": rows}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("programs", nargs="+")
@@ -121,13 +140,15 @@ def main():
             backends, _, program = name.rpartition(":")
             program = os.path.abspath(program)
             measured = measure(program, pathlib.Path(folder), scenes, ISAS, threads, (backends or "cpu,gl").split(","))
-            rows += measured[0]
+            rows += [{**row, "program": len(provenances)} for row in measured[0]]
             left_out += measured[1]
             provenances.append(measured[2])
             if "cpu" in (backends or "cpu") and not refuses_unknown_instructions(program, pathlib.Path(folder)):
                 sys.exit("SHADOWDAG_ISA=sse9 is not refused")
-    result = {"provenance": provenances, "left_out": sorted(set(left_out)), "rows": rows}
-    pathlib.Path(arguments.output).write_text(json.dumps(result, indent=1) + "\n")
+    output = pathlib.Path(arguments.output)
+    before = json.loads(output.read_text()) if output.exists() else {"provenance": [], "left_out": [], "rows": []}
+    result = joined(before, {"provenance": provenances, "left_out": left_out, "rows": rows})
+    output.write_text(json.dumps(result, indent=1) + "\n")
     print(f"{len(rows)} hashes; left out for lack of a device or an instruction set: {', '.join(result['left_out']) or 'nothing'}")
     lines = unexplained(result)
     print("\n".join(lines))

@@ -6,6 +6,8 @@
 #include "tests/fuzz/fuzz_target.h"
 #include "tools/settings/json_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include <string>
 
 namespace shadowdag::fuzz {

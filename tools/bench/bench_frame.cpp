@@ -7,6 +7,8 @@
 #include "hybrid/judge/truth.h"
 #include "tools/settings/parse.h"
 
+#include <nlohmann/json.hpp>
+
 #include <cstdio>
 
 namespace shadowdag {

@@ -5,6 +5,8 @@
 #include "tools/bench/bench_view.h"
 #include "tools/settings/parse.h"
 
+#include <nlohmann/json.hpp>
+
 #include <cmath>
 #include <cstdio>
 #include <cstring>

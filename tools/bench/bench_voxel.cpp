@@ -9,6 +9,8 @@
 #include "voxel/nanovdb_baseline.h"
 #include "voxel/voxelize.h"
 
+#include <nlohmann/json.hpp>
+
 #include <chrono>
 #include <cstdio>
 #include <ctime>

@@ -11,6 +11,8 @@
 #include "tools/workspace/scene_setup.h"
 #include "tools/workspace/timing.h"
 
+#include <nlohmann/json.hpp>
+
 #include <iostream>
 #include <memory>
 #include <tuple>

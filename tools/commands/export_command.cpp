@@ -6,6 +6,8 @@
 #include "tools/workspace/scene_setup.h"
 #include "voxel/vdb_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include <chrono>
 #include <filesystem>
 #include <iostream>

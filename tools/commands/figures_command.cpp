@@ -11,6 +11,8 @@
 #include "cuda/error.h"
 #include "scenes/input_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include <filesystem>
 #include <iostream>
 #include <memory>

@@ -10,6 +10,8 @@
 #include "tools/workspace/scene_setup.h"
 #include "voxel/vdb_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -6,6 +6,8 @@
 #include "tools/workspace/asset_json.h"
 #include "tools/workspace/scene_setup.h"
 
+#include <nlohmann/json.hpp>
+
 #include <filesystem>
 #include <iostream>
 #include <memory>

@@ -10,6 +10,8 @@
 #include "voxel/limited_build.h"
 #include "voxel/voxelize.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <filesystem>
 #include <iostream>

@@ -6,6 +6,8 @@
 #include "tools/settings/common_options.h"
 #include "tools/workspace/scene_setup.h"
 
+#include <nlohmann/json.hpp>
+
 #include <filesystem>
 #include <iomanip>
 #include <iostream>

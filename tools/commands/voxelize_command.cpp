@@ -9,6 +9,8 @@
 #include "voxel/limited_build.h"
 #include "voxel/voxelize.h"
 
+#include <nlohmann/json.hpp>
+
 #include <filesystem>
 #include <iostream>
 #include <memory>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/report/csv.h"
 
+#include <nlohmann/json.hpp>
+
 #include <vector>
 
 namespace shadowdag {

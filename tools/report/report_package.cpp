@@ -4,6 +4,8 @@
 #include "cuda/error.h"
 #include "tools/settings/json_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include <fcntl.h>
 #include <poll.h>
 #include <spawn.h>

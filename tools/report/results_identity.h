@@ -4,6 +4,8 @@
 
 #include "tools/settings/json.h"
 
+#include <nlohmann/json.hpp>
+
 #include <string>
 
 namespace shadowdag {

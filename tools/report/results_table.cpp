@@ -5,6 +5,8 @@
 #include "tools/report/sequence_times.h"
 #include "tools/workspace/frame_json.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

@@ -3,6 +3,8 @@
 
 #include "cuda/quantile_interval.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <string>
 #include <utility>

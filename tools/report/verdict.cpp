@@ -7,6 +7,8 @@
 #include "tools/workspace/judge.h"
 #include "tools/workspace/timing.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cstdio>
 #include <limits>

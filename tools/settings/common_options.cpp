@@ -7,6 +7,8 @@
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
 
+#include <nlohmann/json.hpp>
+
 namespace shadowdag {
 
 namespace {

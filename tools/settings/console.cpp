@@ -3,6 +3,8 @@
 
 #include "cuda/error.h"
 
+#include <nlohmann/json.hpp>
+
 #include <fcntl.h>
 #include <unistd.h>
 

@@ -7,6 +7,8 @@
 #include "tools/settings/setting.h"
 #include "tools/settings/variants.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <limits>
 #include <set>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Includes nlohmann::json: objects keep the order in which their keys were written.
+// Names the JSON value of nlohmann::json, whose objects keep the order in which their keys were
+// written. Files that hold or read values include <nlohmann/json.hpp> as well, which takes seconds
+// to compile.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include <string>
 

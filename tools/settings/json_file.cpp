@@ -4,6 +4,8 @@
 #include "cuda/error.h"
 #include "scenes/input_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <optional>
 #include <set>

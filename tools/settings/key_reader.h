@@ -6,6 +6,8 @@
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <set>
 #include <string>

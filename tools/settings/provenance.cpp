@@ -4,6 +4,8 @@
 #include "shadowmap/gl_pages.h"
 #include "tools/provenance_values.h"
 
+#include <nlohmann/json.hpp>
+
 #include <sys/utsname.h>
 #include <unistd.h>
 

@@ -6,6 +6,8 @@
 #include "tools/settings/provenance.h"
 #include "tools/settings/setting.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <bit>
 #include <cctype>

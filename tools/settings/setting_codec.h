@@ -7,6 +7,8 @@
 #include "tools/settings/parse.h"
 #include "tools/settings/setting.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
 #include <type_traits>

@@ -5,6 +5,8 @@
 
 #include "tools/settings/key_reader.h"
 
+#include <nlohmann/json.hpp>
+
 #include <functional>
 #include <string>
 #include <vector>

@@ -4,6 +4,8 @@
 #include "tools/settings/json_file.h"
 #include "tools/workspace/scene_setup.h"
 
+#include <nlohmann/json.hpp>
+
 namespace shadowdag {
 
 ViewLog::ViewLog(const std::string& path) {

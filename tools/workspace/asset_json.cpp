@@ -4,6 +4,8 @@
 #include "cuda/error.h"
 #include "tools/settings/parse.h"
 
+#include <nlohmann/json.hpp>
+
 #include <cstdio>
 #include <numeric>
 #include <ostream>

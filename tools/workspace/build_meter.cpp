@@ -3,6 +3,8 @@
 
 #include "tools/settings/parse.h"
 
+#include <nlohmann/json.hpp>
+
 #include <sys/resource.h>
 
 #include <cmath>

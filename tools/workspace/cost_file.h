@@ -8,6 +8,8 @@
 #include "tools/settings/experiment.h"
 #include "tools/settings/json.h"
 
+#include <nlohmann/json.hpp>
+
 #include <compare>
 #include <map>
 #include <optional>

@@ -18,6 +18,8 @@
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb_image_write.h>
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 
 namespace shadowdag {

@@ -5,6 +5,8 @@
 
 #include "tools/settings/json.h"
 
+#include <nlohmann/json.hpp>
+
 #include <string>
 #include <vector>
 

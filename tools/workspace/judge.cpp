@@ -3,6 +3,8 @@
 
 #include "cuda/error.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cstdlib>
 #include <functional>

@@ -14,6 +14,8 @@
 #include "tools/workspace/timing.h"
 #include "tools/workspace/workspace.h"
 
+#include <nlohmann/json.hpp>
+
 #include <functional>
 #include <string>
 #include <vector>

@@ -8,6 +8,8 @@
 #include "tools/settings/json.h"
 #include "tools/workspace/array_file.h"
 
+#include <nlohmann/json.hpp>
+
 #include <string>
 #include <vector>
 

@@ -6,6 +6,8 @@
 #include "tools/settings/json_file.h"
 #include "tools/workspace/study_kinds.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <filesystem>
 #include <iterator>

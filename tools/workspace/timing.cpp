@@ -5,6 +5,8 @@
 #include "cuda/quantile_interval.h"
 #include "cuda/statistics.h"
 
+#include <nlohmann/json.hpp>
+
 #include <sched.h>
 #include <unistd.h>
 

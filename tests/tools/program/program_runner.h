@@ -5,6 +5,8 @@
 #include "tests/tools/temporary_directory.h"
 #include "tools/settings/json.h"
 
+#include <nlohmann/json.hpp>
+
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>

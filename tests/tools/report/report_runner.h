@@ -6,6 +6,7 @@
 #include "tools/report/report_package.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include <string>
 #include <vector>

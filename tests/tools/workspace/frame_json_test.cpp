@@ -3,6 +3,7 @@
 #include "tools/workspace/frame_json.h"
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 namespace shadowdag {
 

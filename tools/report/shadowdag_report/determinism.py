@@ -61,17 +61,19 @@ def table(results):
     scenes = list(dict.fromkeys(row["scene"] for row in results["rows"]))
     isas = list(dict.fromkeys(row["isa"] for row in results["rows"]))
     threads = sorted({row["threads"] for row in results["rows"] if row["backend"] == "cpu"})
-    commits = ", ".join(dict.fromkeys("{commit} ({cpu})".format(**p) for p in results["provenance"]))
-    lines = ["", "{:,} hashes of {} scenes ({}), with {} and {} threads, commit {}. A cell counts the hashes that equal "
+    lines = ["", "{:,} hashes of {} scenes ({}), with {} and {} threads. A cell counts the hashes that equal "
              "those of {}, portable code, one thread.".format(
                  len(results["rows"]), len(scenes), ", ".join(scenes), " and ".join(isas),
-                 ", ".join(map(str, threads)), commits, columns[0]), ""]
+                 ", ".join(map(str, threads)), columns[0]), ""]
     if results["left_out"]:
-        lines += ["Not on this machine: {}.".format(", ".join(results["left_out"])), ""]
+        lines += ["Not measured, as no machine had it: {}.".format(", ".join(results["left_out"])), ""]
     lines += ["| hash of | " + " | ".join(columns) + " |",
               "|---|" + "---:|" * len(columns)]
     for what, cells in content.items():
         lines.append("| {} | {} |".format(what, " | ".join(cell(cells[c]) if c in cells else "–" for c in columns)))
+    programs = {column(row): results["provenance"][row["program"]] for row in results["rows"]}
+    lines.append("| commit | {} |".format(" | ".join(programs[c]["commit"] for c in columns)))
+    lines.append("| processor | {} |".format(" | ".join(programs[c]["cpu"] for c in columns)))
     reasons = {}
     for what, cells in content.items():
         for rows in cells.values():
