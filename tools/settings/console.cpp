@@ -2,6 +2,7 @@
 #include "tools/settings/console.h"
 
 #include "cuda/error.h"
+#include "scenes/printable.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -75,8 +76,8 @@ void clearBar() {
 /// on while the work reports nothing.
 class Bar {
 public:
-    Bar(std::string what, bool followsLoops, double lineIntervalS)
-        : what_(std::move(what)), followsLoops_(followsLoops), lineIntervalS_(lineIntervalS) {
+    Bar(const std::string& what, bool followsLoops, double lineIntervalS)
+        : what_(printable(what)), followsLoops_(followsLoops), lineIntervalS_(lineIntervalS) {
         const std::lock_guard lock(barMutex);
         thread_ = std::thread([this] { run(); }); // may throw; it waits for the lock
         bars.push_back(this);
@@ -195,6 +196,7 @@ void catchInterrupts(std::function<void(int signal)> giveUp) {
     action.sa_handler = onInterrupt;
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    sigaction(SIGXCPU, &action, nullptr);
     if (!isIgnored(SIGHUP))
         sigaction(SIGHUP, &action, nullptr);
     action.sa_flags = SA_SIGINFO;
@@ -240,7 +242,7 @@ void Console::note(const std::string& text) const {
     const std::lock_guard lock(barMutex);
     clearBar();
     lastLine = std::chrono::steady_clock::now();
-    std::cerr << text << std::endl;
+    std::cerr << printable(text) << std::endl;
 }
 
 void Console::emit(const Json& object) const {
