@@ -92,13 +92,15 @@ void requireScene(const std::string& sceneArgument) {
         throw Error(ErrorKind::kUsage, "SCENE '" + sceneArgument +
                                            "': is a part of a voxel build, not a scene; join all "
                                            "parts: shadowdag merge PART... -o F.svdag");
-    std::error_code ignored;
-    if (!std::filesystem::exists(sceneArgument, ignored)) {
+    std::error_code error;
+    if (!std::filesystem::exists(sceneArgument, error)) {
         for (const BuiltinInfo& info : builtinScenes())
             if (info.name == sceneArgument)
                 throw Error(ErrorKind::kInput, sceneArgument + ": no such file; did you mean " +
                                                    kBuiltinPrefix + sceneArgument + "?");
-        throw Error(ErrorKind::kInput, sceneArgument + ": no such file; check the name");
+        throw Error(ErrorKind::kInput, sceneArgument + ": " +
+                                           (error ? error.message() : "no such file") +
+                                           "; check the name");
     }
 }
 

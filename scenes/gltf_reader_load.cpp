@@ -5,6 +5,7 @@
 #include "cuda/error.h"
 #include "scenes/gltf.h"
 #include "scenes/input_file.h"
+#include "scenes/printable.h"
 
 #include <algorithm>
 #include <array>
@@ -86,15 +87,18 @@ struct FileAccess {
 std::atomic<bool> isOutsideAllowed = false;
 
 // Returns why a path below the base folder, as tinygltf joins them, is not read: the URI holds a
-// zero byte, at which the system would end the name, or it leads out of the folder: it is absolute,
-// contains "..", or is or passes a symbolic link to elsewhere. "" if it is read.
+// zero byte, at which the system would end the name, is an address, or leads out of the folder: it
+// is absolute, contains "..", or is or passes a symbolic link to elsewhere. "" if it is read.
 std::string refusalOf(const FileAccess& access, const std::string& path) {
     if (path.find('\0') != std::string::npos)
         return "its name contains a zero byte; rename the file";
-    if (isOutsideAllowed)
-        return "";
     const std::string& base = access.baseFolder;
     const std::string uri = path.substr(base.size() + (base.back() == '/' ? 0 : 1));
+    if (uri.find("://") != std::string::npos)
+        return "is an address, and nothing is fetched from the network; put the file beside the "
+               "one that names it, and change its uri";
+    if (isOutsideAllowed)
+        return "";
     const std::filesystem::path relative(uri), parent("..");
     std::error_code error;
     bool leadsOut = relative.is_absolute() || contains(relative, parent);
@@ -128,6 +132,17 @@ std::string whyMissingBesideLink(const FileAccess& access) {
                        "', and files are read from the folder of the link: give the file itself";
 }
 
+// Returns why a file beside the document is not read; "" if it is.
+std::string whyNoFile(const FileAccess& access, const std::string& filePath) {
+    std::error_code error;
+    if (std::filesystem::exists(filePath, error))
+        return whyNoInput(filePath, kMaxFileBytes);
+    if (error)
+        return "cannot be opened: " + error.message();
+    const std::string why = whyMissingBesideLink(access);
+    return why.empty() ? "no such file; put it beside the file that names it" : why;
+}
+
 bool bufferExists(const std::string& path, void* userData) {
     // tinygltf also looks into the working folder, where a file of the same name would be another
     // one.
@@ -135,6 +150,8 @@ bool bufferExists(const std::string& path, void* userData) {
     const std::string& base = access.baseFolder;
     if (path.rfind(base.back() == '/' ? base : base + "/", 0) != 0)
         return false;
+    if (access.byteLengths.contains(path))
+        return true; // readBuffer reports what is wrong with a buffer
     // Images are requested through the same callback, before it is known whether they are needed:
     // "not found" is only a warning.
     static constexpr std::array kImages = {".png", ".jpg",  ".jpeg", ".webp", ".ktx2",  ".ktx",
@@ -167,9 +184,8 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
     }
     std::error_code sizeError;
     const std::string filePath = filePathOf(access, path);
-    if (!std::filesystem::exists(filePath, sizeError)) {
-        const std::string why = whyMissingBesideLink(access);
-        *error = why.empty() ? "no such file" : why;
+    if (const std::string why = whyNoFile(access, filePath); !why.empty()) {
+        *error = why;
         return false;
     }
     uint64_t size = std::filesystem::file_size(filePath, sizeError);
@@ -179,7 +195,10 @@ bool readBuffer(std::vector<unsigned char>* out, std::string* error, const std::
         if (buffer < found->second.size())
             size = std::min(size, found->second[buffer]);
     }
+    errno = 0;
     std::ifstream stream(filePath, std::ios::binary);
+    if (!stream)
+        refuseTooManyFiles(filePath, errno);
     if (sizeError || !stream) {
         *error = "cannot be read";
         return false;
@@ -293,8 +312,12 @@ constexpr OtherKind kOtherKinds[] = {
 void refuseOtherKinds(const Document& document, const std::vector<unsigned char>& bytes) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const size_t first = text.find_first_not_of("\xef\xbb\xbf \t\r\n"); // after a byte order mark
-    if (first != std::string_view::npos && (text[first] == '{' || text[first] == '['))
+    if (first != std::string_view::npos && text[first] == '{')
         return; // JSON, if anything
+    if (first != std::string_view::npos && text[first] == '[')
+        throw Error(ErrorKind::kInput, document.path +
+                                           ": a list where glTF has an object in braces; name a "
+                                           ".glb or .gltf file");
     const std::string extension = lowerCaseExtension(document.path);
     const std::string convert = "; convert it: import it into Blender and export glTF 2.0, or "
                                 "assimp export FILE OUT.glb";
@@ -345,7 +368,9 @@ std::vector<unsigned char> readWhole(const Document& document) {
     std::error_code error;
     const std::filesystem::path path(document.path);
     if (!std::filesystem::exists(path, error))
-        throw Error(ErrorKind::kInput, document.path + ": no such file; check the name");
+        throw Error(ErrorKind::kInput, document.path + ": " +
+                                           (error ? error.message() : "no such file") +
+                                           "; check the name");
     if (!std::filesystem::is_regular_file(path, error))
         throw Error(ErrorKind::kInput,
                     document.path + ": not a regular file; name a .glb or .gltf");
@@ -357,7 +382,10 @@ std::vector<unsigned char> readWhole(const Document& document) {
     if (size > kMaxFileBytes)
         throw Error(ErrorKind::kInput, document.path + ": " + std::to_string(size) +
                                            " bytes; more than 4 GiB is not glTF");
+    errno = 0;
     std::ifstream stream(path, std::ios::binary);
+    if (!stream)
+        refuseTooManyFiles(document.path, errno);
     std::vector<unsigned char> bytes(size);
     stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
     if (!stream)
@@ -386,7 +414,7 @@ std::string firstLine(const std::string& text) {
 } // namespace
 
 void fail(const Document& document, const std::string& place, const std::string& problem) {
-    throw Error(ErrorKind::kInput, document.path + ": " + place + ": " + problem);
+    throw Error(ErrorKind::kInput, printable(document.path + ": " + place + ": " + problem));
 }
 
 std::vector<uint8_t> readBeside(const Document& document, const std::string& uri,
@@ -395,12 +423,7 @@ std::vector<uint8_t> readBeside(const Document& document, const std::string& uri
     const std::string path = pathBeside(access, uri);
     std::vector<uint8_t> bytes;
     std::string error;
-    if (refusalOf(access, path).empty() &&
-        !whyNoInput(filePathOf(access, path), kMaxFileBytes).empty())
-        error = whyMissingBesideLink(access).empty()
-                    ? "no such file; put it beside the file that names it"
-                    : whyMissingBesideLink(access);
-    else if (readBuffer(&bytes, &error, path, &access))
+    if (readBuffer(&bytes, &error, path, &access))
         return bytes;
     fail(document, place, error);
 }
@@ -446,6 +469,8 @@ Document loadDocument(const std::string& path) {
                   : loader.LoadASCIIFromString(&document.model, &error, &warning,
                                                reinterpret_cast<const char*>(bytes.data()),
                                                unsigned(bytes.size()), access.baseFolder);
+    } catch (const Error&) { // of readBuffer
+        throw;
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kResource, path + ": not enough memory to parse the file");
     } catch (const std::exception& e) {
@@ -455,6 +480,9 @@ Document loadDocument(const std::string& path) {
     checkExtensions(document);
     if (!isLoaded) {
         std::string reason = firstLine(error);
+        if (reason.starts_with("'count' property")) // of the accessor after those that were read
+            reason = "accessors/" + std::to_string(document.model.accessors.size()) + ": " +
+                     reason + "; it counts elements: export the file again";
         for (const std::string& name : document.model.extensionsUsed)
             if (!contains(kColorExtensions, name) && !contains(kSupportedExtensions, name))
                 reason += "; it uses " + unsupported(name);

@@ -2,6 +2,8 @@
 #include "scenes/input_file.h"
 
 #include "cuda/cancel.h"
+#include "cuda/error.h"
+#include "scenes/warning.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -59,6 +61,8 @@ std::optional<std::string> readInput(const std::string& path, const InputLimits&
     struct stat status {};
     if (file.fd < 0 || ::fstat(file.fd, &status) != 0) {
         why = cannotBeOpened(errno);
+        if (limits.polls)
+            refuseTooManyFiles(path, errno);
         return std::nullopt;
     }
     why = refusal(status, limits);
@@ -67,13 +71,19 @@ std::optional<std::string> readInput(const std::string& path, const InputLimits&
     constexpr size_t kStep = size_t(1) << 20;
     std::string content;
     content.reserve(size_t(status.st_size) + 1);
-    for (;;) {
+    constexpr int kPollMs = 50;
+    for (int waitedMs = 0;;) {
         if (limits.polls)
             pollCpu();
         // A pipe without a writer yet would be at its end; poll waits for the first.
         struct pollfd ready = {file.fd, POLLIN, 0};
-        if (S_ISFIFO(status.st_mode) && ::poll(&ready, 1, 50) <= 0)
+        if (S_ISFIFO(status.st_mode) && ::poll(&ready, 1, kPollMs) <= 0) {
+            waitedMs += kPollMs;
+            if (limits.polls && content.empty() && waitedMs == 1000)
+                warn(path + ": is a pipe into which nothing was written yet; waiting for its "
+                            "writer");
             continue;
+        }
         const size_t before = content.size();
         const size_t room =
             std::max<size_t>(content.capacity() - before, S_ISFIFO(status.st_mode) ? kStep : 1);
@@ -98,7 +108,15 @@ std::string whyNoInput(const std::string& path, uint64_t maxBytes) {
     struct stat status {};
     if (path.find('\0') != std::string::npos || ::stat(path.c_str(), &status) != 0)
         return cannotBeOpened(path.find('\0') != std::string::npos ? ENOENT : errno);
-    return refusal(status, {maxBytes});
+    const std::string why = refusal(status, {maxBytes});
+    return why.empty() && ::access(path.c_str(), R_OK) != 0 ? cannotBeOpened(errno) : why;
+}
+
+void refuseTooManyFiles(const std::string& path, int error) {
+    if (error == EMFILE || error == ENFILE)
+        throw Error(ErrorKind::kResource,
+                    path + ": " + cannotBeOpened(error) +
+                        "; raise the limit of the shell (ulimit -n), or close some programs");
 }
 
 } // namespace shadowdag

@@ -17,13 +17,18 @@ struct InputLimits {
 };
 
 /// Returns the content of a file, or nothing and in `why` the reason: "is a directory", "is a
-/// device", "cannot be opened: Permission denied". Never waits to open a pipe; while it waits for
-/// content it polls (pollCpu), whose exceptions it throws, if `limits.polls`.
+/// device", "cannot be opened: Permission denied". Never waits to open a pipe. If `limits.polls`,
+/// it throws what refuseTooManyFiles throws and, while it waits for content, what pollCpu throws,
+/// and it warns after a second of waiting for the first byte of a pipe.
 std::optional<std::string> readInput(const std::string& path, const InputLimits& limits,
                                      std::string& why);
 
-/// Returns why a path is not a regular file of at most `maxBytes` that exists; "" if it is. Opens
-/// nothing.
+/// Returns why a path is not a regular file of at most `maxBytes` that exists and may be read; ""
+/// if it is. Opens nothing.
 std::string whyNoInput(const std::string& path, uint64_t maxBytes);
+
+/// Throws Error kResource where a file could not be opened because the process or the system has
+/// too many open files: then the file is not to blame. @param error errno of the opening
+void refuseTooManyFiles(const std::string& path, int error);
 
 } // namespace shadowdag

@@ -4,6 +4,8 @@
 #include "cuda/cancel.h"
 #include "cuda/error.h"
 #include "cuda/macros.h"
+#include "scenes/input_file.h"
+#include "scenes/output_target.h"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -51,6 +53,7 @@ Unfinished& unfinished() {
 }
 
 [[noreturn]] void fail(const std::string& what, const std::string& path, int error) {
+    refuseTooManyFiles(path, error);
     throw Error(ErrorKind::kResource,
                 what + " '" + path + "': " + (error ? std::strerror(error) : "unknown reason") +
                     "; choose another place or free some disk space");
@@ -130,7 +133,7 @@ void syncToDisk(const std::string& path) {
 
 } // namespace
 
-OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
+OutputFile::OutputFile(const std::string& path) : path_(outputTarget(path)) {
     if (path_.empty())
         throw Error(ErrorKind::kResource, "cannot write a file with an empty name; give a name");
     std::error_code ignored;

@@ -14,6 +14,7 @@
 
 #include "cuda/error.h"
 #include "scenes/content_hash.h"
+#include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "voxel/asset_encoding.h"
 #include "voxel/byte_stream.h"
@@ -23,6 +24,7 @@
 #include <zstd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -195,7 +197,10 @@ Asset readAsset(const std::string& path) {
         std::error_code error;
         if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
             throw Error(ErrorKind::kInput, "asset " + path + ": is not a regular file");
+        errno = 0;
         std::ifstream in(path, std::ios::binary | std::ios::ate);
+        if (!in)
+            refuseTooManyFiles(path, errno);
         const std::streamoff size = in ? std::streamoff(in.tellg()) : -1;
         if (size < 0)
             throw Error(ErrorKind::kInput,

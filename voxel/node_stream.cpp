@@ -2,6 +2,7 @@
 #include "voxel/node_stream.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -97,6 +98,8 @@ ReadableFile::ReadableFile(const std::string& path, const std::string& what)
     : name_(what + " " + path) {
     fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
     struct stat status {};
+    if (fd_ < 0)
+        refuseTooManyFiles(path, errno);
     if (fd_ < 0 || ::fstat(fd_, &status) != 0)
         throw Error(ErrorKind::kInput, name_ + ": cannot be opened: " + std::strerror(errno) +
                                            "; check the name and its permissions");

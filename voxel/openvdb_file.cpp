@@ -4,6 +4,7 @@
 #include "voxel/openvdb_file.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "voxel/nano_grid.h"
 #include "voxel/nanovdb_file.h"
@@ -16,6 +17,7 @@
 #include <openvdb/openvdb.h>
 
 #include <bit>
+#include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -243,10 +245,16 @@ VdbSource sourceOf(const openvdb::GridBase& grid, const std::string& gridName,
 
 /// Runs a function that writes a file through libraries with their own exceptions.
 template <class F> void runWriter(const std::string& path, const F& write) {
+    errno = 0;
     try {
         write();
     } catch (const std::bad_alloc&) {
         throw;
+    } catch (const std::ios::failure& error) { // whose text gives no reason
+        refuseTooManyFiles(path, errno);
+        throw Error(ErrorKind::kResource,
+                    path + ": cannot be written: " + (errno ? std::strerror(errno) : error.what()) +
+                        "; is the disk full?");
     } catch (const std::exception& error) {
         throw Error(ErrorKind::kResource,
                     path + ": cannot be written: " + error.what() + "; is the disk full?");

@@ -10,6 +10,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -648,7 +650,25 @@ TEST(Gltf, AbsentFilesHaveTheirMessages) {
     };
     EXPECT_THAT(message(folder.path("absent.glb")), HasSubstr("no such file"));
     EXPECT_THAT(message(folder.path(".")), HasSubstr("not a regular file"));
+    std::filesystem::create_symlink("loop", folder.path("loop"));
+    EXPECT_THAT(message(folder.path("loop")), HasSubstr("Too many levels of symbolic links"));
+    EXPECT_THAT(message(folder.write("t.gltf", "[]")),
+                HasSubstr("a list where glTF has an object"));
     GltfParts parts = triangleFile();
+    ASSERT_EQ(mkfifo(folder.path("pipe").c_str(), 0600), 0);
+    for (const auto& [uri, what] :
+         {std::pair{"pipe", "is a pipe, where a regular file is read"},
+          std::pair{"loop", "cannot be opened: Too many levels of symbolic links"},
+          std::pair{"none.bin", "no such file; put it beside the file that names it"},
+          std::pair{"http://host/a.bin", "nothing is fetched from the network; put the file"}}) {
+        parts.set("buffers", R"([{"byteLength":44,"uri":")" + std::string(uri) + R"("}])");
+        EXPECT_THAT(message(folder.write("t.gltf", parts.json())), HasSubstr(what));
+    }
+    parts = triangleFile();
+    parts.set("accessors", R"([{"bufferView":0,"componentType":5126,"count":-3,"type":"VEC3"}])");
+    EXPECT_THAT(message(folder.write("t.glb", parts.glb())),
+                HasSubstr("accessors/0: 'count' property is not a positive integer"));
+    parts = triangleFile();
     parts.set("buffers", R"([{"byteLength":44,"uri":"absent.bin"}])");
     EXPECT_THAT(message(folder.write("t.gltf", parts.json())), HasSubstr("absent.bin"));
     folder.write("short.bin", "123");

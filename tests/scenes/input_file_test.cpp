@@ -2,14 +2,20 @@
 #include "scenes/input_file.h"
 
 #include "cuda/cancel.h"
+#include "cuda/error.h"
+#include "scenes/warning.h"
 #include "tests/tools/temporary_directory.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
 #include <sys/stat.h>
 
+#include <chrono>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace shadowdag {
 namespace {
@@ -91,6 +97,52 @@ TEST(InputFile, WaitingForAPipeCanBeCancelled) {
     std::string why;
     EXPECT_THROW(readInput(pipe, {100, true}, why), Cancelled);
     setCpuPoll(nullptr);
+}
+
+TEST(InputFile, APipeIntoWhichNobodyWritesIsAWarning) {
+    const TemporaryDirectory directory;
+    const std::string pipe = directory / "pipe";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    struct Cancelled {};
+    static std::vector<std::string> warnings;
+    static std::chrono::steady_clock::time_point end;
+    warnings.clear();
+    end = std::chrono::steady_clock::now() + std::chrono::seconds(2);
+    setWarningListener([](const std::string& text) { warnings.push_back(text); });
+    setCpuPoll([](double) {
+        if (std::chrono::steady_clock::now() > end)
+            throw Cancelled();
+    });
+    std::string why;
+    EXPECT_THROW(readInput(pipe, {100, true}, why), Cancelled);
+    setCpuPoll(nullptr);
+    setWarningListener(nullptr);
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_THAT(warnings[0], HasSubstr(pipe + ": is a pipe into which nothing was written yet"));
+}
+
+TEST(InputFile, TooManyOpenFilesAreNotBlamedOnTheFile) {
+    const TemporaryDirectory directory;
+    writeText(directory / "a", "content");
+    rlimit before{};
+    getrlimit(RLIMIT_NOFILE, &before);
+    rlimit none = before;
+    none.rlim_cur = 0;
+    setrlimit(RLIMIT_NOFILE, &none);
+    std::string message, why;
+    ErrorKind kind{};
+    try {
+        readInput(directory / "a", {100}, why);
+    } catch (const Error& error) {
+        kind = error.kind();
+        message = error.what();
+    }
+    const auto unpolled = readInput(directory / "a", {100, false, false}, why);
+    setrlimit(RLIMIT_NOFILE, &before);
+    EXPECT_EQ(kind, ErrorKind::kResource);
+    EXPECT_THAT(message, HasSubstr("Too many open files; raise the limit"));
+    EXPECT_FALSE(unpolled); // as in destructors, which may not throw
+    EXPECT_THAT(why, HasSubstr("Too many open files"));
 }
 
 } // namespace

@@ -66,7 +66,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     raster.faceTexels = uint32_t(parseInteger("--face", options.faceTexels, 8, kMaxFaceTexels));
     raster.pageTexels = 1u << parsePowerOfTwo("--page-size", options.pageSize, 16, 256);
     const LoadedScene scene = loadSceneAndWorld(
-        options.scene, int(parseInteger("--lights", options.lights, -1, 65536)),
+        options.scene, int(parseInteger("--lights", options.lights, -1, kMaxPlacedLightCount)),
         uint64_t(parseInteger("--seed", options.seed, 0, INT64_MAX)), true, console);
     const Camera camera = chooseCamera(*scene.world, options.camera);
 

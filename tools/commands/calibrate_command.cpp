@@ -22,6 +22,7 @@
 #include <iostream>
 #include <memory>
 #include <sstream>
+#include <system_error>
 
 namespace shadowdag {
 
@@ -39,6 +40,8 @@ struct CalibrateOptions {
 const std::vector<std::string> kScenes{"builtin:atrium", "builtin:houses", "builtin:necropolis"};
 constexpr const char* kFrames = "0:300:100";
 constexpr const char* kResolution = "4096";
+/// A full pool divides all resolutions, so a map would not have its own cost.
+constexpr const char* kPool = "1G";
 // --quick: a fast trial, not a calibration for routing.
 constexpr const char *kQuickSizes = "160x90", *kQuickFrames = "0:300:300",
                      *kQuickResolution = "256", *kQuickRepeats = "1";
@@ -183,17 +186,14 @@ constexpr SettingGroup kGroups[] = {SettingGroup::kLights, SettingGroup::kVoxels
 constexpr const char* kViewOptions[] = {"--camera", "--frames", "--fps"};
 
 Experiment experimentOf(CalibrateOptions& options, const CommandLine& commandLine) {
-    if (!commandLine.given("--frames"))
-        options.common.text("--frames") = options.quick ? kQuickFrames : kFrames;
-    if (!commandLine.given("--resolution"))
-        options.common.text("--resolution") = options.quick ? kQuickResolution : kResolution;
+    if (!commandLine.given("--frames") && options.quick)
+        options.common.text("--frames") = kQuickFrames;
+    if (!commandLine.given("--resolution") && options.quick)
+        options.common.text("--resolution") = kQuickResolution;
     if (!commandLine.given("--size") && options.quick)
         options.sizes = kQuickSizes;
     if (!commandLine.given("--repeats") && options.quick)
         options.repeats = kQuickRepeats;
-    // A full pool divides all resolutions, so a map would not have its own cost.
-    if (!commandLine.given("--pool"))
-        options.common.text("--pool") = "1G";
     Experiment e = options.common.experiment(commandLine, true); // frames are a list, others not
     const auto refuseSeveral = [](const std::string& option, size_t count) {
         if (count > 1)
@@ -221,6 +221,13 @@ std::vector<std::string> optionsOfMeasuring() {
     return options;
 }
 
+/// Returns a path that is the same for all names of one file.
+std::filesystem::path placeOf(const std::string& path) {
+    std::error_code error;
+    const std::filesystem::path place = std::filesystem::weakly_canonical(path, error);
+    return error ? std::filesystem::absolute(path) : place; // a pipe of the shell has none
+}
+
 void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     if (!options.from.empty())
@@ -235,8 +242,7 @@ void runCalibrate(CalibrateOptions& options, const CommandLine& commandLine) {
         sizes.push_back(parseSize("--size", size));
     const int repeats = int(parseInteger("--repeats", options.repeats, 1, 1000));
     for (const std::string& other : {options.observations, options.from})
-        if (!other.empty() && std::filesystem::weakly_canonical(other) ==
-                                  std::filesystem::weakly_canonical(options.output))
+        if (!other.empty() && placeOf(other) == placeOf(options.output))
             throw Error(ErrorKind::kUsage, "-o '" + options.output +
                                                "' is also the file of the observations; "
                                                "choose another");
@@ -306,6 +312,8 @@ std::function<void()> declareCalibrate(CommandLine& commandLine) {
     commandLine.text("--size", options->sizes, "WxH,...",
                      "Picture sizes at which every frame is measured [320x180,640x360]");
     options->common.text("--frames") = kFrames;
+    options->common.text("--resolution") = kResolution;
+    options->common.text("--pool") = kPool;
     for (const char* option : kViewOptions)
         options->common.declare(commandLine, settingOf(option), true);
     options->common.declare(commandLine, {std::begin(kGroups), std::end(kGroups)}, false);

@@ -103,8 +103,10 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
             throw Error(ErrorKind::kUsage,
                         option + " and --experiment contradict each other: " + options.experiment +
                             " fixes it; edit a copy of the file or drop one");
-    Experiment e = readExperiment(options.experiment);
-    if (!readJsonFile(options.experiment, "").contains("believe")) // a default, not a request
+    options.common.checkVoxels();
+    Json content;
+    Experiment e = readExperiment(options.experiment, &content);
+    if (!content.contains("believe")) // a default, not a request
         takeGlDefaults(e, options.global.backend, commandLine);
     if (!e.scenes.empty() && !options.scenes.empty())
         throw Error(ErrorKind::kUsage, "SCENE '" + options.scenes[0] +

@@ -2,8 +2,10 @@
 #include "tools/commands/exit_message.h"
 
 #include "cuda/error.h"
+#include "scenes/printable.h"
 
 #include <cerrno>
+#include <cstring>
 #include <new>
 #include <stdexcept>
 #include <string_view>
@@ -11,7 +13,9 @@
 
 namespace shadowdag {
 
-ExitMessage exitMessageOf(const std::exception& exception) {
+namespace {
+
+ExitMessage rawMessageOf(const std::exception& exception) {
     if (const auto* error = dynamic_cast<const Error*>(&exception))
         return {error->what(), int(error->kind())};
     if (dynamic_cast<const std::bad_alloc*>(&exception))
@@ -34,6 +38,9 @@ ExitMessage exitMessageOf(const std::exception& exception) {
                             "; free some disk space, choose another place, or raise the limits of "
                             "the shell (ulimit -n)",
                         int(ErrorKind::kResource)};
+    if (std::string_view(exception.what()).find(std::strerror(EMFILE)) != std::string_view::npos)
+        return {std::string(exception.what()) + "; raise the limit of the shell (ulimit -n)",
+                int(ErrorKind::kResource)};
     if (failed && failed->code().value() == EDQUOT)
         return {std::string(exception.what()) + "; the quota of the disk is used up",
                 int(ErrorKind::kResource)};
@@ -42,6 +49,14 @@ ExitMessage exitMessageOf(const std::exception& exception) {
                     "; please report it with the command line",
                 kDefectExitStatus};
     return {exception.what(), int(ErrorKind::kInput)};
+}
+
+} // namespace
+
+ExitMessage exitMessageOf(const std::exception& exception) {
+    ExitMessage exit = rawMessageOf(exception);
+    exit.message = printable(exit.message);
+    return exit;
 }
 
 } // namespace shadowdag

@@ -15,9 +15,9 @@ struct ExitMessage {
     int status;
 };
 
-/// Returns the message and the status of an exception: of an Error its own; kResource for
-/// std::bad_alloc; kDefectExitStatus for a std::logic_error, which no input may cause; kInput for
-/// all others, which libraries throw while they read input.
+/// Returns the message, as printable gives it, and the status of an exception: of an Error its own;
+/// kResource for std::bad_alloc; kDefectExitStatus for a std::logic_error, which no input may
+/// cause; kInput for all others, which libraries throw while they read input.
 ExitMessage exitMessageOf(const std::exception& exception);
 
 } // namespace shadowdag

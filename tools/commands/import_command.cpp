@@ -58,6 +58,7 @@ void keepLimits([[maybe_unused]] const VdbLimits& limits) {
 #if !defined(SDAG_SANITIZED)
     lowerLimit(RLIMIT_DATA, limits.memoryBytes);
     lowerLimit(RLIMIT_CPU, limits.cpuSeconds);
+    std::signal(SIGXCPU, SIG_DFL); // the parent says what it means
 #endif
 }
 

@@ -39,7 +39,7 @@ Json vectorJson(const glm::vec3& v) {
 }
 
 void infoScene(const InfoOptions& options, const Console& console) {
-    const int lightCount = int(parseInteger("--lights", options.lights, -1, 100000));
+    const int lightCount = int(parseInteger("--lights", options.lights, -1, kMaxPlacedLightCount));
     const uint64_t seed = uint64_t(parseInteger("--seed", options.seed, 0, 9'000'000'000'000'000));
     const LoadedScene loaded = loadSceneAndWorld(options.what, lightCount, seed, false, console);
     const World& world = *loaded.world;

@@ -39,8 +39,8 @@ RaySet raySetOfFrame(const RaysOptions& options, const CommandLine& commandLine,
                      const Console& console) {
     const Experiment experiment = options.common.experiment(commandLine, false);
     if (experiment.frames.size() > 1)
-        throw Error(ErrorKind::kUsage,
-                    "--frames '" + experiment.framesText + "': a ray set is of one frame");
+        throw Error(ErrorKind::kUsage, "--frames '" + experiment.framesText +
+                                           "': a ray set is of one frame; give one");
     SingleFrames frames(options.scene, options.common, experiment, MethodOptions{"truth"},
                         Backend::kCpu, console);
     const PairResults& pairs =
@@ -141,7 +141,7 @@ void runRays(const RaysOptions& options, const CommandLine& commandLine) {
         throw Error(ErrorKind::kUsage,
                     "-o '" + options.output +
                         (options.scores()
-                             ? "': rows of tracers need a directory, not a ray set"
+                             ? "': rows of tracers need a directory, not a ray set; name one"
                              : "': a ray set is a .rays or .npz file; to score tracers, give "
                                "--answer or --tracer"));
     if (options.tracers.empty() && commandLine.given("--repeats"))

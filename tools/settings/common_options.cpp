@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "scenes/gltf.h"
+#include "scenes/input_file.h"
 #include "shadowmap/gl_pages.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
@@ -237,7 +238,15 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
     if (!models_.empty())
         settingOf("--model").set(e, "--model", models_);
     refuseCameraOfViews(e, "--views", "--camera");
+    checkVoxels();
     return e;
+}
+
+void CommonOptions::checkVoxels() const {
+    for (const std::string& path : voxels)
+        if (const std::string why = whyNoInput(path, ~uint64_t(0)); !why.empty())
+            throw Error(ErrorKind::kInput,
+                        "--voxels '" + path + "': " + why + "; give an asset of voxelize");
 }
 
 float CommonOptions::timeSeconds(const Experiment& experiment) const {

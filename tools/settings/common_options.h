@@ -60,8 +60,11 @@ public:
 
     /// Returns the options as an experiment; settings whose options were not declared have the
     /// defaults of this object. With `isSweep` false a list in any of them is Error kUsage.
-    /// Contradictions are Error kUsage naming both options.
+    /// Contradictions are Error kUsage naming both options. Throws what checkVoxels throws.
     Experiment experiment(const CommandLine& commandLine, bool isSweep) const;
+    /// Throws Error kInput unless each asset of --voxels is a file that may be read, also where no
+    /// run reads it.
+    void checkVoxels() const;
     /// Returns the time to show: --time, or that of --frames' first; for commands that show one.
     float timeSeconds(const Experiment& experiment) const;
 

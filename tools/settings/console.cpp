@@ -2,6 +2,7 @@
 #include "tools/settings/console.h"
 
 #include "cuda/error.h"
+#include "scenes/printable.h"
 
 #include <nlohmann/json.hpp>
 
@@ -77,8 +78,8 @@ void clearBar() {
 /// on while the work reports nothing.
 class Bar {
 public:
-    Bar(std::string what, bool followsLoops, double lineIntervalS)
-        : what_(std::move(what)), followsLoops_(followsLoops), lineIntervalS_(lineIntervalS) {
+    Bar(const std::string& what, bool followsLoops, double lineIntervalS)
+        : what_(printable(what)), followsLoops_(followsLoops), lineIntervalS_(lineIntervalS) {
         const std::lock_guard lock(barMutex);
         thread_ = std::thread([this] { run(); }); // may throw; it waits for the lock
         bars.push_back(this);
@@ -197,6 +198,7 @@ void catchInterrupts(std::function<void(int signal)> giveUp) {
     action.sa_handler = onInterrupt;
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
+    sigaction(SIGXCPU, &action, nullptr);
     if (!isIgnored(SIGHUP))
         sigaction(SIGHUP, &action, nullptr);
     action.sa_flags = SA_SIGINFO;
@@ -242,7 +244,7 @@ void Console::note(const std::string& text) const {
     const std::lock_guard lock(barMutex);
     clearBar();
     lastLine = std::chrono::steady_clock::now();
-    std::cerr << text << std::endl;
+    std::cerr << printable(text) << std::endl;
 }
 
 void Console::emit(const Json& object) const {

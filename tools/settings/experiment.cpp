@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <limits>
 #include <set>
+#include <utility>
 
 namespace shadowdag {
 
@@ -159,9 +160,12 @@ Experiment experimentFromJson(const Json& json, const std::string& where) {
     return e;
 }
 
-Experiment readExperiment(const std::string& path) {
-    return experimentFromJson(
-        readJsonFile(path, "give an experiment file, as in scenes/experiments/atrium.json"), path);
+Experiment readExperiment(const std::string& path, Json* content) {
+    Json json = readJsonFile(path, "give an experiment file, as in scenes/experiments/atrium.json");
+    Experiment experiment = experimentFromJson(json, path);
+    if (content)
+        *content = std::move(json);
+    return experiment;
 }
 
 Json toJson(const Experiment& e) {

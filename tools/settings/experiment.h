@@ -82,6 +82,9 @@ constexpr uint32_t kMaxViewCount = 16;
 void refuseCameraOfViews(const Experiment& experiment, const std::string& by,
                          const std::string& camera);
 
+/// No option places more lights.
+constexpr int kMaxPlacedLightCount = 100000;
+
 /// The largest valid exposure.
 constexpr double kMaxExposure = 1e9;
 
@@ -135,8 +138,9 @@ std::string fileSlug(const std::string& text);
 /// Returns the settings shared by all configurations of an experiment: its size, and the first of
 /// every list.
 FrameOptions baseOptions(const Experiment& experiment);
-/// Reads an experiment file. Throws Error kInput naming the file, the key and the value.
-Experiment readExperiment(const std::string& path);
+/// Reads an experiment file or pipe, once. Throws Error kInput naming the file, the key and the
+/// value. @param content receives its JSON, unless null
+Experiment readExperiment(const std::string& path, Json* content = nullptr);
 /// Reads an experiment from JSON; messages begin with `where`.
 Experiment experimentFromJson(const Json& json, const std::string& where);
 /// Returns every key of the experiment, with defaults; experimentFromJson gives the same

@@ -52,7 +52,7 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
                                            std::to_string(kMaxJsonDepth) + " levels at " +
                                            placeOf(text, deep) + "; " + remedy);
     std::vector<std::set<std::string>> keys;
-    const auto refuseTwice = [&](int, Json::parse_event_t event, Json& parsed) {
+    const auto refuse = [&](int, Json::parse_event_t event, Json& parsed) {
         if (event == Json::parse_event_t::object_start)
             keys.emplace_back();
         else if (event == Json::parse_event_t::object_end)
@@ -61,10 +61,14 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
                  !keys.back().insert(parsed.get<std::string>()).second)
             throw Error(ErrorKind::kInput,
                         where + ": key " + jsonLine(parsed) + " occurs twice; drop one of them");
+        else if (parsed.is_string() &&
+                 parsed.get_ref<const std::string&>().find('\0') != std::string::npos)
+            throw Error(ErrorKind::kInput, where + ": " + jsonLine(parsed) +
+                                               " contains a zero byte, which no name may; drop it");
         return true;
     };
     try {
-        return Json::parse(text, refuseTwice);
+        return Json::parse(text, refuse);
     } catch (const Json::parse_error& error) {
         const size_t byte = error.byte > 0 ? error.byte - 1 : 0;
         if (byte >= text.size())

@@ -18,8 +18,9 @@ constexpr uint64_t kMaxJsonBytes = uint64_t(1) << 29;
 /// Returns the content of a JSON file, or of a pipe. Throws Error kInput, beginning with the path
 /// and ending in `remedy`, for a directory or a device, a file that cannot be opened or is larger
 /// than kMaxJsonBytes, one that is truncated, text that is not JSON or nests deeper than
-/// kMaxJsonDepth (line and column), and a duplicate key in one object, because readers of JSON
-/// differ in which one they use.
+/// kMaxJsonDepth (line and column), a duplicate key in one object, because readers of JSON differ
+/// in which one they use, and a text with a zero byte, which would end a message and the name of a
+/// file.
 /// @param remedy the kind of file to give, as in "give a cost file"
 Json readJsonFile(const std::string& path, const std::string& remedy);
 

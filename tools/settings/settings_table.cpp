@@ -238,7 +238,7 @@ std::vector<Setting> makeSettings() {
                           .kind = "N",
                           .help = "Replaces the scene's lights by N generated lights",
                           .shownDefault = "-1: keep the scene's"},
-                         &Experiment::lightCount, wholeCodec<int>(-1, 100000)));
+                         &Experiment::lightCount, wholeCodec<int>(-1, kMaxPlacedLightCount)));
     t.push_back(oneValue({.key = "light_seed",
                           .option = "--seed",
                           .group = Group::kLights,

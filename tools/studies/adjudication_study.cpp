@@ -187,7 +187,7 @@ AdjudicationTable readAdjudication(const StudyFile& file) {
     readStudy(file, [&](StudyReader& study) {
         table.settings = study.settings("settings");
         study.number("pairs_of_given_scenes", table.givenPairLimit, 0, 1e9);
-        study.number("placed_lights", table.placedLightCount, 0, 100000);
+        study.number("placed_lights", table.placedLightCount, 0, kMaxPlacedLightCount);
         study.number("ambiguous_share", table.mostAmbiguousShare, 0, 1);
         std::string size = "640x360";
         study.text("disputed_size", size);

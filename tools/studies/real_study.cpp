@@ -103,7 +103,7 @@ RealTable readReal(const StudyFile& file) {
     readStudy(file, [&](StudyReader& study) {
         table.settings = study.settings("settings");
         study.number("frames", table.frameCount, 1, 1000);
-        study.number("placed_lights", table.placedLightCount, 0, 100000);
+        study.number("placed_lights", table.placedLightCount, 0, kMaxPlacedLightCount);
         table.slack = readSlack(study);
         study.rows([&](StudyReader& reader) {
             RealScene scene;

@@ -60,8 +60,8 @@ private:
     void logPicture(double now);
 
     const ViewWindowOptions options_;
-    ViewLog log_;
     ViewHost window_;
+    ViewLog log_; // after the window, so that without a display no file is opened
     ViewSession session_;
     ViewUi ui_;
     std::array<ViewTexture, 2> textures_;

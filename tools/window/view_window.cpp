@@ -27,7 +27,7 @@ constexpr double kLingerSeconds = 0.4;
 } // namespace
 
 Viewer::Viewer(const ViewWindowOptions& options)
-    : options_(options), log_(options.logPath), window_(options.width, options.height),
+    : options_(options), window_(options.width, options.height), log_(options.logPath),
       session_(options.settings, options.targetMs, [] { glfwPostEmptyEvent(); }) {
     glfwSetWindowUserPointer(window_.handle, this);
     glfwSetKeyCallback(window_.handle, [](GLFWwindow* w, int key, int, int action, int mods) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/workspace/array_file.h"
 
-#include "cuda/error.h"
 #include "cuda/macros.h"
 #include "scenes/input_file.h"
 
@@ -83,8 +82,7 @@ NamedArray readEntry(const ContentReader& reader, uint64_t at, uint64_t& end) {
     if (entry.offset != aligned(end))
         reader.refuse(at + 40, which + "starts at " + std::to_string(entry.offset) + ", not at " +
                                    std::to_string(aligned(end)));
-    const std::string_view bytes =
-        reader.text(entry.offset, entry.bytes, "the bytes of an array");
+    const std::string_view bytes = reader.text(entry.offset, entry.bytes, "the bytes of an array");
     for (const char c : reader.text(end, entry.offset - end, "the space before an array"))
         if (c != 0)
             reader.refuse(end, "the space before array \"" + array.name + "\" is not 0");
@@ -205,18 +203,27 @@ const NamedArray& requireArray(const std::vector<NamedArray>& arrays, const std:
                                const std::string& name, ArrayType type, uint32_t columns) {
     const NamedArray* array = findArray(arrays, name);
     if (!array)
-        throw Error(ErrorKind::kInput, path + ": has no array \"" + name + "\"");
+        throw arrayError(path, "has no array \"" + name + "\"");
     if (array->type != type || array->columns != columns)
-        throw Error(ErrorKind::kInput,
-                    path + ": array \"" + name + "\" has type " +
-                        std::to_string(uint32_t(array->type)) + " and " +
-                        std::to_string(array->columns) + " columns; it needs type " +
-                        std::to_string(uint32_t(type)) + " and " + std::to_string(columns));
+        throw arrayError(
+            path, "array \"" + name + "\" has type " + std::to_string(uint32_t(array->type)) +
+                      " and " + std::to_string(array->columns) + " columns; it needs type " +
+                      std::to_string(uint32_t(type)) + " and " + std::to_string(columns));
     return *array;
 }
 
+std::string withRemedy(const std::string& what, const std::string& remedy) {
+    return what.find("; ") == std::string::npos ? what + "; " + remedy : what;
+}
+
+Error arrayError(const std::string& path, const std::string& what) {
+    return Error(ErrorKind::kInput,
+                 path + ": " +
+                     withRemedy(what, "write the file again, as docs/rays.md describes it"));
+}
+
 void ContentReader::refuse(uint64_t offset, const std::string& what) const {
-    throw Error(ErrorKind::kInput, path_ + ": at byte " + std::to_string(offset) + ": " + what);
+    throw arrayError(path_, "at byte " + std::to_string(offset) + ": " + what);
 }
 
 void ContentReader::require(uint64_t offset, uint64_t count, const char* what) const {

@@ -4,6 +4,8 @@
 // file, offset and what is wrong.
 #pragma once
 
+#include "cuda/error.h"
+
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -76,6 +78,12 @@ const NamedArray& requireArray(const std::vector<NamedArray>& arrays, const std:
                                const std::string& name, ArrayType type, uint32_t columns);
 /// Returns the array of a name, null if there is none.
 const NamedArray* findArray(const std::vector<NamedArray>& arrays, const std::string& name);
+
+/// Returns what is wrong, followed by the remedy unless it states its own after a semicolon.
+std::string withRemedy(const std::string& what, const std::string& remedy);
+
+/// Returns an Error kInput about a file of docs/rays.md.
+Error arrayError(const std::string& path, const std::string& what);
 
 /// Reads whole values out of a file's content; what lies beyond its end is refused.
 class ContentReader {

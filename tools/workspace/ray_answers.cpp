@@ -24,9 +24,8 @@ std::string textOf(const std::vector<NamedArray>& arrays, const std::string& pat
 /// Returns an array of numbers, whatever their type.
 std::vector<double> numbersOf(const NamedArray& array, const std::string& path) {
     if (array.columns != 1)
-        throw Error(ErrorKind::kInput, path + ": array \"" + array.name + "\" has " +
-                                           std::to_string(array.columns) +
-                                           " columns; it needs one number a row");
+        throw arrayError(path, "array \"" + array.name + "\" has " + std::to_string(array.columns) +
+                                   " columns; it needs one number a row");
     std::vector<double> numbers(array.rows);
     for (uint64_t i = 0; i < array.rows; ++i)
         switch (array.type) {
@@ -51,8 +50,7 @@ std::vector<double> numbersOf(const NamedArray& array, const std::string& path) 
 
 [[noreturn]] void refuse(const std::string& path, const std::string& array, size_t row,
                          const std::string& what) {
-    throw Error(ErrorKind::kInput,
-                path + ": array \"" + array + "\", row " + std::to_string(row) + ": " + what);
+    throw arrayError(path, "array \"" + array + "\", row " + std::to_string(row) + ": " + what);
 }
 
 /// Returns what may be a name in a chart.
@@ -68,15 +66,13 @@ RayAnswers answersOf(const std::vector<NamedArray>& arrays, const std::string& p
     answers.tracer = textOf(arrays, path, "name");
     if (answers.tracer.empty() || answers.tracer.size() > kMaxTracerName ||
         !isPrintable(answers.tracer))
-        throw Error(ErrorKind::kInput, path + ": array \"name\" must be the tracer's name, 1 to " +
-                                           std::to_string(kMaxTracerName) + " characters");
+        throw arrayError(path, "array \"name\" must be the tracer's name, 1 to " +
+                                   std::to_string(kMaxTracerName) + " characters");
     answers.setId = textOf(arrays, path, "set_id");
-    const NamedArray *lit = findArray(arrays, "lit"),
-                     *visibility = findArray(arrays, "visibility");
+    const NamedArray *lit = findArray(arrays, "lit"), *visibility = findArray(arrays, "visibility");
     if (!lit == !visibility)
-        throw Error(ErrorKind::kInput,
-                    path + (lit ? ": has both arrays \"lit\" and \"visibility\"; give one"
-                                : ": has neither an array \"lit\" nor \"visibility\""));
+        throw arrayError(path, lit ? "has both arrays \"lit\" and \"visibility\"; give one"
+                                   : "has neither an array \"lit\" nor \"visibility\"");
     const NamedArray& given = lit ? *lit : *visibility;
     const std::vector<double> values = numbersOf(given, path);
     for (size_t i = 0; i < values.size(); ++i) {
@@ -87,15 +83,15 @@ RayAnswers answersOf(const std::vector<NamedArray>& arrays, const std::string& p
     if (const NamedArray* times = findArray(arrays, "time_ms"))
         answers.timeMs = numbersOf(*times, path);
     if (answers.timeMs.size() > kMaxRepeats)
-        throw Error(ErrorKind::kInput, path + ": array \"time_ms\" has more than " +
-                                           std::to_string(kMaxRepeats) + " rows");
+        throw arrayError(path, "array \"time_ms\" has more than " + std::to_string(kMaxRepeats) +
+                                   " rows");
     for (size_t i = 0; i < answers.timeMs.size(); ++i)
         if (!(answers.timeMs[i] > 0.0 && answers.timeMs[i] < 1e12))
             refuse(path, "time_ms", i, "is no time in milliseconds");
     if (const NamedArray* build = findArray(arrays, "build_ms")) {
         const std::vector<double> time = numbersOf(*build, path);
         if (time.size() != 1 || !(time[0] >= 0.0 && time[0] < 1e12))
-            throw Error(ErrorKind::kInput, path + ": array \"build_ms\" is no time");
+            throw arrayError(path, "array \"build_ms\" is no time");
         answers.buildMs = time[0];
     }
     return answers;
@@ -122,7 +118,8 @@ void requireAnswersTo(const RaySet& set, const std::string& id, const RayAnswers
     if (answers.visibility.size() != set.pairCount())
         throw Error(ErrorKind::kInput,
                     path + ": has answers to " + std::to_string(answers.visibility.size()) +
-                        " pairs; the set has " + std::to_string(set.pairCount()));
+                        " pairs; the set has " + std::to_string(set.pairCount()) +
+                        ": answer every pair, in the order of the set");
 }
 
 RayAnswers readAnswers(const std::string& path, const RaySet& set) {
@@ -143,8 +140,8 @@ RaySetTruth judgeRaySet(const RaySet& set) {
         std::vector<uint8_t> blocked(end - begin);
         for (size_t p = begin; p < end; ++p) {
             const uint32_t s = set.pairSample[p];
-            rays.push_back(embree.pairRay(set.positionWorld[s], set.normalWorld[s],
-                                          set.receiver[s], set.pairEnd(p)));
+            rays.push_back(embree.pairRay(set.positionWorld[s], set.normalWorld[s], set.receiver[s],
+                                          set.pairEnd(p)));
             truth.verdicts[p] =
                 adjudicator
                     .rule({set.positionWorld[s], set.normalWorld[s], set.receiver[s]},

@@ -52,9 +52,9 @@ public:
     }
     void requireRows(const char* name, size_t is, size_t should) const {
         if (is != should)
-            throw Error(ErrorKind::kInput, path_ + ": array \"" + name + "\" has " +
-                                               std::to_string(is) + " rows; it needs " +
-                                               std::to_string(should));
+            throw arrayError(path_, std::string("array \"") + name + "\" has " +
+                                        std::to_string(is) + " rows; it needs " +
+                                        std::to_string(should));
     }
     /// @param limit beyond every index
     void requireBelow(const char* name, const std::vector<uint32_t>& indices, size_t limit,
@@ -66,8 +66,8 @@ public:
                            std::to_string(limit) + " there are");
     }
     [[noreturn]] void refuse(const char* name, size_t row, const std::string& what) const {
-        throw Error(ErrorKind::kInput,
-                    path_ + ": array \"" + name + "\", row " + std::to_string(row) + ": " + what);
+        throw arrayError(path_, std::string("array \"") + name + "\", row " + std::to_string(row) +
+                                    ": " + what);
     }
 
 private:
@@ -256,15 +256,13 @@ RaySet raySetOf(const std::vector<NamedArray>& arrays, const std::string& path) 
     const NamedArray& about = requireArray(arrays, path, "about", ArrayType::kUint8, 1);
     set.about = parseOwnJson(std::string(about.bytes.begin(), about.bytes.end()));
     if (!set.about.is_object())
-        throw Error(ErrorKind::kInput, path +
-                                           ": array \"about\" is no JSON object, or one whose "
-                                           "values nest deeper than " +
-                                           std::to_string(kMaxJsonDepth));
+        throw arrayError(path, "array \"about\" is no JSON object, or one whose values nest "
+                               "deeper than " +
+                                   std::to_string(kMaxJsonDepth));
     const auto refuseUnless = [&](const char* key, bool (Json::*isRight)() const noexcept,
                                   const char* what) {
         if (set.about.contains(key) && !(set.about[key].*isRight)())
-            throw Error(ErrorKind::kInput,
-                        path + ": array \"about\", key " + key + ": is no " + what);
+            throw arrayError(path, std::string("array \"about\", key ") + key + ": is no " + what);
     };
     refuseUnless("scene", &Json::is_string, "text");
     refuseUnless("frame", &Json::is_number_integer, "whole number");

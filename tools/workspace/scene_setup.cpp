@@ -4,7 +4,7 @@
 #include "cuda/error.h"
 #include "scenes/builtin.h"
 #include "scenes/camera_placement.h"
-#include "scenes/output_file.h"
+#include "scenes/output_target.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
@@ -278,14 +278,14 @@ std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t
 }
 
 void checkWritable(const std::string& path) {
-    const fs::path parent = fs::path(path).parent_path();
-    const std::string directory = parent.empty() ? "." : parent.string();
     std::error_code ignored;
+    if (fs::is_directory(path, ignored))
+        throw Error(ErrorKind::kResource, path + ": is a directory; give a file");
+    const fs::path parent = fs::path(outputTarget(path)).parent_path();
+    const std::string directory = parent.empty() ? "." : parent.string();
     if (!fs::is_directory(directory, ignored))
         throw Error(ErrorKind::kResource,
                     path + ": there is no directory " + directory + "; create it first");
-    if (fs::is_directory(path, ignored))
-        throw Error(ErrorKind::kResource, path + ": is a directory; give a file");
     if (access(directory.c_str(), W_OK) != 0)
         throw Error(ErrorKind::kResource,
                     path + ": the directory " + directory +

@@ -32,6 +32,13 @@ struct ErrorText {
     }
 };
 
+/// Returns an Error kInput about a plug-in.
+Error tracerError(const std::string& path, const std::string& why) {
+    return Error(ErrorKind::kInput, "--tracer " + path + ": " +
+                                        withRemedy(why, "build a plug-in as docs/rays.md "
+                                                        "describes it"));
+}
+
 } // namespace
 
 struct TracerPlugin::Library {
@@ -46,9 +53,7 @@ struct TracerPlugin::Library {
 
 TracerPlugin::TracerPlugin(const std::string& path)
     : library_(std::make_unique<Library>()), path_(path) {
-    const auto refuse = [&](const std::string& why) {
-        throw Error(ErrorKind::kInput, "--tracer " + path + ": " + why);
-    };
+    const auto refuse = [&](const std::string& why) { throw tracerError(path, why); };
     if (!std::filesystem::is_regular_file(path))
         refuse("is no file; give a shared library that exports " SHADOWDAG_TRACER_SYMBOL);
     library_->handle = dlopen(std::filesystem::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -63,8 +68,10 @@ TracerPlugin::TracerPlugin(const std::string& path)
     if (!tracer)
         refuse(SHADOWDAG_TRACER_SYMBOL " returns null");
     if (tracer->version != SHADOWDAG_TRACER_VERSION)
-        refuse("is of version " + std::to_string(tracer->version) + " of the interface; this "
-               "program has " + std::to_string(SHADOWDAG_TRACER_VERSION) +
+        refuse("is of version " + std::to_string(tracer->version) +
+               " of the interface; this "
+               "program has " +
+               std::to_string(SHADOWDAG_TRACER_VERSION) +
                "; build it with this program's tracer_api.h");
     if (!tracer->name || !tracer->build || !tracer->occluded || !tracer->destroy)
         refuse("its table lacks name, build, occluded or destroy");
@@ -77,9 +84,7 @@ TracerPlugin::~TracerPlugin() = default;
 
 RayAnswers TracerPlugin::answer(const RaySet& set, uint32_t repeatCount) const {
     const ShadowdagTracer& tracer = *library_->tracer;
-    const auto refuse = [&](const std::string& why) {
-        throw Error(ErrorKind::kInput, "--tracer " + path_ + ": " + why);
-    };
+    const auto refuse = [&](const std::string& why) { throw tracerError(path_, why); };
     std::vector<glm::vec3> samples, normals, ends;
     std::vector<uint32_t> receivers;
     for (size_t p = 0; p < set.pairCount(); ++p) {
@@ -94,8 +99,8 @@ RayAnswers TracerPlugin::answer(const RaySet& set, uint32_t repeatCount) const {
         reinterpret_cast<const uint32_t*>(set.triangle.data()), set.triangle.size()};
     const ShadowdagSegments segments = {
         set.pairCount(), reinterpret_cast<const float*>(samples.data()),
-        reinterpret_cast<const float*>(normals.data()),
-        reinterpret_cast<const float*>(ends.data()), receivers.data()};
+        reinterpret_cast<const float*>(normals.data()), reinterpret_cast<const float*>(ends.data()),
+        receivers.data()};
     ErrorText error;
     auto start = std::chrono::steady_clock::now();
     void* const built = tracer.build(&triangles, error.room());
@@ -116,8 +121,7 @@ RayAnswers TracerPlugin::answer(const RaySet& set, uint32_t repeatCount) const {
         if (repeat > 0)
             answers.timeMs.push_back(millisecondsSince(start));
         if (status != 0)
-            refuse("cannot answer " + std::to_string(set.pairCount()) +
-                   " pairs: " + error.said());
+            refuse("cannot answer " + std::to_string(set.pairCount()) + " pairs: " + error.said());
         for (size_t p = 0; p < blocked.size(); ++p)
             if (blocked[p] > 1)
                 refuse("leaves pair " + std::to_string(p) + " without an answer of 0 or 1");

@@ -14,6 +14,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -92,6 +94,8 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
     writeText(directory / "broken.svdag", "this is no asset");
     writeText(directory / "experiment.json",
               "{\"scenes\": [\"builtin:atrium\"], \"sise\": \"1x1\"}");
+    writeText(directory / "zero.json", "{\"a\\u0000b\": 1}");
+    ASSERT_EQ(mkfifo((directory / "pipe.glb").c_str(), 0600), 0);
     const std::vector<Wrong> cases = {
         {{}, 1, "subcommand"},
         {{"rendr"}, 1, "rendr"},
@@ -203,6 +207,23 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
         {{"compare", kScene, "-o", exr + "/x", "--no-charts", "--costs", directory / "none.json"},
          2,
          "none.json"},
+        {{"compare", "-o", dir, "--experiment", directory / "zero.json"},
+         2,
+         "\"a\\u0000b\" contains a zero byte"},
+        {{"info", directory / "a\x1b[31m.glb"}, 2, "a\\x1b[31m.glb: no such file"},
+        {{"scene", "atrium", "-o", directory / "pipe.glb"},
+         3,
+         "it is a pipe, a socket or a device"},
+        {{"info", directory / "pipe.glb"}, 2, "not a regular file"},
+        // Of the default method, whose rays believe no voxel.
+        {{"render", kScene, "-o", exr, "--voxels", directory / "none.svdag"},
+         2,
+         "none.svdag': cannot be opened: No such file"},
+        {{"render", kScene, "-o", exr, "--method", "hybrid", "--model", "expr: "},
+         1,
+         "has no expression; give one"},
+        {{"bench", "raster", kScene, "--lights", "100001"}, 1, "from -1 to 100000"},
+        {{"info", kScene, "--lights", "100001"}, 1, "from -1 to 100000"},
         {{"bench", "nothing"}, 1, "use voxel or raster"},
         {{"bench", "voxel", "--backend", "cuda"}, 1, "drop --backend cuda"},
         {{"bench", "voxel", "--backend", "gl"}, 1, "drop --backend gl"},
@@ -216,6 +237,76 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
     expectRefused(directory, cases);
     EXPECT_FALSE(std::filesystem::exists(exr));
     EXPECT_FALSE(std::filesystem::exists(dag));
+}
+
+TEST(Program, PipesOfTheShellAreReadOnce) {
+    const TemporaryDirectory directory;
+    writeText(directory / "a.json", "{\"scenes\": [\"builtin:fail-acne\"], \"size\": \"16x9\", "
+                                    "\"methods\": [\"embree\", \"dag\"]}");
+    const std::string pipe = "<(cat " + (directory / "a.json") + ")";
+    const ProgramResult compared =
+        runShadowdag(directory, {"compare", "-o", directory / "report", "--no-charts"},
+                     {"/bin/bash", "-c", "exec \"$@\" --experiment " + pipe, "bash"});
+    EXPECT_EQ(compared.status, 0) << compared.err;
+    const ProgramResult fitted =
+        runShadowdag(directory, {"calibrate", "-o", directory / "c.json"},
+                     {"/bin/bash", "-c", "exec \"$@\" --from " + pipe, "bash"});
+    EXPECT_EQ(fitted.status, 2);
+    EXPECT_THAT(fitted.err, HasSubstr("contains no observations")); // it was read
+}
+
+TEST(Program, TooManyOpenFilesAreAResourceError) {
+    const TemporaryDirectory directory;
+    const std::string scene = directory / "a.glb", asset = directory / "a.svdag",
+                      experiment = directory / "a.json";
+    writeText(experiment, "{\"scenes\": [\"builtin:fail-acne\"]}");
+    ASSERT_EQ(runShadowdag(directory, {"scene", "fail-acne", "-o", scene}).status, 0);
+    ASSERT_EQ(
+        runShadowdag(directory, {"voxelize", scene, "-o", asset, "--resolution", "64"}).status, 0);
+    for (const Arguments& command :
+         {Arguments{"info", scene}, Arguments{"info", asset},
+          Arguments{"export", asset, "-o", directory / "a.vdb"},
+          Arguments{"compare", "-o", directory / "r", "--no-charts", "--experiment", experiment}}) {
+        int tooManyCount = 0;
+        for (int limit = 4; limit < 9; ++limit) { // of files: below, libraries are not loaded
+            const ProgramResult result = runShadowdag(
+                directory, command,
+                {"/bin/sh", "-c", "ulimit -n " + std::to_string(limit) + "; exec \"$@\"", "sh"});
+            if (result.status == 0 || result.status == 127)
+                continue;
+            EXPECT_EQ(result.status, 3) << command[0] << ", " << limit << ": " << result.err;
+            EXPECT_THAT(result.err, testing::AnyOf(HasSubstr("Too many open files"),
+                                                   HasSubstr("a pipe cannot be created")))
+                << command[0] << ", " << limit;
+            ++tooManyCount;
+        }
+        EXPECT_GT(tooManyCount, 0) << command[0];
+    }
+}
+
+TEST(Program, HelpThatCannotBeWrittenIsAnError) {
+    const TemporaryDirectory directory;
+    const ProgramResult result =
+        runShadowdag(directory, {"--help"}, {"/bin/sh", "-c", "exec \"$@\" >/dev/full", "sh"});
+    EXPECT_EQ(result.status, 3);
+    EXPECT_THAT(result.err, HasSubstr("standard output cannot be written; is the disk full?"));
+}
+
+TEST(Program, TheHelpOfCalibrateShowsItsOwnDefaults) {
+    const TemporaryDirectory directory;
+    const std::string help = runShadowdag(directory, {"calibrate", "--help"}).out;
+    EXPECT_THAT(help, HasSubstr("as in 256M [1G]"));
+    EXPECT_THAT(help, HasSubstr("and cached [4096]"));
+}
+
+TEST(Program, AWindowWithoutADisplayLeavesNoLog) {
+    const TemporaryDirectory directory;
+    const std::string log = directory / "log.jsonl";
+    const ProgramResult result =
+        runShadowdag(directory, {"view", "builtin:fail-acne", "--log", log},
+                     {"/usr/bin/env", "-u", "DISPLAY", "-u", "WAYLAND_DISPLAY"});
+    EXPECT_EQ(result.status, 4) << result.err;
+    EXPECT_FALSE(std::filesystem::exists(log));
 }
 
 // One binary for machines with and without a device: here none is visible, whatever there is.
@@ -430,8 +521,9 @@ TEST(Program, AnInterruptEndsLongWorkSoonAndNothingIsWritten) {
             startProgram(directory, arguments, directory / "out", directory / "err");
         std::this_thread::sleep_for(std::chrono::seconds(2));
         const auto start = std::chrono::steady_clock::now();
-        kill(child, SIGTERM);
-        EXPECT_EQ(waitForProgram(child), 128 + SIGTERM) << arguments[0];
+        const int signal = arguments[0] == "render" ? SIGXCPU : SIGTERM;
+        kill(child, signal);
+        EXPECT_EQ(waitForProgram(child), 128 + signal) << arguments[0];
         // Half a second on an idle machine; tests share theirs.
         EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(3))
             << arguments[0];

@@ -74,10 +74,9 @@ TEST(RayAnswers, WhatIsWrongWithThemIsSaid) {
     EXPECT_THAT(withArrays([](auto& arrays) { arrays.erase(arrays.begin() + 2); }),
                 HasSubstr("has neither an array \"lit\" nor \"visibility\""));
     const uint8_t bits[] = {0, 1, 2, 1};
-    EXPECT_THAT(withArrays([&](auto& arrays) {
-                    arrays[2] = makeArray("lit", ArrayType::kUint8, bits, 4);
-                }),
-                HasSubstr("array \"lit\", row 2: is neither 0 nor 1"));
+    EXPECT_THAT(
+        withArrays([&](auto& arrays) { arrays[2] = makeArray("lit", ArrayType::kUint8, bits, 4); }),
+        HasSubstr("array \"lit\", row 2: is neither 0 nor 1; write the file again, as "));
     EXPECT_THAT(withArrays([&](auto& arrays) {
                     arrays.push_back(makeArray("lit", ArrayType::kUint8, bits, 4));
                 }),
@@ -88,8 +87,8 @@ TEST(RayAnswers, TheScoreIsTheOneComputedByHand) {
     const RaySet set = makeSmallRaySet();
     const RaySetTruth truth = judgeRaySet(set);
     EXPECT_EQ(truth.lit, (std::vector<uint8_t>{0, 1, 1, 1}));
-    EXPECT_THAT(truth.verdicts, testing::ElementsAre(Verdict::kDark, Verdict::kLit, Verdict::kLit,
-                                                     Verdict::kLit));
+    EXPECT_THAT(truth.verdicts,
+                testing::ElementsAre(Verdict::kDark, Verdict::kLit, Verdict::kLit, Verdict::kLit));
     Json row = scoreRow(set, truth, makeRightAnswers(set));
     EXPECT_EQ(row["false_shadow_count"], 0);
     EXPECT_EQ(row["false_light_count"], 0);
@@ -141,7 +140,7 @@ TEST(TracerPlugin, LibrariesThatAreNoTracersAreRefused) {
         return said;
     };
     EXPECT_EQ(refusal(""), "nothing was refused");
-    EXPECT_THAT(refusal("null"), HasSubstr("shadowdag_tracer returns null"));
+    EXPECT_THAT(refusal("null"), HasSubstr("shadowdag_tracer returns null; build a plug-in as "));
     EXPECT_THAT(refusal("version"), HasSubstr("is of version 99 of the interface"));
     EXPECT_THAT(refusal("table"), HasSubstr("its table lacks name, build, occluded or destroy"));
     EXPECT_THAT(refusal("name"), HasSubstr("its name must have 1 to 64 bytes"));

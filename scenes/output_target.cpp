@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/output_target.h"
+
+#include "cuda/error.h"
+
+#include <filesystem>
+#include <system_error>
+
+namespace shadowdag {
+
+std::string outputTarget(const std::string& path) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (error == std::errc::too_many_symbolic_link_levels)
+        throw Error(ErrorKind::kResource,
+                    "cannot write '" + path + "': it is a loop of symbolic links; remove them");
+    if (fs::exists(status) && !fs::is_regular_file(status) && !fs::is_directory(status))
+        throw Error(ErrorKind::kResource, "cannot write '" + path +
+                                              "': it is a pipe, a socket or a device, which a "
+                                              "complete file would replace; name a regular file");
+    fs::path target = path;
+    while (fs::is_symlink(target, error)) // ends, as there is no loop
+        target = target.parent_path() / fs::read_symlink(target);
+    return target.string();
+}
+
+} // namespace shadowdag

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// The file that an output's name leads to.
+#pragma once
+
+#include <string>
+
+namespace shadowdag {
+
+/// Returns the path that a name leads to through its symbolic links, whether a file is there or
+/// not. Throws Error kResource for a pipe, a socket, a device and a loop of links: a complete file
+/// is renamed to its place, which would replace them.
+std::string outputTarget(const std::string& path);
+
+} // namespace shadowdag

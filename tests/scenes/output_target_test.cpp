@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scenes/output_target.h"
+
+#include "cuda/error.h"
+#include "scenes/output_file.h"
+#include "tests/tools/temporary_directory.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <iterator>
+
+namespace shadowdag {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of a file that is there, of none, and through two links.
+TEST(OutputTarget, FilesAreWrittenThroughSymbolicLinks) {
+    const TemporaryDirectory directory;
+    fs::create_directory(directory / "folder");
+    writeText(directory / "folder/old", "a long old file");
+    fs::create_symlink("folder/old", directory / "a");
+    fs::create_symlink(directory / "folder/new", directory / "b");
+    fs::create_symlink("a", directory / "c");
+    for (const auto& [link, target] : {std::pair{"a", "folder/old"}, std::pair{"b", "folder/new"},
+                                       std::pair{"c", "folder/old"}}) {
+        OutputFile file(directory / link);
+        file.write(link);
+        file.commit();
+        EXPECT_TRUE(fs::is_symlink(directory / link)) << link;
+        EXPECT_FALSE(fs::is_symlink(directory / target)) << link;
+        EXPECT_EQ(readText(directory / target), link);
+    }
+    EXPECT_EQ(std::distance(fs::directory_iterator(directory / "folder"), {}), 2);
+}
+
+TEST(OutputTarget, PipesDevicesAndLoopsAreRefused) {
+    const TemporaryDirectory directory;
+    const std::string pipe = directory / "pipe", loop = directory / "loop";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    fs::create_symlink("loop", loop);
+    fs::create_symlink("/dev/null", directory / "null");
+    for (const auto& [path, what] : {std::pair{pipe, "a pipe, a socket or a device"},
+                                     std::pair{directory / "null", "a pipe, a socket or a device"},
+                                     std::pair{loop, "a loop of symbolic links"}}) {
+        try {
+            OutputFile file(path);
+            ADD_FAILURE() << path;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource);
+            EXPECT_THAT(error.what(), testing::HasSubstr("'" + path + "': it is " + what));
+        }
+    }
+    EXPECT_TRUE(fs::is_fifo(pipe));
+}
+
+} // namespace
+} // namespace shadowdag
