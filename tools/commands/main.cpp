@@ -29,6 +29,7 @@ namespace {
 
 int complain(const std::string& message, int status) {
     std::cout << std::flush;
+    std::cerr.clear(); // a remark may have failed
     std::cerr << "shadowdag: error: " << message << std::endl;
     return status;
 }
@@ -59,10 +60,14 @@ void raiseAgain(int signal) {
     std::raise(signal);
 }
 
+/// Writes text to standard error as it is, without memory or a stream's lock.
+void writeError(std::string_view text) {
+    static_cast<void>(write(STDERR_FILENO, text.data(), text.size()) + 1);
+}
+
 /// Says that memory is short, when even a message would take some.
 int complainWithoutMemory() {
-    constexpr std::string_view kText = "shadowdag: error: not enough memory\n";
-    static_cast<void>(write(STDERR_FILENO, kText.data(), kText.size()) + 1);
+    writeError("shadowdag: error: not enough memory\n");
     return int(shadowdag::ErrorKind::kResource);
 }
 
@@ -78,10 +83,8 @@ std::terminate_handler terminateBefore = nullptr; ///< the C++ library's
     } catch (const std::bad_alloc&) {
         _exit(complainWithoutMemory());
     } catch (const std::system_error&) {
-        constexpr std::string_view kText =
-            "shadowdag: error: the system refuses a thread or memory before the program begins; "
-            "raise the limits of the shell (ulimit -u, ulimit -v)\n";
-        static_cast<void>(write(STDERR_FILENO, kText.data(), kText.size()) + 1);
+        writeError("shadowdag: error: the system refuses a thread or memory before the program "
+                   "begins; raise the limits of the shell (ulimit -u, ulimit -v)\n");
         _exit(int(shadowdag::ErrorKind::kResource));
     } catch (...) {
     }
@@ -105,8 +108,12 @@ __attribute__((section(".preinit_array"),
     try {
         if (std::current_exception())
             throw;
-        if (std::uncaught_exceptions() > 0)
-            throw std::bad_alloc();
+        if (std::uncaught_exceptions() > 0) { // of a kind that cannot be asked for
+            shadowdag::removeUnfinishedFiles();
+            writeError("shadowdag: error: cannot clean up after another error, as happens where "
+                       "memory is short\n");
+            _exit(int(shadowdag::ErrorKind::kResource));
+        }
     } catch (const std::bad_alloc&) {
         shadowdag::removeUnfinishedFiles();
         _exit(complainWithoutMemory());
@@ -143,10 +150,8 @@ int runProgram(int argc, char** argv) {
         catchInterrupts([](int signal) {
             removeUnfinishedFiles();
             // The main thread may be blocked in a write; then no message is written.
-            if (!isEnding.test_and_set() && canWrite(STDERR_FILENO)) {
-                const std::string line = "shadowdag: error: " + farewell + "\n";
-                static_cast<void>(write(STDERR_FILENO, line.data(), line.size()) + 1);
-            }
+            if (!isEnding.test_and_set() && canWrite(STDERR_FILENO))
+                writeError("shadowdag: error: " + farewell + "\n");
             raiseAgain(signal);
         });
         setGlPoll(checkInterrupted);
