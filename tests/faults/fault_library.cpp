@@ -3,9 +3,10 @@
 // or a limit of threads does. Calls are counted within main: libraries that fail in their own
 // initialization, before, end the program without a message. The environment says which fail:
 //
-//   SDAG_FAULT=NAME:N     the N-th call of NAME fails, from 1: write (with writev), stream (what
-//                         writes to a FILE), fsync, rename, unlink (with all that remove), mmap,
-//                         malloc (with all that allocate), pthread_create
+//   SDAG_FAULT=NAME:N     the N-th call of NAME fails, from 1: write (with writev, but not to
+//                         standard error), stream (what writes to a FILE), fsync, rename, unlink
+//                         (with all that remove), mmap, malloc (with all that allocate),
+//                         pthread_create
 //   SDAG_FAULT=NAME:N+    and all calls after it
 //   SDAG_FAULT=NAME:N!    SIGKILL ends the process in place of the N-th call
 //   SDAG_FAULT=NAME:N~    the N-th call takes ten seconds, as on a disk that does not answer
@@ -161,10 +162,12 @@ int __libc_start_main(Main* main, int argc, char** argv, void (*begin)(), void (
     return next<Start>("__libc_start_main")(countingMain, argc, argv, begin, end, unload, stackEnd);
 }
 ssize_t write(int file, const void* data, size_t bytes) {
-    return fails(kWrite) ? failed<ssize_t>(ENOSPC, -1) : syscall(SYS_write, file, data, bytes);
+    return file != STDERR_FILENO && fails(kWrite) ? failed<ssize_t>(ENOSPC, -1)
+                                                  : syscall(SYS_write, file, data, bytes);
 }
 ssize_t writev(int file, const struct iovec* parts, int count) {
-    return fails(kWrite) ? failed<ssize_t>(ENOSPC, -1) : syscall(SYS_writev, file, parts, count);
+    return file != STDERR_FILENO && fails(kWrite) ? failed<ssize_t>(ENOSPC, -1)
+                                                  : syscall(SYS_writev, file, parts, count);
 }
 size_t fwrite(const void* data, size_t bytes, size_t count, FILE* stream) {
     static auto* const write = next<size_t(const void*, size_t, size_t, FILE*)>("fwrite");

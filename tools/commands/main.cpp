@@ -13,6 +13,7 @@
 #include "tools/studies/study.h"
 
 #include <poll.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -27,10 +28,19 @@
 
 namespace {
 
+/// Writes an error to standard error: without memory, and without std::cerr, which writes nothing
+/// more once a remark could not be written.
+void writeError(std::string_view message) {
+    const std::string_view texts[] = {"shadowdag: error: ", message, "\n"};
+    iovec parts[3];
+    for (size_t i = 0; i < 3; ++i)
+        parts[i] = {const_cast<char*>(texts[i].data()), texts[i].size()}; // it does not write there
+    static_cast<void>(writev(STDERR_FILENO, parts, 3) + 1);
+}
+
 int complain(const std::string& message, int status) {
     std::cout << std::flush;
-    std::cerr.clear(); // a remark may have failed
-    std::cerr << "shadowdag: error: " << message << std::endl;
+    writeError(message);
     return status;
 }
 
@@ -60,14 +70,9 @@ void raiseAgain(int signal) {
     std::raise(signal);
 }
 
-/// Writes text to standard error as it is, without memory or a stream's lock.
-void writeError(std::string_view text) {
-    static_cast<void>(write(STDERR_FILENO, text.data(), text.size()) + 1);
-}
-
 /// Says that memory is short, when even a message would take some.
 int complainWithoutMemory() {
-    writeError("shadowdag: error: not enough memory\n");
+    writeError("not enough memory");
     return int(shadowdag::ErrorKind::kResource);
 }
 
@@ -83,8 +88,8 @@ std::terminate_handler terminateBefore = nullptr; ///< the C++ library's
     } catch (const std::bad_alloc&) {
         _exit(complainWithoutMemory());
     } catch (const std::system_error&) {
-        writeError("shadowdag: error: the system refuses a thread or memory before the program "
-                   "begins; raise the limits of the shell (ulimit -u, ulimit -v)\n");
+        writeError("the system refuses a thread or memory before the program begins; raise the "
+                   "limits of the shell (ulimit -u, ulimit -v)");
         _exit(int(shadowdag::ErrorKind::kResource));
     } catch (...) {
     }
@@ -110,8 +115,7 @@ __attribute__((section(".preinit_array"),
             throw;
         if (std::uncaught_exceptions() > 0) { // of a kind that cannot be asked for
             shadowdag::removeUnfinishedFiles();
-            writeError("shadowdag: error: cannot clean up after another error, as happens where "
-                       "memory is short\n");
+            writeError("cannot clean up after another error, as happens where memory is short");
             _exit(int(shadowdag::ErrorKind::kResource));
         }
     } catch (const std::bad_alloc&) {
@@ -151,7 +155,7 @@ int runProgram(int argc, char** argv) {
             removeUnfinishedFiles();
             // The main thread may be blocked in a write; then no message is written.
             if (!isEnding.test_and_set() && canWrite(STDERR_FILENO))
-                writeError("shadowdag: error: " + farewell + "\n");
+                writeError(farewell);
             raiseAgain(signal);
         });
         setGlPoll(checkInterrupted);
