@@ -7,6 +7,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <ftw.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -21,6 +22,8 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <new>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -32,10 +35,12 @@ std::atomic<unsigned> gFileCounter{0};
 
 constexpr std::string_view kTemporaryMark = ".tmp-"; // then the process, '-' and a number
 
-/// The temporary files of the process, each with an open file that holds its lock.
+/// The temporary files of the process, each with an open file that holds its lock; and what else
+/// its end removes.
 struct Unfinished {
     std::mutex mutex;
     std::map<std::string, int> locks;
+    std::set<const std::function<void()>*> removals;
 
     /// With the mutex held.
     void erase(const std::string& path) {
@@ -79,29 +84,6 @@ void removeUnlessLocked(const std::string& path) {
         ::close(file);
 }
 
-// Removes what killed processes left of an output: temporary files whose process is gone and that
-// nobody has locked, as each writer locks its own. Lists each folder once, as a run may write
-// thousands of files into it. Not by std::filesystem::directory_iterator, which ends the program
-// when memory is short.
-void removeAbandoned(const std::filesystem::path& output) {
-    static std::mutex mutex;
-    static std::map<std::filesystem::path, std::vector<std::string>> abandonedNames;
-    const std::lock_guard lock(mutex);
-    const std::filesystem::path folder = output.has_parent_path() ? output.parent_path() : ".";
-    const auto [found, isNew] = abandonedNames.try_emplace(folder);
-    if (isNew) {
-        const auto close = [](DIR* open) { ::closedir(open); };
-        const std::unique_ptr<DIR, decltype(close)> listed(::opendir(folder.c_str()), close);
-        while (const dirent* const entry = listed ? ::readdir(listed.get()) : nullptr)
-            if (isTemporaryName(entry->d_name) && isWriterGone(entry->d_name))
-                found->second.emplace_back(entry->d_name);
-    }
-    const std::string start = output.filename().string() + std::string(kTemporaryMark);
-    for (const std::string& name : found->second)
-        if (name.starts_with(start))
-            removeUnlessLocked((folder / name).string());
-}
-
 // Creates a file that did not exist and locks it for as long as the result is open: -1 with errno
 // if it cannot be created. A file system without locks is accepted.
 int createLocked(const std::string& path) {
@@ -137,7 +119,7 @@ OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
     if (std::filesystem::is_directory(path_, ignored))
         throw Error(ErrorKind::kResource,
                     "cannot write '" + path_ + "': it is a folder; name a file in it");
-    removeAbandoned(path_);
+    removeAbandonedFilesOf(path_);
     const std::lock_guard lock(unfinished().mutex);
     for (;;) {
         // The process id and a counter distinguish two writers of one name; the same folder keeps
@@ -208,15 +190,37 @@ bool isTemporaryName(std::string_view name) {
 }
 
 void removeAbandonedFiles(const std::string& folder) {
-    namespace fs = std::filesystem;
-    std::error_code ignored;
-    std::vector<fs::path> abandoned;
-    for (fs::recursive_directory_iterator entry(folder, ignored), end; entry != end;
-         entry.increment(ignored))
-        if (entry->is_regular_file(ignored) && isTemporaryName(entry->path().filename().string()))
-            abandoned.push_back(entry->path());
-    for (const fs::path& path : abandoned)
-        fs::remove(path, ignored);
+    constexpr int kOpenFolders = 8;
+    const auto removeOne = [](const char* path, const struct stat*, int type, FTW* found) {
+        if (type == FTW_F && isTemporaryName(path + found->base))
+            ::unlink(path);
+        return 0;
+    };
+    if (::nftw(folder.c_str(), removeOne, kOpenFolders, FTW_PHYS) != 0 && errno == ENOMEM)
+        throw std::bad_alloc();
+}
+
+// Temporary files whose process is gone and that nobody has locked, as each writer locks its own.
+// Lists each folder once, as a run may write thousands of files into it. Not by
+// std::filesystem::directory_iterator, which ends the program when memory is short.
+void removeAbandonedFilesOf(const std::string& path) {
+    const std::filesystem::path output = path;
+    static std::mutex mutex;
+    static std::map<std::filesystem::path, std::vector<std::string>> abandonedNames;
+    const std::lock_guard lock(mutex);
+    const std::filesystem::path folder = output.has_parent_path() ? output.parent_path() : ".";
+    const auto [found, isNew] = abandonedNames.try_emplace(folder);
+    if (isNew) {
+        const auto close = [](DIR* open) { ::closedir(open); };
+        const std::unique_ptr<DIR, decltype(close)> listed(::opendir(folder.c_str()), close);
+        while (const dirent* const entry = listed ? ::readdir(listed.get()) : nullptr)
+            if (isTemporaryName(entry->d_name) && isWriterGone(entry->d_name))
+                found->second.emplace_back(entry->d_name);
+    }
+    const std::string start = output.filename().string() + std::string(kTemporaryMark);
+    for (const std::string& name : found->second)
+        if (name.starts_with(start))
+            removeUnlessLocked((folder / name).string());
 }
 
 std::unique_lock<std::mutex> delayRemovalOfUnfinishedFiles() {
@@ -227,6 +231,18 @@ void removeUnfinishedFiles() {
     unfinished().mutex.lock(); // for good: no file is created or renamed from here on
     for (const auto& [path, lock] : unfinished().locks)
         std::remove(path.c_str());
+    for (const std::function<void()>* const remove : unfinished().removals)
+        (*remove)();
+}
+
+EndRemoval::EndRemoval(std::function<void()> remove) : remove_(std::move(remove)) {
+    const std::lock_guard lock(unfinished().mutex);
+    unfinished().removals.insert(&remove_);
+}
+
+EndRemoval::~EndRemoval() {
+    const std::lock_guard lock(unfinished().mutex);
+    unfinished().removals.erase(&remove_);
 }
 
 } // namespace shadowdag

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <fstream>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <string_view>
@@ -41,12 +42,31 @@ bool isTemporaryName(std::string_view name);
 /// for a folder that no other process writes to.
 void removeAbandonedFiles(const std::string& folder);
 
-/// Removes the temporary files of all OutputFiles of the process, just before it ends itself: from
-/// then on every thread that creates, commits or destroys one waits forever.
+/// Removes what killed processes left of one output, as the constructor of OutputFile does.
+void removeAbandonedFilesOf(const std::string& output);
+
+/// Removes the temporary files of all OutputFiles of the process and calls the functions of
+/// EndRemovals, just before it ends itself: from then on every thread that creates, commits or
+/// destroys one of them waits forever.
 void removeUnfinishedFiles();
 
-/// While the result is held, removeUnfinishedFiles waits: for renames that belong together. The
-/// thread that holds it must not create, commit or destroy an OutputFile.
+/// While it exists, removeUnfinishedFiles also calls a function, which removes unfinished files of
+/// another kind.
+class EndRemoval {
+public:
+    /// @param remove must not throw, nor allocate where memory may be short
+    explicit EndRemoval(std::function<void()> remove);
+    ~EndRemoval();
+    EndRemoval(const EndRemoval&) = delete;
+    EndRemoval& operator=(const EndRemoval&) = delete;
+
+private:
+    std::function<void()> remove_;
+};
+
+/// While the result is held, removeUnfinishedFiles waits: for renames that belong together, and for
+/// what its functions use. The thread that holds it must not create, commit or destroy an
+/// OutputFile or an EndRemoval.
 std::unique_lock<std::mutex> delayRemovalOfUnfinishedFiles();
 
 } // namespace shadowdag

@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -13,7 +14,9 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
+#include <memory>
 #include <string_view>
+#include <utility>
 
 namespace shadowdag {
 
@@ -53,7 +56,8 @@ bool isOwn(std::string_view name) {
 } // namespace
 
 ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume)
-    : path_(outputPath + ".scratch"), resume_(resume), exceptionCount_(std::uncaught_exceptions()) {
+    : path_(outputPath + ".scratch"), lockPath_(path_ + "/lock"), resume_(resume),
+      exceptionCount_(std::uncaught_exceptions()) {
     while (!tryLock()) {
     }
     try {
@@ -63,6 +67,8 @@ ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume)
                         path_ + " holds the files of an unfinished voxelize; continue it with "
                                 "voxelize --resume, or remove the folder");
         empty(false);
+        if (!resume)
+            atEnd_.emplace([this] { remove(); });
     } catch (...) {
         ::close(lock_);
         throw;
@@ -73,9 +79,8 @@ bool ScratchFolder::tryLock() {
     std::error_code error;
     if (!fs::create_directory(path_, error) && !error)
         refuseForeign(); // before a lock is put into a folder of something else
-    const std::string lockPath = path_ + "/" + kLockName;
     if (!error)
-        lock_ = ::open(lockPath.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        lock_ = ::open(lockPath_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (lock_ < 0) {
         if (!error && errno == ENOENT && !fs::exists(path_))
             return false;
@@ -92,7 +97,7 @@ bool ScratchFolder::tryLock() {
     }
     // Its last holder may have removed it between the two calls above.
     struct stat held, there;
-    if (::fstat(lock_, &held) == 0 && ::stat(lockPath.c_str(), &there) == 0 &&
+    if (::fstat(lock_, &held) == 0 && ::stat(lockPath_.c_str(), &there) == 0 &&
         held.st_dev == there.st_dev && held.st_ino == there.st_ino)
         return true;
     ::close(lock_);
@@ -101,14 +106,21 @@ bool ScratchFolder::tryLock() {
 }
 
 ScratchFolder::~ScratchFolder() {
-    if (!resume_ || std::uncaught_exceptions() == exceptionCount_) {
-        empty(true);
-        // Last, and while it is held: a process that has opened it by then sees that it is gone.
-        std::error_code ignored;
-        fs::remove(*this / kLockName, ignored);
-        fs::remove(path_, ignored);
-    }
-    ::close(lock_);
+    const auto held = delayRemovalOfUnfinishedFiles();
+    if (!resume_ || std::uncaught_exceptions() == exceptionCount_)
+        remove();
+    else
+        ::close(lock_);
+}
+
+void ScratchFolder::remove() {
+    if (lock_ < 0)
+        return;
+    empty(true);
+    // Last, and while it is held: a process that has opened it by then sees that it is gone.
+    ::unlink(lockPath_.c_str());
+    ::rmdir(path_.c_str());
+    ::close(std::exchange(lock_, -1));
 }
 
 void ScratchFolder::refuseForeign() const {
@@ -122,14 +134,13 @@ void ScratchFolder::refuseForeign() const {
 }
 
 void ScratchFolder::empty(bool withParts) const {
-    std::error_code ignored;
-    std::vector<fs::path> own;
-    for (fs::directory_iterator entry(path_, ignored), end; entry != end; entry.increment(ignored))
-        if (const std::string name = entry->path().filename().string();
+    // Without memory of its own, as the end of the process may be that there is none.
+    const auto close = [](DIR* open) { ::closedir(open); };
+    const std::unique_ptr<DIR, decltype(close)> listed(::opendir(path_.c_str()), close);
+    while (const dirent* const entry = listed ? ::readdir(listed.get()) : nullptr)
+        if (const std::string_view name = entry->d_name;
             isOwn(name) && name != kLockName && (withParts || !name.ends_with(kPartExtension)))
-            own.push_back(entry->path());
-    for (const fs::path& path : own)
-        fs::remove(path, ignored);
+            ::unlinkat(::dirfd(listed.get()), entry->d_name, 0);
 }
 
 std::vector<std::string> ScratchFolder::files(const std::string& extension) const {
@@ -141,8 +152,9 @@ std::vector<std::string> ScratchFolder::files(const std::string& extension) cons
     return paths;
 }
 
-ScratchFile::ScratchFile(const std::string& path)
-    : path_(path), out_(path, std::ios::binary | std::ios::trunc) {
+ScratchFile::ScratchFile(const std::string& path) : path_(path) {
+    const auto held = delayRemovalOfUnfinishedFiles(); // which removes the folder
+    out_.open(path, std::ios::binary | std::ios::trunc);
     if (!out_)
         fail();
 }

@@ -2,18 +2,21 @@
 // The folder next to the output for data of a build that do not fit into memory.
 #pragma once
 
+#include "scenes/output_file.h"
+
 #include <cstddef>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace shadowdag {
 
 /// The folder OUTPUT.scratch, held by one process at a time. It is removed at the end, also by an
-/// exception; a process that is killed leaves it. With `resume` it may already hold finished parts
-/// (.svpart files), and it stays after an exception, so that the next build can continue.
-/// Unfinished files of a killed process are removed at once. Only files with names that builds use
-/// are ever removed.
+/// exception or by removeUnfinishedFiles; a process that is killed leaves it. With `resume` it may
+/// already hold finished parts (.svpart files), and it stays after both, so that the next build can
+/// continue. Unfinished files of a killed process are removed at once. Only files with names that
+/// builds use are ever removed.
 class ScratchFolder {
 public:
     /// Throws Error kUsage if the folder holds a file that no build writes, or a finished part and
@@ -33,15 +36,18 @@ private:
     bool tryLock();
     /// Removes the files of builds except the lock, finished parts only if `withParts`.
     void empty(bool withParts) const;
+    /// Removes the folder unless it is removed.
+    void remove();
 
-    std::string path_;
+    std::string path_, lockPath_;
     bool resume_;
     int exceptionCount_;
-    int lock_ = -1;
+    int lock_ = -1; ///< an open file; -1: not held
+    std::optional<EndRemoval> atEnd_;
 };
 
-/// A file that the same process creates and reads back: not synced, not renamed. Throws Error
-/// kResource.
+/// A file of a ScratchFolder, which the same process reads back: not synced, not renamed. Throws
+/// Error kResource.
 class ScratchFile {
 public:
     explicit ScratchFile(const std::string& path);
