@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag import`: makes an asset from the active voxels of an OpenVDB or NanoVDB grid.
 #include "cuda/error.h"
+#include "scenes/output_file.h"
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/console.h"
@@ -109,6 +110,23 @@ void runImport(const ImportOptions& options) {
 /// Set in the process that reads; its value has no meaning.
 constexpr const char* kApart = "SHADOWDAG_IMPORT_APART";
 
+/// Waits for the process that reads and returns its status. After a signal it ends that process, if
+/// it does not end by itself, and removes what that leaves.
+int waitForReader(pid_t child, const std::string& output) {
+    const EndRemoval atEnd([&] {
+        kill(child, SIGKILL);
+        waitpid(child, nullptr, 0);
+        removeAbandonedFilesOf(output);
+    });
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0)
+        if (errno == EINTR)
+            kill(child, SIGTERM);
+        else
+            pause(); // the thread that ends this process has waited for it
+    return status;
+}
+
 /// Runs the import in a separate process, because a damaged file may make OpenVDB's reader write
 /// past its buffers, or take memory or time without end; then only that process ends, and this one
 /// reports it. A fork alone would not do: OpenVDB's logging has threads that it waits for at exit.
@@ -150,14 +168,13 @@ void runImportApart(const ImportOptions& options) {
         }
         _exit(int(ErrorKind::kResource));
     }
-    int status = 0;
-    while (waitpid(child, &status, 0) < 0 && errno == EINTR)
-        kill(child, SIGTERM);
+    const int status = waitForReader(child, options.output);
     if (WIFEXITED(status)) {
         if (WEXITSTATUS(status) != 0)
             std::exit(WEXITSTATUS(status)); // which it has reported
         return;
     }
+    removeAbandonedFilesOf(options.output);
     // The child gets SIGTERM, whatever this process got.
     const int signal = isInterrupted() ? caughtSignal() : WTERMSIG(status);
     if (isInterrupted() || signal == SIGINT || signal == SIGTERM || signal == SIGHUP) {
