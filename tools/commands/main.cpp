@@ -13,6 +13,7 @@
 #include "tools/studies/study.h"
 
 #include <poll.h>
+#include <sys/uio.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -27,9 +28,19 @@
 
 namespace {
 
+/// Writes an error to standard error: without memory, and without std::cerr, which writes nothing
+/// more once a remark could not be written.
+void writeError(std::string_view message) {
+    const std::string_view texts[] = {"shadowdag: error: ", message, "\n"};
+    iovec parts[3];
+    for (size_t i = 0; i < 3; ++i)
+        parts[i] = {const_cast<char*>(texts[i].data()), texts[i].size()}; // it does not write there
+    static_cast<void>(writev(STDERR_FILENO, parts, 3) + 1);
+}
+
 int complain(const std::string& message, int status) {
     std::cout << std::flush;
-    std::cerr << "shadowdag: error: " << message << std::endl;
+    writeError(message);
     return status;
 }
 
@@ -61,8 +72,7 @@ void raiseAgain(int signal) {
 
 /// Says that memory is short, when even a message would take some.
 int complainWithoutMemory() {
-    constexpr std::string_view kText = "shadowdag: error: not enough memory\n";
-    static_cast<void>(write(STDERR_FILENO, kText.data(), kText.size()) + 1);
+    writeError("not enough memory");
     return int(shadowdag::ErrorKind::kResource);
 }
 
@@ -78,10 +88,8 @@ std::terminate_handler terminateBefore = nullptr; ///< the C++ library's
     } catch (const std::bad_alloc&) {
         _exit(complainWithoutMemory());
     } catch (const std::system_error&) {
-        constexpr std::string_view kText =
-            "shadowdag: error: the system refuses a thread or memory before the program begins; "
-            "raise the limits of the shell (ulimit -u, ulimit -v)\n";
-        static_cast<void>(write(STDERR_FILENO, kText.data(), kText.size()) + 1);
+        writeError("the system refuses a thread or memory before the program begins; raise the "
+                   "limits of the shell (ulimit -u, ulimit -v)");
         _exit(int(shadowdag::ErrorKind::kResource));
     } catch (...) {
     }
@@ -105,8 +113,11 @@ __attribute__((section(".preinit_array"),
     try {
         if (std::current_exception())
             throw;
-        if (std::uncaught_exceptions() > 0)
-            throw std::bad_alloc();
+        if (std::uncaught_exceptions() > 0) { // of a kind that cannot be asked for
+            shadowdag::removeUnfinishedFiles();
+            writeError("cannot clean up after another error, as happens where memory is short");
+            _exit(int(shadowdag::ErrorKind::kResource));
+        }
     } catch (const std::bad_alloc&) {
         shadowdag::removeUnfinishedFiles();
         _exit(complainWithoutMemory());
@@ -143,10 +154,8 @@ int runProgram(int argc, char** argv) {
         catchInterrupts([](int signal) {
             removeUnfinishedFiles();
             // The main thread may be blocked in a write; then no message is written.
-            if (!isEnding.test_and_set() && canWrite(STDERR_FILENO)) {
-                const std::string line = "shadowdag: error: " + farewell + "\n";
-                static_cast<void>(write(STDERR_FILENO, line.data(), line.size()) + 1);
-            }
+            if (!isEnding.test_and_set() && canWrite(STDERR_FILENO))
+                writeError(farewell);
             raiseAgain(signal);
         });
         setGlPoll(checkInterrupted);
