@@ -17,7 +17,7 @@ constexpr const char* kScript = R"(
 size=$1; out=$2; shift 2
 mount -t tmpfs -o size=${size}k none "$out.disk" || exit 77
 "$@" -o "$out.disk/a.svdag" >/dev/null 2>"$out.err"; full=$?
-mount -o remount,size=100m "$out.disk"
+mount -t tmpfs -o remount,size=100m none "$out.disk"
 "$@" -o "$out.disk/a.svdag" >/dev/null 2>"$out.err"; resumed=$?
 ls "$out.disk"
 cp "$out.disk/a.svdag" "$out"
@@ -42,9 +42,14 @@ TEST(FullDisk, AResumedBuildTakesUpWhatFitted) {
         // Both the parts and the asset take some hundred KiB.
         const uint32_t size = 8 + random.below(i % 2 ? 600 : 100);
         SCOPED_TRACE(std::to_string(size) + " KiB");
-        const ProgramResult result = runShadowdag(
-            directory, arguments,
-            {"/usr/bin/unshare", "-m", "/bin/sh", "-c", kScript, "sh", std::to_string(size), out});
+        ProgramResult result;
+        for (const char* spaces : {"-m", "-rm"}) { // the second needs no right but a user namespace
+            result = runShadowdag(directory, arguments,
+                                  {"/usr/bin/unshare", spaces, "/bin/sh", "-c", kScript, "sh",
+                                   std::to_string(size), out});
+            if (result.out.find("statuses") != std::string::npos)
+                break;
+        }
         if (result.out.find("statuses") == std::string::npos)
             GTEST_SKIP() << "no file system can be mounted here: " << result.err;
         EXPECT_THAT(result.out, testing::AnyOf(testing::HasSubstr("statuses 3 0"),

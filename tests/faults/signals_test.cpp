@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <poll.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <time.h>
 
@@ -82,6 +83,18 @@ const std::vector<Arguments> kCommands = {
     {"diff", kResults, kResults},
     {"view", "builtin:atrium", "--resolution", "256"},
 };
+
+/// The files that these leave when they come to their end.
+const std::vector<std::string> kOutputs = {
+    "out.glb",  "out.svdag",        "out.vdb",           "out.png",        "out.json",
+    "out.rays", "out/results.json", "out/failures.json", "out/charts.json"};
+
+/// Removes what the commands write.
+void removeOutputs(const TemporaryDirectory& directory) {
+    for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
+        if (entry.path().filename().string().starts_with("out"))
+            std::filesystem::remove_all(entry.path());
+}
 
 /// Gives names of files the folder.
 Arguments inFolder(const TemporaryDirectory& directory, Arguments words) {
@@ -160,14 +173,9 @@ TEST_P(Signals, EndItSoonAndLeaveNothingHalf) {
             GTEST_SKIP() << display->whyNot();
         setenv("DISPLAY", display->name().c_str(), 1);
     }
-    const auto removeOutputs = [&] {
-        for (const char* output : {"out.glb", "out.svdag", "out.svdag.scratch", "out.vdb",
-                                   "out.png", "out.json", "out.rays", "out"})
-            std::filesystem::remove_all(directory_ / output);
-    };
     std::map<std::string, uintmax_t> wholeSizes;
     const double span = runForAWhile(directory_, arguments, wholeSizes);
-    removeOutputs();
+    removeOutputs(directory_);
     int endedCount = 0;
     for (size_t round = 0; round < test::faultRounds(); ++round)
         for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
@@ -188,15 +196,13 @@ TEST_P(Signals, EndItSoonAndLeaveNothingHalf) {
             endedCount += status != 0;
             if (status != 0) {
                 // Whole, if the signal came between its last byte and the end of the process.
-                for (const char* name :
-                     {"out.glb", "out.svdag", "out.vdb", "out.png", "out.json", "out.rays",
-                      "out/results.json", "out/failures.json", "out/charts.json"})
+                for (const std::string& name : kOutputs)
                     if (const std::string output = directory_ / name;
                         std::filesystem::exists(output)) {
                         EXPECT_EQ(std::filesystem::file_size(output), wholeSizes[output]) << name;
                     }
             }
-            removeOutputs();
+            removeOutputs(directory_);
         }
     EXPECT_GT(endedCount, 0) << "every signal came too late, in " << span << " s";
     std::cout << "ended within " << worst << " s" << std::endl;
@@ -248,9 +254,7 @@ TEST(Signals, OutputClosedAtAnyMomentIsReportedAndTheFilesAreWhole) {
             EXPECT_TRUE(std::filesystem::exists(directory / output)) << output;
             EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
             std::filesystem::remove(pipe);
-            for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
-                if (entry.path().filename().string().starts_with("out"))
-                    std::filesystem::remove_all(entry.path());
+            removeOutputs(directory);
         }
     EXPECT_GT(refusedCount, 0);
     test::recordFaults(kWritersOfJson.size() * 2 * test::faultRounds(), seed);
@@ -281,6 +285,57 @@ TEST(Signals, AReaderThatDoesNotReadHoldsNobody) {
         EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
         close(reader);
     }
+}
+
+/// Starts a command on a disk that does not answer for ten seconds once a file was written; returns
+/// when it waits for it.
+pid_t startOnSlowDisk(const TemporaryDirectory& directory, const Arguments& command) {
+    const pid_t child = startProgram(
+        directory, prepared(directory, command), directory / "stdout", directory / "stderr",
+        {"/usr/bin/env", "LD_PRELOAD=" SDAG_FAULT_LIBRARY, "SDAG_FAULT=fsync:1~"});
+    const auto isWriting = [&] {
+        for (const auto& entry : std::filesystem::recursive_directory_iterator(directory.path()))
+            if (entry.path().string().find(".tmp-") != std::string::npos)
+                return true;
+        return false;
+    };
+    for (int i = 0; i < 1000 && !isWriting(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    EXPECT_TRUE(isWriting()) << command[0];
+    return child;
+}
+
+const Arguments kImport = {"import", "in.nvdb", "-o", "out.svdag"};
+
+TEST(Signals, ADiskThatDoesNotAnswerHoldsNobody) {
+    const Arguments build = {"voxelize", "builtin:atrium", "-o", "out.svdag", "--resolution",
+                             "256",      "--memory-limit", "1G"};
+    for (const Arguments& command : {build, kImport, Arguments{"scene", "atrium", "-o", "out.glb"}})
+        for (const int signal : {SIGTERM, SIGINT}) {
+            SCOPED_TRACE(command[0]);
+            const TemporaryDirectory directory;
+            const pid_t child = startOnSlowDisk(directory, command);
+            SharedClock clock;
+            kill(child, signal);
+            EXPECT_EQ(waitForProgram(child), 128 + signal) << readText(directory / "stderr");
+            EXPECT_LT(clock.seconds(), kPromisedSeconds);
+            EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
+            EXPECT_FALSE(std::filesystem::exists(directory / "out.svdag.scratch"));
+        }
+}
+
+TEST(Signals, AKilledImportEndsTheProcessThatReads) {
+    const TemporaryDirectory directory;
+    prctl(PR_SET_CHILD_SUBREAPER, 1);
+    const pid_t child = startOnSlowDisk(directory, kImport);
+    const auto begin = std::chrono::steady_clock::now();
+    kill(child, SIGKILL);
+    waitForProgram(child);
+    EXPECT_GT(waitpid(-1, nullptr, 0), 0); // the one that reads
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(5));
+    EXPECT_EQ(runShadowdag(directory, inFolder(directory, kImport)).status, 0);
+    EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
 }
 
 // A reader that leaves early, as `head` does.
