@@ -128,12 +128,12 @@ def tests_of(cpp, cmake, house, fuzz):
 def check_promises(text, tests):
     """Returns the promises without a test, and the tests that do not exist."""
     rows = PROMISED_ROW.findall(re.sub(r"<!-- \w+:begin -->.*?<!-- \w+:end -->", "", text, flags=re.DOTALL))
-    if ("promise", "held by") not in rows:
+    if ("promise", "tested by") not in rows:
         return [f"{PROMISES}: has no table of promises"]
     violations = []
     for promise, held in rows:
         names = TEST_NAME.findall(held)
-        if not names and held not in ("held by", "the same"):
+        if not names and held not in ("tested by", "the same"):
             violations.append(f"{PROMISES}: no test holds '{promise}'")
         violations += [f"{PROMISES}: names the test '{name}', which does not exist" for name in names if name not in tests]
     return violations
@@ -256,7 +256,7 @@ def self_test():
     expect(found == ["docs/studies.md: '## real' does not describe the key 'unsaid'"], f"got {found}")
     tests = tests_of("TEST(A, IsSo)\nTEST_P(B, Too) {", "add_test(NAME C.c COMMAND x)", "sdag_add_check(D x)", "set(targets e\nf)")
     expect(tests == {"A.IsSo", "B.Too", "C.c", "House.D", "Fuzz.e", "Fuzz.f"}, f"tests {tests}")
-    promises = "| promise | held by |\n|---|---|\n| one | `A.IsSo`, `A.IsGone` |\n| two | hope |\n| three | the same |\n"
+    promises = "| promise | tested by |\n|---|---|\n| one | `A.IsSo`, `A.IsGone` |\n| two | hope |\n| three | the same |\n"
     found = check_promises(promises, tests)
     expect(len(found) == 2 and "'A.IsGone'" in found[0] and "'two'" in found[1], f"promises {found}")
     expect(len(check_promises("none", tests)) == 1, "a page without promises")
