@@ -9,7 +9,7 @@ namespace {
 const std::pair<const char*, std::string> kFiles[] = {
     {"a.json", R"({"bytes": 7, "time_ms": 0.5})"},
     {"a.csv", "label,time_ms\nmaps,0.5\ndag,12e-05\n"},
-    {"a.html", "<html><p>0.5 ms, 1 of 20 pairs</p></html>\n"},
+    {"a.html", "<html><p>maps was the fastest, 0.5 ms</p></html>\n"},
     {"a.png", "\x89PNG 17 bytes"},
 };
 
@@ -33,6 +33,8 @@ TEST(ContentOf, IsThatOfEqualRunsWithOtherTimes) {
         std::string other = one;
         if (const size_t time = other.find("0.5"); time != std::string::npos)
             other.replace(time, 3, "7.1e-05");
+        if (const size_t fastest = other.find("maps was"); fastest != std::string::npos)
+            other.replace(fastest, 4, "dag");
         std::ofstream(directory / name, std::ios::binary) << one;
         const std::string content = test::contentOf(directory / name);
         std::ofstream(directory / name, std::ios::binary) << other;
