@@ -585,7 +585,7 @@ TEST(Gltf, TruncatedAndForeignFilesHaveTheirMessages) {
     const size_t binary = good.find(std::string("BIN\0", 4)) - 4;
     other[binary] += 8; // runs 8 bytes beyond the file: tinygltf does not notice
     EXPECT_THAT(messageOf("t.glb", other), HasSubstr("GLB BIN chunk"));
-    EXPECT_THAT(messageOf("t.gltf", "[]"), HasSubstr("not a readable glTF 2.0 file"));
+    EXPECT_THAT(messageOf("t.gltf", "[]"), HasSubstr("a list where glTF has an object in braces"));
 }
 
 // Each is named by how it begins or, if that says nothing, by its extension.
@@ -652,8 +652,6 @@ TEST(Gltf, AbsentFilesHaveTheirMessages) {
     EXPECT_THAT(message(folder.path(".")), HasSubstr("not a regular file"));
     std::filesystem::create_symlink("loop", folder.path("loop"));
     EXPECT_THAT(message(folder.path("loop")), HasSubstr("Too many levels of symbolic links"));
-    EXPECT_THAT(message(folder.write("t.gltf", "[]")),
-                HasSubstr("a list where glTF has an object"));
     GltfParts parts = triangleFile();
     ASSERT_EQ(mkfifo(folder.path("pipe").c_str(), 0600), 0);
     for (const auto& [uri, what] :

@@ -103,7 +103,6 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
             throw Error(ErrorKind::kUsage,
                         option + " and --experiment contradict each other: " + options.experiment +
                             " fixes it; edit a copy of the file or drop one");
-    options.common.checkVoxels();
     Json content;
     Experiment e = readExperiment(options.experiment, &content);
     if (!content.contains("believe")) // a default, not a request
@@ -118,6 +117,7 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
         throw Error(ErrorKind::kUsage,
                     options.experiment + " names no scenes: give SCENE... on the command line");
     refuseUnused(e, options.common.voxels.size(), options.experiment, commandLine);
+    options.common.checkVoxels();
     return e;
 }
 
