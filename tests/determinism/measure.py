@@ -7,8 +7,8 @@ Each PROGRAM is a build of shadowdag; its provenance names the compiler and the 
 are hashed, or those that stand before it. A program of the preset cuda-host plays its device (cuda_host). The results are the data of the table in
 docs/promises.md, which the command `determinism` of tools/report/shadowdag_report writes. They are added to those in
 FILE.json and replace what the same system, compiler, back end and device gave before; the first ever measured is the
-reference. --quick: fewer scenes and settings, for a test, which fails (status 1) on a difference that no explanation of
-the table covers.
+reference. --quick: fewer scenes and settings and nothing added, for a test, which fails (status 1) on a difference that no
+explanation of the table covers.
 """
 import argparse
 import hashlib
@@ -146,7 +146,8 @@ def main():
             if "cpu" in (backends or "cpu") and not refuses_unknown_instructions(program, pathlib.Path(folder)):
                 sys.exit("SHADOWDAG_ISA=sse9 is not refused")
     output = pathlib.Path(arguments.output)
-    before = json.loads(output.read_text()) if output.exists() else {"provenance": [], "left_out": [], "rows": []}
+    is_added = output.exists() and not arguments.quick
+    before = json.loads(output.read_text()) if is_added else {"provenance": [], "left_out": [], "rows": []}
     result = joined(before, {"provenance": provenances, "left_out": left_out, "rows": rows})
     output.write_text(json.dumps(result, indent=1) + "\n")
     print(f"{len(rows)} hashes; left out for lack of a device or an instruction set: {', '.join(result['left_out']) or 'nothing'}")

@@ -66,7 +66,7 @@ def table(results):
                  len(results["rows"]), len(scenes), ", ".join(scenes), " and ".join(isas),
                  ", ".join(map(str, threads)), columns[0]), ""]
     if results["left_out"]:
-        lines += ["Not measured, as no machine had it: {}.".format(", ".join(results["left_out"])), ""]
+        lines += ["Not measured, because no machine supports it: {}.".format(", ".join(results["left_out"])), ""]
     lines += ["| hash of | " + " | ".join(columns) + " |",
               "|---|" + "---:|" * len(columns)]
     for what, cells in content.items():
