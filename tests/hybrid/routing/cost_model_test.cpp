@@ -103,7 +103,7 @@ TEST(ExpressionModel, ReportsThePositionOfAnError) {
     EXPECT_THAT(errorOf("expr:96 - texel"),
                 AllOf(HasSubstr("texel"), HasSubstr("position 5"), HasSubstr("faceTexels")));
     EXPECT_THAT(errorOf("expr:(1 + 2"), HasSubstr("position"));
-    EXPECT_THAT(errorOf("expr:"), HasSubstr("position"));
+    EXPECT_THAT(errorOf("expr:"), HasSubstr("as in expr:96-texels"));
     EXPECT_THAT(errorOf("expr:1, 2"), HasSubstr("2 values"));
 }
 
