@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Builds the documentation site: doxygen reads the public headers, then Sphinx writes DIR/html. Warnings are errors.
+
+    build.py BUILD DIR [--source DIR]    BUILD is a finished build with the program and the Python module
+
+Exits with 77 where Sphinx, its extensions or doxygen are not installed.
+"""
+import argparse
+import importlib.util
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+MISSING_STATUS = 77
+PARTS = ("sphinx", "myst_parser", "breathe", "furo")
+# All names are in one namespace, which is left out of theirs: each header would declare it anew.
+DOXYGEN = """
+PROJECT_NAME = ShadowDAG
+INPUT = {headers}
+STRIP_FROM_PATH = {root}
+OUTPUT_DIRECTORY = {output}
+GENERATE_HTML = NO
+GENERATE_LATEX = NO
+GENERATE_XML = YES
+XML_PROGRAMLISTING = NO
+EXTRACT_ALL = YES
+MACRO_EXPANSION = YES
+EXPAND_ONLY_PREDEF = YES
+PREDEFINED = SDAG_HD=
+EXCLUDE_SYMBOLS = detail::*
+SHOW_INCLUDE_FILES = NO
+INPUT_FILTER = "sed -e '/^namespace shadowdag {{$/d' -e '/^}} .. namespace shadowdag$/d'"
+QUIET = YES
+WARN_IF_UNDOCUMENTED = NO
+WARN_IF_DOC_ERROR = NO
+WARN_NO_PARAMDOC = NO
+WARN_IF_INCOMPLETE_DOC = NO
+"""
+
+
+def missing():
+    """Returns which modules and programs are not installed."""
+    return ([part for part in PARTS if importlib.util.find_spec(part) is None]
+            + [program for program in ("doxygen",) if not shutil.which(program)])
+
+
+def build(build_folder, output, source):
+    """Builds the site and returns the exit status."""
+    headers = re.findall(r"^```\{doxygenfile\} (\S+)", (source / "docs/site/cpp_api.md").read_text(), re.MULTILINE)
+    output.mkdir(parents=True, exist_ok=True)
+    configuration = DOXYGEN.format(headers=" ".join(str(source / header) for header in headers), root=source, output=output)
+    subprocess.run(["doxygen", "-"], input=configuration, text=True, check=True)
+    environment = dict(os.environ, SHADOWDAG_DOXYGEN=str(output / "xml"), SHADOWDAG_BUILD=str(build_folder))
+    status = subprocess.run([sys.executable, "-B", "-m", "sphinx", "-b", "html", "-q", "-W", "--keep-going", "-c", str(source / "docs/site"),
+                             "-d", str(output / "doctrees"), str(source), str(output / "html")], env=environment).returncode
+    if status == 0:
+        shutil.copy(output / "html/README.html", output / "html/index.html")  # the name that servers look for
+    return status
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("build", type=pathlib.Path)
+    parser.add_argument("output", type=pathlib.Path)
+    parser.add_argument("--source", type=pathlib.Path, default=ROOT)
+    arguments = parser.parse_args()
+    absent = missing()
+    if absent:
+        print(f"not installed: {', '.join(absent)}; './do packages dev' installs them", file=sys.stderr)
+        sys.exit(MISSING_STATUS)
+    sys.exit(build(arguments.build.resolve(), arguments.output.resolve(), arguments.source.resolve()))
