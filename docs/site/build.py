@@ -31,8 +31,7 @@ EXTRACT_ALL = YES
 MACRO_EXPANSION = YES
 EXPAND_ONLY_PREDEF = YES
 PREDEFINED = SDAG_HD=
-EXCLUDE_SYMBOLS = detail::*
-SHOW_INCLUDE_FILES = NO
+EXCLUDE_SYMBOLS = detail detail::*
 INPUT_FILTER = "sed -e '/^namespace shadowdag {{$/d' -e '/^}} .. namespace shadowdag$/d'"
 QUIET = YES
 WARN_IF_UNDOCUMENTED = NO

@@ -40,6 +40,7 @@ nitpick_ignore_regex = [("cpp:.*", ".*"), ("py:.*", r"(numpy|np|pandas|matplotli
 breathe_projects = {"ShadowDAG": os.environ.get("SHADOWDAG_DOXYGEN", "")}
 breathe_default_project = "ShadowDAG"
 breathe_default_members = ("members", "undoc-members")
+breathe_show_include = False
 # As doxygen leaves it: a macro that is empty for the host's compiler.
 cpp_id_attributes = ["SDAG_HD"]
 

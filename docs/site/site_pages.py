@@ -9,6 +9,7 @@ import html
 import inspect
 import os
 import pathlib
+import re
 import sys
 
 from docutils import nodes
@@ -133,6 +134,14 @@ def python_page(build):
 GENERATED = {"docs/site/options": options_page, "docs/site/frame_settings": settings_page, "docs/site/python_api": python_page}
 
 
+def label_headers(text):
+    """Returns the page of headers with a target before the heading of each, to which docstrings link that name the file."""
+    for file in pathlib.Path(os.environ["SHADOWDAG_DOXYGEN"]).glob("*_8h.xml"):
+        name = re.search(r'<location file="([^"]+)"/>\s*</compounddef>', file.read_text())[1]
+        text = text.replace(f"\n## {name}\n", f"\n({file.stem})=\n## {name}\n")
+    return text
+
+
 def contents(config):
     """Returns the lists of pages, which the front page carries hidden."""
     return "".join("\n```{{toctree}}\n:hidden:\n:caption: {}\n\n{}\n```\n".format(caption, "\n".join("/" + page for page in pages))
@@ -143,6 +152,8 @@ def add_generated(app, page, source):
     """Appends what is generated to the head of a page."""
     if page == app.config.root_doc:
         source[0] += contents(app.config)
+    elif page == "docs/site/cpp_api":
+        source[0] = label_headers(source[0])
     elif page in GENERATED:
         source[0] += "\n" + GENERATED[page](pathlib.Path(os.environ["SHADOWDAG_BUILD"]))
 
