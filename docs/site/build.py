@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Builds the documentation site: doxygen reads the public headers, then Sphinx writes DIR/html. Warnings are errors.
+"""Builds the documentation site: doxygen reads the public headers, then Sphinx writes DIR/html. Warnings are errors, as
+are links between pages that lead nowhere.
 
     build.py BUILD DIR [--source DIR]    BUILD is a finished build with the program and the Python module
 
@@ -13,6 +14,7 @@ import re
 import shutil
 import subprocess
 import sys
+import urllib.parse
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 MISSING_STATUS = 77
@@ -30,7 +32,7 @@ XML_PROGRAMLISTING = NO
 EXTRACT_ALL = YES
 MACRO_EXPANSION = YES
 EXPAND_ONLY_PREDEF = YES
-PREDEFINED = SDAG_HD=
+PREDEFINED = __cplusplus SDAG_HD= SDAG_LEAF_BEGIN= SDAG_LEAF_END= SDAG_LEAF= SDAG_EXACT= SDAG_CONST=const "SDAG_IN(type)=const type&"
 EXCLUDE_SYMBOLS = detail detail::*
 INPUT_FILTER = "sed -e '/^namespace shadowdag {{$/d' -e '/^}} .. namespace shadowdag$/d'"
 QUIET = YES
@@ -47,6 +49,16 @@ def missing():
             + [program for program in ("doxygen",) if not shutil.which(program)])
 
 
+def broken_links(site):
+    """Returns the links of the pages to files of the site that it does not have."""
+    broken = []
+    for page in sorted(site.rglob("*.html")):
+        for link in set(re.findall(r'(?:href|src)="([^"#]+)', page.read_text())):
+            if not re.match(r"[a-z]+:", link) and not (page.parent / urllib.parse.unquote(link.partition("?")[0])).exists():
+                broken.append(f"{page.relative_to(site)}: links to '{link}', which the site does not have")
+    return broken
+
+
 def build(build_folder, output, source):
     """Builds the site and returns the exit status."""
     headers = re.findall(r"^```\{doxygenfile\} (\S+)", (source / "docs/site/cpp_api.md").read_text(), re.MULTILINE)
@@ -56,9 +68,12 @@ def build(build_folder, output, source):
     environment = dict(os.environ, SHADOWDAG_DOXYGEN=str(output / "xml"), SHADOWDAG_BUILD=str(build_folder))
     status = subprocess.run([sys.executable, "-B", "-m", "sphinx", "-b", "html", "-q", "-W", "--keep-going", "-c", str(source / "docs/site"),
                              "-d", str(output / "doctrees"), str(source), str(output / "html")], env=environment).returncode
-    if status == 0:
-        shutil.copy(output / "html/README.html", output / "html/index.html")  # the name that servers look for
-    return status
+    if status:
+        return status
+    shutil.copy(output / "html/README.html", output / "html/index.html")  # the name that servers look for
+    broken = broken_links(output / "html")
+    print("\n".join(broken + [f"the documentation begins at {output / 'html/index.html'}"]))
+    return 1 if broken else 0
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ contents = {
 }
 
 myst_heading_anchors = 6
-myst_enable_extensions = []
+smartquotes = False  # "--option" and quoted words stay as they are
 highlight_language = "text"
 nitpicky = True
 # Types of other libraries, and C++ names that the chosen headers use and do not declare, have no page here.
@@ -41,8 +41,6 @@ breathe_projects = {"ShadowDAG": os.environ.get("SHADOWDAG_DOXYGEN", "")}
 breathe_default_project = "ShadowDAG"
 breathe_default_members = ("members", "undoc-members")
 breathe_show_include = False
-# As doxygen leaves it: a macro that is empty for the host's compiler.
-cpp_id_attributes = ["SDAG_HD"]
 
 html_theme = "furo"
 html_title = f"ShadowDAG {version}"

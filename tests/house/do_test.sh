@@ -29,6 +29,7 @@ check "help" 0 "report [ARG...]" "$script" help
 check "nothing is help" 0 "test [--quick]" "$script"
 check "unknown command" 1 "unknown command 'frobnicate'" "$script" frobnicate
 check "packages refuses nonsense" 1 "not 'everything'" "$script" packages everything
+check "docs refuses nonsense" 1 "not 'html'" "$script" docs html
 check "fuzz refuses nonsense" 1 "not 'soon'" "$script" fuzz soon
 check "check refuses nonsense" 1 "not '--some'" "$script" check --some
 

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks that the man page and the shells' completions name every subcommand and, under each, every option of --help,
-and that the shells and man accept them. Reads --help by other means than what wrote them.
+and that the shells and man accept them; and that the documents use only subcommands and options that exist. Reads --help by
+other means than what wrote the page and the completions.
 
-    manual.py PROGRAM DIR      checks DIR, after checking itself on planted violations
+    manual.py PROGRAM DIR SOURCE_DIR      checks DIR and the documents, after checking itself on planted violations
 """
 import pathlib
 import re
@@ -10,12 +11,14 @@ import shutil
 import subprocess
 import sys
 
-from sources import expect, report
+from sources import expect, project_files, read, report
 
 # Where a file names the options of a subcommand.
 SECTIONS = {"shadowdag.1": r"^\.SH {upper}$(.*?)(?=^\.SH |\Z)", "shadowdag.bash": r"^        {name}\) options=(.*?)$",
             "_shadowdag": r"^        {name}\)$(.*?);;$"}
 TESTERS = {"shadowdag.1": ("man", "--warnings", "-l"), "shadowdag.bash": ("bash", "-n"), "_shadowdag": ("zsh", "-n")}
+# A command in a document: in an indented block, or in backticks.
+COMMAND = re.compile(r"(?:^ {4,}(?:build/release/tools/)?|`)shadowdag ([a-z]+)((?: [^`\n]*)?)", re.MULTILINE)
 # Asks bash for the words that follow a command line.
 ASK_BASH = 'source "$1"; shift; compopt() { :; }; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _shadowdag; echo "${COMPREPLY[@]}"'
 
@@ -39,13 +42,28 @@ def missing(file, text, command, names):
             if not re.search(rf"(?<![\w-]){name}(?![\w-])", section[1])]
 
 
-def check(program, folder):
+def unknown_in(path, text, known):
+    """Returns the subcommands and options in a document's commands that the program does not have.
+
+    known: the names of options, by subcommand
+    """
+    violations = []
+    for command, words in COMMAND.findall(text):
+        if command not in known:
+            violations.append(f"{path}: uses the subcommand '{command}', which does not exist")
+        else:
+            violations += [f"{path}: uses '{command} {name}', which does not exist"
+                           for name in re.findall(r"(?<![\w-])--[a-z][\w-]*", words.split(" # ")[0]) if name not in known[command]]
+    return violations
+
+
+def check(program, folder, root):
     """Returns the violations and the number of files."""
     texts = {file: (folder / file).read_text() for file in SECTIONS}
     commands = re.findall(r"^  ([a-z]+) ", help_of(program).split("Subcommands:\n")[1], re.MULTILINE)
     violations = [] if len(commands) > 10 else [f"only the subcommands {commands} were found in --help"]
-    for command in commands:
-        names = options_in(help_of(program, command))
+    known = {command: options_in(help_of(program, command)) for command in commands}
+    for command, names in known.items():
         for file, text in texts.items():
             violations += missing(file, text, command, names)
     for file, tester in TESTERS.items():
@@ -58,7 +76,10 @@ def check(program, folder):
                                capture_output=True, text=True).stdout.split()
         if not set(wanted) <= set(words):
             violations.append(f"shadowdag.bash: completes 'shadowdag {' '.join(line)}' by {words}, not {wanted}")
-    return violations, len(texts)
+    documents = [path for path in project_files(root) if path.suffix == ".md"]
+    for path in documents:
+        violations += unknown_in(path, read(root, path), known)
+    return violations, len(texts) + len(documents)
 
 
 def self_test():
@@ -69,8 +90,11 @@ def self_test():
     expect(len(missing("shadowdag.1", page, "render", ["--json"])) == 1, "an option of another subcommand")
     expect(len(missing("shadowdag.bash", "        fit) options='--a-b' ;;\n", "fit", ["--a-b", "--a"])) == 1, "a prefix")
     expect(len(missing("_shadowdag", "        fit)\n  '--a[x]' ;;\n", "view", ["--a"])) == 1, "a missing subcommand")
+    text = "    build/release/tools/shadowdag fit A --max 1 --gone # --not\n`shadowdag go` and `shadowdag fit --max`\n"
+    found = unknown_in("x.md", text, {"fit": ["--max"]})
+    expect(len(found) == 2 and "'fit --gone'" in found[0] and "'go'" in found[1], f"got {found}")
 
 
 if __name__ == "__main__":
     self_test()
-    sys.exit(report("manual", *check(sys.argv[1], pathlib.Path(sys.argv[2]))))
+    sys.exit(report("manual", *check(sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3]))))
