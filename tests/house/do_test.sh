@@ -24,6 +24,9 @@ for ci in run cuda; do
     [[ -x $script && -x $1/.ci/$ci ]] || { echo "FAILED: ./do and .ci/$ci must be executable"; failures=1; }
 done
 
+for command in $(grep -oh '\./do [a-z]\+' "$1/Containerfile" "$1/README.md" "$1"/docs/*.md | cut -d' ' -f2 | sort -u); do
+    grep -q "^    $command\b" "$script" || { echo "FAILED: a document uses './do $command', which does not exist"; failures=1; }
+done
 cd -- "$stage" # any directory
 check "help" 0 "report [ARG...]" "$script" help
 check "nothing is help" 0 "test [--quick]" "$script"
