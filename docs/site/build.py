@@ -54,7 +54,8 @@ def broken_links(site):
     broken = []
     for page in sorted(site.rglob("*.html")):
         for link in set(re.findall(r'(?:href|src)="([^"#]+)', page.read_text())):
-            if not re.match(r"[a-z]+:", link) and not (page.parent / urllib.parse.unquote(link.partition("?")[0])).exists():
+            target = page.parent / urllib.parse.unquote(link.partition("?")[0])
+            if not re.match(r"[a-z]+:", link) and not target.exists():
                 broken.append(f"{page.relative_to(site)}: links to '{link}', which the site does not have")
     return broken
 
@@ -63,11 +64,13 @@ def build(build_folder, output, source):
     """Builds the site and returns the exit status."""
     headers = re.findall(r"^```\{doxygenfile\} (\S+)", (source / "docs/site/cpp_api.md").read_text(), re.MULTILINE)
     output.mkdir(parents=True, exist_ok=True)
-    configuration = DOXYGEN.format(headers=" ".join(str(source / header) for header in headers), root=source, output=output)
+    inputs = " ".join(str(source / header) for header in headers)
+    configuration = DOXYGEN.format(headers=inputs, root=source, output=output)
     subprocess.run(["doxygen", "-"], input=configuration, text=True, check=True)
     environment = dict(os.environ, SHADOWDAG_DOXYGEN=str(output / "xml"), SHADOWDAG_BUILD=str(build_folder))
-    status = subprocess.run([sys.executable, "-B", "-m", "sphinx", "-b", "html", "-q", "-W", "--keep-going", "-c", str(source / "docs/site"),
-                             "-d", str(output / "doctrees"), str(source), str(output / "html")], env=environment).returncode
+    command = [sys.executable, "-B", "-m", "sphinx", "-b", "html", "-q", "-W", "--keep-going",
+               "-c", source / "docs/site", "-d", output / "doctrees", source, output / "html"]
+    status = subprocess.run([str(word) for word in command], env=environment).returncode
     if status:
         return status
     shutil.copy(output / "html/README.html", output / "html/index.html")  # the name that servers look for

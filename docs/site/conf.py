@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sphinx: the site is made of the Markdown files where they stand; the root of the repository is its source. README.md is
-# the front page. site_pages.py generates what stands in code. Built by docs/site/build.py.
+# Sphinx: the site is made of the Markdown files where they stand; the root of the repository is its source. README.md
+# is the front page. site_pages.py generates what stands in code. Built by docs/site/build.py.
 import os
 import pathlib
 import re

@@ -7,22 +7,27 @@ settings of frames and the Python module, from the build folder that SHADOWDAG_B
 import ast
 import html
 import inspect
+import json
 import os
 import pathlib
 import re
 import sys
 
 from docutils import nodes
+from markdown_it import MarkdownIt
 from sphinx import addnodes
 from sphinx.util.osutil import relative_uri
 
 from help_text import commands_of
 
 TABLE = "| {} | {} | {} |\n"
+RULE = TABLE.format("---", "---", "---")
 SOURCES = "source/"  # the folder of the pages of source files
+LARGEST_OF_FOLDER = 30000  # bytes of a file that has a page because its folder has one
+LARGEST_LINKED = 200000  # bytes of a file that a link names; larger ones are downloaded, as results are
 PICTURES = (".png", ".svg")  # stay files
-LANGUAGES = {".h": "cpp", ".cpp": "cpp", ".cu": "cpp", ".py": "python", ".pyi": "python", ".json": "json", ".ipynb": "json",
-             ".txt": "text", ".cmake": "cmake"}
+LANGUAGES = {".h": "cpp", ".cpp": "cpp", ".cu": "cpp", ".py": "python", ".pyi": "python", ".json": "json",
+             ".ipynb": "a notebook", ".txt": "text", ".cmake": "cmake"}
 
 
 def cell(text):
@@ -42,7 +47,7 @@ def options_page(build):
     for command in commands_of(str(build / "tools/shadowdag")):
         text += f"\n## {command.name or 'shadowdag'}\n\n{command.summary}\n\n    {command.usage}\n"
         for heading, options in command.groups:
-            text += f"\n### {heading}\n\n" + TABLE.format("option", "value", "what it does") + TABLE.format("---", "---", "---")
+            text += f"\n### {heading}\n\n" + TABLE.format("option", "value", "what it does") + RULE
             for option in options:
                 marks = " (required)" if option.is_required else ""
                 text += TABLE.format(", ".join(map(code, option.names)), code(option.value), cell(option.help) + marks)
@@ -58,7 +63,7 @@ def module_of(build):
 
 def settings_page(build):
     """Returns the table of the settings of frames."""
-    text = TABLE.format("key", "default", "what it is") + TABLE.format("---", "---", "---")
+    text = TABLE.format("key", "default", "what it is") + RULE
     for row in module_of(build).frame_settings():
         text += TABLE.format(code(row["key"]), code(row["default"]), cell(row["help"]))
     return text
@@ -80,11 +85,10 @@ def described(kind, signature, text):
 
 def signature_of(node, skip):
     """Returns name, parameters and result of a function of the stubs, without the first `skip` parameters."""
-    arguments = node.args
-    arguments.args = arguments.args[skip:]
-    arguments.posonlyargs = arguments.posonlyargs[skip:] if not arguments.args and skip else arguments.posonlyargs
+    positional = node.args.posonlyargs or node.args.args
+    del positional[:skip]
     returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
-    return f"{node.name}({ast.unparse(arguments)}){returns}"
+    return f"{node.name}({ast.unparse(node.args)}){returns}"
 
 
 def class_of(name, item, members):
@@ -115,8 +119,7 @@ def python_page(build):
     for file in [folder / "_native.pyi"] + sorted(folder.glob("*.py")):
         for node in ast.parse(file.read_text()).body:
             if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and not node.name.startswith("_"):
-                if inspect.getmodule(getattr(module, node.name, None)) is not None or node.name not in definitions:
-                    definitions[node.name] = node
+                definitions.setdefault(node.name, node)
     names = [name for name in module.__all__ if name in definitions]
     classes = [name for name in names if isinstance(definitions[name], ast.ClassDef)]
     errors = [name for name in classes if issubclass(getattr(module, name), Exception)]
@@ -127,15 +130,16 @@ def python_page(build):
         if name not in errors:
             item = getattr(module, name)
             text += class_of(name, item, members_of(definitions[name], item))
-    text += "\n## Exceptions\n" + "".join(described("exception", name, docstring(getattr(module, name))) for name in errors)
-    return text
+    text += "\n## Exceptions\n"
+    return text + "".join(described("exception", name, docstring(getattr(module, name))) for name in errors)
 
 
-GENERATED = {"docs/site/options": options_page, "docs/site/frame_settings": settings_page, "docs/site/python_api": python_page}
+GENERATED = {"docs/site/options": options_page, "docs/site/frame_settings": settings_page,
+             "docs/site/python_api": python_page}
 
 
 def label_headers(text):
-    """Returns the page of headers with a target before the heading of each, to which docstrings link that name the file."""
+    """Returns the page of headers with a target before each heading: docstrings that name a file link to it."""
     for file in pathlib.Path(os.environ["SHADOWDAG_DOXYGEN"]).glob("*_8h.xml"):
         name = re.search(r'<location file="([^"]+)"/>\s*</compounddef>', file.read_text())[1]
         text = text.replace(f"\n## {name}\n", f"\n({file.stem})=\n## {name}\n")
@@ -144,7 +148,8 @@ def label_headers(text):
 
 def contents(config):
     """Returns the lists of pages, which the front page carries hidden."""
-    return "".join("\n```{{toctree}}\n:hidden:\n:caption: {}\n\n{}\n```\n".format(caption, "\n".join("/" + page for page in pages))
+    form = "\n```{{toctree}}\n:hidden:\n:caption: {}\n\n{}\n```\n"
+    return "".join(form.format(caption, "\n".join("/" + page for page in pages))
                    for caption, pages in config.contents.items())
 
 
@@ -163,7 +168,7 @@ def link_sources(app, document):
     page = app.env.docname
     for node in list(document.findall(addnodes.download_reference)):
         file = (pathlib.Path(app.srcdir) / page).parent.joinpath(node["reftarget"]).resolve()
-        if file.suffix not in PICTURES:
+        if file.suffix not in PICTURES and file.stat().st_size < LARGEST_LINKED:
             replace_by_source(app, page, node, file)
     for node in list(document.findall(addnodes.pending_xref)):
         target = (pathlib.Path(app.srcdir) / page).parent.joinpath(node["reftarget"]).resolve()
@@ -174,9 +179,18 @@ def link_sources(app, document):
 def replace_by_source(app, page, node, file):
     """Replaces a link of a page by one to the page of a source file or folder."""
     name = str(file.relative_to(app.srcdir))
-    app.env.shadowdag_sources.setdefault(page, set()).add(name)
+    children = [child for child in file.glob("*") if child.suffix in LANGUAGES]
+    named = [file] + [child for child in children if child.stat().st_size < LARGEST_OF_FOLDER]
+    app.env.shadowdag_sources.setdefault(page, set()).update(str(path.relative_to(app.srcdir)) for path in named)
     uri = relative_uri(app.builder.get_target_uri(page), SOURCES + name + ".html")
     node.replace_self(nodes.reference("", "", *node.children, internal=True, refuri=uri))
+
+
+def notebook(text, highlighter):
+    """Returns the cells of a notebook as HTML."""
+    cells = ((cell["cell_type"], "".join(cell["source"])) for cell in json.loads(text)["cells"])
+    return "".join(highlighter.highlight_block(source, "python") if kind == "code" else MarkdownIt().render(source)
+                   for kind, source in cells)
 
 
 def source_pages(app):
@@ -189,6 +203,8 @@ def source_pages(app):
                     f'<li><a href="{path.name}/{child.name}.html"><code>{html.escape(child.name)}</code></a></li>'
                     for child in sorted(path.iterdir()) if child.name != "__pycache__"]
             body = "<ul>" + "\n".join(rows) + "</ul>"
+        elif path.suffix == ".ipynb":
+            body = notebook(path.read_text(), app.builder.highlighter)
         else:
             language = LANGUAGES.get(path.suffix, "text")
             body = app.builder.highlighter.highlight_block(path.read_text(), language, force=True)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks that the man page and the shells' completions name every subcommand and, under each, every option of --help,
-and that the shells and man accept them; and that the documents use only subcommands and options that exist. Reads --help by
+that the shells and man accept them, and that the documents use only subcommands and options that exist. Reads --help by
 other means than what wrote the page and the completions.
 
     manual.py PROGRAM DIR SOURCE_DIR      checks DIR and the documents, after checking itself on planted violations
@@ -20,7 +20,8 @@ TESTERS = {"shadowdag.1": ("man", "--warnings", "-l"), "shadowdag.bash": ("bash"
 # A command in a document: in an indented block, or in backticks.
 COMMAND = re.compile(r"(?:^ {4,}(?:build/release/tools/)?|`)shadowdag ([a-z]+)((?: [^`\n]*)?)", re.MULTILINE)
 # Asks bash for the words that follow a command line.
-ASK_BASH = 'source "$1"; shift; compopt() { :; }; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _shadowdag; echo "${COMPREPLY[@]}"'
+ASK_BASH = """source "$1"; shift; compopt() { :; }; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _shadowdag
+echo "${COMPREPLY[@]}\""""
 
 
 def help_of(program, *words):
@@ -52,8 +53,9 @@ def unknown_in(path, text, known):
         if command not in known:
             violations.append(f"{path}: uses the subcommand '{command}', which does not exist")
         else:
+            used = re.findall(r"(?<![\w-])--[a-z][\w-]*", words.split(" # ")[0])
             violations += [f"{path}: uses '{command} {name}', which does not exist"
-                           for name in re.findall(r"(?<![\w-])--[a-z][\w-]*", words.split(" # ")[0]) if name not in known[command]]
+                           for name in used if name not in known[command]]
     return violations
 
 

@@ -9,7 +9,8 @@ trap 'rm -rf -- "$stage"' EXIT
 [[ -f $build/docs/html/index.html ]] || { echo "skipped: there is no documentation site, which needs Sphinx"; exit 77; }
 command -v dpkg-shlibdeps >/dev/null || { echo "skipped: this system has no dpkg"; exit 77; }
 
-(cd -- "$build" && cpack -G DEB -B "$stage/deb" -D CPACK_SDAG_SITE="$build/docs/html") >"$stage/log" 2>&1 || { cat "$stage/log"; exit 1; }
+(cd -- "$build" && cpack -G DEB -B "$stage/deb" -D CPACK_SDAG_SITE="$build/docs/html") >"$stage/log" 2>&1 ||
+    { cat "$stage/log"; exit 1; }
 deb=$(echo "$stage"/deb/*.deb)
 dpkg-deb -x "$deb" "$stage/root"
 failures=0
@@ -23,7 +24,8 @@ for package in libembree libtbb python3-numpy; do
     [[ $depends == *$package* ]] || { echo "FAILED: the package does not depend on $package, but on $depends"; failures=1; }
 done
 "$stage/root/usr/bin/shadowdag" scene --list | grep atrium >/dev/null || { echo "FAILED: the program does not run"; failures=1; }
-PYTHONPATH=$stage/root/usr/lib/python3/dist-packages "$python" -c "import shadowdag as sd; assert any('atrium' in name for name in sd.builtin_scenes())" ||
+PYTHONPATH=$stage/root/usr/lib/python3/dist-packages "$python" -c \
+    "import shadowdag as sd; assert any('atrium' in name for name in sd.builtin_scenes())" ||
     { echo "FAILED: the module cannot be imported"; failures=1; }
 ((failures == 0)) && echo "$(basename "$deb") is complete"
 exit $failures

@@ -56,7 +56,8 @@ def main(source, build):
         def run(words):
             done = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True)
             if done.returncode:
-                print(f"FAILED with {done.returncode}: {shlex.join(map(str, words))}\n{done.stdout[-1000:]}{done.stderr[-2000:]}")
+                print(f"FAILED with {done.returncode}: {shlex.join(map(str, words))}")
+                print(done.stdout[-1000:] + done.stderr[-2000:])
             return done.returncode != 0
         failures += run([program, "scene", "fail-lantern", "-o", "YOUR.glb"])
         for words in commands:

@@ -14,7 +14,8 @@ EXIT_LINE = re.compile(r"^  (\S+(?: \+ n)?) (.*)$")
 
 def roff(text):
     """Returns a text as troff reads it."""
-    return "\n".join("\\&" + line if line[:1] in ".'" else line for line in text.replace("\\", "\\e").replace("-", "\\-").split("\n"))
+    lines = text.replace("\\", "\\e").replace("-", "\\-").split("\n")
+    return "\n".join("\\&" + line if line.startswith((".", "'")) else line for line in lines)
 
 
 def man_page(commands, version):
@@ -26,7 +27,8 @@ def man_page(commands, version):
     lines += [f".B shadowdag\n{roff(command.usage.removeprefix('shadowdag').strip())}\n.br" for command in commands[1:]]
     lines += [".SH DESCRIPTION", roff(main.footer.split("\n")[-1])]
     for command in commands:
-        lines += [f".SH {roff(command.name.upper() or 'OPTIONS')}"] + ([roff(command.summary) + "."] if command.name else [])
+        lines += [f".SH {roff(command.name.upper() or 'OPTIONS')}"]
+        lines += [roff(command.summary) + "."] if command.name else []
         for heading, options in command.groups:
             lines += [f".SS {roff(heading)}"] if heading != "Options" else []
             for option in options:
