@@ -19,6 +19,8 @@ usage: ./do COMMAND
   check [--all]     installs missing packages of development, then checks without building: format, clang-tidy
                     (of what changed since origin/HEAD; --all: of every source), and what tests/house checks:
                     headers alone, include order, settings, documents.
+  docs              installs packages of development, builds the program and the Python module, and writes the
+                    documentation site to build/docs/html; warnings and broken links are errors.
   fuzz MINUTES [TARGET...]
                     builds the targets of tests/fuzz with clang-19's libFuzzer and runs them, MINUTES in all;
                     inputs that they find stay in build/fuzz. Installs packages of development if clang++-19 is missing.
@@ -135,6 +137,12 @@ case $command in
         cmake --build --preset werror --target sdag_provenance
         python3 tests/house/tidy.py "$root" build/werror --jobs "$(jobs)" "$@"
         ctest --preset werror -L '^check$'
+        ;;
+    docs)
+        [[ $# == 0 ]] || fail "docs takes nothing, not '$*'"
+        installPackages dev
+        build release --target shadowdag sdag_python
+        /usr/bin/python3 -B docs/site/build.py build/release build/docs # Debian's own, which has Debian's Sphinx
         ;;
     fuzz)
         [[ ${1:-} =~ ^[0-9]+([.][0-9]+)?$ ]] || fail "fuzz takes minutes and targets, not '$*'"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake --install: the libraries with their headers, the experiments and studies, and the package config with which
-# find_package(ShadowDAG) gives ShadowDAG::sdag_hybrid and the libraries before it; tests/house/consumer uses it.
+# find_package(ShadowDAG) gives ShadowDAG::sdag_hybrid and the libraries before it; examples/shadow_rays uses it.
 # tools/ installs the program.
 include(CMakePackageConfigHelpers)
 set(configFolder ${CMAKE_INSTALL_LIBDIR}/cmake/ShadowDAG)

@@ -24,11 +24,15 @@ for ci in run cuda; do
     [[ -x $script && -x $1/.ci/$ci ]] || { echo "FAILED: ./do and .ci/$ci must be executable"; failures=1; }
 done
 
+for command in $(grep -oh '\./do [a-z]\+' "$1/Containerfile" "$1/README.md" "$1"/docs/*.md | cut -d' ' -f2 | sort -u); do
+    grep -q "^    $command\b" "$script" || { echo "FAILED: a document uses './do $command', which does not exist"; failures=1; }
+done
 cd -- "$stage" # any directory
 check "help" 0 "report [ARG...]" "$script" help
 check "nothing is help" 0 "test [--quick]" "$script"
 check "unknown command" 1 "unknown command 'frobnicate'" "$script" frobnicate
 check "packages refuses nonsense" 1 "not 'everything'" "$script" packages everything
+check "docs refuses nonsense" 1 "not 'html'" "$script" docs html
 check "fuzz refuses nonsense" 1 "not 'soon'" "$script" fuzz soon
 check "check refuses nonsense" 1 "not '--some'" "$script" check --some
 

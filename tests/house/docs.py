@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks the documents: README's size, every relative link, every mentioned file, the steps of docs/developing.md, the
-numbers of README's claims, the tests of docs/promises.md, and that no merge conflict is left.
+numbers of README's claims, the tests of docs/promises.md, that the gallery shows every picture, and that no merge conflict
+is left.
 
     docs.py SOURCE_DIR      checks the tree, after checking itself on planted violations
 """
@@ -139,6 +140,12 @@ def check_promises(text, tests):
     return violations
 
 
+def check_gallery(text, pictures):
+    """Returns the pictures of docs/ that the gallery does not show. Of a chart with two forms it shows one."""
+    shown = {pathlib.Path(target).stem for target in re.findall(r"!\[[^]]+\]\(([^)]+)\)", text)}
+    return [f"docs/gallery.md: does not show {picture}" for picture in pictures if pathlib.Path(picture).stem not in shown]
+
+
 def check_statuses(guide, help_text):
     """Returns what the user guide and the program's help say differently of exit statuses."""
     in_guide = re.findall(r"^\| (\d) \| (.*?) \|$", guide, re.MULTILINE)
@@ -220,8 +227,10 @@ def check_against_sources(root):
                             if path.parts[0] == "tests" and (path.suffix == suffix or path.name == suffix))
                   for suffix in (".cpp", "CMakeLists.txt"))
     tests = tests_of(cpp, cmake, read(root, "tests/house/CMakeLists.txt"), read(root, "tests/fuzz/CMakeLists.txt"))
+    pictures = sorted(path.name for path in project_files(root) if str(path.parent) == "docs" and path.suffix in (".png", ".svg"))
     return (check_studies(read(root, "docs/studies.md"), readers)
             + check_promises(read(root, PROMISES), tests)
+            + check_gallery(read(root, "docs/gallery.md"), pictures)
             + check_statuses(read(root, "docs/user_guide.md"), read(root, "tools/settings/command_line.cpp")))
 
 
@@ -260,6 +269,8 @@ def self_test():
     found = check_promises(promises, tests)
     expect(len(found) == 2 and "'A.IsGone'" in found[0] and "'two'" in found[1], f"promises {found}")
     expect(len(check_promises("none", tests)) == 1, "a page without promises")
+    found = check_gallery("![A chart](a.png) [b](b.png)", ["a.png", "a.svg", "b.png"])
+    expect(found == ["docs/gallery.md: does not show b.png"], f"gallery {found}")
     table = "| 0 | done |\n| 1 | wrong usage, or `fit` |\n"
     equal = '    "Exit status:\\n"\n    "  0 done\\n"\n    "  1 wrong usage, or fit\\n"\n'
     expect(not check_statuses(table, equal), "equal statuses")
