@@ -23,7 +23,7 @@ usage: ./do COMMAND
                     documentation site to build/docs/html; warnings and broken links are errors.
   fuzz MINUTES [TARGET...]
                     builds the targets of tests/fuzz with clang-19's libFuzzer and runs them, MINUTES in all;
-                    inputs that they find stay in build/fuzz. Installs packages of development if clang++-19 is missing.
+                    inputs that they find stay in build/fuzz. Installs clang-19 if it is missing.
   build [PRESET]    configures and builds a preset (release): dev, release, cuda, asan, tsan, fuzz, ci,
                     werror, cuda-host.
   packages [dev]    installs the missing ones of packages.txt; with dev those for development too.
@@ -56,6 +56,7 @@ listPackages() {
     fi
 }
 
+# installPackages [dev [REGEX]] installs what is missing of packages.txt, or of those that match.
 installPackages() {
     [[ ${SDAG_SKIP_PACKAGES:-} == 1 ]] && return 0
     if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
@@ -64,6 +65,7 @@ installPackages() {
     fi
     local missing=() package
     for package in $(listPackages "${1:-}"); do
+        [[ $package =~ ${2:-.} ]] || continue
         [[ $(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null) == installed ]] || missing+=("$package")
     done
     ((${#missing[@]} == 0)) && return 0
@@ -146,7 +148,8 @@ case $command in
         ;;
     fuzz)
         [[ ${1:-} =~ ^[0-9]+([.][0-9]+)?$ ]] || fail "fuzz takes minutes and targets, not '$*'"
-        if command -v clang++-19 >/dev/null; then installPackages; else installPackages dev; fi
+        installPackages
+        command -v clang++-19 >/dev/null || installPackages dev clang
         build fuzz --target $(if (($# > 1)); then printf 'fuzz_%s ' "${@:2}"; else printf fuzzers; fi)
         python3 tests/fuzz/run.py build/fuzz "$1" --jobs "$(jobs)" "${@:2}"
         ;;
