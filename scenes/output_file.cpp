@@ -17,6 +17,7 @@
 #include <atomic>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -26,6 +27,7 @@
 #include <mutex>
 #include <new>
 #include <set>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -194,8 +196,9 @@ bool isTemporaryName(std::string_view name) {
 
 void removeAbandonedFiles(const std::string& folder) {
     constexpr int kOpenFolders = 8;
-    const auto removeOne = [](const char* path, const struct stat*, int type, FTW* found) {
-        if (type == FTW_F && isTemporaryName(path + found->base))
+    const auto removeOne = [](const char* path, const struct stat* status, int type, FTW* found) {
+        // FTW_F is also said of pipes and devices.
+        if (type == FTW_F && S_ISREG(status->st_mode) && isTemporaryName(path + found->base))
             ::unlink(path);
         return 0;
     };
@@ -231,11 +234,24 @@ std::unique_lock<std::mutex> delayRemovalOfUnfinishedFiles() {
 }
 
 void removeUnfinishedFiles() {
-    unfinished().mutex.lock(); // for good: no file is created or renamed from here on
+    static thread_local bool isRemoving = false;
+    if (std::exchange(isRemoving, true))
+        return; // one of the functions has failed
+    // Not for longer: a thread may hold it that waits for a disk that does not answer.
+    constexpr int kMaxTries = 100;
+    for (int i = 0; !unfinished().mutex.try_lock(); ++i) {
+        if (i == kMaxTries)
+            return;
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    // For good: no file is created or renamed from here on.
     for (const auto& [path, lock] : unfinished().locks)
         std::remove(path.c_str());
     for (const std::function<void()>* const remove : unfinished().removals)
-        (*remove)();
+        try {
+            (*remove)();
+        } catch (...) { // what it did not remove stays, as after SIGKILL
+        }
 }
 
 EndRemoval::EndRemoval(std::function<void()> remove) : remove_(std::move(remove)) {

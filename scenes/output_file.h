@@ -43,19 +43,25 @@ bool isTemporaryName(std::string_view name);
 /// for a folder that no other process writes to.
 void removeAbandonedFiles(const std::string& folder);
 
-/// Removes what killed processes left of one output, as the constructor of OutputFile does.
-void removeAbandonedFilesOf(const std::string& output);
+/// Removes what killed processes left of one output, as the constructor of OutputFile does. Lists
+/// each folder once in the life of the process, so files that were left there later stay.
+/// @param path of the output itself (outputTarget), not a link to it
+void removeAbandonedFilesOf(const std::string& path);
 
 /// Removes the temporary files of all OutputFiles of the process and calls the functions of
 /// EndRemovals, just before it ends itself: from then on every thread that creates, commits or
-/// destroys one of them waits forever.
+/// destroys one of them waits forever. Removes and calls nothing if a thread creates, renames or
+/// removes such a file and does not come to its end within 0.1 s, as on a disk that does not
+/// answer; the files then stay, as after SIGKILL.
 void removeUnfinishedFiles();
 
 /// While it exists, removeUnfinishedFiles also calls a function, which removes unfinished files of
 /// another kind.
 class EndRemoval {
 public:
-    /// @param remove must not throw, nor allocate where memory may be short
+    /// @param remove runs on the thread that ends the process, while others run, and with the lock
+    /// of delayRemovalOfUnfinishedFiles held: it must not use an OutputFile, and must end soon. If
+    /// it throws, what it has not removed stays
     explicit EndRemoval(std::function<void()> remove);
     ~EndRemoval();
     EndRemoval(const EndRemoval&) = delete;
@@ -67,7 +73,7 @@ private:
 
 /// While the result is held, removeUnfinishedFiles waits: for renames that belong together, and for
 /// what its functions use. The thread that holds it must not create, commit or destroy an
-/// OutputFile or an EndRemoval.
+/// OutputFile or an EndRemoval, create a ScratchFile, nor create, list or destroy a ScratchFolder.
 std::unique_lock<std::mutex> delayRemovalOfUnfinishedFiles();
 
 } // namespace shadowdag

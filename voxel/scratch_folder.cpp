@@ -2,8 +2,8 @@
 #include "voxel/scratch_folder.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -14,7 +14,7 @@
 #include <cstring>
 #include <exception>
 #include <filesystem>
-#include <memory>
+#include <new>
 #include <string_view>
 #include <utility>
 
@@ -53,15 +53,26 @@ bool isOwn(std::string_view name) {
                              takeNumber(part) && part.empty()));
 }
 
+/// Calls visit(name) for each entry of a folder, without memory of its own; null: of none.
+template <class Visit> void forEntries(DIR* listing, const Visit& visit) {
+    if (!listing)
+        return;
+    ::rewinddir(listing);
+    while (const dirent* const entry = ::readdir(listing))
+        if (const std::string_view name = entry->d_name; name != "." && name != "..")
+            visit(entry->d_name);
+}
+
 } // namespace
 
 ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume)
     : path_(outputPath + ".scratch"), lockPath_(path_ + "/lock"), resume_(resume),
       exceptionCount_(std::uncaught_exceptions()) {
-    while (!tryLock()) {
-    }
     try {
-        refuseForeign();
+        while (!tryLock()) {
+        }
+        listing_ = list();
+        refuseForeign(listing_.get());
         if (!resume && !files(kPartExtension).empty())
             throw Error(ErrorKind::kUsage,
                         path_ + " holds the files of an unfinished voxelize; continue it with "
@@ -70,15 +81,21 @@ ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume)
         if (!resume)
             atEnd_.emplace([this] { remove(); });
     } catch (...) {
-        ::close(lock_);
+        if (isNew_ && lock_ >= 0)
+            ::unlink(lockPath_.c_str());
+        if (isNew_)
+            ::rmdir(path_.c_str()); // another process may use it by now: then it is not empty
+        if (lock_ >= 0)
+            ::close(lock_);
         throw;
     }
 }
 
 bool ScratchFolder::tryLock() {
     std::error_code error;
-    if (!fs::create_directory(path_, error) && !error)
-        refuseForeign(); // before a lock is put into a folder of something else
+    isNew_ = fs::create_directory(path_, error);
+    if (!isNew_ && !error) // before a lock is put into a folder of something else
+        refuseForeign(list().get());
     if (!error)
         lock_ = ::open(lockPath_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (lock_ < 0) {
@@ -91,7 +108,7 @@ bool ScratchFolder::tryLock() {
     }
     // The lock ends with the process that holds it, in whatever way that ends.
     if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
-        ::close(lock_);
+        ::close(std::exchange(lock_, -1));
         throw Error(ErrorKind::kResource, path_ + " is in use by another process that builds the "
                                                   "same file; wait for it or stop it");
     }
@@ -100,8 +117,7 @@ bool ScratchFolder::tryLock() {
     if (::fstat(lock_, &held) == 0 && ::stat(lockPath_.c_str(), &there) == 0 &&
         held.st_dev == there.st_dev && held.st_ino == there.st_ino)
         return true;
-    ::close(lock_);
-    lock_ = -1;
+    ::close(std::exchange(lock_, -1));
     return false;
 }
 
@@ -123,31 +139,44 @@ void ScratchFolder::remove() {
     ::close(std::exchange(lock_, -1));
 }
 
-void ScratchFolder::refuseForeign() const {
-    std::error_code ignored; // the folder may be gone by now
-    for (fs::directory_iterator entry(path_, ignored), end; entry != end; entry.increment(ignored))
-        if (!isOwn(entry->path().filename().string()))
+ScratchFolder::Listing ScratchFolder::list() const {
+    Listing listing(::opendir(path_.c_str()));
+    const int error = errno;
+    if (listing || error == ENOENT)
+        return listing;
+    refuseTooManyFiles(path_, error);
+    if (error == ENOMEM)
+        throw std::bad_alloc();
+    throw Error(ErrorKind::kResource, "cannot list " + path_ + ": " + std::strerror(error) +
+                                          "; choose another place for the output");
+}
+
+void ScratchFolder::refuseForeign(DIR* listing) const {
+    forEntries(listing, [&](const char* name) {
+        if (!isOwn(name))
             throw Error(ErrorKind::kUsage, path_ + " is for unfinished work, but contains '" +
-                                               entry->path().filename().string() +
+                                               name +
                                                "', which no build wrote; move it or choose "
                                                "another name for the output");
+    });
 }
 
 void ScratchFolder::empty(bool withParts) const {
-    // Without memory of its own, as the end of the process may be that there is none.
-    const auto close = [](DIR* open) { ::closedir(open); };
-    const std::unique_ptr<DIR, decltype(close)> listed(::opendir(path_.c_str()), close);
-    while (const dirent* const entry = listed ? ::readdir(listed.get()) : nullptr)
-        if (const std::string_view name = entry->d_name;
-            isOwn(name) && name != kLockName && (withParts || !name.ends_with(kPartExtension)))
-            ::unlinkat(::dirfd(listed.get()), entry->d_name, 0);
+    // Without memory or files of its own, as the process may end because they are short.
+    forEntries(listing_.get(), [&](const char* entry) {
+        const std::string_view name = entry;
+        if (isOwn(name) && name != kLockName && (withParts || !name.ends_with(kPartExtension)))
+            ::unlinkat(::dirfd(listing_.get()), entry, 0);
+    });
 }
 
 std::vector<std::string> ScratchFolder::files(const std::string& extension) const {
+    const auto held = delayRemovalOfUnfinishedFiles(); // which reads the same listing
     std::vector<std::string> paths;
-    for (const fs::directory_entry& entry : fs::directory_iterator(path_))
-        if (entry.path().string().ends_with(extension))
-            paths.push_back(entry.path().string());
+    forEntries(listing_.get(), [&](const char* name) {
+        if (std::string_view(name).ends_with(extension))
+            paths.push_back(*this / name);
+    });
     std::sort(paths.begin(), paths.end());
     return paths;
 }

@@ -4,8 +4,11 @@
 
 #include "scenes/output_file.h"
 
+#include <dirent.h>
+
 #include <cstddef>
 #include <fstream>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,7 +19,8 @@ namespace shadowdag {
 /// exception or by removeUnfinishedFiles; a process that is killed leaves it. With `resume` it may
 /// already hold finished parts (.svpart files), and it stays after both, so that the next build can
 /// continue. Unfinished files of a killed process are removed at once. Only files with names that
-/// builds use are ever removed.
+/// builds use are ever removed. If its constructor throws, a folder that this made is removed, and
+/// any other stays as it was.
 class ScratchFolder {
 public:
     /// Throws Error kUsage if the folder holds a file that no build writes, or a finished part and
@@ -31,7 +35,14 @@ public:
     std::vector<std::string> files(const std::string& extension) const;
 
 private:
-    void refuseForeign() const;
+    struct Close {
+        void operator()(DIR* listing) const { ::closedir(listing); }
+    };
+    using Listing = std::unique_ptr<DIR, Close>;
+
+    /// Returns null if the folder does not exist.
+    Listing list() const;
+    void refuseForeign(DIR* listing) const;
     /// Returns whether the folder is held now; false if its holder has removed it meanwhile.
     bool tryLock();
     /// Removes the files of builds except the lock, finished parts only if `withParts`.
@@ -42,7 +53,9 @@ private:
     std::string path_, lockPath_;
     bool resume_;
     int exceptionCount_;
-    int lock_ = -1; ///< an open file; -1: not held
+    bool isNew_ = false; ///< made by this
+    int lock_ = -1;      ///< an open file; -1: not held
+    Listing listing_;    ///< open from the start, as memory and files may be short at the end
     std::optional<EndRemoval> atEnd_;
 };
 

@@ -13,6 +13,7 @@
 #include <chrono>
 #include <csignal>
 #include <iostream>
+#include <iterator>
 #include <thread>
 
 namespace shadowdag {
@@ -95,6 +96,11 @@ const std::vector<Command> kCommands = {
      voxelizeOf("512") + Arguments{"--resume", "--checkpoint", "0.01"},
      voxelizeOf("64"),
      "out.svdag"},
+    {"limited",
+     {},
+     voxelizeOf("512") + Arguments{"--memory-limit", "1G", "--checkpoint", "0.01"},
+     voxelizeOf("64"),
+     "out.svdag"},
     {"merge",
      {{"voxelize", "builtin:atrium", "-o", "1.svpart", "--resolution", "256", "--part", "1/2"},
       {"voxelize", "builtin:atrium", "-o", "2.svpart", "--resolution", "256", "--part", "2/2"}},
@@ -154,9 +160,11 @@ public:
             run(inFolder(arguments));
         run(inFolder(command.arguments));
         whole_ = content(), wholeFiles_ = files();
+        swapCount_ = 1 + entryCount();
         removeOutput();
         run(inFolder(command.older));
         old_ = content(), oldFiles_ = files();
+        swapCount_ += entryCount();
         std::filesystem::copy(output(), directory_ / "kept",
                               std::filesystem::copy_options::recursive);
         EXPECT_TRUE(old_ != whole_);
@@ -187,6 +195,10 @@ public:
         std::filesystem::copy(directory_ / "kept", output(),
                               std::filesystem::copy_options::recursive);
     }
+    /// Returns how many renames replace a report at most: of each old file, each new one, and of
+    /// the folder of the old ones.
+    long swapCount() const { return swapCount_; }
+    bool hasScratch() const { return std::filesystem::exists(output() + ".scratch"); }
     /// Expects the old output or the whole new one, and that a later run makes the new one.
     void expectNothingLost(bool mayLeaveFiles = false) {
         const std::string found = content();
@@ -197,7 +209,7 @@ public:
         }
         run(toRun());
         expectWhole();
-        EXPECT_FALSE(std::filesystem::exists(output() + ".scratch"));
+        EXPECT_FALSE(hasScratch());
     }
     void expectWhole() const {
         const std::string found = content();
@@ -214,6 +226,12 @@ public:
 private:
     std::string output() const { return directory_ / command_.output; }
     std::string content() const { return test::contentOf(output()); }
+    long entryCount() const {
+        namespace fs = std::filesystem;
+        return fs::is_directory(output())
+                   ? std::distance(fs::directory_iterator(output()), fs::directory_iterator())
+                   : 0;
+    }
     /// Returns the files of an output that is a folder of them.
     std::map<std::string, std::string> files() const {
         std::map<std::string, std::string> contents;
@@ -233,10 +251,11 @@ private:
             return isTemporaryName(file.first) || is(oldFiles_) || is(wholeFiles_);
         });
     }
-    /// Returns the command as one runs it now: an unfinished report is resumed.
+    /// Returns the command as one runs it now: an unfinished report or build is resumed.
     Arguments toRun() const {
         Arguments arguments = inFolder(command_.arguments);
-        if (std::filesystem::exists(output() + "/partial/journal.json"))
+        if (std::filesystem::exists(output() + "/partial/journal.json") ||
+            (hasScratch() && command_.name != "resume"))
             arguments.push_back("--resume");
         return arguments;
     }
@@ -260,6 +279,7 @@ private:
     TemporaryDirectory directory_;
     std::string whole_, old_;
     std::map<std::string, std::string> wholeFiles_, oldFiles_;
+    long swapCount_ = 0;
     const uint64_t seed_ = test::faultSeed();
     test::Random random_{seed_};
 };
@@ -270,7 +290,7 @@ TEST_P(Faults, AFailedCallLosesNothing) {
     Stage stage(GetParam());
     size_t count = 0;
     for (const auto& [call, most] : stage.calls()) {
-        // Files that cannot be removed stay.
+        // Files that cannot be removed stay, as docs/promises.md says.
         if (call == "clock" || call == "unlink")
             continue;
         for (const long number : numbersOf(GetParam(), most, stage.random()))
@@ -293,6 +313,9 @@ TEST_P(Faults, AFailedCallLosesNothing) {
                 }
                 if (result.status != 0) {
                     EXPECT_THAT(result.err, HasSubstr("shadowdag: error: "));
+                }
+                if (result.status == 0 || GetParam().name != "resume") {
+                    EXPECT_FALSE(stage.hasScratch());
                 }
                 stage.expectNothingLost();
                 ++count;
@@ -349,9 +372,9 @@ TEST_P(Faults, AProcessKilledAtACallLosesNothing) {
     size_t count = 0;
     for (const char* call : {"rename", "fsync", "unlink"}) {
         std::set<long> numbers = numbersOf(GetParam(), calls[call], stage.random());
-        constexpr long kSwap = 16; // renames at most, which are the last
-        if (isReport && *call == 'r')
-            for (long number = std::max(1l, calls[call] - kSwap); number <= calls[call]; ++number)
+        if (isReport && *call == 'r') // those that replace the report are the last
+            for (long number = std::max(1l, calls[call] - stage.swapCount()); number <= calls[call];
+                 ++number)
                 numbers.insert(number);
         for (const long number : numbers) {
             const std::string fault = call + (":" + std::to_string(number)) + "!";
@@ -385,6 +408,23 @@ TEST_P(Faults, TwoWritersOfOneOutputMakeAWholeOne) {
         stage.expectWhole();
     }
     test::recordFaults(count, stage.seed());
+}
+
+// Its reader writes to where the link leads.
+TEST(Faults, AnImportThroughALinkRemovesWhatItsReaderLeaves) {
+    const TemporaryDirectory directory;
+    const std::string asset = directory / "in.svdag", grid = directory / "in.nvdb";
+    for (const Arguments& command :
+         {Arguments{"voxelize", "builtin:atrium", "-o", asset, "--resolution", "64"},
+          Arguments{"export", asset, "-o", grid}})
+        ASSERT_EQ(runShadowdag(directory, command).status, 0);
+    std::filesystem::create_directory(directory / "folder");
+    std::filesystem::create_symlink("folder/real", directory / "out.svdag");
+    const ProgramResult result = runShadowdag(
+        directory, {"import", grid, "-o", directory / "out.svdag"}, test::withFault("fsync:1!"));
+    EXPECT_EQ(result.status, 3) << result.err;
+    EXPECT_TRUE(std::filesystem::is_empty(directory / "folder"))
+        << test::unfinishedFiles(directory.path());
 }
 
 /// Runs commands that write text alone: it is whole, or the status says that it is not.

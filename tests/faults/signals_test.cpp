@@ -10,13 +10,16 @@
 
 #include <poll.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <time.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <iostream>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <thread>
@@ -82,7 +85,24 @@ const std::vector<Arguments> kCommands = {
     {"figures", "in.json", "-o", "out"},
     {"diff", kResults, kResults},
     {"view", "builtin:atrium", "--resolution", "256"},
+    {"merge", "1.svpart", "2.svpart", "-o", "out.svdag", "--memory-limit", "1G"},
 };
+
+/// Those that end every subcommand.
+constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXCPU};
+
+/// Returns whether a command keeps its folder for unfinished work.
+bool isResumed(const Arguments& arguments) {
+    return std::find(arguments.begin(), arguments.end(), "--resume") != arguments.end();
+}
+
+/// For signals whose default is a core dump, which takes time and space.
+void forbidCoreDumps() {
+    rlimit limit{};
+    getrlimit(RLIMIT_CORE, &limit);
+    limit.rlim_cur = 0;
+    setrlimit(RLIMIT_CORE, &limit);
+}
 
 /// The files that these leave when they come to their end.
 const std::vector<std::string> kOutputs = {
@@ -162,8 +182,9 @@ TEST_P(Signals, EndItSoonAndLeaveNothingHalf) {
     const uint64_t seed = test::faultSeed();
     test::Random random(seed);
     double worst = 0;
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) // a parent may ignore them
+    for (const int signal : kSignals) // a parent may ignore them
         std::signal(signal, SIG_DFL);
+    forbidCoreDumps();
     std::cout << "seed " << seed << std::endl;
     const Arguments arguments = prepared(directory_, kCommands[GetParam()]);
     std::optional<XDisplay> display;
@@ -178,7 +199,7 @@ TEST_P(Signals, EndItSoonAndLeaveNothingHalf) {
     removeOutputs(directory_);
     int endedCount = 0;
     for (size_t round = 0; round < test::faultRounds(); ++round)
-        for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+        for (const int signal : kSignals) {
             const double moment = span * random();
             SCOPED_TRACE(std::to_string(signal) + " after " + std::to_string(moment) + " s");
             const pid_t child =
@@ -193,6 +214,9 @@ TEST_P(Signals, EndItSoonAndLeaveNothingHalf) {
             EXPECT_THAT(status, testing::AnyOf(128 + signal, 0)) << readText(directory_ / "stderr");
             EXPECT_LT(seconds, kPromisedSeconds);
             EXPECT_EQ(test::unfinishedFiles(directory_.path()), "");
+            if (!isResumed(arguments)) {
+                EXPECT_FALSE(std::filesystem::exists(directory_ / "out.svdag.scratch"));
+            }
             endedCount += status != 0;
             if (status != 0) {
                 // Whole, if the signal came between its last byte and the end of the process.
@@ -206,7 +230,7 @@ TEST_P(Signals, EndItSoonAndLeaveNothingHalf) {
         }
     EXPECT_GT(endedCount, 0) << "every signal came too late, in " << span << " s";
     std::cout << "ended within " << worst << " s" << std::endl;
-    test::recordFaults(4 * test::faultRounds(), seed);
+    test::recordFaults(std::size(kSignals) * test::faultRounds(), seed);
 }
 
 INSTANTIATE_TEST_SUITE_P(Command, Signals, testing::Range(size_t(0), kCommands.size()),
@@ -289,10 +313,12 @@ TEST(Signals, AReaderThatDoesNotReadHoldsNobody) {
 
 /// Starts a command on a disk that does not answer for ten seconds once a file was written; returns
 /// when it waits for it.
-pid_t startOnSlowDisk(const TemporaryDirectory& directory, const Arguments& command) {
+/// @param fault the call that waits (fault_library.cpp)
+pid_t startOnSlowDisk(const TemporaryDirectory& directory, const Arguments& command,
+                      const std::string& fault = "fsync:1~") {
     const pid_t child = startProgram(
         directory, prepared(directory, command), directory / "stdout", directory / "stderr",
-        {"/usr/bin/env", "LD_PRELOAD=" SDAG_FAULT_LIBRARY, "SDAG_FAULT=fsync:1~"});
+        {"/usr/bin/env", "LD_PRELOAD=" SDAG_FAULT_LIBRARY, "SDAG_FAULT=" + fault});
     const auto isWriting = [&] {
         for (const auto& entry : std::filesystem::recursive_directory_iterator(directory.path()))
             if (entry.path().string().find(".tmp-") != std::string::npos)
@@ -306,12 +332,15 @@ pid_t startOnSlowDisk(const TemporaryDirectory& directory, const Arguments& comm
     return child;
 }
 
-const Arguments kImport = {"import", "in.nvdb", "-o", "out.svdag"};
+const Arguments kImport = {"import", "in.nvdb", "-o", "out.svdag"},
+                kScene = {"scene", "atrium", "-o", "out.glb"};
 
 TEST(Signals, ADiskThatDoesNotAnswerHoldsNobody) {
     const Arguments build = {"voxelize", "builtin:atrium", "-o", "out.svdag", "--resolution",
                              "256",      "--memory-limit", "1G"};
-    for (const Arguments& command : {build, kImport, Arguments{"scene", "atrium", "-o", "out.glb"}})
+    Arguments resumed = build, merge = kCommands.back();
+    resumed.push_back("--resume");
+    for (const Arguments& command : {build, resumed, merge, kImport, kScene})
         for (const int signal : {SIGTERM, SIGINT}) {
             SCOPED_TRACE(command[0]);
             const TemporaryDirectory directory;
@@ -321,8 +350,56 @@ TEST(Signals, ADiskThatDoesNotAnswerHoldsNobody) {
             EXPECT_EQ(waitForProgram(child), 128 + signal) << readText(directory / "stderr");
             EXPECT_LT(clock.seconds(), kPromisedSeconds);
             EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
-            EXPECT_FALSE(std::filesystem::exists(directory / "out.svdag.scratch"));
+            EXPECT_EQ(std::filesystem::exists(directory / "out.svdag.scratch"), isResumed(command));
         }
+}
+
+// It cannot remove its files, as it does not know whether they are renamed yet.
+TEST(Signals, ARenameThatDoesNotAnswerHoldsNobody) {
+    for (const Arguments& command : {kImport, kScene}) {
+        SCOPED_TRACE(command[0]);
+        const TemporaryDirectory directory;
+        const pid_t child = startOnSlowDisk(directory, command, "rename:1~");
+        SharedClock clock;
+        kill(child, SIGTERM);
+        EXPECT_EQ(waitForProgram(child), 128 + SIGTERM) << readText(directory / "stderr");
+        EXPECT_LT(clock.seconds(), kPromisedSeconds);
+        EXPECT_EQ(runShadowdag(directory, inFolder(directory, command)).status, 0);
+        EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
+    }
+}
+
+TEST(Signals, SigquitEndsItAtOnceAndTheNextRunRemovesItsFile) {
+    const TemporaryDirectory directory;
+    std::signal(SIGQUIT, SIG_DFL);
+    forbidCoreDumps();
+    const pid_t child = startOnSlowDisk(directory, kScene);
+    SharedClock clock;
+    kill(child, SIGQUIT);
+    EXPECT_EQ(waitForProgram(child), 128 + SIGQUIT);
+    EXPECT_LT(clock.seconds(), kPromisedSeconds);
+    EXPECT_NE(test::unfinishedFiles(directory.path()), "");
+    EXPECT_EQ(runShadowdag(directory, inFolder(directory, kScene)).status, 0);
+    EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
+}
+
+// As nohup and parents of daemons set it.
+TEST(Signals, ThoseIgnoredAtTheStartStayIgnored) {
+    for (const int signal : {SIGHUP, SIGPIPE}) {
+        SCOPED_TRACE(signal);
+        const TemporaryDirectory directory;
+        const pid_t child = startProgram(
+            directory, inFolder(directory, kCommands[1]), directory / "stdout",
+            directory / "stderr", {"/bin/bash", "-c", "trap '' HUP PIPE; exec \"$@\"", "bash"});
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        kill(child, signal);
+        std::this_thread::sleep_for(std::chrono::milliseconds(600));
+        siginfo_t ended{};
+        waitid(P_PID, id_t(child), &ended, WEXITED | WNOHANG | WNOWAIT);
+        EXPECT_EQ(ended.si_pid, 0);
+        kill(child, SIGTERM); // which is not ignored
+        EXPECT_EQ(waitForProgram(child), 128 + SIGTERM) << readText(directory / "stderr");
+    }
 }
 
 TEST(Signals, AKilledImportEndsTheProcessThatReads) {

@@ -10,13 +10,16 @@
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <sstream>
+#include <thread>
 
 namespace shadowdag {
 namespace {
@@ -181,6 +184,55 @@ TEST(OutputFile, DoesNotTakeAFileThatAnEarlierProcessOfItsNumberLeft) {
     folder.write(std::filesystem::path(next).filename(), "another's");
     OutputFile(folder.path("a")).commit();
     EXPECT_EQ(content(next), "another's");
+}
+
+TEST(OutputFile, AbandonedFilesAreRemovedButNoPipes) {
+    const test::TemporaryFolder folder;
+    folder.write("a.tmp-1-0", "half");
+    ASSERT_EQ(mkfifo(folder.path("b.tmp-1-0").c_str(), 0600), 0);
+    removeAbandonedFiles(folder.path(""));
+    EXPECT_FALSE(std::filesystem::exists(folder.path("a.tmp-1-0")));
+    EXPECT_TRUE(std::filesystem::exists(folder.path("b.tmp-1-0")));
+}
+
+/// Removes the files of the process as its end does, in a process of its own.
+template <class Body> void expectEndsByItself(const Body& body) {
+    const pid_t child = fork();
+    if (child == 0) {
+        alarm(20); // ends one that waits forever
+        body();
+        _exit(0);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+}
+
+TEST(OutputFile, AFunctionThatFailsAtTheEndHoldsNothingUp) {
+    const test::TemporaryFolder folder;
+    bool isCalled = false;
+    expectEndsByItself([&] {
+        const OutputFile file(folder.path("a"));
+        const EndRemoval failing([] { throw std::bad_alloc(); });
+        const EndRemoval again([] { removeUnfinishedFiles(); }); // as std::terminate does
+        const EndRemoval last([&] { isCalled = true; });
+        removeUnfinishedFiles();
+        _exit(isCalled ? 0 : 1);
+    });
+    EXPECT_EQ(fileCount(folder), 0u);
+}
+
+TEST(OutputFile, TheEndDoesNotWaitForARenameThatNeverEnds) {
+    const test::TemporaryFolder folder;
+    expectEndsByItself([&] {
+        const OutputFile file(folder.path("a"));
+        const auto held = delayRemovalOfUnfinishedFiles();
+        std::thread([] {
+            removeUnfinishedFiles();
+            _exit(0);
+        }).join();
+    });
+    EXPECT_EQ(fileCount(folder), 1u); // as after SIGKILL
 }
 
 TEST(OutputFile, FailedRenameIsReported) {

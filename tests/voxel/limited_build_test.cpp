@@ -9,6 +9,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <memory>
+#include <optional>
+#include <utility>
+
 namespace shadowdag {
 namespace {
 
@@ -178,6 +186,51 @@ TEST(LimitedBuild, WithoutResumeAnExceptionLeavesNoFiles) {
         },
         Stop);
     EXPECT_FALSE(scene.hasScratch());
+}
+
+/// Allows `count` more open files than the process has until the result ends.
+std::shared_ptr<rlimit> allowFiles(rlim_t count) {
+    const int next = open("/dev/null", O_RDONLY | O_CLOEXEC);
+    close(next);
+    const auto restore = [](rlimit* before) {
+        setrlimit(RLIMIT_NOFILE, before);
+        delete before;
+    };
+    std::shared_ptr<rlimit> before(new rlimit{}, restore);
+    getrlimit(RLIMIT_NOFILE, before.get());
+    const rlimit few{rlim_t(next) + count, before->rlim_max};
+    setrlimit(RLIMIT_NOFILE, &few);
+    return before;
+}
+
+TEST(LimitedBuild, TheFolderIsRemovedWhereNoMoreFilesCanBeOpened) {
+    const PartScene scene;
+    std::optional<ScratchFolder> folder(std::in_place, scene.directory / "a.svdag", false);
+    writeText(*folder / "map-0-2", "unfinished");
+    {
+        const auto limited = allowFiles(0);
+        folder.reset();
+    }
+    EXPECT_FALSE(scene.hasScratch());
+}
+
+TEST(LimitedBuild, AFolderThatCannotBeUsedIsRemoved) {
+    const PartScene scene;
+    int refusedCount = 0;
+    for (rlim_t count = 0; count < 4; ++count)
+        for (const bool resume : {false, true}) {
+            {
+                const auto limited = allowFiles(count);
+                try {
+                    const ScratchFolder folder(scene.directory / "a.svdag", resume);
+                } catch (const Error& error) {
+                    EXPECT_EQ(error.kind(), ErrorKind::kResource);
+                    ++refusedCount;
+                }
+            }
+            EXPECT_FALSE(scene.hasScratch()) << count;
+        }
+    EXPECT_EQ(refusedCount, 4); // without a file for the lock, and for the listing
 }
 
 TEST(LimitedBuild, FilesOfAKilledMergeDoNotMatter) {

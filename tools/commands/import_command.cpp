@@ -2,6 +2,7 @@
 // `shadowdag import`: makes an asset from the active voxels of an OpenVDB or NanoVDB grid.
 #include "cuda/error.h"
 #include "scenes/output_file.h"
+#include "scenes/output_target.h"
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/console.h"
@@ -27,6 +28,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <thread>
 
 namespace shadowdag {
 
@@ -118,7 +120,9 @@ constexpr const char* kApart = "SHADOWDAG_IMPORT_APART";
 int waitForReader(pid_t child, const std::string& output) {
     const EndRemoval atEnd([&] {
         kill(child, SIGKILL);
-        waitpid(child, nullptr, 0);
+        // Not for longer: it may wait for a disk that does not answer, and keeps its file then.
+        for (int i = 0; i < 100 && waitpid(child, nullptr, WNOHANG) == 0; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
         removeAbandonedFilesOf(output);
     });
     int status = 0;
@@ -152,6 +156,7 @@ void runImportApart(const ImportOptions& options) {
     for (std::string& text : texts)
         arguments.push_back(text.data());
     arguments.push_back(nullptr);
+    const std::string output = outputTarget(options.output); // where the reader's file is
     setenv(kApart, "1", 1);
     const pid_t parent = getpid(), child = fork();
     if (child < 0)
@@ -171,13 +176,13 @@ void runImportApart(const ImportOptions& options) {
         }
         _exit(int(ErrorKind::kResource));
     }
-    const int status = waitForReader(child, options.output);
+    const int status = waitForReader(child, output);
     if (WIFEXITED(status)) {
         if (WEXITSTATUS(status) != 0)
             std::exit(WEXITSTATUS(status)); // which it has reported
         return;
     }
-    removeAbandonedFilesOf(options.output);
+    removeAbandonedFilesOf(output);
     // The child gets SIGTERM, whatever this process got.
     const int signal = isInterrupted() ? caughtSignal() : WTERMSIG(status);
     if (isInterrupted() || signal == SIGINT || signal == SIGTERM || signal == SIGHUP) {
