@@ -2,7 +2,6 @@
 #include "tools/commands/exit_message.h"
 
 #include "cuda/error.h"
-#include "scenes/printable.h"
 
 #include <cerrno>
 #include <cstring>
@@ -13,9 +12,7 @@
 
 namespace shadowdag {
 
-namespace {
-
-ExitMessage rawMessageOf(const std::exception& exception) {
+ExitMessage exitMessageOf(const std::exception& exception) {
     if (const auto* error = dynamic_cast<const Error*>(&exception))
         return {error->what(), int(error->kind())};
     if (dynamic_cast<const std::bad_alloc*>(&exception))
@@ -49,14 +46,6 @@ ExitMessage rawMessageOf(const std::exception& exception) {
                     "; please report it with the command line",
                 kDefectExitStatus};
     return {exception.what(), int(ErrorKind::kInput)};
-}
-
-} // namespace
-
-ExitMessage exitMessageOf(const std::exception& exception) {
-    ExitMessage exit = rawMessageOf(exception);
-    exit.message = printable(exit.message);
-    return exit;
 }
 
 } // namespace shadowdag

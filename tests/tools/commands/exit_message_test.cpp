@@ -66,11 +66,6 @@ TEST(ExitMessage, AFullDiskIsAResourceErrorWhicheverLibraryReportsIt) {
               int(ErrorKind::kInput));
 }
 
-TEST(ExitMessage, NamesInItDoNotReachTheTerminalAsControlCharacters) {
-    EXPECT_EQ(exitMessageOf(Error(ErrorKind::kInput, "a\x1b[31m.glb: is empty")).message,
-              "a\\x1b[31m.glb: is empty");
-}
-
 TEST(ExitMessage, TooManyOpenFilesAreAResourceErrorWhicheverLibraryReportsThem) {
     const ExitMessage exit = exitMessageOf(std::runtime_error("a.exr: Too many open files"));
     EXPECT_EQ(exit.status, int(ErrorKind::kResource));
