@@ -2,6 +2,7 @@
 #include "voxel/scratch_folder.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -84,6 +85,8 @@ bool ScratchFolder::tryLock() {
     if (lock_ < 0) {
         if (!error && errno == ENOENT && !fs::exists(path_))
             return false;
+        if (!error)
+            refuseTooManyFiles(lockPath_, errno);
         throw Error(ErrorKind::kResource, "cannot make the folder " + path_ +
                                               " for unfinished work: " +
                                               (error ? error.message() : std::strerror(errno)) +
@@ -160,6 +163,7 @@ ScratchFile::ScratchFile(const std::string& path) : path_(path) {
 }
 
 void ScratchFile::fail() const {
+    refuseTooManyFiles(path_, errno);
     throw Error(ErrorKind::kResource,
                 "cannot write '" + path_ + "': " + std::strerror(errno) + "; free some disk space");
 }
