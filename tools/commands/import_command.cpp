@@ -187,6 +187,13 @@ void runImportApart(const ImportOptions& options) {
     if (signal == SIGKILL)
         throw Error(ErrorKind::kResource,
                     options.input + ": reading it was killed; is memory short?");
+    struct rlimit own {};
+    getrlimit(RLIMIT_CPU, &own);
+    if (signal == SIGXCPU && own.rlim_cur < limitsOf(options).cpuSeconds)
+        throw Error(ErrorKind::kResource,
+                    options.input + ": reading it took longer than the limit of the shell, " +
+                        std::to_string(own.rlim_cur) +
+                        " s of processor time; raise it (ulimit -S -t)");
     if (signal == SIGXCPU)
         throw Error(ErrorKind::kInput,
                     options.input +
