@@ -113,8 +113,8 @@ void runImport(const ImportOptions& options) {
 /// Set in the process that reads; its value has no meaning.
 constexpr const char* kApart = "SHADOWDAG_IMPORT_APART";
 
-/// Waits for the process that reads and returns its status. After a signal it ends that process, if
-/// it does not end by itself, and removes what that leaves.
+/// Waits for the process that reads and returns its status. After a signal, kills the reader if it
+/// does not end by itself, and removes its unfinished file.
 int waitForReader(pid_t child, const std::string& output) {
     const EndRemoval atEnd([&] {
         kill(child, SIGKILL);

@@ -221,7 +221,7 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          "none.svdag': cannot be opened: No such file"},
         {{"render", kScene, "-o", exr, "--method", "hybrid", "--model", "expr: "},
          1,
-         "has no expression; give one"},
+         "is empty; give an expression"},
         {{"bench", "raster", kScene, "--lights", "100001"}, 1, "from -1 to 100000"},
         {{"info", kScene, "--lights", "100001"}, 1, "from -1 to 100000"},
         {{"bench", "nothing"}, 1, "use voxel or raster"},
