@@ -2,6 +2,7 @@
 #include "python/errors.h"
 
 #include "cuda/error.h"
+#include "scenes/printable.h"
 #include "tools/commands/exit_message.h"
 #include "tools/settings/console.h"
 
@@ -36,7 +37,7 @@ PyObject* addClass(py::module_& scope, const char* name, const char* text, PyObj
 
 void raise(const std::exception& exception) {
     const ExitMessage exit = exitMessageOf(exception);
-    PyErr_SetString(classes().at(exit.status), exit.message.c_str());
+    PyErr_SetString(classes().at(exit.status), printable(exit.message).c_str());
 }
 
 } // namespace

@@ -316,8 +316,8 @@ void refuseOtherKinds(const Document& document, const std::vector<unsigned char>
         return; // JSON, if anything
     if (first != std::string_view::npos && text[first] == '[')
         throw Error(ErrorKind::kInput, document.path +
-                                           ": a list where glTF has an object in braces; name a "
-                                           ".glb or .gltf file");
+                                           " starts with a JSON list; a glTF file is a JSON "
+                                           "object; name a .glb or .gltf file");
     const std::string extension = lowerCaseExtension(document.path);
     const std::string convert = "; convert it: import it into Blender and export glTF 2.0, or "
                                 "assimp export FILE OUT.glb";

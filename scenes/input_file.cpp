@@ -60,9 +60,10 @@ std::optional<std::string> readInput(const std::string& path, const InputLimits&
                               : (errno = ENOENT, -1));
     struct stat status {};
     if (file.fd < 0 || ::fstat(file.fd, &status) != 0) {
-        why = cannotBeOpened(errno);
+        const int error = errno;
+        why = cannotBeOpened(error);
         if (limits.polls)
-            refuseTooManyFiles(path, errno);
+            refuseTooManyFiles(path, error);
         return std::nullopt;
     }
     why = refusal(status, limits);

@@ -39,8 +39,8 @@ std::atomic<unsigned> gFileCounter{0};
 
 constexpr std::string_view kTemporaryMark = ".tmp-"; // then the process, '-' and a number
 
-/// The temporary files of the process, each with an open file that holds its lock; and what else
-/// its end removes.
+/// The temporary files of the process, each with an open file that holds its lock; and what else is
+/// removed when the process ends.
 struct Unfinished {
     std::mutex mutex;
     std::map<std::string, int> locks;

@@ -20,8 +20,15 @@ std::string outputTarget(const std::string& path) {
                                               "': it is a pipe, a socket or a device, which a "
                                               "complete file would replace; name a regular file");
     fs::path target = path;
-    while (fs::is_symlink(target, error)) // ends, as there is no loop
+    while (fs::is_symlink(target, error)) { // ends, as there is no loop
+        const fs::path folder = fs::canonical(fs::absolute(target).parent_path(), error);
+        if (folder == "/dev" || folder.string().starts_with("/proc/"))
+            throw Error(ErrorKind::kResource,
+                        "cannot write '" + path +
+                            "': it is a link of the system to an open file, as /dev/stdout is, "
+                            "which a complete file would replace; name a regular file");
         target = target.parent_path() / fs::read_symlink(target);
+    }
     return target.string();
 }
 

@@ -7,8 +7,9 @@
 namespace shadowdag {
 
 /// Returns the path that a name leads to through its symbolic links, whether a file is there or
-/// not. Throws Error kResource for a pipe, a socket, a device and a loop of links: a complete file
-/// is renamed to its place, which would replace them.
+/// not. Throws Error kResource for a loop of links, and for what must not be replaced, as a
+/// complete file is renamed to its place: a pipe, a socket, a device, and a file that a link in
+/// /dev or /proc leads to, as /dev/stdout does.
 std::string outputTarget(const std::string& path);
 
 } // namespace shadowdag

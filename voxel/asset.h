@@ -40,7 +40,8 @@ uint64_t writingBytes(AssetPacking packing, uint64_t wordCount, uint64_t largest
 
 /// Reads an asset and verifies all of it before use: magic, version, sizes against the size of the
 /// file, checksums, and every address (in range, downward, aligned to a node of the right level, no
-/// empty child). Throws Error kInput naming file, place and value.
+/// empty child). Throws Error kInput naming file, place and value, and kResource for too many open
+/// files and where memory is short.
 Asset readAsset(const std::string& path);
 
 /// As readAsset(path), from the bytes of a file. `name` replaces its path in messages.

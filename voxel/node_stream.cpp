@@ -96,7 +96,9 @@ bool NodeReader::next(NodeWords& node) {
 
 ReadableFile::ReadableFile(const std::string& path, const std::string& what)
     : name_(what + " " + path) {
-    fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (const std::string why = whyNoInput(path, ~uint64_t(0)); !why.empty())
+        throw Error(ErrorKind::kInput, name_ + ": " + why + "; check the name and its permissions");
+    fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); // may be a pipe by now
     struct stat status {};
     if (fd_ < 0)
         refuseTooManyFiles(path, errno);

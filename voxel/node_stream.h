@@ -54,7 +54,8 @@ inline void appendNode(uint32_t level, const NodeWords& node, std::vector<uint8_
     put(node.words + 1, node.count - 1);
 }
 
-/// A file open for reading, closed by the destructor. Throws Error kInput when it cannot be opened.
+/// A regular file open for reading, closed by the destructor. Throws Error kInput when it is not
+/// one or cannot be opened, kResource for too many open files.
 class ReadableFile {
 public:
     /// @param what names the file's kind in messages, as in "part"

@@ -243,11 +243,16 @@ VdbSource sourceOf(const openvdb::GridBase& grid, const std::string& gridName,
     return source;
 }
 
-/// Runs a function that writes a file through libraries with their own exceptions.
-template <class F> void runWriter(const std::string& path, const F& write) {
+/// Opens the file behind an OutputFile and calls write(out), which writes through libraries with
+/// their own exceptions. A full disk throws.
+template <class F> void runWriter(const std::string& path, const OutputFile& file, const F& write) {
+    std::ofstream out; // closed only after errno is read
+    out.exceptions(std::ios::failbit | std::ios::badbit);
     errno = 0;
     try {
-        write();
+        out.open(file.temporaryPath(), std::ios::binary | std::ios::trunc);
+        write(out);
+        out.close();
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::ios::failure& error) { // whose text gives no reason
@@ -259,14 +264,6 @@ template <class F> void runWriter(const std::string& path, const F& write) {
         throw Error(ErrorKind::kResource,
                     path + ": cannot be written: " + error.what() + "; is the disk full?");
     }
-}
-
-/// Opens the file behind an OutputFile, so that a full disk throws.
-std::ofstream openThrowing(const OutputFile& file) {
-    std::ofstream out;
-    out.exceptions(std::ios::failbit | std::ios::badbit);
-    out.open(file.temporaryPath(), std::ios::binary | std::ios::trunc);
-    return out;
 }
 
 /// Returns the bytes of a grid followed by the tags as its only blind data.
@@ -320,10 +317,8 @@ uint64_t writeOpenVdb(const Asset& asset, const std::string& path) {
     for (const auto& [name, text] : tags)
         grid->insertMeta(name, openvdb::StringMetadata(text));
     OutputFile file(path);
-    runWriter(path, [&] {
-        std::ofstream out = openThrowing(file);
+    runWriter(path, file, [&](std::ostream& out) {
         Writer().write(out, grid, tags.at(kVdbTagPrefix + std::string("checksum")));
-        out.close();
     });
     file.commit();
     return std::filesystem::file_size(path);
@@ -342,10 +337,8 @@ uint64_t writeNanoVdb(const Asset& asset, const std::string& path) {
     }
     handle = withTags(handle, tagsOf(asset));
     OutputFile file(path);
-    runWriter(path, [&] {
-        std::ofstream out = openThrowing(file);
+    runWriter(path, file, [&](std::ostream& out) {
         nanovdb::io::writeGrid(out, handle, nanovdb::io::Codec::ZIP);
-        out.close();
     });
     file.commit();
     return std::filesystem::file_size(path);

@@ -101,6 +101,8 @@ bool ScratchFolder::tryLock() {
     if (lock_ < 0) {
         if (!error && errno == ENOENT && !fs::exists(path_))
             return false;
+        if (!error)
+            refuseTooManyFiles(lockPath_, errno);
         throw Error(ErrorKind::kResource, "cannot make the folder " + path_ +
                                               " for unfinished work: " +
                                               (error ? error.message() : std::strerror(errno)) +
@@ -189,6 +191,7 @@ ScratchFile::ScratchFile(const std::string& path) : path_(path) {
 }
 
 void ScratchFile::fail() const {
+    refuseTooManyFiles(path_, errno);
     throw Error(ErrorKind::kResource,
                 "cannot write '" + path_ + "': " + std::strerror(errno) + "; free some disk space");
 }

@@ -39,8 +39,8 @@ public:
     explicit ExpressionModel(const std::string& expression) : expression_(expression) {
         if (expression.find_first_not_of(" \t\r\n") == std::string::npos)
             throw Error(ErrorKind::kUsage,
-                        "cost model 'expr:' has no expression; give one that is > 0 for maps to be "
-                        "traced by rays, as in expr:96-texels");
+                        "cost model 'expr:' is empty; give an expression that is > 0 where rays "
+                        "should be used, as in expr:96-texels");
         evaluate({MapQuantities{}}, 1.0);
         double value = 1.0;
         mu::Parser parser;

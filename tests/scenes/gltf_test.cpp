@@ -585,7 +585,8 @@ TEST(Gltf, TruncatedAndForeignFilesHaveTheirMessages) {
     const size_t binary = good.find(std::string("BIN\0", 4)) - 4;
     other[binary] += 8; // runs 8 bytes beyond the file: tinygltf does not notice
     EXPECT_THAT(messageOf("t.glb", other), HasSubstr("GLB BIN chunk"));
-    EXPECT_THAT(messageOf("t.gltf", "[]"), HasSubstr("a list where glTF has an object in braces"));
+    EXPECT_THAT(messageOf("t.gltf", "[]"),
+                HasSubstr("starts with a JSON list; a glTF file is a JSON object"));
 }
 
 // Each is named by how it begins or, if that says nothing, by its extension.

@@ -8,10 +8,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <iterator>
+#include <string>
+#include <vector>
 
 namespace shadowdag {
 namespace {
@@ -56,6 +61,28 @@ TEST(OutputTarget, PipesDevicesAndLoopsAreRefused) {
         }
     }
     EXPECT_TRUE(fs::is_fifo(pipe));
+}
+
+TEST(OutputTarget, AFileThatStandardOutputIsIsRefusedThroughLinksOfTheSystem) {
+    const TemporaryDirectory directory;
+    writeText(directory / "log", "old");
+    fs::create_symlink("/dev/stdout", directory / "link");
+    std::fflush(stdout);
+    const int before = ::dup(STDOUT_FILENO), log = ::open((directory / "log").c_str(), O_WRONLY);
+    ::dup2(log, STDOUT_FILENO);
+    std::vector<std::string> messages;
+    for (const std::string& path : {std::string("/dev/stdout"), std::string("/dev/fd/1"),
+                                    std::string("/proc/self/fd/1"), directory / "link"})
+        try {
+            messages.push_back(outputTarget(path));
+        } catch (const Error& error) {
+            messages.emplace_back(error.what());
+        }
+    ::dup2(before, STDOUT_FILENO);
+    ::close(before);
+    ::close(log);
+    EXPECT_THAT(messages,
+                testing::Each(testing::HasSubstr("a link of the system to an open file")));
 }
 
 } // namespace

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <csignal>
@@ -140,6 +141,19 @@ TEST(PartFile, AFailedWriteCanBeRepeated) {
         writePart(header, merged, subtrees, build.directory / "part.svpart");
         EXPECT_EQ(readText(build.directory / "part.svpart"), whole) << bytes;
         std::filesystem::remove(build.directory / "part.svpart");
+    }
+}
+
+TEST(PartFile, APipeIsRefusedAtOnce) {
+    const TemporaryDirectory directory;
+    const std::string pipe = directory / "p.svpart";
+    ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+    try {
+        PartReader part(pipe);
+        ADD_FAILURE();
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kInput);
+        EXPECT_THAT(error.what(), HasSubstr("p.svpart: is a pipe, where a regular file is read"));
     }
 }
 

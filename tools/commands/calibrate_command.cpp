@@ -221,7 +221,8 @@ std::vector<std::string> optionsOfMeasuring() {
     return options;
 }
 
-/// Returns a path that is the same for all names of one file.
+/// Returns a path that is the same for names of one file that differ by symbolic links and by "..";
+/// hard links have different ones, as do links that cannot be followed.
 std::filesystem::path placeOf(const std::string& path) {
     std::error_code error;
     const std::filesystem::path place = std::filesystem::weakly_canonical(path, error);

@@ -2,7 +2,6 @@
 #include "tools/commands/exit_message.h"
 
 #include "cuda/error.h"
-#include "scenes/printable.h"
 
 #include <cerrno>
 #include <cstring>
@@ -13,9 +12,7 @@
 
 namespace shadowdag {
 
-namespace {
-
-ExitMessage rawMessageOf(const std::exception& exception) {
+ExitMessage exitMessageOf(const std::exception& exception) {
     if (const auto* error = dynamic_cast<const Error*>(&exception))
         return {error->what(), int(error->kind())};
     if (dynamic_cast<const std::bad_alloc*>(&exception))
@@ -31,13 +28,12 @@ ExitMessage rawMessageOf(const std::exception& exception) {
                 int(ErrorKind::kResource)};
     if (failed) // of the file system, from the standard library
         for (const std::errc full :
-             {std::errc::no_space_on_device, std::errc::io_error, std::errc::read_only_file_system,
-              std::errc::too_many_files_open, std::errc::too_many_files_open_in_system})
+             {std::errc::no_space_on_device, std::errc::io_error, std::errc::read_only_file_system})
             if (failed->code() == full)
                 return {std::string(exception.what()) +
-                            "; free some disk space, choose another place, or raise the limits of "
-                            "the shell (ulimit -n)",
+                            "; free some disk space or choose another place",
                         int(ErrorKind::kResource)};
+    // Of any library, and of the file system.
     if (std::string_view(exception.what()).find(std::strerror(EMFILE)) != std::string_view::npos)
         return {std::string(exception.what()) + "; raise the limit of the shell (ulimit -n)",
                 int(ErrorKind::kResource)};
@@ -49,14 +45,6 @@ ExitMessage rawMessageOf(const std::exception& exception) {
                     "; please report it with the command line",
                 kDefectExitStatus};
     return {exception.what(), int(ErrorKind::kInput)};
-}
-
-} // namespace
-
-ExitMessage exitMessageOf(const std::exception& exception) {
-    ExitMessage exit = rawMessageOf(exception);
-    exit.message = printable(exit.message);
-    return exit;
 }
 
 } // namespace shadowdag

@@ -15,9 +15,10 @@ struct ExitMessage {
     int status;
 };
 
-/// Returns the message, as printable gives it, and the status of an exception: of an Error its own;
-/// kResource for std::bad_alloc; kDefectExitStatus for a std::logic_error, which no input may
-/// cause; kInput for all others, which libraries throw while they read input.
+/// Returns the message and the status of an exception: of an Error its own; kResource for
+/// std::bad_alloc; kDefectExitStatus for a std::logic_error, which no input may cause; kInput for
+/// all others, which libraries throw while they read input. The message may contain control
+/// characters of names (printable).
 ExitMessage exitMessageOf(const std::exception& exception);
 
 } // namespace shadowdag

@@ -115,8 +115,8 @@ void runImport(const ImportOptions& options) {
 /// Set in the process that reads; its value has no meaning.
 constexpr const char* kApart = "SHADOWDAG_IMPORT_APART";
 
-/// Waits for the process that reads and returns its status. After a signal it ends that process, if
-/// it does not end by itself, and removes what that leaves.
+/// Waits for the process that reads and returns its status. After a signal, kills the reader if it
+/// does not end by itself, and removes its unfinished file.
 int waitForReader(pid_t child, const std::string& output) {
     const EndRemoval atEnd([&] {
         kill(child, SIGKILL);
@@ -192,6 +192,13 @@ void runImportApart(const ImportOptions& options) {
     if (signal == SIGKILL)
         throw Error(ErrorKind::kResource,
                     options.input + ": reading it was killed; is memory short?");
+    struct rlimit own {};
+    getrlimit(RLIMIT_CPU, &own);
+    if (signal == SIGXCPU && own.rlim_cur < limitsOf(options).cpuSeconds)
+        throw Error(ErrorKind::kResource,
+                    options.input + ": reading it took longer than the limit of the shell, " +
+                        std::to_string(own.rlim_cur) +
+                        " s of processor time; raise it (ulimit -S -t)");
     if (signal == SIGXCPU)
         throw Error(ErrorKind::kInput,
                     options.input +

@@ -5,6 +5,7 @@
 #include "cuda/error.h"
 #include "gl/slices.h"
 #include "scenes/output_file.h"
+#include "scenes/printable.h"
 #include "scenes/warning.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/exit_message.h"
@@ -40,7 +41,7 @@ void writeError(std::string_view message) {
 
 int complain(const std::string& message, int status) {
     std::cout << std::flush;
-    writeError(message);
+    writeError(shadowdag::printable(message));
     return status;
 }
 
@@ -113,7 +114,7 @@ __attribute__((section(".preinit_array"),
     try {
         if (std::current_exception())
             throw;
-        if (std::uncaught_exceptions() > 0) { // of a kind that cannot be asked for
+        if (std::uncaught_exceptions() > 0) { // whose type is unknown here
             shadowdag::removeUnfinishedFiles();
             writeError("cannot clean up after another error, as happens where memory is short");
             _exit(int(shadowdag::ErrorKind::kResource));
@@ -147,7 +148,8 @@ int runProgram(int argc, char** argv) {
     const auto endBySignal = [](int signal) {
         while (isEnding.test_and_set()) // the other thread ends the process
             pause();
-        complain(farewell, 1);
+        std::cout << std::flush;
+        writeError(farewell); // takes no memory, which may be short
         raiseAgain(signal);
     };
     try {

@@ -40,7 +40,7 @@ RaySet raySetOfFrame(const RaysOptions& options, const CommandLine& commandLine,
     const Experiment experiment = options.common.experiment(commandLine, false);
     if (experiment.frames.size() > 1)
         throw Error(ErrorKind::kUsage, "--frames '" + experiment.framesText +
-                                           "': a ray set is of one frame; give one");
+                                           "': a ray set holds one frame; give a single frame");
     SingleFrames frames(options.scene, options.common, experiment, MethodOptions{"truth"},
                         Backend::kCpu, console);
     const PairResults& pairs =

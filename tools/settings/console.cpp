@@ -16,6 +16,7 @@
 #include <condition_variable>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <iostream>
 #include <memory>
 #include <mutex>
@@ -186,7 +187,9 @@ std::string jsonText(const Json& value) {
 
 void catchInterrupts(std::function<void(int signal)> giveUp) {
     if (pipe2(interruptPipe, O_CLOEXEC) != 0)
-        throw Error(ErrorKind::kResource, "a pipe cannot be created; close some programs");
+        throw Error(ErrorKind::kResource,
+                    "a pipe cannot be created: " + std::string(std::strerror(errno)) +
+                        "; raise the limit of the shell (ulimit -n), or close some programs");
     std::thread([giveUp = std::move(giveUp)] {
         for (char byte = 0; read(interruptPipe[0], &byte, 1) != 1;) { // other signals interrupt it
         }

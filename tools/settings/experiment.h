@@ -82,7 +82,7 @@ constexpr uint32_t kMaxViewCount = 16;
 void refuseCameraOfViews(const Experiment& experiment, const std::string& by,
                          const std::string& camera);
 
-/// No option places more lights.
+/// The largest number of lights that an option can place.
 constexpr int kMaxPlacedLightCount = 100000;
 
 /// The largest valid exposure.
@@ -138,8 +138,9 @@ std::string fileSlug(const std::string& text);
 /// Returns the settings shared by all configurations of an experiment: its size, and the first of
 /// every list.
 FrameOptions baseOptions(const Experiment& experiment);
-/// Reads an experiment file or pipe, once. Throws Error kInput naming the file, the key and the
-/// value. @param content receives its JSON, unless null
+/// Reads an experiment file or pipe, once, and returns the experiment. Throws Error kInput naming
+/// the file, the key and the value, and what else readJsonFile throws.
+/// @param content receives its JSON, unless null
 Experiment readExperiment(const std::string& path, Json* content = nullptr);
 /// Reads an experiment from JSON; messages begin with `where`.
 Experiment experimentFromJson(const Json& json, const std::string& where);

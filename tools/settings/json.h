@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names the JSON value of nlohmann::json, whose objects keep the order in which their keys were
+// Declares the JSON value of nlohmann::json, whose objects keep the order in which their keys were
 // written. Files that hold or read values include <nlohmann/json.hpp> as well, which takes seconds
 // to compile.
 #pragma once

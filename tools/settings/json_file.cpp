@@ -63,8 +63,9 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
                         where + ": key " + jsonLine(parsed) + " occurs twice; drop one of them");
         else if (parsed.is_string() &&
                  parsed.get_ref<const std::string&>().find('\0') != std::string::npos)
-            throw Error(ErrorKind::kInput, where + ": " + jsonLine(parsed) +
-                                               " contains a zero byte, which no name may; drop it");
+            throw Error(ErrorKind::kInput,
+                        where + ": " + jsonLine(parsed) +
+                            " contains a zero byte, which is not allowed; drop it");
         return true;
     };
     try {

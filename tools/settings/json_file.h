@@ -20,7 +20,8 @@ constexpr uint64_t kMaxJsonBytes = uint64_t(1) << 29;
 /// than kMaxJsonBytes, one that is truncated, text that is not JSON or nests deeper than
 /// kMaxJsonDepth (line and column), a duplicate key in one object, because readers of JSON differ
 /// in which one they use, and a text with a zero byte, which would end a message and the name of a
-/// file.
+/// file. Throws also what readInput throws: Error kResource for too many open files, and what
+/// pollCpu throws while it waits for a pipe.
 /// @param remedy the kind of file to give, as in "give a cost file"
 Json readJsonFile(const std::string& path, const std::string& remedy);
 

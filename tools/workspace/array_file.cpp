@@ -87,7 +87,7 @@ NamedArray readEntry(const ContentReader& reader, uint64_t at, uint64_t& end) {
         if (c != 0)
             reader.refuse(end, "the space before array \"" + array.name + "\" is not 0");
     if (crc32(bytes.data(), bytes.size()) != entry.crc)
-        reader.refuse(entry.offset, which + "its checksum is another; copy the file again");
+        reader.refuse(entry.offset, which + "its checksum is another", "copy the file again");
     array.bytes.assign(bytes.begin(), bytes.end());
     end = entry.offset + entry.bytes;
     return array;
@@ -170,7 +170,7 @@ std::vector<NamedArray> decodeArrays(std::string_view kind, const std::string& c
     const std::string_view table =
         reader.text(kHeaderBytes, end - kHeaderBytes, "the table of arrays");
     if (crc32(table.data(), table.size(), crc32(&header, kHeaderBytes)) != crc)
-        reader.refuse(24, "the header's checksum is another; copy the file again");
+        reader.refuse(24, "the header's checksum is another", "copy the file again");
     std::vector<NamedArray> arrays;
     for (uint32_t i = 0; i < header.arrayCount; ++i) {
         NamedArray array = readEntry(reader, kHeaderBytes + i * kEntryBytes, end);
@@ -212,18 +212,13 @@ const NamedArray& requireArray(const std::vector<NamedArray>& arrays, const std:
     return *array;
 }
 
-std::string withRemedy(const std::string& what, const std::string& remedy) {
-    return what.find("; ") == std::string::npos ? what + "; " + remedy : what;
+Error arrayError(const std::string& path, const std::string& what, const std::string& remedy) {
+    return Error(ErrorKind::kInput, path + ": " + what + "; " + remedy);
 }
 
-Error arrayError(const std::string& path, const std::string& what) {
-    return Error(ErrorKind::kInput,
-                 path + ": " +
-                     withRemedy(what, "write the file again, as docs/rays.md describes it"));
-}
-
-void ContentReader::refuse(uint64_t offset, const std::string& what) const {
-    throw arrayError(path_, "at byte " + std::to_string(offset) + ": " + what);
+void ContentReader::refuse(uint64_t offset, const std::string& what,
+                           const std::string& remedy) const {
+    throw arrayError(path_, "at byte " + std::to_string(offset) + ": " + what, remedy);
 }
 
 void ContentReader::require(uint64_t offset, uint64_t count, const char* what) const {

@@ -79,11 +79,12 @@ const NamedArray& requireArray(const std::vector<NamedArray>& arrays, const std:
 /// Returns the array of a name, null if there is none.
 const NamedArray* findArray(const std::vector<NamedArray>& arrays, const std::string& name);
 
-/// Returns what is wrong, followed by the remedy unless it states its own after a semicolon.
-std::string withRemedy(const std::string& what, const std::string& remedy);
+/// What to do about most faults of a file.
+constexpr const char* kWriteAgain = "write the file again, as docs/rays.md describes it";
 
 /// Returns an Error kInput about a file of docs/rays.md.
-Error arrayError(const std::string& path, const std::string& what);
+Error arrayError(const std::string& path, const std::string& what,
+                 const std::string& remedy = kWriteAgain);
 
 /// Reads whole values out of a file's content; what lies beyond its end is refused.
 class ContentReader {
@@ -91,7 +92,8 @@ public:
     ContentReader(const std::string& content, const std::string& path)
         : content_(content), path_(path) {}
 
-    [[noreturn]] void refuse(uint64_t offset, const std::string& what) const;
+    [[noreturn]] void refuse(uint64_t offset, const std::string& what,
+                             const std::string& remedy = kWriteAgain) const;
     /// Throws unless [offset, offset + count) lies in the file. @param what is read there
     void require(uint64_t offset, uint64_t count, const char* what) const;
     template <class T> T get(uint64_t offset, const char* what) const {

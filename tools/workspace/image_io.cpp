@@ -3,9 +3,11 @@
 
 #include "cuda/error.h"
 #include "cuda/macros.h"
+#include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "tools/workspace/png_memory.h"
 
+#include <OpenEXR/IexErrnoExc.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -21,6 +23,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cerrno>
 
 namespace shadowdag {
 
@@ -100,6 +103,8 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height,
         exr.setFrameBuffer(frameBuffer);
         exr.writePixels(int(height));
     } catch (const std::exception& error) {
+        if (dynamic_cast<const Iex::EmfileExc*>(&error))
+            refuseTooManyFiles(path, EMFILE);
         std::string reason = error.what(); // OpenEXR's message contains the temporary file's name
         if (const size_t at = reason.find(file.temporaryPath()); at != std::string::npos)
             reason.replace(at, file.temporaryPath().size(), path);

@@ -244,7 +244,7 @@ std::vector<NamedArray> decodeNpz(const std::string& content, const std::string&
         reader.refuse(content.size(), "the file ends before the end of an .npz does");
     const uint64_t end = content.size() - kEndBytes; // archives with a comment are none of numpy's
     if (reader.get<uint32_t>(end, "the end of the archive") != kEndSignature)
-        reader.refuse(end, "no .npz ends like this; write it again with numpy.savez");
+        reader.refuse(end, "no .npz ends like this", "write it again with numpy.savez");
     const auto count = reader.get<uint16_t>(end + 10, "the number of arrays");
     if (count > kMaxArrayCount)
         reader.refuse(end + 10, std::to_string(count) + " arrays; " +
@@ -268,9 +268,11 @@ std::vector<NamedArray> decodeNpz(const std::string& content, const std::string&
             reader.refuse(at, "the entry '" + name + "' is no array of an .npz");
         name.resize(name.size() - 4);
         if (method != 0 || (flags & 1u) != 0)
-            reader.refuse(at + 10, "array \"" + name + "\" is compressed; write it with numpy.savez");
+            reader.refuse(at + 10, "array \"" + name + "\" is compressed",
+                          "write it with numpy.savez");
         if (packed != size || size == 0xffffffffu || local == 0xffffffffu)
-            reader.refuse(at + 20, "array \"" + name + "\" is of an archive over 4 GiB; write .rays");
+            reader.refuse(at + 20, "array \"" + name + "\" is of an archive over 4 GiB",
+                          "write .rays");
         if (reader.get<uint32_t>(local, "an array's head") != kLocalSignature)
             reader.refuse(local, "array \"" + name + "\" does not begin here");
         const uint64_t offset =
@@ -278,8 +280,8 @@ std::vector<NamedArray> decodeNpz(const std::string& content, const std::string&
             reader.get<uint16_t>(local + 28, "an array's head");
         const std::string_view npy = reader.text(offset, size, "an array");
         if (crc32(npy.data(), npy.size()) != crc)
-            reader.refuse(offset,
-                          "array \"" + name + "\": its checksum is another; copy the file again");
+            reader.refuse(offset, "array \"" + name + "\": its checksum is another",
+                          "copy the file again");
         if (findArray(arrays, name))
             reader.refuse(at, "array \"" + name + "\" occurs twice");
         arrays.push_back(readNpy(reader, name, offset, size));

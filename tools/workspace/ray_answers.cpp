@@ -71,8 +71,10 @@ RayAnswers answersOf(const std::vector<NamedArray>& arrays, const std::string& p
     answers.setId = textOf(arrays, path, "set_id");
     const NamedArray *lit = findArray(arrays, "lit"), *visibility = findArray(arrays, "visibility");
     if (!lit == !visibility)
-        throw arrayError(path, lit ? "has both arrays \"lit\" and \"visibility\"; give one"
-                                   : "has neither an array \"lit\" nor \"visibility\"");
+        throw arrayError(path,
+                         lit ? "has both arrays \"lit\" and \"visibility\""
+                             : "has neither an array \"lit\" nor \"visibility\"",
+                         "give one");
     const NamedArray& given = lit ? *lit : *visibility;
     const std::vector<double> values = numbersOf(given, path);
     for (size_t i = 0; i < values.size(); ++i) {

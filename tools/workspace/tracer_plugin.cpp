@@ -33,10 +33,9 @@ struct ErrorText {
 };
 
 /// Returns an Error kInput about a plug-in.
-Error tracerError(const std::string& path, const std::string& why) {
-    return Error(ErrorKind::kInput, "--tracer " + path + ": " +
-                                        withRemedy(why, "build a plug-in as docs/rays.md "
-                                                        "describes it"));
+Error tracerError(const std::string& path, const std::string& why,
+                  const std::string& remedy = "build a plug-in as docs/rays.md describes it") {
+    return Error(ErrorKind::kInput, "--tracer " + path + ": " + why + "; " + remedy);
 }
 
 } // namespace
@@ -55,24 +54,25 @@ TracerPlugin::TracerPlugin(const std::string& path)
     : library_(std::make_unique<Library>()), path_(path) {
     const auto refuse = [&](const std::string& why) { throw tracerError(path, why); };
     if (!std::filesystem::is_regular_file(path))
-        refuse("is no file; give a shared library that exports " SHADOWDAG_TRACER_SYMBOL);
+        throw tracerError(path, "is no file",
+                          "give a shared library that exports " SHADOWDAG_TRACER_SYMBOL);
     library_->handle = dlopen(std::filesystem::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library_->handle)
         refuse(std::string("cannot be loaded: ") + dlerror());
     void* const symbol = dlsym(library_->handle, SHADOWDAG_TRACER_SYMBOL);
     if (!symbol)
-        refuse("exports no function " SHADOWDAG_TRACER_SYMBOL "; see docs/rays.md");
+        refuse("exports no function " SHADOWDAG_TRACER_SYMBOL);
     const auto function = reinterpret_cast<ShadowdagTracerFunction>(symbol);
     library_->tracer = function();
     const ShadowdagTracer* const tracer = library_->tracer;
     if (!tracer)
         refuse(SHADOWDAG_TRACER_SYMBOL " returns null");
     if (tracer->version != SHADOWDAG_TRACER_VERSION)
-        refuse("is of version " + std::to_string(tracer->version) +
-               " of the interface; this "
-               "program has " +
-               std::to_string(SHADOWDAG_TRACER_VERSION) +
-               "; build it with this program's tracer_api.h");
+        throw tracerError(path,
+                          "is of version " + std::to_string(tracer->version) +
+                              " of the interface; this program has " +
+                              std::to_string(SHADOWDAG_TRACER_VERSION),
+                          "build it with this program's tracer_api.h");
     if (!tracer->name || !tracer->build || !tracer->occluded || !tracer->destroy)
         refuse("its table lacks name, build, occluded or destroy");
     name_ = tracer->name;

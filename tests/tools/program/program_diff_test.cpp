@@ -55,5 +55,17 @@ TEST(Diff, RefusesWhatCannotBeCompared) {
     EXPECT_EQ(runShadowdag(directory, {"diff", kAtrium, machine, "--no-times"}).status, 0);
 }
 
+TEST(Diff, NamesDoNotReachTheTerminalAsControlCharacters) {
+    const TemporaryDirectory directory;
+    Json worse = Json::parse(readText(kAtrium));
+    worse["runs"][3]["acne_count"] = 12;
+    const std::string name = directory / "b\x1b[31m.json";
+    writeText(name, worse.dump());
+    const ProgramResult result = runShadowdag(directory, {"diff", kAtrium, name});
+    EXPECT_EQ(result.status, 5);
+    EXPECT_THAT(result.err, HasSubstr("b\\x1b[31m.json: 1 values are worse"));
+    EXPECT_THAT(result.err, testing::Not(HasSubstr("\x1b")));
+}
+
 } // namespace
 } // namespace shadowdag

@@ -151,7 +151,8 @@ TEST(ArrayFile, MissingFilesAndArraysAreNamed) {
                 HasSubstr("a.rays: has no array \"normal\""));
     EXPECT_THAT(
         complaintOf([] { requireArray(madeArrays(), "a.rays", "point", ArrayType::kFloat, 4); }),
-        HasSubstr("a.rays: array \"point\" has type 4 and 3 columns; it needs type 4 and 4"));
+        HasSubstr("a.rays: array \"point\" has type 4 and 3 columns; it needs type 4 and 4; "
+                  "write the file again"));
 }
 
 } // namespace

@@ -61,7 +61,7 @@ TEST(RaySet, WhatIsWrongWithASetIsSaid) {
     EXPECT_THAT(complaintAbout([](RaySet& set) { set.pairLight[3] = 3; }),
                 HasSubstr("array \"pair_light\", row 3: is 3, beyond the 3 there are"));
     EXPECT_THAT(complaintAbout([](RaySet& set) { set.pairSample.pop_back(); }),
-                HasSubstr("array \"pair_light\" has 4 rows; it needs 3"));
+                HasSubstr("array \"pair_light\" has 4 rows; it needs 3; write the file again"));
     EXPECT_THAT(complaintAbout([](RaySet& set) { set.triangle[5].z = 12; }),
                 HasSubstr("array \"triangle\", row 5: names a vertex that does not exist"));
     EXPECT_THAT(complaintAbout([](RaySet& set) { set.lightPoint[0].w = 0.5f; }),
