@@ -13,6 +13,7 @@
 #include "tools/settings/provenance.h"
 #include "tools/studies/study.h"
 
+#include <fcntl.h>
 #include <poll.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -134,6 +135,14 @@ __attribute__((section(".preinit_array"),
     std::abort();
 }
 
+/// Puts /dev/null in place of standard streams that are closed, or the next file that is opened
+/// would get their text. As before, it is an error to read from or to write to them.
+void holdStandardStreams() {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (fcntl(stream, F_GETFD) < 0) // the lowest number that is free is taken
+            static_cast<void>(open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+}
+
 /// Runs the command. Throws only what its own messages throw.
 int runProgram(int argc, char** argv) {
     using namespace shadowdag;
@@ -223,6 +232,7 @@ int main(int argc, char** argv) {
     const std::terminate_handler before = std::set_terminate(onTerminate);
     if (!terminateBefore)
         terminateBefore = before;
+    holdStandardStreams();
     try {
         return runProgram(argc, argv);
     } catch (const std::bad_alloc&) {

@@ -46,6 +46,14 @@ bool holdsKeys(const std::string& path, const std::vector<const char*>& keys) {
 /// not write.
 void refuseForeignFiles(const std::string& directory) {
     std::error_code ignored;
+    const auto refuse = [&](const std::string& name) {
+        throw Error(ErrorKind::kUsage, "-o '" + directory + "': contains " + name +
+                                           ", which shadowdag did not write and which a report "
+                                           "would replace; choose an empty or a new directory");
+    };
+    const fs::file_status partial = fs::symlink_status(directory + "/partial", ignored);
+    if (fs::exists(partial) && !fs::is_directory(partial))
+        refuse("partial");
     if (holdsKeys(directory + "/results.json", {"provenance", "experiment", "runs"}) ||
         holdsKeys(directory + "/part.json", {"provenance", "experiment", "runs"}) ||
         holdsKeys(directory + "/partial/journal.json", {"key", "parts"}) ||
@@ -59,15 +67,10 @@ void refuseForeignFiles(const std::string& directory) {
                                            ": is damaged or truncated, so it is unknown "
                                            "whether shadowdag wrote the files beside it; delete " +
                                            directory + "/partial to measure again");
-    const auto refuse = [&](const std::string& name) {
-        throw Error(ErrorKind::kUsage, "-o '" + directory + "': contains " + name +
-                                           ", which shadowdag did not write and which a report "
-                                           "would replace; choose an empty or a new directory");
-    };
     for (const std::string& name : reportParts())
-        if (fs::exists(directory + "/" + name, ignored))
+        if (fs::exists(fs::symlink_status(directory + "/" + name, ignored)))
             refuse(name);
-    if (fs::exists(directory + "/partial", ignored))
+    if (fs::exists(partial))
         for (const auto& entry : fs::recursive_directory_iterator(directory + "/partial", ignored))
             if (!entry.is_directory(ignored))
                 refuse("partial");

@@ -400,6 +400,18 @@ TEST(Compare, FilesThatNoCompareWroteAreNotReplaced) {
     }
 }
 
+TEST(Compare, AFileInPlaceOfItsFolderAndLinksThatLeadNowhereAreNotReplaced) {
+    const TemporaryDirectory directory;
+    writeText(directory / "partial", "mine");
+    std::filesystem::create_symlink("nowhere", directory / "index.html");
+    for (const char* name : {"partial", "index.html"}) {
+        const ProgramResult result = runShadowdag(directory, tinyCompare(directory.path()));
+        EXPECT_EQ(result.status, 1) << name;
+        EXPECT_THAT(result.err, HasSubstr(name + std::string(", which shadowdag did not write")));
+        EXPECT_TRUE(std::filesystem::remove(directory / name));
+    }
+}
+
 TEST(Compare, ANewReportReplacesTheOldOneCompletely) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";

@@ -294,6 +294,20 @@ TEST(Program, TooManyOpenFilesAreAResourceError) {
     }
 }
 
+TEST(Program, StandardStreamsThatAreClosedAreNotTakenByFiles) {
+    const TemporaryDirectory directory;
+    for (const auto& [closed, status] :
+         {std::pair{"<&-", 0}, {">&-", 3}, {"2>&-", 0}, {"<&- 2>&-", 0}, {"<&- >&- 2>&-", 3}}) {
+        const std::string output = directory / "a.glb";
+        const ProgramResult result =
+            runShadowdag(directory, {"scene", "fail-acne", "-o", output},
+                         {"/usr/bin/timeout", "-s", "KILL", "20", "/bin/sh", "-c",
+                          std::string("exec \"$@\" ") + closed, "sh"});
+        EXPECT_EQ(result.status, status) << closed << ": " << result.err;
+        EXPECT_TRUE(std::filesystem::remove(output)) << closed;
+    }
+}
+
 TEST(Program, HelpThatCannotBeWrittenIsAnError) {
     const TemporaryDirectory directory;
     const ProgramResult result =
