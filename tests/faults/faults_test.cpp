@@ -368,6 +368,8 @@ TEST_P(Faults, AKilledProcessLosesNothing) {
 TEST_P(Faults, AProcessKilledAtACallLosesNothing) {
     Stage stage(GetParam());
     const bool isReport = GetParam().name == "compare" || GetParam().name == "study";
+    // How many files these write depends on time: a run may have fewer than the one before.
+    const bool varies = GetParam().name == "resume" || GetParam().name == "limited";
     std::map<std::string, long> calls = stage.calls();
     size_t count = 0;
     for (const char* call : {"rename", "fsync", "unlink"}) {
@@ -381,6 +383,8 @@ TEST_P(Faults, AProcessKilledAtACallLosesNothing) {
             SCOPED_TRACE(fault);
             stage.restore();
             const int status = stage.tryRun(test::withFault(fault)).status;
+            if (varies && status == 0)
+                continue; // it has not come to this call
             // Where the process that reads a grid or draws is killed, the one that waits for it
             // ends with a message, and removes what a reader leaves.
             const bool isReader = GetParam().name == "import";
@@ -393,6 +397,7 @@ TEST_P(Faults, AProcessKilledAtACallLosesNothing) {
                 return;
         }
     }
+    EXPECT_GT(count, 0u);
     test::recordFaults(count, stage.seed());
 }
 
