@@ -238,7 +238,7 @@ void removeUnfinishedFiles() {
     if (std::exchange(isRemoving, true))
         return; // one of the functions has failed
     // Not for longer: a thread may hold it that waits for a disk that does not answer.
-    constexpr int kMaxTries = 100;
+    constexpr int kMaxTries = 50;
     for (int i = 0; !unfinished().mutex.try_lock(); ++i) {
         if (i == kMaxTries)
             return;
