@@ -116,8 +116,7 @@ std::string whyNoInput(const std::string& path, uint64_t maxBytes) {
 void refuseTooManyFiles(const std::string& path, int error) {
     if (error == EMFILE || error == ENFILE)
         throw Error(ErrorKind::kResource,
-                    path + ": " + cannotBeOpened(error) +
-                        "; raise the limit of the shell (ulimit -n), or close some programs");
+                    path + ": " + cannotBeOpened(error) + "; " + kMoreFilesRemedy);
 }
 
 } // namespace shadowdag

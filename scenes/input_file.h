@@ -27,6 +27,10 @@ std::optional<std::string> readInput(const std::string& path, const InputLimits&
 /// if it is. Opens nothing.
 std::string whyNoInput(const std::string& path, uint64_t maxBytes);
 
+/// The remedy of too many open files.
+constexpr const char* kMoreFilesRemedy =
+    "raise the limit of the shell (ulimit -n), or close some programs";
+
 /// Throws Error kResource where a file could not be opened because the process or the system has
 /// too many open files: then the file is not to blame. @param error errno of the opening
 void refuseTooManyFiles(const std::string& path, int error);

@@ -50,9 +50,9 @@ void removeAbandonedFilesOf(const std::string& path);
 
 /// Removes the temporary files of all OutputFiles of the process and calls the functions of
 /// EndRemovals, just before it ends itself: from then on every thread that creates, commits or
-/// destroys one of them waits forever. Removes and calls nothing if a thread creates, renames or
-/// removes such a file and does not come to its end within 0.1 s, as on a disk that does not
-/// answer; the files then stay, as after SIGKILL.
+/// destroys one of them waits forever. Removes and calls nothing if a thread that creates, renames
+/// or removes such a file does not finish within a fraction of the half second that a signal may
+/// take, as on a disk that does not answer; the files then stay, as after SIGKILL.
 void removeUnfinishedFiles();
 
 /// While it exists, removeUnfinishedFiles also calls a function, which removes unfinished files of

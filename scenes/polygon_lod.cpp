@@ -56,12 +56,7 @@ private:
         traverse(
             bvh_.view(),
             [&](const Box& box) { return bound >= enough && distanceSquared(box, p) < bound; },
-            [&](uint32_t t) {
-                const glm::vec3 d =
-                    p - closestPoint(p, triangles_.vertex(t, 0), triangles_.vertex(t, 1),
-                                     triangles_.vertex(t, 2));
-                bound = std::min(bound, glm::dot(d, d));
-            });
+            [&](uint32_t t) { bound = std::min(bound, distanceSquared(triangles_, t, p)); });
         return bound;
     }
 

@@ -96,6 +96,12 @@ glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& 
     return a + ab * (vb / sum) + ac * (vc / sum);
 }
 
+float distanceSquared(const TriangleView& triangles, uint32_t t, const glm::vec3& p) {
+    const glm::vec3 d =
+        p - closestPoint(p, triangles.vertex(t, 0), triangles.vertex(t, 1), triangles.vertex(t, 2));
+    return glm::dot(d, d);
+}
+
 void warnOfCutQueries(const QueryCost& cost, const std::string& what) {
     if (cost.cutCount > 0)
         warn(std::to_string(cost.cutCount) + " of " + std::to_string(cost.queryCount) +
@@ -261,10 +267,7 @@ float TriangleTree::distance(const glm::vec3& point, float limit) const {
     visit([&](const Box& box) { return distanceSquared(box, point); },
           [&](float squared) { return !(squared * kSlack < best); },
           [&](uint32_t t) {
-              const glm::vec3 d =
-                  point - closestPoint(point, triangles_.vertex(t, 0), triangles_.vertex(t, 1),
-                                       triangles_.vertex(t, 2));
-              best = std::min(best, glm::dot(d, d));
+              best = std::min(best, distanceSquared(triangles_, t, point));
               return true;
           });
     return std::sqrt(best);

@@ -17,6 +17,9 @@ namespace shadowdag {
 glm::vec3 closestPoint(const glm::vec3& p, const glm::vec3& a, const glm::vec3& b,
                        const glm::vec3& c);
 
+/// Returns the squared distance of a point from triangle `t`.
+float distanceSquared(const TriangleView& triangles, uint32_t t, const glm::vec3& p);
+
 /// What queries took. A step is a node that was visited or a triangle that was tested.
 struct QueryCost {
     uint64_t queryCount = 0, stepCount = 0;

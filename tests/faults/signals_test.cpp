@@ -286,7 +286,7 @@ TEST(Signals, OutputClosedAtAnyMomentIsReportedAndTheFilesAreWhole) {
 
 // A reader that does not read, such as a pager or a stopped process: the program waits for it, but
 // not when it is told to end.
-TEST(Signals, AReaderThatDoesNotReadHoldsNobody) {
+TEST(Signals, TheyEndItSoonIfNobodyReadsItsOutput) {
     for (const bool isError : {false, true}) {
         const TemporaryDirectory directory;
         const std::string pipe = directory / "pipe";
@@ -335,7 +335,7 @@ pid_t startOnSlowDisk(const TemporaryDirectory& directory, const Arguments& comm
 const Arguments kImport = {"import", "in.nvdb", "-o", "out.svdag"},
                 kScene = {"scene", "atrium", "-o", "out.glb"};
 
-TEST(Signals, ADiskThatDoesNotAnswerHoldsNobody) {
+TEST(Signals, TheyEndItSoonWhileFsyncWaits) {
     const Arguments build = {"voxelize", "builtin:atrium", "-o", "out.svdag", "--resolution",
                              "256",      "--memory-limit", "1G"};
     Arguments resumed = build, merge = kCommands.back();
@@ -355,7 +355,7 @@ TEST(Signals, ADiskThatDoesNotAnswerHoldsNobody) {
 }
 
 // It cannot remove its files, as it does not know whether they are renamed yet.
-TEST(Signals, ARenameThatDoesNotAnswerHoldsNobody) {
+TEST(Signals, TheyEndItSoonWhileRenameWaits) {
     for (const Arguments& command : {kImport, kScene}) {
         SCOPED_TRACE(command[0]);
         const TemporaryDirectory directory;

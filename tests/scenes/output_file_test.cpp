@@ -208,7 +208,7 @@ template <class Body> void expectEndsByItself(const Body& body) {
     EXPECT_EQ(status, 0);
 }
 
-TEST(OutputFile, AFunctionThatFailsAtTheEndHoldsNothingUp) {
+TEST(OutputFile, AnEndRemovalThatFailsDoesNotBlockTheEnd) {
     const test::TemporaryFolder folder;
     bool isCalled = false;
     expectEndsByItself([&] {

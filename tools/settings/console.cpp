@@ -2,6 +2,7 @@
 #include "tools/settings/console.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "scenes/printable.h"
 
 #include <nlohmann/json.hpp>
@@ -188,8 +189,8 @@ std::string jsonText(const Json& value) {
 void catchInterrupts(std::function<void(int signal)> giveUp) {
     if (pipe2(interruptPipe, O_CLOEXEC) != 0)
         throw Error(ErrorKind::kResource,
-                    "a pipe cannot be created: " + std::string(std::strerror(errno)) +
-                        "; raise the limit of the shell (ulimit -n), or close some programs");
+                    "a pipe cannot be created: " + std::string(std::strerror(errno)) + "; " +
+                        kMoreFilesRemedy);
     std::thread([giveUp = std::move(giveUp)] {
         for (char byte = 0; read(interruptPipe[0], &byte, 1) != 1;) { // other signals interrupt it
         }

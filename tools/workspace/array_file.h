@@ -82,7 +82,7 @@ const NamedArray* findArray(const std::vector<NamedArray>& arrays, const std::st
 /// What to do about most faults of a file.
 constexpr const char* kWriteAgain = "write the file again, as docs/rays.md describes it";
 
-/// Returns an Error kInput about a file of docs/rays.md.
+/// Returns an Error kInput about a ray set or its answers (docs/rays.md): path, fault, remedy.
 Error arrayError(const std::string& path, const std::string& what,
                  const std::string& remedy = kWriteAgain);
 
