@@ -27,4 +27,13 @@ SDAG_HD inline uint32_t lowestBit32(uint32_t bits) {
 #endif
 }
 
+/// Returns the number of the highest bit set; bits must not be 0.
+SDAG_HD inline uint32_t highestBit32(uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+    return 31u - uint32_t(__clz(int(bits)));
+#else
+    return 31u - uint32_t(std::countl_zero(bits));
+#endif
+}
+
 } // namespace shadowdag

@@ -12,6 +12,7 @@
 
 #include "cuda/mutant.h"
 #include "voxel/dag.h"
+#include "voxel/dag_trace_flat.h"
 #include "voxel/ray_slabs.h"
 #include "voxel/shadow_segment_leaf.h"
 #include "voxel/wide_dag_trace.h"
@@ -154,6 +155,9 @@ SDAG_HD inline bool occluded(const DagView& dag, const DagSegment& segment, uint
     // 1.65 times the rays from the same voxels: LAYOUT.md.
     if (!dag.wide.words.empty() && level == 0 && !hit)
         return avx2::meetsWide(dag.wide, r);
+#else
+    if (level == 0 && !hit)
+        return detail::meetsVoxel(dag.words.data, dag.rootAddress, rootLevel, r);
 #endif
     // Any order gives the same result. Fewer cells are visited from the far end (the light),
     // because the near end skims the surface that it left: 1.11 to 1.50 and 0.95 to 2.15 M rays/s

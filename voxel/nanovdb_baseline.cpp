@@ -1,53 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "voxel/nanovdb_baseline.h"
 
+#include "cuda/buffer.h"
 #include "cuda/error.h"
 #include "cuda/thread_clock.h"
 #include "voxel/nano_grid.h"
+#include "voxel/nano_trace_pass.h"
 
-#include <nanovdb/util/HDDA.h>
-#include <nanovdb/util/Ray.h>
+#include <map>
 
 namespace shadowdag {
-namespace {
-
-using Grid = nanovdb::NanoGrid<nanovdb::ValueMask>;
-using Accessor = nanovdb::ReadAccessor<nanovdb::ValueMask, 0, 1, 2>;
-using Ray = nanovdb::Ray<float>;
-
-/// How far past a boundary the next cell is looked up, in voxels: four units in the last place of a
-/// coordinate at 4096.
-constexpr float kPastBoundary = 1.0f / 512;
-
-bool isBlocked(const DagSegment& segment, const Accessor& accessor,
-               const nanovdb::CoordBBox& bounds) {
-    using nanovdb::Coord;
-    const glm::vec3 way = segment.to - segment.from;
-    const float length = std::sqrt(glm::dot(way, way));
-    const nanovdb::Vec3f from(segment.from.x, segment.from.y, segment.from.z);
-    if (!(length > 0.0f))
-        return accessor.isActive(nanovdb::RoundDown<Coord>(from));
-    const glm::vec3 d = way / length;
-    Ray ray(from, nanovdb::Vec3f(d.x, d.y, d.z), 0.0f, length);
-    if (!ray.clip(bounds))
-        return false;
-    Coord cell = nanovdb::RoundDown<Coord>(ray.start());
-    nanovdb::HDDA<Ray, Coord> hdda{}; // zeros: init() leaves the steps of unused axes as they are
-    hdda.init(ray, int(accessor.getDim(cell, ray)));
-    while (!accessor.isActive(cell)) {
-        if (!hdda.step())
-            return false;
-        cell = nanovdb::RoundDown<Coord>(ray(hdda.time() + kPastBoundary));
-        hdda.update(ray, int(accessor.getDim(cell, ray)));
-    }
-    return true;
-}
-
-} // namespace
 
 struct NanoVdbBaseline::State {
     nanovdb::GridHandle<> handle;
-    const Grid* grid = nullptr;
+    const TraceNano::Grid* grid = nullptr;
+    std::map<Backend, Buffer<uint8_t>> copies; ///< of the grid, on other backends
 };
 
 NanoVdbBaseline::NanoVdbBaseline(const Dag& dag) : state_(std::make_unique<State>()) {
@@ -67,14 +34,29 @@ NanoVdbBaseline::~NanoVdbBaseline() = default;
 std::vector<uint8_t> NanoVdbBaseline::occluded(const std::vector<DagSegment>& segments,
                                                double* seconds) const {
     std::vector<uint8_t> blocked(segments.size());
-    const Accessor accessor(state_->grid->tree().root());
+    const TraceNano::Accessor accessor(state_->grid->tree().root());
     const nanovdb::CoordBBox bounds = accessor.root().bbox();
     const double start = threadSeconds();
     for (size_t i = 0; i < segments.size(); ++i)
-        blocked[i] = isBlocked(segments[i], accessor, bounds);
+        blocked[i] = TraceNano::isBlocked(segments[i], accessor, bounds);
     if (seconds)
         *seconds = threadSeconds() - start;
     return blocked;
+}
+
+void NanoVdbBaseline::trace(Backend backend, View<const DagSegment> segments,
+                            View<uint8_t> blocked) const {
+    SDAG_ASSERT(blocked.count >= segments.count);
+    const TraceNano::Grid* grid = state_->grid;
+    if (backend == Backend::kCuda) {
+        auto [at, isNew] = state_->copies.try_emplace(backend, Backend::kCuda, "NanoVDB grid");
+        if (isNew) {
+            const uint8_t* data = static_cast<const uint8_t*>(state_->handle.data());
+            at->second.upload({data, data + state_->handle.size()});
+        }
+        grid = reinterpret_cast<const TraceNano::Grid*>(at->second.view().data);
+    }
+    runPass(backend, TraceNano{grid, segments, blocked});
 }
 
 uint64_t NanoVdbBaseline::voxelCount() const {

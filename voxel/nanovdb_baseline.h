@@ -30,6 +30,11 @@ public:
     std::vector<uint8_t> occluded(const std::vector<DagSegment>& segments,
                                   double* seconds = nullptr) const;
 
+    /// Sets blocked[i] to 1 or 0 as occluded() does, by one item of a pass a segment: on the CPU's
+    /// threads, or queued on CUDA, where the first call copies the grid.
+    /// @param segments,blocked live on `backend`; blocked: one byte a segment
+    void trace(Backend backend, View<const DagSegment> segments, View<uint8_t> blocked) const;
+
     uint64_t voxelCount() const;
     /// Returns the bytes of the grid, as NanoVDB lays it out.
     uint64_t bytes() const;

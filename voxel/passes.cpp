@@ -5,8 +5,8 @@
 #include "voxel/unique_nodes_pass.h"
 #include "voxel/voxelize_pass.h"
 
-// dag_trace_pass.h
-SDAG_CUDA_PASS(TraceSegments)
+SDAG_PASS(TraceByWord)
+SDAG_PASS(TraceByCells)
 
 // voxelize_pass.h
 SDAG_PASS(MarkInside)

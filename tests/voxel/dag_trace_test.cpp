@@ -116,6 +116,56 @@ TEST(DagTrace, WideFormEqualsTheCanonicalOneBitForBit) {
     EXPECT_GT(misses, 3000);
 }
 
+// As a GPU traces, here on the CPU; also where many nodes lie on the way.
+TEST(DagTrace, FlatTraversalEqualsTheCanonicalOneBitForBit) {
+    constexpr unsigned kSeed = 17;
+    std::mt19937 random(kSeed);
+    int hits = 0, misses = 0;
+    for (uint32_t log2 = 0; log2 <= 7; ++log2)
+        for (const double density : {0.00002, 0.002, 0.02, 0.3}) {
+            const Dag dag = dagOf(randomGrid(log2, density, random));
+            if (dag.empty())
+                continue;
+            for (int i = 0; i < 3000; ++i) {
+                const DagSegment segment = awkwardSegment(float(1u << log2), random);
+                const RaySlabs slabs = makeRaySlabs(segment, segmentScale(dag.grid, segment));
+                const bool expected = occluded(dag.view(), segment);
+                ASSERT_EQ(detail::meetsVoxel(dag.words.data(), dag.rootAddress,
+                                             std::max(log2, kLeafLog2), slabs),
+                          expected)
+                    << "seed " << kSeed << " log2 " << log2 << " density " << density << " ray "
+                    << i;
+                ++(expected ? hits : misses);
+            }
+        }
+    EXPECT_GT(hits, 3000);
+    EXPECT_GT(misses, 3000);
+}
+
+TEST(DagTrace, FlatSlabsHaveTheBitsOfThePortableOnes) {
+    constexpr unsigned kSeed = 18;
+    std::mt19937 random(kSeed);
+    for (int i = 0; i < 200000; ++i) {
+        const uint32_t log2 = 1 + random() % 17, side = 1u << random() % log2;
+        const DagSegment s = awkwardSegment(float(1u << log2), random);
+        VoxelGrid grid;
+        grid.resolutionLog2 = log2;
+        const RaySlabs r = makeRaySlabs(s, segmentScale(grid, s));
+        const auto coordinate = [&] { return uint32_t(random() % (1u << log2)) / side * side; };
+        const portable::Corner corner{coordinate(), coordinate(), coordinate()};
+        const detail::FlatSlabs flat(r);
+        ASSERT_EQ(flat.childHits(corner, side), portable::Tester(r, true).childHits(corner, side))
+            << "seed " << kSeed << " ray " << i;
+        const uint32_t some = 1 + random() % 255;
+        ASSERT_EQ(flat.first(some), portable::Tester(r, true).first(some));
+        const uint32_t word = random() & random() & random();
+        uint32_t bytes = 0;
+        for (int b = 0; b < 4; ++b)
+            bytes |= uint32_t((word >> (8 * b) & 0xff) != 0) << b;
+        ASSERT_EQ(detail::bytesInUse(word), bytes) << word;
+    }
+}
+
 TEST(DagTrace, HitIsAnOccupiedCellThatTheSegmentMeets) {
     std::mt19937 random(12);
     for (const uint32_t log2 : {1u, 2u, 3u, 5u}) {

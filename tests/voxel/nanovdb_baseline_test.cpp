@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "voxel/nanovdb_baseline.h"
 
+#include "cuda/buffer.h"
+#include "tests/cuda/backends.h"
 #include "tests/voxel/voxel_sets.h"
 #include "voxel/dag_trace.h"
 
@@ -87,6 +89,29 @@ TEST(NanoVdbBaseline, AgreesWithTheDagExceptForGrazedCorners) {
     std::cout << "[ rays ] " << dark << " dark, " << darkByOurs << " by ours alone, "
               << darkByTheirs << " by NanoVDB alone\n";
 }
+
+class NanoVdbPassOn : public OnBackend {};
+
+TEST_P(NanoVdbPassOn, GivesTheAnswersOfOneThread) {
+    std::mt19937 random(kSeed);
+    std::uniform_real_distribution<float> inside(-4.0f, 68.0f);
+    const Dag dag = dagOf(randomGrid(6, 0.01, random));
+    const NanoVdbBaseline nano(dag);
+    std::vector<DagSegment> segments;
+    for (int i = 0; i < 20000; ++i) {
+        const glm::vec3 from(inside(random), inside(random), inside(random));
+        segments.push_back({from, {inside(random), inside(random), inside(random)}});
+    }
+    segments.push_back({{9, 9, 9}, {9, 9, 9}});
+    Buffer<DagSegment> onBackend(GetParam(), "segments");
+    onBackend.upload(segments);
+    Buffer<uint8_t> blocked(GetParam(), "blocked", segments.size());
+    blocked.fill(0xaa);
+    nano.trace(GetParam(), std::as_const(onBackend).view(), blocked.view());
+    EXPECT_EQ(blocked.download(), nano.occluded(segments)) << "seed " << kSeed;
+}
+
+INSTANTIATE_TEST_SUITE_P(Both, NanoVdbPassOn, kBothBackends, backendSuffix);
 
 } // namespace
 } // namespace shadowdag
