@@ -53,11 +53,12 @@ SDAG_HD inline uint32_t depthAt(const ShadowMapView& view, const ShadowMapInfo& 
 /// y of a face, which may reach beyond it; then taps.ask(texel, u, v, limit, isCounted) is called
 /// once per texel, in order, and returns whether anything blocks the ray through its centre (u, v,
 /// 1) of face texel.face at a 1/z above `limit`. isCounted: false for a tap that is omitted.
-template <class Taps>
+/// @tparam kDirectional false: no map is a directional light's, and the code for those is left out
+template <bool kDirectional = true, class Taps>
 SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec3& positionWorld,
                                         const glm::vec3& normalWorld, const ShadowMapBias& bias,
                                         Taps& taps) {
-    if (map.window.isDirectional())
+    if (kDirectional && map.window.isDirectional())
         return filterDirectionalVisibility(map, positionWorld, normalWorld, bias, taps);
     const glm::vec3 d = positionWorld - map.lightPositionWorld;
     const float dd = glm::dot(d, d);
@@ -221,6 +222,21 @@ SDAG_HD inline uint8_t lookupVisibility(const ShadowMapView& view, uint32_t mapI
     const uint8_t visibility = filterVisibility(map, positionWorld, normalWorld, bias, taps);
     if (trace)
         trace->missingTapCount = taps.missing;
+    return visibility;
+}
+
+/// Returns lookupVisibility, and adds the taps on pages without memory to missingTapCount.
+/// @tparam kDirectional of filterVisibility
+template <bool kDirectional = true>
+SDAG_HD inline uint8_t countedVisibility(const ShadowMapView& view, uint32_t mapIndex,
+                                         const glm::vec3& positionWorld,
+                                         const glm::vec3& normalWorld, const ShadowMapBias& bias,
+                                         uint32_t& missingTapCount) {
+    const ShadowMapInfo& map = view.maps[mapIndex];
+    MapTaps taps{view, map, nullptr};
+    const uint8_t visibility =
+        filterVisibility<kDirectional>(map, positionWorld, normalWorld, bias, taps);
+    missingTapCount += taps.missing;
     return visibility;
 }
 

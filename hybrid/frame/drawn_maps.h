@@ -7,6 +7,8 @@
 #include "hybrid/frame/map_receivers_pass.h"
 #include "shadowmap/shadow_maps.h"
 
+#include <algorithm>
+
 namespace shadowdag {
 
 /// Builds the maps of a frame and lists the sources of all records. Keeps maps from frame to frame.
@@ -31,6 +33,11 @@ public:
 
     /// Returns the source of every record of the last frame, on the backend.
     View<const PairServer> servers() const { return serversOnBackend_.view(); }
+    /// Returns whether a record of the last frame is served by a method.
+    bool serves(ServedBy method) const {
+        return std::any_of(servers_.begin(), servers_.end(),
+                           [&](const PairServer& server) { return server.by() == method; });
+    }
     /// Returns the input of lookups; valid until the next build.
     ShadowMapView view() const { return maps_.view(); }
     ShadowMaps& maps() { return maps_; }

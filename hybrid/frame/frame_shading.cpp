@@ -3,6 +3,7 @@
 
 #include "cuda/mutant.h"
 
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
@@ -67,6 +68,22 @@ void countPairsOfMaps(const ShadeLists& lists, const std::vector<uint32_t>& reco
     }
 }
 
+/// Returns what the pairs of a frame need.
+PairNeeds needsOf(const DrawnMaps& maps, const std::vector<Light>& lights, const RayInputs& rays) {
+    PairNeeds needs;
+    needs.rays = maps.serves(ServedBy::kRays);
+    needs.maps = maps.serves(ServedBy::kMap);
+    needs.directional = std::any_of(lights.begin(), lights.end(),
+                                    [](const Light& light) { return light.kind == Light::kSun; });
+    const RayOptions& options = rays.options;
+    needs.ofRays.voxels = needs.rays && !options.believesNone();
+    needs.ofRays.levels =
+        needs.ofRays.voxels && (options.level != 0 || options.lod != LodRule::kFixed);
+    needs.ofRays.triangles = needs.rays && !options.believesAll();
+    needs.ofRays.movers = needs.rays && !rays.movers.isNearLight.empty();
+    return needs;
+}
+
 } // namespace
 
 ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClusters& clusters,
@@ -86,6 +103,7 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
     filter.constantTexels = mutated(Mutant::kMapBiasZero, bias, 0.0f);
     filter.constantTexels = mutated(Mutant::kMapBiasTenfold, filter.constantTexels, 10.0f * bias);
     filter.taps = mutated(Mutant::kMapTapsDoubled, filter.taps, 9u);
+    const RayInputs inputs = scene.rayInputs(rays, clusters.rayDetail());
     return {surface.view(),
             scene.triangleMaterial(),
             scene.materials(),
@@ -93,7 +111,7 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
             clusters.lists(),
             scene.lights(),
             maps.servers(),
-            VisibilityInputs{scene.rayInputs(rays, clusters.rayDetail()), maps.view(), filter},
+            VisibilityInputs{inputs, maps.view(), filter},
             color_.view(),
             rayCount_.view(),
             lookupCount_.view(),
@@ -101,7 +119,8 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
             missingTapCount_.view(),
             moverTestCount_.view(),
             exactCount_.view(),
-            {}};
+            {},
+            needsOf(maps, scene.world().lights(), inputs)};
 }
 
 void FrameShading::shade(const ShadeSamples& shading) {

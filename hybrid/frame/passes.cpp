@@ -7,6 +7,5 @@
 SDAG_PASS(CountMapReceivers)
 SDAG_PASS(ListMapReceivers)
 
-// shade_pass.h; shade_cpu.cpp shades cluster by cluster
+// shade_pass.h; lights are shaded by shade_cpu.cpp and shade_cuda.cu
 SDAG_PASS(ShadeUnlit)
-SDAG_CUDA_PASS(ShadeLights)

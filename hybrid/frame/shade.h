@@ -18,6 +18,22 @@ struct VisibilityInputs {
     ShadowMapBias bias;
 };
 
+/// What the pairs of a frame may need, as RayNeeds.
+struct PairNeeds {
+    bool rays = true;        ///< pairs are served by rays
+    bool maps = true;        ///< pairs are served by maps
+    bool directional = true; ///< some lights are directional
+    RayNeeds ofRays = {};
+
+    /// Returns whether code for these needs serves pairs of other needs.
+    constexpr bool cover(const PairNeeds& other) const {
+        const RayNeeds &a = ofRays, &b = other.ofRays;
+        return (rays || !other.rays) && (maps || !other.maps) &&
+               (directional || !other.directional) && (a.voxels || !b.voxels) &&
+               (a.levels || !b.levels) && (a.triangles || !b.triangles) && (a.movers || !b.movers);
+    }
+};
+
 /// Counts of the visibility tests, and state between pairs.
 struct VisibilityCounts {
     uint32_t rayCount = 0;
@@ -29,32 +45,35 @@ struct VisibilityCounts {
 };
 
 /// Returns the visibility of a pair by the method of its light, 255 lit .. 0 dark.
-/// @param receiver the sample's world triangle
-SDAG_HD inline uint8_t computePairResult(const VisibilityInputs& inputs, PairServer server,
-                                         uint32_t lightIndex, const Light& light,
-                                         const glm::vec3& positionWorld,
-                                         const glm::vec3& normalWorld, uint32_t receiver,
-                                         VisibilityCounts& counts) {
-    switch (server.by()) {
-    case ServedBy::kProof:
-        ++counts.provenCount;
-        return kLit;
-    case ServedBy::kRays: {
+/// @tparam kNeeds what the pair needs, or more @param receiver the sample's world triangle
+template <PairNeeds kNeeds = PairNeeds{}>
+SDAG_HD inline uint8_t
+computePairResult(const VisibilityInputs& inputs, PairServer server, uint32_t lightIndex,
+                  const Light& light, const glm::vec3& positionWorld, const glm::vec3& normalWorld,
+                  uint32_t receiver, VisibilityCounts& counts) {
+    const ServedBy by = server.by();
+    if (kNeeds.rays && by == ServedBy::kRays) {
         ++counts.rayCount;
-        const ShadowPair pair{positionWorld, normalWorld, pointAtLight(light, positionWorld),
-                              receiver,      lightIndex,  light.kind == Light::kSun};
-        return isDarkByRays(inputs.rays, pair, &counts.rays, &counts.lastBlocker) ? uint8_t(0)
-                                                                                  : kLit;
+        const ShadowPair pair{positionWorld,
+                              normalWorld,
+                              kNeeds.directional ? pointAtLight(light, positionWorld)
+                                                 : light.positionWorld,
+                              receiver,
+                              lightIndex,
+                              kNeeds.directional && light.kind == Light::kSun};
+        return isDarkByRays<kNeeds.ofRays>(inputs.rays, pair, &counts.rays, &counts.lastBlocker)
+                   ? uint8_t(0)
+                   : kLit;
     }
-    case ServedBy::kMap:
-        break;
+    if (kNeeds.maps && by == ServedBy::kMap) {
+        ++counts.lookupCount;
+        return countedVisibility<kNeeds.directional>(inputs.maps, server.map(), positionWorld,
+                                                     normalWorld, inputs.bias,
+                                                     counts.missingTapCount);
     }
-    ++counts.lookupCount;
-    ShadowMapTrace trace{};
-    const uint8_t visibility = lookupVisibility(inputs.maps, server.map(), positionWorld,
-                                                normalWorld, inputs.bias, &trace);
-    counts.missingTapCount += trace.missingTapCount;
-    return visibility;
+    SDAG_ASSERT(by == ServedBy::kProof);
+    ++counts.provenCount;
+    return kLit;
 }
 
 /// Destination of recorded results, by pair; empty views: nothing is recorded. nextPair:
@@ -94,6 +113,7 @@ struct ShadeSamples {
     View<uint32_t> moverTestCount;
     View<uint32_t> exactCount;
     PairRecorder recorder;
+    PairNeeds needs = {}; ///< of all pairs
 
     /// Returns the source of entry `entry` of the lists.
     SDAG_HD PairServer serverOf(uint32_t entry) const {
@@ -108,15 +128,20 @@ struct ShadeSamples {
         return surface;
     }
 
-    /// Returns the contribution of a light to a sample.
+    /// Returns whether a sample and a light are a pair.
+    SDAG_HD bool isPairOf(uint32_t sample, const Light& light) const {
+        return isPair(light, gbuffer.positionWorld[sample], gbuffer.normalWorld[sample]);
+    }
+
+    /// Returns the contribution of a light to a sample, which are a pair.
+    template <PairNeeds kNeeds = PairNeeds{}>
     SDAG_HD glm::vec3 shadePair(uint32_t sample, PairServer server, uint32_t lightIndex,
                                 const Light& light, VisibilityCounts& counts) const {
         const glm::vec3 position = gbuffer.positionWorld[sample];
         const glm::vec3 normal = gbuffer.normalWorld[sample];
-        if (!isPair(light, position, normal))
-            return glm::vec3(0.0f);
-        const uint8_t seen = computePairResult(visibility, server, lightIndex, light, position,
-                                               normal, gbuffer.triangle[sample], counts);
+        const uint8_t seen =
+            computePairResult<kNeeds>(visibility, server, lightIndex, light, position, normal,
+                                      gbuffer.triangle[sample], counts);
         return shadeAnswered(sample, server, light, seen);
     }
 
@@ -149,7 +174,8 @@ struct ShadeSamples {
             for (uint32_t i = clusters.sampleStart[cluster]; i < clusters.sampleStart[cluster + 1];
                  ++i) {
                 const uint32_t sample = clusters.samples[i];
-                color[sample] += shadePair(sample, server, lightIndex, light, counts);
+                if (isPairOf(sample, light))
+                    color[sample] += shadePair(sample, server, lightIndex, light, counts);
             }
         }
         addCounts(cluster, counts);
@@ -157,14 +183,21 @@ struct ShadeSamples {
 
     /// Adds all lights to one sample, in cluster order: neighbouring items walk the same lights.
     /// For CUDA.
-    /// @param i index into clusters.samples
-    SDAG_HD void shadeSample(size_t i) const {
+    /// @tparam kNeeds covers needs @param i index into clusters.samples
+    template <PairNeeds kNeeds = PairNeeds{}> SDAG_HD void shadeSample(size_t i) const {
         const uint32_t sample = clusters.samples[i];
         const uint32_t cluster = clusters.clusterOfSample[sample];
         VisibilityCounts counts;
         glm::vec3 sum = color[sample];
-        for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l)
-            sum += shadePair(sample, serverOf(l), lists.lights[l], lights[lists.lights[l]], counts);
+        const uint32_t end = lists.start[cluster + 1];
+        for (uint32_t l = lists.start[cluster]; l < end; ++l) {
+            // Each lane finds its own next pair, then all trace.
+            while (kNeeds.rays && l < end && !isPairOf(sample, lights[lists.lights[l]]))
+                ++l;
+            if (l < end && (kNeeds.rays || isPairOf(sample, lights[lists.lights[l]])))
+                sum += shadePair<kNeeds>(sample, serverOf(l), lists.lights[l],
+                                         lights[lists.lights[l]], counts);
+        }
         color[sample] = sum;
         addCounts(cluster, counts);
     }

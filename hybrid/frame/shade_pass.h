@@ -25,6 +25,7 @@ struct ShadeLights {
     SDAG_HD void operator()(size_t i) const { work.shadeSample(i); }
 };
 void launchPass(CpuTag, const ShadeLights& pass);
+void launchPass(CudaTag, const ShadeLights& pass); ///< by kernels for what the pairs need
 
 /// Sets every pixel to its radiance without lights. All views of `work` are on the backend.
 inline void shadeUnlit(Backend backend, const ShadeSamples& work) {

@@ -23,6 +23,15 @@ enum class RayBatch : uint8_t {
     kStream, ///< those of a cluster and a light in streams
 };
 
+/// What the rays of a frame may need. A kernel is compiled for one value and leaves out the code of
+/// what is false; answers do not depend on it.
+struct RayNeeds {
+    bool voxels = true;    ///< some voxels are believed
+    bool levels = true;    ///< levels of detail
+    bool triangles = true; ///< some rays are left to the triangles
+    bool movers = true;    ///< something moves
+};
+
 /// Who traces the rays that triangles decide.
 enum class TriangleRays : uint8_t {
     kExact,  ///< we do: blocksTruthRay over a hierarchy, the truth's own answers
@@ -128,10 +137,11 @@ SDAG_HD inline Footprint footprintOf(const RayInputs& inputs, const ShadowPair& 
 }
 
 /// Returns a pair's segment, its offset going with the level at its start.
+template <RayNeeds kNeeds = RayNeeds{}>
 SDAG_HD inline PairSegment pairSegment(const RayInputs& inputs, const ShadowPair& pair) {
     PairSegment p;
-    p.startLevel = inputs.options.level;
-    if (inputs.options.lod != LodRule::kFixed) {
+    p.startLevel = kNeeds.levels ? inputs.options.level : 0;
+    if (kNeeds.levels && inputs.options.lod != LodRule::kFixed) {
         p.footprint = footprintOf(inputs, pair);
         const uint32_t level = lodLevel(p.footprint.start);
         p.startLevel =
@@ -145,9 +155,10 @@ SDAG_HD inline PairSegment pairSegment(const RayInputs& inputs, const ShadowPair
 
 /// Returns whether a voxel, or a cell of the level of detail, stops a pair's segment. `hit`, when
 /// not null, receives the cell.
+template <RayNeeds kNeeds = RayNeeds{}>
 SDAG_HD inline bool isStopped(const RayInputs& inputs, const PairSegment& pair,
                               DagHit* hit = nullptr) {
-    if (inputs.options.lod == LodRule::kFixed && pair.startLevel == 0)
+    if (!kNeeds.levels || (inputs.options.lod == LodRule::kFixed && pair.startLevel == 0))
         return occluded(inputs.dag, pair.segment, 0, hit);
     const LodTimes times = inputs.options.lod == LodRule::kFixed
                                ? fixedLodTimes(inputs.dag.grid, pair.startLevel)
@@ -197,14 +208,16 @@ SDAG_HD inline bool shortenToBelieved(const RayInputs& inputs, const ShadowPair&
 }
 
 /// Returns whether a voxel that is believed makes the pair dark. `hit`, when not null, receives it.
+template <RayNeeds kNeeds = RayNeeds{}>
 SDAG_HD inline bool isDarkByBelievedVoxel(const RayInputs& inputs, const ShadowPair& pair,
                                           DagHit* hit = nullptr) {
-    if (inputs.options.believesAll())
-        return isStopped(inputs, pairSegment(inputs, pair), hit);
-    if (inputs.options.believesNone())
+    if (!kNeeds.voxels || inputs.options.believesNone())
         return false;
-    PairSegment believed = pairSegment(inputs, pair);
-    return shortenToBelieved(inputs, pair, believed.segment) && isStopped(inputs, believed, hit);
+    PairSegment believed = pairSegment<kNeeds>(inputs, pair);
+    if (kNeeds.triangles && !inputs.options.believesAll() &&
+        !shortenToBelieved(inputs, pair, believed.segment))
+        return false;
+    return isStopped<kNeeds>(inputs, believed, hit);
 }
 
 /// What the answers of rays took, counted.
@@ -229,6 +242,7 @@ SDAG_HD inline bool isDarkByMovers(const MoverView& movers, const ShadowPair& pa
 /// Returns whether a triangle makes the pair dark, a static or a moving one.
 /// @param counts grows; may be null @param blocker the last triangle that blocked, asked
 /// first: it often blocks the next ray to the same light, too; may be null. Changes no answer.
+template <RayNeeds kNeeds = RayNeeds{}>
 SDAG_HD inline bool isDarkByTriangles(const RayInputs& inputs, const ShadowPair& pair,
                                       RayCounts* counts, uint32_t* blocker) {
     if (counts)
@@ -242,7 +256,7 @@ SDAG_HD inline bool isDarkByTriangles(const RayInputs& inputs, const ShadowPair&
         return true;
     if (isBlockedExactly(exact, ray, blocker))
         return true;
-    if (!inputs.movers.mayShadow(pair.light))
+    if (!kNeeds.movers || !inputs.movers.mayShadow(pair.light))
         return false;
     if (counts)
         ++counts->moverTestCount;
@@ -251,14 +265,16 @@ SDAG_HD inline bool isDarkByTriangles(const RayInputs& inputs, const ShadowPair&
 
 /// Returns whether the rays' method says that the pair is dark: by voxels, triangles or movers.
 /// Knows no TriangleRays::kEmbree, whose packets ClusterRays alone makes.
+/// @tparam kNeeds what `inputs` need, or more
 /// @param counts grows; may be null @param blocker of isDarkByTriangles; may be null
+template <RayNeeds kNeeds = RayNeeds{}>
 SDAG_HD inline bool isDarkByRays(const RayInputs& inputs, const ShadowPair& pair,
                                  RayCounts* counts = nullptr, uint32_t* blocker = nullptr) {
-    if (isDarkByBelievedVoxel(inputs, pair))
+    if (isDarkByBelievedVoxel<kNeeds>(inputs, pair))
         return true;
-    if (!inputs.options.believesAll())
-        return isDarkByTriangles(inputs, pair, counts, blocker);
-    if (!inputs.movers.mayShadow(pair.light))
+    if (kNeeds.triangles && !inputs.options.believesAll())
+        return isDarkByTriangles<kNeeds>(inputs, pair, counts, blocker);
+    if (!kNeeds.movers || !inputs.movers.mayShadow(pair.light))
         return false;
     if (counts)
         ++counts->moverTestCount;

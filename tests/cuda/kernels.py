@@ -113,8 +113,9 @@ def short_names(mangled):
     short = {}
     for name, long in zip(mangled, names):
         of_pass = re.search(r"(\w+)Kernel<shadowdag::CudaTag, shadowdag::(.+?)>\(", long)
-        own = re.search(r"(\w+)(?:<.*>)?\(", long)
-        short[name] = f"{of_pass[2]}{' by parts' if of_pass[1] == 'shareParts' else ''}" if of_pass else own[1] if own else long
+        own = re.search(r"(\w+)(<.*>)?\(", long)
+        short[name] = (f"{of_pass[2]}{' by parts' if of_pass[1] == 'shareParts' else ''}" if of_pass else
+                       own[1] + re.sub(r"(?<=\d)ul\b", "", own[2] or "") if own else long)
     return short
 
 

@@ -2,6 +2,7 @@
 // Whole frames of a small room with a blocker: effects of options and costs, and refusals.
 #include "hybrid/frame.h"
 
+#include "hybrid/frame/shade.h"
 #include "tests/hybrid/blocker_stage.h"
 
 #include <gmock/gmock.h>
@@ -207,4 +208,16 @@ TEST(Frame, WithoutLightsShowsTheUnlitWorld) {
 }
 
 } // namespace
+// A kernel of fewer needs would leave out code that a pair runs into.
+TEST(PairNeeds, CoverThoseThatNeedNoMore) {
+    const auto needsOf = [](uint32_t bits) {
+        const auto bit = [bits](int i) { return (bits >> i & 1) != 0; };
+        return PairNeeds{bit(0), bit(1), bit(2), {bit(3), bit(4), bit(5), bit(6)}};
+    };
+    for (uint32_t code = 0; code < 128; ++code)
+        for (uint32_t asked = 0; asked < 128; ++asked)
+            ASSERT_EQ(needsOf(code).cover(needsOf(asked)), (asked & ~code) == 0)
+                << code << " " << asked;
+}
+
 } // namespace shadowdag::test
