@@ -48,27 +48,47 @@ private:
 };
 
 #if defined(__CUDACC__)
-/// A warp takes parts with a stride: only the device knows how many there are.
+/// A warp takes 32 parts at a time, with a stride: only the device knows how many there are. Each
+/// lane asks about one of them; those that are wanted are done by all lanes together.
 template <class Tag, class F> __global__ void sharePartsKernel(SplitWorkView work, F functor) {
     static_assert(std::is_same_v<Tag, CudaTag>);
+    constexpr unsigned kAll = 0xffffffffu;
     const uint64_t groupCount = uint64_t(gridDim.x) * (blockDim.x / kGroupLanes);
     const uint64_t partCount = work.partCount();
     const uint64_t thread = blockIdx.x * uint64_t(blockDim.x) + threadIdx.x;
-    for (uint64_t part = thread / kGroupLanes; part < partCount; part += groupCount) {
-        const SplitItem item = work.itemOf(part);
-        functor(item, uint32_t(part - item.firstPart), threadIdx.x % kGroupLanes);
+    const uint32_t lane = threadIdx.x % kGroupLanes;
+    for (uint64_t first = thread / kGroupLanes * kGroupLanes; first < partCount;
+         first += groupCount * kGroupLanes) {
+        uint32_t index = 0, part = 0;
+        bool isWanted = false;
+        if (first + lane < partCount) {
+            const SplitItem item = work.itemOf(first + lane);
+            index = item.index;
+            part = uint32_t(first + lane - item.firstPart);
+            isWanted = functor.wants(item, part);
+        }
+        for (uint32_t wanted = __ballot_sync(kAll, isWanted); wanted != 0; wanted &= wanted - 1) {
+            const int of = __ffs(int(wanted)) - 1;
+            const uint32_t itsIndex = __shfl_sync(kAll, index, of),
+                           itsPart = __shfl_sync(kAll, part, of);
+            functor(work.items[itsIndex], itsPart, lane);
+            __syncwarp();
+        }
     }
 }
 #endif
 
 /// Runs functor(item, part of the item, lane) for every lane in [0, kGroupLanes) of every part of
-/// `work`, under the terms of parallelFor; lanes of one part may run at once.
+/// `work` for which functor.wants(item, part of the item) is true, under the terms of parallelFor;
+/// lanes of one part may run at once.
 template <class Tag, class F> void parallelForParts(const SplitWorkView& work, const F& functor) {
     if constexpr (std::is_same_v<Tag, CpuTag>) {
         parallelFor<CpuTag>(
             work.partCount(),
             [&](size_t part) {
                 const SplitItem item = work.itemOf(part);
+                if (!functor.wants(item, uint32_t(part - item.firstPart)))
+                    return;
                 for (uint32_t lane = 0; lane < kGroupLanes; ++lane)
                     functor(item, uint32_t(part - item.firstPart), lane);
             },

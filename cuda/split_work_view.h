@@ -22,6 +22,7 @@ struct SplitItem {
     uint64_t firstPart; ///< number of its first part in the whole list
     uint32_t partCount;
     uint32_t a, b;
+    uint32_t index; ///< its place in the list: that of further data of it
 };
 
 /// The list as passes see it.
@@ -34,7 +35,8 @@ struct SplitWorkView {
     /// Adds an item of 1..kMaxSplitParts parts; returns false, and counts, if the list is full: the
     /// caller then does all of it by itself. Which items find space depends on the order of
     /// threads; the parts do not.
-    SDAG_HD bool add(uint32_t a, uint32_t b, uint32_t partCount) const {
+    /// @param index receives the item's place in the list
+    SDAG_HD bool add(uint32_t a, uint32_t b, uint32_t partCount, uint32_t& index) const {
         SDAG_ASSERT(partCount > 0 && partCount <= kMaxSplitParts);
         // Tested first, so that the counts exceed the list by no more than the threads that run at
         // once (some 300 000 on the largest device, where 15 million would fit); added in one step,
@@ -43,13 +45,17 @@ struct SplitWorkView {
             const uint64_t seen =
                 atomicAddRelaxed(&taken[0], (uint64_t(1) << kPartBits) + partCount);
             if (seen >> kPartBits < items.count) {
-                items[seen >> kPartBits] = {seen & ((uint64_t(1) << kPartBits) - 1), partCount, a,
-                                            b};
+                index = uint32_t(seen >> kPartBits);
+                items[index] = {seen & ((uint64_t(1) << kPartBits) - 1), partCount, a, b, index};
                 return true;
             }
         }
         atomicAddRelaxed(&taken[1], 1);
         return false;
+    }
+    SDAG_HD bool add(uint32_t a, uint32_t b, uint32_t partCount) const {
+        uint32_t ignored;
+        return add(a, b, partCount, ignored);
     }
     /// Return the number of items and of parts in the list. For passes after the one that adds.
     SDAG_HD size_t itemCount() const {

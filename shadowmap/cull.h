@@ -6,6 +6,7 @@
 
 #include "cuda/atomics.h"
 #include "cuda/mutant.h"
+#include "cuda/pass.h"
 #include "scenes/batches.h"
 #include "shadowmap/drawn_cells.h"
 #include "shadowmap/page_mask.h"
@@ -73,34 +74,41 @@ struct CullView {
 
     /// Returns the faces of a map that a batch must be drawn into.
     SDAG_HD BatchFaces facesToDraw(uint32_t mapIndex, uint32_t batch) const {
+        BatchFaces faces{};
+        for (uint32_t face = 0; face < kFaceCount; ++face) {
+            const BatchFaces of = faceToDraw(mapIndex, batch, face);
+            faces.needed |= of.needed;
+            faces.drawn |= of.drawn;
+        }
+        return faces;
+    }
+    /// Returns the same of one face.
+    SDAG_HD BatchFaces faceToDraw(uint32_t mapIndex, uint32_t batch, uint32_t face) const {
         const ShadowMapInfo& map = maps[mapIndex];
         const Box& boxWorld = batches.boxesWorld[batch];
+        const BatchFaces all{1u << face, 1u << face};
         if (batch % 8 == 0 && isMutant(Mutant::kBatchCulled))
             return {};
         if (!kept.drawnCells.empty())
-            return facesNotDrawn(mapIndex, batch, boxWorld);
+            return faceNotDrawn(mapIndex, batch, boxWorld, face);
         if (culling == MapCulling::kSphere)
-            return {facesOf(map), facesOf(map)};
-        uint32_t faces = 0;
-        for (uint32_t face = 0; face < kFaceCount; ++face) {
-            if (!(masks.faces[mapIndex] >> face & 1u))
-                continue;
-            FaceRect rect;
-            if (!projectOnMap(map, boxWorld, face, 0.0f, rect))
-                continue;
-            rect.depthMin = mutated(Mutant::kDepthLimitHalved, rect.depthMin, 2.0f * rect.depthMin);
-            if (culling >= MapCulling::kMaximumDepth &&
-                rect.depthMin > bitsFloat(masks.depths[mapIndex * kFaceCount + face]))
-                continue;
-            if (culling >= MapCulling::kCellDepth
-                    ? !cells.reaches(mapIndex, face, cellsOf(rect), depthBits(rect.depthMin))
-                : culling == MapCulling::kProjectionMap || culling == MapCulling::kMaximumDepth
-                    ? !overlapsProjection(mapIndex, face, cellsOf(rect))
-                    : false)
-                continue;
-            faces |= 1u << face;
-        }
-        return {faces, faces};
+            return facesOf(map) >> face & 1u ? all : BatchFaces{};
+        if (!(masks.faces[mapIndex] >> face & 1u))
+            return {};
+        FaceRect rect;
+        if (!projectOnMap(map, boxWorld, face, 0.0f, rect))
+            return {};
+        rect.depthMin = mutated(Mutant::kDepthLimitHalved, rect.depthMin, 2.0f * rect.depthMin);
+        if (culling >= MapCulling::kMaximumDepth &&
+            rect.depthMin > bitsFloat(masks.depths[mapIndex * kFaceCount + face]))
+            return {};
+        if (culling >= MapCulling::kCellDepth
+                ? !cells.reaches(mapIndex, face, cellsOf(rect), depthBits(rect.depthMin))
+            : culling == MapCulling::kProjectionMap || culling == MapCulling::kMaximumDepth
+                ? !overlapsProjection(mapIndex, face, cellsOf(rect))
+                : false)
+            return {};
+        return all;
     }
 
     /// Calls reach(batch, level, isDrawn) for every batch of item i that its map reaches, with the
@@ -119,27 +127,24 @@ struct CullView {
 
 private:
     /// See drawn_cells.h for the rule.
-    SDAG_HD BatchFaces facesNotDrawn(uint32_t mapIndex, uint32_t batch, const Box& boxWorld) const {
+    SDAG_HD BatchFaces faceNotDrawn(uint32_t mapIndex, uint32_t batch, const Box& boxWorld,
+                                    uint32_t face) const {
+        FaceRect rect;
+        if (!projectOnMap(maps[mapIndex], boxWorld, face, 0.0f, rect))
+            return {};
+        const uint32_t bits =
+            depthBits(mutated(Mutant::kDepthLimitHalved, rect.depthMin, 2.0f * rect.depthMin));
+        const CellRect of = cellsOf(rect);
+        if (!cells.reaches(mapIndex, face, of, bits))
+            return {};
         const bool isMoved = kept.moved[batch / 32] >> batch % 32 & 1u;
         const CellDepthView open{cells.cells, kept.openBlocks};
         const uint32_t slot = kept.slots[mapIndex];
-        BatchFaces faces{};
-        for (uint32_t face = 0; face < kFaceCount; ++face) {
-            FaceRect rect;
-            if (!projectOnMap(maps[mapIndex], boxWorld, face, 0.0f, rect))
-                continue;
-            const uint32_t bits =
-                depthBits(mutated(Mutant::kDepthLimitHalved, rect.depthMin, 2.0f * rect.depthMin));
-            const CellRect of = cellsOf(rect);
-            if (!cells.reaches(mapIndex, face, of, bits))
-                continue;
-            faces.needed |= 1u << face;
-            if (isMoved || open.any(mapIndex, face, of, bits, [&](uint32_t cell, uint32_t) {
-                    return kept.drawnCells[slot * kCellsPerMap + cell % kCellsPerMap] < bits;
-                }))
-                faces.drawn |= 1u << face;
-        }
-        return faces;
+        const bool isDrawn =
+            isMoved || open.any(mapIndex, face, of, bits, [&](uint32_t cell, uint32_t) {
+                return kept.drawnCells[slot * kCellsPerMap + cell % kCellsPerMap] < bits;
+            });
+        return {1u << face, uint32_t(isDrawn) << face};
     }
 
     SDAG_HD bool overlapsProjection(uint32_t mapIndex, uint32_t face, const CellRect& rect) const {
@@ -175,6 +180,8 @@ struct CountReached {
     }
 };
 
+void launchPass(CudaTag, const CountReached& work); ///< by warps
+
 /// The entries of item i in a list: from first[i] to the next item's. Empty if the list is too
 /// short for them; then everything is repeated.
 struct ItemRange {
@@ -205,7 +212,9 @@ struct ListReached {
     }
 };
 
-struct CountDrawsOfEntry;
+void launchPass(CudaTag, const ListReached& work); ///< by warps
+
+struct CountDrawsOfFace;
 
 /// Tests the batches that were reached against their map's masks: writes the faces of each, whether
 /// it is drawn, and the counts.
@@ -213,23 +222,29 @@ struct CountDraws {
     CullView cull;
     View<const uint32_t> firstReached;
     View<BatchDraw> reached;
-    View<uint32_t> isDrawn;  ///< by entry of reached, and one more
+    View<uint32_t> isDrawn;  ///< by entry of reached, and one more; 0 before
     View<CullCounts> counts; ///< written by CountReached; the rest is filled in
 
     size_t itemCount() const { return counts.count; }
     size_t grain() const { return 4; }
-    /// An item may have reached thousands of batches, so CUDA processes them entry by entry.
-    CountDrawsOfEntry shortItems() const;
+    /// An item may have reached thousands of batches, and a face may take long: CUDA processes them
+    /// face by face.
+    CountDrawsOfFace shortItems() const;
     /// Processes all batches that item i reached.
     SDAG_HD void operator()(size_t i) const {
         const ItemRange range = rangeOf(firstReached, i, reached.count);
         CullCounts& found = counts[i];
-        for (size_t at = range.begin; at < range.end; ++at)
-            test(at, found);
+        for (size_t at = range.begin; at < range.end; ++at) {
+            const BatchDraw draw = reached[at];
+            const BatchFaces faces = cull.facesToDraw(draw.map, draw.batch);
+            count(faces, cull.batches.batches[draw.batch].count, found);
+            reached[at].faces = faces.drawn;
+            isDrawn[at] = faces.drawn != 0;
+        }
     }
-    /// Processes one entry; other entries add to the same item's counts. Does nothing for unused
-    /// entries at the end of the list.
-    SDAG_HD void testEntry(size_t at) const {
+    /// Processes one face of one entry, of which nothing is known yet; other faces and entries add
+    /// to the same counts. Does nothing for unused entries at the end of the list.
+    SDAG_HD void testFace(size_t at, uint32_t face) const {
         size_t first = 0,
                end = firstReached.count - 1; // the last item that starts at or before the entry
         if (at >= firstReached[end])
@@ -240,24 +255,29 @@ struct CountDraws {
         }
         if (firstReached[first + 1] > reached.count) // was not listed
             return;
+        const uint32_t map = reached[at].map, batch = reached[at].batch;
+        const BatchFaces faces = cull.faceToDraw(map, batch, face);
+        if (faces.needed == 0)
+            return;
         CullCounts found{};
-        test(at, found);
+        count(faces, cull.batches.batches[batch].count, found);
         CullCounts& sum = counts[first];
-        const auto add = [](uint32_t& to, uint32_t count) {
-            if (count > 0)
-                atomicAddRelaxed(&to, count);
+        const auto add = [](uint32_t& to, uint32_t by) {
+            if (by > 0)
+                atomicAddRelaxed(&to, by);
         };
         add(sum.batchFaces, found.batchFaces);
         add(sum.triangleFaces, found.triangleFaces);
         add(sum.keptBatchFaces, found.keptBatchFaces);
         add(sum.keptTriangleFaces, found.keptTriangleFaces);
+        if (faces.drawn != 0) {
+            atomicOrRelaxed(&reached[at].faces, faces.drawn);
+            atomicOrRelaxed(&isDrawn[at], 1u);
+        }
     }
 
 private:
-    SDAG_HD void test(size_t at, CullCounts& found) const {
-        const BatchDraw draw = reached[at];
-        const uint32_t triangleCount = cull.batches.batches[draw.batch].count;
-        const BatchFaces faces = cull.facesToDraw(draw.map, draw.batch);
+    SDAG_HD static void count(const BatchFaces& faces, uint32_t triangleCount, CullCounts& found) {
         for (uint32_t rest = faces.drawn; rest; rest &= rest - 1) {
             ++found.batchFaces;
             found.triangleFaces += triangleCount;
@@ -266,19 +286,20 @@ private:
             ++found.keptBatchFaces;
             found.keptTriangleFaces += triangleCount;
         }
-        reached[at].faces = faces.drawn;
-        isDrawn[at] = faces.drawn != 0;
     }
 };
 
-/// The same by entry.
-struct CountDrawsOfEntry {
+/// The same by entry and face: lanes take neighbouring entries and one face.
+struct CountDrawsOfFace {
     CountDraws work;
 
-    size_t itemCount() const { return work.reached.count; }
-    SDAG_HD void operator()(size_t at) const { work.testEntry(at); }
+    size_t itemCount() const { return work.reached.count * kFaceCount; }
+    SDAG_HD void operator()(size_t i) const {
+        const size_t count = work.reached.count;
+        work.testFace(i % count, uint32_t(i / count));
+    }
 };
-inline CountDrawsOfEntry CountDraws::shortItems() const {
+inline CountDrawsOfFace CountDraws::shortItems() const {
     return {*this};
 }
 

@@ -173,6 +173,8 @@ struct AssignPages {
 /// Texels that one item clears; a page holds at least 256.
 constexpr uint32_t kClearedTexelsLog2 = 6;
 
+struct ClearTexels;
+
 /// Sets to empty a run of texels of a page that just got memory: run i of all, pages in order.
 struct ClearPages {
     View<const uint32_t> freshEntries;
@@ -182,6 +184,8 @@ struct ClearPages {
 
     SDAG_HD uint32_t runsLog2() const { return 2 * pageTexelsLog2 - kClearedTexelsLog2; }
     size_t itemCount() const { return freshEntries.count << runsLog2(); }
+    /// On CUDA neighbouring threads write neighbouring texels.
+    ClearTexels shortItems() const;
     SDAG_HD void operator()(size_t i) const {
         if (isMutant(Mutant::kPagesNotCleared))
             return;
@@ -193,6 +197,25 @@ struct ClearPages {
             texels[k] = 0;
     }
 };
+
+/// The same by four texels.
+struct ClearTexels {
+    struct alignas(16) Four {
+        uint32_t texels[4];
+    };
+    ClearPages work;
+
+    SDAG_HD uint32_t foursLog2() const { return 2 * work.pageTexelsLog2 - 2; }
+    size_t itemCount() const { return work.freshEntries.count << foursLog2(); }
+    SDAG_HD void operator()(size_t i) const {
+        const size_t page = work.pageTable[work.freshEntries[i >> foursLog2()]];
+        const size_t four = (page << foursLog2()) + (i & ((size_t(1) << foursLog2()) - 1));
+        reinterpret_cast<Four*>(work.pool.data)[four] = Four{};
+    }
+};
+inline ClearTexels ClearPages::shortItems() const {
+    return {*this};
+}
 
 /// order[i] = i: the values that sorting pages by their keys moves along.
 struct NumberPages {

@@ -5,6 +5,7 @@
 
 #include "cuda/atomics.h"
 #include "cuda/mutant.h"
+#include "cuda/pass.h"
 #include "cuda/view.h"
 #include "shadowmap/cell_depth.h"
 #include "shadowmap/cube_face.h"
@@ -88,6 +89,8 @@ SDAG_HD inline void setBits(View<uint32_t> words, uint32_t begin, uint32_t end) 
     }
 }
 
+struct MarkReceiverFace;
+
 /// Marks the needs of receiver i.
 struct MarkReceiver {
     View<const ShadowMapInfo> maps;
@@ -98,31 +101,29 @@ struct MarkReceiver {
     uint32_t taps;
 
     size_t itemCount() const { return receivers.count; }
+    /// Most receivers are seen by one face of six: on CUDA each face is an item.
+    MarkReceiverFace shortItems() const;
     SDAG_HD void operator()(size_t i) const {
-        const MapReceiver receiver = receivers[i];
+        for (uint32_t face = 0; face < kFaceCount; ++face)
+            markFace(receivers[i], face);
+    }
+    SDAG_HD void markFace(const MapReceiver& receiver, uint32_t face) const {
         if (receiver.map == kNoMap)
             return;
         const ShadowMapInfo& map = maps[receiver.map];
         const Box& world = boxesWorld[receiver.box];
-        if (world.empty())
+        if (world.empty() || !(facesOf(map) >> face & 1u))
             return;
-        const uint32_t faces = facesOf(map);
-        const bool isTiny = map.faceTexels < kLeastMaskedFaceTexels;
-        const float margin = isTiny ? 0.0f : filterMargin(map.faceTexels, taps);
-        for (uint32_t face = 0; face < kFaceCount; ++face) {
-            if (!(faces >> face & 1u))
-                continue;
-            FaceRect rect{-1.0f, 1.0f, -1.0f, 1.0f, 0.0f, 3.0e38f};
-            if (!isTiny) {
-                if (!projectOnMap(map, world, face, margin, rect))
-                    continue;
-                if (!narrowToCone(map.cone, face, margin, rect))
-                    continue;
-                if (!map.window.isDirectional()) // whose taps compare at the receiver's own depth
-                    rect.depthMax *= filterDepthFactor(margin);
-            }
-            mark(receiver.map, map, face, rect);
+        FaceRect rect{-1.0f, 1.0f, -1.0f, 1.0f, 0.0f, 3.0e38f};
+        if (map.faceTexels >= kLeastMaskedFaceTexels) {
+            const float margin = filterMargin(map.faceTexels, taps);
+            if (!projectOnMap(map, world, face, margin, rect) ||
+                !narrowToCone(map.cone, face, margin, rect))
+                return;
+            if (!map.window.isDirectional()) // whose taps compare at the receiver's own depth
+                rect.depthMax *= filterDepthFactor(margin);
         }
+        mark(receiver.map, map, face, rect);
     }
 
 private:
@@ -150,6 +151,20 @@ private:
             raiseCells(masks.cells, masks.blocks, mapIndex, face, cells, depthBits(rect.depthMax));
     }
 };
+
+/// The same by receiver and face: lanes take neighbouring receivers and one face.
+struct MarkReceiverFace {
+    MarkReceiver work;
+
+    size_t itemCount() const { return work.receivers.count * kFaceCount; }
+    SDAG_HD void operator()(size_t i) const {
+        const size_t count = work.receivers.count;
+        work.markFace(work.receivers[i % count], uint32_t(i / count));
+    }
+};
+inline MarkReceiverFace MarkReceiver::shortItems() const {
+    return {*this};
+}
 
 /// Writes to counts[i] the pages marked in word i.
 struct CountPages {
@@ -185,5 +200,6 @@ struct CountPagesOfMaps {
         counts[m] = count;
     }
 };
+void launchPass(CudaTag, const CountPagesOfMaps& work); ///< by warps
 
 } // namespace shadowdag

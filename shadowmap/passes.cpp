@@ -7,15 +7,16 @@
 #include "shadowmap/page_mask.h"
 #include "shadowmap/rasterize.h"
 
-// page_mask.h, cell_depth.h
+// page_mask.h, cell_depth.h; masks_cuda.cu has the kernels of those that are registered for the CPU
+// alone
 SDAG_PASS(MarkReceiver)
 SDAG_PASS(CountPages)
-SDAG_PASS(CountPagesOfMaps)
+SDAG_CPU_PASS(CountPagesOfMaps)
 SDAG_PASS(GatherBlock)
 
 // cull.h
-SDAG_PASS(CountReached)
-SDAG_PASS(ListReached)
+SDAG_CPU_PASS(CountReached)
+SDAG_CPU_PASS(ListReached)
 SDAG_PASS(CountDraws)
 SDAG_PASS(ListDraws)
 SDAG_PASS(NoteCullLengths)

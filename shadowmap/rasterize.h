@@ -348,6 +348,7 @@ SDAG_HD inline PageRect pagesOf(const FaceTriangle& t, uint32_t pageTexelsLog2) 
 struct RasterizeTriangle {
     RasterView view;
     SplitWorkView large; ///< a: the draw; b: the triangle within its batch, times 8, and the face
+    View<FaceTriangle> setups; ///< by item of the list, as long as it
 
     size_t itemCount() const { return view.draws.count * view.slotsPerDraw; }
     size_t grain() const { return 4 * view.slotsPerDraw; }
@@ -371,58 +372,115 @@ struct RasterizeTriangle {
                 continue;
             const bool isLarge =
                 int64_t(t.x1 - t.x0 + 1) * (t.y1 - t.y0 + 1) > kSmallTriangleTexels;
+            uint32_t index;
             if (isLarge && large.add(uint32_t(drawIndex), inBatch << 3 | face,
-                                     pagesOf(t, view.pageTexelsLog2).count()))
+                                     pagesOf(t, view.pageTexelsLog2).count(), index)) {
+                setups[index] = t;
                 continue;
+            }
             coverTexels(view, map, face, t, triangle, StoreGreaterAtomically{view.depths});
         }
     }
 };
 
-/// Draws a lane's share of one page of a triangle that RasterizeTriangle put on the list: every
-/// kGroupLanes-th row, or, of pages with fewer rows, a part of one.
+/// Texels [x0, x1] x [y0, y1] of a face.
+struct TexelRect {
+    int32_t x0, y0, x1, y1;
+};
+
+/// What the edges of a triangle say of all texels of a rectangle.
+struct EdgeBounds {
+    bool isOutside; ///< no texel is inside
+    uint32_t open;  ///< bit k: edge k has to be asked texel by texel; all are inside of the others
+};
+
+/// Returns the bounds. An edge function is rounded alike for all texels and each operation is
+/// monotone, so its values at the corners of the rectangle bound the others, exactly as they are
+/// computed.
+SDAG_HD inline EdgeBounds boundEdges(const FaceTriangle& t, const TexelRect& rect, int32_t n) {
+    const double left = double(2 * rect.x0 + 1 - n), right = double(2 * rect.x1 + 1 - n),
+                 top = double(2 * rect.y0 + 1 - n), bottom = double(2 * rect.y1 + 1 - n);
+    EdgeBounds bounds{false, 0};
+    for (int k = 0; k < 3; ++k) {
+        const double a = t.ey[k] * top, b = t.ey[k] * bottom, c = t.ex[k] * left,
+                     d = t.ex[k] * right;
+        bounds.isOutside |= glm::max(c, d) + (glm::max(a, b) + t.e0[k]) < -t.tolerance[k];
+        // Not >=: a function that is no number is asked.
+        if (!(glm::min(c, d) + (glm::min(a, b) + t.e0[k]) >= -t.tolerance[k]))
+            bounds.open |= 1u << k;
+    }
+    return bounds;
+}
+
+/// Draws a lane's share of one page of a triangle that RasterizeTriangle put on the list: of every
+/// row every kGroupLanes-th texel, or, of pages with shorter rows, one texel of several rows. So
+/// neighbouring lanes write neighbouring texels.
 struct RasterizeLargeTriangle {
     RasterView view;
     SplitWorkView parts;
+    View<const FaceTriangle> setups; ///< of RasterizeTriangle
 
+    /// Returns whether the page has memory and may have covered texels.
+    SDAG_HD bool wants(const SplitItem& item, uint32_t part) const {
+        const FaceTriangle t = setups[item.index];
+        const ShadowMapInfo& map = view.maps[view.draws[item.a].map];
+        const TexelRect rect = rectOf(t, part);
+        return pageAt(map, item.b & 7u, rect) != kNoPage &&
+               !boundEdges(t, rect, int32_t(map.faceTexels)).isOutside;
+    }
     SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
         const BatchDraw draw = view.draws[item.a];
-        const uint32_t face = item.b & 7u;
-        const ShadowMapInfo map = view.maps[draw.map];
+        const ShadowMapInfo& map = view.maps[draw.map];
+        const FaceTriangle t = setups[item.index];
+        const TexelRect rect = rectOf(t, part);
         const uint32_t triangle =
             view.batchTriangles[view.batches[draw.batch].first + (item.b >> 3)];
-        glm::dvec3 corners[3];
-        for (int corner = 0; corner < 3; ++corner)
-            corners[corner] =
-                faceFromLight(face, cornerFromLight(view.geometry, triangle, corner, map));
-        FaceTriangle t;
-        if (!setUpTriangle(corners[0], corners[1], corners[2], map, t))
-            return; // never: setup succeeded before
+        const size_t pageStart = size_t(pageAt(map, item.b & 7u, rect))
+                                 << (2 * view.pageTexelsLog2);
+        if (view.geometry.masks.isCut(triangle))
+            cover(t, maskedTriangle(view, map, t, triangle), rect, int32_t(map.faceTexels),
+                  pageStart, lane);
+        else
+            cover(t, SolidTriangle{}, rect, int32_t(map.faceTexels), pageStart, lane);
+    }
+
+private:
+    /// Returns the texels of the triangle's rectangle in a page.
+    SDAG_HD TexelRect rectOf(const FaceTriangle& t, uint32_t part) const {
         const PageRect pages = pagesOf(t, view.pageTexelsLog2);
         const int32_t side = 1 << view.pageTexelsLog2;
-        const int32_t pageX = pages.x0 + int32_t(part % pages.across()),
-                      pageY = pages.y0 + int32_t(part / pages.across());
-        if (view.pageTable[pageTableIndex(map, face, uint32_t(pageX), uint32_t(pageY))] == kNoPage)
-            return;
-        const int32_t rowCount = glm::min(side, int32_t(kGroupLanes));
-        const int32_t lanesPerRow = int32_t(kGroupLanes) / rowCount;
-        const int32_t columnCount = side / lanesPerRow;
-        const int32_t column = pageX * side + int32_t(lane) / rowCount * columnCount;
-        const int32_t last = glm::min(t.y1, pageY * side + side - 1);
-        t.x0 = glm::max(t.x0, column);
-        t.x1 = glm::min(t.x1, column + columnCount - 1);
-        if (t.x0 > t.x1)
-            return;
-        const StoreGreaterAtomically store{view.depths};
-        const bool isCut = view.geometry.masks.isCut(triangle);
-        for (int32_t y = pageY * side + int32_t(lane) % rowCount; y <= last; y += rowCount) {
-            if (y < t.y0)
-                continue;
-            if (isCut)
-                coverTexels(view, map, face, t, maskedTriangle(view, map, t, triangle), y, y,
-                            store);
-            else
-                coverTexels(view, map, face, t, SolidTriangle{}, y, y, store);
+        const int32_t x = (pages.x0 + int32_t(part % pages.across())) * side,
+                      y = (pages.y0 + int32_t(part / pages.across())) * side;
+        return {glm::max(t.x0, x), glm::max(t.y0, y), glm::min(t.x1, x + side - 1),
+                glm::min(t.y1, y + side - 1)};
+    }
+    SDAG_HD uint32_t pageAt(const ShadowMapInfo& map, uint32_t face, const TexelRect& rect) const {
+        return view.pageTable[pageTableIndex(map, face, uint32_t(rect.x0) >> view.pageTexelsLog2,
+                                             uint32_t(rect.y0) >> view.pageTexelsLog2)];
+    }
+
+    /// See coverTexels: the same tests of the same numbers.
+    template <class Surface>
+    SDAG_HD void cover(const FaceTriangle& t, const Surface& surface, const TexelRect& rect,
+                       int32_t n, size_t pageStart, uint32_t lane) const {
+        const uint32_t log2 = view.pageTexelsLog2, open = boundEdges(t, rect, n).open;
+        const int32_t inPage = (1 << log2) - 1;
+        const int32_t columns = glm::min(1 << log2, int32_t(kGroupLanes)),
+                      rows = int32_t(kGroupLanes) / columns;
+        const auto isIn = [&](int k, double X, double Y) {
+            return !(open >> k & 1u) || t.ex[k] * X + (t.ey[k] * Y + t.e0[k]) >= -t.tolerance[k];
+        };
+        for (int32_t y = rect.y0 + int32_t(lane) / columns; y <= rect.y1; y += rows) {
+            const double Y = double(2 * y + 1 - n), rw = t.wy * Y + t.w0;
+            const size_t row = pageStart + (size_t(y & inPage) << log2);
+            for (int32_t x = rect.x0 + int32_t(lane) % columns; x <= rect.x1; x += columns) {
+                const double X = double(2 * x + 1 - n);
+                if (!(isIn(0, X, Y) && isIn(1, X, Y) && isIn(2, X, Y)))
+                    continue;
+                const float w = glm::min(glm::max(float(t.wx * X + rw), t.wMin), t.wMax);
+                if (w <= t.wNear && surface.isOpaque(X, Y))
+                    atomicMaxRelaxed(&view.depths[row + size_t(x & inPage)], floatBits(w));
+            }
         }
     }
 };

@@ -11,22 +11,14 @@
 
 namespace shadowdag {
 
-namespace cpu {
-void rasterizeTriangles(const RasterizeTriangle& items);
-void rasterizeLargeTriangles(const SplitWorkView& large, const RasterizeLargeTriangle& items);
-} // namespace cpu
-
-namespace cuda {
-void rasterizeTriangles(const RasterizeTriangle& items);
-void rasterizeLargeTriangles(const SplitWorkView& large, const RasterizeLargeTriangle& items);
-} // namespace cuda
-
 /// Draws every draw's batch: one item per triangle, then the large ones page by page. All views are
-/// on the backend, and so is `large`, which is overwritten.
-inline void rasterizeTriangles(Backend backend, const RasterView& view, SplitWork& large) {
+/// on the backend, and so are `large` and `setups`, which are overwritten.
+inline void rasterizeTriangles(Backend backend, const RasterView& view, SplitWork& large,
+                               Buffer<FaceTriangle>& setups) {
     const SplitWorkView list = large.begin();
-    runPass(backend, RasterizeTriangle{view, list});
-    runPass(backend, RasterizeLargeTriangle{view, list});
+    setups.resize(large.capacity());
+    runPass(backend, RasterizeTriangle{view, list, setups.view()});
+    runPass(backend, RasterizeLargeTriangle{view, list, setups.view()});
 }
 
 /// Draws the same on the CPU, bit for bit, without atomics: an item a face of a map, which one

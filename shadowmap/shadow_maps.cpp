@@ -135,7 +135,8 @@ struct ShadowMaps::State {
 
     // Triangles that are too large for one thread; if the list is full, a triangle is drawn by its
     // own thread.
-    SplitWork largeTriangles{backend, "shadowmap large triangles", size_t(1) << 18};
+    SplitWork largeTriangles{backend, "shadowmap large triangles", size_t(1) << 19};
+    Buffer<FaceTriangle> largeSetups{backend, "shadowmap setups of large triangles"};
 
     // What the CPU's rasterizer knows of the pages that it draws into.
     Buffer<PageFloor> pageFloors{backend, "shadowmap page floors"};
@@ -464,7 +465,7 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
             std::fill(floors.begin(), floors.end(), PageFloor{0, PageFloors::kUnknownRows});
             rasterizeByFace(raster, s.drawStarts(), onBackend.boxesWorld, floors);
         } else
-            rasterizeTriangles(s.backend, raster, s.largeTriangles);
+            rasterizeTriangles(s.backend, raster, s.largeTriangles, s.largeSetups);
     };
     draw();
     // Drawing is queued before the lengths are waited for, so that the device stays busy.

@@ -1,24 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cluster passes whose items have many samples, on CUDA: one warp per item.
 #include "hybrid/clusters/cluster_pass.h"
+#include "hybrid/clusters/pairs_pass.h"
+#include "hybrid/clusters/prune_pass.h"
 
-#include "cuda/launch.h"
+#include "cuda/warp.h"
 
 namespace shadowdag {
 
 namespace {
-
-constexpr unsigned kAllLanes = 0xffffffffu;
-static_assert(kGroupLanes == 32);
-
-/// Returns the number of this thread's warp in the grid.
-__device__ size_t warpOfGrid() {
-    return (blockIdx.x * size_t(blockDim.x) + threadIdx.x) / kGroupLanes;
-}
-size_t blocksOfWarps(size_t warpCount) {
-    constexpr size_t kWarpsPerBlock = kBlockThreads / kGroupLanes;
-    return (warpCount + kWarpsPerBlock - 1) / kWarpsPerBlock;
-}
 
 // One warp per tile: the other lanes read what one lane counts after the barrier.
 __global__ void fillTilesKernel(FillTile work) {
@@ -52,6 +42,59 @@ __global__ void boundBySamplesKernel(BoundBySamples work) {
         work.store(cluster, box);
 }
 
+/// Returns the cluster of an entry of the lists, which is below the last start.
+__device__ size_t clusterOfEntry(View<const uint32_t> start, size_t entry) {
+    size_t first = 0, end = start.count - 1; // the last cluster that starts at it or before
+    while (end - first > 1) {
+        const size_t middle = first + (end - first) / 2;
+        (start[middle] <= entry ? first : end) = middle;
+    }
+    return first;
+}
+
+// One warp per entry of a cluster's list, a sample a lane.
+__global__ void pruneFacingKernel(PruneFacing work) {
+    const View<const uint32_t> start = work.lists.start;
+    const size_t entry = warpOfGrid();
+    if (entry >= start[start.count - 1])
+        return;
+    const size_t cluster = clusterOfEntry(start, entry);
+    const Light light = work.lights[work.lists.lights[entry]];
+    const uint32_t end = work.clusters.sampleStart[cluster + 1];
+    uint32_t pairs = 0;
+    for (uint32_t i = work.clusters.sampleStart[cluster]; i < end && pairs == 0; i += kGroupLanes) {
+        const uint32_t at = i + laneOfWarp();
+        const uint32_t sample = at < end ? work.clusters.samples[at] : 0;
+        pairs =
+            __ballot_sync(kAllLanes, at < end && isPair(light, work.gbuffer.positionWorld[sample],
+                                                        work.gbuffer.normalWorld[sample]));
+    }
+    if (laneOfWarp() == 0)
+        work.record[entry] = pairs != 0 ? 0 : kProvenLit;
+}
+
+// One warp per entry of a cluster's list, one of the samples from which pairs are estimated a lane.
+__global__ void estimatePairsKernel(EstimatePairs work) {
+    const View<const uint32_t> start = work.lists.start;
+    const size_t entry = warpOfGrid();
+    if (entry >= start[start.count - 1] || work.lists.record[entry] == kProvenLit)
+        return;
+    const size_t cluster = clusterOfEntry(start, entry);
+    const Light light = work.lights[work.lists.lights[entry]];
+    const uint32_t first = work.clusters.sampleStart[cluster],
+                   end = work.clusters.sampleStart[cluster + 1];
+    uint32_t facing = 0;
+    for (uint32_t i = first; i < end; i += kPairStride * kGroupLanes) {
+        const uint32_t at = i + kPairStride * laneOfWarp();
+        const uint32_t sample = at < end ? work.clusters.samples[at] : 0;
+        facing += __popc(
+            __ballot_sync(kAllLanes, at < end && isPair(light, work.gbuffer.positionWorld[sample],
+                                                        work.gbuffer.normalWorld[sample])));
+    }
+    if (laneOfWarp() == 0)
+        work.add(entry, facing, end - first);
+}
+
 } // namespace
 
 void launchPass(CudaTag, const FillTile& work) {
@@ -60,6 +103,14 @@ void launchPass(CudaTag, const FillTile& work) {
 
 void launchPass(CudaTag, const BoundBySamples& work) {
     launch(boundBySamplesKernel, blocksOfWarps(work.itemCount()), work);
+}
+
+void launchPass(CudaTag, const PruneFacing& work) {
+    launch(pruneFacingKernel, blocksOfWarps(work.lists.lights.count), work);
+}
+
+void launchPass(CudaTag, const EstimatePairs& work) {
+    launch(estimatePairsKernel, blocksOfWarps(work.lists.lights.count), work);
 }
 
 } // namespace shadowdag

@@ -56,7 +56,6 @@ struct EstimatePairs {
     SDAG_HD void operator()(size_t cluster) const {
         const uint32_t first = clusters.sampleStart[cluster],
                        end = clusters.sampleStart[cluster + 1];
-        const uint32_t asked = (end - first + kPairStride - 1) / kPairStride;
         for (uint32_t l = lists.start[cluster]; l < lists.start[cluster + 1]; ++l) {
             if (lists.record[l] == kProvenLit)
                 continue;
@@ -66,11 +65,17 @@ struct EstimatePairs {
                 const uint32_t sample = clusters.samples[i];
                 facing += isPair(light, gbuffer.positionWorld[sample], gbuffer.normalWorld[sample]);
             }
-            const uint64_t share = uint64_t(facing) * (end - first);
-            atomicAddRelaxed(&pairCount[lists.record[l]], uint32_t((share + asked / 2) / asked));
+            add(l, facing, end - first);
         }
     }
+    /// Adds an entry's pairs, when `facing` of every kPairStride-th of its samples are pairs.
+    SDAG_HD void add(size_t entry, uint32_t facing, uint32_t sampleCount) const {
+        const uint32_t asked = (sampleCount + kPairStride - 1) / kPairStride;
+        const uint64_t share = uint64_t(facing) * sampleCount;
+        atomicAddRelaxed(&pairCount[lists.record[entry]], uint32_t((share + asked / 2) / asked));
+    }
 };
+void launchPass(CudaTag, const EstimatePairs& work); ///< by warps
 
 /// The pairs on one backend, as PairList holds them on the host.
 struct PairSet {

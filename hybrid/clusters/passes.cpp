@@ -25,7 +25,7 @@ SDAG_PASS(ClampStarts)
 SDAG_PASS(RankLights)
 SDAG_PASS(OrderClusterLights)
 
-// pairs_pass.h, prune_pass.h
+// pairs_pass.h, prune_pass.h; cluster_cuda.cu has the kernels of two
 SDAG_PASS(ListPairs)
-SDAG_PASS(EstimatePairs)
-SDAG_PASS(PruneFacing)
+SDAG_CPU_PASS(EstimatePairs)
+SDAG_CPU_PASS(PruneFacing)

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "cuda/mutant.h"
+#include "cuda/pass.h"
 #include "hybrid/clusters/cluster_lights.h"
 #include "hybrid/clusters/pairs.h"
 
@@ -35,8 +36,6 @@ SDAG_HD inline bool hasPair(const GBufferView& gbuffer, const ClusterView& clust
     return false;
 }
 
-struct PruneEntry;
-
 /// Gives every entry of a cluster without a pair the record kProvenLit, all others 0.
 struct PruneFacing {
     GBufferView gbuffer;
@@ -47,38 +46,14 @@ struct PruneFacing {
 
     size_t itemCount() const { return clusters.count(); }
     size_t grain() const { return 16; }
-    /// A cluster may have a thousand samples and as many lights, so CUDA processes pair by pair.
-    PruneEntry shortItems() const;
     SDAG_HD void operator()(size_t cluster) const {
         for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i)
-            pruneEntry(cluster, i);
-    }
-    SDAG_HD void pruneEntry(size_t cluster, size_t i) const {
-        record[i] = hasPair(gbuffer, clusters, cluster, lights[lists.lights[i]]) ? 0 : kProvenLit;
+            record[i] =
+                hasPair(gbuffer, clusters, cluster, lights[lists.lights[i]]) ? 0 : kProvenLit;
     }
 };
 
-/// The same by entry i of the lists: many more items, none of them long. Unused entries are
-/// unchanged.
-struct PruneEntry {
-    PruneFacing work;
-
-    size_t itemCount() const { return work.lists.lights.count; }
-    SDAG_HD void operator()(size_t i) const {
-        const View<const uint32_t> start = work.lists.start;
-        size_t first = 0, end = start.count - 1; // the last cluster that starts at i or before
-        if (i >= start[end])
-            return;
-        while (end - first > 1) {
-            const size_t middle = first + (end - first) / 2;
-            (start[middle] <= i ? first : end) = middle;
-        }
-        work.pruneEntry(first, i);
-    }
-};
-
-inline PruneEntry PruneFacing::shortItems() const {
-    return {*this};
-}
+/// On CUDA a warp takes an entry: a cluster may have a thousand samples and as many lights.
+void launchPass(CudaTag, const PruneFacing& work);
 
 } // namespace shadowdag

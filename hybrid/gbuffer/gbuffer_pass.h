@@ -15,7 +15,8 @@ struct GBuffer {
         : visibility(backend, "g-buffer visibility"), positionWorld(backend, "g-buffer position"),
           normalWorld(backend, "g-buffer normal"), depthView(backend, "g-buffer depth"),
           triangle(backend, "g-buffer triangle"), baseColor(backend, "g-buffer base colour"),
-          large(backend, "g-buffer large triangles", kLargeTriangles) {}
+          large(backend, "g-buffer large triangles", kLargeTriangles),
+          largeSetups(backend, "g-buffer setups of large triangles") {}
 
     /// Initial capacity for large triangles; one that does not fit is drawn by its own thread.
     static constexpr size_t kLargeTriangles = size_t(1) << 16;
@@ -25,8 +26,9 @@ struct GBuffer {
     Buffer<glm::vec3> normalWorld;
     Buffer<float> depthView;
     Buffer<uint32_t> triangle;
-    Buffer<glm::vec3> baseColor; ///< empty in scenes without base colour textures
-    SplitWork large;             ///< of drawing by slots
+    Buffer<glm::vec3> baseColor;      ///< empty in scenes without base colour textures
+    SplitWork large;                  ///< of drawing by slots
+    Buffer<SeenTriangle> largeSetups; ///< by item of `large`
     uint32_t width = 0, height = 0;
 
     void resize(uint32_t newWidth, uint32_t newHeight) {
@@ -69,8 +71,10 @@ inline void drawGBuffer(Backend backend, const TriangleView& triangles, const Ba
         launchPass(CpuTag{}, seen);
     } else {
         const SplitWorkView large = gbuffer.large.begin();
-        runPass(backend, RasterizeSlots{seen, batches.maxTriangleCount, large});
-        runPass(backend, RasterizeLarge{seen, large});
+        gbuffer.largeSetups.resize(gbuffer.large.capacity());
+        const View<SeenTriangle> setups = gbuffer.largeSetups.view();
+        runPass(backend, RasterizeSlots{seen, batches.maxTriangleCount, large, setups});
+        runPass(backend, RasterizeLarge{seen, large, setups});
     }
     const ResolveSamples resolve{triangles,
                                  view,

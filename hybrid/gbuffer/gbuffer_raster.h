@@ -204,8 +204,9 @@ constexpr int kPartPixels = int(kGroupLanes);
 /// list: on a GPU.
 struct RasterizeSlots {
     RasterizeBatches batches;
-    uint32_t slotsPerBatch; ///< no batch holds more triangles
-    SplitWorkView large;    ///< a: the triangle
+    uint32_t slotsPerBatch;    ///< no batch holds more triangles
+    SplitWorkView large;       ///< a: the triangle
+    View<SeenTriangle> setups; ///< by item of the list, as long as it
 
     size_t itemCount() const { return batches.batches.count * slotsPerBatch; }
     SDAG_HD void operator()(size_t i) const {
@@ -220,9 +221,12 @@ struct RasterizeSlots {
             return;
         const PixelRect& rect = seen.rect;
         const int width = rect.maxX - rect.minX + 1, height = rect.maxY - rect.minY + 1;
+        uint32_t index;
         if (int64_t(width) * height > kSmallTrianglePixels &&
-            large.add(seen.triangle, 0, partsOf(width) * partsOf(height)))
+            large.add(seen.triangle, 0, partsOf(width) * partsOf(height), index)) {
+            setups[index] = seen;
             return;
+        }
         coverPixels(batches.triangles, seen, rect, batches.view, batches.visibility);
     }
 
@@ -231,22 +235,50 @@ struct RasterizeSlots {
     }
 };
 
+/// Returns whether no pixel of `rect` is inside a triangle. An edge function is rounded alike for
+/// all pixels and each operation is monotone, so its values at the corners of the rectangle bound
+/// the others, exactly as they are computed.
+SDAG_HD inline bool isOutside(const SeenTriangle& seen, const PixelRect& rect) {
+    bool isBelow = false, isAbove = false; // an edge is negative, or positive, at all pixels
+    for (int i = 0; i < 3; ++i) {
+        const double top = seen.start[i] + double(rect.minY) * seen.perY[i],
+                     bottom = seen.start[i] + double(rect.maxY) * seen.perY[i],
+                     left = double(rect.minX) * seen.perX[i],
+                     right = double(rect.maxX) * seen.perX[i];
+        isBelow |= glm::max(top, bottom) + glm::max(left, right) < 0.0;
+        isAbove |= glm::min(top, bottom) + glm::min(left, right) > 0.0;
+    }
+    return isBelow && isAbove;
+}
+
 /// Draws a column of a tile of a triangle that RasterizeSlots put on the list.
 struct RasterizeLarge {
     RasterizeBatches batches;
     SplitWorkView parts;
+    View<const SeenTriangle> setups; ///< of RasterizeSlots
 
+    SDAG_HD bool wants(const SplitItem& item, uint32_t part) const {
+        const SeenTriangle seen = setups[item.index];
+        return !isOutside(seen, tileOf(seen, part));
+    }
     SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
-        SeenTriangle seen;
-        if (!setUpSeen(batches.triangles, item.a, batches.view, seen))
-            return; // never: setup succeeded before
-        const uint32_t across = RasterizeSlots::partsOf(seen.rect.maxX - seen.rect.minX + 1);
-        const int x = seen.rect.minX + int(part % across) * kPartPixels + int(lane);
-        const int y = seen.rect.minY + int(part / across) * kPartPixels;
-        if (x <= seen.rect.maxX)
-            coverPixels(batches.triangles, seen,
-                        {x, y, x, glm::min(y + kPartPixels - 1, seen.rect.maxY)}, batches.view,
-                        batches.visibility);
+        const SeenTriangle seen = setups[item.index];
+        PixelRect column = tileOf(seen, part);
+        column.minX += int(lane);
+        if (column.minX > column.maxX)
+            return;
+        column.maxX = column.minX;
+        coverPixels(batches.triangles, seen, column, batches.view, batches.visibility);
+    }
+
+private:
+    SDAG_HD static PixelRect tileOf(const SeenTriangle& seen, uint32_t part) {
+        const PixelRect& all = seen.rect;
+        const uint32_t across = RasterizeSlots::partsOf(all.maxX - all.minX + 1);
+        const int x = all.minX + int(part % across) * kPartPixels,
+                  y = all.minY + int(part / across) * kPartPixels;
+        return {x, y, glm::min(x + kPartPixels - 1, all.maxX),
+                glm::min(y + kPartPixels - 1, all.maxY)};
     }
 };
 

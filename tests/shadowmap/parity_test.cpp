@@ -106,8 +106,8 @@ Snapshot passesOf(Backend backend, const Animation& a, MapCulling culling, bool 
     const CountDraws countAll{cull, std::as_const(firstReached).view(), reached.view(),
                               drawOf.view(), counts.view()};
     if (isShared && backend == Backend::kCpu) // as a device does, in an order of its own
-        for (size_t i = reachedCount; i-- > 0;)
-            countAll.testEntry(i);
+        for (size_t i = reachedCount * kFaceCount; i-- > 0;)
+            countAll.testFace(i / kFaceCount, uint32_t(i % kFaceCount));
     else
         runPass(backend, countAll);
     snapshot.add("cull counts", counts);
@@ -128,6 +128,7 @@ Snapshot passesOf(Backend backend, const Animation& a, MapCulling culling, bool 
     const Buffer<glm::vec3> positions = place(backend, a.scene.view().positions);
     const Buffer<glm::uvec3> triangles = place(backend, a.scene.view().triangles);
     SplitWork large(backend, "test/large triangles", isShared ? size_t(1) << 16 : 0);
+    Buffer<FaceTriangle> setups(backend, "test/setups");
     rasterizeTriangles(backend,
                        {maps.view(),
                         pageTable.view(),
@@ -138,7 +139,7 @@ Snapshot passesOf(Backend backend, const Animation& a, MapCulling culling, bool 
                         onBackend.triangles,
                         std::as_const(draws).view(),
                         onBackend.maxTriangleCount},
-                       large);
+                       large, setups);
     snapshot.add("texels", pool);
     return snapshot;
 }

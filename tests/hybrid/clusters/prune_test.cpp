@@ -41,32 +41,6 @@ TEST(PairPruning, ByFacingChangesNoRayAndSavesClusterLightPairs) {
     EXPECT_EQ(pairs, facing.pairs.count());
 }
 
-// As a device prunes: entry by entry, in any order, and nothing where lists have room to spare.
-TEST(PairPruning, ByEntryIsThatByCluster) {
-    FailStage stage(hallWithScreen(), 9, 1.0f);
-    FrameState state(Backend::kCpu, stage.world, stage.dag);
-    FrameOptions options = failFrame();
-    options.pruning = PairPruning::kFacing;
-    StageTimes stages;
-    state.gather(makeViewRays(stage.world.cameras().at(0), options.width, options.height), options,
-                 stages);
-    const std::vector<uint32_t> byCluster = state.clusters.lights().record.download();
-    std::vector<uint32_t> byEntry(byCluster.size() + 9, 7);
-    const PruneFacing work{state.surface.view(), state.clusters.view(), state.clusters.lists(),
-                           state.context.scene.lights(), viewOf(byEntry)};
-    for (size_t i = byEntry.size(); i-- > 0;)
-        PruneEntry{work}(i);
-    size_t prunedCount = 0;
-    for (size_t i = 0; i < byCluster.size(); ++i) {
-        EXPECT_EQ(byEntry[i], byCluster[i] == kProvenLit ? kProvenLit : 0u);
-        prunedCount += byCluster[i] == kProvenLit;
-    }
-    EXPECT_GT(prunedCount, byCluster.size() / 50);
-    EXPECT_LT(prunedCount, byCluster.size());
-    for (size_t i = byCluster.size(); i < byEntry.size(); ++i)
-        EXPECT_EQ(byEntry[i], 7u);
-}
-
 TEST(PairPruning, ProvenPairsAreThoseThatVoxelRaysFindLitAndNeedNoPage) {
     FailScene still = hallWithScreen();
     still.boxes.pop_back(); // the plate
