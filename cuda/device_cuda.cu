@@ -4,6 +4,7 @@
 
 #include "cuda/cuda_check.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <mutex>
@@ -108,7 +109,9 @@ namespace {
 // waiting for the queue. A slot is reused when the device has passed its mark.
 class Staging {
 public:
-    static constexpr size_t kSlotBytes = size_t(256) << 10;
+    static constexpr size_t kSlotCount = 16, kSlotBytes = size_t(256) << 10;
+    /// Larger copies are not staged here: filling the slots would take as long as waiting.
+    static constexpr size_t kStagedBytes = kSlotCount / 2 * kSlotBytes;
 
     void upload(void* dst, const void* src, size_t bytes) {
         const std::lock_guard lock(mutex_);
@@ -131,8 +134,6 @@ public:
     }
 
 private:
-    static constexpr size_t kSlotCount = 16;
-
     std::mutex mutex_;
     uint8_t* slots_ = nullptr; // freed with the process
     cudaEvent_t passed_[kSlotCount] = {};
@@ -143,10 +144,13 @@ private:
 
 void upload(void* dst, const void* src, size_t bytes) {
     static Staging staging;
-    if (bytes <= Staging::kSlotBytes)
-        staging.upload(dst, src, bytes);
-    else // waits for the queue, then returns once the bytes are staged
+    if (bytes > Staging::kStagedBytes) { // waits for the queue, returns once the bytes are staged
         CUDA_CHECK(cudaMemcpy(dst, src, bytes, cudaMemcpyHostToDevice));
+        return;
+    }
+    for (size_t done = 0; done < bytes; done += Staging::kSlotBytes)
+        staging.upload(static_cast<uint8_t*>(dst) + done, static_cast<const uint8_t*>(src) + done,
+                       std::min(bytes - done, Staging::kSlotBytes));
 }
 
 void copyWithin(void* dst, const void* src, size_t bytes) {

@@ -4,10 +4,35 @@
 
 #include "cuda/buffer.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
 namespace shadowdag {
+
+/// Elements [first, first + count) of an array.
+struct ArrayRange {
+    size_t first, count;
+
+    bool operator==(const ArrayRange&) const = default;
+};
+
+/// Returns ascending ranges with those joined that overlap or lie at most `gap` elements apart: one
+/// copy of a little more costs less than two copies.
+inline std::vector<ArrayRange> joinRanges(const std::vector<ArrayRange>& ranges, size_t gap) {
+    std::vector<ArrayRange> joined;
+    for (const ArrayRange& range : ranges) {
+        if (range.count == 0)
+            continue;
+        SDAG_ASSERT(joined.empty() || joined.back().first <= range.first);
+        if (joined.empty() || range.first > joined.back().first + joined.back().count + gap)
+            joined.push_back(range);
+        else
+            joined.back().count =
+                std::max(joined.back().count, range.first + range.count - joined.back().first);
+    }
+    return joined;
+}
 
 /// Keeps one host array available on a backend, under a name in the ledger. Copies are counted as
 /// uploads (HostCopyCounts), on the CPU as well, although none is made there. Move-only.
@@ -23,6 +48,22 @@ public:
         refer(host);
     }
     void set(const std::vector<T>& host) { set(viewOf(host)); }
+
+    /// The same for an array that differs from the one before in these ranges alone, ascending:
+    /// copies them, or everything if the length is another.
+    void setChanged(View<const T> host, const std::vector<ArrayRange>& ranges) {
+        if (copy_.backend() == Backend::kCpu || copy_.size() != host.count || isTaken_) {
+            set(host);
+            return;
+        }
+        constexpr size_t kGapBytes = 16 << 10;
+        for (const ArrayRange& range : joinRanges(ranges, kGapBytes / sizeof(T))) {
+            SDAG_ASSERT(range.first + range.count <= host.count);
+            detail::countUpload(range.count * sizeof(T));
+            detail::copyBytes(copy_.backend(), copy_.view().data + range.first, Backend::kCpu,
+                              host.data + range.first, range.count * sizeof(T));
+        }
+    }
 
     /// Takes ownership of an array and makes it available. Copies it only if it differs from the
     /// one taken before. Cost: a comparison of all elements.

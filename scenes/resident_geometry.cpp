@@ -20,11 +20,13 @@ void ResidentGeometry::set(const TriangleView& triangles, const BatchView& batch
     maskWords_.set(triangles.masks.words);
     batches_.set(batches.batches);
     batchTriangles_.set(batches.triangles);
-    setMoved(triangles, batches);
+    positions_.set(triangles.positions);
+    setMoved(triangles, batches, {});
 }
 
-void ResidentGeometry::setMoved(const TriangleView& triangles, const BatchView& batches) {
-    positions_.set(triangles.positions);
+void ResidentGeometry::setMoved(const TriangleView& triangles, const BatchView& batches,
+                                const std::vector<ArrayRange>& movedPositions) {
+    positions_.setChanged(triangles.positions, movedPositions);
     boxes_.set(batches.boxesWorld);
     bvhBoxes_.set(batches.bvh.boxes);
     bvhItems_.set(batches.bvh.items);

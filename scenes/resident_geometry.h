@@ -18,8 +18,10 @@ public:
 
     /// Makes all of it available.
     void set(const TriangleView& triangles, const BatchView& batches);
-    /// The same if only positions changed since set().
-    void setMoved(const TriangleView& triangles, const BatchView& batches);
+    /// The same if only positions changed since set(), and of these only those of the ranges,
+    /// which ascend.
+    void setMoved(const TriangleView& triangles, const BatchView& batches,
+                  const std::vector<ArrayRange>& movedPositions);
 
     TriangleView triangles() const;
     /// Returns `host`, which set() was given last, on the backend.

@@ -9,6 +9,7 @@
 #include "voxel/dag_lod.h"
 #include "voxel/wide_dag_trace.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace shadowdag {
@@ -54,9 +55,25 @@ void FrameScene::setMoving() {
     hostLightBvh_ = buildLightBvh(world_.lights());
     lightBoxes_.set(hostLightBvh_.view().boxes);
     lightItems_.set(hostLightBvh_.view().items);
-    space_ = truthSpaceOf(world_.triangles().positions);
+    space_ = truthSpaceOf(boundsOfPositions());
     movers_.update(world_, batchSet_.view(), space_);
     device_->setPositions(world_.triangles().positions);
+}
+
+Box FrameScene::boundsOfPositions() {
+    const View<const glm::vec3> positions = world_.triangles().positions;
+    const auto addAll = [&](Box& box, bool isMoving) {
+        for (const Instance& instance : world_.instances())
+            if (instance.isMoving == isMoving)
+                for (uint32_t v = 0; v < instance.vertexCount; ++v)
+                    box.add(positions[instance.firstVertex + v]);
+    };
+    if (!hasStillBounds_)
+        addAll(stillBounds_, false);
+    hasStillBounds_ = true;
+    Box bounds = stillBounds_;
+    addAll(bounds, true);
+    return bounds;
 }
 
 void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes& stages,
@@ -75,9 +92,16 @@ void FrameScene::update(const std::vector<uint32_t>& movedInstances, StageTimes&
             mark(listener->levels_, polygonLod_->batchSet());
     }
     const StageTimer timer(backend_, stages, "scene update");
-    geometry_.setMoved(world_.triangles(), batchSet_.view());
-    if (polygonLod_)
-        levelGeometry_.setMoved(polygonLod_->triangles(), polygonLod_->batches(0.0f));
+    std::vector<ArrayRange> moved;
+    for (const uint32_t i : movedInstances)
+        moved.push_back({world_.instances()[i].firstVertex, world_.instances()[i].vertexCount});
+    std::sort(moved.begin(), moved.end(),
+              [](const ArrayRange& a, const ArrayRange& b) { return a.first < b.first; });
+    geometry_.setMoved(world_.triangles(), batchSet_.view(), moved);
+    if (polygonLod_) {
+        const TriangleView levels = polygonLod_->triangles();
+        levelGeometry_.setMoved(levels, polygonLod_->batches(0.0f), {{0, levels.positions.count}});
+    }
     setMoving();
 }
 

@@ -104,6 +104,8 @@ public:
 private:
     friend class MovedBatches;
     void setMoving();
+    /// Returns the bounds of all positions. Cost: those that move; the first time, all.
+    Box boundsOfPositions();
     /// Builds what rays with these options read besides the DAG, once.
     void prepare(const RayOptions& options);
     TruthGeometry geometry(const TriangleView& triangles) const {
@@ -121,6 +123,8 @@ private:
     std::unique_ptr<PolygonLod> polygonLod_;     // for mapGeometry; null until then
     std::vector<class MovedBatches*> listeners_; // all that there are
     TruthSpace space_;
+    Box stillBounds_; ///< of the positions of instances that never move, with hasStillBounds_
+    bool hasStillBounds_ = false;
     DynamicGeometry movers_;
     TriangleBvh bvh_;
     bool hasBvh_ = false;

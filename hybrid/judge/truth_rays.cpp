@@ -9,6 +9,10 @@ TruthSpace truthSpaceOf(View<const glm::vec3> positionsWorld) {
     Box bounds;
     for (const glm::vec3& p : positionsWorld)
         bounds.add(p);
+    return truthSpaceOf(bounds);
+}
+
+TruthSpace truthSpaceOf(const Box& bounds) {
     TruthSpace space;
     for (int a = 0; a < 3; ++a) {
         const float lo = bounds.min[a], hi = bounds.max[a];

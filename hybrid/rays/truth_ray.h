@@ -34,6 +34,8 @@ struct TruthSpace {
 
 /// Returns the space of these positions; finite ones.
 TruthSpace truthSpaceOf(View<const glm::vec3> positionsWorld);
+/// Returns the same. @param boundsWorld of all positions
+TruthSpace truthSpaceOf(const Box& boundsWorld);
 
 /// World triangles as a Geometry.
 struct TruthGeometry {

@@ -93,6 +93,30 @@ TEST_P(ResidentOn, TheLedgerHoldsTheCopyUnderItsName) {
     EXPECT_EQ(heldBytes(), 0u);
 }
 
+TEST_P(ResidentOn, ChangedRangesAreCopiedAndNothingBesides) {
+    Resident<uint32_t> resident(GetParam(), "test/resident");
+    std::vector<uint32_t> host(100'000, 7);
+    resident.setChanged(viewOf(std::as_const(host)), {}); // the first time: everything
+    EXPECT_EQ(read(resident), host);
+    EXPECT_EQ(newUploads(), 1u);
+    std::vector<uint32_t> expected = host;
+    for (const size_t i : {0, 1, 500, 50'000, 99'999})
+        host[i] = expected[i] = 9;
+    resident.setChanged(viewOf(std::as_const(host)), {{0, 2}, {500, 1}, {50'000, 1}, {99'999, 1}});
+    EXPECT_EQ(read(resident), expected);
+    EXPECT_EQ(newUploads(), GetParam() == Backend::kCpu ? 1u : 3u) << "near ones share a copy";
+    host.push_back(1);
+    resident.setChanged(viewOf(std::as_const(host)), {{0, 1}});
+    EXPECT_EQ(read(resident), host) << "of another length: everything";
+}
+
+TEST(JoinRanges, JoinsWhatOverlapsOrIsNear) {
+    const std::vector<ArrayRange> expected{{0, 12}, {30, 5}};
+    EXPECT_EQ(joinRanges({{0, 4}, {2, 8}, {11, 1}, {20, 0}, {30, 5}}, 1), expected);
+    EXPECT_EQ(joinRanges({{0, 4}, {0, 2}}, 0), (std::vector<ArrayRange>{{0, 4}}));
+    EXPECT_TRUE(joinRanges({}, 5).empty());
+}
+
 INSTANTIATE_TEST_SUITE_P(Both, ResidentOn, kBothBackends, backendSuffix);
 
 } // namespace
