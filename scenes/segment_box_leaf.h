@@ -19,16 +19,21 @@ struct BoxSlabs {
     double slack;
 };
 
+/// Returns 1 / way, or `huge` where that would be larger.
+SDAG_LEAF double boundedInverse(double way, double huge) {
+    return magnitude(way) > 1.0f / huge ? 1.0f / way : huge;
+}
+
 SDAG_LEAF BoxSlabs makeBoxSlabs(SDAG_IN(dvec3) from, SDAG_IN(dvec3) to) {
     BoxSlabs s;
     s.from = from;
     double huge4 = kHuge * kHuge * kHuge * kHuge, huge = huge4 * huge4;
     double largest = 0.0f;
-    for (int a = 0; a < 3; ++a) {
-        SDAG_EXACT double way = to[a] - from[a];
-        s.inverse[a] = magnitude(way) > 1.0f / huge ? 1.0f / way : huge;
+    for (int a = 0; a < 3; ++a)
         largest = greater(greater(largest, magnitude(from[a])), magnitude(to[a]));
-    }
+    SDAG_EXACT dvec3 way = to - from;
+    s.inverse = dvec3(boundedInverse(way.x, huge), boundedInverse(way.y, huge),
+                      boundedInverse(way.z, huge));
     SDAG_EXACT double slack = largest * kBoxSlack;
     s.slack = slack;
     return s;

@@ -24,7 +24,7 @@ uniform uint pageTexelsLog2;
 // this.
 bool isOpaqueOnFace(ShadowMapInfo map, dvec3 ray) {
     dvec3 p[3];
-    dvec3 weight = dvec3(1.0LF);
+    double weight[3] = double[3](1.0LF, 1.0LF, 1.0LF);
     for (uint i = 0u; i < 3u; ++i) {
         vec3 world = vertexWorld(triangle, i);
         dvec3 q = dvec3(world) - dvec3(lightPosition(map));
@@ -34,9 +34,9 @@ bool isOpaqueOnFace(ShadowMapInfo map, dvec3 ray) {
         }
         p[i] = faceFromLight(face, q);
     }
-    return isOpaque(triangle, dotInOrder(crossInOrder(p[1], p[2]), ray) * weight.x,
-                    dotInOrder(crossInOrder(p[2], p[0]), ray) * weight.y,
-                    dotInOrder(crossInOrder(p[0], p[1]), ray) * weight.z);
+    return isOpaque(triangle, dotInOrder(crossInOrder(p[1], p[2]), ray) * weight[0],
+                    dotInOrder(crossInOrder(p[2], p[0]), ray) * weight[1],
+                    dotInOrder(crossInOrder(p[0], p[1]), ray) * weight[2]);
 }
 
 void main() {

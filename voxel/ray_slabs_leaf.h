@@ -55,24 +55,38 @@ struct RaySlabs {
     uint octant; ///< bit a: the segment runs against axis a
 };
 
-/// Returns the slabs of a segment of that scale, which must be below kLargestScale.
+/// One axis of RaySlabs.
+struct AxisSlabs {
+    float inv, cNear, cFar;
+    uint against; ///< 1: the segment runs against the axis
+};
+
+SDAG_LEAF AxisSlabs makeAxisSlabs(float from, float to, float margin, float least) {
+    SDAG_EXACT float d = to - from;
+    d = magnitude(d) < least ? (d < 0.0f ? -least : least) : d;
+    AxisSlabs s;
+    s.inv = quotient(1.0f, d);
+    SDAG_EXACT float before = (-from - margin) * s.inv, after = (margin - from) * s.inv;
+    bool isAgainst = d < 0.0f;
+    s.against = uint(isAgainst);
+    s.cNear = isAgainst ? after : before;
+    s.cFar = isAgainst ? before : after;
+    return s;
+}
+
+/// Returns the slabs of a segment of that scale, which must be below kLargestScale. Axis by axis: a
+/// component that is written by an index makes NVIDIA's compiler of GLSL fail.
 SDAG_LEAF RaySlabs makeRaySlabs(SDAG_IN(DagSegment) segment, float scale) {
-    RaySlabs r;
-    r.octant = 0u;
     float margin = slabMargin(scale);
     SDAG_EXACT float least = scale * kLeastDirection;
-    for (int a = 0; a < 3; ++a) {
-        float from = segment.from[a];
-        SDAG_EXACT float d = segment.to[a] - from;
-        d = magnitude(d) < least ? (d < 0.0f ? -least : least) : d;
-        float inv = quotient(1.0f, d);
-        SDAG_EXACT float before = (-from - margin) * inv, after = (margin - from) * inv;
-        bool isAgainst = d < 0.0f;
-        r.inv[a] = inv;
-        r.octant |= uint(isAgainst) << a;
-        r.cNear[a] = isAgainst ? after : before;
-        r.cFar[a] = isAgainst ? before : after;
-    }
+    AxisSlabs x = makeAxisSlabs(segment.from.x, segment.to.x, margin, least);
+    AxisSlabs y = makeAxisSlabs(segment.from.y, segment.to.y, margin, least);
+    AxisSlabs z = makeAxisSlabs(segment.from.z, segment.to.z, margin, least);
+    RaySlabs r;
+    r.inv = vec3(x.inv, y.inv, z.inv);
+    r.cNear = vec3(x.cNear, y.cNear, z.cNear);
+    r.cFar = vec3(x.cFar, y.cFar, z.cFar);
+    r.octant = x.against | y.against << 1 | z.against << 2;
     return r;
 }
 

@@ -74,7 +74,9 @@ TruthRay truthPairRay(vec3 point, vec3 normalWorld, uint triangle, vec3 lightWor
     int axis = largestAxis(normal);
     bool isUp = normal[axis] > 0.0LF;
     for (int s = 0; s < 8 && dotInOrder(normal, dvec3(start)) - offset < c; ++s)
-        start[axis] = nextTowards(start[axis], isUp);
+        start = vec3(axis == 0 ? nextTowards(start.x, isUp) : start.x,
+                     axis == 1 ? nextTowards(start.y, isUp) : start.y,
+                     axis == 2 ? nextTowards(start.z, isUp) : start.z);
 
     precise dvec3 light = dvec3(lightWorld) - truthOrigin;
     precise double missing = c - (dotInOrder(normal, light) - offset);

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks that shaders and C++ share their texts: a constant or a function that both need is in a leaf header
-(gl/leaf.h), or reaches the shader as a definition that the program prints (glslConstant of gl/program.h).
+(gl/leaf.h), or reaches the shader as a definition that the program prints (glslConstant of gl/program.h). No text for shaders writes a component of a vector by an index: NVIDIA's compiler fails on it.
 
     shared_texts.py SOURCE_DIR      checks the tree, after checking itself on planted violations
 """
@@ -19,6 +19,7 @@ NUMBER = re.compile(r"(?<![\w.])(?:0[xX][0-9a-fA-F]+|\d+\.?\d*(?:[eE][-+]?\d+)?|
 PLAIN = re.compile(r"\d{1,3}|\d{1,3}\.[05]?|0[xX][fF]{2,4}|\.5")
 NAME = re.compile(r"\bk[A-Z]\w*")
 SHADER_CONSTANT = re.compile(r"\b(k[A-Z]\w*)\s*=\s*([^,;]+)")
+VECTOR = re.compile(r"\b(?:SDAG_EXACT |precise )?[diu]?vec[234] (\w+)\s*[=;,)]")
 FUNCTION = re.compile(r"^(?:SDAG_LEAF |SDAG_HD |inline |static |constexpr |template <[^>]*> )*"
                       r"(?:glm::)?[A-Za-z_]\w*(?:::\w+)?[&*]? (\w+)\([^;{]*\)\s*(?:const\s*)?\{", re.M)
 # The same on both sides of a buffer, not a copy: shaders read what C++ keeps in views, textures or other structs.
@@ -47,6 +48,17 @@ def functions_of(code):
 
 def is_leaf(path):
     return path.name.endswith("_leaf.h")
+
+
+def written_by_index(path, text):
+    """Returns the violations of a text in which a component of a vector is written by an index."""
+    violations, vectors = [], set()
+    for number, line in enumerate(COMMENT.sub(lambda m: "\n" * m[0].count("\n"), text).splitlines(), 1):
+        vectors.update(VECTOR.findall(line))
+        for name in re.findall(r"(?<![\w.])(\w+)\[[A-Za-z]\w*\]\s*[-+*/]?=(?!=)", line):
+            if name in vectors:
+                violations.append(f"{path}:{number}: {name} is a vector, and a component is written by an index; write the components")
+    return violations
 
 
 def check_shader(path, text, cpp_names, cpp_functions):
@@ -88,6 +100,8 @@ def check(root):
         violations += [f"tests/house/shared_texts.py: no shader has {name}() any more" for name in sorted(OWN_OF_SHADERS - known)]
     for path in shaders:
         violations += check_shader(path, read(root, path), names, functions)
+    for path in shaders + leaves:
+        violations += written_by_index(path, read(root, path))
     defined = {}
     for path in leaves:
         text = read(root, path)
@@ -122,13 +136,15 @@ def self_test():
         "g.glsl": ("uint both(vec3 d) {\n    return 1u;\n}\n", ["both() stands in a_leaf.h"]),
         "h.cpp": ("constexpr float kTiny = 1e-4f;\n", ["kTiny is defined in a_leaf.h"]),
         "i.glsl": ("const uint kNothing = 0xffffffffu;\nfloat f() { return 0.99; }\n", ["number 0xffffffffu", "number 0.99"]),
+        "j.frag": ("void main() {\n    dvec3 p[3];\n    vec3 w = vec3(1.0);\n    for (int i = 0; i < 3; ++i) {\n        p[i] = q;\n"
+                   "        w[i] = 2.0;\n        w[0] += w[i];\n    }\n}\n", ["j.frag:6: w is a vector"]),
     }
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder)
         for name, (text, _) in planted.items():
             (root / name).write_text(text)
         violations, checked = check(root)
-        expect(checked == 8, f"{checked} files seen")
+        expect(checked == 9, f"{checked} files seen")
         for name, (_, expected) in planted.items():
             found = [v for v in violations if v.startswith(f"{name}:")]
             expect(len(found) == len(expected) and all(e in f for e, f in zip(expected, found)),
