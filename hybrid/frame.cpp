@@ -5,6 +5,8 @@
 #include "cuda/mutant.h"
 #include "hybrid/frame/frame_state.h"
 
+#include <chrono>
+
 namespace shadowdag {
 
 struct FrameRenderer::State : FrameState {
@@ -18,6 +20,7 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
     const Backend backend = state.context.backend;
     const FrameOptions options = state.accept(asked);
     const auto current = state.device->makeCurrent();
+    const auto start = std::chrono::steady_clock::now();
     FrameResult result;
     StageTimes& stages = result.stages;
     stages.beforeStage = result.counting.beforeStage = beforeStage;
@@ -58,6 +61,8 @@ FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
 
     // For reports, not part of the frame's time.
     stages.settle();
+    result.wallMs =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     result.counting.settle();
     const HostCopyCounts after = state.device->copyCounts();
     result.counts.hostCopies = {after.uploadCount - before.uploadCount,

@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hashes assets and frames of built-in scenes over instruction sets, threads, back ends and compilers.
 
-    measure.py [BACKEND,...:]PROGRAM... -o FILE.json [--quick]
+    measure.py [BACKEND,...:]PROGRAM... -o FILE.json [--quick] [--isas ISA,...] [--threads N,...]
 
 Each PROGRAM is a build of shadowdag; its provenance names the compiler and the system. Of each the back ends cpu and gl
 are hashed, or those that stand before it. A program of the preset cuda-host plays its device (cuda_host). The results are the data of the table in
 docs/promises.md, which the command `determinism` of tools/report/shadowdag_report writes. They are added to those in
 FILE.json and replace what the same system, compiler, back end and device gave before; the first ever measured is the
-reference. --quick: fewer scenes and settings and nothing added, for a test, which fails (status 1) on a difference that no
+reference. --isas and --threads hash fewer, on a machine that is lent for minutes. --quick: fewer scenes and settings and nothing added, for a test, which fails (status 1) on a difference that no
 explanation of the table covers.
 """
 import argparse
@@ -33,7 +33,7 @@ FRAMES = {
     "hybrid": ("--method", "hybrid", "--model", "texels:96", "--believe", "all", "--resolution", "512"),
 }
 # Keys of a frame's JSON that are not counts of what was computed.
-NO_COUNTS = ("time_ms", "stages_ms", "output", "host_copy_count", "host_readback_count")
+NO_COUNTS = ("time_ms", "wall_ms", "stages_ms", "output", "host_copy_count", "host_readback_count")
 
 
 def digest(data):
@@ -131,15 +131,20 @@ def main():
     parser.add_argument("programs", nargs="+")
     parser.add_argument("-o", "--output", required=True)
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--isas", default=",".join(ISAS))
+    parser.add_argument("--threads", default=",".join(map(str, THREADS)))
     arguments = parser.parse_args()
     scenes = SCENES[:2] if arguments.quick else SCENES
-    threads = (1, 3) if arguments.quick else THREADS
+    threads = (1, 3) if arguments.quick else tuple(map(int, arguments.threads.split(",")))
+    isas = tuple(arguments.isas.split(","))
+    if not set(isas) <= set(ISAS):
+        parser.error(f"--isas {arguments.isas}: use some of {', '.join(ISAS)}")
     rows, left_out, provenances = [], [], []
     with tempfile.TemporaryDirectory() as folder:
         for name in arguments.programs:
             backends, _, program = name.rpartition(":")
             program = os.path.abspath(program)
-            measured = measure(program, pathlib.Path(folder), scenes, ISAS, threads, (backends or "cpu,gl").split(","))
+            measured = measure(program, pathlib.Path(folder), scenes, isas, threads, (backends or "cpu,gl").split(","))
             rows += [{**row, "program": len(provenances)} for row in measured[0]]
             left_out += measured[1]
             provenances.append(measured[2])

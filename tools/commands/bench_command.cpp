@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag bench`: measures the rates of this program, Embree and NanoVDB in one run, after
 // verifying the results.
+#include "tools/bench/bench_device.h"
 #include "tools/bench/bench_raster.h"
 #include "tools/bench/bench_voxel.h"
 #include "tools/commands/commands.h"
@@ -36,10 +37,13 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     if (!isVoxel && options.name != "raster")
         throw Error(ErrorKind::kUsage, "bench '" + options.name +
                                            "': there is no such benchmark; use voxel or raster");
-    if (options.global.backend == "cuda" || options.global.backend == "gl")
-        throw Error(ErrorKind::kUsage, "bench '" + options.name +
-                                           "' runs on the CPU: drop --backend " +
+    const bool isOnDevice = options.global.backend == "cuda";
+    if (options.global.backend == "gl" || (isOnDevice && !isVoxel))
+        throw Error(ErrorKind::kUsage, "bench '" + options.name + "' runs on the CPU" +
+                                           (isVoxel ? " and on CUDA" : "") + ": drop --backend " +
                                            options.global.backend);
+    if (isOnDevice && commandLine.given("--frame-size"))
+        throw Error(ErrorKind::kUsage, "--frame-size is for the CPU's tracers; drop it");
     for (const char* option : {"--resolution", "--nanovdb-limit", "--frame-size"})
         if (!isVoxel && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) + " is for bench voxel; drop it");
@@ -47,6 +51,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
         if (isVoxel && commandLine.given(option))
             throw Error(ErrorKind::kUsage, std::string(option) + " is for bench raster; drop it");
     options.global.apply(console, false, false);
+    const Backend backend = isOnDevice ? Backend::kCuda : Backend::kCpu;
 
     VoxelBenchOptions voxel;
     RasterBenchOptions raster;
@@ -71,13 +76,15 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     const Camera camera = chooseCamera(*scene.world, options.camera);
 
     const CpuUse use;
-    Json result = isVoxel ? runVoxelBench(*scene.world, camera, voxel, console)
-                          : runRasterBench(*scene.world, camera, raster, console);
+    Json result = isOnDevice ? runDeviceBench(backend, *scene.world, camera, voxel, console)
+                  : isVoxel  ? runVoxelBench(*scene.world, camera, voxel, console)
+                             : runRasterBench(*scene.world, camera, raster, console);
     if (isVoxel && !result.contains("nanovdb_bytes"))
         console.note("NanoVDB is omitted above --nanovdb-limit " + options.nanoVdbLimit);
     console.people() << scene.name << " at " << options.size << "\n";
-    isVoxel ? printVoxelBench(console.people(), result)
-            : printRasterBench(console.people(), result);
+    isOnDevice ? printDeviceBench(console.people(), result)
+    : isVoxel  ? printVoxelBench(console.people(), result)
+               : printRasterBench(console.people(), result);
     result["scene"] = scene.name;
     result["scene_hash"] = scene.geometryHash;
     result["camera"] = options.camera;
@@ -86,7 +93,7 @@ void runBench(const BenchOptions& options, const CommandLine& commandLine) {
     result["other_cpu_share"] = use.otherShare();
     result["lights"] = options.lights;
     result["seed"] = options.seed;
-    result["provenance"] = buildProvenance(Backend::kCpu);
+    result["provenance"] = buildProvenance(backend);
     if (const std::string busy = busyRemark(use.otherShare()); !busy.empty())
         console.note("warning: " + busy);
     console.emit(result);

@@ -3,10 +3,12 @@
 #include "tools/commands/commands.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/gl_support.h"
+#include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
 #include "tools/settings/variants.h"
 #include "tools/workspace/frame_channels.h"
 #include "tools/workspace/frame_json.h"
+#include "tools/workspace/frame_laps.h"
 #include "tools/workspace/image_io.h"
 #include "tools/workspace/single_frame.h"
 #include "tools/workspace/timing.h"
@@ -25,7 +27,7 @@ struct RenderOptions {
     GlobalOptions global;
     CommonOptions common;
     MethodOptions method{"hybrid"};
-    std::string scene, output;
+    std::string scene, output, laps = "0";
     bool perLight = false, truth = false, floatColor = false;
 };
 
@@ -95,11 +97,58 @@ std::vector<ExrChannel> channelsOf(const RenderOptions& options, const SingleFra
     return channels;
 }
 
+/// Returns the document of `render --laps`, and prints its table.
+Json timesOnly(SingleFrames& frames, const Experiment& experiment, int laps,
+               const Console& console) {
+    const CpuUse use;
+    Json rows = timeLaps(frames, experiment, laps, console.progress("time " + frames.sceneName()));
+    const Json summary = summarizeLap(rows);
+    char line[120];
+    for (const auto& [stage, timeMs] : summary["stages_ms"].items()) {
+        std::snprintf(line, sizeof line, "  %-24s %10.3f ms\n", stage.c_str(),
+                      timeMs.get<double>());
+        console.people() << line;
+    }
+    std::snprintf(line, sizeof line,
+                  "%zu frames, lap %d: %.3f ms a frame by the wall clock (median; the slowest "
+                  "%.3f), stages %.3f ms\n",
+                  rows.size(), laps, summary["wall_ms"].get<double>(),
+                  summary["wall_ms_max"].get<double>(), summary["time_ms"].get<double>());
+    console.people() << line;
+    Json document = frames.reproduction();
+    for (const char* key : {"frame", "time_s", "camera_numbers"}) // of each frame
+        document.erase(key);
+    document["laps"] = laps;
+    document.update(summary);
+    document["frames"] = std::move(rows);
+    document["other_cpu_share"] = use.otherShare();
+    if (const std::string busy = busyRemark(use.otherShare()); !busy.empty())
+        console.note("warning: " + busy);
+    return document;
+}
+
 void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     Experiment experiment = options.common.experiment(commandLine, false);
     takeGlDefaults(experiment, options.global.backend, commandLine);
     options.method.check(commandLine, experiment, methodNames(), console);
+    if (commandLine.given("--laps")) {
+        const int laps = int(parseInteger("--laps", options.laps, 1, 1000));
+        for (const char* option :
+             {"--output", "--per-light", "--float", "--exposure", "--truth", "--views"})
+            if (commandLine.given(option))
+                throw Error(ErrorKind::kUsage, std::string(option) +
+                                                   " and --laps contradict each other: no picture "
+                                                   "is written; drop one of them");
+        const Backend backend = options.global.apply(console, true);
+        followGlPages(experiment, backend, commandLine);
+        refuseOnGl(experiment, backend, options.method.variant);
+        SingleFrames frames(options.scene, options.common, experiment, options.method, backend,
+                            console);
+        return console.emit(timesOnly(frames, experiment, laps, console));
+    }
+    if (options.output.empty())
+        throw Error(ErrorKind::kUsage, "-o is missing: name the picture, or give --laps for times");
     const std::string extension = std::filesystem::path(options.output).extension().string();
     if (extension != ".exr" && extension != ".png")
         throw Error(ErrorKind::kUsage,
@@ -189,6 +238,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             entry["camera"] = view;
         if (!isTruth) { // the truth's picture has pairs, but no frame
             entry["time_ms"] = timeMs;
+            entry["wall_ms"] = result.wallMs;
             entry["stages_ms"] = toJson(result.stages);
             entry.update(toJson(result.counts));
             // Like times they depend on earlier frames, so reports do not contain them.
@@ -232,8 +282,11 @@ std::function<void()> declareRender(CommandLine& commandLine) {
                      "The picture; with --frames numbered F.0007.exr, with --views F.auto-2.exr. "
                      "EXR channels: R G B (linear "
                      "radiance), visibility.mean, "
-                     "method.rayShare, depth.Z; PNG: the colour, exposed and tone mapped",
-                     true);
+                     "method.rayShare, depth.Z; PNG: the colour, exposed and tone mapped");
+    commandLine.text("--laps", options->laps, "N",
+                     "Instead of -o: renders the frames N times in a row as one sequence, in which "
+                     "maps of what stands still are kept, and reports the times of the last lap; "
+                     "records nothing");
     commandLine.flag("--per-light", options->perLight,
                      "Add one channel per light: visibility.light0000, ...");
     commandLine.flag("--truth", options->truth,

@@ -162,6 +162,30 @@ const PairResults& SingleFrames::render(float timeSeconds, uint32_t frame) {
     return answers_;
 }
 
+FrameResult SingleFrames::renderNext(float timeSeconds, uint32_t frame) {
+    if (methodOf(method_.method).isTruth() || model_->needsCosts())
+        throw Error(ErrorKind::kUsage, "frames of method '" + method_.method + "'" +
+                                           (model_->needsCosts() ? ", model oracle," : "") +
+                                           " are no sequence that can be timed; choose another");
+    frame_ = frame;
+    judge_->forget();
+    FrameRenderer& renderer = workspace_->renderer(run_);
+    FrameOptions options = run_.frame;
+    options.recordPairs = options.recordQuantities = false;
+    workspace_->advance(timeSeconds);
+    const FollowTimes& update = workspace_->followTimes(workspace_->voxelsOf(run_));
+    FrameResult result = renderer.render(workspace_->camera(), *model_, options);
+    const auto add = [&result](const StageTimes& times) {
+        for (const auto& [name, timeMs] : times.stagesMs)
+            result.stages.add(name, timeMs);
+        result.wallMs += times.totalMs();
+    };
+    add(update.stages);
+    if (run_.frame.maps.lodTexels > 0.0f)
+        add(update.ofLevels);
+    return result;
+}
+
 Json SingleFrames::reproduction() const {
     Experiment experiment = experiment_;
     experiment.scenes = {workspace_->scene().argument};

@@ -56,6 +56,12 @@ public:
     /// @param frame number of the costs that oracle replays or measures
     const PairResults& render(float timeSeconds, uint32_t frame);
 
+    /// Renders the scene at a time as the next frame of a sequence: maps, resolutions and routes
+    /// are kept from the frame before. Records nothing; returns its times, counts and colour. The
+    /// stages and the wall clock contain the update of what moved. Throws Error kUsage for the
+    /// method truth, and if the model measures each frame separately.
+    FrameResult renderNext(float timeSeconds, uint32_t frame);
+
     const World& world() const { return workspace_->world(); }
     const std::string& sceneName() const { return workspace_->scene().name; }
     /// Returns what reproduces the last frame: {"scene", "scene_hash", "frame", "time_s",

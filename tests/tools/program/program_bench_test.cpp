@@ -118,6 +118,13 @@ TEST(ProgramBench, OptionsOfTheOtherBenchmarkAreRefused) {
                 HasSubstr("drop it"));
     EXPECT_THAT(runShadowdag(directory, {"bench", "raster", "--page-size", "48"}).err,
                 HasSubstr("--page-size '48'"));
+    EXPECT_THAT(runShadowdag(directory, {"bench", "raster", "--backend", "cuda"}).err,
+                HasSubstr("runs on the CPU: drop --backend cuda"));
+    EXPECT_THAT(runShadowdag(directory, {"bench", "voxel", "--backend", "gl"}).err,
+                HasSubstr("runs on the CPU and on CUDA: drop --backend gl"));
+    EXPECT_THAT(
+        runShadowdag(directory, {"bench", "voxel", "--backend", "cuda", "--frame-size", "9x9"}).err,
+        HasSubstr("--frame-size is for the CPU's tracers"));
 }
 
 } // namespace shadowdag

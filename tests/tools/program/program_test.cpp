@@ -157,6 +157,11 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
         {Arguments{"render", kScene, "-o", exr, "--camera", "nobody", "--method", "maps", "--size",
                    "32x18"},
          1, "no camera of that name"},
+        {{"render", kScene}, 1, "-o is missing"},
+        {{"render", kScene, "-o", exr, "--laps", "2"}, 1, "--output and --laps contradict"},
+        {{"render", kScene, "--laps", "2", "--truth"}, 1, "--truth and --laps contradict"},
+        {{"render", kScene, "--laps", "0"}, 1, "--laps '0'"},
+        {{"render", kScene, "--laps", "1", "--method", "truth"}, 1, "no sequence"},
         {{"render", kScene, "-o", directory / "a.jpg"}, 1, ".exr or .png"},
         {{"render", kScene, "-o", directory / "a.png", "--per-light"}, 1, "--per-light"},
         {{"render", kScene, "-o", directory / "a.png", "--truth"},
@@ -458,6 +463,34 @@ TEST(Program, RenderWritesNumberedFramesOfEveryMethod) {
             }
         }
     }
+}
+
+TEST(Program, RenderTimesTheLastOfSeveralLapsAndWritesNothing) {
+    const TemporaryDirectory directory;
+    for (const char* method : {"maps", "dag", "hybrid", "embree"}) {
+        const ProgramResult result =
+            runShadowdag(directory, Arguments{"render", "builtin:atrium", "--laps", "2", "--frames",
+                                              "0:3", "--size", "48x27", "--resolution", "64",
+                                              "--method", method, "--json"});
+        ASSERT_EQ(result.status, 0) << method << ": " << result.err;
+        const Json json = result.json();
+        EXPECT_EQ(json["laps"], 2);
+        EXPECT_EQ(json["method"], method);
+        ASSERT_EQ(json["frames"].size(), 4u);
+        for (uint32_t i = 0; i < 4; ++i) {
+            const Json& row = json["frames"][i];
+            EXPECT_EQ(row["frame"], i);
+            EXPECT_GT(row["pair_count"].get<int>(), 0);
+            // Stages are parts of the frame; the clock of a thread may be read a little later.
+            EXPECT_GE(row["wall_ms"].get<double>() * 1.01 + 0.05, row["time_ms"].get<double>());
+        }
+        // Maps of what stands still were drawn in the first lap; movers' are drawn anew.
+        if (std::string(method) == "maps")
+            EXPECT_GT(json["frames"][0]["kept_map_count"].get<int>(), 0);
+        EXPECT_GT(json["stages_ms"]["shading"].get<double>(), 0.0);
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
+        EXPECT_TRUE(entry.path().extension() != ".exr" && entry.path().extension() != ".png");
 }
 
 TEST(Program, EachOfSeveralViewsIsRenderedAndValidated) {
