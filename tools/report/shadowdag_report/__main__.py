@@ -46,6 +46,7 @@ COMMANDS = {  # name: (module, what it does)
     "determinism": ("determinism", "the table of determinism in docs/promises.md"),
     "fuzzing": ("fuzzing", "the table of fuzzing in docs/promises.md"),
     "faults": ("faults", "the table of faults in docs/promises.md"),
+    "device": ("device", "the tables of a GPU in docs/results.md"),
     "claims": ("claims", "the tables of measured claims in docs/results.md"),
 }
 

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes the tables of a GPU in docs/results.md from what tools/gpu_check measured there.
+
+    device docs/results.md tests/bench/results/gpu.json [--check]
+
+With --check nothing is written, and the file is refused when it differs from the generated text.
+"""
+from .files import expecting, read_json, replace_marked
+
+BEGIN, END = "<!-- device:begin -->", "<!-- device:end -->"
+METHODS = {"dag": "voxel rays, all believed", "exact": "exact rays", "maps": "maps", "hybrid": "hybrid, 96 texels"}
+# Stages by what they are for; those not named here are the rest.
+GROUPS = {"G-buffer, clusters, pairs": ("g-buffer", "clusters", "light assignment", "pair pruning", "resolution"),
+          "pages, culling": ("page masks", "page commit", "page clear", "culling masks", "culling query", "culling tests"),
+          "rasterization": ("rasterization",), "shading": ("shading",)}
+
+
+def milliseconds(value):
+    return f"{value:.2f}"
+
+
+def frames_table(rows):
+    """Returns the lines of the table of frames."""
+    named = {stage for stages in GROUPS.values() for stage in stages}
+    lines = ["| scene | method | frame | slowest | " + " | ".join(GROUPS) + " | other stages | million pairs |",
+             "|---|---|" + "---:|" * (len(GROUPS) + 4)]
+    for row in rows:
+        stages = row["stages_ms"]
+        parts = [sum(stages.get(stage, 0.0) for stage in group) for group in GROUPS.values()]
+        parts.append(sum(ms for stage, ms in stages.items() if stage not in named))
+        lines.append("| {} | {} | {} | {} | {} | {:.1f} |".format(
+            row["scene"], METHODS[row["method"]], milliseconds(row["wall_ms"]), milliseconds(row["wall_ms_max"]),
+            " | ".join(map(milliseconds, parts)), row["pair_count"] / 1e6))
+    return lines
+
+
+def rays_table(rows):
+    """Returns the lines of the table of rays."""
+    lines = ["| scene | rays | order | ours | NanoVDB's HDDA | ours / it |", "|---|---:|---|---:|---:|---:|"]
+    for row in rows:
+        by_order = {}
+        for rate in row["rates"]:
+            by_order.setdefault(rate["order"], {})[rate["tracer"]] = rate
+        for order, rates in by_order.items():
+            ours, theirs = rates["traceSegments"], rates.get("NanoVDB HDDA")
+            lines.append("| {} | {:.1f} million | {} | {:,.0f} ({:,.0f} to {:,.0f}) | {} | {} |".format(
+                row["scene"], row["ray_count"] / 1e6, order, ours["megarays_per_s"], ours["megarays_per_s_min"],
+                ours["megarays_per_s_max"], f'{theirs["megarays_per_s"]:,.0f}' if theirs else "too large",
+                f'{theirs["ours_over_it"]:.2f}' if theirs else ""))
+    return lines
+
+
+def voxels_table(rows):
+    """Returns the lines of the table of builds."""
+    scenes = {}
+    for row in rows:
+        scenes.setdefault(row["scene"], {})[row["backend"]] = row
+    lines = ["| scene | voxels per axis | million voxels | CPU, s | CUDA, s |", "|---|---:|---:|---:|---:|"]
+    for scene, by in scenes.items():
+        lines.append("| {} | {} | {:.1f} | {:.2f} | {:.2f} |".format(
+            scene, by["cuda"]["resolution"], by["cuda"]["voxel_count"] / 1e6, by["cpu"]["wall_s"], by["cuda"]["wall_s"]))
+    return lines
+
+
+def text_of(results):
+    """Returns everything between the markers."""
+    steps = results["steps"]
+    failed = [step["step"] for step in steps if not step["ok"]]
+    size, frames = results["frames"][0]["size"], results["frames"][0]["frame_count"]
+    lines = ["", f'{results["device"]["nvidia_smi"]}; commit {results["commit"]}. {len(steps) - len(failed)} of {len(steps)} '
+             "steps of `tools/gpu_check` passed" + (f'; failed: {", ".join(failed)}.' if failed else "."), "",
+             f"Median of {frames} consecutive frames at {size} in the second lap, in ms: the frame by the wall clock, and groups of "
+             "its stages by the device's. Maps of what stands still are kept.", "", *frames_table(results["frames"]), "",
+             f'Million rays a second of the whole device at {results["rays"][0]["resolution"]}^3, both with the answers of the CPU:', "",
+             *rays_table(results["rays"]), "", "Voxelizing, the same bytes on both:", "", *voxels_table(results["voxelize"]), ""]
+    return "\n".join(lines) + "\n"
+
+
+def declare(parser):
+    parser.add_argument("document", help="the file that holds the marker lines")
+    parser.add_argument("results", help="the results of tools/gpu_check")
+    parser.add_argument("--check", action="store_true", help="write nothing; only compare")
+
+
+def run(arguments):
+    results = read_json(arguments.results)
+    with expecting(arguments.results, "the results of tools/gpu_check"):
+        text = text_of(results)
+    replace_marked(arguments.document, (BEGIN, END), text, arguments.check,
+                   f"the tables of {arguments.results}; write them with the command device")
