@@ -72,7 +72,6 @@ template <class Tag, class F> __global__ void sharePartsKernel(SplitWorkView wor
             const uint32_t itsIndex = __shfl_sync(kAll, index, of),
                            itsPart = __shfl_sync(kAll, part, of);
             functor(work.items[itsIndex], itsPart, lane);
-            __syncwarp();
         }
     }
 }

@@ -2,7 +2,6 @@
 // Pass: tests a list of segments against one DAG.
 #pragma once
 
-#include "cuda/atomics.h"
 #include "cuda/pass.h"
 #include "voxel/dag_trace.h"
 
@@ -24,33 +23,6 @@ struct TraceSegments {
         for (size_t i = first; i < end; ++i)
             result |= uint32_t(occluded(dag, segments[i], level)) << (i - first);
         bits[word] = result;
-    }
-};
-
-struct TraceByWord { // for one comparison
-    TraceSegments work;
-    size_t itemCount() const { return work.itemCount(); }
-    SDAG_HD void operator()(size_t word) const {
-        uint32_t result = 0;
-        for (size_t i = 32 * word; i < work.segments.count && i < 32 * word + 32; ++i)
-            result |= uint32_t(byCells(work.dag, work.segments[i])) << (i % 32);
-        work.bits[word] = result;
-    }
-    SDAG_HD static bool byCells(const DagView& dag, const DagSegment& segment) {
-        const float scale = segmentScale(dag.grid, segment);
-        if (!(scale < kLargestScale))
-            return true;
-        detail::NoDagVisits none;
-        return detail::meetsCell(dag, makeRaySlabs(segment, scale), dag.grid.resolutionLog2, 0,
-                                 true, nullptr, none);
-    }
-};
-struct TraceByCells { // for one comparison
-    TraceSegments work;
-    size_t itemCount() const { return work.segments.count; }
-    SDAG_HD void operator()(size_t i) const {
-        if (TraceByWord::byCells(work.dag, work.segments[i]))
-            atomicOrRelaxed(&work.bits[i / 32], 1u << (i % 32));
     }
 };
 

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The passes of this folder.
 #include "cuda/pass_launch.h"
-#include "voxel/dag_trace_pass.h"
 #include "voxel/unique_nodes_pass.h"
 #include "voxel/voxelize_pass.h"
-
-SDAG_PASS(TraceByWord)
-SDAG_PASS(TraceByCells)
 
 // voxelize_pass.h
 SDAG_PASS(MarkInside)

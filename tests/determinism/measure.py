@@ -46,6 +46,8 @@ class Runner:
     def __init__(self, program, folder, isa, threads, backend):
         self.program, self.folder = program, folder
         self.environment = {**os.environ, "SHADOWDAG_ISA": isa, "XDG_CACHE_HOME": str(folder / f"cache-{isa}-{threads}-{backend}")}
+        # Pages of sparse textures have the device's size, and so other counts.
+        self.pages = ["--gl-pages", "atlas"] if backend == "gl" else []
         self.options = ["--threads", str(threads), "--backend", backend, "--json"]
 
     def json(self, *arguments):
@@ -66,7 +68,7 @@ class Runner:
     def frame(self, scene, options):
         """Returns the provenance, the hash of the counts and that of the picture."""
         path = self.folder / "f.png"
-        result = self.json("render", f"builtin:{scene}", "-o", str(path), "--size", "160x90", *options)
+        result = self.json("render", f"builtin:{scene}", "-o", str(path), "--size", "160x90", *options, *self.pages)
         if result is None:
             return None
         counts = {key: value for key, value in result["frames"][0].items() if key not in NO_COUNTS}
@@ -100,7 +102,8 @@ def measure(program, folder, scenes, isas, threads, backends):
 
 def refuses_unknown_instructions(program, folder):
     runner = Runner(program, folder, "sse9", 1, "cpu")
-    ended = subprocess.run([program, "render", f"builtin:{SCENES[0]}", "-o", str(folder / "f.png"), *FRAMES["dag believe all"]],
+    ended = subprocess.run([program, "render", f"builtin:{SCENES[0]}", "-o", str(folder / "f.png"), *FRAMES["dag believe all"],
+                            "--backend", "cpu"],
                            env=runner.environment, capture_output=True)
     return ended.returncode == 1 and b"SHADOWDAG_ISA 'sse9'" in ended.stderr
 

@@ -51,15 +51,21 @@ class GpuCheck(unittest.TestCase):
         steps = [step["step"] for step in results["steps"]]
         for name in ("parity cuda_test", "parity voxel_test", "parity shadowmap_test", "parity test_parity",
                      "parity test_frame", "voxelize atrium", "frames atrium dag", "frames atrium exact", "frames atrium maps",
-                     "frames atrium hybrid", "compare atrium"):
+                     "frames atrium hybrid", "rays atrium", "compare atrium"):
             self.assertIn(name, steps)
         self.assertEqual([row["method"] for row in results["frames"]], ["dag", "exact", "maps", "hybrid"])
         for row in results["frames"]:
             self.assertGreater(row["time_ms"], 0)
+            self.assertGreaterEqual(row["wall_ms_max"], row["wall_ms"])
+            self.assertEqual((row["frame_count"], row["laps"]), (3, 2))
             self.assertIn("shading", row["stages_ms"])
             self.assertGreater(row["pair_count"], 0)
             self.assertGreater(row["host_copy_count"], 0)
         self.assertEqual(results["voxelize"][0]["resolution"], 64)
+        self.assertEqual({rate["order"] for rate in results["rays"][0]["rates"]}, {"image", "cluster"})
+        notes = {step["step"]: step["note"] for step in results["steps"]}
+        self.assertRegex(notes["compare atrium"], r"4 frames, \d+ counts each")
+        self.assertRegex(results["commit"], r"^[0-9a-f]{7}")
         lines = done.stdout.strip().splitlines()
         self.assertTrue(lines[-1].startswith("host copies"), lines[-1])
         table = lines[[i for i, line in enumerate(lines) if line.startswith("median ms at 64x36")][0]:]
@@ -101,7 +107,7 @@ class GpuCheck(unittest.TestCase):
         program.write_text("#!/bin/sh\necho '{}'\n")
         sanitizer = self.folder / "bin/compute-sanitizer"
         sanitizer.parent.mkdir()
-        sanitizer.write_text("#!/bin/sh\ntool=$2\nshift 4\n\"$@\"\n"
+        sanitizer.write_text("#!/bin/sh\ntool=$2\nwhile [ ! -x \"$1\" ]; do shift; done\n\"$@\"\n"
                              "[ $tool != racecheck ] || { echo ERROR: a race; exit 99; }\n")
         for file in (program, sanitizer):
             file.chmod(0o755)

@@ -5,9 +5,12 @@
 
 With --check nothing is written, and the file is refused when it differs from the generated text.
 """
+import re
+
 from .files import expecting, read_json, replace_marked
 
 BEGIN, END = "<!-- device:begin -->", "<!-- device:end -->"
+LATE = re.compile(r"took more than|no time left")
 METHODS = {"dag": "voxel rays, all believed", "exact": "exact rays", "maps": "maps", "hybrid": "hybrid, 96 texels"}
 # Stages by what they are for; those not named here are the rest.
 GROUPS = {"G-buffer, clusters, pairs": ("g-buffer", "clusters", "light assignment", "pair pruning", "resolution"),
@@ -65,10 +68,13 @@ def voxels_table(rows):
 def text_of(results):
     """Returns everything between the markers."""
     steps = results["steps"]
-    failed = [step["step"] for step in steps if not step["ok"]]
+    passed = [step["step"] for step in steps if step["ok"]]
+    late = [step["step"] for step in steps if not step["ok"] and LATE.search(step["note"])]
+    failed = [step["step"] for step in steps if not step["ok"] and step["step"] not in late]
     size, frames = results["frames"][0]["size"], results["frames"][0]["frame_count"]
-    lines = ["", f'{results["device"]["nvidia_smi"]}; commit {results["commit"]}. {len(steps) - len(failed)} of {len(steps)} '
-             "steps of `tools/gpu_check` passed" + (f'; failed: {", ".join(failed)}.' if failed else "."), "",
+    lines = ["", f'{results["device"]["nvidia_smi"]}; commit {results["commit"]}. {len(passed)} of {len(steps)} '
+             "steps of `tools/gpu_check` passed" + (f"; {len(late)} had no time: {', '.join(late)}" if late else "") +
+             (f'; failed: {", ".join(failed)}.' if failed else "."), "",
              f"Median of {frames} consecutive frames at {size} in the second lap, in ms: the frame by the wall clock, and groups of "
              "its stages by the device's. Maps of what stands still are kept.", "", *frames_table(results["frames"]), "",
              f'Million rays a second of the whole device at {results["rays"][0]["resolution"]}^3, both with the answers of the CPU:', "",

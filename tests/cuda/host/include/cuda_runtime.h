@@ -180,6 +180,13 @@ template <class T> T __shfl_xor_sync(unsigned mask, T value, int laneMask) {
         laneMask = 0;
     return fromWord<T>(values[(threadIdx.x % kWarpLanes) ^ unsigned(laneMask)]);
 }
+template <class T> T __shfl_sync(unsigned mask, T value, int sourceLane) {
+    using namespace shadowdag::cuda_host;
+    if (isMutant(Mutant::kShuffleMaskShort))
+        mask &= 0x7fffffffu;
+    const uint64_t* const values = meet(Meeting::kShuffle, mask, wordOf(value));
+    return fromWord<T>(values[unsigned(sourceLane) % kWarpLanes]);
+}
 inline unsigned __ballot_sync(unsigned mask, int predicate) {
     using namespace shadowdag::cuda_host;
     const uint64_t* const values = meet(Meeting::kBallot, mask, predicate != 0);
