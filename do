@@ -14,7 +14,8 @@ usage: ./do COMMAND
                     methods, time against error, on the built-in atrium. Arguments go to `shadowdag compare`.
   test [--quick] [ARG...]
                     installs missing packages, builds everything and runs every test, those of CUDA on a device that the
-                    host plays (preset cuda-host). Arguments go to ctest.
+                    host plays (preset cuda-host). Arguments go to ctest. The output and the names of failed tests
+                    are repeated at the end.
                     --quick leaves out what starts the program, draws by OpenGL or renders for seconds.
   check [--all]     installs missing packages of development, then checks without building: format, clang-tidy
                     (of what changed since origin/HEAD; --all: of every source), and what tests/house checks:
@@ -107,6 +108,14 @@ build() {
     cmake --build --preset "$preset" --parallel "$(jobs)" "$@"
 }
 
+# runTests PRESET [ctest argument...] runs the tests of a build and notes the file of their results.
+results=()
+runTests() {
+    results+=("build/$1/tests.xml")
+    rm -f -- "${results[-1]}"
+    ctest --preset "$1" --parallel "$(jobs)" --output-junit "$root/${results[-1]}" "${@:2}"
+}
+
 command=${1:-help}
 (($# > 0)) && shift
 case $command in
@@ -125,10 +134,11 @@ case $command in
         installPackages
         build "$preset"
         status=0
-        ctest --preset "$preset" --parallel "$(jobs)" "$@" || status=$?
+        trap 'python3 -B tests/house/failed_tests.py "${results[@]}"' EXIT # even if the second build fails
+        runTests "$preset" "$@" || status=$?
         # The CUDA passes on a device that the host plays. What they share with the build before, the compiler cache has.
         build cuda-host
-        ctest --preset cuda-host --parallel "$(jobs)" "$@" --no-tests=ignore || status=$?
+        runTests cuda-host "$@" --no-tests=ignore || status=$?
         exit $status
         ;;
     check)

@@ -66,5 +66,37 @@ if [[ $(stubs packages) == *apt-get* ]]; then
     echo "FAILED: apt ran although nothing is missing"
     failures=$((failures + 1))
 fi
+
+# The end of what `test` prints has what failed, of both runs of ctest, and if the second build fails.
+mkdir -p tree/build/werror tree/build/cuda-host tree/tests
+cp "$script" "$1/packages.txt" tree/
+ln -s "$1/tests/house" tree/tests/house
+ln -s "$(command -v rm)" "$(python3 -c 'import sys; print(sys.executable)')" bin/
+printf '#!/bin/sh\n[ "$*" != "--preset $BROKEN" ]\n' >bin/cmake
+cat >bin/ctest <<'END'
+#!/bin/bash
+seq() { for ((i = 1; i <= $1; ++i)); do echo $i; done; }
+cases='<testcase name="Passes" time="1" status="run"/>
+<testcase name="Skips" time="1" status="notrun"><skipped message="SKIP_RETURN_CODE=77"/></testcase>'
+[[ $* != *"$FAILS"* ]] || cases+="
+<testcase name='Fails' time='2.5' status='fail'><failure/><system-out>$(seq 100)</system-out></testcase>
+<testcase name='HasNoProgram' time='0' status='notrun'><skipped message='Unable to find executable'/></testcase>"
+while (($# > 0)) && [[ $1 != --output-junit ]]; do shift; done
+[[ $# == 0 || -n $DIES ]] || echo "<testsuite>$cases</testsuite>" >"$2"
+[[ $cases != *fail* && -z $DIES ]] || exit 8
+END
+chmod +x bin/cmake bin/ctest
+tested() { env PATH="$stage/bin" SDAG_PRESET=werror FAILS=none BROKEN=none DIES= "$@" tree/do test 2>&1; }
+lastLines="$(for ((i = 41; i <= 100; ++i)); do echo $i; done)"
+names=$'tests failed\n  Fails\n  HasNoProgram'
+check "test: none failed" 0 $'build/werror/tests.xml: 0 of 2 tests failed\nbuild/cuda-host/tests.xml: 0 of 2' tested
+check "test: the first run failed" 8 "build/werror/tests.xml: 2 of 4 $names"$'\nbuild/cuda-host/tests.xml: 0' \
+      tested FAILS=werror
+check "test: the second run failed" 8 "build/werror/tests.xml: 0 of 2 tests failed"$'\n'"build/cuda-host/tests.xml: 2 of 4 $names" \
+      tested FAILS=cuda-host
+check "test: the last lines of a failed test" 8 $'----- Fails, after 2.5 s, the last of its output:\n'"$lastLines" \
+      tested FAILS=werror
+check "test: the second build failed" 1 "build/werror/tests.xml: 2 of 4 $names" tested FAILS=werror BROKEN=cuda-host
+check "test: ctest died" 8 "build/werror/tests.xml: ctest ended before it wrote this" tested DIES=1
 ((failures == 0)) && echo "the script behaves"
 exit $((failures > 0))

@@ -3,6 +3,7 @@
 // refused by name, or omitted with a message if they come from a list.
 #include "cuda/error.h"
 #include "gl/context.h"
+#include "tests/tools/program/end_by_signal.h"
 #include "tests/tools/program/program_refusals.h"
 
 #include <chrono>
@@ -205,15 +206,12 @@ TEST_F(ProgramGl, AnInterruptEndsAFrameAndLeavesNoFile) {
                                       "gl", "--size", "3840x2160", "-o", picture},
                                      directory / "out", directory / "err");
     std::this_thread::sleep_for(std::chrono::seconds(4));
-    const auto start = std::chrono::steady_clock::now();
-    kill(child, SIGINT);
-    const int status = waitForProgram(child);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    if (status == 0)
+    const test::EndBySignal end = test::endBySignal(child, SIGINT);
+    if (end.status == 0)
         GTEST_SKIP() << "the picture was there before the signal";
-    std::printf("ended after %.1f s\n", seconds.count());
-    EXPECT_EQ(status, 128 + SIGINT);
-    EXPECT_LT(seconds.count(), 10.0); // the whole picture takes half a minute and more
+    std::printf("ended after %.1f s\n", end.seconds);
+    EXPECT_EQ(end.status, 128 + SIGINT);
+    EXPECT_LT(end.seconds, 10.0) << end; // the whole picture takes half a minute and more
     EXPECT_THAT(readText(directory / "err"), HasSubstr("interrupted"));
     for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
         EXPECT_THAT(entry.path().filename().string(), testing::Not(HasSubstr("a.png")));
