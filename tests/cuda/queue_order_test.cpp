@@ -28,12 +28,12 @@ protected:
     Buffer<float> zeros_{GetParam(), "test/zeros"};
 };
 
-// Small uploads pass through memory that is used again, large ones do not.
-constexpr size_t kSmall = 1000, kLarge = 200'000;
+// Small uploads pass through memory that is used again, in one part or in several, large ones do not.
+constexpr size_t kSmall = 1000, kStaged = 200'000, kLarge = 600'000;
 
 TEST_P(QueueOrderOn, UploadsTakeTheContentsAtTheTimeOfTheCall) {
     constexpr uint32_t kUploadCount = 64;
-    for (const size_t count : {kSmall, kLarge}) {
+    for (const size_t count : {kSmall, kStaged, kLarge}) {
         std::vector<Buffer<uint32_t>> buffers;
         std::vector<uint32_t> host(count);
         for (uint32_t i = 0; i < kUploadCount; ++i) {
@@ -48,7 +48,7 @@ TEST_P(QueueOrderOn, UploadsTakeTheContentsAtTheTimeOfTheCall) {
 }
 
 TEST_P(QueueOrderOn, PassesReadWhatWasThereWhenTheyWereQueued) {
-    for (const size_t count : {kSmall, kLarge}) {
+    for (const size_t count : {kSmall, kStaged, kLarge}) {
         Buffer<float> values(GetParam(), "test/values"), first(GetParam(), "test/first"),
             second(GetParam(), "test/second"), third(GetParam(), "test/third");
         values.upload(std::vector<float>(count, 1.0f));

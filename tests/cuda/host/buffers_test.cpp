@@ -23,7 +23,7 @@ namespace {
 /// Uploads of both ways, passes, scans, sorts, copies back of both ways, and marks. Throws what
 /// they throw; checks what they give.
 void useEverything() {
-    constexpr size_t kCount = 100'000;
+    constexpr size_t kCount = 600'000; // uploads that are too large to be staged
     Buffer<uint32_t> words(Backend::kCuda, "test/words"), sums(Backend::kCuda, "test/sums", kCount);
     std::vector<uint32_t> host(kCount);
     std::iota(host.rbegin(), host.rend(), 0u);
