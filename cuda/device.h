@@ -30,7 +30,7 @@ size_t availableBytes();
 void release(void* data) noexcept;
 
 /// Queues a copy from host to device memory; the host memory may be reused at once. A copy of more
-/// than 256 KiB waits for the work queued before.
+/// than 2 MiB waits for the work queued before.
 void upload(void* dst, const void* src, size_t bytes);
 
 /// Queues a copy within device memory.

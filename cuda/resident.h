@@ -52,14 +52,19 @@ public:
     /// The same for an array that differs from the one before in these ranges alone, ascending:
     /// copies them, or everything if the length is another.
     void setChanged(View<const T> host, const std::vector<ArrayRange>& ranges) {
-        if (copy_.backend() == Backend::kCpu || copy_.size() != host.count || isTaken_) {
+        const bool isCpu = copy_.backend() == Backend::kCpu;
+        if (view_.count != host.count || isTaken_) {
             set(host);
             return;
         }
+        if (isCpu)
+            view_ = host;
         constexpr size_t kGapBytes = 16 << 10;
         for (const ArrayRange& range : joinRanges(ranges, kGapBytes / sizeof(T))) {
             SDAG_ASSERT(range.first + range.count <= host.count);
             detail::countUpload(range.count * sizeof(T));
+            if (isCpu)
+                continue;
             detail::copyBytes(copy_.backend(), copy_.view().data + range.first, Backend::kCpu,
                               host.data + range.first, range.count * sizeof(T));
         }

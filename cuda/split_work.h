@@ -5,6 +5,7 @@
 #include "cuda/buffer.h"
 #include "cuda/parallel_for.h"
 #include "cuda/split_work_view.h"
+#include "cuda/warp.h"
 
 namespace shadowdag {
 
@@ -48,30 +49,30 @@ private:
 };
 
 #if defined(__CUDACC__)
-/// A warp takes 32 parts at a time, with a stride: only the device knows how many there are. Each
-/// lane asks about one of them; those that are wanted are done by all lanes together.
+/// A warp takes up to 32 parts at a time, fewer where not all warps would get some, with a stride:
+/// only the device knows how many there are. Each lane asks about one of them; those that are
+/// wanted are done by all lanes together.
 template <class Tag, class F> __global__ void sharePartsKernel(SplitWorkView work, F functor) {
     static_assert(std::is_same_v<Tag, CudaTag>);
-    constexpr unsigned kAll = 0xffffffffu;
-    const uint64_t groupCount = uint64_t(gridDim.x) * (blockDim.x / kGroupLanes);
-    const uint64_t partCount = work.partCount();
-    const uint64_t thread = blockIdx.x * uint64_t(blockDim.x) + threadIdx.x;
-    const uint32_t lane = threadIdx.x % kGroupLanes;
-    for (uint64_t first = thread / kGroupLanes * kGroupLanes; first < partCount;
-         first += groupCount * kGroupLanes) {
+    const uint64_t warpCount = uint64_t(gridDim.x) * (blockDim.x / kGroupLanes);
+    const uint64_t partCount = work.partCount(), share = (partCount + warpCount - 1) / warpCount;
+    const uint64_t step = share < kGroupLanes ? share : kGroupLanes;
+    for (uint64_t first = warpOfGrid() * step; first < partCount; first += warpCount * step) {
+        const uint64_t asked = first + laneOfWarp();
         uint32_t index = 0, part = 0;
         bool isWanted = false;
-        if (first + lane < partCount) {
-            const SplitItem item = work.itemOf(first + lane);
+        if (laneOfWarp() < step && asked < partCount) {
+            const SplitItem item = work.itemOf(asked);
             index = item.index;
-            part = uint32_t(first + lane - item.firstPart);
+            part = uint32_t(asked - item.firstPart);
             isWanted = functor.wants(item, part);
         }
-        for (uint32_t wanted = __ballot_sync(kAll, isWanted); wanted != 0; wanted &= wanted - 1) {
-            const int of = __ffs(int(wanted)) - 1;
-            const uint32_t itsIndex = __shfl_sync(kAll, index, of),
-                           itsPart = __shfl_sync(kAll, part, of);
-            functor(work.items[itsIndex], itsPart, lane);
+        for (uint32_t wanted = __ballot_sync(kAllLanes, isWanted); wanted != 0;
+             wanted &= wanted - 1) {
+            const int lane = __ffs(int(wanted)) - 1;
+            const uint32_t itsIndex = __shfl_sync(kAllLanes, index, lane),
+                           itsPart = __shfl_sync(kAllLanes, part, lane);
+            functor(work.items[itsIndex], itsPart, laneOfWarp());
         }
     }
 }

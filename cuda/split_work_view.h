@@ -53,10 +53,6 @@ struct SplitWorkView {
         atomicAddRelaxed(&taken[1], 1);
         return false;
     }
-    SDAG_HD bool add(uint32_t a, uint32_t b, uint32_t partCount) const {
-        uint32_t ignored;
-        return add(a, b, partCount, ignored);
-    }
     /// Return the number of items and of parts in the list. For passes after the one that adds.
     SDAG_HD size_t itemCount() const {
         const size_t asked = size_t(taken[0] >> kPartBits);

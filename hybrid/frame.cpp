@@ -16,11 +16,11 @@ struct FrameRenderer::State : FrameState {
 FrameResult FrameRenderer::render(const Camera& camera, const CostModel& model,
                                   const FrameOptions& asked,
                                   const std::function<void()>& beforeStage) {
+    const auto start = std::chrono::steady_clock::now();
     State& state = *state_;
     const Backend backend = state.context.backend;
     const FrameOptions options = state.accept(asked);
     const auto current = state.device->makeCurrent();
-    const auto start = std::chrono::steady_clock::now();
     FrameResult result;
     StageTimes& stages = result.stages;
     stages.beforeStage = result.counting.beforeStage = beforeStage;

@@ -110,8 +110,8 @@ struct FrameResult {
     std::vector<PairServer> pairServer; ///< with recordPairs; per pair
     std::vector<MapRecord> maps;        ///< ascending light, then octave
     StageTimes stages;   ///< of the frame proper: without recording, truth, host copies for reports
-    double wallMs = 0.0; ///< from the call to the end of the last stage, by the wall clock: what
-                         ///< the stages do not count, as waits between them, is in it
+    double wallMs = 0.0; ///< from the call to the end of the last stage, by the wall clock, with
+                         ///< what no stage counts, such as waits between them
     StageTimes counting; ///< of the quantities that models count (kCountNames), read or not; with
                          ///< recordQuantities
     FrameCounts counts;

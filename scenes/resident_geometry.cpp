@@ -21,12 +21,16 @@ void ResidentGeometry::set(const TriangleView& triangles, const BatchView& batch
     batches_.set(batches.batches);
     batchTriangles_.set(batches.triangles);
     positions_.set(triangles.positions);
-    setMoved(triangles, batches, {});
+    setBoxes(batches);
 }
 
 void ResidentGeometry::setMoved(const TriangleView& triangles, const BatchView& batches,
                                 const std::vector<ArrayRange>& movedPositions) {
     positions_.setChanged(triangles.positions, movedPositions);
+    setBoxes(batches);
+}
+
+void ResidentGeometry::setBoxes(const BatchView& batches) {
     boxes_.set(batches.boxesWorld);
     bvhBoxes_.set(batches.bvh.boxes);
     bvhItems_.set(batches.bvh.items);

@@ -28,6 +28,8 @@ public:
     BatchView batches(const BatchView& host) const;
 
 private:
+    void setBoxes(const BatchView& batches);
+
     Resident<glm::vec3> positions_;
     Resident<glm::uvec3> triangles_;
     Resident<uint32_t> triangleCut_;

@@ -221,7 +221,7 @@ struct CountDrawsOfFace;
 struct CountDraws {
     CullView cull;
     View<const uint32_t> firstReached;
-    View<BatchDraw> reached;
+    View<BatchDraw> reached; ///< as ListReached leaves it: of no face
     View<uint32_t> isDrawn;  ///< by entry of reached, and one more; 0 before
     View<CullCounts> counts; ///< written by CountReached; the rest is filled in
 

@@ -200,17 +200,17 @@ struct ClearPages {
 
 /// The same by four texels.
 struct ClearTexels {
-    struct alignas(16) Four {
+    struct alignas(16) TexelQuad {
         uint32_t texels[4];
     };
     ClearPages work;
 
-    SDAG_HD uint32_t foursLog2() const { return 2 * work.pageTexelsLog2 - 2; }
-    size_t itemCount() const { return work.freshEntries.count << foursLog2(); }
+    SDAG_HD uint32_t quadsLog2() const { return 2 * work.pageTexelsLog2 - 2; }
+    size_t itemCount() const { return work.freshEntries.count << quadsLog2(); }
     SDAG_HD void operator()(size_t i) const {
-        const size_t page = work.pageTable[work.freshEntries[i >> foursLog2()]];
-        const size_t four = (page << foursLog2()) + (i & ((size_t(1) << foursLog2()) - 1));
-        reinterpret_cast<Four*>(work.pool.data)[four] = Four{};
+        const size_t page = work.pageTable[work.freshEntries[i >> quadsLog2()]];
+        const size_t quad = (page << quadsLog2()) + (i & ((size_t(1) << quadsLog2()) - 1));
+        reinterpret_cast<TexelQuad*>(work.pool.data)[quad] = TexelQuad{};
     }
 };
 inline ClearTexels ClearPages::shortItems() const {

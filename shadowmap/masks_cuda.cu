@@ -9,6 +9,8 @@ namespace shadowdag {
 
 namespace {
 
+static_assert(kBvhWidth == kGroupLanes); // a lane a child
+
 /// traverseFrom, by all lanes of a warp: they test the children of a box together.
 /// hit(first, bits): boxes `first` + lane of level 0 are accepted where bit `lane` is set; called
 /// in ascending order, by all lanes.

@@ -42,6 +42,8 @@ struct FaceTriangle {
     float wNear;            ///< greater 1/z are nearer than the near plane
     int32_t x0, x1, y0, y1; ///< texels whose centres can lie inside, clipped to the face
 };
+static_assert(sizeof(FaceTriangle) ==
+              152); // half a million wait for memory in a list of large ones
 
 /// Returns the first and last texel whose centres lie in face coordinates [lo, hi], clipped to the
 /// face; empty when first > last. A millionth of a texel is added on both sides for rounding.
@@ -388,28 +390,29 @@ struct TexelRect {
     int32_t x0, y0, x1, y1;
 };
 
-/// What the edges of a triangle say of all texels of a rectangle.
-struct EdgeBounds {
-    bool isOutside; ///< no texel is inside
-    uint32_t open;  ///< bit k: edge k has to be asked texel by texel; all are inside of the others
+/// Trivial rejection and acceptance of a rectangle of texels. Source: Abrash, Rasterization on
+/// Larrabee, 2009.
+struct TileCoverage {
+    bool isRejected;       ///< all texels are outside of an edge
+    uint32_t partialEdges; ///< bit k: edge k is tested texel by texel; all are inside of the others
 };
 
-/// Returns the bounds. An edge function is rounded alike for all texels and each operation is
+/// Returns the coverage. An edge function is rounded alike for all texels and each operation is
 /// monotone, so its values at the corners of the rectangle bound the others, exactly as they are
 /// computed.
-SDAG_HD inline EdgeBounds boundEdges(const FaceTriangle& t, const TexelRect& rect, int32_t n) {
+SDAG_HD inline TileCoverage coverTile(const FaceTriangle& t, const TexelRect& rect, int32_t n) {
     const double left = double(2 * rect.x0 + 1 - n), right = double(2 * rect.x1 + 1 - n),
                  top = double(2 * rect.y0 + 1 - n), bottom = double(2 * rect.y1 + 1 - n);
-    EdgeBounds bounds{false, 0};
+    TileCoverage tile{false, 0};
     for (int k = 0; k < 3; ++k) {
         const double a = t.ey[k] * top, b = t.ey[k] * bottom, c = t.ex[k] * left,
                      d = t.ex[k] * right;
-        bounds.isOutside |= glm::max(c, d) + (glm::max(a, b) + t.e0[k]) < -t.tolerance[k];
-        // Not >=: a function that is no number is asked.
+        tile.isRejected |= glm::max(c, d) + (glm::max(a, b) + t.e0[k]) < -t.tolerance[k];
+        // Not <: an edge function that is not a number is tested.
         if (!(glm::min(c, d) + (glm::min(a, b) + t.e0[k]) >= -t.tolerance[k]))
-            bounds.open |= 1u << k;
+            tile.partialEdges |= 1u << k;
     }
-    return bounds;
+    return tile;
 }
 
 /// Draws a lane's share of one page of a triangle that RasterizeTriangle put on the list: of every
@@ -426,7 +429,7 @@ struct RasterizeLargeTriangle {
         const ShadowMapInfo& map = view.maps[view.draws[item.a].map];
         const TexelRect rect = rectOf(t, part);
         return pageAt(map, item.b & 7u, rect) != kNoPage &&
-               !boundEdges(t, rect, int32_t(map.faceTexels)).isOutside;
+               !coverTile(t, rect, int32_t(map.faceTexels)).isRejected;
     }
     SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
         const BatchDraw draw = view.draws[item.a];
@@ -463,12 +466,12 @@ private:
     template <class Surface>
     SDAG_HD void cover(const FaceTriangle& t, const Surface& surface, const TexelRect& rect,
                        int32_t n, size_t pageStart, uint32_t lane) const {
-        const uint32_t log2 = view.pageTexelsLog2, open = boundEdges(t, rect, n).open;
+        const uint32_t log2 = view.pageTexelsLog2, partial = coverTile(t, rect, n).partialEdges;
         const int32_t inPage = (1 << log2) - 1;
         const int32_t columns = glm::min(1 << log2, int32_t(kGroupLanes)),
                       rows = int32_t(kGroupLanes) / columns;
         const auto isIn = [&](int k, double X, double Y) {
-            return !(open >> k & 1u) || t.ex[k] * X + (t.ey[k] * Y + t.e0[k]) >= -t.tolerance[k];
+            return !(partial >> k & 1u) || t.ex[k] * X + (t.ey[k] * Y + t.e0[k]) >= -t.tolerance[k];
         };
         for (int32_t y = rect.y0 + int32_t(lane) / columns; y <= rect.y1; y += rows) {
             const double Y = double(2 * y + 1 - n), rw = t.wy * Y + t.w0;

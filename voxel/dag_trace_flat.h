@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Occlusion of a segment by voxels on a GPU, whose lanes share each instruction: every step of the
-// traversal does the same, whether the node is an inner one, a leaf or an octant of a leaf, so
-// lanes at different depths do not wait for each other. The predicate of dag_trace.h, in every bit:
-// a traversal may visit in any order, and every plane's time is the same fused multiply-add of the
-// same exact numbers.
-// Sources: Laine, Karras, Efficient Sparse Voxel Octrees, I3D 2010 (the stack with a word of
-// levels); Aila, Laine, Understanding the Efficiency of Ray Traversal on GPUs, HPG 2009 (why lanes
-// wait).
+// Occlusion of a segment by voxels for a GPU, whose lanes share each instruction (CPUs without AVX2
+// use it as well, where its speed was not measured): every step of the traversal does the same,
+// whether the node is an inner one, a leaf or an octant of a leaf, so lanes at different depths do
+// not wait for each other. The predicate of dag_trace.h, in every bit: a traversal may visit in any
+// order, and every plane's time is the same fused multiply-add of the same exact numbers. Sources:
+// Laine, Karras, Efficient Sparse Voxel Octrees, I3D 2010 (the stack with a word of levels); Aila,
+// Laine, Understanding the Efficiency of Ray Traversal on GPUs, HPG 2009 (why lanes wait).
 #pragma once
 
 #include "voxel/dag.h"
@@ -15,6 +14,8 @@
 #include <bit>
 
 namespace shadowdag::detail {
+
+static_assert(kMaxResolutionLog2 <= 22); // floatOfSmall takes coordinates of cells and their ends
 
 /// Returns x as a float without the conversion instruction, of which a GPU does an eighth as many.
 /// @param x below 2^23
@@ -93,10 +94,10 @@ SDAG_HD inline bool meetsVoxel(const uint32_t* words, uint32_t rootAddress, uint
     Entry stack[kMaxResolutionLog2 + 1];
     uint32_t levels = 0, level = rootLevel, address = rootAddress;
     portable::Corner corner;
-    uint32_t low = 0, high = 0; // voxels of the leaf on the path
-    uint32_t mask = words[address];
+    uint32_t low = 0, high = 0;             // voxels of the leaf on the path
+    uint32_t mask = words[address] & 0xffu; // above them may stand coverage (dag_lod.h)
     if (level == kLeafLog2) {
-        low = mask;
+        low = words[address];
         high = words[address + 1];
         mask = bytesInUse(low) | bytesInUse(high) << 4;
     }
@@ -120,9 +121,9 @@ SDAG_HD inline bool meetsVoxel(const uint32_t* words, uint32_t rootAddress, uint
             childMask = (c < 4 ? low : high) >> (8 * (c & 3)) & 0xffu;
         } else {
             childAddress = words[address + 1 + bitCount32(mask & ((1u << c) - 1))];
-            childMask = words[childAddress];
+            childMask = words[childAddress] & 0xffu;
             if (level == kLeafLog2 + 1) {
-                low = childMask;
+                low = words[childAddress];
                 high = words[childAddress + 1];
                 childMask = bytesInUse(low) | bytesInUse(high) << 4;
             }

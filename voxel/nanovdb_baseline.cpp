@@ -7,14 +7,15 @@
 #include "voxel/nano_grid.h"
 #include "voxel/nano_trace_pass.h"
 
-#include <map>
+#include <optional>
+#include <utility>
 
 namespace shadowdag {
 
 struct NanoVdbBaseline::State {
     nanovdb::GridHandle<> handle;
     const TraceNano::Grid* grid = nullptr;
-    std::map<Backend, Buffer<uint8_t>> copies; ///< of the grid, on other backends
+    std::optional<Buffer<uint8_t>> onDevice; ///< the grid, once it was asked for there
 };
 
 NanoVdbBaseline::NanoVdbBaseline(const Dag& dag) : state_(std::make_unique<State>()) {
@@ -49,12 +50,13 @@ void NanoVdbBaseline::trace(Backend backend, View<const DagSegment> segments,
     SDAG_ASSERT(blocked.count >= segments.count);
     const TraceNano::Grid* grid = state_->grid;
     if (backend == Backend::kCuda) {
-        auto [at, isNew] = state_->copies.try_emplace(backend, Backend::kCuda, "NanoVDB grid");
-        if (isNew) {
+        if (!state_->onDevice) {
             const uint8_t* data = static_cast<const uint8_t*>(state_->handle.data());
-            at->second.upload({data, data + state_->handle.size()});
+            Buffer<uint8_t> copy(backend, "NanoVDB grid");
+            copy.upload({data, data + state_->handle.size()});
+            state_->onDevice = std::move(copy);
         }
-        grid = reinterpret_cast<const TraceNano::Grid*>(at->second.view().data);
+        grid = reinterpret_cast<const TraceNano::Grid*>(state_->onDevice->view().data);
     }
     runPass(backend, TraceNano{grid, segments, blocked});
 }

@@ -31,7 +31,8 @@ public:
                                   double* seconds = nullptr) const;
 
     /// Sets blocked[i] to 1 or 0 as occluded() does, by one item of a pass a segment: on the CPU's
-    /// threads, or queued on CUDA, where the first call copies the grid.
+    /// threads, or queued on CUDA, where the first call copies the grid. Not thread safe. Throws
+    /// Error kResource when there is no memory for the copy.
     /// @param segments,blocked live on `backend`; blocked: one byte a segment
     void trace(Backend backend, View<const DagSegment> segments, View<uint8_t> blocked) const;
 

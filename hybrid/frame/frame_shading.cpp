@@ -68,23 +68,23 @@ void countPairsOfMaps(const ShadeLists& lists, const std::vector<uint32_t>& reco
     }
 }
 
-/// Returns what the pairs of a frame need.
-PairNeeds needsOf(const DrawnMaps& maps, const std::vector<Light>& lights, const RayInputs& rays) {
+} // namespace
+
+PairNeeds needsOf(bool servesRays, bool servesMaps, const std::vector<Light>& lights,
+                  const RayInputs& rays) {
     PairNeeds needs;
-    needs.rays = maps.serves(ServedBy::kRays);
-    needs.maps = maps.serves(ServedBy::kMap);
+    needs.rays = servesRays;
+    needs.maps = servesMaps;
     needs.directional = std::any_of(lights.begin(), lights.end(),
                                     [](const Light& light) { return light.kind == Light::kSun; });
     const RayOptions& options = rays.options;
-    needs.ofRays.voxels = needs.rays && !options.believesNone();
+    needs.ofRays.voxels = servesRays && !options.believesNone();
     needs.ofRays.levels =
         needs.ofRays.voxels && (options.level != 0 || options.lod != LodRule::kFixed);
-    needs.ofRays.triangles = needs.rays && !options.believesAll();
-    needs.ofRays.movers = needs.rays && !rays.movers.isNearLight.empty();
+    needs.ofRays.triangles = servesRays && !options.believesAll();
+    needs.ofRays.movers = servesRays && !rays.movers.isNearLight.empty();
     return needs;
 }
-
-} // namespace
 
 ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClusters& clusters,
                                    const DrawnMaps& maps, const FrameOptions& options) {
@@ -120,7 +120,8 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
             moverTestCount_.view(),
             exactCount_.view(),
             {},
-            needsOf(maps, scene.world().lights(), inputs)};
+            needsOf(maps.serves(ServedBy::kRays), maps.serves(ServedBy::kMap),
+                    scene.world().lights(), inputs)};
 }
 
 void FrameShading::shade(const ShadeSamples& shading) {

@@ -8,6 +8,12 @@
 
 namespace shadowdag {
 
+/// Returns what the pairs of a frame may need.
+/// @param servesRays,servesMaps whether pairs are served by rays, and by maps
+/// @param rays what the frame's rays are traced through; on any backend, as only lengths are read
+PairNeeds needsOf(bool servesRays, bool servesMaps, const std::vector<Light>& lights,
+                  const RayInputs& rays);
+
 /// Shades the samples of a frame; lists and records its pairs.
 class FrameShading {
 public:

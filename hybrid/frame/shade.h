@@ -18,7 +18,7 @@ struct VisibilityInputs {
     ShadowMapBias bias;
 };
 
-/// What the pairs of a frame may need, as RayNeeds.
+/// What the pairs of a frame may need; kernels are compiled for it, as for RayNeeds.
 struct PairNeeds {
     bool rays = true;        ///< pairs are served by rays
     bool maps = true;        ///< pairs are served by maps

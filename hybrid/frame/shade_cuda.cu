@@ -12,36 +12,41 @@ namespace shadowdag {
 
 namespace {
 
-/// In the order in which they are tried; the last covers all.
-constexpr PairNeeds kKernels[] = {
-    // rays, maps, directional, {voxels, levels, triangles, movers}
-    {true, false, false, {true, false, false, false}},  // voxel rays of one level
-    {true, false, false, {true, false, false, true}},   // and what moves
-    {true, false, false, {false, false, true, false}},  // rays against triangles
-    {true, false, false, {false, false, true, true}},   // and what moves
-    {false, true, false, {false, false, false, false}}, // cube maps
-    {true, true, false, {true, false, false, true}},    // both, by voxels of one level
-    {true, true, false, {false, false, true, true}},    // both, by triangles
-    {},
+/// A kernel: what its pairs may need, and how many of its blocks a multiprocessor shall hold at
+/// least, which limits its registers. Other numbers were slower (tests/bench/results/gpu.json has
+/// the chosen).
+struct ShadeKernel {
+    PairNeeds needs;
+    int leastBlocks;
 };
 
-/// Blocks that a multiprocessor shall hold at least: what limits a kernel's registers.
-constexpr int kLeastBlocks[] = {8, 4, 5, 4, 8, 3, 4, 2};
-static_assert(std::size(kLeastBlocks) == std::size(kKernels));
+/// In the order in which they are tried. The last covers all: lights that are directional, levels
+/// of detail, and voxels of which some are believed.
+constexpr ShadeKernel kKernels[] = {
+    // {rays, maps, directional, {voxels, levels, triangles, movers}}
+    {{true, false, false, {true, false, false, false}}, 8},  // voxel rays of one level
+    {{true, false, false, {true, false, false, true}}, 4},   // and what moves
+    {{true, false, false, {false, false, true, false}}, 5},  // rays against triangles
+    {{true, false, false, {false, false, true, true}}, 4},   // and what moves
+    {{false, true, false, {false, false, false, false}}, 8}, // cube maps
+    {{true, true, false, {true, false, false, true}}, 3},    // both, by voxels of one level
+    {{true, true, false, {false, false, true, true}}, 4},    // both, by triangles
+    {{}, 2},
+};
 
 // nvcc 13 does not compile kernels whose template arguments are structures.
 template <size_t kKernel>
-__global__ void __launch_bounds__(kBlockThreads, kLeastBlocks[kKernel])
+__global__ void __launch_bounds__(kBlockThreads, kKernels[kKernel].leastBlocks)
     shadeKernel(ShadeSamples work) {
     const size_t i = blockIdx.x * size_t(blockDim.x) + threadIdx.x;
     if (i < work.clusters.samples.count)
-        work.shadeSample<kKernels[kKernel]>(i);
+        work.shadeSample<kKernels[kKernel].needs>(i);
 }
 
 template <size_t... kIndices>
 void launchCovering(const ShadeSamples& work, size_t blockCount, std::index_sequence<kIndices...>) {
     bool isLaunched = false;
-    (((!isLaunched && kKernels[kIndices].cover(work.needs))
+    (((!isLaunched && kKernels[kIndices].needs.cover(work.needs))
           ? (launch(shadeKernel<kIndices>, blockCount, work), isLaunched = true)
           : false),
      ...);

@@ -45,7 +45,8 @@ TEST_P(SplitWorkOf, GivesEveryLaneOfEveryPartOnceAndRefusesTheRest) {
     parallelFor<CpuTag>(
         kItems,
         [&](size_t i) {
-            isAdded[i] = list.add(uint32_t(i), uint32_t(i) + 5, partsOf(uint32_t(i)));
+            uint32_t index;
+            isAdded[i] = list.add(uint32_t(i), uint32_t(i) + 5, partsOf(uint32_t(i)), index);
         },
         1);
     const size_t added = size_t(std::count(isAdded.begin(), isAdded.end(), 1));
@@ -69,8 +70,9 @@ TEST_P(SplitWorkOf, GivesEveryLaneOfEveryPartOnceAndRefusesTheRest) {
     EXPECT_GE(work.capacity(), size_t(kItems) * (GetParam() > 0));
     const SplitWorkView next = work.begin();
     EXPECT_EQ(next.partCount(), 0u);
+    uint32_t index;
     for (uint32_t i = 0; i < kItems; ++i)
-        EXPECT_TRUE(next.add(i, 0, 1));
+        EXPECT_TRUE(next.add(i, 0, 1, index));
 }
 
 INSTANTIATE_TEST_SUITE_P(Capacities, SplitWorkOf,
@@ -79,9 +81,10 @@ INSTANTIATE_TEST_SUITE_P(Capacities, SplitWorkOf,
 TEST(SplitWork, CountsTheLargestListWithoutOverflow) {
     SplitWork work(Backend::kCpu, "test/split", kMaxSplitItems);
     const SplitWorkView list = work.begin();
+    uint32_t index;
     for (size_t i = 0; i < kMaxSplitItems; ++i)
-        ASSERT_TRUE(list.add(uint32_t(i), 0, kMaxSplitParts));
-    EXPECT_FALSE(list.add(0, 0, kMaxSplitParts));
+        ASSERT_TRUE(list.add(uint32_t(i), 0, kMaxSplitParts, index));
+    EXPECT_FALSE(list.add(0, 0, kMaxSplitParts, index));
     EXPECT_EQ(list.itemCount(), kMaxSplitItems);
     EXPECT_EQ(list.partCount(), uint64_t(kMaxSplitItems) * kMaxSplitParts);
     for (const uint64_t part :

@@ -113,18 +113,18 @@ def probe_provenance(program, folder):
 
 
 def joined(before, results):
-    """Returns the record with new results: a column of the table that was measured again is replaced, others stay."""
-    rows, provenance = [], []
+    """Returns the record with new results: what was measured again, by column, instructions and threads, is replaced."""
+    def place(row):
+        return column(row), row["isa"], row["threads"]
+    newer = {place(row) for row in results["rows"]}
+    kept = [(row, before) for row in before["rows"] if place(row) not in newer] + [(row, results) for row in results["rows"]]
     columns = list(dict.fromkeys(column(row) for result in (before, results) for row in result["rows"]))
-    newest = {column(row): result for result in (before, results) for row in result["rows"]}
-    for heading in columns:
-        result = newest[heading]
-        for row in result["rows"]:
-            if column(row) == heading:
-                program = result["provenance"][row["program"]]
-                if program not in provenance:
-                    provenance.append(program)
-                rows.append({**row, "program": provenance.index(program)})
+    rows, provenance = [], []
+    for row, result in sorted(kept, key=lambda one: columns.index(column(one[0]))):  # the reference stays the first
+        program = result["provenance"][row["program"]]
+        if program not in provenance:
+            provenance.append(program)
+        rows.append({**row, "program": provenance.index(program)})
     isas = {f'{row["backend"]} {row["isa"]}' for row in rows}
     return {"provenance": provenance, "left_out": sorted({*before["left_out"], *results["left_out"]} - isas), "rows": rows}
 
@@ -140,6 +140,8 @@ def main():
     scenes = SCENES[:2] if arguments.quick else SCENES
     threads = (1, 3) if arguments.quick else tuple(map(int, arguments.threads.split(",")))
     isas = tuple(arguments.isas.split(","))
+    if arguments.quick and arguments.threads != ",".join(map(str, THREADS)):
+        parser.error("--quick has threads of its own; drop --threads")
     if not set(isas) <= set(ISAS):
         parser.error(f"--isas {arguments.isas}: use some of {', '.join(ISAS)}")
     rows, left_out, provenances = [], [], []

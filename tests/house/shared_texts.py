@@ -19,7 +19,7 @@ NUMBER = re.compile(r"(?<![\w.])(?:0[xX][0-9a-fA-F]+|\d+\.?\d*(?:[eE][-+]?\d+)?|
 PLAIN = re.compile(r"\d{1,3}|\d{1,3}\.[05]?|0[xX][fF]{2,4}|\.5")
 NAME = re.compile(r"\bk[A-Z]\w*")
 SHADER_CONSTANT = re.compile(r"\b(k[A-Z]\w*)\s*=\s*([^,;]+)")
-VECTOR = re.compile(r"\b(?:SDAG_EXACT |precise )?[diu]?vec[234] (\w+)\s*[=;,)]")
+VECTOR = re.compile(r"\b[diu]?vec[234] (\w+(?:\s*,\s*\w+)*)\s*[=;)]")
 FUNCTION = re.compile(r"^(?:SDAG_LEAF |SDAG_HD |inline |static |constexpr |template <[^>]*> )*"
                       r"(?:glm::)?[A-Za-z_]\w*(?:::\w+)?[&*]? (\w+)\([^;{]*\)\s*(?:const\s*)?\{", re.M)
 # The same on both sides of a buffer, not a copy: shaders read what C++ keeps in views, textures or other structs.
@@ -54,8 +54,9 @@ def written_by_index(path, text):
     """Returns the violations of a text in which a component of a vector is written by an index."""
     violations, vectors = [], set()
     for number, line in enumerate(COMMENT.sub(lambda m: "\n" * m[0].count("\n"), text).splitlines(), 1):
-        vectors.update(VECTOR.findall(line))
-        for name in re.findall(r"(?<![\w.])(\w+)\[[A-Za-z]\w*\]\s*[-+*/]?=(?!=)", line):
+        for names in VECTOR.findall(line):
+            vectors.update(re.split(r"\s*,\s*", names))
+        for name in re.findall(r"(\w+)\[(?!\d+u?\])[^\]]+\]\s*[-+*/]?=(?!=)", line):
             if name in vectors:
                 violations.append(f"{path}:{number}: {name} is a vector, and a component is written by an index; write the components")
     return violations
@@ -138,13 +139,15 @@ def self_test():
         "i.glsl": ("const uint kNothing = 0xffffffffu;\nfloat f() { return 0.99; }\n", ["number 0xffffffffu", "number 0.99"]),
         "j.frag": ("void main() {\n    dvec3 p[3];\n    vec3 w = vec3(1.0);\n    for (int i = 0; i < 3; ++i) {\n        p[i] = q;\n"
                    "        w[i] = 2.0;\n        w[0] += w[i];\n    }\n}\n", ["j.frag:6: w is a vector"]),
+        "k.glsl": ("struct Slabs {\n    vec3 inv, cNear;\n};\nvoid set(inout Slabs r) {\n    r.cNear[2 + 0 * a] = 1.0;\n}\n",
+                   ["k.glsl:5: cNear is a vector"]),
     }
     with tempfile.TemporaryDirectory() as folder:
         root = pathlib.Path(folder)
         for name, (text, _) in planted.items():
             (root / name).write_text(text)
         violations, checked = check(root)
-        expect(checked == 9, f"{checked} files seen")
+        expect(checked == 10, f"{checked} files seen")
         for name, (_, expected) in planted.items():
             found = [v for v in violations if v.startswith(f"{name}:")]
             expect(len(found) == len(expected) and all(e in f for e, f in zip(expected, found)),

@@ -2,7 +2,7 @@
 // Whole frames of a small room with a blocker: effects of options and costs, and refusals.
 #include "hybrid/frame.h"
 
-#include "hybrid/frame/shade.h"
+#include "hybrid/frame/frame_shading.h"
 #include "tests/hybrid/blocker_stage.h"
 
 #include <gmock/gmock.h>
@@ -218,6 +218,33 @@ TEST(PairNeeds, CoverThoseThatNeedNoMore) {
         for (uint32_t asked = 0; asked < 128; ++asked)
             ASSERT_EQ(needsOf(code).cover(needsOf(asked)), (asked & ~code) == 0)
                 << code << " " << asked;
+}
+
+TEST(PairNeeds, AreThoseOfTheFrame) {
+    std::vector<Light> lights(2);
+    const uint8_t near[2] = {};
+    const RayInputs voxels{};
+    PairNeeds needs = needsOf(true, false, lights, voxels);
+    EXPECT_TRUE(needs.rays && !needs.maps && !needs.directional);
+    EXPECT_TRUE(needs.ofRays.voxels && !needs.ofRays.levels && !needs.ofRays.triangles &&
+                !needs.ofRays.movers);
+    RayInputs moving = voxels, level = voxels, followed = voxels, some = voxels, none = voxels;
+    moving.movers.isNearLight = {near, 2};
+    EXPECT_TRUE(needsOf(true, true, lights, moving).ofRays.movers);
+    EXPECT_TRUE(needsOf(true, true, lights, moving).maps);
+    EXPECT_FALSE(needsOf(false, true, lights, moving).ofRays.movers);
+    level.options.level = 1;
+    followed.options.lod = LodRule::kFootprint;
+    some.options.believe = 2.0f;
+    none.options.believe = 0.0f;
+    EXPECT_TRUE(needsOf(true, false, lights, level).ofRays.levels);
+    EXPECT_TRUE(needsOf(true, false, lights, followed).ofRays.levels);
+    needs = needsOf(true, false, lights, some);
+    EXPECT_TRUE(needs.ofRays.voxels && needs.ofRays.triangles);
+    needs = needsOf(true, false, lights, none);
+    EXPECT_TRUE(!needs.ofRays.voxels && needs.ofRays.triangles);
+    lights[1].kind = Light::kSun;
+    EXPECT_TRUE(needsOf(false, true, lights, voxels).directional);
 }
 
 } // namespace shadowdag::test

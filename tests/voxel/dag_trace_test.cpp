@@ -3,6 +3,7 @@
 
 #include "tests/voxel/exact_geometry.h"
 #include "tests/voxel/voxel_sets.h"
+#include "voxel/dag_lod.h"
 #include "voxel/dag_trace_pass.h"
 #include "voxel/voxelize.h"
 
@@ -126,6 +127,7 @@ TEST(DagTrace, FlatTraversalEqualsTheCanonicalOneBitForBit) {
             const Dag dag = dagOf(randomGrid(log2, density, random));
             if (dag.empty())
                 continue;
+            const Dag covered = withCoverage(dag); // bits above the masks of children
             for (int i = 0; i < 3000; ++i) {
                 const DagSegment segment = awkwardSegment(float(1u << log2), random);
                 const RaySlabs slabs = makeRaySlabs(segment, segmentScale(dag.grid, segment));
@@ -135,6 +137,10 @@ TEST(DagTrace, FlatTraversalEqualsTheCanonicalOneBitForBit) {
                           expected)
                     << "seed " << kSeed << " log2 " << log2 << " density " << density << " ray "
                     << i;
+                ASSERT_EQ(detail::meetsVoxel(covered.words.data(), covered.rootAddress,
+                                             std::max(log2, kLeafLog2), slabs),
+                          expected)
+                    << "with coverage, seed " << kSeed << " log2 " << log2 << " ray " << i;
                 ++(expected ? hits : misses);
             }
         }

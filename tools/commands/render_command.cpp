@@ -132,14 +132,30 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     Experiment experiment = options.common.experiment(commandLine, false);
     takeGlDefaults(experiment, options.global.backend, commandLine);
     options.method.check(commandLine, experiment, methodNames(), console);
+    if (commandLine.given("--route-margin")) {
+        if (!methodOf(options.method.method).needs().routing)
+            throw Error(ErrorKind::kUsage, "--route-margin is for hybrid, not for '" +
+                                               options.method.method + "'; drop it");
+        if (!options.method.variant.empty() &&
+            parseVariant("--variant", options.method.variant).routeMargin)
+            throw Error(ErrorKind::kUsage, "--route-margin and --variant '" +
+                                               options.method.variant +
+                                               "' contradict each other: the name sets it; drop "
+                                               "one of them");
+        if (experiment.frames.size() < 2)
+            throw Error(ErrorKind::kUsage,
+                        "--route-margin is for sequences of frames; name several with "
+                        "--frames, or drop it");
+    }
     if (commandLine.given("--laps")) {
         const int laps = int(parseInteger("--laps", options.laps, 1, 1000));
-        for (const char* option :
-             {"--output", "--per-light", "--float", "--exposure", "--truth", "--views"})
-            if (commandLine.given(option))
-                throw Error(ErrorKind::kUsage, std::string(option) +
-                                                   " and --laps contradict each other: no picture "
-                                                   "is written; drop one of them");
+        for (const char* option : {"--output", "--per-light", "--float", "--exposure", "--truth",
+                                   "--views", "--start", "--time"})
+            if (commandLine.declares(option) && commandLine.given(option))
+                throw Error(ErrorKind::kUsage,
+                            std::string(option) +
+                                " and --laps contradict each other: frames follow --frames "
+                                "as one sequence, and no picture is written; drop one of them");
         const Backend backend = options.global.apply(console, true);
         followGlPages(experiment, backend, commandLine);
         refuseOnGl(experiment, backend, options.method.variant);
@@ -169,21 +185,6 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     if (options.truth && methodOf(options.method.method).isTruth())
         throw Error(ErrorKind::kUsage,
                     "--truth is for methods that can be wrong, not for 'truth'; drop it");
-    if (commandLine.given("--route-margin")) {
-        if (!methodOf(options.method.method).needs().routing)
-            throw Error(ErrorKind::kUsage, "--route-margin is for hybrid, not for '" +
-                                               options.method.method + "'; drop it");
-        if (!options.method.variant.empty() &&
-            parseVariant("--variant", options.method.variant).routeMargin)
-            throw Error(ErrorKind::kUsage, "--route-margin and --variant '" +
-                                               options.method.variant +
-                                               "' contradict each other: the name sets it; drop "
-                                               "one of them");
-        if (experiment.frames.size() < 2)
-            throw Error(ErrorKind::kUsage,
-                        "--route-margin is for sequences of frames; name several with "
-                        "--frames, or drop it");
-    }
     checkWritable(options.output);
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);

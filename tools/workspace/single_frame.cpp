@@ -8,6 +8,7 @@
 #include "tools/settings/variants.h"
 
 #include <algorithm>
+#include <chrono>
 
 namespace shadowdag {
 
@@ -169,17 +170,21 @@ FrameResult SingleFrames::renderNext(float timeSeconds, uint32_t frame) {
                                            " are no sequence that can be timed; choose another");
     frame_ = frame;
     judge_->forget();
+    answers_ = {}; // nothing was recorded
     FrameRenderer& renderer = workspace_->renderer(run_);
     FrameOptions options = run_.frame;
     options.recordPairs = options.recordQuantities = false;
+    const auto start = std::chrono::steady_clock::now();
     workspace_->advance(timeSeconds);
+    const double updateMs =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     const FollowTimes& update = workspace_->followTimes(workspace_->voxelsOf(run_));
     FrameResult result = renderer.render(workspace_->camera(), *model_, options);
     const auto add = [&result](const StageTimes& times) {
         for (const auto& [name, timeMs] : times.stagesMs)
             result.stages.add(name, timeMs);
-        result.wallMs += times.totalMs();
     };
+    result.wallMs += updateMs;
     add(update.stages);
     if (run_.frame.maps.lodTexels > 0.0f)
         add(update.ofLevels);

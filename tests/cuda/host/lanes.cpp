@@ -7,13 +7,13 @@
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
+#include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <numeric>
 #include <pthread.h>
-#include <setjmp.h>
 #include <sys/mman.h>
 #include <thread>
 #include <ucontext.h>
@@ -49,7 +49,7 @@ struct Fiber {
     void* stack = nullptr; ///< none: a thread's own
     size_t stackBytes = 0;
     bool isUsed = false;
-    jmp_buf place; ///< where it goes on, once it has begun
+    std::jmp_buf place; ///< where it goes on, once it has begun
     bool hasBegun = false;
 #if defined(SDAG_FIBERS_ASAN)
     void* fakeStack = nullptr;
