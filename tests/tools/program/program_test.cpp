@@ -490,8 +490,9 @@ TEST(Program, RenderTimesTheLastOfSeveralLapsAndWritesNothing) {
             EXPECT_GE(row["wall_ms"].get<double>() * 1.01 + 0.05, row["time_ms"].get<double>());
         }
         // Maps of what stands still were drawn in the first lap; movers' are drawn anew.
-        if (std::string(method) == "maps")
+        if (std::string(method) == "maps") {
             EXPECT_GT(json["frames"][0]["kept_map_count"].get<int>(), 0);
+        }
         EXPECT_GT(json["stages_ms"]["shading"].get<double>(), 0.0);
     }
     for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
