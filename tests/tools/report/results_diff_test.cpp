@@ -45,7 +45,7 @@ TEST(ResultsDiff, EveryCommittedResultEqualsItself) {
         // What neither compare nor study, validate or bench wrote.
         if (name.starts_with("calibration") || name.starts_with("determinism") ||
             name.starts_with("faults") || name.starts_with("filters") ||
-            name.starts_with("fuzzing") || name.starts_with("layouts") ||
+            name.starts_with("fuzzing") || name.starts_with("gpu") || name.starts_with("layouts") ||
             name.starts_with("regret") || name.starts_with("tracers")) {
             EXPECT_THAT(refusalOf(results, results), HasSubstr("is no result of compare"));
             continue;
