@@ -49,19 +49,18 @@ private:
 };
 
 #if defined(__CUDACC__)
-/// A warp takes up to 32 parts at a time, fewer where not all warps would get some, with a stride:
-/// only the device knows how many there are. Each lane asks about one of them; those that are
-/// wanted are done by all lanes together.
+/// A warp takes up to 32 parts at a time, far apart from each other, so that no warp gets only
+/// parts of a triangle that fills them all: only the device knows how many there are. Each lane
+/// asks about one of them; those that are wanted are done by all lanes together.
 template <class Tag, class F> __global__ void sharePartsKernel(SplitWorkView work, F functor) {
     static_assert(std::is_same_v<Tag, CudaTag>);
     const uint64_t warpCount = uint64_t(gridDim.x) * (blockDim.x / kGroupLanes);
-    const uint64_t partCount = work.partCount(), share = (partCount + warpCount - 1) / warpCount;
-    const uint64_t step = share < kGroupLanes ? share : kGroupLanes;
-    for (uint64_t first = warpOfGrid() * step; first < partCount; first += warpCount * step) {
-        const uint64_t asked = first + laneOfWarp();
+    const uint64_t partCount = work.partCount();
+    for (uint64_t first = warpOfGrid(); first < partCount; first += warpCount * kGroupLanes) {
+        const uint64_t asked = first + laneOfWarp() * warpCount;
         uint32_t index = 0, part = 0;
         bool isWanted = false;
-        if (laneOfWarp() < step && asked < partCount) {
+        if (asked < partCount) {
             const SplitItem item = work.itemOf(asked);
             index = item.index;
             part = uint32_t(asked - item.firstPart);

@@ -34,5 +34,44 @@ __device__ inline uint32_t sumOfWarp(uint32_t value) {
     return value;
 }
 
+/// Returns the greatest value of the lanes of a warp, in all of them; all lanes call it.
+__device__ inline uint32_t greatestOfWarp(uint32_t value) {
+    for (unsigned apart = kGroupLanes / 2; apart > 0; apart /= 2) {
+        const uint32_t other = __shfl_xor_sync(kAllLanes, value, int(apart));
+        value = other > value ? other : value;
+    }
+    return value;
+}
+
+/// Returns the sum over this lane and those before it; all lanes of a warp call it.
+__device__ inline uint32_t sumUpToLane(uint32_t value) {
+    for (unsigned apart = 1; apart < kGroupLanes; apart *= 2) {
+        const uint32_t before =
+            __shfl_sync(kAllLanes, value, int((laneOfWarp() - apart) % kGroupLanes));
+        value += laneOfWarp() >= apart ? before : 0;
+    }
+    return value;
+}
+
+/// Sorts `count` numbers, ascending, in place; all lanes of a warp call it, and see the result.
+/// Source: Batcher, Sorting Networks and Their Applications, AFIPS 1968 (odd-even merge sort).
+__device__ inline void sortByWarp(uint32_t* list, uint32_t count) {
+    __syncwarp();
+    for (uint32_t run = 1; run < count; run *= 2) // lists that are merged
+        for (uint32_t apart = run; apart > 0; apart /= 2) {
+            const uint32_t begin = apart == run ? 0 : apart;
+            for (uint32_t i = begin + laneOfWarp(); i + apart < count; i += kGroupLanes) {
+                const bool isCompared = (i - begin) / apart % 2 == 0 &&
+                                        i / (2 * run) == (i + apart) / (2 * run);
+                if (isCompared && list[i] > list[i + apart]) {
+                    const uint32_t greater = list[i];
+                    list[i] = list[i + apart];
+                    list[i + apart] = greater;
+                }
+            }
+            __syncwarp();
+        }
+}
+
 } // namespace shadowdag
 #endif

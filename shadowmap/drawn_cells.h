@@ -16,6 +16,7 @@
 // place of a moved batch release their memory (kept_pages.h) and (5) pages with new memory reset V.
 #pragma once
 
+#include "cuda/pass.h"
 #include "shadowmap/kept_pages.h"
 
 namespace shadowdag {
@@ -66,6 +67,22 @@ SDAG_HD inline CellRect cellsOfPage(const ShadowMapInfo& map, uint32_t x, uint32
             cellOf(last(y))};
 }
 
+/// A page of a map: its face, and its cells.
+struct PageOfMap {
+    uint32_t face;
+    CellRect cells;
+
+    /// @param entry of the page table
+    SDAG_HD PageOfMap(const ShadowMapInfo& map, uint32_t entry, uint32_t pageTexelsLog2) {
+        const uint32_t inMap = entry - map.pageTableStart;
+        face = inMap / map.facePages / map.facePages;
+        cells = cellsOfPage(map, inMap % map.facePages, inMap / map.facePages % map.facePages,
+                            pageTexelsLog2);
+    }
+};
+
+struct ResetRow;
+
 /// Resets the drawn depth of the cells of fresh page i.
 struct ResetCells {
     View<const ShadowMapInfo> maps;
@@ -74,19 +91,35 @@ struct ResetCells {
     uint32_t pageTexelsLog2;
 
     size_t itemCount() const { return freshEntries.count; }
-    SDAG_HD void operator()(size_t i) const {
+    SDAG_HD void operator()(size_t i) const { reset(i, 0, kProjectionMapSize); }
+    /// A page may have a thousand cells: CUDA processes them row by row.
+    ResetRow shortItems() const;
+    /// Resets the cells of rows [row, rowEnd) of those that fresh page i has.
+    SDAG_HD void reset(size_t i, uint32_t row, uint32_t rowEnd) const {
         const uint32_t entry = freshEntries[i];
         const uint32_t mapIndex = mapOfWord(maps, entry / 32);
-        const ShadowMapInfo& map = maps[mapIndex];
-        const uint32_t inMap = entry - map.pageTableStart;
-        const uint32_t x = inMap % map.facePages, y = inMap / map.facePages % map.facePages;
-        const uint32_t face = inMap / map.facePages / map.facePages;
-        const CellRect cells = cellsOfPage(map, x, y, pageTexelsLog2);
-        for (uint32_t v = cells.v0; v <= cells.v1; ++v)
-            for (uint32_t u = cells.u0; u <= cells.u1; ++u)
-                atomicMinRelaxed(&drawn.cells[cellIndex(drawn.slots[mapIndex], face, u, v)], 0u);
+        const PageOfMap page(maps[mapIndex], entry, pageTexelsLog2);
+        const uint32_t end = glm::min(page.cells.v0 + rowEnd, page.cells.v1 + 1);
+        for (uint32_t v = page.cells.v0 + row; v < end; ++v)
+            for (uint32_t u = page.cells.u0; u <= page.cells.u1; ++u)
+                atomicMinRelaxed(&drawn.cells[cellIndex(drawn.slots[mapIndex], page.face, u, v)],
+                                 0u);
     }
 };
+
+/// The same by row and page: lanes take neighbouring pages and one row.
+struct ResetRow {
+    ResetCells work;
+
+    size_t itemCount() const { return work.freshEntries.count * kProjectionMapSize; }
+    SDAG_HD void operator()(size_t i) const {
+        const uint32_t row = uint32_t(i / work.freshEntries.count);
+        work.reset(i % work.freshEntries.count, row, row + 1);
+    }
+};
+inline ResetRow ResetCells::shortItems() const {
+    return {*this};
+}
 
 /// Writes the needed depths of block i's cells, rounded up, and the greatest need of its cells,
 /// with and without those that are drawn.
@@ -171,12 +204,37 @@ struct LowerCells {
     }
 };
 
+/// Writes row i of the cells that are open, of all maps: bit u is set where cell u is needed deeper
+/// than it has been drawn.
+struct ListOpenCells {
+    View<const uint32_t> cells; ///< needed, rounded
+    DrawnView drawn;
+    View<uint32_t> openRows; ///< kProjectionWordsPerMap a map
+
+    size_t itemCount() const { return openRows.count; }
+    size_t grain() const { return 256; }
+    SDAG_HD void operator()(size_t i) const {
+        uint32_t row = 0;
+        for (uint32_t u = 0; u < kProjectionMapSize; ++u)
+            row |= uint32_t(isOpen(i, u)) << u;
+        openRows[i] = row;
+    }
+    SDAG_HD bool isOpen(size_t i, uint32_t u) const {
+        const size_t face = i / kProjectionMapSize;
+        const size_t inMap = i * kProjectionMapSize % kCellsPerMap + u;
+        return cells[i * kProjectionMapSize + u] >
+               drawn.cells[drawn.slots[face / kFaceCount] * size_t(kCellsPerMap) + inMap];
+    }
+};
+void launchPass(CudaTag, const ListOpenCells& work); ///< by warps
+
+struct ListOpenPage;
+
 /// Writes word i of the page table for the rasterizer: without the pages that are complete.
 struct ListOpenPages {
     View<const ShadowMapInfo> maps;
-    View<const uint32_t> cells; ///< needed, rounded
-    DrawnView drawn;
-    View<const uint32_t> marked; ///< bits: pages under moved batches; empty: none
+    View<const uint32_t> openRows; ///< of ListOpenCells
+    View<const uint32_t> marked;   ///< bits: pages under moved batches; empty: none
     View<const uint32_t> pageTable;
     View<uint32_t> openTable;
     uint32_t pageTexelsLog2;
@@ -185,31 +243,42 @@ struct ListOpenPages {
     size_t grain() const { return 64; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t mapIndex = mapOfWord(maps, i);
-        const ShadowMapInfo& map = maps[mapIndex];
-        const uint32_t markedBits = marked.empty() ? 0 : marked[i];
-        for (uint32_t bit = 0; bit < 32; ++bit) {
-            const uint32_t entry = uint32_t(i * 32 + bit);
-            const uint32_t page = pageTable[entry];
-            const bool isOpen =
-                page != kNoPage && ((markedBits >> bit & 1u) ||
-                                    hasOpenCell(mapIndex, map, entry - map.pageTableStart));
-            openTable[entry] = isOpen ? page : kNoPage;
-        }
+        for (uint32_t bit = 0; bit < 32; ++bit)
+            list(mapIndex, i * 32 + bit);
+    }
+    /// CUDA processes them entry by entry.
+    ListOpenPage shortItems() const;
+    SDAG_HD void list(uint32_t mapIndex, size_t entry) const {
+        const uint32_t page = pageTable[entry];
+        const bool isOpen = page != kNoPage &&
+                            ((!marked.empty() && (marked[entry / 32] >> entry % 32 & 1u)) ||
+                             hasOpenCell(mapIndex, uint32_t(entry)));
+        openTable[entry] = isOpen ? page : kNoPage;
     }
 
 private:
-    SDAG_HD bool hasOpenCell(uint32_t mapIndex, const ShadowMapInfo& map, uint32_t inMap) const {
-        const uint32_t x = inMap % map.facePages, y = inMap / map.facePages % map.facePages;
-        const uint32_t face = inMap / map.facePages / map.facePages;
-        const CellRect rect = cellsOfPage(map, x, y, pageTexelsLog2);
-        for (uint32_t v = rect.v0; v <= rect.v1; ++v)
-            for (uint32_t u = rect.u0; u <= rect.u1; ++u)
-                if (cells[cellIndex(mapIndex, face, u, v)] >
-                    drawn.cells[cellIndex(drawn.slots[mapIndex], face, u, v)])
-                    return true;
+    SDAG_HD bool hasOpenCell(uint32_t mapIndex, uint32_t entry) const {
+        const PageOfMap page(maps[mapIndex], entry, pageTexelsLog2);
+        const uint32_t columns = (~0u >> (31 - page.cells.u1)) & (~0u << page.cells.u0);
+        const uint32_t first =
+            mapIndex * kProjectionWordsPerMap + page.face * kProjectionMapSize;
+        for (uint32_t v = page.cells.v0; v <= page.cells.v1; ++v)
+            if (openRows[first + v] & columns)
+                return true;
         return false;
     }
 };
+
+/// The same by entry.
+struct ListOpenPage {
+    ListOpenPages work;
+
+    size_t itemCount() const { return work.openTable.count; }
+    SDAG_HD void operator()(size_t i) const { work.list(mapOfWord(work.maps, i / 32), i); }
+};
+inline ListOpenPage ListOpenPages::shortItems() const {
+    return {*this};
+}
 
 /// Raises the drawn depths of row i of all needed cells to the depths just drawn.
 struct RaiseDrawn {
@@ -218,19 +287,28 @@ struct RaiseDrawn {
 
     size_t itemCount() const { return cells.count / kProjectionMapSize; }
     SDAG_HD void operator()(size_t i) const {
-        const uint32_t face = uint32_t(i) / kProjectionMapSize;
-        const uint32_t slot = drawn.slots[face / kFaceCount];
-        const size_t from = i * kProjectionMapSize;
-        const size_t to = size_t(slot) * kCellsPerMap + from % kCellsPerMap;
         uint32_t greatest = 0;
-        for (uint32_t u = 0; u < kProjectionMapSize; ++u) {
-            const uint32_t need = cells[from + u];
-            greatest = glm::max(greatest, need);
-            drawn.cells[to + u] = glm::max(drawn.cells[to + u], need);
-        }
+        for (uint32_t u = 0; u < kProjectionMapSize; ++u)
+            greatest = glm::max(greatest, raise(i, u));
         if (greatest)
-            atomicMaxRelaxed(&drawn.depths[slot * kFaceCount + face % kFaceCount], greatest);
+            noteGreatest(i, greatest);
     }
+    /// Raises cell u of row i; returns the depth to which it is needed.
+    SDAG_HD uint32_t raise(size_t i, uint32_t u) const {
+        const size_t from = i * kProjectionMapSize + u;
+        uint32_t& cell = drawn.cells[slotOf(i) * size_t(kCellsPerMap) + from % kCellsPerMap];
+        cell = glm::max(cell, cells[from]);
+        return cells[from];
+    }
+    /// Raises the depth to which the face of row i was drawn.
+    SDAG_HD void noteGreatest(size_t i, uint32_t greatest) const {
+        const size_t face = i / kProjectionMapSize % kFaceCount;
+        atomicMaxRelaxed(&drawn.depths[slotOf(i) * kFaceCount + face], greatest);
+    }
+
+private:
+    SDAG_HD uint32_t slotOf(size_t i) const { return drawn.slots[i / kProjectionWordsPerMap]; }
 };
+void launchPass(CudaTag, const RaiseDrawn& work); ///< by warps
 
 } // namespace shadowdag

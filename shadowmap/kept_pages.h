@@ -24,6 +24,8 @@ SDAG_HD inline uint32_t mapOfWord(View<const ShadowMapInfo> maps, size_t word) {
     return first;
 }
 
+struct CarryPage;
+
 /// Writes word i of the page table: the entries of the same map before, or none.
 struct CarryPages {
     View<const ShadowMapInfo> maps;
@@ -34,12 +36,28 @@ struct CarryPages {
     size_t itemCount() const { return pageTable.count / 32; }
     SDAG_HD void operator()(size_t i) const {
         const uint32_t map = mapOfWord(maps, i);
-        const uint32_t start = startBefore[map];
-        const size_t inMap = i * 32 - maps[map].pageTableStart;
         for (uint32_t k = 0; k < 32; ++k)
-            pageTable[i * 32 + k] = start == kNoPage ? kNoPage : before[start + inMap + k];
+            carry(map, i * 32 + k);
+    }
+    /// CUDA processes them entry by entry.
+    CarryPage shortItems() const;
+    SDAG_HD void carry(uint32_t map, size_t entry) const {
+        const uint32_t start = startBefore[map];
+        pageTable[entry] =
+            start == kNoPage ? kNoPage : before[start + entry - maps[map].pageTableStart];
     }
 };
+
+/// The same by entry.
+struct CarryPage {
+    CarryPages work;
+
+    size_t itemCount() const { return work.pageTable.count; }
+    SDAG_HD void operator()(size_t i) const { work.carry(mapOfWord(work.maps, i / 32), i); }
+};
+inline CarryPage CarryPages::shortItems() const {
+    return {*this};
+}
 
 /// Marks the pages of map i / boxes.count into which the batch of box i % boxes.count may be drawn,
 /// or may have been drawn before it moved.

@@ -73,7 +73,7 @@ PageCache::PageCache(Backend backend, MapDrawer* drawer)
       freshEntries_(backend, "shadowmap fresh pages"), pool_(backend, "shadowmap page pool"),
       drawnCells_(backend, "shadowmap drawn cells"),
       drawnDepths_(backend, "shadowmap drawn depths"),
-      openBlocks_(backend, "shadowmap open blocks") {}
+      openBlocks_(backend, "shadowmap open blocks"), openRows_(backend, "shadowmap open cells") {}
 
 void PageCache::reset() {
     forget();
@@ -360,9 +360,12 @@ KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMas
                                ? kept_[requestCount_].info.pageTableStart
                                : pageTable_.size();
     openTable_.resize(requestCount_ > 0 ? entries : 0);
-    runPass(backend_,
-            ListOpenPages{maps, masks.cells, drawn(), std::as_const(marked_).view(),
-                          std::as_const(pageTable_).view(), openTable_.view(), pageTexelsLog2_});
+    openRows_.resize(masks.cells.count / kProjectionMapSize);
+    runPass(backend_, ListOpenCells{masks.cells, drawn(), openRows_.view()});
+    runPass(backend_, ListOpenPages{maps, std::as_const(openRows_).view(),
+                                    std::as_const(marked_).view(),
+                                    std::as_const(pageTable_).view(), openTable_.view(),
+                                    pageTexelsLog2_});
     return {std::as_const(drawnCells_).view(), slots_.view(), std::as_const(openBlocks_).view(),
             movedBits_.view()};
 }

@@ -7,7 +7,7 @@
 #include "shadowmap/page_mask.h"
 #include "shadowmap/rasterize.h"
 
-// page_mask.h, cell_depth.h; masks_cuda.cu has the kernels of those that are registered for the CPU
+// page_mask.h, cell_depth.h; cull_cuda.cu has the kernels of those that are registered for the CPU
 // alone
 SDAG_PASS(MarkReceiver)
 SDAG_PASS(CountPages)
@@ -34,9 +34,10 @@ SDAG_PASS(EmptySlots)
 SDAG_PASS(ResetCells)
 SDAG_PASS(PrepareBlock)
 SDAG_PASS(LowerCells)
+SDAG_CPU_PASS(ListOpenCells)
 SDAG_PASS(ListOpenPages)
-SDAG_PASS(RaiseDrawn)
+SDAG_CPU_PASS(RaiseDrawn)
 
-// rasterize.h
-SDAG_PASS(RasterizeTriangle)
+// rasterize.h; rasterize_cuda.cu has a kernel
+SDAG_CPU_PASS(RasterizeTriangle)
 SDAG_PASS(RasterizeLargeTriangle)

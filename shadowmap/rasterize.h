@@ -11,6 +11,7 @@
 #pragma once
 
 #include "cuda/atomics.h"
+#include "cuda/pass.h"
 #include "cuda/split_work_view.h"
 #include "scenes/batches.h"
 #include "shadowmap/cull.h"
@@ -102,16 +103,10 @@ SDAG_HD inline bool clippedBounds(const glm::dvec3& a, const glm::dvec3& b, cons
     return count > 0;
 }
 
-/// Returns whether a triangle can cover a texel of a face, and its setup.
-///
-/// Edges are evaluated homogeneously: the ray c = (u, v, 1) meets the cone of a, b, c when (a x
-/// b).c, (b x c).c and (c x a).c all have the sign of the determinant, whatever lies behind the
-/// light, so nothing is clipped. Products and differences round alike when a and b are exchanged,
-/// so two triangles see their common edge as the same number with opposite sign. Each edge takes
-/// its rounding (about 24 2^-53 |a| |b|) as inside: a ray that meets a triangle in exact arithmetic
-/// is never lost, at edges and at corners; the price is an overlap of about 1e-14 of a face.
+/// Returns whether a triangle can cover a texel of a face as far as its rectangle tells, which it
+/// writes to `t` with the range of 1/z; the rest of `t` is for setUpEdges.
 /// @param a,b,c corners in the face's frame (faceFromLight)
-SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
+SDAG_HD inline bool boundTriangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
                                   const ShadowMapInfo& map, FaceTriangle& t) {
     // Outside of the face's pyramid |x| <= z, |y| <= z by one of its planes.
     if ((a.x > a.z && b.x > b.z && c.x > c.z) || (-a.x > a.z && -b.x > b.z && -c.x > c.z) ||
@@ -147,7 +142,21 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
             return false;
         t.wMax = kLargestInverseDepth;
     }
+    return true;
+}
 
+/// Returns whether a triangle has an area as seen from the light, and writes its edges and its
+/// plane to `t`.
+///
+/// Edges are evaluated homogeneously: the ray c = (u, v, 1) meets the cone of a, b, c when (a x
+/// b).c, (b x c).c and (c x a).c all have the sign of the determinant, whatever lies behind the
+/// light, so nothing is clipped. Products and differences round alike when a and b are exchanged,
+/// so two triangles see their common edge as the same number with opposite sign. Each edge takes
+/// its rounding (about 24 2^-53 |a| |b|) as inside: a ray that meets a triangle in exact arithmetic
+/// is never lost, at edges and at corners; the price is an overlap of about 1e-14 of a face.
+/// @param a,b,c corners in the face's frame (faceFromLight)
+SDAG_HD inline bool setUpEdges(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
+                               uint32_t n, FaceTriangle& t) {
     glm::dvec3 w;
     double k;
     if (!facePlane(a, b, c, n, w, k))
@@ -169,6 +178,13 @@ SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, cons
     t.wy = w.y;
     t.w0 = w.z;
     return true;
+}
+
+/// Returns whether a triangle can cover a texel of a face, and its setup.
+/// @param a,b,c corners in the face's frame (faceFromLight)
+SDAG_HD inline bool setUpTriangle(const glm::dvec3& a, const glm::dvec3& b, const glm::dvec3& c,
+                                  const ShadowMapInfo& map, FaceTriangle& t) {
+    return boundTriangle(a, b, c, map, t) && setUpEdges(a, b, c, map.faceTexels, t);
 }
 
 /// Narrows the columns [first, last] of a row to those inside of an edge. In this form ex X + r is
@@ -384,6 +400,7 @@ struct RasterizeTriangle {
         }
     }
 };
+void launchPass(CudaTag, const RasterizeTriangle& work); ///< by warps
 
 /// Texels [x0, x1] x [y0, y1] of a face.
 struct TexelRect {

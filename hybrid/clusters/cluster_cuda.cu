@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The cluster passes whose items have many samples, on CUDA: one warp per item.
 #include "hybrid/clusters/cluster_pass.h"
+#include "hybrid/clusters/light_assign_pass.h"
 #include "hybrid/clusters/pairs_pass.h"
 #include "hybrid/clusters/prune_pass.h"
 
-#include "cuda/warp.h"
+#include "scenes/wide_bvh_warp.h"
 
 namespace shadowdag {
 
@@ -95,7 +96,69 @@ __global__ void estimatePairsKernel(EstimatePairs work) {
         work.add(entry, facing, end - first);
 }
 
+/// forLightsOfCluster, by all lanes of a warp: calls hit(light, whether this lane's light may reach
+/// the cluster) by all of them.
+template <class Work, class Hit>
+__device__ void forLightsByWarp(const Work& work, size_t cluster, const Hit& hit) {
+    const Box box = work.boxesWorld[cluster];
+    traverseByWarp(
+        work.lightBvh, 0, topBoxCount(work.lightBvh),
+        [&](const Box& sphere) { return overlaps(sphere, box); },
+        [&](uint32_t first, uint32_t bits) {
+            const uint32_t light = bits >> laneOfWarp() & 1u
+                                       ? work.lightBvh.items[first + laneOfWarp()]
+                                       : kNoBvhItem;
+            hit(light, light != kNoBvhItem &&
+                           reachesCluster(work.lights, box, work.normals, cluster, light));
+        });
+}
+
+// One warp per cluster.
+__global__ void countClusterLightsKernel(CountClusterLights work) {
+    const size_t cluster = warpOfGrid();
+    if (cluster >= work.boxesWorld.count)
+        return;
+    uint32_t found = 0;
+    if (!work.boxesWorld[cluster].empty())
+        forLightsByWarp(work, cluster, [&](uint32_t, bool isReached) { found += isReached; });
+    found = sumOfWarp(found);
+    if (laneOfWarp() == 0)
+        work.count[cluster] = found;
+}
+
+// One warp per cluster.
+__global__ void fillClusterLightsKernel(FillClusterLights work) {
+    const size_t cluster = warpOfGrid();
+    if (cluster >= work.boxesWorld.count)
+        return;
+    const size_t begin = work.start[cluster], end = work.start[cluster + 1];
+    if (end > work.clusterLights.count) {
+        for (size_t i = begin + laneOfWarp(); i < work.clusterLights.count; i += kGroupLanes)
+            work.clusterLights[i] = 0;
+        return;
+    }
+    if (begin == end)
+        return;
+    uint32_t* const list = work.clusterLights.data + begin;
+    uint32_t count = 0;
+    forLightsByWarp(work, cluster, [&](uint32_t light, bool isReached) {
+        const uint32_t reached = __ballot_sync(kAllLanes, isReached);
+        if (isReached)
+            list[count + __popc(reached & ((1u << laneOfWarp()) - 1))] = light;
+        count += __popc(reached);
+    });
+    sortByWarp(list, count);
+}
+
 } // namespace
+
+void launchPass(CudaTag, const CountClusterLights& work) {
+    launch(countClusterLightsKernel, blocksOfWarps(work.itemCount()), work);
+}
+
+void launchPass(CudaTag, const FillClusterLights& work) {
+    launch(fillClusterLightsKernel, blocksOfWarps(work.itemCount()), work);
+}
 
 void launchPass(CudaTag, const FillTile& work) {
     launch(fillTilesKernel, blocksOfWarps(work.itemCount()), work);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "cuda/mutant.h"
+#include "cuda/pass.h"
 #include "hybrid/clusters/clusters.h"
 #include "scenes/light.h"
 #include "scenes/wide_bvh.h"
@@ -54,8 +55,20 @@ SDAG_HD inline bool isBeyond(const Light& light, const Box& box) {
            0.5625f * light.rangeWorld * light.rangeWorld;
 }
 
-/// Calls hit(light) for every light that may reach the box of a cluster and that its samples may
-/// face, as far as their normals are known; in unspecified order.
+/// Returns whether a light whose sphere's box overlaps that of a cluster may reach the cluster, and
+/// whether its samples may face the light, as far as their normals are known.
+SDAG_HD inline bool reachesCluster(View<const Light> lights, const Box& box,
+                                   const ClusterNormalsView& normals, size_t cluster,
+                                   uint32_t light) {
+    if (light == 0 && isBeyond(lights[light], box) && isMutant(Mutant::kLightShort))
+        return false;
+    return mayReach(lights[light], box) &&
+           (normals.cells.empty() ||
+            mayFace(lights[light], box, normals.cells[cluster], normals.k));
+}
+
+/// Calls hit(light) for every light that may reach a cluster and that its samples may face; in
+/// unspecified order.
 template <class Hit>
 SDAG_HD void forLightsOfCluster(const WideBvhView& lightBvh, View<const Light> lights,
                                 View<const Box> boxesWorld, const ClusterNormalsView& normals,
@@ -64,11 +77,7 @@ SDAG_HD void forLightsOfCluster(const WideBvhView& lightBvh, View<const Light> l
     traverse(
         lightBvh, [&](const Box& sphere) { return overlaps(sphere, box); },
         [&](uint32_t light) {
-            if (light == 0 && isBeyond(lights[light], box) && isMutant(Mutant::kLightShort))
-                return;
-            if (mayReach(lights[light], box) &&
-                (normals.cells.empty() ||
-                 mayFace(lights[light], box, normals.cells[cluster], normals.k)))
+            if (reachesCluster(lights, box, normals, cluster, light))
                 hit(light);
         });
 }
@@ -113,6 +122,7 @@ struct CountClusterLights {
         count[cluster] = found;
     }
 };
+void launchPass(CudaTag, const CountClusterLights& work); ///< by warps
 
 /// Writes the lights of a cluster, ascending. If the list does not fit, it writes zeros up to the
 /// end of the memory; zero is a valid light for passes that read them before everything is
@@ -143,6 +153,7 @@ struct FillClusterLights {
             count, [&](uint32_t light) { return light; }, list, static_cast<uint32_t*>(nullptr));
     }
 };
+void launchPass(CudaTag, const FillClusterLights& work); ///< by warps
 
 /// Limits the starts of lists to the available memory; stores the length that they need.
 struct ClampStarts {

@@ -6,7 +6,7 @@
 #include "hybrid/clusters/pairs_pass.h"
 #include "hybrid/clusters/prune_pass.h"
 
-// cluster_pass.h; cluster_cuda.cu has the kernels of two
+// cluster_pass.h; cluster_cuda.cu has the kernels of what is registered for the CPU alone
 SDAG_PASS(CountCellSamples)
 SDAG_PASS(MarkOccupiedCells)
 SDAG_PASS(CompactCells)
@@ -19,13 +19,13 @@ SDAG_PASS(JoinTenths)
 SDAG_PASS(ShrinkBounds)
 
 // light_assign_pass.h
-SDAG_PASS(CountClusterLights)
-SDAG_PASS(FillClusterLights)
+SDAG_CPU_PASS(CountClusterLights)
+SDAG_CPU_PASS(FillClusterLights)
 SDAG_PASS(ClampStarts)
 SDAG_PASS(RankLights)
 SDAG_PASS(OrderClusterLights)
 
-// pairs_pass.h, prune_pass.h; cluster_cuda.cu has the kernels of two
+// pairs_pass.h, prune_pass.h
 SDAG_PASS(ListPairs)
 SDAG_CPU_PASS(EstimatePairs)
 SDAG_CPU_PASS(PruneFacing)

@@ -11,6 +11,7 @@
 #pragma once
 
 #include "cuda/atomics.h"
+#include "cuda/pass.h"
 #include "cuda/split_work_view.h"
 #include "hybrid/gbuffer/gbuffer.h"
 #include "hybrid/gbuffer/view_rays.h"
@@ -117,14 +118,19 @@ struct SeenTriangle {
     PixelRect rect; ///< pixels that may see it
 };
 
+/// Returns whether a triangle may be seen as far as the pixels tell that may see it.
+SDAG_HD inline bool boundSeen(const ViewTriangle& t, const ViewRays& view, PixelRect& rect) {
+    if (t.isDegenerate)
+        return false;
+    rect = boundPixels(t, view);
+    return rect.minX <= rect.maxX && rect.minY <= rect.maxY;
+}
+
 /// Returns whether a triangle may be seen, and its setup.
 SDAG_HD inline bool setUpSeen(const TriangleView& triangles, uint32_t index, const ViewRays& view,
                               SeenTriangle& seen) {
     const ViewTriangle t = loadViewTriangle(triangles, index, view.origin);
-    if (t.isDegenerate)
-        return false;
-    seen.rect = boundPixels(t, view);
-    if (seen.rect.minX > seen.rect.maxX || seen.rect.minY > seen.rect.maxY)
+    if (!boundSeen(t, view, seen.rect))
         return false;
     for (int i = 0; i < 4; ++i) {
         const glm::dvec3 n =
@@ -234,6 +240,7 @@ struct RasterizeSlots {
         return uint32_t(pixels + kPartPixels - 1) / uint32_t(kPartPixels);
     }
 };
+void launchPass(CudaTag, const RasterizeSlots& work); ///< by warps
 
 /// Returns whether no pixel of `rect` is inside a triangle. An edge function is rounded alike for
 /// all pixels and each operation is monotone, so its values at the corners of the rectangle bound

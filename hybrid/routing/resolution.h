@@ -22,6 +22,7 @@
 // infinite resolution, with it one texel for its pixel.
 #pragma once
 
+#include "cuda/pass.h"
 #include "hybrid/clusters/cluster_lights.h"
 #include "hybrid/routing/pixel_footprint.h"
 #include "shadowmap/directional_window.h"
@@ -99,7 +100,9 @@ struct DemandResolution {
 
     size_t itemCount() const { return clusters.count(); }
     size_t grain() const { return 64; }
-    SDAG_HD void operator()(size_t cluster) const {
+    SDAG_HD void operator()(size_t cluster) const { demandPart(cluster, 0, 1); }
+    /// The same for entries part, part + partCount, ... of the cluster's list.
+    SDAG_HD void demandPart(size_t cluster, uint32_t part, uint32_t partCount) const {
         if (lists.start[cluster] == lists.start[cluster + 1])
             return;
         const Box box = clusters.boxesWorld[cluster];
@@ -109,7 +112,8 @@ struct DemandResolution {
         ClusterPlane plane;
         if (rule == ResolutionRule::kPlane)
             plane = meanPlane(gbuffer, clusters, cluster, view);
-        for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i) {
+        for (uint32_t i = lists.start[cluster] + part; i < lists.start[cluster + 1];
+             i += partCount) {
             if (lists.record[i] == kProvenLit)
                 continue;
             const uint32_t l = lists.lights[i];
@@ -131,6 +135,7 @@ struct DemandResolution {
         }
     }
 };
+void launchPass(CudaTag, const DemandResolution& work); ///< by warps
 
 /// Assigns every pair of a cluster to one of its light's maps, and raises that map's demand (zero
 /// before; order independent). With several maps per light a pair goes by the octave of its
@@ -153,9 +158,12 @@ struct DemandMaps {
 
     size_t itemCount() const { return clusters.count(); }
     size_t grain() const { return 64; }
-    SDAG_HD void operator()(size_t cluster) const {
+    SDAG_HD void operator()(size_t cluster) const { demandPart(cluster, 0, 1); }
+    /// The same for entries part, part + partCount, ... of the cluster's list.
+    SDAG_HD void demandPart(size_t cluster, uint32_t part, uint32_t partCount) const {
         const uint32_t samples = clusters.sampleCount(cluster);
-        for (uint32_t i = lists.start[cluster]; i < lists.start[cluster + 1]; ++i) {
+        for (uint32_t i = lists.start[cluster] + part; i < lists.start[cluster + 1];
+             i += partCount) {
             if (slot[i] == kProvenLit)
                 continue;
             const uint32_t light = lists.lights[i];
@@ -178,6 +186,7 @@ struct DemandMaps {
         }
     }
 };
+void launchPass(CudaTag, const DemandMaps& work); ///< by warps
 
 /// Marks occupied slots with 1: an exclusive scan of the marks numbers the maps.
 struct MarkOccupiedSlots {

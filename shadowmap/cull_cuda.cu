@@ -1,49 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // The passes over maps on CUDA: a warp takes what one thread would take too long for.
 #include "shadowmap/cull.h"
+#include "shadowmap/drawn_cells.h"
 #include "shadowmap/page_mask.h"
 
-#include "cuda/warp.h"
+#include "scenes/wide_bvh_warp.h"
 
 namespace shadowdag {
 
 namespace {
-
-static_assert(kBvhWidth == kGroupLanes); // a lane a child
-
-/// traverseFrom, by all lanes of a warp: they test the children of a box together.
-/// hit(first, bits): boxes `first` + lane of level 0 are accepted where bit `lane` is set; called
-/// in ascending order, by all lanes.
-template <class Test, class Hit>
-__device__ void traverseByWarp(const WideBvhView& bvh, uint32_t topBegin, uint32_t topEnd,
-                               const Test& test, const Hit& hit) {
-    if (bvh.levelCount == 0)
-        return;
-    uint32_t first[kBvhMaxLevels],
-        rest[kBvhMaxLevels]; // of a level: the boxes, those to descend to
-    int level = int(bvh.levelCount) - 1;
-    uint32_t begin = bvh.levelStart[level] + topBegin, end = bvh.levelStart[level] + topEnd;
-    while (true) {
-        const uint32_t box = begin + laneOfWarp();
-        const uint32_t bits = __ballot_sync(kAllLanes, box < end && test(bvh.boxes[box]));
-        if (level == 0) {
-            hit(begin - bvh.levelStart[0], bits);
-            rest[0] = 0;
-        } else {
-            first[level] = begin - bvh.levelStart[level];
-            rest[level] = bits;
-        }
-        while (rest[level] == 0)
-            if (++level == int(bvh.levelCount))
-                return;
-        const uint32_t child = first[level] + (uint32_t(__ffs(int(rest[level]))) - 1);
-        rest[level] &= rest[level] - 1;
-        --level;
-        begin = bvh.levelStart[level] + child * kBvhWidth;
-        end = begin + kBvhWidth < bvh.levelStart[level + 1] ? begin + kBvhWidth
-                                                            : bvh.levelStart[level + 1];
-    }
-}
 
 /// Calls reach(batch, level, isDrawn, isReached) by all lanes for groups of batches, as
 /// CullView::query; what a lane gets counts where isReached.
@@ -123,7 +88,37 @@ __global__ void countPagesOfMapsKernel(CountPagesOfMaps work) {
         work.counts[m] = count;
 }
 
+static_assert(kProjectionMapSize == kGroupLanes); // a lane a cell of a row
+
+// One warp per row of cells.
+__global__ void listOpenCellsKernel(ListOpenCells work) {
+    const size_t row = warpOfGrid();
+    if (row >= work.openRows.count)
+        return;
+    const uint32_t open = __ballot_sync(kAllLanes, work.isOpen(row, laneOfWarp()));
+    if (laneOfWarp() == 0)
+        work.openRows[row] = open;
+}
+
+// One warp per row of cells.
+__global__ void raiseDrawnKernel(RaiseDrawn work) {
+    const size_t row = warpOfGrid();
+    if (row >= work.cells.count / kProjectionMapSize)
+        return;
+    const uint32_t greatest = greatestOfWarp(work.raise(row, laneOfWarp()));
+    if (greatest != 0 && laneOfWarp() == 0)
+        work.noteGreatest(row, greatest);
+}
+
 } // namespace
+
+void launchPass(CudaTag, const ListOpenCells& work) {
+    launch(listOpenCellsKernel, blocksOfWarps(work.itemCount()), work);
+}
+
+void launchPass(CudaTag, const RaiseDrawn& work) {
+    launch(raiseDrawnKernel, blocksOfWarps(work.itemCount()), work);
+}
 
 void launchPass(CudaTag, const CountReached& work) {
     launch(countReachedKernel, blocksOfWarps(work.itemCount()), work);
