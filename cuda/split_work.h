@@ -49,10 +49,15 @@ private:
 };
 
 #if defined(__CUDACC__)
+/// Enough warps to hide latency; more would only queue.
+constexpr unsigned kBlocksPerProcessor = 8;
+
 /// A warp takes up to 32 parts at a time, far apart from each other, so that no warp gets only
 /// parts of a triangle that fills them all: only the device knows how many there are. Each lane
 /// asks about one of them; those that are wanted are done by all lanes together.
-template <class Tag, class F> __global__ void sharePartsKernel(SplitWorkView work, F functor) {
+template <class Tag, class F>
+__global__ void __launch_bounds__(kBlockThreads, kBlocksPerProcessor)
+    sharePartsKernel(SplitWorkView work, F functor) {
     static_assert(std::is_same_v<Tag, CudaTag>);
     const uint64_t warpCount = uint64_t(gridDim.x) * (blockDim.x / kGroupLanes);
     const uint64_t partCount = work.partCount();
@@ -94,8 +99,6 @@ template <class Tag, class F> void parallelForParts(const SplitWorkView& work, c
             1);
     } else {
 #if defined(__CUDACC__)
-        // Enough warps to hide latency; more would only queue.
-        constexpr unsigned kBlocksPerProcessor = 8;
         int device = 0, processorCount = 0;
         CUDA_CHECK(cudaGetDevice(&device));
         CUDA_CHECK(cudaDeviceGetAttribute(&processorCount, cudaDevAttrMultiProcessorCount, device));

@@ -53,6 +53,22 @@ __device__ inline uint32_t sumUpToLane(uint32_t value) {
     return value;
 }
 
+/// Returns the first of 32 ascending numbers that is above `value`; the last one is.
+__device__ inline uint32_t firstAbove(const uint32_t* ascending, uint32_t value) {
+    uint32_t at = 0;
+    for (uint32_t step = kGroupLanes / 2; step > 0; step /= 2)
+        if (ascending[at + step - 1] <= value)
+            at += step;
+    return at;
+}
+
+/// Returns the row that holds element `i` < 1024 of rows of up to 1024 elements.
+/// @param inverseWidth 1 / their number, rounded
+__device__ inline int32_t rowOf(uint32_t i, float inverseWidth) {
+    // Half an element keeps the quotient clear of whole numbers by far more than it rounds.
+    return int32_t((float(i) + 0.5f) * inverseWidth);
+}
+
 /// Sorts `count` numbers, ascending, in place; all lanes of a warp call it, and see the result.
 /// Source: Batcher, Sorting Networks and Their Applications, AFIPS 1968 (odd-even merge sort).
 __device__ inline void sortByWarp(uint32_t* list, uint32_t count) {
@@ -61,8 +77,8 @@ __device__ inline void sortByWarp(uint32_t* list, uint32_t count) {
         for (uint32_t apart = run; apart > 0; apart /= 2) {
             const uint32_t begin = apart == run ? 0 : apart;
             for (uint32_t i = begin + laneOfWarp(); i + apart < count; i += kGroupLanes) {
-                const bool isCompared = (i - begin) / apart % 2 == 0 &&
-                                        i / (2 * run) == (i + apart) / (2 * run);
+                const bool isCompared =
+                    (i - begin) / apart % 2 == 0 && i / (2 * run) == (i + apart) / (2 * run);
                 if (isCompared && list[i] > list[i + apart]) {
                     const uint32_t greater = list[i];
                     list[i] = list[i + apart];

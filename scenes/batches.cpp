@@ -244,7 +244,9 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
     std::vector<uint8_t> isMover(batches_.size(), 0);
     for (uint32_t b = 0; b < batches_.size(); ++b)
         if (!isInstanceMoving.empty() && isInstanceMoving[batches_[b].instance]) {
-            keepCorners(geometry, b);
+            Box box;
+            makeRoomForCorners(b);
+            keepCorners(geometry, b, box);
             isMover[b] = 1;
         }
     bvh_.build(viewOf(boxes_), std::move(isMover));
@@ -274,45 +276,56 @@ void BatchSet::updateBoxes(const TriangleView& geometry,
     movedBatches_.clear();
     movedBoxesBefore_.clear();
     updateCounts_ = {};
+    std::vector<uint32_t> compared;
+    std::vector<uint8_t> isMoved; // of those compared
     for (const uint32_t instance : movedInstances) {
         // Batches ascend by instance.
         const auto first =
             std::lower_bound(batches_.begin(), batches_.end(), instance,
                              [](const Batch& b, uint32_t value) { return b.instance < value; });
-        for (auto batch = first; batch != batches_.end() && batch->instance == instance; ++batch) {
-            ++updateCounts_.comparedBatchCount;
-            if (keepCorners(geometry, uint32_t(batch - batches_.begin())))
-                movedBatches_.push_back(uint32_t(batch - batches_.begin()));
-        }
+        for (auto batch = first; batch != batches_.end() && batch->instance == instance; ++batch)
+            compared.push_back(uint32_t(batch - batches_.begin()));
     }
-    std::sort(movedBatches_.begin(), movedBatches_.end());
-    for (const uint32_t b : movedBatches_) {
-        movedBoxesBefore_.push_back(boxes_[b]);
-        Box box;
-        const Batch& batch = batches_[b];
-        for (uint32_t i = 0; i < 3 * batch.count; ++i)
-            box.add(corners_[firstCorner_[b] + i]);
-        boxes_[b] = box;
+    std::sort(compared.begin(), compared.end());
+    compared.erase(std::unique(compared.begin(), compared.end()), compared.end());
+    updateCounts_.comparedBatchCount = uint32_t(compared.size());
+    for (const uint32_t batch : compared)
+        isMoved.push_back(makeRoomForCorners(batch));
+    std::vector<Box> boxes(compared.size());
+    parallelFor<CpuTag>(
+        compared.size(),
+        [&](size_t i) { isMoved[i] |= uint8_t(keepCorners(geometry, compared[i], boxes[i])); }, 16);
+    for (size_t i = 0; i < compared.size(); ++i) {
+        if (!isMoved[i])
+            continue;
+        movedBatches_.push_back(compared[i]);
+        movedBoxesBefore_.push_back(boxes_[compared[i]]);
+        boxes_[compared[i]] = boxes[i];
     }
     updateCounts_.boxCount = uint32_t(movedBatches_.size());
 }
 
 /// Stores the current corners of a batch; returns whether one differs from the stored ones, or none
 /// were stored.
-bool BatchSet::keepCorners(const TriangleView& geometry, uint32_t batch) {
-    const Batch& b = batches_[batch];
+bool BatchSet::makeRoomForCorners(uint32_t batch) {
     size_t& first = firstCorner_[batch];
-    bool isMoved = first == kNoCorners;
-    if (isMoved) {
-        first = corners_.size();
-        corners_.resize(first + 3 * size_t(b.count));
-    }
-    glm::vec3* kept = &corners_[first];
+    if (first != kNoCorners)
+        return false;
+    first = corners_.size();
+    corners_.resize(first + 3 * size_t(batches_[batch].count));
+    return true;
+}
+
+bool BatchSet::keepCorners(const TriangleView& geometry, uint32_t batch, Box& box) {
+    const Batch& b = batches_[batch];
+    bool isMoved = false;
+    glm::vec3* kept = &corners_[firstCorner_[batch]];
     for (uint32_t i = 0; i < b.count; ++i)
         for (int corner = 0; corner < 3; ++corner, ++kept) {
             const glm::vec3 now = geometry.vertex(triangles_[b.first + i], corner);
             isMoved |= *kept != now;
             *kept = now;
+            box.add(now);
         }
     return isMoved;
 }

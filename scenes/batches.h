@@ -83,7 +83,10 @@ public:
 
 private:
     void updateBoxes(const TriangleView& geometry, const std::vector<uint32_t>& movedInstances);
-    bool keepCorners(const TriangleView& geometry, uint32_t batch);
+    /// Makes room for the corners of a batch; returns whether there was none.
+    bool makeRoomForCorners(uint32_t batch);
+    /// Replaces the kept corners of a batch, and adds them to `box`; returns whether one differs.
+    bool keepCorners(const TriangleView& geometry, uint32_t batch, Box& box);
 
     std::vector<Batch> batches_;
     std::vector<Box> boxes_;

@@ -2,6 +2,7 @@
 #include "scenes/world.h"
 
 #include "cuda/error.h"
+#include "cuda/parallel_for.h"
 #include "scenes/animation.h"
 #include "scenes/light_placement.h"
 
@@ -11,6 +12,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <map>
 #include <new>
 
@@ -307,13 +309,18 @@ void World::requireWithinReach(uint32_t node, const std::string& what) const {
 
 void World::updateBounds() {
     bounds_ = staticTriangles_.empty() ? Box{} : staticBounds_;
-    for (const Instance& instance : instances_) {
-        if (!instance.isMoving)
-            continue;
-        for (uint32_t t = 0; t < instance.triangleCount; ++t)
-            for (int corner = 0; corner < 3; ++corner)
-                bounds_.add(positions_[triangles_[instance.firstTriangle + t][corner]]);
-    }
+    std::vector<Box> boxes(instances_.size());
+    parallelFor<CpuTag>(
+        instances_.size(),
+        [&](size_t i) {
+            const Instance& instance = instances_[i];
+            for (uint32_t t = 0; t < instance.triangleCount && instance.isMoving; ++t)
+                for (int corner = 0; corner < 3; ++corner)
+                    boxes[i].add(positions_[triangles_[instance.firstTriangle + t][corner]]);
+        },
+        8);
+    for (const Box& box : boxes)
+        bounds_.add(box);
 }
 
 void World::updateLightsAndCameras() {
@@ -387,9 +394,22 @@ std::vector<uint32_t> World::setTime(float timeSeconds) {
         if (!instances_[i].isMoving)
             continue;
         instances_[i].worldFromObject = glm::mat4(worldFromNode_[instances_[i].node]);
-        placeVertices(instances_[i]);
         moved.push_back(i);
     }
+    std::vector<std::exception_ptr> failed(moved.size()); // of which the first is told
+    parallelFor<CpuTag>(
+        moved.size(),
+        [&](size_t i) {
+            try {
+                placeVertices(instances_[moved[i]]);
+            } catch (...) {
+                failed[i] = std::current_exception();
+            }
+        },
+        1);
+    for (const std::exception_ptr& exception : failed)
+        if (exception)
+            std::rethrow_exception(exception);
     updateBounds();
     updateLightsAndCameras();
     return moved;

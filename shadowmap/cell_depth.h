@@ -78,19 +78,25 @@ struct CellDepthView {
     SDAG_HD bool any(uint32_t mapIndex, uint32_t face, const CellRect& rect, uint32_t bits,
                      const Test& test) const {
         for (uint32_t bv = rect.v0 >> kBlockCellsLog2; bv <= rect.v1 >> kBlockCellsLog2; ++bv)
-            for (uint32_t bu = rect.u0 >> kBlockCellsLog2; bu <= rect.u1 >> kBlockCellsLog2; ++bu) {
-                if (blocks[blockIndex(mapIndex, face, bu, bv)] < bits)
-                    continue;
-                constexpr uint32_t kLast = (1u << kBlockCellsLog2) - 1;
-                const uint32_t u = bu << kBlockCellsLog2, v = bv << kBlockCellsLog2;
-                const uint32_t uEnd = glm::min(rect.u1, u + kLast);
-                const uint32_t vEnd = glm::min(rect.v1, v + kLast);
-                for (uint32_t y = glm::max(rect.v0, v); y <= vEnd; ++y)
-                    for (uint32_t x = glm::max(rect.u0, u); x <= uEnd; ++x) {
-                        const uint32_t cell = cellIndex(mapIndex, face, x, y);
-                        if (cells[cell] >= bits && test(cell, cells[cell]))
-                            return true;
-                    }
+            for (uint32_t bu = rect.u0 >> kBlockCellsLog2; bu <= rect.u1 >> kBlockCellsLog2; ++bu)
+                if (anyOfBlock(mapIndex, face, rect, bits, bu, bv, test))
+                    return true;
+        return false;
+    }
+    /// The same for the cells of block (bu, bv), in which the rectangle has some.
+    template <class Test>
+    SDAG_HD bool anyOfBlock(uint32_t mapIndex, uint32_t face, const CellRect& rect, uint32_t bits,
+                            uint32_t bu, uint32_t bv, const Test& test) const {
+        if (blocks[blockIndex(mapIndex, face, bu, bv)] < bits)
+            return false;
+        constexpr uint32_t kLast = (1u << kBlockCellsLog2) - 1;
+        const uint32_t u = bu << kBlockCellsLog2, v = bv << kBlockCellsLog2;
+        const uint32_t uEnd = glm::min(rect.u1, u + kLast), vEnd = glm::min(rect.v1, v + kLast);
+        for (uint32_t y = glm::max(rect.v0, v); y <= vEnd; ++y)
+            for (uint32_t x = glm::max(rect.u0, u); x <= uEnd; ++x) {
+                const uint32_t cell = cellIndex(mapIndex, face, x, y);
+                if (cells[cell] >= bits && test(cell, cells[cell]))
+                    return true;
             }
         return false;
     }

@@ -36,6 +36,13 @@ struct BatchFaces {
     uint32_t drawn;
 };
 
+/// What decides whether a batch is drawn into a face of a kept map.
+struct KeptTest {
+    CellRect cells; ///< that the batch covers
+    uint32_t depth; ///< its least, as depthBits
+    bool isMoved;   ///< since the last frame
+};
+
 /// The state of maps that are kept from frame to frame, as culling reads it.
 struct KeptView {
     View<const uint32_t> drawnCells; ///< DrawnView::cells; empty if no map is kept
@@ -90,7 +97,7 @@ struct CullView {
         if (batch % 8 == 0 && isMutant(Mutant::kBatchCulled))
             return {};
         if (!kept.drawnCells.empty())
-            return faceNotDrawn(mapIndex, batch, boxWorld, face);
+            return faceNotDrawn(mapIndex, batch, face);
         if (culling == MapCulling::kSphere)
             return facesOf(map) >> face & 1u ? all : BatchFaces{};
         if (!(masks.faces[mapIndex] >> face & 1u))
@@ -111,6 +118,25 @@ struct CullView {
         return all;
     }
 
+    /// Returns whether a batch may be seen in a face of a kept map, and writes what is to be
+    /// tested: whether a receiver needs it, and, if it is not moved, whether it is not drawn yet.
+    /// See drawn_cells.h for the rule.
+    SDAG_HD bool testOf(uint32_t mapIndex, uint32_t batch, uint32_t face, KeptTest& test) const {
+        FaceRect rect;
+        if (!projectOnMap(maps[mapIndex], batches.boxesWorld[batch], face, 0.0f, rect))
+            return false;
+        test = {cellsOf(rect),
+                depthBits(mutated(Mutant::kDepthLimitHalved, rect.depthMin, 2.0f * rect.depthMin)),
+                bool(kept.moved[batch / 32] >> batch % 32 & 1u)};
+        return true;
+    }
+    /// Returns whether a cell is drawn less deep than `depth`.
+    SDAG_HD bool isUndrawn(uint32_t mapIndex, uint32_t cell, uint32_t depth) const {
+        return kept.drawnCells[kept.slots[mapIndex] * kCellsPerMap + cell % kCellsPerMap] < depth;
+    }
+    /// Returns the needed depths of the cells that are not drawn as deep.
+    SDAG_HD CellDepthView openCells() const { return {cells.cells, kept.openBlocks}; }
+
     /// Calls reach(batch, level, isDrawn) for every batch of item i that its map reaches, with the
     /// batch's level of detail and whether the map draws that level.
     template <class Reach> SDAG_HD void query(size_t i, const Reach& reach) const {
@@ -126,23 +152,15 @@ struct CullView {
     }
 
 private:
-    /// See drawn_cells.h for the rule.
-    SDAG_HD BatchFaces faceNotDrawn(uint32_t mapIndex, uint32_t batch, const Box& boxWorld,
-                                    uint32_t face) const {
-        FaceRect rect;
-        if (!projectOnMap(maps[mapIndex], boxWorld, face, 0.0f, rect))
+    SDAG_HD BatchFaces faceNotDrawn(uint32_t mapIndex, uint32_t batch, uint32_t face) const {
+        KeptTest test;
+        if (!testOf(mapIndex, batch, face, test) ||
+            !cells.reaches(mapIndex, face, test.cells, test.depth))
             return {};
-        const uint32_t bits =
-            depthBits(mutated(Mutant::kDepthLimitHalved, rect.depthMin, 2.0f * rect.depthMin));
-        const CellRect of = cellsOf(rect);
-        if (!cells.reaches(mapIndex, face, of, bits))
-            return {};
-        const bool isMoved = kept.moved[batch / 32] >> batch % 32 & 1u;
-        const CellDepthView open{cells.cells, kept.openBlocks};
-        const uint32_t slot = kept.slots[mapIndex];
         const bool isDrawn =
-            isMoved || open.any(mapIndex, face, of, bits, [&](uint32_t cell, uint32_t) {
-                return kept.drawnCells[slot * kCellsPerMap + cell % kCellsPerMap] < bits;
+            test.isMoved ||
+            openCells().any(mapIndex, face, test.cells, test.depth, [&](uint32_t cell, uint32_t) {
+                return isUndrawn(mapIndex, cell, test.depth);
             });
         return {1u << face, uint32_t(isDrawn) << face};
     }
@@ -214,8 +232,6 @@ struct ListReached {
 
 void launchPass(CudaTag, const ListReached& work); ///< by warps
 
-struct CountDrawsOfFace;
-
 /// Tests the batches that were reached against their map's masks: writes the faces of each, whether
 /// it is drawn, and the counts.
 struct CountDraws {
@@ -227,9 +243,6 @@ struct CountDraws {
 
     size_t itemCount() const { return counts.count; }
     size_t grain() const { return 4; }
-    /// An item may have reached thousands of batches, and a face may take long: CUDA processes them
-    /// face by face.
-    CountDrawsOfFace shortItems() const;
     /// Processes all batches that item i reached.
     SDAG_HD void operator()(size_t i) const {
         const ItemRange range = rangeOf(firstReached, i, reached.count);
@@ -242,26 +255,27 @@ struct CountDraws {
             isDrawn[at] = faces.drawn != 0;
         }
     }
-    /// Processes one face of one entry, of which nothing is known yet; other faces and entries add
-    /// to the same counts. Does nothing for unused entries at the end of the list.
-    SDAG_HD void testFace(size_t at, uint32_t face) const {
+    /// Returns the item that reached entry `at` of the list; none for unused entries at its end.
+    SDAG_HD size_t itemOf(size_t at) const {
         size_t first = 0,
                end = firstReached.count - 1; // the last item that starts at or before the entry
         if (at >= firstReached[end])
-            return;
+            return kNoItem;
         while (end - first > 1) {
             const size_t middle = first + (end - first) / 2;
             (firstReached[middle] <= at ? first : end) = middle;
         }
-        if (firstReached[first + 1] > reached.count) // was not listed
-            return;
-        const uint32_t map = reached[at].map, batch = reached[at].batch;
-        const BatchFaces faces = cull.faceToDraw(map, batch, face);
+        return firstReached[first + 1] > reached.count ? kNoItem : first; // was not listed
+    }
+    static constexpr size_t kNoItem = ~size_t(0);
+    /// Adds one face of an entry of an item, of which nothing is known yet; other faces and entries
+    /// add to the same counts.
+    SDAG_HD void note(size_t item, size_t at, const BatchFaces& faces) const {
         if (faces.needed == 0)
             return;
         CullCounts found{};
-        count(faces, cull.batches.batches[batch].count, found);
-        CullCounts& sum = counts[first];
+        count(faces, cull.batches.batches[reached[at].batch].count, found);
+        CullCounts& sum = counts[item];
         const auto add = [](uint32_t& to, uint32_t by) {
             if (by > 0)
                 atomicAddRelaxed(&to, by);
@@ -289,19 +303,7 @@ private:
     }
 };
 
-/// The same by entry and face: lanes take neighbouring entries and one face.
-struct CountDrawsOfFace {
-    CountDraws work;
-
-    size_t itemCount() const { return work.reached.count * kFaceCount; }
-    SDAG_HD void operator()(size_t i) const {
-        const size_t count = work.reached.count;
-        work.testFace(i % count, uint32_t(i / count));
-    }
-};
-inline CountDrawsOfFace CountDraws::shortItems() const {
-    return {*this};
-}
+void launchPass(CudaTag, const CountDraws& work); ///< by warps, an entry and a face a lane
 
 /// Writes entry i of the reached batches to the draws, if it is drawn and there is space. Unused
 /// entries at the end of the list keep an empty face mask.

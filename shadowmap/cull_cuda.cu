@@ -73,6 +73,89 @@ __global__ void listReachedKernel(ListReached work) {
     });
 }
 
+/// Returns whether test(cell, depth) holds for a cell of a rectangle that is at least `depth` deep,
+/// as CellDepthView::any; by all lanes of a warp, for the same rectangle.
+template <class Test>
+__device__ bool anyByWarp(const CellDepthView& view, uint32_t map, uint32_t face,
+                          const CellRect& rect, uint32_t depth, const Test& test) {
+    const uint32_t u0 = rect.u0 >> kBlockCellsLog2, v0 = rect.v0 >> kBlockCellsLog2;
+    const uint32_t across = (rect.u1 >> kBlockCellsLog2) - u0 + 1,
+                   count = across * ((rect.v1 >> kBlockCellsLog2) - v0 + 1);
+    bool found = false;
+    for (uint32_t block = laneOfWarp(); block < count && !found; block += kGroupLanes)
+        found =
+            view.anyOfBlock(map, face, rect, depth, u0 + block % across, v0 + block / across, test);
+    return __ballot_sync(kAllLanes, found) != 0;
+}
+
+// A lane per entry and face: lanes take neighbouring entries and one face. Rectangles of kept maps
+// differ in size by a hundred times, so that all lanes test one after the other.
+__global__ void countDrawsKernel(CountDraws work) {
+    const CullView& cull = work.cull;
+    const size_t entryCount = work.reached.count;
+    const size_t i = blockIdx.x * size_t(blockDim.x) + threadIdx.x;
+    const size_t at = i % entryCount;
+    const uint32_t face = uint32_t(i / entryCount);
+    const size_t item = face < kFaceCount ? work.itemOf(at) : CountDraws::kNoItem;
+    const BatchDraw draw = item == CountDraws::kNoItem ? BatchDraw{} : work.reached[at];
+    BatchFaces faces{};
+    KeptTest own{};
+    bool isTested = false;
+    if (item != CountDraws::kNoItem) {
+        if (cull.kept.drawnCells.empty())
+            faces = cull.faceToDraw(draw.map, draw.batch, face);
+        else
+            isTested = cull.testOf(draw.map, draw.batch, face, own);
+    }
+    const uint32_t packed =
+        own.cells.u0 | own.cells.u1 << 5 | own.cells.v0 << 10 | own.cells.v1 << 15;
+    for (uint32_t rest = __ballot_sync(kAllLanes, isTested); rest != 0; rest &= rest - 1) {
+        const int lane = __ffs(int(rest)) - 1;
+        const uint32_t cells = __shfl_sync(kAllLanes, packed, lane);
+        const CellRect rect{cells & 31u, cells >> 5 & 31u, cells >> 10 & 31u, cells >> 15};
+        const uint32_t depth = __shfl_sync(kAllLanes, own.depth, lane),
+                       map = __shfl_sync(kAllLanes, draw.map, lane),
+                       itsFace = __shfl_sync(kAllLanes, face, lane),
+                       isMoved = __shfl_sync(kAllLanes, uint32_t(own.isMoved), lane);
+        if (!anyByWarp(cull.cells, map, itsFace, rect, depth,
+                       [](uint32_t, uint32_t) { return true; }))
+            continue;
+        const bool isDrawn = isMoved || anyByWarp(cull.openCells(), map, itsFace, rect, depth,
+                                                  [&](uint32_t cell, uint32_t) {
+                                                      return cull.isUndrawn(map, cell, depth);
+                                                  });
+        if (int(laneOfWarp()) == lane)
+            faces = {1u << face, uint32_t(isDrawn) << face};
+    }
+    if (item != CountDraws::kNoItem)
+        work.note(item, at, faces);
+}
+
+// One warp per word of the page table.
+__global__ void sortOutPagesKernel(SortOutPages work) {
+    const size_t word = warpOfGrid();
+    if (word >= work.pageTable.count / 32)
+        return;
+    const SortOutPages::Page page = work.sortOut(word, laneOfWarp());
+    uint32_t found[kKeptPageCounts];
+    for (uint32_t k = 0; k < kKeptPageCounts; ++k)
+        found[k] = __popc(__ballot_sync(kAllLanes, page.counts(KeptPageCount(k))));
+    if (laneOfWarp() == 0)
+        work.note(word, found);
+}
+
+// One warp per word of the page table.
+__global__ void assignPagesKernel(AssignPages work) {
+    const size_t word = warpOfGrid();
+    if (word >= work.needed.count)
+        return;
+    const bool isMissing = work.isMissing(word, laneOfWarp());
+    const uint32_t missing = __ballot_sync(kAllLanes, isMissing);
+    if (isMissing)
+        work.assign(uint32_t(word * 32 + laneOfWarp()),
+                    work.firstPage[word] + __popc(missing & ((1u << laneOfWarp()) - 1)));
+}
+
 __global__ void countPagesOfMapsKernel(CountPagesOfMaps work) {
     const size_t m = warpOfGrid();
     if (m >= work.maps.count)
@@ -126,6 +209,19 @@ void launchPass(CudaTag, const CountReached& work) {
 
 void launchPass(CudaTag, const ListReached& work) {
     launch(listReachedKernel, blocksOfWarps(work.itemCount()), work);
+}
+
+void launchPass(CudaTag, const CountDraws& work) {
+    const size_t count = work.reached.count * kFaceCount;
+    launch(countDrawsKernel, (count + kBlockThreads - 1) / kBlockThreads, work);
+}
+
+void launchPass(CudaTag, const SortOutPages& work) {
+    launch(sortOutPagesKernel, blocksOfWarps(work.itemCount()), work);
+}
+
+void launchPass(CudaTag, const AssignPages& work) {
+    launch(assignPagesKernel, blocksOfWarps(work.itemCount()), work);
 }
 
 void launchPass(CudaTag, const CountPagesOfMaps& work) {

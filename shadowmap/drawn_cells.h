@@ -250,9 +250,9 @@ struct ListOpenPages {
     ListOpenPage shortItems() const;
     SDAG_HD void list(uint32_t mapIndex, size_t entry) const {
         const uint32_t page = pageTable[entry];
-        const bool isOpen = page != kNoPage &&
-                            ((!marked.empty() && (marked[entry / 32] >> entry % 32 & 1u)) ||
-                             hasOpenCell(mapIndex, uint32_t(entry)));
+        const bool isOpen =
+            page != kNoPage && ((!marked.empty() && (marked[entry / 32] >> entry % 32 & 1u)) ||
+                                hasOpenCell(mapIndex, uint32_t(entry)));
         openTable[entry] = isOpen ? page : kNoPage;
     }
 
@@ -260,8 +260,7 @@ private:
     SDAG_HD bool hasOpenCell(uint32_t mapIndex, uint32_t entry) const {
         const PageOfMap page(maps[mapIndex], entry, pageTexelsLog2);
         const uint32_t columns = (~0u >> (31 - page.cells.u1)) & (~0u << page.cells.u0);
-        const uint32_t first =
-            mapIndex * kProjectionWordsPerMap + page.face * kProjectionMapSize;
+        const uint32_t first = mapIndex * kProjectionWordsPerMap + page.face * kProjectionMapSize;
         for (uint32_t v = page.cells.v0; v <= page.cells.v1; ++v)
             if (openRows[first + v] & columns)
                 return true;

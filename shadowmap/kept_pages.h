@@ -6,6 +6,7 @@
 
 #include "cuda/atomics.h"
 #include "cuda/mutant.h"
+#include "cuda/pass.h"
 #include "shadowmap/page_mask.h"
 
 namespace shadowdag {
@@ -122,29 +123,46 @@ struct SortOutPages {
 
     size_t itemCount() const { return pageTable.count / 32; }
     SDAG_HD void operator()(size_t i) const {
-        const uint32_t neededBits = i < needed.count ? needed[i] : 0;
-        const uint32_t staleBits = stale.empty() ? 0 : stale[i];
-        uint32_t missingCount = 0, kept = 0, found[kKeptPageCounts] = {};
+        uint32_t found[kKeptPageCounts] = {};
         for (uint32_t bit = 0; bit < 32; ++bit) {
-            const uint32_t entry = uint32_t(i * 32 + bit);
-            const uint32_t page = pageTable[entry];
-            const bool isNeeded = neededBits >> bit & 1u, isStale = staleBits >> bit & 1u;
-            if (page == kNoPage || isStale || !(isNeeded || retains)) {
-                missingCount += isNeeded;
-                found[kPagesStale] += page != kNoPage && isNeeded;
-                pageTable[entry] = kNoPage;
-                continue;
-            }
-            ++kept;
-            ++found[isNeeded ? kPagesHeld : kPagesRetained];
-            if (isNeeded)
-                pageStamps[page] = now;
-            pageKeys[page] = isNeeded ? 0xffffffffu : pageStamps[page];
-            pageEntries[page] = entry;
+            const Page page = sortOut(i, bit);
+            for (uint32_t k = 0; k < kKeptPageCounts; ++k)
+                found[k] += page.counts(KeptPageCount(k));
         }
+        note(i, found);
+    }
+
+    /// What becomes of a page.
+    struct Page {
+        bool isNeeded, isKept, isStale;
+
+        SDAG_HD bool counts(KeptPageCount as) const {
+            return as == kPagesHeld       ? isKept && isNeeded
+                   : as == kPagesStale    ? isStale && isNeeded
+                   : as == kPagesRetained ? isKept && !isNeeded
+                                          : isNeeded && !isKept;
+        }
+    };
+    /// Decides about entry `bit` of word i.
+    SDAG_HD Page sortOut(size_t i, uint32_t bit) const {
+        const uint32_t entry = uint32_t(i * 32 + bit), page = pageTable[entry];
+        const bool isNeeded = i < needed.count && (needed[i] >> bit & 1u),
+                   isStale = !stale.empty() && (stale[i] >> bit & 1u);
+        if (page == kNoPage || isStale || !(isNeeded || retains)) {
+            pageTable[entry] = kNoPage;
+            return {isNeeded, false, page != kNoPage};
+        }
+        if (isNeeded)
+            pageStamps[page] = now;
+        pageKeys[page] = isNeeded ? 0xffffffffu : pageStamps[page];
+        pageEntries[page] = entry;
+        return {isNeeded, true, false};
+    }
+    /// Adds the counts of word i.
+    SDAG_HD void note(size_t i, const uint32_t (&found)[kKeptPageCounts]) const {
         if (i < needed.count)
-            missing[i] = missingCount;
-        found[kPagesMissing] = missingCount;
+            missing[i] = found[kPagesMissing];
+        const uint32_t kept = found[kPagesHeld] + found[kPagesRetained];
         if (kept)
             atomicAddRelaxed(&pagesPerMap[mapOfWord(maps, i)], kept);
         for (uint32_t k = 0; k < kKeptPageCounts; ++k)
@@ -152,6 +170,7 @@ struct SortOutPages {
                 atomicAddRelaxed(&counts[k], found[k]);
     }
 };
+void launchPass(CudaTag, const SortOutPages& work); ///< by warps
 
 /// Allocates memory to the needed pages of word i that have none, in order, as far as memory goes:
 /// free pages first, then the least recently needed ones.
@@ -170,23 +189,28 @@ struct AssignPages {
     size_t itemCount() const { return needed.count; }
     SDAG_HD void operator()(size_t i) const {
         uint32_t rank = firstPage[i];
-        for (uint32_t bits = needed[i], bit = 0; bits; bits >>= 1, ++bit) {
-            const uint32_t entry = uint32_t(i * 32 + bit);
-            if (!(bits & 1u) || pageTable[entry] != kNoPage)
-                continue;
-            if (rank < poolPages) {
-                const uint32_t page = order.empty() ? rank : order[rank];
-                if (!pageKeys.empty() && pageKeys[rank] != 0)
-                    pageTable[pageEntries[page]] = kNoPage; // of a page that is not needed
-                if (!pageStamps.empty())
-                    pageStamps[page] = now;
-                pageTable[entry] = page;
-                freshEntries[rank] = entry;
-            }
-            ++rank;
-        }
+        for (uint32_t bit = 0; bit < 32; ++bit)
+            if (isMissing(i, bit))
+                assign(uint32_t(i * 32 + bit), rank++);
+    }
+    /// Returns whether entry `bit` of word i is needed and has no memory.
+    SDAG_HD bool isMissing(size_t i, uint32_t bit) const {
+        return (needed[i] >> bit & 1u) && pageTable[i * 32 + bit] == kNoPage;
+    }
+    /// Gives an entry the page of a rank among all that are missing.
+    SDAG_HD void assign(uint32_t entry, uint32_t rank) const {
+        if (rank >= poolPages)
+            return;
+        const uint32_t page = order.empty() ? rank : order[rank];
+        if (!pageKeys.empty() && pageKeys[rank] != 0)
+            pageTable[pageEntries[page]] = kNoPage; // of a page that is not needed
+        if (!pageStamps.empty())
+            pageStamps[page] = now;
+        pageTable[entry] = page;
+        freshEntries[rank] = entry;
     }
 };
+void launchPass(CudaTag, const AssignPages& work); ///< by warps
 
 /// Texels that one item clears; a page holds at least 256.
 constexpr uint32_t kClearedTexelsLog2 = 6;

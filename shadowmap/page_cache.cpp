@@ -362,10 +362,9 @@ KeptView PageCache::prepareCulling(View<const ShadowMapInfo> maps, const PageMas
     openTable_.resize(requestCount_ > 0 ? entries : 0);
     openRows_.resize(masks.cells.count / kProjectionMapSize);
     runPass(backend_, ListOpenCells{masks.cells, drawn(), openRows_.view()});
-    runPass(backend_, ListOpenPages{maps, std::as_const(openRows_).view(),
-                                    std::as_const(marked_).view(),
-                                    std::as_const(pageTable_).view(), openTable_.view(),
-                                    pageTexelsLog2_});
+    runPass(backend_,
+            ListOpenPages{maps, std::as_const(openRows_).view(), std::as_const(marked_).view(),
+                          std::as_const(pageTable_).view(), openTable_.view(), pageTexelsLog2_});
     return {std::as_const(drawnCells_).view(), slots_.view(), std::as_const(openBlocks_).view(),
             movedBits_.view()};
 }

@@ -39,7 +39,8 @@ constexpr uint32_t kNoMap = 0xffffffffu;
 /// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face
 /// mask, a word a map; depths: kFaceCount a map, the farthest depth at which a blocker can matter,
 /// as float bits; cells: the same a cell, as raiseCells leaves it, and blocks
-/// of them; both empty if not requested.
+/// of them; both empty if not requested. All but the pages may be empty: then only these are
+/// marked.
 struct PageMaskView {
     View<uint32_t> pages;
     View<uint32_t> projection;
@@ -129,8 +130,6 @@ struct MarkReceiver {
 private:
     SDAG_HD void mark(uint32_t mapIndex, const ShadowMapInfo& map, uint32_t face,
                       const FaceRect& rect) const {
-        atomicOrRelaxed(&masks.faces[mapIndex], 1u << face);
-        atomicMaxRelaxed(&masks.depths[mapIndex * kFaceCount + face], floatBits(rect.depthMax));
         const uint32_t n = map.faceTexels;
         const uint32_t x0 = faceCell(rect.uMin, n) >> pageTexelsLog2;
         const uint32_t x1 = faceCell(rect.uMax, n) >> pageTexelsLog2;
@@ -142,6 +141,10 @@ private:
             const uint32_t row = pageTableIndex(map, face, 0, y);
             setBits(masks.pages, row + x0, row + x1 + 1);
         }
+        if (masks.faces.empty())
+            return;
+        atomicOrRelaxed(&masks.faces[mapIndex], 1u << face);
+        atomicMaxRelaxed(&masks.depths[mapIndex * kFaceCount + face], floatBits(rect.depthMax));
         const CellRect cells = cellsOf(rect);
         const uint32_t first = mapIndex * kProjectionWordsPerMap + face * kProjectionMapSize;
         const uint32_t row = (~0u >> (31 - cells.u1)) & (~0u << cells.u0);
@@ -165,6 +168,23 @@ struct MarkReceiverFace {
 inline MarkReceiverFace MarkReceiver::shortItems() const {
     return {*this};
 }
+
+/// Marks the pages alone of every receiver, for maps of several resolutions: map m of step s is
+/// maps [s * mapCount + m].
+struct MarkPagesOfSteps {
+    MarkReceiver work;
+    uint32_t mapCount, stepCount;
+
+    size_t itemCount() const { return work.receivers.count * kFaceCount * stepCount; }
+    SDAG_HD void operator()(size_t i) const {
+        const size_t count = work.receivers.count;
+        MapReceiver receiver = work.receivers[i % count];
+        if (receiver.map == kNoMap)
+            return;
+        receiver.map += uint32_t(i / count / kFaceCount) * mapCount;
+        work.markFace(receiver, uint32_t(i / count % kFaceCount));
+    }
+};
 
 /// Writes to counts[i] the pages marked in word i.
 struct CountPages {

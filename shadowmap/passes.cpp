@@ -10,6 +10,7 @@
 // page_mask.h, cell_depth.h; cull_cuda.cu has the kernels of those that are registered for the CPU
 // alone
 SDAG_PASS(MarkReceiver)
+SDAG_PASS(MarkPagesOfSteps)
 SDAG_PASS(CountPages)
 SDAG_CPU_PASS(CountPagesOfMaps)
 SDAG_PASS(GatherBlock)
@@ -17,16 +18,16 @@ SDAG_PASS(GatherBlock)
 // cull.h
 SDAG_CPU_PASS(CountReached)
 SDAG_CPU_PASS(ListReached)
-SDAG_PASS(CountDraws)
+SDAG_CPU_PASS(CountDraws)
 SDAG_PASS(ListDraws)
 SDAG_PASS(NoteCullLengths)
 
 // kept_pages.h
 SDAG_PASS(CarryPages)
 SDAG_PASS(MarkUnder)
-SDAG_PASS(SortOutPages)
+SDAG_CPU_PASS(SortOutPages)
 SDAG_PASS(NumberPages)
-SDAG_PASS(AssignPages)
+SDAG_CPU_PASS(AssignPages)
 SDAG_PASS(ClearPages)
 
 // drawn_cells.h

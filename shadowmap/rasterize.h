@@ -442,7 +442,7 @@ struct RasterizeLargeTriangle {
 
     /// Returns whether the page has memory and may have covered texels.
     SDAG_HD bool wants(const SplitItem& item, uint32_t part) const {
-        const FaceTriangle t = setups[item.index];
+        const FaceTriangle& t = setups[item.index];
         const ShadowMapInfo& map = view.maps[view.draws[item.a].map];
         const TexelRect rect = rectOf(t, part);
         return pageAt(map, item.b & 7u, rect) != kNoPage &&
@@ -451,7 +451,7 @@ struct RasterizeLargeTriangle {
     SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
         const BatchDraw draw = view.draws[item.a];
         const ShadowMapInfo& map = view.maps[draw.map];
-        const FaceTriangle t = setups[item.index];
+        const FaceTriangle& t = setups[item.index];
         const TexelRect rect = rectOf(t, part);
         const uint32_t triangle =
             view.batchTriangles[view.batches[draw.batch].first + (item.b >> 3)];

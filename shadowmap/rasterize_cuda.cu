@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The triangles of a draw on CUDA, by a warp. Most of them cover no texel that has memory: first a
-// lane bounds a triangle; those that are left wait until there is one for each lane, are set up
-// together, and then the lanes share the texels of all their rectangles, a texel a lane at a time.
+// The triangles of a draw on CUDA: a warp takes 32 of them. A lane sets up a triangle; then the
+// lanes share the texels of all their rectangles, a texel a lane at a time, so that none waits for
+// the one that got the largest.
 #include "shadowmap/rasterize.h"
 
 #include "cuda/warp.h"
@@ -10,171 +10,140 @@ namespace shadowdag {
 
 namespace {
 
-/// What the lanes of a warp share.
+/// The triangles of a warp, in shared memory.
 struct WarpTriangles {
-    uint32_t waiting[2 * kGroupLanes]; ///< the triangle within its batch, times 8, and the face
     FaceTriangle setups[kGroupLanes];
-    uint32_t code[kGroupLanes];        ///< of a setup, as in `waiting`
-    uint32_t texelsUpTo[kGroupLanes];  ///< of a setup and those before it
-    float inverseWidth[kGroupLanes];   ///< of its rectangle
+    uint32_t triangle[kGroupLanes];   ///< of the world
+    uint32_t texelsUpTo[kGroupLanes]; ///< of a rectangle and those before it
+    float inverseWidth[kGroupLanes];  ///< of a rectangle
 };
 
-/// One draw, as the lanes of a warp see it.
-struct WarpDraw {
-    const RasterizeTriangle& work;
-    uint32_t drawIndex;
-    const ShadowMapInfo& map;
-    Batch batch;
-    WarpTriangles& shared;
+/// Returns whether a page of a triangle's rectangle has memory; true without a look for many pages.
+__device__ bool hasMemory(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
+                          const FaceTriangle& t) {
+    constexpr uint32_t kMostPages = 16;
+    const PageRect pages = pagesOf(t, view.pageTexelsLog2);
+    if (pages.count() > kMostPages)
+        return true;
+    for (int32_t y = pages.y0; y <= pages.y1; ++y)
+        for (int32_t x = pages.x0; x <= pages.x1; ++x)
+            if (view.pageTable[pageTableIndex(map, face, uint32_t(x), uint32_t(y))] != kNoPage)
+                return true;
+    return false;
+}
 
-    __device__ uint32_t triangleOf(uint32_t inBatch) const {
-        return work.view.batchTriangles[batch.first + inBatch];
-    }
-    __device__ void load(uint32_t inBatch, glm::dvec3 (&fromLight)[3]) const {
-        for (int corner = 0; corner < 3; ++corner)
-            fromLight[corner] =
-                cornerFromLight(work.view.geometry, triangleOf(inBatch), corner, map);
-    }
+/// Draws a triangle that found no space in the list. Rare, and not inlined: its registers would
+/// count for the whole kernel.
+__device__ __attribute__((noinline)) void coverAlone(const RasterView& view,
+                                                     const ShadowMapInfo& map, uint32_t face,
+                                                     const FaceTriangle& t, uint32_t triangle) {
+    coverTexels(view, map, face, t, triangle, StoreGreaterAtomically{view.depths});
+}
 
-    /// Returns whether a triangle may cover a texel that has memory; rectangles of many pages are
-    /// not looked up.
-    __device__ bool mayCover(const glm::dvec3 (&fromLight)[3], uint32_t face) const {
-        constexpr uint32_t kMostPages = 16;
-        FaceTriangle t;
-        if (!boundTriangle(faceFromLight(face, fromLight[0]), faceFromLight(face, fromLight[1]),
-                           faceFromLight(face, fromLight[2]), map, t))
-            return false;
-        const PageRect pages = pagesOf(t, work.view.pageTexelsLog2);
-        if (pages.count() > kMostPages)
-            return true;
-        for (int32_t y = pages.y0; y <= pages.y1; ++y)
-            for (int32_t x = pages.x0; x <= pages.x1; ++x)
-                if (work.view.pageTable[pageTableIndex(map, face, uint32_t(x), uint32_t(y))] !=
-                    kNoPage)
-                    return true;
-        return false;
-    }
+/// Returns whether a triangle that a mask cuts is opaque at a texel.
+__device__ __attribute__((noinline)) bool isOpaqueAt(const RasterView& view,
+                                                     const ShadowMapInfo& map,
+                                                     const FaceTriangle& t, uint32_t triangle,
+                                                     double X, double Y) {
+    return maskedTriangle(view, map, t, triangle).isOpaque(X, Y);
+}
 
-    /// Draws waiting triangles [first, first + count), one for each lane at most.
-    __device__ void draw(uint32_t first, uint32_t count) const {
-        const uint32_t lane = laneOfWarp();
-        __syncwarp();
+/// Draws a texel of a triangle's rectangle: see coverTexels, the same tests of the same numbers.
+__device__ void coverTexel(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
+                           const FaceTriangle& t, uint32_t triangle, int32_t x, int32_t y) {
+    const double X = double(2 * x + 1 - int32_t(map.faceTexels)),
+                 Y = double(2 * y + 1 - int32_t(map.faceTexels));
+    for (int k = 0; k < 3; ++k)
+        if (!(t.ex[k] * X + (t.ey[k] * Y + t.e0[k]) >= -t.tolerance[k]))
+            return;
+    const float w = glm::min(glm::max(float(t.wx * X + (t.wy * Y + t.w0)), t.wMin), t.wMax);
+    if (!(w <= t.wNear))
+        return;
+    const uint32_t log2 = view.pageTexelsLog2;
+    const uint32_t page =
+        view.pageTable[pageTableIndex(map, face, uint32_t(x) >> log2, uint32_t(y) >> log2)];
+    if (page == kNoPage ||
+        (view.geometry.masks.isCut(triangle) && !isOpaqueAt(view, map, t, triangle, X, Y)))
+        return;
+    atomicMaxRelaxed(
+        &view.depths[(size_t(page) << (2 * log2)) + texelInPage(uint32_t(x), uint32_t(y), log2)],
+        floatBits(w));
+}
+
+/// Sets up a triangle of a draw for a face; returns how many texels its rectangle has, 0 if it
+/// covers none that has memory. A large one is put on the list of large ones, and has none here.
+/// @param code the triangle within its batch, times 8, and the face
+__device__ uint32_t setUpSmall(const RasterizeTriangle& work, uint32_t drawIndex,
+                               const ShadowMapInfo& map, uint32_t triangle, uint32_t code,
+                               FaceTriangle& t) {
+    const uint32_t face = code & 7u;
+    const auto corner = [&](int i) {
+        return faceFromLight(face, cornerFromLight(work.view.geometry, triangle, i, map));
+    };
+    const glm::dvec3 a = corner(0), b = corner(1), c = corner(2);
+    if (!boundTriangle(a, b, c, map, t) || !hasMemory(work.view, map, face, t) ||
+        !setUpEdges(a, b, c, map.faceTexels, t))
+        return 0;
+    const int64_t texels = int64_t(t.x1 - t.x0 + 1) * (t.y1 - t.y0 + 1);
+    if (texels <= kSmallTriangleTexels)
+        return uint32_t(texels);
+    uint32_t index;
+    if (work.large.add(drawIndex, code, pagesOf(t, work.view.pageTexelsLog2).count(), index))
+        work.setups[index] = t;
+    else
+        coverAlone(work.view, map, face, t, triangle);
+    return 0;
+}
+
+// One warp per 32 slots of a draw. Rasterization takes 1.79 ms of a frame of the necropolis on an
+// H100 with at least 8 blocks a multiprocessor, 2.06 with 6, 2.45 with 4, whose registers suffice.
+__global__ void __launch_bounds__(kBlockThreads, 8)
+    rasterizeTriangleKernel(const __grid_constant__ RasterizeTriangle work) {
+    __shared__ WarpTriangles space[kBlockThreads / kGroupLanes];
+    const uint32_t lane = laneOfWarp(), runs = (work.view.slotsPerDraw + 31) / kGroupLanes;
+    const size_t drawIndex = warpOfGrid() / runs;
+    if (drawIndex >= work.view.draws.count)
+        return;
+    const BatchDraw draw = work.view.draws[drawIndex];
+    const Batch batch = work.view.batches[draw.batch];
+    const uint32_t inBatch = uint32_t(warpOfGrid() % runs) * kGroupLanes + lane;
+    if (inBatch - lane >= batch.count)
+        return;
+    const ShadowMapInfo& map = work.view.maps[draw.map];
+    WarpTriangles& shared = space[threadIdx.x / kGroupLanes];
+    if (inBatch < batch.count)
+        shared.triangle[lane] = work.view.batchTriangles[batch.first + inBatch];
+    for (uint32_t faces = draw.faces; faces != 0; faces &= faces - 1) {
+        const uint32_t face = uint32_t(__ffs(int(faces))) - 1;
+        FaceTriangle& own = shared.setups[lane];
         uint32_t texels = 0;
-        if (lane < count)
-            texels = setUp(shared.waiting[first + lane], shared.setups[lane]);
+        if (inBatch < batch.count)
+            texels = setUpSmall(work, uint32_t(drawIndex), map, shared.triangle[lane],
+                                inBatch << 3 | face, own);
+        if (texels != 0)
+            shared.inverseWidth[lane] = 1.0f / float(own.x1 - own.x0 + 1);
         const uint32_t upTo = sumUpToLane(texels);
         shared.texelsUpTo[lane] = upTo;
         const uint32_t all = __shfl_sync(kAllLanes, upTo, int(kGroupLanes) - 1);
         __syncwarp();
         for (uint32_t i = lane; i < all; i += kGroupLanes) {
-            uint32_t at = 0; // the first setup that ends behind texel i
-            for (uint32_t step = kGroupLanes / 2; step > 0; step /= 2)
-                if (shared.texelsUpTo[at + step - 1] <= i)
-                    at += step;
-            cover(at, i - (at == 0 ? 0 : shared.texelsUpTo[at - 1]));
+            const uint32_t at = firstAbove(shared.texelsUpTo, i);
+            const uint32_t texel = i - (at == 0 ? 0 : shared.texelsUpTo[at - 1]);
+            const FaceTriangle& t = shared.setups[at];
+            const int32_t row = rowOf(texel, shared.inverseWidth[at]);
+            coverTexel(work.view, map, face, t, shared.triangle[at],
+                       t.x0 + int32_t(texel) - row * (t.x1 - t.x0 + 1), t.y0 + row);
         }
         __syncwarp();
     }
-
-private:
-    /// Sets up a triangle of the list for this lane; returns how many texels its rectangle has. A
-    /// large one is put on the list of large ones, and has none here.
-    __device__ uint32_t setUp(uint32_t code, FaceTriangle& shared_) const {
-        const uint32_t face = code & 7u;
-        glm::dvec3 corners[3];
-        load(code >> 3, corners);
-        FaceTriangle t;
-        if (!setUpTriangle(faceFromLight(face, corners[0]), faceFromLight(face, corners[1]),
-                           faceFromLight(face, corners[2]), map, t))
-            return 0;
-        const int64_t width = t.x1 - t.x0 + 1, texels = width * (t.y1 - t.y0 + 1);
-        if (texels > kSmallTriangleTexels) {
-            uint32_t index;
-            if (work.large.add(drawIndex, code, pagesOf(t, work.view.pageTexelsLog2).count(),
-                               index))
-                work.setups[index] = t;
-            else
-                coverTexels(work.view, map, face, t, triangleOf(code >> 3),
-                            StoreGreaterAtomically{work.view.depths});
-            return 0;
-        }
-        shared_ = t;
-        shared.code[laneOfWarp()] = code;
-        shared.inverseWidth[laneOfWarp()] = 1.0f / float(width);
-        return uint32_t(texels);
-    }
-
-    /// Draws texel `texel` of the rectangle of a setup: see coverTexels, the same tests of the same
-    /// numbers.
-    __device__ void cover(uint32_t at, uint32_t texel) const {
-        const FaceTriangle& t = shared.setups[at];
-        // Half a texel keeps the quotient clear of whole numbers by far more than it rounds.
-        const int32_t row = int32_t((float(texel) + 0.5f) * shared.inverseWidth[at]);
-        const int32_t y = t.y0 + row, x = t.x0 + int32_t(texel) - row * (t.x1 - t.x0 + 1);
-        const double X = double(2 * x + 1 - int32_t(map.faceTexels)),
-                     Y = double(2 * y + 1 - int32_t(map.faceTexels));
-        for (int k = 0; k < 3; ++k)
-            if (!(t.ex[k] * X + (t.ey[k] * Y + t.e0[k]) >= -t.tolerance[k]))
-                return;
-        const float w = glm::min(glm::max(float(t.wx * X + (t.wy * Y + t.w0)), t.wMin), t.wMax);
-        if (!(w <= t.wNear))
-            return;
-        const uint32_t log2 = work.view.pageTexelsLog2, code = shared.code[at];
-        const uint32_t page = work.view.pageTable[pageTableIndex(
-            map, code & 7u, uint32_t(x) >> log2, uint32_t(y) >> log2)];
-        if (page == kNoPage)
-            return;
-        const uint32_t triangle = triangleOf(code >> 3);
-        if (work.view.geometry.masks.isCut(triangle) &&
-            !maskedTriangle(work.view, map, t, triangle).isOpaque(X, Y))
-            return;
-        const uint32_t inPage = (1u << log2) - 1;
-        atomicMaxRelaxed(&work.view.depths[(size_t(page) << (2 * log2)) +
-                                           ((uint32_t(y) & inPage) << log2) +
-                                           (uint32_t(x) & inPage)],
-                         floatBits(w));
-    }
-};
-
-// One warp per draw.
-__global__ void rasterizeTriangleKernel(RasterizeTriangle work) {
-    __shared__ WarpTriangles shared[kBlockThreads / kGroupLanes];
-    const size_t drawIndex = warpOfGrid();
-    if (drawIndex >= work.view.draws.count)
-        return;
-    const BatchDraw item = work.view.draws[drawIndex];
-    if (item.faces == 0)
-        return;
-    const WarpDraw draw{work, uint32_t(drawIndex), work.view.maps[item.map],
-                        work.view.batches[item.batch], shared[threadIdx.x / kGroupLanes]};
-    uint32_t waiting = 0;
-    for (uint32_t first = 0; first < draw.batch.count; first += kGroupLanes) {
-        const uint32_t inBatch = first + laneOfWarp();
-        glm::dvec3 fromLight[3];
-        if (inBatch < draw.batch.count)
-            draw.load(inBatch, fromLight);
-        for (uint32_t faces = item.faces; faces != 0; faces &= faces - 1) {
-            const uint32_t face = uint32_t(__ffs(int(faces))) - 1;
-            const bool waits = inBatch < draw.batch.count && draw.mayCover(fromLight, face);
-            const uint32_t lanes = __ballot_sync(kAllLanes, waits);
-            if (waits)
-                draw.shared.waiting[waiting + __popc(lanes & ((1u << laneOfWarp()) - 1))] =
-                    inBatch << 3 | face;
-            waiting += __popc(lanes);
-            if (waiting >= kGroupLanes) {
-                waiting -= kGroupLanes;
-                draw.draw(waiting, kGroupLanes);
-            }
-        }
-    }
-    if (waiting > 0)
-        draw.draw(0, waiting);
 }
 
 } // namespace
 
 void launchPass(CudaTag, const RasterizeTriangle& work) {
-    launch(rasterizeTriangleKernel, blocksOfWarps(work.view.draws.count), work);
+    const size_t blocks =
+        blocksOfWarps(work.view.draws.count * ((work.view.slotsPerDraw + 31) / kGroupLanes));
+    launch(rasterizeTriangleKernel, blocks, work);
 }
 
 } // namespace shadowdag

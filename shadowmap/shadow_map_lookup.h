@@ -54,7 +54,8 @@ SDAG_HD inline uint32_t depthAt(const ShadowMapView& view, const ShadowMapInfo& 
 /// once per texel, in order, and returns whether anything blocks the ray through its centre (u, v,
 /// 1) of face texel.face at a 1/z above `limit`. isCounted: false for a tap that is omitted.
 /// @tparam kDirectional false: no map is a directional light's, and the code for those is left out
-template <bool kDirectional = true, class Taps>
+/// @tparam kTaps bias.taps, for code without loops over others; 0: as bias has it
+template <bool kDirectional = true, uint32_t kTaps = 0, class Taps>
 SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec3& positionWorld,
                                         const glm::vec3& normalWorld, const ShadowMapBias& bias,
                                         Taps& taps) {
@@ -68,7 +69,9 @@ SDAG_HD inline uint8_t filterVisibility(const ShadowMapInfo& map, const glm::vec
         return 0;
     CubeReceiver r = makeCubeReceiver(
         d, dd, positionWorld, mutated(Mutant::kMapPlaneDropped, normalWorld, glm::vec3(0.0f)),
-        map.faceTexels, map.lodTexels, bias.constantTexels, bias.taps);
+        map.faceTexels, map.lodTexels, bias.constantTexels, kTaps != 0 ? kTaps : bias.taps);
+    if (kTaps != 0)
+        r.side = int32_t(filterSide(kTaps));
     if (r.face == 3 && isMutant(Mutant::kMapFaceMirrored))
         r.x0 = int32_t(map.faceTexels) - r.side - r.x0;
     r.fx = mutated(Mutant::kMapWeightsSwapped, r.fx, 1.0f - r.fx);
@@ -226,8 +229,8 @@ SDAG_HD inline uint8_t lookupVisibility(const ShadowMapView& view, uint32_t mapI
 }
 
 /// Returns lookupVisibility, and adds the taps on pages without memory to missingTapCount.
-/// @tparam kDirectional of filterVisibility
-template <bool kDirectional = true>
+/// @tparam kDirectional,kTaps of filterVisibility
+template <bool kDirectional = true, uint32_t kTaps = 0>
 SDAG_HD inline uint8_t countedVisibility(const ShadowMapView& view, uint32_t mapIndex,
                                          const glm::vec3& positionWorld,
                                          const glm::vec3& normalWorld, const ShadowMapBias& bias,
@@ -235,7 +238,7 @@ SDAG_HD inline uint8_t countedVisibility(const ShadowMapView& view, uint32_t map
     const ShadowMapInfo& map = view.maps[mapIndex];
     MapTaps taps{view, map, nullptr};
     const uint8_t visibility =
-        filterVisibility<kDirectional>(map, positionWorld, normalWorld, bias, taps);
+        filterVisibility<kDirectional, kTaps>(map, positionWorld, normalWorld, bias, taps);
     missingTapCount += taps.missing;
     return visibility;
 }

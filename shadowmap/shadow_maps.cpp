@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 
 namespace shadowdag {
 namespace {
@@ -116,6 +117,13 @@ struct ShadowMaps::State {
     Buffer<uint32_t> cells{backend, "shadowmap cell depths"};
     Buffer<uint32_t> blocks{backend, "shadowmap cell depth blocks"};
 
+    // Steps of lowered resolutions, of which only the pages are counted, and how many the last
+    // build took.
+    int lastSteps = 0;
+    Resident<ShadowMapInfo> stepMaps{backend, "shadowmap maps of steps"};
+    Buffer<uint32_t> stepBits{backend, "shadowmap page masks of steps"};
+    Buffer<uint32_t> stepCounts{backend, "shadowmap page counts of steps"};
+
     // Written by page allocation; read by rasterization and lookups.
     Buffer<uint32_t> firstPage{backend, "shadowmap first page of word"};
     PageCache cache;
@@ -167,6 +175,85 @@ struct ShadowMaps::State {
                 MarkReceiver{maps.view(), boxes, pairs, marked, pageTexelsLog2(), options.taps});
         runPass(backend, CountPages{std::as_const(pageBits).view(), firstPage.view()});
         return exclusiveScan(backend, std::as_const(firstPage).view(), firstPage.view());
+    }
+
+    /// Divisor `step` of resolutions: every second one is a power of two, exactly.
+    static double divisorOf(int step) {
+        return std::ldexp(step % 2 ? std::sqrt(2.0) : 1.0, step / 2);
+    }
+
+    void layOut(const std::vector<MapRequest>& requests, int step, uint64_t& words) {
+        MapLayout layout = layOutMaps(requests, options.pageTexels, divisorOf(step));
+        words = layout.maskWordCount;
+        infos = std::move(layout.maps);
+        for (ShadowMapInfo& map : infos)
+            map.lodTexels = options.lodTexels;
+    }
+
+    /// Returns how many pages the receivers need at each of the first `stepCount` divisors, counted
+    /// together; none if their page tables together are too long for that.
+    std::vector<uint64_t> countPages(const std::vector<MapRequest>& requests,
+                                     const MapInputs& inputs, int stepCount) {
+        std::vector<ShadowMapInfo> all;
+        uint64_t words = 0;
+        for (int step = 0; step < stepCount; ++step) {
+            const MapLayout layout = layOutMaps(requests, options.pageTexels, divisorOf(step));
+            if ((words + layout.maskWordCount) * 32 > 0xffffffffull)
+                return {};
+            for (ShadowMapInfo map : layout.maps) {
+                map.pageTableStart += uint32_t(words * 32);
+                all.push_back(map);
+            }
+            words += layout.maskWordCount;
+        }
+        stepMaps.take(std::move(all));
+        zero(stepBits, words);
+        stepCounts.resize(requests.size() * stepCount);
+        runPass(backend, MarkPagesOfSteps{{stepMaps.view(),
+                                           inputs.receiverBoxes,
+                                           inputs.receivers,
+                                           {stepBits.view(), {}, {}, {}, {}, {}},
+                                           pageTexelsLog2(),
+                                           options.taps},
+                                          uint32_t(requests.size()),
+                                          uint32_t(stepCount)});
+        runPass(backend, CountPagesOfMaps{stepMaps.view(), std::as_const(stepBits).view(),
+                                          stepCounts.view()});
+        const std::vector<uint32_t> found = stepCounts.download();
+        std::vector<uint64_t> counts;
+        for (auto at = found.begin(); at != found.end(); at += ptrdiff_t(requests.size()))
+            counts.push_back(std::accumulate(at, at + ptrdiff_t(requests.size()), uint64_t(0)));
+        return counts;
+    }
+
+    /// Marks the pages of all receivers at the least divisor at which `capacity` pages are enough,
+    /// or at the greatest there is. Returns how many pages are marked.
+    uint64_t markFitting(const std::vector<MapRequest>& requests, const MapInputs& inputs,
+                         uint64_t capacity) {
+        const auto fits = [&](int step, uint64_t wanted) {
+            return wanted <= capacity || divisorOf(step) >= double(kMaxFaceTexels);
+        };
+        // Consecutive frames mostly need the same divisor: those before it are counted together.
+        std::vector<uint64_t> counted;
+        if (lastSteps > 0 && !requests.empty())
+            counted = countPages(requests, inputs, lastSteps);
+        int step = 0;
+        while (step < int(counted.size()) && !fits(step, counted[size_t(step)]))
+            ++step;
+        for (;; ++step) {
+            uint64_t words = 0;
+            layOut(requests, step, words);
+            const uint64_t wanted = mark(inputs.receiverBoxes, inputs.receivers, words);
+            if (step == 0)
+                counts.pagesWantedCount = wanted;
+            if (!fits(step, wanted))
+                continue;
+            if (!counted.empty())
+                counts.pagesWantedCount = counted.front();
+            counts.degradeDivisor = float(divisorOf(step));
+            lastSteps = step;
+            return wanted;
+        }
     }
 
     /// The maps of the requests; the buffer may hold more that are kept.
@@ -422,23 +509,9 @@ void ShadowMaps::build(const std::vector<MapRequest>& requests, const MapInputs&
 
     uint64_t wanted = 0;
     {
-        StageTimer timer(s.backend, stages, "page masks");
-        const uint64_t capacity = options.poolBytes / (s.pageTexelCount() * sizeof(uint32_t));
-        // The divisor is squared-exact: every second step is a power of two.
-        double divisor = 1.0;
-        for (int step = 0;; ++step) {
-            divisor = std::ldexp(step % 2 ? std::sqrt(2.0) : 1.0, step / 2);
-            MapLayout layout = layOutMaps(requests, options.pageTexels, divisor);
-            s.infos = std::move(layout.maps);
-            for (ShadowMapInfo& map : s.infos)
-                map.lodTexels = options.lodTexels;
-            wanted = s.mark(inputs.receiverBoxes, inputs.receivers, layout.maskWordCount);
-            if (step == 0)
-                s.counts.pagesWantedCount = wanted;
-            if (wanted <= capacity || divisor >= double(kMaxFaceTexels))
-                break;
-        }
-        s.counts.degradeDivisor = float(divisor);
+        const StageTimer timer(s.backend, stages, "page masks");
+        wanted = s.markFitting(requests, inputs,
+                               options.poolBytes / (s.pageTexelCount() * sizeof(uint32_t)));
     }
     s.allocate(requests, wanted, batches, movedBatches, stages);
     BatchView onBackend = inputs.batches;
@@ -490,6 +563,8 @@ ShadowMapView ShadowMaps::view() const {
 void ShadowMaps::forget() {
     state_->cache.reset();
     state_->maps.forget();
+    state_->stepMaps.forget();
+    state_->lastSteps = 0;
 }
 
 View<const uint32_t> ShadowMaps::projectionMaps() const {

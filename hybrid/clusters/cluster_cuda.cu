@@ -105,9 +105,8 @@ __device__ void forLightsByWarp(const Work& work, size_t cluster, const Hit& hit
         work.lightBvh, 0, topBoxCount(work.lightBvh),
         [&](const Box& sphere) { return overlaps(sphere, box); },
         [&](uint32_t first, uint32_t bits) {
-            const uint32_t light = bits >> laneOfWarp() & 1u
-                                       ? work.lightBvh.items[first + laneOfWarp()]
-                                       : kNoBvhItem;
+            const uint32_t light =
+                bits >> laneOfWarp() & 1u ? work.lightBvh.items[first + laneOfWarp()] : kNoBvhItem;
             hit(light, light != kNoBvhItem &&
                            reachesCluster(work.lights, box, work.normals, cluster, light));
         });

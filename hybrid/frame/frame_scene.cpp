@@ -3,6 +3,7 @@
 #include "hybrid/frame/frame_scene.h"
 
 #include "cuda/mutant.h"
+#include "cuda/parallel_for.h"
 #include "hybrid/clusters/cluster_rays.h"
 #include "hybrid/clusters/light_bvh.h"
 #include "hybrid/frame/frame_device.h"
@@ -56,17 +57,26 @@ void FrameScene::setMoving() {
     lightBoxes_.set(hostLightBvh_.view().boxes);
     lightItems_.set(hostLightBvh_.view().items);
     space_ = truthSpaceOf(boundsOfPositions());
-    movers_.update(world_, batchSet_.view(), space_);
+    movers_.update(world_, batchSet_.view(), space_, triangles(), batches());
     device_->setPositions(world_.triangles().positions);
 }
 
 Box FrameScene::boundsOfPositions() {
     const View<const glm::vec3> positions = world_.triangles().positions;
+    const std::vector<Instance>& instances = world_.instances();
+    std::vector<Box> boxes(instances.size());
     const auto addAll = [&](Box& box, bool isMoving) {
-        for (const Instance& instance : world_.instances())
-            if (instance.isMoving == isMoving)
-                for (uint32_t v = 0; v < instance.vertexCount; ++v)
-                    box.add(positions[instance.firstVertex + v]);
+        parallelFor<CpuTag>(
+            instances.size(),
+            [&](size_t i) {
+                boxes[i] = Box{};
+                if (instances[i].isMoving == isMoving)
+                    for (uint32_t v = 0; v < instances[i].vertexCount; ++v)
+                        boxes[i].add(positions[instances[i].firstVertex + v]);
+            },
+            8);
+        for (const Box& of : boxes)
+            box.add(of);
     };
     if (!hasStillBounds_)
         addAll(stillBounds_, false);

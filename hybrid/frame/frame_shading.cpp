@@ -71,8 +71,9 @@ void countPairsOfMaps(const ShadeLists& lists, const std::vector<uint32_t>& reco
 } // namespace
 
 PairNeeds needsOf(bool servesRays, bool servesMaps, const std::vector<Light>& lights,
-                  const RayInputs& rays) {
+                  const RayInputs& rays, uint32_t taps) {
     PairNeeds needs;
+    needs.taps = taps;
     needs.rays = servesRays;
     needs.maps = servesMaps;
     needs.directional = std::any_of(lights.begin(), lights.end(),
@@ -121,7 +122,7 @@ ShadeSamples FrameShading::prepare(const VisibleSurface& surface, const FrameClu
             exactCount_.view(),
             {},
             needsOf(maps.serves(ServedBy::kRays), maps.serves(ServedBy::kMap),
-                    scene.world().lights(), inputs)};
+                    scene.world().lights(), inputs, filter.taps)};
 }
 
 void FrameShading::shade(const ShadeSamples& shading) {

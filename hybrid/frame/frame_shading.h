@@ -11,8 +11,9 @@ namespace shadowdag {
 /// Returns what the pairs of a frame may need.
 /// @param servesRays,servesMaps whether pairs are served by rays, and by maps
 /// @param rays what the frame's rays are traced through; on any backend, as only lengths are read
+/// @param taps of the maps' filter; 0: any
 PairNeeds needsOf(bool servesRays, bool servesMaps, const std::vector<Light>& lights,
-                  const RayInputs& rays);
+                  const RayInputs& rays, uint32_t taps = 0);
 
 /// Shades the samples of a frame; lists and records its pairs.
 class FrameShading {

@@ -24,12 +24,14 @@ struct PairNeeds {
     bool maps = true;        ///< pairs are served by maps
     bool directional = true; ///< some lights are directional
     RayNeeds ofRays = {};
+    uint32_t taps = 0; ///< of the maps' filter; 0: any number
 
     /// Returns whether code for these needs serves pairs of other needs.
     constexpr bool cover(const PairNeeds& other) const {
         const RayNeeds &a = ofRays, &b = other.ofRays;
         return (rays || !other.rays) && (maps || !other.maps) &&
-               (directional || !other.directional) && (a.voxels || !b.voxels) &&
+               (directional || !other.directional) &&
+               (!other.maps || taps == 0 || taps == other.taps) && (a.voxels || !b.voxels) &&
                (a.levels || !b.levels) && (a.triangles || !b.triangles) && (a.movers || !b.movers);
     }
 };
@@ -67,9 +69,9 @@ computePairResult(const VisibilityInputs& inputs, PairServer server, uint32_t li
     }
     if (kNeeds.maps && by == ServedBy::kMap) {
         ++counts.lookupCount;
-        return countedVisibility<kNeeds.directional>(inputs.maps, server.map(), positionWorld,
-                                                     normalWorld, inputs.bias,
-                                                     counts.missingTapCount);
+        return countedVisibility<kNeeds.directional, kNeeds.taps>(
+            inputs.maps, server.map(), positionWorld, normalWorld, inputs.bias,
+            counts.missingTapCount);
     }
     SDAG_ASSERT(by == ServedBy::kProof);
     ++counts.provenCount;
@@ -190,6 +192,27 @@ struct ShadeSamples {
         VisibilityCounts counts;
         glm::vec3 sum = color[sample];
         const uint32_t end = lists.start[cluster + 1];
+        if constexpr (!kNeeds.rays) { // leaves registers to hold the sample
+            const glm::vec3 position = gbuffer.positionWorld[sample],
+                            normal = gbuffer.normalWorld[sample];
+            const SurfaceColor surface = surfaceOf(sample);
+            for (uint32_t l = lists.start[cluster]; l < end; ++l) {
+                const uint32_t lightIndex = lists.lights[l];
+                const Light light = lights[lightIndex];
+                if (!isPair(light, position, normal))
+                    continue;
+                const PairServer server = serverOf(l);
+                const uint8_t seen =
+                    computePairResult<kNeeds>(visibility, server, lightIndex, light, position,
+                                              normal, gbuffer.triangle[sample], counts);
+                recorder.add(sample, seen, server);
+                if (seen != 0)
+                    sum += reflectedRadiance(light, position, normal, surface, seen);
+            }
+            color[sample] = sum;
+            addCounts(cluster, counts);
+            return;
+        }
         for (uint32_t l = lists.start[cluster]; l < end; ++l) {
             // Each lane finds its own next pair, then all trace.
             while (kNeeds.rays && l < end && !isPairOf(sample, lights[lists.lights[l]]))

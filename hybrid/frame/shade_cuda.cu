@@ -23,14 +23,15 @@ struct ShadeKernel {
 /// In the order in which they are tried. The last covers all: lights that are directional, levels
 /// of detail, and voxels of which some are believed.
 constexpr ShadeKernel kKernels[] = {
-    // {rays, maps, directional, {voxels, levels, triangles, movers}}
-    {{true, false, false, {true, false, false, false}}, 8},  // voxel rays of one level
-    {{true, false, false, {true, false, false, true}}, 4},   // and what moves
-    {{true, false, false, {false, false, true, false}}, 5},  // rays against triangles
-    {{true, false, false, {false, false, true, true}}, 4},   // and what moves
-    {{false, true, false, {false, false, false, false}}, 8}, // cube maps
-    {{true, true, false, {true, false, false, true}}, 3},    // both, by voxels of one level
-    {{true, true, false, {false, false, true, true}}, 4},    // both, by triangles
+    // {rays, maps, directional, {voxels, levels, triangles, movers}, taps}
+    {{true, false, false, {true, false, false, false}}, 8},     // voxel rays of one level
+    {{true, false, false, {true, false, false, true}}, 4},      // and what moves
+    {{true, false, false, {false, false, true, false}}, 5},     // rays against triangles
+    {{true, false, false, {false, false, true, true}}, 4},      // and what moves
+    {{false, true, false, {false, false, false, false}, 4}, 8}, // cube maps, the default filter
+    {{false, true, false, {false, false, false, false}}, 8},    // cube maps
+    {{true, true, false, {true, false, false, true}, 4}, 3},    // both, by voxels of one level
+    {{true, true, false, {false, false, true, true}, 4}, 4},    // both, by triangles
     {{}, 2},
 };
 

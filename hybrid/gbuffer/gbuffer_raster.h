@@ -118,19 +118,14 @@ struct SeenTriangle {
     PixelRect rect; ///< pixels that may see it
 };
 
-/// Returns whether a triangle may be seen as far as the pixels tell that may see it.
-SDAG_HD inline bool boundSeen(const ViewTriangle& t, const ViewRays& view, PixelRect& rect) {
-    if (t.isDegenerate)
-        return false;
-    rect = boundPixels(t, view);
-    return rect.minX <= rect.maxX && rect.minY <= rect.maxY;
-}
-
 /// Returns whether a triangle may be seen, and its setup.
 SDAG_HD inline bool setUpSeen(const TriangleView& triangles, uint32_t index, const ViewRays& view,
                               SeenTriangle& seen) {
     const ViewTriangle t = loadViewTriangle(triangles, index, view.origin);
-    if (!boundSeen(t, view, seen.rect))
+    if (t.isDegenerate)
+        return false;
+    seen.rect = boundPixels(t, view);
+    if (seen.rect.minX > seen.rect.maxX || seen.rect.minY > seen.rect.maxY)
         return false;
     for (int i = 0; i < 4; ++i) {
         const glm::dvec3 n =

@@ -3,17 +3,20 @@
 
 #include "cuda/mutant.h"
 #include "cuda/parallel_for.h"
+#include "cuda/pass.h"
 
 #include <algorithm>
 
 namespace shadowdag {
 
 DynamicGeometry::DynamicGeometry(Backend backend)
-    : boxes_(backend, "mover boxes"), items_(backend, "mover items"),
-      nearLight_(backend, "lights near movers") {}
+    : moving_(backend, "moving batches"), moverOf_(backend, "movers of batches"),
+      runBoxes_(backend, "mover run boxes"), boxes_(backend, "mover boxes"),
+      items_(backend, "mover items"), nearLight_(backend, "lights near movers") {}
 
-void DynamicGeometry::update(const World& world, const BatchView& batches,
-                             const TruthSpace& space) {
+void DynamicGeometry::update(const World& world, const BatchView& batches, const TruthSpace& space,
+                             const TriangleView& trianglesOnBackend,
+                             const BatchView& batchesOnBackend) {
     if (!empty() && isMutant(Mutant::kMoversStale))
         return;
     movingBatches_.clear();
@@ -52,6 +55,17 @@ void DynamicGeometry::update(const World& world, const BatchView& batches,
     boxes_.set(bvh.boxes);
     items_.set(hostItems_);
     nearLight_.set(hostNearLight_);
+
+    hostMoverOf_.assign(batches.batches.count, 0);
+    for (size_t m = 0; m < movingBatches_.size(); ++m)
+        hostMoverOf_[movingBatches_[m]] = uint32_t(m);
+    moverOf_.take(hostMoverOf_);
+    moving_.take(movingBatches_);
+    runsPerBatch_ = (batches.maxTriangleCount + kMoverRun - 1) / kMoverRun;
+    runBoxes_.resize(movingBatches_.size() * runsPerBatch_);
+    runPass(runBoxes_.backend(),
+            BoundMoverRuns{trianglesOnBackend, batchesOnBackend.batches, batchesOnBackend.triangles,
+                           moving_.view(), runsPerBatch_, runBoxes_.view()});
 }
 
 MoverView DynamicGeometry::view(const TruthGeometry& geometry, View<const Batch> batches,
@@ -61,7 +75,8 @@ MoverView DynamicGeometry::view(const TruthGeometry& geometry, View<const Batch>
     WideBvhView bvh = hostBvh_.view();
     bvh.boxes = boxes_.view();
     bvh.items = items_.view();
-    return {geometry, batches, batchTriangles, bvh, nearLight_.view()};
+    return {geometry,          batches,         batchTriangles,   bvh,
+            nearLight_.view(), moverOf_.view(), runBoxes_.view(), runsPerBatch_};
 }
 
 MoverView DynamicGeometry::hostView(const TruthGeometry& geometry, const BatchView& batches) const {
@@ -69,7 +84,15 @@ MoverView DynamicGeometry::hostView(const TruthGeometry& geometry, const BatchVi
         return {};
     WideBvhView bvh = hostBvh_.view();
     bvh.items = viewOf(hostItems_);
-    return {geometry, batches.batches, batches.triangles, bvh, viewOf(hostNearLight_)};
+    const bool isHere = runBoxes_.backend() == Backend::kCpu;
+    return {geometry,
+            batches.batches,
+            batches.triangles,
+            bvh,
+            viewOf(hostNearLight_),
+            viewOf(hostMoverOf_),
+            isHere ? runBoxes_.view() : View<const Box>{},
+            runsPerBatch_};
 }
 
 } // namespace shadowdag

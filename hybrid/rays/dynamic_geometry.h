@@ -16,8 +16,10 @@ public:
 
     /// Follows World::setTime and BatchSet::update; builds the hierarchy anew, because what moves
     /// leaves its place along the curve. Nothing but a look at the instances where none moves.
-    /// Cost: linear in moving batches, and lights times a search among them.
-    void update(const World& world, const BatchView& batches, const TruthSpace& space);
+    /// Cost: linear in moving triangles, and lights times a search among their batches.
+    /// @param trianglesOnBackend,batchesOnBackend the same, current on the backend
+    void update(const World& world, const BatchView& batches, const TruthSpace& space,
+                const TriangleView& trianglesOnBackend, const BatchView& batchesOnBackend);
 
     /// Returns whether anything moves.
     bool empty() const { return hostBoxes_.empty(); }
@@ -25,7 +27,7 @@ public:
     /// Returns the movers with the backend's views of what the world and its batches hold.
     MoverView view(const TruthGeometry& geometry, View<const Batch> batches,
                    View<const uint32_t> batchTriangles) const;
-    /// Returns the same on the host.
+    /// Returns the same on the host, without boxes of runs on another backend.
     MoverView hostView(const TruthGeometry& geometry, const BatchView& batches) const;
 
 private:
@@ -34,6 +36,11 @@ private:
     WideBvh hostBvh_;
     std::vector<uint32_t> hostItems_; ///< of the hierarchy, as indices of all batches
     std::vector<uint8_t> hostNearLight_;
+    std::vector<uint32_t> hostMoverOf_;
+    uint32_t runsPerBatch_ = 0;
+    Resident<uint32_t> moving_;  // movingBatches_
+    Resident<uint32_t> moverOf_; // hostMoverOf_
+    Buffer<Box> runBoxes_;
     Resident<Box> boxes_;
     Resident<uint32_t> items_;
     Resident<uint8_t> nearLight_;

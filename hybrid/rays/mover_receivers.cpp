@@ -43,7 +43,7 @@ void MoverReceivers::findCandidates(const MoverView& movers, const glm::dvec3& l
             return true;
         },
         [&](uint32_t batch) {
-            candidates_.push_back({movers.batches[batch], accepted});
+            candidates_.push_back({batch, accepted});
         });
 }
 
@@ -51,15 +51,10 @@ bool MoverReceivers::isBlocked(const MoverView& movers, const TruthRay& ray) {
     if (!(ray.tFar > 0.0f))
         return false;
     const BoxSegment segment = moverSegment(movers, ray);
-    for (const Candidate& candidate : candidates_) {
-        if (!segment.touches(candidate.boxWorld))
-            continue;
-        const Batch& batch = candidate.batch;
-        for (uint32_t i = batch.first; i < batch.first + batch.count; ++i)
-            if (blocksTruthRay(movers.geometry, ray, movers.batchTriangles[i]))
-                return true;
-    }
-    return false;
+    return std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
+        return segment.touches(candidate.boxWorld) &&
+               isBlockedByBatch(movers, candidate.batch, segment, ray);
+    });
 }
 
 uint32_t MoverReceivers::answer(const MoverView& movers, const GBufferView& gbuffer,

@@ -32,7 +32,7 @@ public:
 
 private:
     struct Candidate {
-        Batch batch;
+        uint32_t batch;
         Box boxWorld;
     };
 

@@ -218,6 +218,15 @@ TEST(PairNeeds, CoverThoseThatNeedNoMore) {
         for (uint32_t asked = 0; asked < 128; ++asked)
             ASSERT_EQ(needsOf(code).cover(needsOf(asked)), (asked & ~code) == 0)
                 << code << " " << asked;
+    PairNeeds four = needsOf(2), nine = four, any = four, rays = needsOf(1);
+    four.taps = 4;
+    nine.taps = 9;
+    rays.taps = 9;
+    EXPECT_TRUE(any.cover(four) && four.cover(four));
+    EXPECT_FALSE(four.cover(nine) || four.cover(any));
+    PairNeeds both = needsOf(3);
+    both.taps = 4;
+    EXPECT_TRUE(both.cover(rays)); // no map is looked up
 }
 
 TEST(PairNeeds, AreThoseOfTheFrame) {
@@ -245,6 +254,7 @@ TEST(PairNeeds, AreThoseOfTheFrame) {
     EXPECT_TRUE(!needs.ofRays.voxels && needs.ofRays.triangles);
     lights[1].kind = Light::kSun;
     EXPECT_TRUE(needsOf(false, true, lights, voxels).directional);
+    EXPECT_EQ(needsOf(false, true, lights, voxels, 9).taps, 9u);
 }
 
 } // namespace shadowdag::test

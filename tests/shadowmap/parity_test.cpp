@@ -106,8 +106,12 @@ Snapshot passesOf(Backend backend, const Animation& a, MapCulling culling, bool 
     const CountDraws countAll{cull, std::as_const(firstReached).view(), reached.view(),
                               drawOf.view(), counts.view()};
     if (isShared && backend == Backend::kCpu) // as a device does, in an order of its own
-        for (size_t i = reachedCount * kFaceCount; i-- > 0;)
-            countAll.testFace(i / kFaceCount, uint32_t(i % kFaceCount));
+        for (size_t i = reachedCount * kFaceCount; i-- > 0;) {
+            const size_t at = i / kFaceCount, item = countAll.itemOf(at);
+            const BatchDraw draw = reached.view()[at];
+            countAll.note(item, at,
+                          cull.faceToDraw(draw.map, draw.batch, uint32_t(i % kFaceCount)));
+        }
     else
         runPass(backend, countAll);
     snapshot.add("cull counts", counts);

@@ -24,6 +24,7 @@
 #define CUDA_VERSION 13000
 #define __host__
 #define __global__
+#define __grid_constant__
 #define __launch_bounds__(...)
 #define __shared__ static thread_local
 // Functions of both processors have other texts for each; another name keeps the linker from
