@@ -15,6 +15,8 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <pthread.h>
+#include <sys/resource.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -99,13 +101,34 @@ std::terminate_handler terminateBefore = nullptr; ///< the C++ library's
     std::abort();
 }
 
-void setTerminateBeforeMain() {
+/// Raises a limit of the stack, of this thread and of those that are started, to the usual 8 MiB;
+/// ends the process where it stays below 2 MiB, what glibc gives threads where there is no limit.
+void takeStack() {
+    constexpr rlim_t kUsualBytes = rlim_t(8) << 20, kLeastBytes = rlim_t(2) << 20;
+    rlimit limit{};
+    if (getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= kUsualBytes)
+        return;
+    limit.rlim_cur = std::min(limit.rlim_max, kUsualBytes);
+    if (limit.rlim_cur < kLeastBytes) {
+        writeError("the stack is limited to less than the 2 MiB that the program needs; raise the "
+                   "limit of the shell (ulimit -s 8192)");
+        _exit(int(shadowdag::ErrorKind::kResource));
+    }
+    setrlimit(RLIMIT_STACK, &limit);
+    pthread_attr_t thread; // which has the limit that was set at the start
+    pthread_attr_init(&thread);
+    pthread_attr_setstacksize(&thread, limit.rlim_cur);
+    pthread_setattr_default_np(&thread);
+    pthread_attr_destroy(&thread);
+}
+
+void beforeLibraries() {
     terminateBefore = std::set_terminate(onTerminateBeforeMain);
+    takeStack();
 }
 
 /// The dynamic linker calls the functions of this section before the initializers of libraries.
-__attribute__((section(".preinit_array"),
-               used)) void (*const kBeforeLibraries)() = setTerminateBeforeMain;
+__attribute__((section(".preinit_array"), used)) void (*const kBeforeLibraries)() = beforeLibraries;
 #endif
 
 /// Ends the process when memory or threads run out where no exception may leave: in the destructors
