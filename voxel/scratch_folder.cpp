@@ -183,6 +183,18 @@ std::vector<std::string> ScratchFolder::files(const std::string& extension) cons
     return paths;
 }
 
+std::string removeAbandonedScratch(const std::string& outputPath) {
+    std::error_code ignored;
+    if (!fs::is_directory(outputPath + ".scratch", ignored))
+        return "";
+    try {
+        const ScratchFolder removed(outputPath, false);
+        return "";
+    } catch (const Error& error) {
+        return error.what();
+    }
+}
+
 ScratchFile::ScratchFile(const std::string& path) : path_(path) {
     const auto held = delayRemovalOfUnfinishedFiles(); // which removes the folder
     out_.open(path, std::ios::binary | std::ios::trunc);

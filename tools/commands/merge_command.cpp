@@ -53,6 +53,8 @@ void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     std::unique_ptr<ScratchFolder> folder;
     CountedDag merged;
     if (limits.memoryBytes == 0) {
+        if (const std::string why = removeAbandonedScratch(options.output); !why.empty())
+            console.note("warning: " + why);
         merged.dag = mergeParts(parts, progress);
         merged.stats = computeDagStats(merged.dag);
     } else {

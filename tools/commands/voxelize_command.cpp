@@ -104,6 +104,8 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     else if (commandLine.given("--checkpoint"))
         throw Error(ErrorKind::kUsage, "--checkpoint is for --resume and --memory-limit, without "
                                        "which nothing is kept on disk; give one or drop it");
+    else if (const std::string why = removeAbandonedScratch(options.output); !why.empty())
+        console.note("warning: " + why);
 
     const LoadedScene scene = loadSceneAndWorld(options.scene, -1, 1, false, console);
     const AssetProvenance provenance = assetProvenance(scene);
