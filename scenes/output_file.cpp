@@ -6,6 +6,7 @@
 #include "cuda/macros.h"
 #include "scenes/input_file.h"
 #include "scenes/output_target.h"
+#include "scenes/write_remedy.h"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -64,7 +65,7 @@ Unfinished& unfinished() {
     refuseTooManyFiles(path, error);
     throw Error(ErrorKind::kResource,
                 what + " '" + path + "': " + (error ? std::strerror(error) : "unknown reason") +
-                    "; choose another place or free some disk space");
+                    "; " + writeRemedy(error));
 }
 
 // Returns whether the writer of a temporary file is gone: no process of this machine has the number

@@ -233,8 +233,10 @@ int runProgram(int argc, char** argv) {
                                   "its end",
                                   int(ErrorKind::kResource));
         if (!std::cout)
-            return complain("standard output cannot be written; is the disk full?",
-                            int(ErrorKind::kResource));
+            return complain(
+                "standard output cannot be written; is the disk full, or the size of files "
+                "limited (ulimit -f)?",
+                int(ErrorKind::kResource));
         return 0;
     } catch (const Interrupted& interrupted) {
         endBySignal(interrupted.signal);
