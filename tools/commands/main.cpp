@@ -44,7 +44,7 @@ void writeError(std::string_view message) {
 
 int complain(const std::string& message, int status) {
     std::cout << std::flush;
-    writeError(shadowdag::printable(message));
+    writeError(shadowdag::printableLine(message));
     return status;
 }
 

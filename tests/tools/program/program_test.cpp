@@ -224,6 +224,7 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
         {{"scene", "atrium", "-o", directory / "pipe.glb"},
          3,
          "it is a pipe, a socket or a device"},
+        {{"info", directory / "a\nb\x9b.glb"}, 2, "a\\x0ab\\x9b.glb: no such file"},
         {{"info", directory / "pipe.glb"}, 2, "not a regular file"},
         // Of the default method, whose rays believe no voxel.
         {{"render", kScene, "-o", exr, "--voxels", directory / "none.svdag"},
@@ -247,6 +248,27 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
     expectRefused(directory, cases);
     EXPECT_FALSE(std::filesystem::exists(exr));
     EXPECT_FALSE(std::filesystem::exists(dag));
+}
+
+TEST(Program, NamesDoNotReachTheTerminalAsControlCharacters) {
+    const TemporaryDirectory directory;
+    const std::string name = directory / "a\x1b[31m\xc2\x9b\x9b", asset = name + ".svdag",
+                      scene = name + ".glb";
+    for (const Arguments& command :
+         {Arguments{"scene", "fail-acne", "-o", scene},
+          Arguments{"voxelize", scene, "-o", asset, "--resolution", "64"}, Arguments{"info", scene},
+          Arguments{"info", asset}, Arguments{"export", asset, "-o", name + ".vdb"},
+          Arguments{"import", name + ".vdb", "-o", asset},
+          Arguments{"render", scene, "-o", name + ".exr", "--size", "32x18"},
+          Arguments{"compare", scene, "-o", name, "--no-charts", "--size", "16x9", "--methods",
+                    "embree,dag", "--repeats", "1"}}) {
+        const ProgramResult result = runShadowdag(directory, command);
+        EXPECT_EQ(result.status, 0) << result.err;
+        for (const std::string& text : {result.out, result.err})
+            for (const char* control : {"\x1b", "\x9b"})
+                EXPECT_THAT(text, testing::Not(HasSubstr(control))) << command[0];
+        EXPECT_THAT(result.out, HasSubstr("a\\x1b[31m\\xc2\\x9b\\x9b")) << command[0];
+    }
 }
 
 TEST(Program, PipesOfTheShellAreReadOnce) {
