@@ -12,6 +12,7 @@
 #include "tools/settings/console.h"
 #include "tools/settings/provenance.h"
 #include "tools/studies/study.h"
+#include "tools/workspace/journal.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -169,27 +170,26 @@ void holdStandardStreams() {
 /// Runs the command. Throws only what its own messages throw.
 int runProgram(int argc, char** argv) {
     using namespace shadowdag;
-    const std::string command = argc > 1 ? argv[1] : "";
-    // Outlives main, as the thread that gives up may.
-    static const std::string& farewell =
-        *new std::string(std::string("interrupted; every file is complete or absent") +
-                         (command == "compare" || command == "study"
-                              ? "; the same command with --resume goes on after the finished parts"
-                              : ""));
+    // Takes no memory, which may be short.
+    const auto sayFarewell = [] {
+        writeError(hasFinishedParts() ? "interrupted; every file is complete or absent; the same "
+                                        "command with --resume goes on after the finished parts"
+                                      : "interrupted; every file is complete or absent");
+    };
     static std::atomic_flag isEnding;
-    const auto endBySignal = [](int signal) {
+    const auto endBySignal = [&](int signal) {
         while (isEnding.test_and_set()) // the other thread ends the process
             pause();
         std::cout << std::flush;
-        writeError(farewell); // takes no memory, which may be short
+        sayFarewell();
         raiseAgain(signal);
     };
     try {
-        catchInterrupts([](int signal) {
+        catchInterrupts([sayFarewell](int signal) {
             removeUnfinishedFiles();
             // The main thread may be blocked in a write; then no message is written.
             if (!isEnding.test_and_set() && canWrite(STDERR_FILENO))
-                writeError(farewell);
+                sayFarewell();
             raiseAgain(signal);
         });
         setGlPoll(checkInterrupted);

@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "scenes/output_file.h"
 #include "tools/settings/json_file.h"
+#include "tools/workspace/journal.h"
 #include "tools/workspace/study_kinds.h"
 
 #include <nlohmann/json.hpp>
@@ -213,6 +214,7 @@ void swapReport(const std::string& directory) {
         throw;
     }
     moveFile(old, partial + "/done"); // the swap is not undone from here on
+    hasFinishedParts() = false;
     held.unlock();
     std::error_code ignored;
     fs::remove_all(partial, ignored);
