@@ -271,6 +271,23 @@ TEST(Program, NamesDoNotReachTheTerminalAsControlCharacters) {
     }
 }
 
+TEST(Program, FilesOfTheSystemWhoseSizeIsNotWhatTheyHoldAreRefusedWithATrueReason) {
+    const TemporaryDirectory directory;
+    for (const char* file : {"/proc/cpuinfo", "/sys/devices/system/cpu/online"})
+        for (const char* name : {"a.glb", "a.gltf", "a.svdag", "a.vdb", "a.nvdb"}) {
+            std::filesystem::remove(directory / name);
+            std::filesystem::create_symlink(file, directory / name);
+            const bool isGrid = std::string(name).find("vdb") != std::string::npos;
+            const ProgramResult result =
+                isGrid ? runShadowdag(directory,
+                                      {"import", directory / name, "-o", directory / "b.svdag"})
+                       : runShadowdag(directory, {"info", directory / name});
+            EXPECT_EQ(result.status, 2);
+            for (const char* untrue : {"Success", "is empty", "cannot be opened", "cannot be read"})
+                EXPECT_THAT(result.err, testing::Not(HasSubstr(untrue))) << file;
+        }
+}
+
 TEST(Program, PipesOfTheShellAreReadOnce) {
     const TemporaryDirectory directory;
     writeText(directory / "a.json", "{\"scenes\": [\"builtin:fail-acne\"], \"size\": \"16x9\", "
