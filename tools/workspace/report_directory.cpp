@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "scenes/output_file.h"
+#include "scenes/output_target.h"
 #include "tools/settings/json_file.h"
 #include "tools/workspace/journal.h"
 #include "tools/workspace/study_kinds.h"
@@ -75,6 +76,13 @@ void refuseForeignFiles(const std::string& directory) {
         for (const auto& entry : fs::recursive_directory_iterator(directory + "/partial", ignored))
             if (!entry.is_directory(ignored))
                 refuse("partial");
+}
+
+/// Throws Error kResource if a file of an older report is read-only (outputTarget).
+void refuseReadOnly(const std::string& directory) {
+    for (const std::string& name : reportParts())
+        if (const std::string path = directory + "/" + name; fs::is_regular_file(path))
+            static_cast<void>(outputTarget(path));
 }
 
 void moveFile(const std::string& from, const std::string& to) {
@@ -186,6 +194,7 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
     DirectoryLock lock("-o", directory);
     refuseForeignFiles(directory);
     undoSwap(directory);
+    refuseReadOnly(directory);
     refuseOtherKind(directory, isPart);
     if (!resume) {
         refuseFinishedParts(directory);
@@ -204,6 +213,8 @@ void swapReport(const std::string& directory) {
     try {
         for (const std::string& name : reportParts()) {
             const std::string target = directory + "/" + name, fresh = partial + "/" + name;
+            if (fs::is_regular_file(target) && fs::is_regular_file(fresh))
+                fs::permissions(fresh, fs::status(target).permissions());
             if (fs::exists(target))
                 moveFile(target, old + "/" + name);
             if (fs::exists(fresh))
