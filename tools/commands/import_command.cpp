@@ -83,9 +83,7 @@ VdbAsset readLimited(const ImportOptions& options) {
 void runImport(const ImportOptions& options) {
     const Console console(options.global.json);
     options.global.apply(console, false, false);
-    if (std::filesystem::path(options.output).extension() != ".svdag")
-        throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': assets are .svdag files; use that extension");
+    checkExtension(options.output, {".svdag"}, "assets are .svdag files; use that extension");
     const std::string ending = std::filesystem::path(options.input).extension();
     if (ending != ".vdb" && ending != ".nvdb")
         throw Error(ErrorKind::kUsage,

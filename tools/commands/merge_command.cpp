@@ -13,7 +13,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -30,9 +29,7 @@ struct MergeOptions {
 void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     options.global.apply(console, false, false);
-    if (std::filesystem::path(options.output).extension() != ".svdag")
-        throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': assets are .svdag files; use that extension");
+    checkExtension(options.output, {".svdag"}, "assets are .svdag files; use that extension");
     checkWritable(options.output);
     BuildLimits limits;
     limits.packing = parsePacking(options.packing);

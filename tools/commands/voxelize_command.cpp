@@ -27,19 +27,6 @@ struct VoxelizeOptions {
     bool isPart = false; ///< --part was given, even with an empty text
 };
 
-/// Throws Error kUsage unless the output has the extension of the file's kind.
-void checkExtension(const VoxelizeOptions& options) {
-    const std::string wanted = options.isPart ? ".svpart" : ".svdag";
-    if (std::filesystem::path(options.output).extension() == wanted)
-        return;
-    throw Error(ErrorKind::kUsage,
-                "-o '" + options.output + "': " +
-                    (options.isPart
-                         ? "with --part, the output is an .svpart file, which merge joins to "
-                           "an .svdag; use that extension"
-                         : "assets are .svdag files; use that extension"));
-}
-
 /// Builds in memory, or with a scratch folder if --memory-limit or --resume is given.
 CountedDag buildDag(const TriangleView& triangles, View<const uint32_t> which,
                     const VoxelGrid& grid, const AssetProvenance& provenance,
@@ -85,7 +72,11 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     options.isPart = commandLine.given("--part");
     const auto [part, partCount] =
         options.isPart ? parseShare("--part", options.part, kMaxPartCount) : std::pair(1u, 1u);
-    checkExtension(options);
+    checkExtension(options.output, {options.isPart ? ".svpart" : ".svdag"},
+                   options.isPart
+                       ? "with --part, the output is an .svpart file, which merge joins to "
+                         "an .svdag; use that extension"
+                       : "assets are .svdag files; use that extension");
     checkWritable(options.output);
 
     BuildLimits limits;

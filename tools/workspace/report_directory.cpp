@@ -180,17 +180,23 @@ ReportDirectory::~ReportDirectory() {
     }
 }
 
-DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
+void createDirectory(const std::string& path) {
     std::error_code failed;
-    if (fs::exists(directory) && !fs::is_directory(directory))
-        throw Error(ErrorKind::kResource, directory + ": is a file; give a directory");
-    const auto create = [&](const std::string& path) {
-        fs::create_directories(path, failed);
-        if (failed)
-            throw Error(ErrorKind::kResource, path + ": cannot be created: " + failed.message() +
-                                                  "; choose another directory");
-    };
-    create(directory);
+    const fs::file_status there = fs::status(path, failed);
+    if (fs::exists(there) && !fs::is_directory(there))
+        throw Error(ErrorKind::kResource, path + ": is not a directory; give one");
+    if (!fs::exists(there) && fs::is_symlink(fs::symlink_status(path, failed)))
+        throw Error(ErrorKind::kResource,
+                    path + ": is a symbolic link that leads nowhere; create the directory that it "
+                           "leads to, or remove the link");
+    fs::create_directories(path, failed);
+    if (failed)
+        throw Error(ErrorKind::kResource, path + ": cannot be created: " + failed.message() +
+                                              "; choose another directory");
+}
+
+DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
+    createDirectory(directory);
     DirectoryLock lock("-o", directory);
     refuseForeignFiles(directory);
     undoSwap(directory);
@@ -198,9 +204,10 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
     refuseOtherKind(directory, isPart);
     if (!resume) {
         refuseFinishedParts(directory);
-        fs::remove_all(directory + "/partial", failed);
+        std::error_code ignored;
+        fs::remove_all(directory + "/partial", ignored);
     }
-    create(directory + "/partial/images");
+    createDirectory(directory + "/partial/images");
     removeAbandonedFiles(directory + "/partial");   // of a killed run that is resumed
     OutputFile probe(directory + "/partial/probe"); // removed again: never committed
     return lock;

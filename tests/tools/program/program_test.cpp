@@ -288,6 +288,47 @@ TEST(Program, FilesOfTheSystemWhoseSizeIsNotWhatTheyHoldAreRefusedWithATrueReaso
         }
 }
 
+TEST(Program, ATooLongNameIsNotBlamedOnTheDisk) {
+    const TemporaryDirectory directory;
+    const std::string name = directory / std::string(250, 'a');
+    for (const Arguments& command :
+         {Arguments{"scene", "fail-acne", "-o", name + ".glb"},
+          Arguments{"voxelize", kScene, "-o", name + ".svdag", "--memory-limit", "1G"},
+          Arguments{"compare", kScene, "-o", name + "bcdefg", "--no-charts"},
+          Arguments{"study", "failures", "-o", name + "bcdefg", "--no-charts"}}) {
+        const ProgramResult result = runShadowdag(directory, command);
+        EXPECT_EQ(result.status, 3) << command[0];
+        EXPECT_THAT(result.err, HasSubstr("File name too long; ")) << command[0];
+        EXPECT_THAT(result.err, testing::Not(HasSubstr("disk"))) << command[0];
+    }
+}
+
+TEST(Program, EveryCommandRefusesADeviceAndALinkThatLeadsNowhereAsItsOutputAlike) {
+    const TemporaryDirectory directory;
+    const std::string link = directory / "link";
+    std::filesystem::create_symlink("nowhere", link);
+    for (const Arguments& command :
+         {Arguments{"scene", "atrium"}, Arguments{"voxelize", kScene}, Arguments{"merge", "p"},
+          Arguments{"export", "a.svdag"}, Arguments{"import", "a.vdb"}, Arguments{"render", kScene},
+          Arguments{"calibrate", kScene}, Arguments{"fit", kScene, "--max", "1"},
+          Arguments{"rays", kScene}, Arguments{"rays", kScene, "--answer", "a.npz"},
+          Arguments{"compare", kScene, "--no-charts"}, Arguments{"study", "failures"},
+          Arguments{"figures", directory / "a.json"}, Arguments{"validate", kScene}}) {
+        writeText(directory / "a.json", "{}");
+        const ProgramResult result =
+            runShadowdag(directory, command + Arguments{"-o", "/dev/null"});
+        EXPECT_EQ(result.status, 3) << command[0] << ": " << result.err;
+    }
+    for (const Arguments& command :
+         {Arguments{"compare", kScene, "--no-charts"}, Arguments{"study", "failures"},
+          Arguments{"rays", kScene, "--answer", "a.npz"},
+          Arguments{"figures", directory / "a.json"}, Arguments{"validate", kScene}}) {
+        const ProgramResult result = runShadowdag(directory, command + Arguments{"-o", link});
+        EXPECT_EQ(result.status, 3) << command[0];
+        EXPECT_THAT(result.err, HasSubstr("is a symbolic link that leads nowhere")) << command[0];
+    }
+}
+
 TEST(Program, PipesOfTheShellAreReadOnce) {
     const TemporaryDirectory directory;
     writeText(directory / "a.json", "{\"scenes\": [\"builtin:fail-acne\"], \"size\": \"16x9\", "
