@@ -142,6 +142,9 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          1,
          "unknown option --methd; did you mean --method? See shadowdag render --help"},
         {{"render", kScene, "-o", exr, "--nonsense=1"}, 1, "unknown option --nonsense; see"},
+        {{"voxelize", "--nonsense", kScene}, 1, "unknown option --nonsense; see"}, // and no -o
+        {{"voxelize", "-x", kScene}, 1, "unknown option -x; see"},
+        {{"voxelize", "-oa.svdag", "--", "--nonsense", "b"}, 1, "not expected"},
         {{"render", kScene, "-o", exr, "--backend", "gpu"}, 1, "gpu"},
         {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3"} + kSmall, 1, "six numbers"},
         {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3,1,2,3"} + kSmall, 1,
@@ -221,10 +224,10 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          2,
          "\"a\\u0000b\" contains a zero byte"},
         {{"info", directory / "a\x1b[31m.glb"}, 2, "a\\x1b[31m.glb: no such file"},
+        {{"info", directory / "a\nb\x9b.glb"}, 2, "a\\x0ab\\x9b.glb: no such file"},
         {{"scene", "atrium", "-o", directory / "pipe.glb"},
          3,
          "it is a pipe, a socket or a device"},
-        {{"info", directory / "a\nb\x9b.glb"}, 2, "a\\x0ab\\x9b.glb: no such file"},
         {{"info", directory / "pipe.glb"}, 2, "not a regular file"},
         // Of the default method, whose rays believe no voxel.
         {{"render", kScene, "-o", exr, "--voxels", directory / "none.svdag"},
