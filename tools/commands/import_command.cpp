@@ -217,7 +217,7 @@ std::function<void()> declareImport(CommandLine& commandLine) {
                      "smallest cube whose side is a power of two",
                      true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
-    commandLine.text("--packing", options->packing, "P", kPackingHelp);
+    commandLine.text("--packing", options->packing, "fast|compact", kPackingHelp);
     commandLine.text("--grid", options->grid, "NAME", "The grid to read, if the file has several");
     commandLine.flag(
         "--edited", options->acceptEdited,

@@ -78,7 +78,7 @@ std::function<void()> declareMerge(CommandLine& commandLine) {
     commandLine.texts("PART", options->parts, "",
                       "The .svpart files of one build, each part once, in any order", true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
-    commandLine.text("--packing", options->packing, "P", kPackingHelp);
+    commandLine.text("--packing", options->packing, "fast|compact", kPackingHelp);
     commandLine.text("--memory-limit", options->memoryLimit, "BYTES",
                      "Limit the memory of the process, as in 4G; uses scratch files in "
                      "F.svdag.scratch; slower [no limit]");

@@ -143,7 +143,7 @@ std::function<void()> declareVoxelize(CommandLine& commandLine) {
         "--resolution", options->resolution, "N",
         "Voxels per axis, a power of two from 4 to 131072; the grid is a cube around the static "
         "geometry, as long as its longest side [1024]");
-    commandLine.text("--packing", options->packing, "P", kPackingHelp);
+    commandLine.text("--packing", options->packing, "fast|compact", kPackingHelp);
     commandLine.text(
         "--part", options->part, "K/N",
         "Build only part K of N; parts may be built on different machines. shadowdag merge "
