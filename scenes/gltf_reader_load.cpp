@@ -364,7 +364,7 @@ GlbLayout checkGlb(const Document& document, const std::vector<unsigned char>& b
     return layout;
 }
 
-std::vector<unsigned char> readWhole(const Document& document) {
+std::vector<uint8_t> readWhole(const Document& document) {
     std::error_code error;
     const std::filesystem::path path(document.path);
     if (!std::filesystem::exists(path, error))
@@ -374,23 +374,13 @@ std::vector<unsigned char> readWhole(const Document& document) {
     if (!std::filesystem::is_regular_file(path, error))
         throw Error(ErrorKind::kInput,
                     document.path + ": not a regular file; name a .glb or .gltf");
-    const uint64_t size = std::filesystem::file_size(path, error);
-    if (error)
-        throw Error(ErrorKind::kInput, document.path + ": " + error.message());
-    if (size == 0)
+    std::string why;
+    auto bytes = readInputBytes(document.path, {kMaxFileBytes}, why);
+    if (!bytes)
+        throw Error(ErrorKind::kInput, document.path + ": " + why + "; name a .glb or .gltf file");
+    if (bytes->empty())
         throw Error(ErrorKind::kInput, document.path + ": the file is empty");
-    if (size > kMaxFileBytes)
-        throw Error(ErrorKind::kInput, document.path + ": " + std::to_string(size) +
-                                           " bytes; more than 4 GiB is not glTF");
-    errno = 0;
-    std::ifstream stream(path, std::ios::binary);
-    if (!stream)
-        refuseTooManyFiles(document.path, errno);
-    std::vector<unsigned char> bytes(size);
-    stream.read(reinterpret_cast<char*>(bytes.data()), std::streamsize(size));
-    if (!stream)
-        throw Error(ErrorKind::kInput, document.path + ": cannot be read: " + std::strerror(errno));
-    return bytes;
+    return std::move(*bytes);
 }
 
 void checkExtensions(Document& document) {

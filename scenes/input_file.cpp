@@ -50,10 +50,10 @@ std::string refusal(const struct stat& status, const InputLimits& limits) {
     return "";
 }
 
-} // namespace
-
-std::optional<std::string> readInput(const std::string& path, const InputLimits& limits,
-                                     std::string& why) {
+/// readInput, into a container of bytes.
+template <class Bytes>
+std::optional<Bytes> readInto(const std::string& path, const InputLimits& limits,
+                              std::string& why) {
     // A name with a zero byte would open what is before it.
     const Descriptor file(path.find('\0') == std::string::npos
                               ? ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)
@@ -70,7 +70,7 @@ std::optional<std::string> readInput(const std::string& path, const InputLimits&
     if (!why.empty())
         return std::nullopt;
     constexpr size_t kStep = size_t(1) << 20;
-    std::string content;
+    Bytes content;
     content.reserve(size_t(status.st_size) + 1);
     constexpr int kPollMs = 50;
     for (int waitedMs = 0;;) {
@@ -103,6 +103,18 @@ std::optional<std::string> readInput(const std::string& path, const InputLimits&
             return std::nullopt;
         }
     }
+}
+
+} // namespace
+
+std::optional<std::string> readInput(const std::string& path, const InputLimits& limits,
+                                     std::string& why) {
+    return readInto<std::string>(path, limits, why);
+}
+
+std::optional<std::vector<uint8_t>> readInputBytes(const std::string& path,
+                                                   const InputLimits& limits, std::string& why) {
+    return readInto<std::vector<uint8_t>>(path, limits, why);
 }
 
 std::string whyNoInput(const std::string& path, uint64_t maxBytes) {

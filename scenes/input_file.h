@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace shadowdag {
 
@@ -16,12 +17,16 @@ struct InputLimits {
     bool polls = true;      ///< reading can be cancelled (pollCpu); not in destructors
 };
 
-/// Returns the content of a file, or nothing and in `why` the reason: "is a directory", "is a
-/// device", "cannot be opened: Permission denied". Never waits to open a pipe. If `limits.polls`,
-/// it throws what refuseTooManyFiles throws and, while it waits for content, what pollCpu throws,
-/// and it warns after a second of waiting for the first byte of a pipe.
+/// Returns the content of a file, whatever size the system states, or nothing and in `why` the
+/// reason: "is a directory", "is a device", "cannot be opened: Permission denied". Never waits to
+/// open a pipe. If `limits.polls`, it throws what refuseTooManyFiles throws and, while it waits for
+/// content, what pollCpu throws, and it warns after a second of waiting for the first byte of a
+/// pipe.
 std::optional<std::string> readInput(const std::string& path, const InputLimits& limits,
                                      std::string& why);
+/// Returns the same as bytes.
+std::optional<std::vector<uint8_t>> readInputBytes(const std::string& path,
+                                                   const InputLimits& limits, std::string& why);
 
 /// Returns why a path is not a regular file of at most `maxBytes` that exists and may be read; ""
 /// if it is. Opens nothing.

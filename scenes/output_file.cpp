@@ -6,6 +6,7 @@
 #include "cuda/macros.h"
 #include "scenes/input_file.h"
 #include "scenes/output_target.h"
+#include "scenes/write_remedy.h"
 
 #include <dirent.h>
 #include <fcntl.h>
@@ -26,6 +27,7 @@
 #include <memory>
 #include <mutex>
 #include <new>
+#include <optional>
 #include <set>
 #include <thread>
 #include <utility>
@@ -63,7 +65,7 @@ Unfinished& unfinished() {
     refuseTooManyFiles(path, error);
     throw Error(ErrorKind::kResource,
                 what + " '" + path + "': " + (error ? std::strerror(error) : "unknown reason") +
-                    "; choose another place or free some disk space");
+                    "; " + writeRemedy(error));
 }
 
 // Returns whether the writer of a temporary file is gone: no process of this machine has the number
@@ -91,8 +93,8 @@ void removeUnlessLocked(const std::string& path) {
 
 // Creates a file that did not exist and locks it for as long as the result is open: -1 with errno
 // if it cannot be created. A file system without locks is accepted.
-int createLocked(const std::string& path) {
-    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+int createLocked(const std::string& path, mode_t mode) {
+    const int file = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     struct stat status {};
     if (file < 0 || ::flock(file, LOCK_EX | LOCK_NB) != 0 || ::fstat(file, &status) != 0 ||
         status.st_nlink > 0)
@@ -100,6 +102,14 @@ int createLocked(const std::string& path) {
     ::close(file); // it was removed before it was locked
     errno = EEXIST;
     return -1;
+}
+
+// Returns the permissions of the file at `path`; nothing if there is none.
+std::optional<mode_t> permissionsOf(const std::string& path) {
+    struct stat status {};
+    if (::stat(path.c_str(), &status) != 0)
+        return std::nullopt;
+    return status.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
 }
 
 // Flushes the file at `path` to disk, so that it survives a power failure; a file system that
@@ -125,6 +135,8 @@ OutputFile::OutputFile(const std::string& path) : path_(outputTarget(path)) {
         throw Error(ErrorKind::kResource,
                     "cannot write '" + path_ + "': it is a folder; name a file in it");
     removeAbandonedFilesOf(path_);
+    // Until it has the permissions of the file that it replaces, which others may not read.
+    const mode_t mode = permissionsOf(path_) ? S_IRUSR | S_IWUSR : 0666;
     const std::lock_guard lock(unfinished().mutex);
     for (;;) {
         // The process id and a counter distinguish two writers of one name; the same folder keeps
@@ -133,7 +145,7 @@ OutputFile::OutputFile(const std::string& path) : path_(outputTarget(path)) {
                          std::to_string(gFileCounter.fetch_add(1));
         const auto entry = unfinished().locks.try_emplace(temporaryPath_, -1).first;
         errno = 0;
-        entry->second = createLocked(temporaryPath_);
+        entry->second = createLocked(temporaryPath_, mode);
         if (entry->second >= 0)
             break;
         const int error = errno;
@@ -175,6 +187,9 @@ void OutputFile::commit() {
         fail("cannot write", path_, errno);
     syncToDisk(temporaryPath_);
     const std::lock_guard lock(unfinished().mutex);
+    if (const auto permissions = permissionsOf(path_);
+        permissions && ::chmod(temporaryPath_.c_str(), *permissions) != 0)
+        fail("cannot set the permissions of", temporaryPath_, errno);
     if (std::rename(temporaryPath_.c_str(), path_.c_str()) != 0)
         fail("cannot rename the finished file to", path_, errno);
     unfinished().erase(temporaryPath_);

@@ -11,10 +11,10 @@
 
 namespace shadowdag {
 
-/// Writes next to the file that the name leads to (outputTarget) and renames on commit(); destroyed
-/// without commit, it removes its file and leaves an old file of that name unchanged. First it
-/// removes what killed processes left of the same output. Throws Error kResource naming path and
-/// reason.
+/// Writes next to the file that the name leads to (outputTarget) and renames on commit(); the new
+/// file has the permissions of the old one. Destroyed without commit, it removes its file and
+/// leaves an old file of that name unchanged. First it removes what killed processes left of the
+/// same output. Throws Error kResource naming path and reason.
 class OutputFile {
 public:
     explicit OutputFile(const std::string& path);

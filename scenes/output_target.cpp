@@ -3,6 +3,11 @@
 
 #include "cuda/error.h"
 
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <system_error>
 
@@ -28,6 +33,16 @@ std::string outputTarget(const std::string& path) {
                             "': it is a link of the system to an open file, as /dev/stdout is, "
                             "which a complete file would replace; name a regular file");
         target = target.parent_path() / fs::read_symlink(target);
+    }
+    struct stat found {};
+    if (::stat(target.c_str(), &found) == 0 && S_ISREG(found.st_mode)) {
+        constexpr mode_t kAnyWriter = S_IWUSR | S_IWGRP | S_IWOTH;
+        const bool isReadOnly = (found.st_mode & kAnyWriter) == 0; // root may write it, too
+        if (isReadOnly || ::access(target.c_str(), W_OK) != 0)
+            throw Error(ErrorKind::kResource,
+                        "cannot replace '" + path +
+                            "': " + (isReadOnly ? "it is read-only" : std::strerror(errno)) +
+                            "; make it writable (chmod u+w) or name another file");
     }
     return target.string();
 }

@@ -1,28 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/printable.h"
 
+#include <algorithm>
+
 namespace shadowdag {
 
-std::string printable(std::string_view text) {
+namespace {
+
+/// Returns the number of bytes of the UTF-8 sequence at the beginning of a text, 1 to 4; 1 if there
+/// is none.
+size_t sequenceLength(std::string_view text) {
+    const auto first = static_cast<unsigned char>(text[0]);
+    const size_t length = first < 0xc2 ? 1 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+    if (first > 0xf4 || length > text.size() ||
+        !std::all_of(text.begin() + 1, text.begin() + std::ptrdiff_t(length),
+                     [](char byte) { return (static_cast<unsigned char>(byte) & 0xc0) == 0x80; }))
+        return 1;
+    return length;
+}
+
+bool isControl(unsigned char byte) {
+    return byte < 0x20 || (byte >= 0x7f && byte < 0xa0);
+}
+
+/// Returns the text with its control characters escaped, except those of `kept`.
+std::string escaped(std::string_view text, std::string_view kept) {
     constexpr const char* kDigits = "0123456789abcdef";
     std::string shown;
-    const auto escape = [&](unsigned char byte) {
-        shown += {'\\', 'x', kDigits[byte >> 4], kDigits[byte & 15]};
-    };
-    for (size_t i = 0; i < text.size(); ++i) {
-        const auto byte = static_cast<unsigned char>(text[i]);
-        const auto next = static_cast<unsigned char>(i + 1 < text.size() ? text[i + 1] : 0);
-        if (byte == 0xc2 && next >= 0x80 && next < 0xa0) { // U+0080 to U+009F
-            escape(byte);
-            escape(next);
-            ++i;
-        } else if ((byte < 0x20 && byte != '\t' && byte != '\n') || byte == 0x7f) {
-            escape(byte);
-        } else {
-            shown += text[i];
-        }
+    while (!text.empty()) {
+        const std::string_view sequence = text.substr(0, sequenceLength(text));
+        text.remove_prefix(sequence.size());
+        const auto first = static_cast<unsigned char>(sequence[0]);
+        const bool isShown =
+            sequence.size() == 1
+                ? !isControl(first) || kept.find(sequence[0]) != std::string_view::npos
+                : first != 0xc2 || !isControl(static_cast<unsigned char>(sequence[1]));
+        for (const char byte : sequence)
+            if (isShown)
+                shown += byte;
+            else
+                shown +=
+                    {'\\', 'x', kDigits[static_cast<unsigned char>(byte) >> 4], kDigits[byte & 15]};
     }
     return shown;
+}
+
+} // namespace
+
+std::string printable(std::string_view text) {
+    return escaped(text, "\t\n");
+}
+
+std::string printableLine(std::string_view text) {
+    return escaped(text, "\t");
 }
 
 } // namespace shadowdag

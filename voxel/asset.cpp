@@ -24,11 +24,8 @@
 #include <zstd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <new>
 
 namespace shadowdag {
@@ -194,22 +191,12 @@ uint64_t writeAsset(const Asset& asset, const std::string& path, AssetPacking pa
 
 Asset readAsset(const std::string& path) {
     try {
-        std::error_code error;
-        if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
-            throw Error(ErrorKind::kInput, "asset " + path + ": is not a regular file");
-        errno = 0;
-        std::ifstream in(path, std::ios::binary | std::ios::ate);
-        if (!in)
-            refuseTooManyFiles(path, errno);
-        const std::streamoff size = in ? std::streamoff(in.tellg()) : -1;
-        if (size < 0)
+        std::string why;
+        const auto bytes = readInputBytes(path, {~uint64_t(0)}, why);
+        if (!bytes)
             throw Error(ErrorKind::kInput,
-                        "asset " + path + ": cannot be opened; check the name and its permissions");
-        std::vector<uint8_t> bytes(static_cast<size_t>(size));
-        in.seekg(0);
-        if (!in.read(reinterpret_cast<char*>(bytes.data()), size))
-            throw Error(ErrorKind::kInput, "asset " + path + ": cannot be read");
-        return parseAsset(bytes, path);
+                        "asset " + path + ": " + why + "; check the name and its permissions");
+        return parseAsset(*bytes, path);
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kResource, "asset " + path + ": not enough memory to load it");
     }

@@ -6,6 +6,7 @@
 #include "cuda/error.h"
 #include "scenes/input_file.h"
 #include "scenes/output_file.h"
+#include "scenes/write_remedy.h"
 #include "voxel/nano_grid.h"
 #include "voxel/nanovdb_file.h"
 
@@ -256,13 +257,14 @@ template <class F> void runWriter(const std::string& path, const OutputFile& fil
     } catch (const std::bad_alloc&) {
         throw;
     } catch (const std::ios::failure& error) { // whose text gives no reason
-        refuseTooManyFiles(path, errno);
-        throw Error(ErrorKind::kResource,
-                    path + ": cannot be written: " + (errno ? std::strerror(errno) : error.what()) +
-                        "; is the disk full?");
+        const int failure = errno;
+        refuseTooManyFiles(path, failure);
+        throw Error(ErrorKind::kResource, path + ": cannot be written: " +
+                                              (failure ? std::strerror(failure) : error.what()) +
+                                              "; " + writeRemedy(failure));
     } catch (const std::exception& error) {
         throw Error(ErrorKind::kResource,
-                    path + ": cannot be written: " + error.what() + "; is the disk full?");
+                    path + ": cannot be written: " + error.what() + "; " + writeRemedy(errno));
     }
 }
 

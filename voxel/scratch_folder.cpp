@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "scenes/input_file.h"
+#include "scenes/write_remedy.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -101,12 +102,12 @@ bool ScratchFolder::tryLock() {
     if (lock_ < 0) {
         if (!error && errno == ENOENT && !fs::exists(path_))
             return false;
+        const int failure = error ? error.value() : errno;
         if (!error)
-            refuseTooManyFiles(lockPath_, errno);
+            refuseTooManyFiles(lockPath_, failure);
         throw Error(ErrorKind::kResource, "cannot make the folder " + path_ +
-                                              " for unfinished work: " +
-                                              (error ? error.message() : std::strerror(errno)) +
-                                              "; choose another place for the output");
+                                              " for unfinished work: " + std::strerror(failure) +
+                                              "; " + writeRemedy(failure));
     }
     // The lock ends with the process that holds it, in whatever way that ends.
     if (::flock(lock_, LOCK_EX | LOCK_NB) != 0) {
@@ -183,6 +184,18 @@ std::vector<std::string> ScratchFolder::files(const std::string& extension) cons
     return paths;
 }
 
+std::string removeAbandonedScratch(const std::string& outputPath) {
+    std::error_code ignored;
+    if (!fs::is_directory(outputPath + ".scratch", ignored))
+        return "";
+    try {
+        const ScratchFolder removed(outputPath, false);
+        return "";
+    } catch (const Error& error) {
+        return error.what();
+    }
+}
+
 ScratchFile::ScratchFile(const std::string& path) : path_(path) {
     const auto held = delayRemovalOfUnfinishedFiles(); // which removes the folder
     out_.open(path, std::ios::binary | std::ios::trunc);
@@ -191,9 +204,10 @@ ScratchFile::ScratchFile(const std::string& path) : path_(path) {
 }
 
 void ScratchFile::fail() const {
-    refuseTooManyFiles(path_, errno);
-    throw Error(ErrorKind::kResource,
-                "cannot write '" + path_ + "': " + std::strerror(errno) + "; free some disk space");
+    const int error = errno;
+    refuseTooManyFiles(path_, error);
+    throw Error(ErrorKind::kResource, "cannot write '" + path_ + "': " + std::strerror(error) +
+                                          "; " + writeRemedy(error));
 }
 
 void ScratchFile::write(const void* data, size_t byteCount) {

@@ -59,6 +59,11 @@ private:
     std::optional<EndRemoval> atEnd_;
 };
 
+/// Removes the folder that a killed build of the same output left; for builds that need none.
+/// Returns why it stays, for a warning, if it holds finished parts or a file that no build writes,
+/// or if another process uses it; else "".
+std::string removeAbandonedScratch(const std::string& outputPath);
+
 /// A file of a ScratchFolder, which the same process reads back: not synced, not renamed. Throws
 /// Error kResource.
 class ScratchFile {

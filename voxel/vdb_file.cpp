@@ -4,6 +4,7 @@
 #include "voxel/vdb_file.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "voxel/dag_window.h"
 #include "voxel/nanovdb_file.h"
 #include "voxel/openvdb_file.h"
@@ -143,21 +144,17 @@ void takeForeign(VdbSource& source, const std::string& path, const std::string& 
 }
 
 VdbSource readSource(const std::string& path, const std::string& gridName, bool nano) {
-    std::error_code error;
-    if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
-        throw Error(ErrorKind::kInput, path + ": is not a regular file");
-    std::ifstream in(path, std::ios::binary | std::ios::ate);
-    const std::streamoff size = in ? std::streamoff(in.tellg()) : -1;
-    if (size < 0)
-        throw Error(ErrorKind::kInput,
-                    path + ": cannot be opened; check the name and its permissions");
-    in.seekg(0);
-    if (!nano)
-        return readOpenVdb(in, uint64_t(size), path, gridName);
-    std::vector<uint8_t> bytes(static_cast<size_t>(size));
-    if (!in.read(reinterpret_cast<char*>(bytes.data()), size))
-        throw Error(ErrorKind::kInput, path + ": cannot be read");
-    return readNanoVdb(bytes, path, gridName);
+    std::string why;
+    if (nano) {
+        if (const auto bytes = readInputBytes(path, {~uint64_t(0)}, why))
+            return readNanoVdb(*bytes, path, gridName);
+    } else if (why = whyNoInput(path, ~uint64_t(0)); why.empty()) {
+        std::ifstream in(path, std::ios::binary);
+        if (in)
+            return readOpenVdb(in, std::filesystem::file_size(path), path, gridName);
+        why = "cannot be opened";
+    }
+    throw Error(ErrorKind::kInput, path + ": " + why + "; check the name and its permissions");
 }
 
 } // namespace

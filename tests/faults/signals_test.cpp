@@ -417,14 +417,28 @@ TEST(Signals, AFullDiskUnderStandardOutputIsReported) {
 
 TEST(Signals, ALimitOfTheSizeOfFilesIsReportedAndLeavesNothing) {
     const TemporaryDirectory directory;
-    const std::string output = directory / "out.glb";
-    const ProgramResult result =
-        runShadowdag(directory, {"scene", "atrium", "-o", output},
-                     {"/bin/bash", "-c", "ulimit -f 1; exec \"$@\"", "bash"});
-    EXPECT_EQ(result.status, 3);
-    EXPECT_THAT(result.err, testing::HasSubstr("out.glb"));
-    EXPECT_FALSE(std::filesystem::exists(output));
-    EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
+    const Arguments build = {"voxelize", "builtin:fail-wires", "-o", directory / "in.svdag"};
+    ASSERT_EQ(runShadowdag(directory, build).status, 0);
+    const Arguments commands[] = {
+        {"scene", "atrium", "-o", "out.glb"},
+        {"voxelize", "builtin:atrium", "-o", "out.svdag", "--memory-limit", "1G"},
+        {"export", "in.svdag", "-o", "out.vdb"},
+        {"export", "in.svdag", "-o", "out.nvdb"},
+        {"render", "builtin:atrium", "-o", "out.png"},
+        {"render", "builtin:atrium", "-o", "out.exr"},
+        {"rays", "builtin:atrium", "-o", "out.rays"},
+        {"compare", "builtin:atrium", "-o", "out", "--no-charts"}};
+    for (const Arguments& command : commands) {
+        const ProgramResult result =
+            runShadowdag(directory, inFolder(directory, command),
+                         {"/bin/bash", "-c", "ulimit -f 1; exec \"$@\"", "bash"});
+        EXPECT_EQ(result.status, 3) << command[0];
+        EXPECT_THAT(result.err, testing::HasSubstr(directory / "out")) << command[0];
+        EXPECT_THAT(result.err, testing::HasSubstr("(ulimit -f)")) << command[0];
+        EXPECT_THAT(result.err, testing::Not(testing::HasSubstr("disk"))) << command[0];
+        EXPECT_FALSE(std::filesystem::exists(directory / command[3])) << command[0];
+        EXPECT_EQ(test::unfinishedFiles(directory.path()), "");
+    }
 }
 
 TEST(Signals, AReaderThatHasSeenEnoughOfHelpIsNoError) {

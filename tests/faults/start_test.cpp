@@ -29,5 +29,34 @@ TEST(Start, WithoutMemoryOrThreadsEndsWithAMessage) {
     EXPECT_GT(counts[3], 0);
 }
 
+/// Returns the words of a shell that sets its limit of the stack, in KiB, before it starts another.
+std::vector<std::string> withStack(const std::string& limit) {
+    return {"/bin/bash", "-c", "ulimit " + limit + "; exec \"$@\"", "bash"};
+}
+
+TEST(Start, ASmallStackIsRaisedAndOneThatMayNotBeIsRefused) {
+    const TemporaryDirectory directory;
+    const std::string asset = directory / "a.svdag", grid = directory / "a.vdb";
+    const std::vector<std::vector<std::string>> commands = {
+        {"voxelize", "builtin:fail-wires", "-o", asset, "--resolution", "64"},
+        {"info", asset},
+        {"export", asset, "-o", grid},
+        {"import", grid, "-o", asset},
+        {"render", "builtin:fail-wires", "-o", directory / "a.exr", "--size", "32x18"}};
+    for (const char* limit : {"-S -s 16", "-s 2048"}) // the lowest that may be raised; as it is
+        for (const auto& command : commands) {
+            const ProgramResult result = runShadowdag(directory, command, withStack(limit));
+            EXPECT_EQ(result.status, 0) << limit << ", " << command[0] << ": " << result.err;
+        }
+    for (const char* limit : {"-s 64", "-s 2047"})
+        for (const auto& command : commands) {
+            const ProgramResult result = runShadowdag(directory, command, withStack(limit));
+            EXPECT_EQ(result.status, 3) << limit << ", " << command[0];
+            EXPECT_EQ(result.err, "shadowdag: error: the stack is limited to less than the 2 MiB "
+                                  "that the program needs; raise the limit of the shell (ulimit -s "
+                                  "8192)\n");
+        }
+}
+
 } // namespace
 } // namespace shadowdag

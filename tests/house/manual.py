@@ -19,8 +19,8 @@ SECTIONS = {"shadowdag.1": r"^\.SH {upper}$(.*?)(?=^\.SH |\Z)", "shadowdag.bash"
 TESTERS = {"shadowdag.1": ("man", "--warnings", "-l"), "shadowdag.bash": ("bash", "-n"), "_shadowdag": ("zsh", "-n")}
 # A command in a document: in an indented block, or in backticks.
 COMMAND = re.compile(r"(?:^ {4,}(?:build/release/tools/)?|`)shadowdag ([a-z]+)((?: [^`\n]*)?)", re.MULTILINE)
-# Asks bash for the words that follow a command line.
-ASK_BASH = """source "$1"; shift; compopt() { :; }; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _shadowdag
+# Asks bash for the words that follow a command line; "default" and "dirnames" are what bash completes by itself.
+ASK_BASH = """source "$1"; shift; compopt() { COMPREPLY+=("$2"); }; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _shadowdag
 echo "${COMPREPLY[@]}\""""
 
 
@@ -73,10 +73,15 @@ def check(program, folder, root):
             run = subprocess.run([*tester, str(folder / file)], capture_output=True, text=True)
             if run.returncode or run.stderr:
                 violations.append(f"{file}: {' '.join(tester)} says '{run.stderr.strip()}'")
-    for line, wanted in ((("",), commands), (("render", "--method", "d"), ["dag"]), (("fit", "--minimi"), ["--minimise"])):
+    files, folders = ["default"], ["dirnames"]
+    for line, wanted in ((("",), commands), (("render", "--method", "d"), ["dag"]), (("fit", "--minimi"), ["--minimise"]),
+                         (("voxelize", "--packing", ""), ["fast", "compact"]), (("calibrate", "-o", ""), files),
+                         (("fit", "--costs", ""), files), (("fit", "--experiment-out", ""), files),
+                         (("compare", "-o", ""), folders), (("view", "--frames", ""), []),
+                         (("render", "--exposure", ""), [])):
         words = subprocess.run(["bash", "-c", ASK_BASH, "bash", str(folder / "shadowdag.bash"), "shadowdag", *line],
                                capture_output=True, text=True).stdout.split()
-        if not set(wanted) <= set(words):
+        if not set(wanted) <= set(words) or (words and not wanted):
             violations.append(f"shadowdag.bash: completes 'shadowdag {' '.join(line)}' by {words}, not {wanted}")
     documents = [path for path in project_files(root) if path.suffix == ".md"]
     for path in documents:

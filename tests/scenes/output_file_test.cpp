@@ -67,6 +67,45 @@ TEST(OutputFile, ReplacesAnOldFile) {
     EXPECT_EQ(content(folder.path("a")), "new");
 }
 
+TEST(OutputFile, TheNewFileHasThePermissionsOfTheOldOne) {
+    const test::TemporaryFolder folder;
+    const auto permissions = [](const std::string& path) {
+        return unsigned(std::filesystem::status(path).permissions());
+    };
+    const std::string path = folder.write("a", "old");
+    for (const unsigned mode : {0600u, 0200u, 0666u, 0755u}) {
+        std::filesystem::permissions(path, std::filesystem::perms(mode));
+        OutputFile file(path);
+        file.write("new");
+        EXPECT_EQ(permissions(file.temporaryPath()), 0600u) << "may be read before";
+        file.commit();
+        EXPECT_EQ(permissions(path), mode);
+    }
+    const mode_t before = umask(022);
+    OutputFile(folder.path("b")).commit();
+    umask(before);
+    EXPECT_EQ(permissions(folder.path("b")), 0644u);
+}
+
+TEST(OutputFile, AReadOnlyFileIsNotReplaced) {
+    const test::TemporaryFolder folder;
+    const std::string path = folder.write("a", "old");
+    std::filesystem::permissions(path, std::filesystem::perms(0444));
+    std::filesystem::create_symlink("a", folder.path("b"));
+    for (const char* name : {"a", "b"})
+        try {
+            OutputFile file(folder.path(name));
+            ADD_FAILURE() << name;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource);
+            EXPECT_THAT(error.what(),
+                        testing::HasSubstr("cannot replace '" + folder.path(name) +
+                                           "': it is read-only; make it writable (chmod u+w)"));
+        }
+    EXPECT_EQ(content(path), "old");
+    EXPECT_EQ(fileCount(folder), 2u);
+}
+
 TEST(OutputFile, TwoWritersOfOneNameDoNotMix) {
     const test::TemporaryFolder folder;
     OutputFile a(folder.path("x")), b(folder.path("x"));

@@ -2,6 +2,7 @@
 #include "tools/commands/exit_message.h"
 
 #include "cuda/error.h"
+#include "scenes/write_remedy.h"
 
 #include <cerrno>
 #include <cstring>
@@ -27,18 +28,13 @@ ExitMessage exitMessageOf(const std::exception& exception) {
                     "--threads",
                 int(ErrorKind::kResource)};
     if (failed) // of the file system, from the standard library
-        for (const std::errc full :
-             {std::errc::no_space_on_device, std::errc::io_error, std::errc::read_only_file_system})
-            if (failed->code() == full)
-                return {std::string(exception.what()) +
-                            "; free some disk space or choose another place",
+        for (const int full : {ENOSPC, EIO, EROFS, EFBIG, EDQUOT})
+            if (failed->code().value() == full)
+                return {std::string(exception.what()) + "; " + writeRemedy(full),
                         int(ErrorKind::kResource)};
     // Of any library, and of the file system.
     if (std::string_view(exception.what()).find(std::strerror(EMFILE)) != std::string_view::npos)
         return {std::string(exception.what()) + "; raise the limit of the shell (ulimit -n)",
-                int(ErrorKind::kResource)};
-    if (failed && failed->code().value() == EDQUOT)
-        return {std::string(exception.what()) + "; the quota of the disk is used up",
                 int(ErrorKind::kResource)};
     if (dynamic_cast<const std::logic_error*>(&exception))
         return {std::string("a defect of shadowdag, not of the input: ") + exception.what() +

@@ -25,11 +25,9 @@ struct ExportOptions {
 void runExport(const ExportOptions& options) {
     const Console console(options.global.json);
     options.global.apply(console, false, false);
-    const std::string ending = std::filesystem::path(options.output).extension();
-    if (ending != ".vdb" && ending != ".nvdb")
-        throw Error(ErrorKind::kUsage, "-o '" + options.output +
-                                           "': grids are .vdb (OpenVDB) or .nvdb (NanoVDB) files; "
-                                           "use one of these extensions");
+    checkExtension(options.output, {".vdb", ".nvdb"},
+                   "grids are .vdb (OpenVDB) or .nvdb (NanoVDB) files; use one of these "
+                   "extensions");
     if (std::filesystem::path(options.input).extension() != ".svdag")
         throw Error(ErrorKind::kUsage,
                     "'" + options.input +

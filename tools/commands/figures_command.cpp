@@ -51,11 +51,7 @@ void runFigures(const FiguresOptions& options, const CommandLine& commandLine) {
                                            "; give the results.json of compare --sequence, or "
                                            "its directory");
     const DirectoryGuard guard(options.output);
-    std::error_code failed;
-    fs::create_directories(options.output, failed);
-    if (failed)
-        throw Error(ErrorKind::kResource, options.output + ": cannot be created: " +
-                                              failed.message() + "; choose another directory");
+    createDirectory(options.output);
     const DirectoryLock lock("-o", options.output);
     more.insert(more.begin(), {"figures", path, "-o", options.output});
     package.run(more);

@@ -83,9 +83,7 @@ VdbAsset readLimited(const ImportOptions& options) {
 void runImport(const ImportOptions& options) {
     const Console console(options.global.json);
     options.global.apply(console, false, false);
-    if (std::filesystem::path(options.output).extension() != ".svdag")
-        throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': assets are .svdag files; use that extension");
+    checkExtension(options.output, {".svdag"}, "assets are .svdag files; use that extension");
     const std::string ending = std::filesystem::path(options.input).extension();
     if (ending != ".vdb" && ending != ".nvdb")
         throw Error(ErrorKind::kUsage,
@@ -219,7 +217,7 @@ std::function<void()> declareImport(CommandLine& commandLine) {
                      "smallest cube whose side is a power of two",
                      true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
-    commandLine.text("--packing", options->packing, "P", kPackingHelp);
+    commandLine.text("--packing", options->packing, "fast|compact", kPackingHelp);
     commandLine.text("--grid", options->grid, "NAME", "The grid to read, if the file has several");
     commandLine.flag(
         "--edited", options->acceptEdited,

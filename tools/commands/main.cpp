@@ -12,9 +12,12 @@
 #include "tools/settings/console.h"
 #include "tools/settings/provenance.h"
 #include "tools/studies/study.h"
+#include "tools/workspace/journal.h"
 
 #include <fcntl.h>
 #include <poll.h>
+#include <pthread.h>
+#include <sys/resource.h>
 #include <sys/uio.h>
 #include <unistd.h>
 
@@ -42,7 +45,7 @@ void writeError(std::string_view message) {
 
 int complain(const std::string& message, int status) {
     std::cout << std::flush;
-    writeError(shadowdag::printable(message));
+    writeError(shadowdag::printableLine(message));
     return status;
 }
 
@@ -99,13 +102,34 @@ std::terminate_handler terminateBefore = nullptr; ///< the C++ library's
     std::abort();
 }
 
-void setTerminateBeforeMain() {
+/// Raises a limit of the stack, of this thread and of those that are started, to the usual 8 MiB;
+/// ends the process where it stays below 2 MiB, what glibc gives threads where there is no limit.
+void takeStack() {
+    constexpr rlim_t kUsualBytes = rlim_t(8) << 20, kLeastBytes = rlim_t(2) << 20;
+    rlimit limit{};
+    if (getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= kUsualBytes)
+        return;
+    limit.rlim_cur = std::min(limit.rlim_max, kUsualBytes);
+    if (limit.rlim_cur < kLeastBytes) {
+        writeError("the stack is limited to less than the 2 MiB that the program needs; raise the "
+                   "limit of the shell (ulimit -s 8192)");
+        _exit(int(shadowdag::ErrorKind::kResource));
+    }
+    setrlimit(RLIMIT_STACK, &limit);
+    pthread_attr_t thread; // which has the limit that was set at the start
+    pthread_attr_init(&thread);
+    pthread_attr_setstacksize(&thread, limit.rlim_cur);
+    pthread_setattr_default_np(&thread);
+    pthread_attr_destroy(&thread);
+}
+
+void beforeLibraries() {
     terminateBefore = std::set_terminate(onTerminateBeforeMain);
+    takeStack();
 }
 
 /// The dynamic linker calls the functions of this section before the initializers of libraries.
-__attribute__((section(".preinit_array"),
-               used)) void (*const kBeforeLibraries)() = setTerminateBeforeMain;
+__attribute__((section(".preinit_array"), used)) void (*const kBeforeLibraries)() = beforeLibraries;
 #endif
 
 /// Ends the process when memory or threads run out where no exception may leave: in the destructors
@@ -146,27 +170,26 @@ void holdStandardStreams() {
 /// Runs the command. Throws only what its own messages throw.
 int runProgram(int argc, char** argv) {
     using namespace shadowdag;
-    const std::string command = argc > 1 ? argv[1] : "";
-    // Outlives main, as the thread that gives up may.
-    static const std::string& farewell =
-        *new std::string(std::string("interrupted; every file is complete or absent") +
-                         (command == "compare" || command == "study"
-                              ? "; the same command with --resume goes on after the finished parts"
-                              : ""));
+    // Takes no memory, which may be short.
+    const auto sayFarewell = [] {
+        writeError(hasFinishedParts() ? "interrupted; every file is complete or absent; the same "
+                                        "command with --resume goes on after the finished parts"
+                                      : "interrupted; every file is complete or absent");
+    };
     static std::atomic_flag isEnding;
-    const auto endBySignal = [](int signal) {
+    const auto endBySignal = [&](int signal) {
         while (isEnding.test_and_set()) // the other thread ends the process
             pause();
         std::cout << std::flush;
-        writeError(farewell); // takes no memory, which may be short
+        sayFarewell();
         raiseAgain(signal);
     };
     try {
-        catchInterrupts([](int signal) {
+        catchInterrupts([sayFarewell](int signal) {
             removeUnfinishedFiles();
             // The main thread may be blocked in a write; then no message is written.
             if (!isEnding.test_and_set() && canWrite(STDERR_FILENO))
-                writeError(farewell);
+                sayFarewell();
             raiseAgain(signal);
         });
         setGlPoll(checkInterrupted);
@@ -210,8 +233,10 @@ int runProgram(int argc, char** argv) {
                                   "its end",
                                   int(ErrorKind::kResource));
         if (!std::cout)
-            return complain("standard output cannot be written; is the disk full?",
-                            int(ErrorKind::kResource));
+            return complain(
+                "standard output cannot be written; is the disk full, or the size of files "
+                "limited (ulimit -f)?",
+                int(ErrorKind::kResource));
         return 0;
     } catch (const Interrupted& interrupted) {
         endBySignal(interrupted.signal);

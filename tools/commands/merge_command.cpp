@@ -13,7 +13,6 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -30,9 +29,7 @@ struct MergeOptions {
 void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
     options.global.apply(console, false, false);
-    if (std::filesystem::path(options.output).extension() != ".svdag")
-        throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': assets are .svdag files; use that extension");
+    checkExtension(options.output, {".svdag"}, "assets are .svdag files; use that extension");
     checkWritable(options.output);
     BuildLimits limits;
     limits.packing = parsePacking(options.packing);
@@ -53,6 +50,8 @@ void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     std::unique_ptr<ScratchFolder> folder;
     CountedDag merged;
     if (limits.memoryBytes == 0) {
+        if (const std::string why = removeAbandonedScratch(options.output); !why.empty())
+            console.note("warning: " + why);
         merged.dag = mergeParts(parts, progress);
         merged.stats = computeDagStats(merged.dag);
     } else {
@@ -79,7 +78,7 @@ std::function<void()> declareMerge(CommandLine& commandLine) {
     commandLine.texts("PART", options->parts, "",
                       "The .svpart files of one build, each part once, in any order", true);
     commandLine.text("-o,--output", options->output, "F.svdag", "The asset to write", true);
-    commandLine.text("--packing", options->packing, "P", kPackingHelp);
+    commandLine.text("--packing", options->packing, "fast|compact", kPackingHelp);
     commandLine.text("--memory-limit", options->memoryLimit, "BYTES",
                      "Limit the memory of the process, as in 4G; uses scratch files in "
                      "F.svdag.scratch; slower [no limit]");

@@ -7,15 +7,18 @@
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
+#include "tools/workspace/report_directory.h"
+#include "tools/workspace/scene_setup.h"
 #include "tools/workspace/single_frame.h"
 #include "tools/workspace/timing.h"
 #include "tools/workspace/tracer_plugin.h"
 #include "tools/workspace/whole_file.h"
 
 #include "cuda/error.h"
+#include "scenes/output_target.h"
 
-#include <filesystem>
 #include <memory>
+#include <optional>
 #include <ostream>
 
 namespace shadowdag {
@@ -70,11 +73,6 @@ RaySet raySetOf(const RaysOptions& options, const CommandLine& commandLine,
 /// Writes the rows of tracers into a directory, with their page.
 void writeRows(const RaysOptions& options, const Json& results, const Console& console) {
     const ReportPackage package(false, console);
-    std::error_code failed;
-    std::filesystem::create_directories(options.output, failed);
-    if (failed)
-        throw Error(ErrorKind::kResource, options.output + ": cannot be created: " +
-                                              failed.message() + "; choose another directory");
     writeWholeFile(options.output + "/tracers.json", jsonText(results));
     Json rows = results["runs"];
     for (const Json& row : results["untimed_runs"])
@@ -137,6 +135,7 @@ void score(const RaysOptions& options, const RaySet& set, const Console& console
 
 void runRays(const RaysOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
+    static_cast<void>(outputTarget(options.output)); // every command refuses a device alike
     if (options.scores() == isRaySet(options.output))
         throw Error(ErrorKind::kUsage,
                     "-o '" + options.output +
@@ -147,6 +146,13 @@ void runRays(const RaysOptions& options, const CommandLine& commandLine) {
     if (options.tracers.empty() && commandLine.given("--repeats"))
         throw Error(ErrorKind::kUsage, "--repeats is for --tracer; drop it");
     options.global.apply(console, false, false);
+    std::optional<DirectoryGuard> guard;
+    if (options.scores()) {
+        guard.emplace(options.output);
+        createDirectory(options.output);
+    } else {
+        checkWritable(options.output);
+    }
     const RaySet set = raySetOf(options, commandLine, console);
     if (set.pairCount() == 0)
         throw Error(ErrorKind::kInput, options.scene + ": has no pair of a visible point and a "

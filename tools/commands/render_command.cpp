@@ -165,11 +165,9 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     }
     if (options.output.empty())
         throw Error(ErrorKind::kUsage, "-o is missing: name the picture, or give --laps for times");
+    checkExtension(options.output, {".exr", ".png"},
+                   "pictures are .exr or .png; use one of these extensions");
     const std::string extension = std::filesystem::path(options.output).extension().string();
-    if (extension != ".exr" && extension != ".png")
-        throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output +
-                        "': pictures are .exr or .png; use one of these extensions");
     for (const char* option : {"--per-light", "--float"})
         if (extension == ".png" && commandLine.given(option))
             throw Error(ErrorKind::kUsage,

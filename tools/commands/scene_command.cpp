@@ -44,9 +44,7 @@ void runScene(const SceneOptions& options) {
     if (options.name.empty() || options.output.empty())
         throw Error(ErrorKind::kUsage,
                     "scene needs NAME and -o F.glb, or --list; see shadowdag scene --help");
-    if (std::filesystem::path(options.output).extension() != ".glb")
-        throw Error(ErrorKind::kUsage,
-                    "-o '" + options.output + "': scenes are written as .glb; use that extension");
+    checkExtension(options.output, {".glb"}, "scenes are written as .glb; use that extension");
     checkWritable(options.output);
 
     const std::string name =

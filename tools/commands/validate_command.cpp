@@ -7,10 +7,10 @@
 #include "tools/workspace/error_image.h"
 #include "tools/workspace/frame_json.h"
 #include "tools/workspace/image_io.h"
+#include "tools/workspace/report_directory.h"
 #include "tools/workspace/single_frame.h"
 
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -119,11 +119,7 @@ void runValidate(const ValidateOptions& options, const CommandLine& commandLine)
         directories.push_back(options.output);
         if (experiment.viewCount > 1)
             directories.back() += "/" + experiment.viewCamera(view);
-        std::error_code failed;
-        std::filesystem::create_directories(directories.back(), failed);
-        if (failed)
-            throw Error(ErrorKind::kResource, directories.back() + ": cannot be created: " +
-                                                  failed.message() + "; choose another directory");
+        createDirectory(directories.back());
         checkWritable(directories.back() + "/error.png");
     }
     const Backend backend = options.global.apply(console, true);

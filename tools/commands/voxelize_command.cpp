@@ -27,19 +27,6 @@ struct VoxelizeOptions {
     bool isPart = false; ///< --part was given, even with an empty text
 };
 
-/// Throws Error kUsage unless the output has the extension of the file's kind.
-void checkExtension(const VoxelizeOptions& options) {
-    const std::string wanted = options.isPart ? ".svpart" : ".svdag";
-    if (std::filesystem::path(options.output).extension() == wanted)
-        return;
-    throw Error(ErrorKind::kUsage,
-                "-o '" + options.output + "': " +
-                    (options.isPart
-                         ? "with --part, the output is an .svpart file, which merge joins to "
-                           "an .svdag; use that extension"
-                         : "assets are .svdag files; use that extension"));
-}
-
 /// Builds in memory, or with a scratch folder if --memory-limit or --resume is given.
 CountedDag buildDag(const TriangleView& triangles, View<const uint32_t> which,
                     const VoxelGrid& grid, const AssetProvenance& provenance,
@@ -85,7 +72,11 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     options.isPart = commandLine.given("--part");
     const auto [part, partCount] =
         options.isPart ? parseShare("--part", options.part, kMaxPartCount) : std::pair(1u, 1u);
-    checkExtension(options);
+    checkExtension(options.output, {options.isPart ? ".svpart" : ".svdag"},
+                   options.isPart
+                       ? "with --part, the output is an .svpart file, which merge joins to "
+                         "an .svdag; use that extension"
+                       : "assets are .svdag files; use that extension");
     checkWritable(options.output);
 
     BuildLimits limits;
@@ -104,6 +95,8 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
     else if (commandLine.given("--checkpoint"))
         throw Error(ErrorKind::kUsage, "--checkpoint is for --resume and --memory-limit, without "
                                        "which nothing is kept on disk; give one or drop it");
+    else if (const std::string why = removeAbandonedScratch(options.output); !why.empty())
+        console.note("warning: " + why);
 
     const LoadedScene scene = loadSceneAndWorld(options.scene, -1, 1, false, console);
     const AssetProvenance provenance = assetProvenance(scene);
@@ -150,7 +143,7 @@ std::function<void()> declareVoxelize(CommandLine& commandLine) {
         "--resolution", options->resolution, "N",
         "Voxels per axis, a power of two from 4 to 131072; the grid is a cube around the static "
         "geometry, as long as its longest side [1024]");
-    commandLine.text("--packing", options->packing, "P", kPackingHelp);
+    commandLine.text("--packing", options->packing, "fast|compact", kPackingHelp);
     commandLine.text(
         "--part", options->part, "K/N",
         "Build only part K of N; parts may be built on different machines. shadowdag merge "

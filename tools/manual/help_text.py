@@ -25,7 +25,7 @@ class Option:
     @property
     def is_path(self):
         """Returns whether the value names a file or a directory."""
-        return bool(re.match(r"(F\b|DIR|LIBRARY|SCENE)", self.value))
+        return bool(re.match(r"([A-Z]\.[a-z]|F\b|DIR|LIBRARY|SCENE)", self.value))
 
     @property
     def is_directory(self):

@@ -89,12 +89,17 @@ size_t editDistance(const std::string& a, const std::string& b) {
     return row.back();
 }
 
-/// Returns a message about the first word that a command does not take; "" if there is none.
-std::string unknownWord(const CLI::App& app, int argc, const char* const* argv) {
+/// Returns a message about the first option that a command does not have; "" if there is none.
+std::string unknownOption(const CLI::App& app, int argc, const char* const* argv) {
     for (int i = 2; i < argc; ++i) {
-        const std::string word = argv[i], name = word.substr(0, word.find('='));
-        if (!name.starts_with("-") || name.size() < 2 || std::isdigit(name[1]) ||
-            app.get_option_no_throw(name) != nullptr)
+        const std::string word = argv[i];
+        if (word == "--") // files follow
+            break;
+        const bool isLong = word.starts_with("--"); // else its value may follow at once
+        const std::string name = word.substr(0, isLong ? word.find('=') : 2);
+        const bool isOption = isLong || (word.size() > 1 && word[0] == '-' &&
+                                         std::isalpha(static_cast<unsigned char>(word[1])));
+        if (!isOption || app.get_option_no_throw(name) != nullptr)
             continue;
         constexpr size_t kMostEdits = 2;
         std::string nearest;
@@ -179,8 +184,7 @@ void Program::run(int argc, const char* const* argv) {
         std::string command, what;
         for (const CLI::App* sub : state_->app.get_subcommands()) {
             command = " " + sub->get_name();
-            if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)
-                what = unknownWord(*sub, argc, argv);
+            what = unknownOption(*sub, argc, argv); // also where another error was found first
         }
         throw Error(ErrorKind::kUsage, (what.empty() ? error.what() : what) +
                                            (what.ends_with("?") ? " See" : "; see") + " shadowdag" +

@@ -149,7 +149,7 @@ void CommonOptions::declare(CommandLine& commandLine, const Setting& setting, bo
     if (isWindow && setting.option == "--size")
         help = "Size of the window in pixels, including the panel";
     if (isWindow && setting.option == "--frames") {
-        kind = "F";
+        kind = "A";
         help = "First frame of the window";
     }
     if (!shown.empty())

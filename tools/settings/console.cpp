@@ -21,6 +21,8 @@
 #include <iostream>
 #include <memory>
 #include <mutex>
+#include <ostream>
+#include <streambuf>
 #include <thread>
 #include <vector>
 
@@ -81,7 +83,7 @@ void clearBar() {
 class Bar {
 public:
     Bar(const std::string& what, bool followsLoops, double lineIntervalS)
-        : what_(printable(what)), followsLoops_(followsLoops), lineIntervalS_(lineIntervalS) {
+        : what_(printableLine(what)), followsLoops_(followsLoops), lineIntervalS_(lineIntervalS) {
         const std::lock_guard lock(barMutex);
         thread_ = std::thread([this] { run(); }); // may throw; it waits for the lock
         bars.push_back(this);
@@ -180,6 +182,27 @@ private:
     std::thread thread_;
 };
 
+/// Passes text on with its control characters escaped, which names in it may contain.
+class PrintableBuffer : public std::streambuf {
+public:
+    explicit PrintableBuffer(std::ostream& out) : out_(out) {}
+
+private:
+    int_type overflow(int_type byte) override {
+        const char text = traits_type::to_char_type(byte);
+        return traits_type::eq_int_type(byte, traits_type::eof()) || xsputn(&text, 1) == 1
+                   ? traits_type::not_eof(byte)
+                   : traits_type::eof();
+    }
+    std::streamsize xsputn(const char* text, std::streamsize count) override {
+        const std::string shown = printable({text, size_t(count)});
+        return out_.write(shown.data(), std::streamsize(shown.size())) ? count : 0;
+    }
+    int sync() override { return out_.flush() ? 0 : -1; }
+
+    std::ostream& out_;
+};
+
 } // namespace
 
 std::string jsonText(const Json& value) {
@@ -237,7 +260,9 @@ void pollLoops(double fraction) {
 std::ostream& Console::people() const {
     const std::lock_guard lock(barMutex);
     clearBar();
-    return json_ ? std::cerr : std::cout;
+    static PrintableBuffer outBuffer(std::cout), errBuffer(std::cerr);
+    static std::ostream out(&outBuffer), err(&errBuffer);
+    return json_ ? err : out;
 }
 
 void Console::note(const std::string& text) const {
@@ -248,7 +273,7 @@ void Console::note(const std::string& text) const {
     const std::lock_guard lock(barMutex);
     clearBar();
     lastLine = std::chrono::steady_clock::now();
-    std::cerr << printable(text) << std::endl;
+    std::cerr << printableLine(text) << std::endl;
 }
 
 void Console::emit(const Json& object) const {

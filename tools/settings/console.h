@@ -51,7 +51,8 @@ public:
         : json_(json), lineIntervalS_(lineIntervalS) {}
     explicit Console(Listener listener) : listener_(std::move(listener)) {}
 
-    /// Returns standard output, or standard error under --json.
+    /// Returns standard output, or standard error under --json; control characters are escaped
+    /// (printable).
     std::ostream& people() const;
     /// Writes a remark to standard error, as one line, or to the listener.
     void note(const std::string& text) const;

@@ -5,6 +5,7 @@
 #include "cuda/macros.h"
 #include "scenes/input_file.h"
 #include "scenes/output_file.h"
+#include "scenes/write_remedy.h"
 #include "tools/workspace/png_memory.h"
 
 #include <OpenEXR/IexErrnoExc.h>
@@ -108,8 +109,9 @@ void writeExr(const std::string& path, uint32_t width, uint32_t height,
         std::string reason = error.what(); // OpenEXR's message contains the temporary file's name
         if (const size_t at = reason.find(file.temporaryPath()); at != std::string::npos)
             reason.replace(at, file.temporaryPath().size(), path);
-        throw Error(ErrorKind::kResource, path + ": cannot be written as EXR: " + reason +
-                                              "; free some disk space or choose another place");
+        throw Error(ErrorKind::kResource,
+                    path + ": cannot be written as EXR: " + reason + "; " +
+                        writeRemedy(dynamic_cast<const Iex::EfbigExc*>(&error) ? EFBIG : 0));
     }
     file.commit();
 }

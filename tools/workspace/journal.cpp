@@ -131,6 +131,7 @@ Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path
                         " with its finished parts");
     content_ = std::move(found);
     takenUpCount_ = content_["parts"].size();
+    hasFinishedParts() = takenUpCount_ > 0;
 }
 
 const Json* Journal::find(const std::string& part) const {
@@ -150,6 +151,12 @@ void Journal::save() const {
     OutputFile file(path_);
     file.write(content_.dump(-1, ' ', false, Json::error_handler_t::replace));
     file.commit();
+    hasFinishedParts() = !content_["parts"].empty();
+}
+
+std::atomic<bool>& hasFinishedParts() {
+    static std::atomic<bool> has = false;
+    return has;
 }
 
 } // namespace shadowdag

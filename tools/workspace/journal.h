@@ -7,6 +7,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <atomic>
 #include <string>
 #include <vector>
 
@@ -43,5 +44,9 @@ private:
     Json content_;
     size_t takenUpCount_ = 0;
 };
+
+/// Whether a Journal of this process holds finished parts of a report that is not complete
+/// (swapReport), so that --resume would go on after them.
+std::atomic<bool>& hasFinishedParts();
 
 } // namespace shadowdag

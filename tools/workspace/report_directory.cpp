@@ -3,7 +3,9 @@
 
 #include "cuda/error.h"
 #include "scenes/output_file.h"
+#include "scenes/output_target.h"
 #include "tools/settings/json_file.h"
+#include "tools/workspace/journal.h"
 #include "tools/workspace/study_kinds.h"
 
 #include <nlohmann/json.hpp>
@@ -74,6 +76,13 @@ void refuseForeignFiles(const std::string& directory) {
         for (const auto& entry : fs::recursive_directory_iterator(directory + "/partial", ignored))
             if (!entry.is_directory(ignored))
                 refuse("partial");
+}
+
+/// Throws Error kResource if a file of an older report is read-only (outputTarget).
+void refuseReadOnly(const std::string& directory) {
+    for (const std::string& name : reportParts())
+        if (const std::string path = directory + "/" + name; fs::is_regular_file(path))
+            static_cast<void>(outputTarget(path));
 }
 
 void moveFile(const std::string& from, const std::string& to) {
@@ -171,26 +180,34 @@ ReportDirectory::~ReportDirectory() {
     }
 }
 
-DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
+void createDirectory(const std::string& path) {
     std::error_code failed;
-    if (fs::exists(directory) && !fs::is_directory(directory))
-        throw Error(ErrorKind::kResource, directory + ": is a file; give a directory");
-    const auto create = [&](const std::string& path) {
-        fs::create_directories(path, failed);
-        if (failed)
-            throw Error(ErrorKind::kResource, path + ": cannot be created: " + failed.message() +
-                                                  "; choose another directory");
-    };
-    create(directory);
+    const fs::file_status there = fs::status(path, failed);
+    if (fs::exists(there) && !fs::is_directory(there))
+        throw Error(ErrorKind::kResource, path + ": is not a directory; give one");
+    if (!fs::exists(there) && fs::is_symlink(fs::symlink_status(path, failed)))
+        throw Error(ErrorKind::kResource,
+                    path + ": is a symbolic link that leads nowhere; create the directory that it "
+                           "leads to, or remove the link");
+    fs::create_directories(path, failed);
+    if (failed)
+        throw Error(ErrorKind::kResource, path + ": cannot be created: " + failed.message() +
+                                              "; choose another directory");
+}
+
+DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
+    createDirectory(directory);
     DirectoryLock lock("-o", directory);
     refuseForeignFiles(directory);
     undoSwap(directory);
+    refuseReadOnly(directory);
     refuseOtherKind(directory, isPart);
     if (!resume) {
         refuseFinishedParts(directory);
-        fs::remove_all(directory + "/partial", failed);
+        std::error_code ignored;
+        fs::remove_all(directory + "/partial", ignored);
     }
-    create(directory + "/partial/images");
+    createDirectory(directory + "/partial/images");
     removeAbandonedFiles(directory + "/partial");   // of a killed run that is resumed
     OutputFile probe(directory + "/partial/probe"); // removed again: never committed
     return lock;
@@ -203,6 +220,8 @@ void swapReport(const std::string& directory) {
     try {
         for (const std::string& name : reportParts()) {
             const std::string target = directory + "/" + name, fresh = partial + "/" + name;
+            if (fs::is_regular_file(target) && fs::is_regular_file(fresh))
+                fs::permissions(fresh, fs::status(target).permissions());
             if (fs::exists(target))
                 moveFile(target, old + "/" + name);
             if (fs::exists(fresh))
@@ -213,6 +232,7 @@ void swapReport(const std::string& directory) {
         throw;
     }
     moveFile(old, partial + "/done"); // the swap is not undone from here on
+    hasFinishedParts() = false;
     held.unlock();
     std::error_code ignored;
     fs::remove_all(partial, ignored);

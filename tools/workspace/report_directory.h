@@ -25,6 +25,10 @@ private:
     std::vector<std::string> fresh_; ///< the innermost first
 };
 
+/// Creates a directory and those above it. Throws Error kResource if it cannot be, or if something
+/// else is there.
+void createDirectory(const std::string& path);
+
 /// Creates the directory and tests that it can be written to, before any work. Unless resumed,
 /// `partial` is emptied. Returns the lock that excludes other runs. Throws Error kUsage if another
 /// run is at work there, if the directory contains a file with a report's name that this program

@@ -292,4 +292,12 @@ void checkWritable(const std::string& path) {
                         " is not writable; choose another or change its mode");
 }
 
+void checkExtension(const std::string& path, const std::vector<std::string>& extensions,
+                    const std::string& kinds) {
+    static_cast<void>(outputTarget(path));
+    const std::string extension = fs::path(path).extension();
+    if (std::find(extensions.begin(), extensions.end(), extension) == extensions.end())
+        throw Error(ErrorKind::kUsage, "-o '" + path + "': " + kinds);
+}
+
 } // namespace shadowdag

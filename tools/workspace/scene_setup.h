@@ -106,4 +106,10 @@ AssetProvenance assetProvenance(const LoadedScene& scene);
 /// at its end.
 void checkWritable(const std::string& path);
 
+/// Throws Error kUsage unless the name of an output has one of the extensions. @param kinds says
+/// which, and the remedy. First throws what outputTarget throws: every command refuses a device
+/// alike.
+void checkExtension(const std::string& path, const std::vector<std::string>& extensions,
+                    const std::string& kinds);
+
 } // namespace shadowdag

@@ -3,6 +3,7 @@
 
 #include "cuda/cancel.h"
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "tools/workspace/tracer_api.h"
 
 #include <array>
@@ -53,9 +54,9 @@ struct TracerPlugin::Library {
 TracerPlugin::TracerPlugin(const std::string& path)
     : library_(std::make_unique<Library>()), path_(path) {
     const auto refuse = [&](const std::string& why) { throw tracerError(path, why); };
-    if (!std::filesystem::is_regular_file(path))
-        throw tracerError(path, "is no file",
-                          "give a shared library that exports " SHADOWDAG_TRACER_SYMBOL);
+    // dlopen would wait for the writer of a pipe.
+    if (const std::string why = whyNoInput(path, ~uint64_t(0)); !why.empty())
+        throw tracerError(path, why, "give a shared library that exports " SHADOWDAG_TRACER_SYMBOL);
     library_->handle = dlopen(std::filesystem::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library_->handle)
         refuse(std::string("cannot be loaded: ") + dlerror());

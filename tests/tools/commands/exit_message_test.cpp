@@ -55,7 +55,7 @@ TEST(ExitMessage, MissingMemoryIsAResourceErrorAndLibraryExceptionsAreBadInput) 
 }
 
 TEST(ExitMessage, AFullDiskIsAResourceErrorWhicheverLibraryReportsIt) {
-    for (const int code : {ENOSPC, EDQUOT, EIO, EROFS, EMFILE}) {
+    for (const int code : {ENOSPC, EDQUOT, EFBIG, EIO, EROFS, EMFILE}) {
         const std::error_code error(code, std::generic_category());
         EXPECT_EQ(exitMessageOf(std::filesystem::filesystem_error("report", error)).status,
                   int(ErrorKind::kResource))

@@ -354,13 +354,45 @@ TEST(Compare, AnInterruptEndsWithTheSignalAndNoPartialFiles) {
     kill(child, SIGINT);
     EXPECT_EQ(waitForProgram(child), 128 + SIGINT);
     EXPECT_THAT(readText(directory / "err"),
-                HasSubstr("interrupted; every file is complete or absent; the same command with "
-                          "--resume goes on"));
+                HasSubstr("interrupted; every file is complete or absent"));
     EXPECT_FALSE(std::filesystem::exists(report + "/results.json"));
     EXPECT_EQ(readText(directory / "out"), "");
     for (const std::string& name : filesBelow(report))
         EXPECT_TRUE(name == "partial/journal.json" || name.ends_with(".png"))
             << name << " is left over";
+}
+
+// In its first part and after it, where an older report is complete, of which --resume is refused.
+TEST(Compare, AnInterruptAdvisesToResumeOnlyWhereThatGoesOn) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report", journal = report + "/partial/journal.json";
+    Arguments compare = tinyCompare(report, kAtrium);
+    std::replace(compare.begin(), compare.end(), std::string("48x27"), std::string("320x180"));
+    const std::pair<Arguments, Arguments> commands[] = {
+        {tinyCompare(report), compare},
+        {{"study", "failures", "-o", report, "--only", "acne", "--no-charts"},
+         {"study", "failures", "-o", report}}};
+    const auto partCount = [&] {
+        const Json found =
+            std::filesystem::exists(journal) ? Json::parse(readText(journal)) : Json();
+        return found.is_object() ? int(found["parts"].size()) : -1;
+    };
+    for (const auto& [before, interrupted] : commands) {
+        ASSERT_EQ(runShadowdag(directory, before).status, 0);
+        for (const int count : {0, 1}) {
+            const pid_t child =
+                startProgram(directory, interrupted, directory / "out", directory / "err");
+            for (int i = 0; i < 30'000 && partCount() < count; ++i)
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            kill(child, SIGINT);
+            EXPECT_EQ(waitForProgram(child), 128 + SIGINT) << interrupted[0];
+            const std::string said = readText(directory / "err");
+            EXPECT_EQ(said.find("with --resume") != std::string::npos, partCount() > 0)
+                << interrupted[0] << ", " << count << ": " << said;
+            std::filesystem::remove_all(report + "/partial");
+        }
+        std::filesystem::remove_all(report);
+    }
 }
 
 TEST(Compare, AnExperimentThatReplacesLightsSaysSoFirst) {

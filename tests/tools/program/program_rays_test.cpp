@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sys/stat.h>
+
 #include <filesystem>
 
 namespace shadowdag {
@@ -24,8 +26,8 @@ TEST(ProgramRays, AStrangersAnswersAreScoredAndDrawn) {
     const TemporaryDirectory directory;
     const std::string set = directory / "set.npz", answers = directory / "numpy.npz",
                       rows = directory / "rows";
-    ProgramResult result = runShadowdag(directory, {"rays", "builtin:fail-contact", "--size",
-                                                    "64x36", "-o", set, "--json"});
+    ProgramResult result = runShadowdag(
+        directory, {"rays", "builtin:fail-contact", "--size", "64x36", "-o", set, "--json"});
     ASSERT_EQ(result.status, 0) << result.err;
     const uint64_t pairs = result.json()["pair_count"];
     EXPECT_GT(pairs, 500u);
@@ -96,11 +98,18 @@ TEST(ProgramRays, ContradictionsAreRefused) {
                 HasSubstr("--size chooses a frame, and SCENE is a ray set"));
     EXPECT_THAT(refusal({"builtin:fail-wires", "--repeats", "3", "-o", "set.npz"}),
                 HasSubstr("--repeats is for --tracer"));
-    const ProgramResult missing =
-        runShadowdag(directory, {"rays", "builtin:fail-wires", "--tracer", "nowhere.so", "-o",
-                                 directory / "rows"});
+    const ProgramResult missing = runShadowdag(directory, {"rays", "builtin:fail-wires", "--tracer",
+                                                           "nowhere.so", "-o", directory / "rows"});
     EXPECT_EQ(missing.status, 2);
-    EXPECT_THAT(missing.err, HasSubstr("--tracer nowhere.so: is no file"));
+    EXPECT_THAT(missing.err, HasSubstr("--tracer nowhere.so: cannot be opened: No such file"));
+    ASSERT_EQ(mkfifo((directory / "pipe.so").c_str(), 0600), 0);
+    const ProgramResult pipe = runShadowdag(
+        directory,
+        {"rays", "builtin:fail-wires", "--tracer", directory / "pipe.so", "-o", directory / "rows"},
+        {"/usr/bin/timeout", "20"});
+    EXPECT_EQ(pipe.status, 2);
+    EXPECT_THAT(pipe.err, HasSubstr("pipe.so: is a pipe, where a regular file is read"));
+    EXPECT_FALSE(std::filesystem::exists(directory / "rows"));
 }
 
 } // namespace

@@ -142,6 +142,9 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          1,
          "unknown option --methd; did you mean --method? See shadowdag render --help"},
         {{"render", kScene, "-o", exr, "--nonsense=1"}, 1, "unknown option --nonsense; see"},
+        {{"voxelize", "--nonsense", kScene}, 1, "unknown option --nonsense; see"}, // and no -o
+        {{"voxelize", "-x", kScene}, 1, "unknown option -x; see"},
+        {{"voxelize", "-oa.svdag", "--", "--nonsense", "b"}, 1, "not expected"},
         {{"render", kScene, "-o", exr, "--backend", "gpu"}, 1, "gpu"},
         {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3"} + kSmall, 1, "six numbers"},
         {Arguments{"render", kScene, "-o", exr, "--camera", "1,2,3,1,2,3"} + kSmall, 1,
@@ -221,6 +224,7 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
          2,
          "\"a\\u0000b\" contains a zero byte"},
         {{"info", directory / "a\x1b[31m.glb"}, 2, "a\\x1b[31m.glb: no such file"},
+        {{"info", directory / "a\nb\x9b.glb"}, 2, "a\\x0ab\\x9b.glb: no such file"},
         {{"scene", "atrium", "-o", directory / "pipe.glb"},
          3,
          "it is a pipe, a socket or a device"},
@@ -247,6 +251,85 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
     expectRefused(directory, cases);
     EXPECT_FALSE(std::filesystem::exists(exr));
     EXPECT_FALSE(std::filesystem::exists(dag));
+}
+
+TEST(Program, NamesDoNotReachTheTerminalAsControlCharacters) {
+    const TemporaryDirectory directory;
+    const std::string name = directory / "a\x1b[31m\xc2\x9b\x9b", asset = name + ".svdag",
+                      scene = name + ".glb";
+    for (const Arguments& command :
+         {Arguments{"scene", "fail-acne", "-o", scene},
+          Arguments{"voxelize", scene, "-o", asset, "--resolution", "64"}, Arguments{"info", scene},
+          Arguments{"info", asset}, Arguments{"export", asset, "-o", name + ".vdb"},
+          Arguments{"import", name + ".vdb", "-o", asset},
+          Arguments{"render", scene, "-o", name + ".exr", "--size", "32x18"},
+          Arguments{"compare", scene, "-o", name, "--no-charts", "--size", "16x9", "--methods",
+                    "embree,dag", "--repeats", "1"}}) {
+        const ProgramResult result = runShadowdag(directory, command);
+        EXPECT_EQ(result.status, 0) << result.err;
+        for (const std::string& text : {result.out, result.err})
+            for (const char* control : {"\x1b", "\x9b"})
+                EXPECT_THAT(text, testing::Not(HasSubstr(control))) << command[0];
+        EXPECT_THAT(result.out, HasSubstr("a\\x1b[31m\\xc2\\x9b\\x9b")) << command[0];
+    }
+}
+
+TEST(Program, FilesOfTheSystemWhoseSizeIsNotWhatTheyHoldAreRefusedWithATrueReason) {
+    const TemporaryDirectory directory;
+    for (const char* file : {"/proc/cpuinfo", "/sys/devices/system/cpu/online"})
+        for (const char* name : {"a.glb", "a.gltf", "a.svdag", "a.vdb", "a.nvdb"}) {
+            std::filesystem::remove(directory / name);
+            std::filesystem::create_symlink(file, directory / name);
+            const bool isGrid = std::string(name).find("vdb") != std::string::npos;
+            const ProgramResult result =
+                isGrid ? runShadowdag(directory,
+                                      {"import", directory / name, "-o", directory / "b.svdag"})
+                       : runShadowdag(directory, {"info", directory / name});
+            EXPECT_EQ(result.status, 2);
+            for (const char* untrue : {"Success", "is empty", "cannot be opened", "cannot be read"})
+                EXPECT_THAT(result.err, testing::Not(HasSubstr(untrue))) << file;
+        }
+}
+
+TEST(Program, ATooLongNameIsNotBlamedOnTheDisk) {
+    const TemporaryDirectory directory;
+    const std::string name = directory / std::string(250, 'a');
+    for (const Arguments& command :
+         {Arguments{"scene", "fail-acne", "-o", name + ".glb"},
+          Arguments{"voxelize", kScene, "-o", name + ".svdag", "--memory-limit", "1G"},
+          Arguments{"compare", kScene, "-o", name + "bcdefg", "--no-charts"},
+          Arguments{"study", "failures", "-o", name + "bcdefg", "--no-charts"}}) {
+        const ProgramResult result = runShadowdag(directory, command);
+        EXPECT_EQ(result.status, 3) << command[0];
+        EXPECT_THAT(result.err, HasSubstr("File name too long; ")) << command[0];
+        EXPECT_THAT(result.err, testing::Not(HasSubstr("disk"))) << command[0];
+    }
+}
+
+TEST(Program, EveryCommandRefusesADeviceAndALinkThatLeadsNowhereAsItsOutputAlike) {
+    const TemporaryDirectory directory;
+    const std::string link = directory / "link";
+    std::filesystem::create_symlink("nowhere", link);
+    for (const Arguments& command :
+         {Arguments{"scene", "atrium"}, Arguments{"voxelize", kScene}, Arguments{"merge", "p"},
+          Arguments{"export", "a.svdag"}, Arguments{"import", "a.vdb"}, Arguments{"render", kScene},
+          Arguments{"calibrate", kScene}, Arguments{"fit", kScene, "--max", "1"},
+          Arguments{"rays", kScene}, Arguments{"rays", kScene, "--answer", "a.npz"},
+          Arguments{"compare", kScene, "--no-charts"}, Arguments{"study", "failures"},
+          Arguments{"figures", directory / "a.json"}, Arguments{"validate", kScene}}) {
+        writeText(directory / "a.json", "{}");
+        const ProgramResult result =
+            runShadowdag(directory, command + Arguments{"-o", "/dev/null"});
+        EXPECT_EQ(result.status, 3) << command[0] << ": " << result.err;
+    }
+    for (const Arguments& command :
+         {Arguments{"compare", kScene, "--no-charts"}, Arguments{"study", "failures"},
+          Arguments{"rays", kScene, "--answer", "a.npz"},
+          Arguments{"figures", directory / "a.json"}, Arguments{"validate", kScene}}) {
+        const ProgramResult result = runShadowdag(directory, command + Arguments{"-o", link});
+        EXPECT_EQ(result.status, 3) << command[0];
+        EXPECT_THAT(result.err, HasSubstr("is a symbolic link that leads nowhere")) << command[0];
+    }
 }
 
 TEST(Program, PipesOfTheShellAreReadOnce) {
@@ -323,7 +406,7 @@ TEST(Program, HelpThatCannotBeWrittenIsAnError) {
     const ProgramResult result =
         runShadowdag(directory, {"--help"}, {"/bin/sh", "-c", "exec \"$@\" >/dev/full", "sh"});
     EXPECT_EQ(result.status, 3);
-    EXPECT_THAT(result.err, HasSubstr("standard output cannot be written; is the disk full?"));
+    EXPECT_THAT(result.err, HasSubstr("standard output cannot be written; is the disk full"));
 }
 
 TEST(Program, TheHelpOfCalibrateShowsItsOwnDefaults) {

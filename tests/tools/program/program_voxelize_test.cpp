@@ -182,6 +182,33 @@ TEST(ProgramVoxelize, AKilledMergeDoesNotHinderTheNext) {
     EXPECT_EQ(readText((scratch / "00000000.svpart").string()), "part");
 }
 
+TEST(ProgramVoxelize, ABuildWithoutAFolderRemovesTheOneOfAKilledBuildOrSaysThatItStays) {
+    const TemporaryDirectory directory;
+    const std::string output = directory / "a.svdag";
+    const std::filesystem::path scratch = output + ".scratch";
+    Arguments merge = buildParts(directory, 2, "64");
+    merge.insert(merge.begin(), "merge");
+    merge.insert(merge.end(), {"-o", output});
+    for (const Arguments& build :
+         {Arguments{"voxelize", kScene, "-o", output, "--resolution", "64"}, merge}) {
+        std::filesystem::create_directory(scratch);
+        for (const char* name : {"lock", "level-2.nodes", "00000001.svpart.tmp-1-0"})
+            writeText((scratch / name).string(), "half");
+        const ProgramResult removing = runShadowdag(directory, build);
+        EXPECT_EQ(removing.status, 0) << removing.err;
+        EXPECT_EQ(removing.err, "");
+        EXPECT_FALSE(std::filesystem::exists(scratch));
+        std::filesystem::create_directory(scratch);
+        writeText((scratch / "00000000.svpart").string(), "part");
+        const ProgramResult saying = runShadowdag(directory, build);
+        EXPECT_EQ(saying.status, 0) << saying.err;
+        EXPECT_THAT(saying.err, HasSubstr("warning: " + scratch.string() +
+                                          " holds the files of an unfinished voxelize"));
+        EXPECT_EQ(readText((scratch / "00000000.svpart").string()), "part");
+        std::filesystem::remove_all(scratch);
+    }
+}
+
 TEST(ProgramVoxelize, AKilledBuildIsResumedToTheSameFile) {
     const TemporaryDirectory directory;
     const std::string whole = directory / "whole.svdag", killed = directory / "killed.svdag";

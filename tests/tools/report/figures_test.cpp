@@ -318,6 +318,22 @@ TEST(Figures, UnfinishedFilesOfKilledRunsAreRemoved) {
     EXPECT_TRUE(std::filesystem::exists(running));
 }
 
+TEST(Figures, FilesThatAreReplacedKeepTheirPermissions) {
+    namespace fs = std::filesystem;
+    const TemporaryDirectory directory;
+    const std::string figures = directory / "figures", charts = figures + "/charts.json";
+    makeSequence(directory / "r.json", "c1", {"RT", "PMCD"});
+    fs::create_directory(figures);
+    writeText(charts, "old");
+    fs::permissions(charts, fs::perms(0600));
+    drawFigures(directory / "r.json", figures, {"--figure", "15"});
+    EXPECT_NE(readText(charts), "old");
+    EXPECT_EQ(fs::status(charts).permissions(), fs::perms(0600));
+    fs::permissions(charts, fs::perms(0444));
+    EXPECT_THAT(refusal(directory / "r.json", figures, {"--figure", "15"}, ErrorKind::kResource),
+                HasSubstr("charts.json: cannot be written: it is read-only"));
+}
+
 TEST(Figures, WriteErrorsAreReportedAndLeaveNoPartialFile) {
     const TemporaryDirectory directory;
     makeSequence(directory / "r.json", "c1", {"PMCD-EB"});

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/workspace/report_directory.h"
 
+#include "cuda/error.h"
 #include "tests/tools/temporary_directory.h"
 
 #include <gtest/gtest.h>
@@ -27,6 +28,26 @@ TEST(ReportDirectory, ResumingRemovesTheUnfinishedFilesOfAKilledRun) {
     for (const std::string& path : abandoned)
         EXPECT_FALSE(std::filesystem::exists(path)) << path;
     EXPECT_EQ(readText(directory / "partial/journal.json"), journal);
+}
+
+TEST(ReportDirectory, FilesThatAreReplacedKeepTheirPermissions) {
+    namespace fs = std::filesystem;
+    const TemporaryDirectory directory;
+    const std::string path = directory / "results.json";
+    const std::string report = R"({"provenance": {}, "experiment": {}, "runs": []})";
+    writeText(path, report);
+    fs::permissions(path, fs::perms(0600));
+    {
+        const ReportDirectory held(directory.path(), false, false);
+        writeText(directory / "partial/results.json", "{}");
+        swapReport(directory.path());
+    }
+    EXPECT_EQ(readText(path), "{}");
+    EXPECT_EQ(fs::status(path).permissions(), fs::perms(0600));
+    writeText(path, report);
+    fs::permissions(path, fs::perms(0444));
+    EXPECT_THROW(ReportDirectory(directory.path(), false, false), Error);
+    EXPECT_EQ(readText(path), report);
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reads results and writes complete files; errors name the file."""
 import contextlib
+import errno
 import fcntl
 import glob
 import json
@@ -55,16 +56,25 @@ def is_running(process):
 
 @contextlib.contextmanager
 def written(path):
-    """Returns the name of a file beside `path` to write; replaces `path` by it, or removes it after any error.
-    Errors of the system are raised as OSError that names `path`. The name is of the form that the program's own
+    """Returns the name of a file beside `path` to write; replaces `path` by it, with the permissions of `path`, or
+    removes it after any error. Errors of the system are raised as OSError that names `path`. The name is of the form that the program's own
     unfinished files have (scenes/output_file.cpp), so two writers have two, and the same rule removes dead ones."""
     remove_abandoned(path)
     part = f"{path}{MARK}{os.getpid()}-0"
+    mode = None
+    with contextlib.suppress(FileNotFoundError):
+        mode = os.stat(path).st_mode & 0o777
+    if mode is not None and (not mode & 0o222 or not os.access(path, os.W_OK)):  # nobody may write it, or this user
+        raise PermissionError(errno.EACCES, "it is read-only", path)
     try:
         with open(part, "wb") as file:
+            if mode is not None:
+                os.chmod(part, 0o600)  # others may not be allowed to read it
             with contextlib.suppress(OSError):  # a file system without locks
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             yield part
+        if mode is not None:
+            os.chmod(part, mode)
         os.replace(part, path)
     except BaseException as error:
         with contextlib.suppress(OSError):
