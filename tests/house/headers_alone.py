@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Compiles every header alone: each includes what it uses.
 
-    headers_alone.py SOURCE_DIR [--built] [--cuda-include DIR] [--without FOLDER] -- COMPILER [FLAG...]
+    headers_alone.py SOURCE_DIR FOLDER [--built] [--cuda-include DIR] [--without FOLDER] -- COMPILER [FLAG...]
 
 A header that another one includes before anything else is compiled alone there: nothing stands before it. So only the
 others are given to the compiler. With --built, the build also compiles sources one by one, and a header that its own
 x.cpp includes first is proven there. Headers that include the CUDA runtime are skipped, by name, if no toolkit is
-given, and so are those of the folder of --without, whose library is missing. A compiler cache in front of COMPILER
-makes the second run fast; for that objects are written and -fsyntax-only is not used.
+given, and so are those of the folder of --without, whose library is missing.
+
+A header that includes one of BASES, directly or not, is compiled behind it, precompiled: what it includes anyway does not
+help it. A compiler cache in front of COMPILER makes the second run fast; for that objects are written, always into the
+same FOLDER, and -fsyntax-only is not used.
 """
 import concurrent.futures
 import os
@@ -18,6 +21,10 @@ import sys
 import tempfile
 
 from sources import code_files, expect, read, report
+
+# Read once rather than hundreds of times; those that include the most first.
+BASES = ("tools/workspace/cost_file.h", "hybrid/rays/shadow_rays.h", "nlohmann/json.hpp", "scenes/batches.h",
+         "scenes/scene.h", "glm/glm.hpp")
 
 
 def needs_cuda(root, header):
@@ -32,37 +39,95 @@ def first_include(root, path):
     return pathlib.Path(found.group(1)) if found else None
 
 
+def includes(root, path):
+    """Returns what a file includes under no condition."""
+    depth, names = 0, []
+    for line in read(root, path).splitlines():
+        directive = re.match(r'\s*#\s*(if|endif|include)\w*\s*(?:["<]([^">]+)[">])?', line)
+        if directive:
+            depth += {"if": 1, "endif": -1}.get(directive[1], 0)
+            if directive[1] == "include" and depth == 0:
+                names.append(directive[2])
+    return names
+
+
+def all_included(root, headers):
+    """Returns for each header by name the names of what it includes, directly or not."""
+    result = {}
+
+    def visit(name):
+        if name not in result:
+            result[name] = set()
+            for other in includes(root, name):
+                result[name] |= {other} | (visit(other) if other in names else set())
+        return result[name]
+    names = {str(header) for header in headers}
+    return {name: visit(name) for name in names}
+
+
+def choose(root, headers, built, bases):
+    """Returns those of `headers` that prove all, each with the base before it or None: what a chosen one, or one of
+    `built`, includes first, and what that does, has nothing before it but a base that it includes, too."""
+    included = all_included(root, headers + built)
+    chosen, proven = [], set()
+    for header in built + sorted(headers, key=lambda h: (-len(included[str(h)]), h)):
+        if header in proven:
+            continue
+        base = None
+        if header not in built:
+            base = next((base for base in bases if base in included[str(header)]), None)
+            chosen.append((header, base))
+        while str(header) in included and header not in proven and (base is None or base in included[str(header)]):
+            proven.add(header)
+            header = first_include(root, header)
+    return chosen
+
+
 def proven_by_build(root, header):
     """Returns whether the header's own source includes it first."""
     source = header.with_suffix(".cpp")
     return (pathlib.Path(root) / source).is_file() and first_include(root, source) == header
 
 
-def compile_alone(root, header, command, folder):
-    """Returns the compiler's message about a source with only this include, or an empty string."""
-    stem = str(header).replace("/", "_")
+def compile_alone(root, headers, command, folder):
+    """Returns the compiler's message about a source with only these includes, or an empty string."""
+    stem = str(headers[-1]).replace("/", "_")
     source = pathlib.Path(folder) / f"{stem}.cpp"
-    source.write_text(f'#include "{header}"\n')
+    source.write_text("".join(f'#include "{header}"\n' for header in headers))
     result = subprocess.run([*command, "-I", str(root), "-c", str(source), "-o", f"{source}.o"],
                             capture_output=True, text=True, cwd=root)
     lines = (result.stdout + result.stderr).strip().splitlines()
     return "\n".join(lines[:8]) if result.returncode else ""
 
 
-def check(root, command, cuda_include, folder, is_built, without=None):
+def precompile(root, base, command, folder):
+    """Returns the name of a header that includes a base and is precompiled, if that succeeds."""
+    header = pathlib.Path(folder) / ("base_" + base.replace("/", "_"))
+    header.write_text(f'#include "{base}"\n')
+    subprocess.run([*command, "-I", str(root), "-x", "c++-header", str(header), "-o", f"{header}.gch"],
+                   capture_output=True, cwd=root, check=False)
+    return header
+
+
+def check(root, command, cuda_include, folder, is_built, without=None, bases=BASES):
     """Returns the violations, the number of headers checked, those skipped, and how many the build compiles."""
     every = [path for path in code_files(root) if path.suffix == ".h"]
-    headers = [path for path in every if not (is_built and proven_by_build(root, path))]
+    built = [path for path in every if is_built and proven_by_build(root, path)]
+    headers = [path for path in every if path not in built]
     skipped = [h for h in headers if h.parts[0] == without or not cuda_include and needs_cuda(root, h)]
-    included = {first_include(root, h) for h in every if h not in skipped}
-    chosen = [h for h in headers if h not in skipped and h not in included]
+    chosen = choose(root, [h for h in headers if h not in skipped], built, bases)
     if cuda_include:
         command = [*command, "-isystem", cuda_include]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        complaints = pool.map(lambda h: compile_alone(root, h, command, folder), chosen)
-        violations = [f"{h} does not compile alone:\n{c}" for h, c in zip(chosen, complaints) if c]
+        used = [base for base in bases if any(base == other for _, other in chosen)]
+        files = dict(zip(used, pool.map(lambda base: precompile(root, base, command, folder), used)))
+        texts = [[files[base], header] if base else [header] for header, base in chosen]
+        complaints = pool.map(lambda text: compile_alone(root, text, command, folder), texts)
+        violations = [f"{h} does not compile alone:\n{c}" for (h, _), c in zip(chosen, complaints) if c]
+    for file in files.values():
+        pathlib.Path(f"{file}.gch").unlink(missing_ok=True)  # a hundred MB each
     violations += [f"{h} has no #pragma once" for h in every if "#pragma once" not in read(root, h).splitlines()]
-    return violations, len(headers) - len(skipped), skipped, len(every) - len(headers)
+    return violations, len(headers) - len(skipped), skipped, len(built)
 
 
 def self_test(command, folder):
@@ -78,21 +143,30 @@ def self_test(command, folder):
         (root / "proven.cpp").write_text('// The build compiles it.\n#include "proven.h"\n')
         (root / "late.h").write_text("#pragma once\ninline std::vector<int> d() { return {}; }\n")
         (root / "late.cpp").write_text('#include <vector>\n#include "late.h"\n')
-        for is_built, count, broken in ((True, 6, ["late.h", "leaning.h", "outer.h", "twice.h"]),
-                                        (False, 7, ["late.h", "leaning.h", "outer.h", "proven.h", "twice.h"])):
-            violations, checked, skipped, proven = check(root, command, None, folder, is_built)
-            expect(checked == count and proven == 7 - count and not skipped, f"{checked} headers seen")
-            expect([v.split()[0] for v in violations] == broken, f"got {violations}")
+        (root / "base.h").write_text("#pragma once\n#include <vector>\n")
+        (root / "behind.h").write_text('#pragma once\n#include "base.h"\ninline std::vector<int> f() { return {}; }\n')
+        (root / "first.h").write_text("#pragma once\ninline std::vector<int> g() { return {}; }\n")
+        (root / "hides.h").write_text('// Its first is not clean.\n#pragma once\n#include "first.h"\n#include "base.h"\n')
+        (root / "never.h").write_text("#pragma once\n#if 1 - 1\n#include \"base.h\"\n#endif\n"
+                                      "inline std::vector<int> h() { return {}; }\n")
+        for is_built in (True, False):
+            for bases, leaning in (((), "hides.h"), (("base.h",), "first.h")):
+                broken = ["late.h", "leaning.h", "never.h", "outer.h", "twice.h", leaning] + ["proven.h"] * (not is_built)
+                violations, checked, skipped, proven = check(root, command, None, folder, is_built, bases=bases)
+                expect(checked == 12 - is_built and proven == is_built and not skipped, f"{checked} headers seen")
+                expect(sorted(v.split()[0] for v in violations) == sorted(broken), f"got {violations}")
 
 
 if __name__ == "__main__":
     own, compiler = sys.argv[1:sys.argv.index("--")], sys.argv[sys.argv.index("--") + 1:]
     absent = own[own.index("--without") + 1] if "--without" in own else None
     cuda = own[own.index("--cuda-include") + 1] if "--cuda-include" in own else None
+    os.makedirs(own[1], exist_ok=True)
+    os.environ["CCACHE_SLOPPINESS"] = "pch_defines,time_macros"  # what ccache asks for with precompiled headers
     with tempfile.TemporaryDirectory() as objects:
         self_test(compiler, objects)
-        found, count, left_out, left_to_build = check(pathlib.Path(own[0]).resolve(), compiler, cuda, objects,
-                                                      "--built" in own, absent)
+    found, count, left_out, left_to_build = check(pathlib.Path(own[0]).resolve(), compiler, cuda, own[1], "--built" in own,
+                                                  absent)
     for name in left_out:
         print(f"skipped: {name} needs " + (f"what {absent}/ is built with" if name.parts[0] == absent else "the CUDA toolkit"))
     if left_to_build:

@@ -5,7 +5,9 @@
 #include "tests/cuda/host/memory.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <bit>
 #include <condition_variable>
 #include <csetjmp>
 #include <cstdio>
@@ -48,7 +50,6 @@ struct Fiber {
     ucontext_t context{};
     void* stack = nullptr; ///< none: a thread's own
     size_t stackBytes = 0;
-    bool isUsed = false;
     std::jmp_buf place; ///< where it goes on, once it has begun
     bool hasBegun = false;
 #if defined(SDAG_FIBERS_ASAN)
@@ -83,22 +84,27 @@ struct Grid {
     Index3 blocks, threads;
     const std::function<void()>& lane;
     uint64_t seed;
+    uint64_t blockCount = uint64_t(blocks.x) * blocks.y * blocks.z;
+    uint64_t stride = coprimeTo(blockCount, mixed(seed));
     std::atomic<uint64_t> nextBlock{0};
 
-    uint64_t blockCount() const { return uint64_t(blocks.x) * blocks.y * blocks.z; }
     unsigned threadCount() const { return threads.x * threads.y * threads.z; }
-    /// Returns the block that is started as the i-th: a permutation, i * a + b modulo their number,
-    /// with a coprime to it.
+    /// Returns the block that is started as the i-th: a permutation.
     uint64_t blockOf(uint64_t i) const {
-        const uint64_t count = blockCount();
-        uint64_t a = mixed(seed) % count;
+        const auto product = static_cast<unsigned __int128>(i) * stride;
+        return uint64_t((product + mixed(seed + 1)) % blockCount);
+    }
+    static uint64_t coprimeTo(uint64_t count, uint64_t start) {
+        uint64_t a = start % count;
         while (std::gcd(a, count) != 1)
             ++a;
-        return uint64_t((static_cast<unsigned __int128>(i) * a + mixed(seed + 1)) % count);
+        return a;
     }
 };
 
 Index3 indexIn(uint64_t i, const Index3& size) {
+    if (i < size.x)
+        return {unsigned(i), 0, 0}; // without a division, as most
     return {unsigned(i % size.x), unsigned(i / size.x % size.y), unsigned(i / size.x / size.y)};
 }
 
@@ -120,8 +126,13 @@ private:
         uint32_t mask = 0;
         uint64_t value = 0;
         Fiber* fiber = nullptr;
-        uint64_t met[kWarpLanes];
     };
+    /// One bit a lane.
+    struct Warp {
+        uint32_t absent = 0; ///< left, or beyond the end of the block
+        uint32_t waits = 0;
+    };
+    using Values = std::array<uint64_t, kWarpLanes>;
 
     static void fiberMain() {
 #if defined(SDAG_FIBERS_ASAN)
@@ -131,26 +142,33 @@ private:
             here().runNewLanes();
     }
     static BlockRunner& here();
+    Fiber& next();
     void runNewLanes();
     void begin(unsigned lane);
     void leave(unsigned lane);
     Fiber& unusedFiber();
+    void addFiber();
     bool isComplete(unsigned lane) const;
     void release(unsigned lane);
     [[noreturn]] void dieOfWaits() const;
-    uint64_t random() {
-        return mixed(random_++);
+    /// Returns a random number below `count`.
+    unsigned below(size_t count) {
+        return unsigned(static_cast<unsigned __int128>(mixed(random_++)) * count >> 64);
     }
 
     const Grid* grid_ = nullptr;
     uint64_t block_ = 0;
     std::vector<Lane> lanes_;
+    std::vector<Warp> warps_;
+    std::vector<Values> met_;     ///< of each lane that met others of its warp
     std::vector<unsigned> order_; ///< of lanes that are new from begunCount_ on
     std::vector<unsigned> mayGo_; ///< lanes whose waits are over
     std::vector<std::unique_ptr<Fiber>> fibers_;
-    Fiber home_;             ///< the thread's own stack
-    Fiber* fiber_ = nullptr; ///< that runs
+    std::vector<Fiber*> unused_; ///< of fibers_
+    Fiber home_;                 ///< the thread's own stack
+    Fiber* fiber_ = nullptr;     ///< that runs
     unsigned begunCount_ = 0, leftCount_ = 0, current_ = 0;
+    unsigned waitCount_ = 0, blockWaitCount_ = 0; ///< lanes that wait, and for the whole block
     uint64_t random_ = 0;
 };
 
@@ -166,13 +184,20 @@ void BlockRunner::run(const Grid& grid, uint64_t block) {
     random_ = mixed(grid.seed ^ mixed(block));
     const unsigned count = grid.threadCount();
     lanes_.resize(count);
+    met_.resize(count);
+    warps_.assign((count + kWarpLanes - 1) / kWarpLanes, {});
+    if (count % kWarpLanes != 0)
+        warps_.back().absent = ~0u << count % kWarpLanes;
     for (Lane& lane : lanes_)
         lane.state = State::kNew;
     order_.resize(count);
     std::iota(order_.begin(), order_.end(), 0u);
     for (unsigned i = count; i > 1; --i)
-        std::swap(order_[i - 1], order_[random() % i]);
+        std::swap(order_[i - 1], order_[below(i)]);
     begunCount_ = leftCount_ = 0;
+    blockIdx = indexIn(block_, grid.blocks);
+    blockDim = grid.threads;
+    gridDim = grid.blocks;
 #if defined(SDAG_FIBERS_TSAN)
     home_.tsanFiber = __tsan_get_current_fiber();
 #elif defined(SDAG_FIBERS_ASAN)
@@ -182,23 +207,28 @@ void BlockRunner::run(const Grid& grid, uint64_t block) {
     pthread_attr_destroy(&attributes);
 #endif
     runner = this;
-    while (leftCount_ < count) {
-        const bool hasNew = begunCount_ < count;
-        if (mayGo_.empty() && !hasNew)
-            dieOfWaits();
-        if (mayGo_.empty() || (hasNew && random() % 2 == 0)) {
-            fiber_ = &unusedFiber();
-            fiber_->isUsed = true;
-        } else {
-            std::swap(mayGo_[random() % mayGo_.size()], mayGo_.back());
-            current_ = mayGo_.back();
-            mayGo_.pop_back();
-            fiber_ = lanes_[current_].fiber;
-        }
-        switchFibers(home_, *fiber_);
-    }
+    switchFibers(home_, next());
     runner = nullptr;
     grid_ = nullptr;
+}
+
+/// Returns the fiber that runs next: of a lane whose wait is over, one for new lanes, or at the end
+/// the thread's own.
+Fiber& BlockRunner::next() {
+    const bool hasNew = begunCount_ < lanes_.size();
+    if (leftCount_ == lanes_.size())
+        return home_;
+    if (mayGo_.empty() && !hasNew)
+        dieOfWaits();
+    if (mayGo_.empty() || (hasNew && below(2) == 0)) {
+        fiber_ = &unusedFiber();
+    } else {
+        std::swap(mayGo_[below(mayGo_.size())], mayGo_.back());
+        current_ = mayGo_.back();
+        mayGo_.pop_back();
+        fiber_ = lanes_[current_].fiber;
+    }
+    return *fiber_;
 }
 
 /// Runs lanes on the current fiber until there is no new one, or one waits.
@@ -209,8 +239,9 @@ void BlockRunner::runNewLanes() {
         grid_->lane();
         leave(current_);
     }
-    fiber_->isUsed = false;
-    switchFibers(*fiber_, home_);
+    Fiber& mine = *fiber_;
+    unused_.push_back(&mine);
+    switchFibers(mine, next());
 }
 
 void BlockRunner::begin(unsigned lane) {
@@ -218,33 +249,38 @@ void BlockRunner::begin(unsigned lane) {
     lanes_[lane].state = State::kRuns;
     lanes_[lane].fiber = fiber_;
     threadIdx = indexIn(lane, grid_->threads);
-    blockIdx = indexIn(block_, grid_->blocks);
-    blockDim = grid_->threads;
-    gridDim = grid_->blocks;
 }
 
 void BlockRunner::leave(unsigned lane) {
     lanes_[lane].state = State::kLeft;
     ++leftCount_;
     const unsigned warp = lane / kWarpLanes * kWarpLanes;
-    for (unsigned other = warp; other < std::min(warp + kWarpLanes, unsigned(lanes_.size()));
-         ++other)
-        if (lanes_[other].state == State::kWaits && lanes_[other].meeting != Meeting::kSyncBlock &&
+    warps_[warp / kWarpLanes].absent |= 1u << (lane - warp);
+    if (waitCount_ == 0)
+        return;
+    for (uint32_t waits = warps_[warp / kWarpLanes].waits; waits != 0; waits &= waits - 1) {
+        const unsigned other = warp + unsigned(std::countr_zero(waits));
+        if (lanes_[other].meeting != Meeting::kSyncBlock &&
             (lanes_[other].mask >> (lane - warp) & 1u))
             die(nameOf(lane) + " left, although thread " + std::to_string(other) +
                 " waits for it, whose mask names it");
-    for (unsigned other = 0; other < lanes_.size() && leftCount_ < begunCount_; ++other)
-        if (lanes_[other].state == State::kWaits && lanes_[other].meeting == Meeting::kSyncBlock) {
-            if (isComplete(other))
-                release(other);
+    }
+    for (unsigned other = 0; blockWaitCount_ + leftCount_ == lanes_.size(); ++other)
+        if (lanes_[other].state == State::kWaits) {
+            release(other);
             break;
         }
 }
 
 Fiber& BlockRunner::unusedFiber() {
-    for (const auto& fiber : fibers_)
-        if (!fiber->isUsed)
-            return *fiber;
+    if (unused_.empty())
+        addFiber();
+    Fiber& fiber = *unused_.back();
+    unused_.pop_back();
+    return fiber;
+}
+
+void BlockRunner::addFiber() {
     const size_t page = size_t(sysconf(_SC_PAGESIZE));
     fibers_.push_back(std::make_unique<Fiber>());
     Fiber& fiber = *fibers_.back();
@@ -262,7 +298,7 @@ Fiber& BlockRunner::unusedFiber() {
 #if defined(SDAG_FIBERS_TSAN)
     fiber.tsanFiber = __tsan_create_fiber(0);
 #endif
-    return fiber;
+    unused_.push_back(&fiber);
 }
 
 /// Returns whether all that a waiting lane waits for wait for the same.
@@ -270,17 +306,14 @@ bool BlockRunner::isComplete(unsigned lane) const {
     const Lane& mine = lanes_[lane];
     const unsigned warp = lane / kWarpLanes * kWarpLanes;
     if (mine.meeting == Meeting::kSyncBlock)
-        return std::all_of(lanes_.begin(), lanes_.end(), [](const Lane& other) {
-            return other.state == State::kLeft ||
-                   (other.state == State::kWaits && other.meeting == Meeting::kSyncBlock);
-        });
-    for (unsigned i = 0; i < kWarpLanes; ++i)
-        if (mine.mask >> i & 1u) {
-            const Lane& other = lanes_[warp + i];
-            if (other.state != State::kWaits || other.meeting != mine.meeting ||
-                other.mask != mine.mask)
-                return false;
-        }
+        return blockWaitCount_ + leftCount_ == lanes_.size();
+    if ((mine.mask & ~warps_[warp / kWarpLanes].waits) != 0)
+        return false;
+    for (uint32_t mask = mine.mask; mask != 0; mask &= mask - 1) {
+        const Lane& other = lanes_[warp + unsigned(std::countr_zero(mask))];
+        if (other.meeting != mine.meeting || other.mask != mine.mask)
+            return false;
+    }
     return true;
 }
 
@@ -289,15 +322,22 @@ void BlockRunner::release(unsigned lane) {
     const unsigned warp = lane / kWarpLanes * kWarpLanes;
     const bool isBlock = lanes_[lane].meeting == Meeting::kSyncBlock;
     const uint32_t mask = lanes_[lane].mask;
+    Values values;
+    for (unsigned i = 0; i < kWarpLanes && !isBlock; ++i)
+        values[i] = mask >> i & 1u ? lanes_[warp + i].value : kPoison;
     for (unsigned i = 0; i < (isBlock ? unsigned(lanes_.size()) : kWarpLanes); ++i) {
         const unsigned other = isBlock ? i : warp + i;
         if (isBlock ? lanes_[other].state != State::kWaits : !(mask >> i & 1u))
             continue;
-        for (unsigned j = 0; j < kWarpLanes && !isBlock; ++j)
-            lanes_[other].met[j] = mask >> j & 1u ? lanes_[warp + j].value : kPoison;
+        if (!isBlock)
+            met_[other] = values;
         lanes_[other].state = State::kMayGoOn;
+        warps_[other / kWarpLanes].waits &= ~(1u << other % kWarpLanes);
         mayGo_.push_back(other);
+        --waitCount_;
     }
+    if (isBlock)
+        blockWaitCount_ = 0;
 }
 
 const uint64_t* BlockRunner::meet(Meeting meeting, uint32_t mask, uint64_t value) {
@@ -306,22 +346,24 @@ const uint64_t* BlockRunner::meet(Meeting meeting, uint32_t mask, uint64_t value
     if (meeting != Meeting::kSyncBlock) {
         if (!(mask >> (me - warp) & 1u))
             die(nameOf(me) + " meets by a mask that does not name it");
-        for (unsigned i = 0; i < kWarpLanes; ++i)
-            if ((mask >> i & 1u) &&
-                (warp + i >= lanes_.size() || lanes_[warp + i].state == State::kLeft))
-                die(nameOf(me) + " waits for lane " + std::to_string(i) +
-                    " of its warp, which its mask names, but which has left");
+        if (const uint32_t absent = mask & warps_[warp / kWarpLanes].absent)
+            die(nameOf(me) + " waits for lane " + std::to_string(std::countr_zero(absent)) +
+                " of its warp, which its mask names, but which has left");
     }
     lane.state = State::kWaits;
     lane.meeting = meeting;
     lane.mask = mask;
     lane.value = value;
+    warps_[warp / kWarpLanes].waits |= 1u << (me - warp);
+    ++waitCount_;
+    blockWaitCount_ += meeting == Meeting::kSyncBlock;
     if (isComplete(me))
         release(me);
-    switchFibers(*lane.fiber, home_);
+    if (Fiber& other = next(); &other != lane.fiber)
+        switchFibers(*lane.fiber, other);
     threadIdx = indexIn(me, grid_->threads); // the other places are those of the whole block
-    lanes_[me].state = State::kRuns;
-    return lanes_[me].met;
+    lane.state = State::kRuns;
+    return met_[me].data();
 }
 
 std::string BlockRunner::nameOf(unsigned lane) const {
@@ -355,7 +397,7 @@ public:
 
     void run(Grid& grid) {
         const std::lock_guard one(oneGrid_);
-        if (grid.blockCount() > 1 && hasThreads_) {
+        if (grid.blockCount > 1 && hasThreads_) {
             const std::lock_guard lock(mutex_);
             grid_ = &grid;
             busyCount_ = kCount;
@@ -378,7 +420,7 @@ private:
     static void runBlocks(Grid& grid) {
         thread_local BlockRunner* const mine = new BlockRunner; // its stacks stay, as threads do
         useSignalStack();
-        const uint64_t count = grid.blockCount();
+        const uint64_t count = grid.blockCount;
         for (uint64_t i; (i = grid.nextBlock.fetch_add(1)) < count;)
             mine->run(grid, grid.blockOf(i));
     }

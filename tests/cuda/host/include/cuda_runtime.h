@@ -31,6 +31,16 @@
 // choosing one of them for both.
 #define __device__ __attribute__((abi_tag("device")))
 
+// In place and with the same bits: calls of the library take a quarter of the time of rays.
+extern "C" {
+[[gnu::gnu_inline, gnu::always_inline]] extern inline float fminf(float a, float b) noexcept {
+    return b != b || a < b ? a : b;
+}
+[[gnu::gnu_inline, gnu::always_inline]] extern inline float fmaxf(float a, float b) noexcept {
+    return b != b || a > b ? a : b;
+}
+}
+
 enum cudaError_t {
     cudaSuccess = 0,
     cudaErrorInvalidValue = 1,
