@@ -40,6 +40,16 @@ SDAG_HD inline uint64_t loadRelaxed(uint64_t* target) {
 #endif
 }
 
+/// Returns the current value or one that other threads' atomics have replaced since: what caches
+/// of a device hold.
+template <class T> SDAG_HD inline T loadPast(T* target) {
+#if defined(__CUDA_ARCH__)
+    return *target;
+#else
+    return std::atomic_ref<T>(*target).load(std::memory_order_relaxed);
+#endif
+}
+
 /// Sets the bits of `value` and returns the previous value.
 SDAG_HD inline uint32_t atomicOrRelaxed(uint32_t* target, uint32_t value) {
 #if defined(__CUDA_ARCH__)

@@ -432,6 +432,14 @@ SDAG_HD inline TileCoverage coverTile(const FaceTriangle& t, const TexelRect& re
     return tile;
 }
 
+/// Returns the greatest 1/z that drawing a triangle stores in a rectangle, or more: bounded by the
+/// corners as coverTile is.
+SDAG_HD inline float nearestIn(const FaceTriangle& t, const TexelRect& rect, int32_t n) {
+    const double X = double(2 * (t.wx > 0.0 ? rect.x1 : rect.x0) + 1 - n),
+                 Y = double(2 * (t.wy > 0.0 ? rect.y1 : rect.y0) + 1 - n);
+    return glm::min(glm::max(float(t.wx * X + (t.wy * Y + t.w0)), t.wMin), t.wMax);
+}
+
 /// Draws a lane's share of one page of a triangle that RasterizeTriangle put on the list: of every
 /// row every kGroupLanes-th texel, or, of pages with shorter rows, one texel of several rows. So
 /// neighbouring lanes write neighbouring texels.
@@ -487,13 +495,24 @@ private:
         const int32_t inPage = (1 << log2) - 1;
         const int32_t columns = glm::min(1 << log2, int32_t(kGroupLanes)),
                       rows = int32_t(kGroupLanes) / columns;
+        const int32_t xFirst = rect.x0 + int32_t(lane) % columns,
+                      yFirst = rect.y0 + int32_t(lane) / columns;
+        const auto rowOf = [&](int32_t y) { return pageStart + (size_t(y & inPage) << log2); };
+        // Most pages of a scene in rooms lie behind what other triangles drew before.
+        const uint32_t nearest = floatBits(nearestIn(t, rect, n));
+        bool isHidden = true;
+        for (int32_t y = yFirst; y <= rect.y1; y += rows)
+            for (int32_t x = xFirst; x <= rect.x1; x += columns)
+                isHidden &= loadPast(&view.depths[rowOf(y) + size_t(x & inPage)]) >= nearest;
+        if (isHidden)
+            return;
         const auto isIn = [&](int k, double X, double Y) {
             return !(partial >> k & 1u) || t.ex[k] * X + (t.ey[k] * Y + t.e0[k]) >= -t.tolerance[k];
         };
-        for (int32_t y = rect.y0 + int32_t(lane) / columns; y <= rect.y1; y += rows) {
+        for (int32_t y = yFirst; y <= rect.y1; y += rows) {
             const double Y = double(2 * y + 1 - n), rw = t.wy * Y + t.w0;
-            const size_t row = pageStart + (size_t(y & inPage) << log2);
-            for (int32_t x = rect.x0 + int32_t(lane) % columns; x <= rect.x1; x += columns) {
+            const size_t row = rowOf(y);
+            for (int32_t x = xFirst; x <= rect.x1; x += columns) {
                 const double X = double(2 * x + 1 - n);
                 if (!(isIn(0, X, Y) && isIn(1, X, Y) && isIn(2, X, Y)))
                     continue;

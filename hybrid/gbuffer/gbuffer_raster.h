@@ -253,6 +253,25 @@ SDAG_HD inline bool isOutside(const SeenTriangle& seen, const PixelRect& rect) {
     return isBelow && isAbove;
 }
 
+/// Returns whether all pixels of a column see something nearer than a triangle. Its depth is its
+/// plane over a function that is monotone along the column, as rounded: the ends bound it.
+SDAG_HD inline bool isHidden(const SeenTriangle& seen, const PixelRect& column,
+                             const ViewRays& view, View<const uint64_t> visibility) {
+    const auto depth = [&](int y) {
+        return seen.plane /
+               (seen.start[3] + double(y) * seen.perY[3] + double(column.minX) * seen.perX[3]);
+    };
+    const double top = depth(column.minY), bottom = depth(column.maxY);
+    if (!(top > 0.0 && bottom > 0.0)) // its plane passes through the camera's between them
+        return false;
+    const uint32_t nearest = std::bit_cast<uint32_t>(float(glm::min(top, bottom)));
+    bool isBehind = true;
+    for (int y = column.minY; y <= column.maxY; ++y)
+        isBehind &=
+            uint32_t(loadPast(&visibility[size_t(y) * view.width + column.minX]) >> 32) < nearest;
+    return isBehind;
+}
+
 /// Draws a column of a tile of a triangle that RasterizeSlots put on the list.
 struct RasterizeLarge {
     RasterizeBatches batches;
@@ -260,17 +279,18 @@ struct RasterizeLarge {
     View<const SeenTriangle> setups; ///< of RasterizeSlots
 
     SDAG_HD bool wants(const SplitItem& item, uint32_t part) const {
-        const SeenTriangle seen = setups[item.index];
+        const SeenTriangle& seen = setups[item.index];
         return !isOutside(seen, tileOf(seen, part));
     }
     SDAG_HD void operator()(const SplitItem& item, uint32_t part, uint32_t lane) const {
-        const SeenTriangle seen = setups[item.index];
+        const SeenTriangle& seen = setups[item.index];
         PixelRect column = tileOf(seen, part);
         column.minX += int(lane);
         if (column.minX > column.maxX)
             return;
         column.maxX = column.minX;
-        coverPixels(batches.triangles, seen, column, batches.view, batches.visibility);
+        if (!isHidden(seen, column, batches.view, batches.visibility))
+            coverPixels(batches.triangles, seen, column, batches.view, batches.visibility);
     }
 
 private:
