@@ -4,7 +4,7 @@
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/tools/workspace/ray_set_files.h"
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::answers {
 
 namespace {
 
@@ -32,4 +32,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::answers

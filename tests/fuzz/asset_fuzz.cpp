@@ -8,7 +8,7 @@
 
 #include <cstring>
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::asset {
 
 namespace {
 
@@ -65,4 +65,4 @@ std::string pack(const std::string& content) {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::asset

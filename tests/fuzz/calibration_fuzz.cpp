@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::calibration {
 
 namespace {
 
@@ -55,4 +55,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::calibration

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::camera {
 
 namespace {
 
@@ -38,4 +38,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::camera

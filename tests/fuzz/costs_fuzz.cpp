@@ -4,7 +4,7 @@
 #include "tests/fuzz/json_seeds.h"
 #include "tools/workspace/cost_file.h"
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::costs {
 
 namespace {
 
@@ -41,4 +41,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::costs

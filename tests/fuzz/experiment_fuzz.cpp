@@ -3,7 +3,7 @@
 #include "tests/fuzz/json_seeds.h"
 #include "tools/settings/experiment.h"
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::experiment {
 
 namespace {
 
@@ -33,4 +33,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::experiment

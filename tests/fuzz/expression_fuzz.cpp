@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::expression {
 
 namespace {
 
@@ -45,4 +45,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::expression

@@ -5,7 +5,7 @@
 
 #include <cstring>
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::glb {
 
 namespace {
 
@@ -41,4 +41,4 @@ std::string pack(const std::string& content) {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::glb

@@ -2,7 +2,7 @@
 // Scenes as text, their buffers within.
 #include "tests/fuzz/scene_reading.h"
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::gltf {
 
 namespace {
 
@@ -41,4 +41,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::gltf

@@ -8,7 +8,7 @@
 
 #include <array>
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::image {
 
 namespace {
 
@@ -80,4 +80,4 @@ std::string pack(const std::string& content) {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::image

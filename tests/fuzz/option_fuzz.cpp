@@ -4,7 +4,7 @@
 #include "tests/fuzz/fuzz_target.h"
 #include "tools/settings/parse.h"
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::option {
 
 namespace {
 
@@ -59,4 +59,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::option

@@ -9,7 +9,7 @@
 
 #include <cstring>
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::part {
 
 namespace {
 
@@ -66,4 +66,4 @@ std::string pack(const std::string& content) {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::part

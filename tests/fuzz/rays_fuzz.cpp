@@ -5,7 +5,7 @@
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/tools/workspace/ray_set_files.h"
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::rays {
 
 namespace {
 
@@ -47,4 +47,4 @@ std::string pack(const std::string& content) {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::rays

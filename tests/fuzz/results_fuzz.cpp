@@ -4,7 +4,7 @@
 #include "tools/commands/compare_parts.h"
 #include "tools/report/csv.h"
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::results {
 
 namespace {
 
@@ -48,4 +48,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::results

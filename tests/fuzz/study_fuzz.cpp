@@ -4,7 +4,7 @@
 #include "tools/settings/console.h"
 #include "tools/studies/study.h"
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::study {
 
 namespace {
 
@@ -30,4 +30,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::study

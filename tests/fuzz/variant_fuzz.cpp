@@ -4,7 +4,7 @@
 #include "tools/settings/parse.h"
 #include "tools/settings/variants.h"
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::variant {
 
 namespace {
 
@@ -42,4 +42,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::variant

@@ -12,7 +12,7 @@
 #include <csignal>
 #include <cstdio>
 
-namespace shadowdag::fuzz {
+namespace shadowdag::fuzz::vdb {
 
 namespace {
 
@@ -77,4 +77,4 @@ std::vector<std::string> seeds() {
 
 } // namespace
 
-} // namespace shadowdag::fuzz
+} // namespace shadowdag::fuzz::vdb

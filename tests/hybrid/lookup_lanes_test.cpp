@@ -15,7 +15,7 @@
 namespace shadowdag::test {
 namespace {
 
-constexpr uint64_t kSeed = 20261124;
+constexpr uint64_t kLookupSeed = 20261124;
 constexpr uint32_t kPageTexels = 16;
 
 /// Random numbers, and maps and receivers made of them.
@@ -34,7 +34,7 @@ public:
     }
 
 private:
-    uint64_t state_ = kSeed;
+    uint64_t state_ = kLookupSeed;
 };
 
 /// A map with random depths, some of whose pages have no memory.
@@ -65,7 +65,7 @@ struct RandomMap {
 class LookupLanesBy : public testing::TestWithParam<StreamIsa> {
 protected:
     void SetUp() override {
-        RecordProperty("seed", std::to_string(kSeed));
+        RecordProperty("seed", std::to_string(kLookupSeed));
         if (!hasStreamIsa(GetParam()))
             GTEST_SKIP() << "this processor or build has no " << streamIsaName(GetParam());
     }

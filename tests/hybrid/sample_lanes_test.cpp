@@ -13,12 +13,12 @@
 namespace shadowdag::test {
 namespace {
 
-constexpr uint64_t kSeed = 20261126;
+constexpr uint64_t kSampleSeed = 20261126;
 
 class SampleLanesBy : public testing::TestWithParam<StreamIsa> {
 protected:
     void SetUp() override {
-        RecordProperty("seed", std::to_string(kSeed));
+        RecordProperty("seed", std::to_string(kSampleSeed));
         if (!hasStreamIsa(GetParam()))
             GTEST_SKIP() << "this processor or build has no " << streamIsaName(GetParam());
     }
@@ -43,7 +43,7 @@ protected:
         return light;
     }
 
-    uint64_t state_ = kSeed;
+    uint64_t state_ = kSampleSeed;
 };
 
 bool sameBits(const glm::vec3& a, const glm::vec3& b) {

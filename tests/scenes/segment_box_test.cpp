@@ -10,7 +10,7 @@
 namespace shadowdag {
 namespace {
 
-Box boxOf(const glm::vec3& min, const glm::vec3& max) {
+Box boxBetween(const glm::vec3& min, const glm::vec3& max) {
     Box box;
     box.add(min);
     box.add(max);
@@ -18,7 +18,7 @@ Box boxOf(const glm::vec3& min, const glm::vec3& max) {
 }
 
 TEST(BoxSegment, DecidesAxisParallelSegmentsAndPoints) {
-    const Box box = boxOf({1, 1, 1}, {2, 2, 2});
+    const Box box = boxBetween({1, 1, 1}, {2, 2, 2});
     EXPECT_TRUE(BoxSegment({0, 1.5, 1.5}, {3, 1.5, 1.5}).touches(box));
     EXPECT_FALSE(BoxSegment({0, 2.5, 1.5}, {3, 2.5, 1.5}).touches(box));
     EXPECT_FALSE(BoxSegment({0, 1.5, 1.5}, {0.9, 1.5, 1.5}).touches(box));
@@ -28,7 +28,7 @@ TEST(BoxSegment, DecidesAxisParallelSegmentsAndPoints) {
 }
 
 TEST(BoxSegment, TouchesBoxesAtEndsFacesEdgesAndCorners) {
-    const Box box = boxOf({-1, -1, -1}, {1, 1, 1});
+    const Box box = boxBetween({-1, -1, -1}, {1, 1, 1});
     EXPECT_TRUE(BoxSegment({1, 0, 0}, {5, 0, 0}).touches(box));
     EXPECT_TRUE(BoxSegment({1, -5, 0}, {1, 5, 0}).touches(box));
     EXPECT_TRUE(BoxSegment({0, 2, 0}, {2, 0, 0}).touches(box));
@@ -70,7 +70,7 @@ TEST(BoxSegmentBundle, TouchesEveryBoxThatOneOfItsSegmentsTouches) {
         const double size = i % 3 == 0 ? 0.0 : 0.3;
         const glm::dvec3 fromMax = fromMin + size * point(), toMax = toMin + size * point();
         const glm::dvec3 low = far + 4.0 * point();
-        const Box box = boxOf(glm::vec3(low), glm::vec3(low + 2.0 * point()));
+        const Box box = boxBetween(glm::vec3(low), glm::vec3(low + 2.0 * point()));
         const BoxSegment segment(fromMin + (fromMax - fromMin) * point(),
                                  toMin + (toMax - toMin) * point());
         const bool isTouched = BoxSegmentBundle(fromMin, fromMax, toMin, toMax).touches(box);
@@ -86,9 +86,9 @@ TEST(BoxSegmentBundle, TouchesEveryBoxThatOneOfItsSegmentsTouches) {
 
 TEST(BoxSegmentBundle, IsAsWideAsTheWiderOfItsEnds) {
     const BoxSegmentBundle bundle({0, -1, -1}, {0, 1, 1}, {10, 0, 0}, {10, 0, 0});
-    EXPECT_TRUE(bundle.touches(boxOf({5, 0.9f, 0}, {6, 2, 1})));
-    EXPECT_FALSE(bundle.touches(boxOf({5, 1.1f, 0}, {6, 2, 1})));
-    EXPECT_FALSE(bundle.touches(boxOf({10.1f, 0, 0}, {11, 1, 1})));
+    EXPECT_TRUE(bundle.touches(boxBetween({5, 0.9f, 0}, {6, 2, 1})));
+    EXPECT_FALSE(bundle.touches(boxBetween({5, 1.1f, 0}, {6, 2, 1})));
+    EXPECT_FALSE(bundle.touches(boxBetween({10.1f, 0, 0}, {11, 1, 1})));
     EXPECT_FALSE(bundle.touches(Box{}));
 }
 

@@ -82,11 +82,11 @@ TEST_P(VoxelizePassesOn, EqualTheBuilderOnBuiltinScenes) {
             continue; // the triangles of houses
         const Scene scene = makeBuiltin(info.name);
         const World world(scene, {});
-        for (uint32_t log2 = 8; log2 <= (info.name == "atrium" ? 10u : 9u); ++log2) {
-            SCOPED_TRACE(info.name + " at 2^" + std::to_string(log2));
-            const VoxelGrid grid = gridAround(world.staticBoundsWorld(), log2);
-            expectSame(world.triangles(), viewOf(world.staticTriangles()), grid);
-        }
+        // Coarser grids are those of the random soups.
+        const uint32_t log2 = info.name == "atrium" ? 10 : 9;
+        SCOPED_TRACE(info.name + " at 2^" + std::to_string(log2));
+        const VoxelGrid grid = gridAround(world.staticBoundsWorld(), log2);
+        expectSame(world.triangles(), viewOf(world.staticTriangles()), grid);
     }
 }
 

@@ -14,7 +14,7 @@
 namespace shadowdag::test {
 namespace {
 
-constexpr uint64_t kSeed = 20261124;
+constexpr uint64_t kRaySeed = 20261124;
 
 /// A floor and a plate over its half x < 0; a light straight above the plate's edge. The plane
 /// through light and edge is x = 0, so a sample is truly dark only where x <= 0, and a shadow at
@@ -47,8 +47,8 @@ struct PlateStage {
 };
 
 TEST(ShadowRays, ABelievedShadowIsDisplacedByAtMostThatManyPixels) {
-    RecordProperty("seed", std::to_string(kSeed));
-    uint64_t state = kSeed;
+    RecordProperty("seed", std::to_string(kRaySeed));
+    uint64_t state = kRaySeed;
     const auto random = [&] {
         return float(double(splitMix64(state += kSplitMixGamma) >> 11) * 0x1p-53);
     };

@@ -93,13 +93,13 @@ TEST(Mechanisms, ARemedyIsOnWhereItCostsNothing) {
     EXPECT_EQ(judge(evidence, false).verdict, MechanismVerdict::kOption);
 }
 
-AblationTable table() {
+AblationTable ablationTable() {
     return readAblation(findStudy("ablation"));
 }
 
 TEST(Mechanisms, RowsNameExistingSettings) {
     std::set<std::string> names;
-    for (const Mechanism& row : table().rows) {
+    for (const Mechanism& row : ablationTable().rows) {
         names.insert(row.name);
         const FrameOptions on = cellSetup({row.always, row.on}).frame,
                            off = cellSetup({row.always, row.off}).frame;
@@ -116,7 +116,7 @@ TEST(Mechanisms, RowsNameExistingSettings) {
 // The committed run was made when defaults were what they are.
 TEST(Mechanisms, DefaultsAreThoseOfTheCommittedRun) {
     const Json run = Json::parse(readText(SDAG_SOURCE_DIR "/tests/bench/results/mechanisms.json"));
-    for (const Mechanism& row : table().rows)
+    for (const Mechanism& row : ablationTable().rows)
         for (const Json& measured : run["mechanisms"])
             if (measured["name"] == row.name) {
                 EXPECT_EQ(isDefault(row), measured["is_default"]) << row.name;

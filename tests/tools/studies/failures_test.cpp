@@ -30,7 +30,7 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const FailureTable& table() {
+const FailureTable& failureTable() {
     static const FailureTable read = readFailures(findStudy("failures"));
     return read;
 }
@@ -57,7 +57,7 @@ TEST_P(FailureMatrix, KeepsItsBoundsWhichAreTight) {
                 known.isOn != (cell["remedy"] != "off"))
                 continue;
             for (size_t m = 0; m < counts.size(); ++m)
-                EXPECT_LE(known.counts[m], boundOf(counts, table().slack)[m])
+                EXPECT_LE(known.counts[m], boundOf(counts, failureTable().slack)[m])
                     << cell["method"] << ", remedy " << cell["remedy"] << ": "
                     << kCellMeasureNames[m]
                     << " is better than the study says; run tools/studies/update_known.py";
@@ -65,11 +65,12 @@ TEST_P(FailureMatrix, KeepsItsBoundsWhichAreTight) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, FailureMatrix, testing::ValuesIn(table().rows), [](const auto& info) {
-    std::string name = info.param.name;
-    std::replace(name.begin(), name.end(), '-', '_');
-    return name;
-});
+INSTANTIATE_TEST_SUITE_P(All, FailureMatrix, testing::ValuesIn(failureTable().rows),
+                         [](const auto& info) {
+                             std::string name = info.param.name;
+                             std::replace(name.begin(), name.end(), '-', '_');
+                             return name;
+                         });
 
 TEST(Failures, TableHoldsEveryListedRowAndEveryScene) {
     std::set<std::string> listed, scenes, names;
@@ -78,7 +79,7 @@ TEST(Failures, TableHoldsEveryListedRowAndEveryScene) {
         for (std::string word; words >> word;)
             listed.insert(word.substr(0, word.find(',')));
     };
-    for (const Failure& failure : table().rows) {
+    for (const Failure& failure : failureTable().rows) {
         EXPECT_TRUE(names.insert(failure.name).second) << failure.name << " is there twice";
         EXPECT_EQ(failure.hasRemedy(), !failure.seen.empty()) << failure.name;
         EXPECT_EQ(failure.off.empty(), failure.on.empty()) << failure.name;
@@ -86,7 +87,7 @@ TEST(Failures, TableHoldsEveryListedRowAndEveryScene) {
         add(failure.listed);
         scenes.insert(failure.scene);
     }
-    for (const UnitTestedFailure& test : table().tests)
+    for (const UnitTestedFailure& test : failureTable().tests)
         add(test.listed);
     for (int row = 1; row <= 29; ++row)
         EXPECT_TRUE(listed.contains(std::to_string(row))) << "row " << row;
@@ -110,7 +111,7 @@ TEST(Failures, TestsNamedByRowsExist) {
             found.insert((*it)[1].str() + "." + (*it)[2].str());
     }
     EXPECT_GT(found.size(), 500u);
-    for (const UnitTestedFailure& test : table().tests)
+    for (const UnitTestedFailure& test : failureTable().tests)
         EXPECT_TRUE(found.contains(test.test)) << test.test << " is nowhere in tests/";
 }
 

@@ -5,6 +5,7 @@
 
 #include "cuda/error.h"
 #include "tests/tools/report/report_runner.h"
+#include "tests/tools/workspace/complaint.h"
 #include "tools/workspace/whole_file.h"
 
 #include <gmock/gmock.h>
@@ -15,6 +16,7 @@
 namespace shadowdag {
 namespace {
 
+using test::complaintOf;
 using testing::HasSubstr;
 
 constexpr std::string_view kKind = "SDAGTEST";
@@ -42,16 +44,6 @@ void expectSame(const std::vector<NamedArray>& a, const std::vector<NamedArray>&
         EXPECT_EQ(a[i].rows, b[i].rows) << a[i].name;
         EXPECT_EQ(a[i].bytes, b[i].bytes) << a[i].name;
     }
-}
-
-std::string complaintOf(const std::function<void()>& read) {
-    try {
-        read();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::kInput);
-        return error.what();
-    }
-    return "nothing was refused";
 }
 
 TEST(ArrayFile, WhatIsWrittenIsRead) {
@@ -145,10 +137,9 @@ TEST(ArrayFile, NumpyReadsWhatWeWriteAndWeReadWhatItWrites) {
 TEST(ArrayFile, MissingFilesAndArraysAreNamed) {
     EXPECT_THAT(complaintOf([] { readArrays(kKind, "nowhere.rays"); }),
                 HasSubstr("nowhere.rays: "));
-    EXPECT_THAT(complaintOf([] {
-                    requireArray(madeArrays(), "a.rays", "normal", ArrayType::kFloat, 3);
-                }),
-                HasSubstr("a.rays: has no array \"normal\""));
+    EXPECT_THAT(
+        complaintOf([] { requireArray(madeArrays(), "a.rays", "normal", ArrayType::kFloat, 3); }),
+        HasSubstr("a.rays: has no array \"normal\""));
     EXPECT_THAT(
         complaintOf([] { requireArray(madeArrays(), "a.rays", "point", ArrayType::kFloat, 4); }),
         HasSubstr("a.rays: array \"point\" has type 4 and 3 columns; it needs type 4 and 4; "

@@ -2,8 +2,8 @@
 // Answers to a ray set: their files, what is refused, their score by hand, and plug-ins.
 #include "tools/workspace/ray_answers.h"
 
-#include "cuda/error.h"
 #include "tests/tools/temporary_directory.h"
+#include "tests/tools/workspace/complaint.h"
 #include "tests/tools/workspace/ray_set_files.h"
 #include "tools/workspace/tracer_plugin.h"
 #include "tools/workspace/whole_file.h"
@@ -16,17 +16,8 @@
 namespace shadowdag {
 namespace {
 
+using test::complaintOf;
 using testing::HasSubstr;
-
-std::string complaintOf(const std::function<void()>& read) {
-    try {
-        read();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::kInput);
-        return error.what();
-    }
-    return "nothing was refused";
-}
 
 TEST(RayAnswers, AreReadInBothForms) {
     const TemporaryDirectory directory;

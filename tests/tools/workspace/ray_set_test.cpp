@@ -3,9 +3,9 @@
 // the one computed by hand.
 #include "tools/workspace/ray_set.h"
 
-#include "cuda/error.h"
 #include "scenes/builtin.h"
 #include "tests/tools/temporary_directory.h"
+#include "tests/tools/workspace/complaint.h"
 #include "tests/tools/workspace/ray_set_files.h"
 #include "tools/workspace/workspace.h"
 
@@ -17,17 +17,8 @@
 namespace shadowdag {
 namespace {
 
+using test::complaintOf;
 using testing::HasSubstr;
-
-std::string complaintOf(const std::function<void()>& read) {
-    try {
-        read();
-    } catch (const Error& error) {
-        EXPECT_EQ(error.kind(), ErrorKind::kInput);
-        return error.what();
-    }
-    return "nothing was refused";
-}
 
 TEST(RaySet, BothFormsAreRead) {
     const TemporaryDirectory directory;
