@@ -59,18 +59,17 @@ def table(results):
     content = grouped(results)
     columns = list(dict.fromkeys(heading for cells in content.values() for heading in cells))
     scenes = list(dict.fromkeys(row["scene"] for row in results["rows"]))
-    isas = list(dict.fromkeys(row["isa"] for row in results["rows"]))
-    threads = sorted({row["threads"] for row in results["rows"] if row["backend"] == "cpu"})
-    lines = ["", "{:,} hashes of {} scenes ({}), with {} and {} threads. A cell counts the hashes that equal "
-             "those of {}, portable code, one thread.".format(
-                 len(results["rows"]), len(scenes), ", ".join(scenes), " and ".join(isas),
-                 ", ".join(map(str, threads)), columns[0]), ""]
+    lines = ["", "{:,} hashes of {} scenes ({}). A cell counts the hashes that equal those of {}, portable code, one "
+             "thread.".format(len(results["rows"]), len(scenes), ", ".join(scenes), columns[0]), ""]
     if results["left_out"]:
         lines += ["Not measured, because no machine supports it: {}.".format(", ".join(results["left_out"])), ""]
     lines += ["| hash of | " + " | ".join(columns) + " |",
               "|---|" + "---:|" * len(columns)]
     for what, cells in content.items():
         lines.append("| {} | {} |".format(what, " | ".join(cell(cells[c]) if c in cells else "–" for c in columns)))
+    for title, key in (("instruction sets", "isa"), ("threads", "threads")):
+        used = {c: dict.fromkeys(str(row[key]) for row in results["rows"] if column(row) == c) for c in columns}
+        lines.append("| {} | {} |".format(title, " | ".join(", ".join(used[c]) for c in columns)))
     programs = {column(row): results["provenance"][row["program"]] for row in results["rows"]}
     lines.append("| commit | {} |".format(" | ".join(programs[c]["commit"] for c in columns)))
     lines.append("| processor | {} |".format(" | ".join(programs[c]["cpu"] for c in columns)))
