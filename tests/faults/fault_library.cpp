@@ -6,7 +6,7 @@
 //   SDAG_FAULT=NAME:N     the N-th call of NAME fails, from 1: write (with writev, but not to
 //                         standard error), stream (what writes to a FILE), fsync, rename, unlink
 //                         (with all that remove), mmap, malloc (with all that allocate),
-//                         pthread_create
+//                         pthread_create, waitpid (that does not wait: no process has ended yet)
 //   SDAG_FAULT=NAME:N+    and all calls after it
 //   SDAG_FAULT=NAME:N!    SIGKILL ends the process in place of the N-th call
 //   SDAG_FAULT=NAME:N~    the N-th call takes ten seconds, as on a disk that does not answer
@@ -25,6 +25,7 @@
 #include <sys/syscall.h>
 #include <sys/time.h>
 #include <sys/uio.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -55,11 +56,13 @@ enum Call {
     kMmap,
     kMalloc,
     kThread,
+    kWait,
     kClock,
     kCallCount
 };
-constexpr const char* kNames[kCallCount] = {"write", "stream", "fsync",          "rename", "unlink",
-                                            "mmap",  "malloc", "pthread_create", "clock"};
+constexpr const char* kNames[kCallCount] = {"write",   "stream", "fsync",  "rename",
+                                            "unlink",  "mmap",   "malloc", "pthread_create",
+                                            "waitpid", "clock"};
 
 std::atomic<long> counts[kCallCount];
 std::atomic<bool> isCounting = false;
@@ -253,6 +256,11 @@ int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*
     static auto* const create =
         next<int(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*)>("pthread_create");
     return fails(kThread) ? EAGAIN : create(thread, attributes, run, argument);
+}
+pid_t waitpid(pid_t process, int* status, int options) {
+    return (options & WNOHANG) && fails(kWait)
+               ? 0
+               : pid_t(syscall(SYS_wait4, process, status, options, nullptr));
 }
 int clock_gettime(clockid_t clock, struct timespec* time) noexcept {
     const int result = int(syscall(SYS_clock_gettime, clock, time));

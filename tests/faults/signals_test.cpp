@@ -345,6 +345,25 @@ TEST(Signals, TheyEndItSoonWhileRenameWaits) {
     }
 }
 
+// As where the reader waits for a disk, which SIGKILL does not end.
+TEST(Signals, ItDoesNotWaitForAReaderThatDoesNotEnd) {
+    const TemporaryDirectory directory;
+    const pid_t child = startProgram(
+        directory, prepared(directory, kImport), directory / "stdout", directory / "stderr",
+        {"/usr/bin/env", "LD_PRELOAD=" SDAG_FAULT_LIBRARY, "SDAG_FAULT=waitpid:1+"});
+    pid_t reader = 0;
+    for (int i = 0; i < 1000 && reader == 0; ++i)
+        for (const pid_t process : test::descendants())
+            if (process != child)
+                reader = process;
+    ASSERT_GT(reader, 0);
+    kill(reader, SIGSTOP); // so that it does not end by SIGTERM
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    const EndBySignal end = endBySignal(child, SIGTERM);
+    EXPECT_EQ(end.status, 128 + SIGTERM) << readText(directory / "stderr");
+    EXPECT_LT(end.seconds, kPromisedSeconds) << end;
+}
+
 TEST(Signals, SigquitEndsItAtOnceAndTheNextRunRemovesItsFile) {
     const TemporaryDirectory directory;
     std::signal(SIGQUIT, SIG_DFL);
