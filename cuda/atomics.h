@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Relaxed atomics with one spelling for both processors. All return the previous value.
+// Relaxed atomics with one spelling for both processors. Those that change a value return
+// the previous one.
 #pragma once
 
 #include "cuda/macros.h"
@@ -40,8 +41,9 @@ SDAG_HD inline uint64_t loadRelaxed(uint64_t* target) {
 #endif
 }
 
-/// Returns the current value or one that other threads' atomics have replaced since: what caches
-/// of a device hold.
+/// Returns the current value, or one that other threads' atomics have replaced since: what caches
+/// of a device hold. For values that change in one direction, where an old one errs on the safe
+/// side.
 template <class T> SDAG_HD inline T loadPast(T* target) {
 #if defined(__CUDA_ARCH__)
     return *target;

@@ -59,7 +59,7 @@ public:
         }
         if (isCpu)
             view_ = host;
-        constexpr size_t kGapBytes = 64 << 10; // copied in the time of starting a copy
+        constexpr size_t kGapBytes = 64 << 10; // about what is copied while a copy is started
         for (const ArrayRange& range : joinRanges(ranges, kGapBytes / sizeof(T))) {
             SDAG_ASSERT(range.first + range.count <= host.count);
             detail::countUpload(range.count * sizeof(T));

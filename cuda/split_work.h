@@ -52,8 +52,8 @@ private:
 /// Enough warps to hide latency; more would only queue.
 constexpr unsigned kBlocksPerProcessor = 8;
 
-/// A warp takes up to 32 parts at a time, far apart from each other, so that no warp gets only
-/// parts of a triangle that fills them all: only the device knows how many there are. Each lane
+/// A warp takes up to 32 parts at a time, far apart from each other: consecutive parts of one
+/// triangle go to different warps. Only the device knows how many there are. Each lane
 /// asks about one of them; those that are wanted are done by all lanes together.
 template <class Tag, class F>
 __global__ void __launch_bounds__(kBlockThreads, kBlocksPerProcessor)

@@ -1,10 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels in which a warp takes an item; empty where the compiler is not CUDA's.
+// Kernels in which a warp takes an item. Where the compiler is not CUDA's only what needs no lanes.
 #pragma once
+
+#include "cuda/split_work_view.h"
+
+namespace shadowdag {
+
+/// Returns the first of 32 ascending numbers that is above `value`; the last one is.
+SDAG_HD inline uint32_t firstAbove(const uint32_t* ascending, uint32_t value) {
+    uint32_t at = 0;
+    for (uint32_t step = kGroupLanes / 2; step > 0; step /= 2)
+        if (ascending[at + step - 1] <= value)
+            at += step;
+    return at;
+}
+
+/// Returns the row that holds element `i` < 1024 of rows of up to 1024 elements.
+/// @param inverseWidth 1 / their number, rounded
+SDAG_HD inline int32_t rowOf(uint32_t i, float inverseWidth) {
+    // Half an element keeps the quotient 1 / 2048 clear of whole numbers; it rounds by 2^-14 at
+    // most.
+    return int32_t((float(i) + 0.5f) * inverseWidth);
+}
+
+} // namespace shadowdag
 
 #if defined(__CUDACC__)
 #include "cuda/launch.h"
-#include "cuda/split_work_view.h"
 
 namespace shadowdag {
 
@@ -51,22 +73,6 @@ __device__ inline uint32_t sumUpToLane(uint32_t value) {
         value += laneOfWarp() >= apart ? before : 0;
     }
     return value;
-}
-
-/// Returns the first of 32 ascending numbers that is above `value`; the last one is.
-__device__ inline uint32_t firstAbove(const uint32_t* ascending, uint32_t value) {
-    uint32_t at = 0;
-    for (uint32_t step = kGroupLanes / 2; step > 0; step /= 2)
-        if (ascending[at + step - 1] <= value)
-            at += step;
-    return at;
-}
-
-/// Returns the row that holds element `i` < 1024 of rows of up to 1024 elements.
-/// @param inverseWidth 1 / their number, rounded
-__device__ inline int32_t rowOf(uint32_t i, float inverseWidth) {
-    // Half an element keeps the quotient clear of whole numbers by far more than it rounds.
-    return int32_t((float(i) + 0.5f) * inverseWidth);
 }
 
 /// Sorts `count` numbers, ascending, in place; all lanes of a warp call it, and see the result.

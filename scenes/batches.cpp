@@ -14,6 +14,7 @@
 #include "scenes/morton.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 namespace shadowdag {
@@ -244,9 +245,8 @@ BatchSet::BatchSet(const TriangleView& geometry, const std::vector<uint32_t>& tr
     std::vector<uint8_t> isMover(batches_.size(), 0);
     for (uint32_t b = 0; b < batches_.size(); ++b)
         if (!isInstanceMoving.empty() && isInstanceMoving[batches_[b].instance]) {
-            Box box;
             makeRoomForCorners(b);
-            keepCorners(geometry, b, box);
+            keepCorners(geometry, b, boxes_[b]);
             isMover[b] = 1;
         }
     bvh_.build(viewOf(boxes_), std::move(isMover));
@@ -292,9 +292,16 @@ void BatchSet::updateBoxes(const TriangleView& geometry,
     for (const uint32_t batch : compared)
         isMoved.push_back(makeRoomForCorners(batch));
     std::vector<Box> boxes(compared.size());
-    parallelFor<CpuTag>(
-        compared.size(),
-        [&](size_t i) { isMoved[i] |= uint8_t(keepCorners(geometry, compared[i], boxes[i])); }, 16);
+    try {
+        parallelFor<CpuTag>(
+            compared.size(),
+            [&](size_t i) { isMoved[i] |= uint8_t(keepCorners(geometry, compared[i], boxes[i])); },
+            16);
+    } catch (...) { // cancelled: the next update finds all of them moved
+        for (const uint32_t batch : compared)
+            corners_[firstCorner_[batch]].x = std::numeric_limits<float>::quiet_NaN();
+        throw;
+    }
     for (size_t i = 0; i < compared.size(); ++i) {
         if (!isMoved[i])
             continue;
@@ -305,8 +312,6 @@ void BatchSet::updateBoxes(const TriangleView& geometry,
     updateCounts_.boxCount = uint32_t(movedBatches_.size());
 }
 
-/// Stores the current corners of a batch; returns whether one differs from the stored ones, or none
-/// were stored.
 bool BatchSet::makeRoomForCorners(uint32_t batch) {
     size_t& first = firstCorner_[batch];
     if (first != kNoCorners)

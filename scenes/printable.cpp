@@ -16,7 +16,14 @@ size_t sequenceLength(std::string_view text) {
         !std::all_of(text.begin() + 1, text.begin() + std::ptrdiff_t(length),
                      [](char byte) { return (static_cast<unsigned char>(byte) & 0xc0) == 0x80; }))
         return 1;
-    return length;
+    // Overlong forms, surrogates and what is beyond Unicode are not UTF-8.
+    const auto second = length > 1 ? static_cast<unsigned char>(text[1]) : 0;
+    const bool isValid = first == 0xe0   ? second >= 0xa0
+                         : first == 0xed ? second < 0xa0
+                         : first == 0xf0 ? second >= 0x90
+                         : first == 0xf4 ? second < 0x90
+                                         : true;
+    return isValid ? length : 1;
 }
 
 bool isControl(unsigned char byte) {

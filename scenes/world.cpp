@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstdio>
 #include <exception>
+#include <limits>
 #include <map>
 #include <new>
 
@@ -388,6 +389,15 @@ void World::updateLightsAndCameras() {
 
 std::vector<uint32_t> World::setTime(float timeSeconds) {
     timeSeconds_ = timeSeconds;
+    try {
+        return moveInstances();
+    } catch (...) { // some may have moved: the world is at no time
+        timeSeconds_ = std::numeric_limits<float>::quiet_NaN();
+        throw;
+    }
+}
+
+std::vector<uint32_t> World::moveInstances() {
     updateTransforms(true);
     std::vector<uint32_t> moved;
     for (uint32_t i = 0; i < instances_.size(); ++i) {
@@ -396,7 +406,8 @@ std::vector<uint32_t> World::setTime(float timeSeconds) {
         instances_[i].worldFromObject = glm::mat4(worldFromNode_[instances_[i].node]);
         moved.push_back(i);
     }
-    std::vector<std::exception_ptr> failed(moved.size()); // of which the first is told
+    // The first is rethrown, whatever the order of threads.
+    std::vector<std::exception_ptr> failed(moved.size());
     parallelFor<CpuTag>(
         moved.size(),
         [&](size_t i) {

@@ -102,6 +102,8 @@ private:
     void cutTriangles();
     void mapTextures();
     void updateLightsAndCameras();
+    /// Moves what moves to the current time; returns setTime's instances.
+    std::vector<uint32_t> moveInstances();
     void updateBounds();
 
     const Scene* scene_;

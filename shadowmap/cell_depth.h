@@ -83,7 +83,7 @@ struct CellDepthView {
                     return true;
         return false;
     }
-    /// The same for the cells of block (bu, bv), in which the rectangle has some.
+    /// The same for the cells of block (bu, bv), which the rectangle touches.
     template <class Test>
     SDAG_HD bool anyOfBlock(uint32_t mapIndex, uint32_t face, const CellRect& rect, uint32_t bits,
                             uint32_t bu, uint32_t bv, const Test& test) const {

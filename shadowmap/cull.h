@@ -268,8 +268,8 @@ struct CountDraws {
         return firstReached[first + 1] > reached.count ? kNoItem : first; // was not listed
     }
     static constexpr size_t kNoItem = ~size_t(0);
-    /// Adds one face of an entry of an item, of which nothing is known yet; other faces and entries
-    /// add to the same counts.
+    /// Adds the result of one face of an entry of an item; other faces and entries add to the same
+    /// counts at the same time.
     SDAG_HD void note(size_t item, size_t at, const BatchFaces& faces) const {
         if (faces.needed == 0)
             return;

@@ -89,7 +89,7 @@ __device__ bool anyByWarp(const CellDepthView& view, uint32_t map, uint32_t face
 }
 
 // A lane per entry and face: lanes take neighbouring entries and one face. Rectangles of kept maps
-// differ in size by a hundred times, so that all lanes test one after the other.
+// differ in size by a hundred times, so the whole warp tests one after another.
 __global__ void countDrawsKernel(CountDraws work) {
     const CullView& cull = work.cull;
     const size_t entryCount = work.reached.count;
@@ -97,7 +97,11 @@ __global__ void countDrawsKernel(CountDraws work) {
     const size_t at = i % entryCount;
     const uint32_t face = uint32_t(i / entryCount);
     const size_t item = face < kFaceCount ? work.itemOf(at) : CountDraws::kNoItem;
-    const BatchDraw draw = item == CountDraws::kNoItem ? BatchDraw{} : work.reached[at];
+    BatchDraw draw{}; // not its faces, which other lanes set meanwhile
+    if (item != CountDraws::kNoItem) {
+        draw.map = work.reached[at].map;
+        draw.batch = work.reached[at].batch;
+    }
     BatchFaces faces{};
     KeptTest own{};
     bool isTested = false;

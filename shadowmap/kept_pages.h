@@ -134,11 +134,11 @@ struct SortOutPages {
 
     /// What becomes of a page.
     struct Page {
-        bool isNeeded, isKept, isStale;
+        bool isNeeded, isKept, isReleased;
 
         SDAG_HD bool counts(KeptPageCount as) const {
             return as == kPagesHeld       ? isKept && isNeeded
-                   : as == kPagesStale    ? isStale && isNeeded
+                   : as == kPagesStale    ? isReleased && isNeeded
                    : as == kPagesRetained ? isKept && !isNeeded
                                           : isNeeded && !isKept;
         }

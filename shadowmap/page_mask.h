@@ -39,7 +39,7 @@ constexpr uint32_t kNoMap = 0xffffffffu;
 /// projection: kProjectionWordsPerMap a map, a word a row of cells, bit = u; faces: the cube-face
 /// mask, a word a map; depths: kFaceCount a map, the farthest depth at which a blocker can matter,
 /// as float bits; cells: the same a cell, as raiseCells leaves it, and blocks
-/// of them; both empty if not requested. All but the pages may be empty: then only these are
+/// of them; both empty if not requested. All but `pages` may be empty: then pages alone are
 /// marked.
 struct PageMaskView {
     View<uint32_t> pages;

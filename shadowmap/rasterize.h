@@ -497,13 +497,14 @@ private:
                       rows = int32_t(kGroupLanes) / columns;
         const int32_t xFirst = rect.x0 + int32_t(lane) % columns,
                       yFirst = rect.y0 + int32_t(lane) / columns;
-        const auto rowOf = [&](int32_t y) { return pageStart + (size_t(y & inPage) << log2); };
-        // Most pages of a scene in rooms lie behind what other triangles drew before.
+        const auto startOf = [&](int32_t y) { return pageStart + (size_t(y & inPage) << log2); };
+        // Most pages of a scene in rooms lie behind what other triangles drew before. Depths only
+        // get nearer meanwhile, so one that is no longer current hides less.
         const uint32_t nearest = floatBits(nearestIn(t, rect, n));
         bool isHidden = true;
         for (int32_t y = yFirst; y <= rect.y1; y += rows)
             for (int32_t x = xFirst; x <= rect.x1; x += columns)
-                isHidden &= loadPast(&view.depths[rowOf(y) + size_t(x & inPage)]) >= nearest;
+                isHidden &= loadPast(&view.depths[startOf(y) + size_t(x & inPage)]) >= nearest;
         if (isHidden)
             return;
         const auto isIn = [&](int k, double X, double Y) {
@@ -511,7 +512,7 @@ private:
         };
         for (int32_t y = yFirst; y <= rect.y1; y += rows) {
             const double Y = double(2 * y + 1 - n), rw = t.wy * Y + t.w0;
-            const size_t row = rowOf(y);
+            const size_t row = startOf(y);
             for (int32_t x = xFirst; x <= rect.x1; x += columns) {
                 const double X = double(2 * x + 1 - n);
                 if (!(isIn(0, X, Y) && isIn(1, X, Y) && isIn(2, X, Y)))

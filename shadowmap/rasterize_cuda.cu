@@ -18,7 +18,8 @@ struct WarpTriangles {
     float inverseWidth[kGroupLanes];  ///< of a rectangle
 };
 
-/// Returns whether a page of a triangle's rectangle has memory; true without a look for many pages.
+/// Returns whether a page of a triangle's rectangle has memory; true without a look for many pages,
+/// as large triangles have, which are looked up part by part.
 __device__ bool hasMemory(const RasterView& view, const ShadowMapInfo& map, uint32_t face,
                           const FaceTriangle& t) {
     constexpr uint32_t kMostPages = 16;
@@ -95,8 +96,7 @@ __device__ uint32_t setUpSmall(const RasterizeTriangle& work, uint32_t drawIndex
     return 0;
 }
 
-// One warp per 32 slots of a draw. Rasterization takes 1.79 ms of a frame of the necropolis on an
-// H100 with at least 8 blocks a multiprocessor, 2.06 with 6, 2.45 with 4, whose registers suffice.
+// One warp per 32 slots of a draw. More warps outweigh spilled registers: docs/results.md.
 __global__ void __launch_bounds__(kBlockThreads, 8)
     rasterizeTriangleKernel(const __grid_constant__ RasterizeTriangle work) {
     __shared__ WarpTriangles space[kBlockThreads / kGroupLanes];

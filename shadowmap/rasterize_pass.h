@@ -11,8 +11,8 @@
 
 namespace shadowdag {
 
-/// Draws every draw's batch: one item per triangle, then the large ones page by page. All views are
-/// on the backend, and so are `large` and `setups`, which are overwritten.
+/// Draws every draw's batch: first the small triangles, then the large ones page by page. All views
+/// are on the backend, and so are `large` and `setups`, which are overwritten.
 inline void rasterizeTriangles(Backend backend, const RasterView& view, SplitWork& large,
                                Buffer<FaceTriangle>& setups) {
     const SplitWorkView list = large.begin();

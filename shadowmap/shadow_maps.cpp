@@ -220,10 +220,10 @@ struct ShadowMaps::State {
         runPass(backend, CountPagesOfMaps{stepMaps.view(), std::as_const(stepBits).view(),
                                           stepCounts.view()});
         const std::vector<uint32_t> found = stepCounts.download();
-        std::vector<uint64_t> counts;
+        std::vector<uint64_t> perStep;
         for (auto at = found.begin(); at != found.end(); at += ptrdiff_t(requests.size()))
-            counts.push_back(std::accumulate(at, at + ptrdiff_t(requests.size()), uint64_t(0)));
-        return counts;
+            perStep.push_back(std::accumulate(at, at + ptrdiff_t(requests.size()), uint64_t(0)));
+        return perStep;
     }
 
     /// Marks the pages of all receivers at the least divisor at which `capacity` pages are enough,

@@ -54,7 +54,7 @@ struct ShadowMapOptions {
     /// (lookupVisibility).
     float lodTexels = 0.0f;
     bool useAtomicRasterizer =
-        false; ///< CPU only: draw by the shared code instead of the CPU's own kernel (same bits)
+        false; ///< CPU only: draw triangle by triangle instead of face by face (same bits)
 
     bool operator==(const ShadowMapOptions&) const = default;
 };

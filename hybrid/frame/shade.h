@@ -192,7 +192,16 @@ struct ShadeSamples {
         VisibilityCounts counts;
         glm::vec3 sum = color[sample];
         const uint32_t end = lists.start[cluster + 1];
-        if constexpr (!kNeeds.rays) { // leaves registers to hold the sample
+        if constexpr (kNeeds.rays) {
+            for (uint32_t l = lists.start[cluster]; l < end; ++l) {
+                // Each lane finds its own next pair, then all trace.
+                while (l < end && !isPairOf(sample, lights[lists.lights[l]]))
+                    ++l;
+                if (l < end)
+                    sum += shadePair<kNeeds>(sample, serverOf(l), lists.lights[l],
+                                             lights[lists.lights[l]], counts);
+            }
+        } else { // without rays, registers are left for the sample
             const glm::vec3 position = gbuffer.positionWorld[sample],
                             normal = gbuffer.normalWorld[sample];
             const SurfaceColor surface = surfaceOf(sample);
@@ -209,17 +218,6 @@ struct ShadeSamples {
                 if (seen != 0)
                     sum += reflectedRadiance(light, position, normal, surface, seen);
             }
-            color[sample] = sum;
-            addCounts(cluster, counts);
-            return;
-        }
-        for (uint32_t l = lists.start[cluster]; l < end; ++l) {
-            // Each lane finds its own next pair, then all trace.
-            while (kNeeds.rays && l < end && !isPairOf(sample, lights[lists.lights[l]]))
-                ++l;
-            if (l < end && (kNeeds.rays || isPairOf(sample, lights[lists.lights[l]])))
-                sum += shadePair<kNeeds>(sample, serverOf(l), lists.lights[l],
-                                         lights[lists.lights[l]], counts);
         }
         color[sample] = sum;
         addCounts(cluster, counts);

@@ -30,8 +30,8 @@ constexpr ShadeKernel kKernels[] = {
     {{true, false, false, {false, false, true, true}}, 4},      // and what moves
     {{false, true, false, {false, false, false, false}, 4}, 8}, // cube maps, the default filter
     {{false, true, false, {false, false, false, false}}, 8},    // cube maps
-    {{true, true, false, {true, false, false, true}, 4}, 3},    // both, by voxels of one level
-    {{true, true, false, {false, false, true, true}, 4}, 4},    // both, by triangles
+    {{true, true, false, {true, false, false, true}}, 3},       // both, by voxels of one level
+    {{true, true, false, {false, false, true, true}}, 4},       // both, by triangles
     {{}, 2},
 };
 

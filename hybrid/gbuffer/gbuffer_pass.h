@@ -52,7 +52,8 @@ struct GBuffer {
     }
 };
 
-/// How the CPU draws: with its own loop, or as a GPU does, with the same functor (same bits).
+/// How the CPU draws: batch by batch, or triangle by triangle with large ones in parts, as a GPU
+/// does by warps (same bits).
 enum class GBufferDraw : uint8_t { kByBatch, kBySlot };
 
 /// Fills the G-buffer with the view's visible samples: two-sided triangles, by the fill rule of

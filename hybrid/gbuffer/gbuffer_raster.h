@@ -202,7 +202,7 @@ constexpr int kSmallTrianglePixels = 256;
 constexpr int kPartPixels = int(kGroupLanes);
 
 /// Draws triangle i % slotsPerBatch of batch i / slotsPerBatch, or, if it is large, puts it on the
-/// list: on a GPU.
+/// list. A GPU does the same for 32 triangles at once (gbuffer_cuda.cu).
 struct RasterizeSlots {
     RasterizeBatches batches;
     uint32_t slotsPerBatch;    ///< no batch holds more triangles
@@ -254,7 +254,8 @@ SDAG_HD inline bool isOutside(const SeenTriangle& seen, const PixelRect& rect) {
 }
 
 /// Returns whether all pixels of a column see something nearer than a triangle. Its depth is its
-/// plane over a function that is monotone along the column, as rounded: the ends bound it.
+/// plane over a function that is monotone along the column, as rounded: the ends bound it. Pixels
+/// only see nearer things meanwhile, so a value that is no longer current hides less.
 SDAG_HD inline bool isHidden(const SeenTriangle& seen, const PixelRect& column,
                              const ViewRays& view, View<const uint64_t> visibility) {
     const auto depth = [&](int y) {

@@ -17,7 +17,8 @@ public:
     /// Follows World::setTime and BatchSet::update; builds the hierarchy anew, because what moves
     /// leaves its place along the curve. Nothing but a look at the instances where none moves.
     /// Cost: linear in moving triangles, and lights times a search among their batches.
-    /// @param trianglesOnBackend,batchesOnBackend the same, current on the backend
+    /// @param trianglesOnBackend,batchesOnBackend the world's triangles and `batches` on this
+    /// object's backend, at the world's time
     void update(const World& world, const BatchView& batches, const TruthSpace& space,
                 const TriangleView& trianglesOnBackend, const BatchView& batchesOnBackend);
 

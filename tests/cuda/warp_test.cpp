@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What only warps do (cuda/warp.h, sharePartsKernel), beside the CPU's loops of the same results.
+#include "cuda/warp.h"
+
 #include "cuda/split_work.h"
 #include "tests/cuda/backends.h"
 #include "tests/cuda/probe_pass.h"
@@ -52,6 +54,17 @@ TEST_P(WarpsOn, SortListsOfEveryLength) {
     for (size_t list = 0; list + 1 < starts.size(); ++list)
         std::sort(numbers.begin() + starts[list], numbers.begin() + starts[list + 1]);
     EXPECT_EQ(sorted.download(), numbers);
+}
+
+TEST(Warps, FindTheRowAndTheRectangleOfAnElement) {
+    for (uint32_t width = 1; width <= 1024; ++width)
+        for (uint32_t i = 0; i < 1024; ++i)
+            ASSERT_EQ(rowOf(i, 1.0f / float(width)), int32_t(i / width)) << i << " of " << width;
+    uint32_t upTo[kGroupLanes] = {}; // rectangles of 0, 3, 0, 3, ... elements
+    for (uint32_t lane = 0; lane < kGroupLanes; ++lane)
+        upTo[lane] = (lane + 1) / 2 * 3;
+    for (uint32_t i = 0; i < upTo[kGroupLanes - 1]; ++i)
+        ASSERT_EQ(firstAbove(upTo, i), 2 * (i / 3) + 1) << i;
 }
 
 INSTANTIATE_TEST_SUITE_P(Both, WarpsOn, kBothBackends, backendSuffix);

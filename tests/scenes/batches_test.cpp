@@ -8,6 +8,7 @@
 
 #include <atomic>
 #include <random>
+#include <stdexcept>
 
 namespace shadowdag {
 namespace {
@@ -209,6 +210,26 @@ TEST(BatchSet, MovedBatchesAreThoseWhoseCornersChangedWithTheirBoxesBefore) {
     EXPECT_GE(set.view().boxesWorld[batch].max.y, 50.0f);
     set.update(t.view(), {});
     EXPECT_TRUE(set.movedBatches().empty());
+}
+
+TEST(BatchSet, ACancelledUpdateLosesNoMove) {
+    Triangles t = heightField(40);
+    BatchSet set(t.view(), t.instances, {8});
+    const std::vector<uint32_t> all{0, 1, 2, 3};
+    set.update(t.view(), all);
+    for (glm::vec3& position : t.positions)
+        position.y += 50.0f;
+    static std::atomic<int> calls;
+    calls = 0;
+    setCpuPoll([](double) {
+        if (++calls > 1)
+            throw std::runtime_error("enough");
+    });
+    EXPECT_THROW(set.update(t.view(), all), std::runtime_error);
+    setCpuPoll(nullptr);
+    set.update(t.view(), all);
+    EXPECT_EQ(set.movedBatches().size(), set.updateCounts().comparedBatchCount);
+    EXPECT_GT(set.movedBatches().size(), 32u);
 }
 
 /// Small triangles at these points, one instance.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "scenes/world.h"
 
+#include "cuda/cancel.h"
 #include "cuda/error.h"
 
 #include <gmock/gmock.h>
@@ -9,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <stdexcept>
 
 namespace shadowdag {
 namespace {
@@ -155,6 +157,20 @@ TEST(World, AnimationMovesNodeAndDescendantsOnly) {
     EXPECT_EQ(world.triangles().vertex(1, 0).z, 8.0f);
     world.setTime(0.0f); // no trace of earlier times
     EXPECT_EQ(world.boundsWorld(), (Box{{0, 0, 0}, {1, 1, 0}}));
+}
+
+TEST(World, ACancelledMoveIsDoneAgain) {
+    Scene scene = triangles(3);
+    adopt(scene, 1, 2);
+    scene.animations = {{"a", {glide(1, {0, 0, 8})}}};
+    World world(scene, {});
+    setCpuPoll([](double) { throw std::runtime_error("enough"); });
+    EXPECT_THROW(world.setTime(0.25f), std::runtime_error);
+    setCpuPoll(nullptr);
+    EXPECT_NE(world.timeSeconds(), 0.25f);
+    EXPECT_EQ(world.setTime(0.25f), (std::vector<uint32_t>{1, 2}));
+    EXPECT_EQ(world.triangles().vertex(2, 0).z, 2.0f);
+    EXPECT_EQ(world.boundsWorld().max.z, 2.0f);
 }
 
 TEST(World, FirstOfTwoAnimationsOfOnePropertyPlays) {

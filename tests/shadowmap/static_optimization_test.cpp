@@ -135,6 +135,7 @@ Sums play(uint32_t seed, int frames, const ShadowMapOptions& options, int buildE
                 return sums;
             EXPECT_EQ(counts.pageCount, drawn.counts().pageCount);
             EXPECT_EQ(counts.degradeDivisor, drawn.counts().degradeDivisor);
+            EXPECT_EQ(counts.pagesWantedCount, drawn.counts().pagesWantedCount);
             EXPECT_EQ(counts.batchFaceSphereCount, drawn.counts().batchFaceSphereCount);
             EXPECT_EQ(counts.pageCount + counts.pagesRetainedCount,
                       held + counts.pagesCommittedCount - counts.pagesFreedCount);

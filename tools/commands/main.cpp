@@ -103,7 +103,8 @@ std::terminate_handler terminateBefore = nullptr; ///< the C++ library's
 }
 
 /// Raises a limit of the stack, of this thread and of those that are started, to the usual 8 MiB;
-/// ends the process where it stays below 2 MiB, what glibc gives threads where there is no limit.
+/// ends the process where it stays below 2 MiB, the size of a thread's stack in glibc without a
+/// limit.
 void takeStack() {
     constexpr rlim_t kUsualBytes = rlim_t(8) << 20, kLeastBytes = rlim_t(2) << 20;
     rlimit limit{};
@@ -116,7 +117,7 @@ void takeStack() {
         _exit(int(shadowdag::ErrorKind::kResource));
     }
     setrlimit(RLIMIT_STACK, &limit);
-    pthread_attr_t thread; // which has the limit that was set at the start
+    pthread_attr_t thread; // glibc took its default size before the limit was raised
     pthread_attr_init(&thread);
     pthread_attr_setstacksize(&thread, limit.rlim_cur);
     pthread_setattr_default_np(&thread);

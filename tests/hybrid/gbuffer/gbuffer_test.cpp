@@ -54,8 +54,7 @@ Cast castRay(const TriangleSoup& soup, const ViewRays& view, uint32_t x, uint32_
     return cast;
 }
 
-// As a GPU draws: small triangles by their own threads, large ones tile by tile, if there is room
-// on the list.
+// Small triangles one by one, large ones tile by tile, if there is room on the list.
 TEST(GBuffer, DrawnBySlotIsDrawnByBatchBitForBit) {
     for (uint64_t seed = 1; seed <= 4; ++seed)
         for (const glm::uvec2 size : {glm::uvec2(333, 187), glm::uvec2(64, 32), glm::uvec2(7, 3)})

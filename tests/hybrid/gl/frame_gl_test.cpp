@@ -70,7 +70,7 @@ struct Known {
     float timeSeconds;
     double otherTrianglePercent, darkByMapsPercent, otherVisibilityPercent = 0;
     bool isLarge = false;     ///< by 4 taps alone: others take a minute each on llvmpipe
-    uint32_t lightStride = 1; ///< every how many-th light
+    uint32_t lightStride = 1; ///< n: every n-th light
 };
 
 void PrintTo(const Known& known, std::ostream* out) {

@@ -57,15 +57,18 @@ def is_running(process):
 @contextlib.contextmanager
 def written(path):
     """Returns the name of a file beside `path` to write; replaces `path` by it, with the permissions of `path`, or
-    removes it after any error. Errors of the system are raised as OSError that names `path`. The name is of the form that the program's own
-    unfinished files have (scenes/output_file.cpp), so two writers have two, and the same rule removes dead ones."""
+    removes it after any error. Errors of the system are raised as OSError that names `path`. The name is of the form
+    that the program's own unfinished files have (scenes/output_file.cpp), so two writers have two, and the same rule
+    removes dead ones."""
     remove_abandoned(path)
     part = f"{path}{MARK}{os.getpid()}-0"
     mode = None
     with contextlib.suppress(FileNotFoundError):
         mode = os.stat(path).st_mode & 0o777
-    if mode is not None and (not mode & 0o222 or not os.access(path, os.W_OK)):  # nobody may write it, or this user
+    if mode is not None and not mode & 0o222:
         raise PermissionError(errno.EACCES, "it is read-only", path)
+    if mode is not None and not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, "this user may not write it", path)
     try:
         with open(part, "wb") as file:
             if mode is not None:
