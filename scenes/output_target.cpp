@@ -34,6 +34,12 @@ std::string outputTarget(const std::string& path) {
                             "which a complete file would replace; name a regular file");
         target = target.parent_path() / fs::read_symlink(target);
     }
+    if (fs::exists(status) && !target.extension().empty() &&
+        target.extension() != fs::path(path).extension())
+        throw Error(ErrorKind::kResource,
+                    "cannot write '" + path + "': it is a link to '" + target.string() +
+                        "', a file of another kind; name that file, or remove "
+                        "the link");
     struct stat found {};
     if (::stat(target.c_str(), &found) == 0 && S_ISREG(found.st_mode)) {
         constexpr mode_t kAnyWriter = S_IWUSR | S_IWGRP | S_IWOTH;

@@ -43,6 +43,18 @@ TEST(OutputTarget, FilesAreWrittenThroughSymbolicLinks) {
     EXPECT_EQ(std::distance(fs::directory_iterator(directory / "folder"), {}), 2);
 }
 
+// ln -s scene.glb picture.png; shadowdag render scene.glb -o picture.png
+TEST(OutputTarget, ALinkToAFileOfAnotherKindIsRefused) {
+    const TemporaryDirectory directory;
+    writeText(directory / "scene.glb", "a scene");
+    fs::create_symlink("scene.glb", directory / "picture.png");
+    fs::create_symlink("new.glb", directory / "new.png");
+    EXPECT_THROW(OutputFile(directory / "picture.png"), Error);
+    EXPECT_EQ(readText(directory / "scene.glb"), "a scene");
+    EXPECT_NO_THROW(OutputFile(directory / "new.png").commit());
+    EXPECT_NO_THROW(OutputFile(directory / "scene.glb").commit());
+}
+
 TEST(OutputTarget, PipesDevicesAndLoopsAreRefused) {
     const TemporaryDirectory directory;
     const std::string pipe = directory / "pipe", loop = directory / "loop";
