@@ -49,6 +49,11 @@ inline size_t blocksOfWarps(size_t warpCount) {
     return (warpCount + kWarpsPerBlock - 1) / kWarpsPerBlock;
 }
 
+/// Returns the warps that take so many items, an item a lane.
+__host__ __device__ inline uint32_t warpsOf(uint32_t itemCount) {
+    return (itemCount + kGroupLanes - 1) / kGroupLanes;
+}
+
 /// Returns the sum over the lanes of a warp, in all of them; all lanes call it.
 __device__ inline uint32_t sumOfWarp(uint32_t value) {
     for (unsigned apart = kGroupLanes / 2; apart > 0; apart /= 2)
@@ -73,6 +78,27 @@ __device__ inline uint32_t sumUpToLane(uint32_t value) {
         value += laneOfWarp() >= apart ? before : 0;
     }
     return value;
+}
+
+/// Returns how many lanes before this one have their bit set.
+__device__ inline uint32_t lanesBefore(uint32_t bits) {
+    return uint32_t(__popc(bits & ((1u << laneOfWarp()) - 1)));
+}
+
+/// Calls process(lane, i) for each of the elements [0, count) that every lane has, by all lanes of
+/// a warp, an element a lane at a time. All of them call it; each sees what the others wrote before
+/// to memory that they share, which may be overwritten after a __syncwarp().
+/// @param upTo 32 numbers that the lanes share; written
+template <class Process>
+__device__ void shareElements(uint32_t count, uint32_t* upTo, const Process& process) {
+    const uint32_t sum = sumUpToLane(count);
+    upTo[laneOfWarp()] = sum;
+    const uint32_t all = __shfl_sync(kAllLanes, sum, int(kGroupLanes) - 1);
+    __syncwarp();
+    for (uint32_t i = laneOfWarp(); i < all; i += kGroupLanes) {
+        const uint32_t lane = firstAbove(upTo, i);
+        process(lane, i - (lane == 0 ? 0 : upTo[lane - 1]));
+    }
 }
 
 /// Sorts `count` numbers, ascending, in place; all lanes of a warp call it, and see the result.

@@ -67,8 +67,7 @@ __global__ void listReachedKernel(ListReached work) {
     queryByWarp(work.cull, i, [&](uint32_t batch, uint32_t, bool isDrawn, bool) {
         const uint32_t drawn = __ballot_sync(kAllLanes, isDrawn);
         if (isDrawn)
-            work.reached[next + __popc(drawn & ((1u << laneOfWarp()) - 1))] = {
-                uint32_t(i / work.cull.parts()), batch, 0};
+            work.reached[next + lanesBefore(drawn)] = {uint32_t(i / work.cull.parts()), batch, 0};
         next += __popc(drawn);
     });
 }
@@ -157,7 +156,7 @@ __global__ void assignPagesKernel(AssignPages work) {
     const uint32_t missing = __ballot_sync(kAllLanes, isMissing);
     if (isMissing)
         work.assign(uint32_t(word * 32 + laneOfWarp()),
-                    work.firstPage[word] + __popc(missing & ((1u << laneOfWarp()) - 1)));
+                    work.firstPage[word] + lanesBefore(missing));
 }
 
 __global__ void countPagesOfMapsKernel(CountPagesOfMaps work) {

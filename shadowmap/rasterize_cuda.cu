@@ -100,7 +100,7 @@ __device__ uint32_t setUpSmall(const RasterizeTriangle& work, uint32_t drawIndex
 __global__ void __launch_bounds__(kBlockThreads, 8)
     rasterizeTriangleKernel(const __grid_constant__ RasterizeTriangle work) {
     __shared__ WarpTriangles space[kBlockThreads / kGroupLanes];
-    const uint32_t lane = laneOfWarp(), runs = (work.view.slotsPerDraw + 31) / kGroupLanes;
+    const uint32_t lane = laneOfWarp(), runs = warpsOf(work.view.slotsPerDraw);
     const size_t drawIndex = warpOfGrid() / runs;
     if (drawIndex >= work.view.draws.count)
         return;
@@ -122,18 +122,12 @@ __global__ void __launch_bounds__(kBlockThreads, 8)
                                 inBatch << 3 | face, own);
         if (texels != 0)
             shared.inverseWidth[lane] = 1.0f / float(own.x1 - own.x0 + 1);
-        const uint32_t upTo = sumUpToLane(texels);
-        shared.texelsUpTo[lane] = upTo;
-        const uint32_t all = __shfl_sync(kAllLanes, upTo, int(kGroupLanes) - 1);
-        __syncwarp();
-        for (uint32_t i = lane; i < all; i += kGroupLanes) {
-            const uint32_t at = firstAbove(shared.texelsUpTo, i);
-            const uint32_t texel = i - (at == 0 ? 0 : shared.texelsUpTo[at - 1]);
+        shareElements(texels, shared.texelsUpTo, [&](uint32_t at, uint32_t texel) {
             const FaceTriangle& t = shared.setups[at];
             const int32_t row = rowOf(texel, shared.inverseWidth[at]);
             coverTexel(work.view, map, face, t, shared.triangle[at],
                        t.x0 + int32_t(texel) - row * (t.x1 - t.x0 + 1), t.y0 + row);
-        }
+        });
         __syncwarp();
     }
 }
@@ -141,8 +135,7 @@ __global__ void __launch_bounds__(kBlockThreads, 8)
 } // namespace
 
 void launchPass(CudaTag, const RasterizeTriangle& work) {
-    const size_t blocks =
-        blocksOfWarps(work.view.draws.count * ((work.view.slotsPerDraw + 31) / kGroupLanes));
+    const size_t blocks = blocksOfWarps(work.view.draws.count * (warpsOf(work.view.slotsPerDraw)));
     launch(rasterizeTriangleKernel, blocks, work);
 }
 

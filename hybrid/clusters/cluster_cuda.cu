@@ -143,7 +143,7 @@ __global__ void fillClusterLightsKernel(FillClusterLights work) {
     forLightsByWarp(work, cluster, [&](uint32_t light, bool isReached) {
         const uint32_t reached = __ballot_sync(kAllLanes, isReached);
         if (isReached)
-            list[count + __popc(reached & ((1u << laneOfWarp()) - 1))] = light;
+            list[count + lanesBefore(reached)] = light;
         count += __popc(reached);
     });
     sortByWarp(list, count);

@@ -38,7 +38,7 @@ __device__ uint32_t setUpSmall(const RasterizeSlots& work, uint32_t triangle, Se
 __global__ void __launch_bounds__(kBlockThreads, 8) rasterizeSlotsKernel(RasterizeSlots work) {
     __shared__ WarpTriangles space[kBlockThreads / kGroupLanes];
     const RasterizeBatches& batches = work.batches;
-    const uint32_t lane = laneOfWarp(), runs = (work.slotsPerBatch + 31) / kGroupLanes;
+    const uint32_t lane = laneOfWarp(), runs = warpsOf(work.slotsPerBatch);
     const size_t b = warpOfGrid() / runs;
     if (b >= batches.batches.count)
         return;
@@ -53,27 +53,20 @@ __global__ void __launch_bounds__(kBlockThreads, 8) rasterizeSlotsKernel(Rasteri
         pixels = setUpSmall(work, batches.batchTriangles[batch.first + slot], own);
     if (pixels != 0)
         shared.inverseWidth[lane] = 1.0f / float(own.rect.maxX - own.rect.minX + 1);
-    const uint32_t upTo = sumUpToLane(pixels);
-    shared.pixelsUpTo[lane] = upTo;
-    const uint32_t all = __shfl_sync(kAllLanes, upTo, int(kGroupLanes) - 1);
-    __syncwarp();
-    for (uint32_t i = lane; i < all; i += kGroupLanes) {
-        const uint32_t at = firstAbove(shared.pixelsUpTo, i);
-        const uint32_t pixel = i - (at == 0 ? 0 : shared.pixelsUpTo[at - 1]);
+    shareElements(pixels, shared.pixelsUpTo, [&](uint32_t at, uint32_t pixel) {
         const SeenTriangle& seen = shared.setups[at];
         const int row = rowOf(pixel, shared.inverseWidth[at]);
         const int y = seen.rect.minY + row,
                   x = seen.rect.minX + int(pixel) - row * (seen.rect.maxX - seen.rect.minX + 1);
         coverPixels(batches.triangles, seen, PixelRect{x, y, x, y}, batches.view,
                     batches.visibility);
-    }
+    });
 }
 
 } // namespace
 
 void launchPass(CudaTag, const RasterizeSlots& work) {
-    const size_t blocks =
-        blocksOfWarps(work.batches.batches.count * ((work.slotsPerBatch + 31) / kGroupLanes));
+    const size_t blocks = blocksOfWarps(work.batches.batches.count * (warpsOf(work.slotsPerBatch)));
     launch(rasterizeSlotsKernel, blocks, work);
 }
 

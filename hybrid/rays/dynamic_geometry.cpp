@@ -6,6 +6,7 @@
 #include "cuda/pass.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace shadowdag {
 
@@ -56,10 +57,10 @@ void DynamicGeometry::update(const World& world, const BatchView& batches, const
     items_.set(hostItems_);
     nearLight_.set(hostNearLight_);
 
-    hostMoverOf_.assign(batches.batches.count, 0);
+    std::vector<uint32_t> moverOf(batches.batches.count, 0);
     for (size_t m = 0; m < movingBatches_.size(); ++m)
-        hostMoverOf_[movingBatches_[m]] = uint32_t(m);
-    moverOf_.take(hostMoverOf_);
+        moverOf[movingBatches_[m]] = uint32_t(m);
+    moverOf_.take(std::move(moverOf));
     moving_.take(movingBatches_);
     runsPerBatch_ = (batches.maxTriangleCount + kMoverRun - 1) / kMoverRun;
     runBoxes_.resize(movingBatches_.size() * runsPerBatch_);
@@ -90,7 +91,7 @@ MoverView DynamicGeometry::hostView(const TruthGeometry& geometry, const BatchVi
             batches.triangles,
             bvh,
             viewOf(hostNearLight_),
-            viewOf(hostMoverOf_),
+            isHere ? moverOf_.view() : View<const uint32_t>{},
             isHere ? runBoxes_.view() : View<const Box>{},
             runsPerBatch_};
 }

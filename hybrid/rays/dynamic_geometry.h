@@ -37,10 +37,9 @@ private:
     WideBvh hostBvh_;
     std::vector<uint32_t> hostItems_; ///< of the hierarchy, as indices of all batches
     std::vector<uint8_t> hostNearLight_;
-    std::vector<uint32_t> hostMoverOf_;
     uint32_t runsPerBatch_ = 0;
     Resident<uint32_t> moving_;  // movingBatches_
-    Resident<uint32_t> moverOf_; // hostMoverOf_
+    Resident<uint32_t> moverOf_; // MoverView::moverOf
     Buffer<Box> runBoxes_;
     Resident<Box> boxes_;
     Resident<uint32_t> items_;
