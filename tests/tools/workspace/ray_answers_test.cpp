@@ -115,7 +115,7 @@ TEST(TracerPlugin, EmbreesExampleAnswersTheSet) {
 TEST(TracerPlugin, LibrariesThatAreNoTracersAreRefused) {
     const TemporaryDirectory directory;
     EXPECT_THAT(complaintOf([] { TracerPlugin("nowhere.so"); }),
-                HasSubstr("--tracer nowhere.so: is no file"));
+                HasSubstr("--tracer nowhere.so: cannot be opened: No such file"));
     const std::string text = directory / "text.so";
     writeWholeFile(text, "no library");
     EXPECT_THAT(complaintOf([&] { const TracerPlugin plugin(text); }),
