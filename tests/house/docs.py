@@ -160,6 +160,8 @@ def claims_of(results):
     def load(name):
         return json.loads((results / name).read_text())
     main = load("main.json")["runs"] + load("main_placed.json")["runs"]
+    for run in main:  # the pool is the same in all
+        run["label"] = re.sub(r" pool \d+M", "", run["label"])
     runs = {run["label"]: run for run in main if run["scene"] == "builtin:atrium"}
     over = {label: sorted(run["time_over_embree"] for run in main if run["label"] == label) for label in ("dag believe none", "maps", "maps warm")}
     warm_wrong = sorted(100.0 * (run["false_shadow_count"] + run["false_light_count"]) / run["pair_count"] for run in main
