@@ -12,6 +12,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <thread>
 
 namespace shadowdag {
@@ -330,6 +331,43 @@ TEST_F(ViewSessionTest, AMoveDoesNotWaitForTheFullSizePicture) {
     // About 0.3, and 0.9 where frames are made to their end first.
     EXPECT_LT(waitedMs[1], 0.75 * fullMs[1]);
 }
+
+/// A method whose pictures come at full size soon after a flight.
+struct StillPicture : testing::TestWithParam<const char*>, Watched {};
+
+TEST_P(StillPicture, ComesAtFullSizeAboutASecondAfterAFlight) {
+    const char* const wanted = std::getenv("SDAG_STILL_SCENE");
+    ASSERT_TRUE(open(wanted ? wanted : "builtin:atrium"));
+    FlyCamera camera(scene->camera);
+    ViewRequest request = smallRequest(0, GetParam());
+    request.sides[0].model = "texels:96";
+    request.options.width = 930; // of a window of 1280 x 720, beside the panel
+    request.options.height = 720;
+    request.options.rays.believe = 0;
+    request.wantsError = true;
+    std::vector<double> fullMs;
+    for (int flight = 0; flight < 3; ++flight) {
+        for (int i = 0; i <= 8; ++i) {
+            FlyInput input;
+            input.along = {1, 0, 0};
+            camera.step(input, 0.05, 1, 0);
+            request.camera = i < 8 ? camera.text() : request.camera; // the last rests
+            request.isMoving = i < 8;
+            ++request.serial;
+            const Clock::time_point asked = Clock::now();
+            session.ask(request);
+            ASSERT_TRUE(waitForPicture([&](const ViewPicture& p) {
+                return p.request.serial == request.serial && (i < 8 || p.scale >= 1.0f);
+            }));
+            if (i == 8)
+                fullMs.push_back(1000 * since(asked));
+        }
+    }
+    std::sort(fullMs.begin(), fullMs.end());
+    std::printf("%s: at full size after %.0f ms\n", GetParam(), fullMs[1]);
+    EXPECT_LT(fullMs[1], 3000);
+}
+INSTANTIATE_TEST_SUITE_P(ByMethod, StillPicture, testing::Values("dag", "maps", "hybrid"));
 
 TEST_F(ViewSessionTest, WorkCancelledForAnotherBackendIsDoneLater) {
     ASSERT_TRUE(open());
