@@ -223,7 +223,7 @@ void drawPair(const ViewPicture& p, const PixelReport& pixel, int light, FreeSpa
         const PairPartStyle& style = kPairParts[size_t(line.part)];
         const ImVec2 a = onScreen(line.from), b = onScreen(line.to);
         list->AddLine(a, b, packedColor(style.casing), scaled(5));
-        list->AddLine(a, b, packedColor(style.color), scaled(2.5f));
+        list->AddLine(a, b, packedColor(style.color), scaled(3));
     }
     list->PopClipRect();
     // The names of the parts, after a piece of each line.
@@ -231,13 +231,12 @@ void drawPair(const ViewPicture& p, const PixelReport& pixel, int light, FreeSpa
     const float piece = scaled(24), gap = scaled(6), line = ImGui::GetTextLineHeight();
     std::array<std::string, kPairParts.size()> names;
     float wide = ImGui::CalcTextSize(title.c_str()).x;
+    const PairGeometry& parts = pair.geometry;
+    const std::array<bool, kPairParts.size()> isThere{parts.triangleWorld.has_value(),
+                                                      parts.voxelWorld.has_value(),
+                                                      parts.texelWorld.has_value(), true};
     for (size_t i = 0; i < kPairParts.size(); ++i) {
-        const bool isThere = i == size_t(PairPart::kTriangle)
-                                 ? pair.geometry.triangleWorld.has_value()
-                             : i == size_t(PairPart::kVoxel) ? pair.geometry.voxelWorld.has_value()
-                             : i == size_t(PairPart::kTexel) ? pair.geometry.texelWorld.has_value()
-                                                             : true;
-        names[i] = std::string(isThere ? "" : "no ") + kPairParts[i].name;
+        names[i] = std::string(isThere[i] ? "" : "no ") + kPairParts[i].name;
         wide += 3 * gap + piece + ImGui::CalcTextSize(names[i].c_str()).x;
     }
     const ImVec2 at{from.x + scaled(8), space.takeBottom(line)};
@@ -248,10 +247,13 @@ void drawPair(const ViewPicture& p, const PixelReport& pixel, int light, FreeSpa
     for (size_t i = kPairParts.size(); i-- > 0;) {
         x += 2 * gap;
         const float y = at.y + line / 2;
-        above->AddLine({x, y}, {x + piece, y}, packedColor(kPairParts[i].casing), scaled(5));
-        above->AddLine({x, y}, {x + piece, y}, packedColor(kPairParts[i].color), scaled(2.5f));
+        if (isThere[i]) {
+            above->AddLine({x, y}, {x + piece, y}, packedColor(kPairParts[i].casing), scaled(5));
+            above->AddLine({x, y}, {x + piece, y}, packedColor(kPairParts[i].color), scaled(3));
+        }
         x += piece + gap;
-        above->AddText({x, at.y}, IM_COL32_WHITE, names[i].c_str());
+        above->AddText({x, at.y}, isThere[i] ? IM_COL32_WHITE : IM_COL32(160, 160, 160, 255),
+                       names[i].c_str());
         x += ImGui::CalcTextSize(names[i].c_str()).x;
     }
 }
@@ -308,9 +310,9 @@ void drawPixel(ViewUi& ui, const PixelReport& pixel, const FreeSpace& space) {
         ImGui::TextUnformatted("background: no surface at this pixel");
     } else {
         ImGui::TextWrapped("%s", pixel.surface.c_str());
-        ImGui::Text("at %.4g %.4g %.4g m, cluster %u, %zu pairs", double(pixel.positionWorld.x),
+        ImGui::Text("at %.4g %.4g %.4g m, cluster %u, %zu %s", double(pixel.positionWorld.x),
                     double(pixel.positionWorld.y), double(pixel.positionWorld.z), pixel.cluster,
-                    pixel.pairs.size());
+                    pixel.pairs.size(), pixel.pairs.size() == 1 ? "pair" : "pairs");
         ImGui::TextUnformatted("Click a light to draw its ray and what blocks it.");
         const int drawn = drawnPair(pixel, lightOfPair(ui));
         if (ImGui::BeginTable("pairs", 6,

@@ -255,7 +255,9 @@ void drawNumbers(const ViewUi& ui) {
         return;
     const ViewPicture& p = *ui.picture;
     ImGui::Text("%u x %u, scale %.3g%s", p.width, p.height, double(p.scale),
-                p.isFinal ? "" : ", more to come");
+                p.isFinal           ? ""
+                : p.mapScale < 1.0f ? ", finer maps to come"
+                                    : ", more to come");
     ImGui::Text("interface %.0f Hz", ui.interfaceFps);
     if (ui.latencyMs > 0) {
         ImGui::SameLine(0, 0);

@@ -151,6 +151,7 @@ struct ViewPicture {
     ViewRequest request;
     uint32_t width = 0, height = 0; ///< as rendered
     float scale = 1;                ///< of the picture's sides to the requested ones
+    float mapScale = 1;             ///< of the texels of its maps to the requested ones
     bool isFinal = false;           ///< no further picture of this request follows
     double workMs = 0;              ///< from taking the request to this picture
     Camera camera;

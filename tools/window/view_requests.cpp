@@ -167,6 +167,7 @@ void Viewer::logPicture(double now) {
                  {"width", p.width},
                  {"height", p.height},
                  {"scale", p.scale},
+                 {"map_scale", p.mapScale},
                  {"is_moving", p.request.isMoving},
                  {"is_final", p.isFinal},
                  {"work_ms", p.workMs},
