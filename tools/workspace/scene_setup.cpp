@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 
 namespace shadowdag {
 
@@ -55,6 +56,18 @@ uint32_t automaticView(const std::string& text) {
                                            "auto-2 and so on, up to auto-" +
                                            std::to_string(kMaxViewCount));
     }
+}
+
+/// Returns which of World::cameras() a text names, the first for ""; nothing if it names none.
+std::optional<size_t> namedCamera(const World& world, const std::string& text) {
+    const Scene& scene = world.scene();
+    const std::vector<uint32_t> nodes = cameraNodes(scene);
+    const std::vector<std::string> names = cameraNames(world);
+    for (size_t i = 0; i < nodes.size() && i < world.cameras().size(); ++i)
+        if (text.empty() || names[i] == text ||
+            scene.cameras[size_t(scene.nodes[nodes[i]].camera)].name == text)
+            return i;
+    return std::nullopt;
 }
 
 /// Returns the first automatic cameras of a world. Throws Error kUsage if there are fewer.
@@ -145,18 +158,30 @@ Camera chooseCamera(const World& world, const std::string& text) {
     if (text.find(',') != std::string::npos)
         return cameraFromText(text);
 
-    const std::vector<std::string> names = cameraNames(world);
-    const Scene& scene = world.scene();
-    const std::vector<uint32_t> nodes = cameraNodes(scene);
+    if (const std::optional<size_t> named = namedCamera(world, text))
+        return cameras[*named];
     std::string known = "auto";
-    for (size_t i = 0; i < names.size() && i < cameras.size(); ++i) {
-        if (names[i] == text || scene.cameras[size_t(scene.nodes[nodes[i]].camera)].name == text)
-            return cameras[i];
-        known += ", " + names[i];
-    }
+    for (const std::string& name : cameraNames(world))
+        known += ", " + name;
     throw Error(ErrorKind::kUsage,
                 "--camera '" + text + "': there is no camera of that name; the cameras are: " +
                     known + ", or give px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]");
+}
+
+bool isCameraAnimated(const World& world, const std::string& text) {
+    if ((!text.empty() && automaticView(text) > 0) || text.find(',') != std::string::npos)
+        return false;
+    const std::optional<size_t> camera = namedCamera(world, text);
+    if (!camera)
+        return false;
+    const Scene& scene = world.scene();
+    for (int node = int(cameraNodes(scene)[*camera]); node != kNone;
+         node = scene.nodes[size_t(node)].parent)
+        for (const Animation& animation : scene.animations)
+            for (const AnimationChannel& channel : animation.channels)
+                if (channel.node == node && channel.times.size() > 1)
+                    return true;
+    return false;
 }
 
 void checkCamera(const World& world, const std::string& text) {

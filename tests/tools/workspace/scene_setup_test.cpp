@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 namespace shadowdag {
@@ -101,6 +102,34 @@ TEST(FrameCamera, MoreViewsThanThereAreIsAnError) {
     std::string message;
     EXPECT_EQ(kindOf([&] { chooseCamera(*scene.world, "auto-2"); }, message), ErrorKind::kUsage);
     EXPECT_THAT(message, HasSubstr("has only 1 automatic view"));
+}
+
+TEST(CameraAnimation, IsThatOfTheCamerasNodeOrOfOneAboveIt) {
+    Scene scene = makeBuiltin("fail-contact");
+    size_t node = 0;
+    while (scene.nodes[node].camera == kNone)
+        ++node;
+    scene.animations.clear();
+    const auto isAnimated = [&](const char* camera) {
+        return isCameraAnimated(*loadedScene(Scene(scene)).world, camera);
+    };
+    EXPECT_FALSE(isAnimated(""));
+    AnimationChannel channel;
+    channel.times = {0, 1};
+    channel.values = {{0, 0, 0, 0}, {1, 0, 0, 0}};
+    channel.node = int(node == 0 ? 1 : 0); // something else
+    scene.animations.push_back({"way", {channel}});
+    EXPECT_FALSE(isAnimated(""));
+    scene.animations[0].channels[0].node = int(node);
+    EXPECT_TRUE(isAnimated(""));
+    EXPECT_TRUE(isAnimated("camera"));
+    EXPECT_FALSE(isAnimated("auto"));
+    EXPECT_FALSE(isAnimated("0,0,5,0,0,0"));
+    scene.nodes.push_back({.name = "crane", .children = {int(node)}});
+    scene.nodes[node].parent = int(scene.nodes.size()) - 1;
+    std::replace(scene.roots.begin(), scene.roots.end(), int(node), int(scene.nodes.size()) - 1);
+    scene.animations[0].channels[0].node = int(scene.nodes.size()) - 1;
+    EXPECT_TRUE(isAnimated("")) << "a camera on a crane";
 }
 
 TEST(SceneGrid, IgnoresMovingGeometry) {
