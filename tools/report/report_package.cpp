@@ -140,8 +140,19 @@ ReportPackage::ReportPackage(bool drawsCharts, const Console& console, const std
         return;
     if (drawsCharts)
         throw Error(ErrorKind::kUsage, missing + (remedy.empty() ? "" : ", or " + remedy));
-    console.note("index.html is omitted: " + missing);
+    console.note("the page is omitted: " + missing);
     path_.clear();
+}
+
+ReportPackage::ReportPackage(const std::string& remedy)
+    : path_(packagePath()), drawsCharts_(false) {
+    const std::string missing = whatIsMissing(path_, false);
+    if (!missing.empty())
+        throw Error(ErrorKind::kUsage, missing + ", or " + remedy);
+}
+
+ReportPackage ReportPackage::forPages(const std::string& remedy) {
+    return ReportPackage(remedy);
 }
 
 Json ReportPackage::writePage(const std::string& name, const std::string& directory) const {

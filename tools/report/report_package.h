@@ -20,6 +20,9 @@ public:
     /// none
     ReportPackage(bool drawsCharts, const Console& console,
                   const std::string& remedy = "pass --no-charts");
+    /// Returns the package for pages alone. Throws Error kUsage when it is missing, or Python or
+    /// Jinja2. @param remedy another remedy
+    static ReportPackage forPages(const std::string& remedy);
 
     /// Writes DIRECTORY/index.html, and, if charts are drawn, DIRECTORY/charts, from the data in
     /// the directory. Returns charts.json, the list of charts with captions and of those omitted
@@ -32,6 +35,8 @@ public:
     void run(const std::vector<std::string>& arguments) const;
 
 private:
+    explicit ReportPackage(const std::string& remedy);
+
     std::string path_; ///< "" if pages are omitted
     bool drawsCharts_;
 };

@@ -145,6 +145,14 @@ TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
                             "driver", "experiment_hash", "seed", "thread_count"})
         EXPECT_TRUE(results["provenance"].contains(key)) << key;
     EXPECT_EQ(results["scenes"][0]["scene_hash"].get<std::string>().size(), 32u);
+    const Json& lights = results["truth_images"][0]["lights"]; // of 65, those in the picture
+    EXPECT_GT(lights.size(), 10u);
+    EXPECT_LT(lights.size(), 65u);
+    for (const Json& light : lights) {
+        EXPECT_LT(light["light"], 65);
+        EXPECT_TRUE(light["x"] >= 0 && light["x"] < 96 && light["y"] >= 0 && light["y"] < 54)
+            << light;
+    }
     for (const Json& run : results["runs"])
         for (const char* key : {"scene",
                                 "frame",

@@ -37,6 +37,30 @@ TEST(Diff, EndsWithFiveWhereSomethingIsWorse) {
     EXPECT_EQ(runShadowdag(directory, {"diff", directory.path(), kAtrium}).status, 0);
 }
 
+TEST(Diff, WritesAPageWithItsData) {
+    const TemporaryDirectory directory;
+    Json worse = Json::parse(readText(kAtrium));
+    worse["runs"][3]["acne_count"] = 12;
+    writeText(directory / "results.json", worse.dump());
+    const std::string page = directory / "d.html";
+    const std::vector<std::string> command{"diff", kAtrium, directory / "results.json", "-o", page};
+    const ProgramResult result = runShadowdag(directory, command);
+    EXPECT_EQ(result.status, 5) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("page: " + page));
+    EXPECT_THAT(readText(page), HasSubstr("<td data-v=\"12.000000000\">12</td>"));
+    EXPECT_EQ(Json::parse(readText(directory / "d.json"))["worse_count"], 1);
+    EXPECT_EQ(runShadowdag(directory, command).status, 5) << "an earlier difference is replaced";
+    const std::string results = directory / "results.html", text = directory / "d.txt";
+    expectRefused(directory,
+                  {{{"diff", kAtrium, kAtrium, "-o", results}, 1, "is no earlier difference"},
+                   {{"diff", kAtrium, kAtrium, "-o", text}, 1, "as F.html and F.json"}});
+    EXPECT_EQ(readText(directory / "results.json"), worse.dump());
+    writeText(directory / "jinja2.py", "raise ImportError");
+    setenv("PYTHONPATH", directory.path().c_str(), 1);
+    expectRefused(directory, {{command, 1, "apt-get install python3-jinja2, or leave out -o"}});
+    unsetenv("PYTHONPATH");
+}
+
 TEST(Diff, RefusesWhatCannotBeCompared) {
     const TemporaryDirectory directory;
     writeText(directory / "other.json", "{}");

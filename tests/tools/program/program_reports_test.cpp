@@ -73,7 +73,7 @@ TEST(CompareReports, MissingPackagesAreNamedAndTheDataAreWritten) {
                                        "--no-charts"));
     EXPECT_FALSE(isThere);
     ASSERT_EQ(result.status, 0) << result.err;
-    EXPECT_THAT(result.err, HasSubstr("index.html is omitted: the page needs /usr/bin/python3 with "
+    EXPECT_THAT(result.err, HasSubstr("the page is omitted: the page needs /usr/bin/python3 with "
                                       "Jinja2: apt-get install python3-jinja2\n"));
     EXPECT_EQ(result.json()["report"], report + "/results.json");
     EXPECT_TRUE(std::filesystem::exists(report + "/results.csv"));

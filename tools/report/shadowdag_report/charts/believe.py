@@ -2,8 +2,9 @@
 """What it costs to believe fewer voxels: error against time, and the share of rays that the triangles decide."""
 import numpy as np
 
+from ..series import believe_of, rays_alone
 from ..style import BLACK, BLUE, COLUMN, SKY, log_axis, place_labels, plt, slug
-from .runs import bars_sentence, believe_of, rays_alone, time_bars
+from .runs import bars_sentence, time_bars
 
 
 def setting_text(run):

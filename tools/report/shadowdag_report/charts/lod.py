@@ -2,8 +2,9 @@
 """Error against time over the level of detail of rays."""
 import numpy as np
 
+from ..series import rays_alone
 from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, PURPLE, VERMILION, place_labels, plt, slug
-from .runs import bars_sentence, rays_alone, time_bars
+from .runs import bars_sentence, time_bars
 
 
 def lod_of(run):

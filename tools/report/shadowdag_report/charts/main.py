@@ -11,9 +11,10 @@ import math
 
 from ..collection import Charts
 from ..files import Refused, expecting, read_json
+from ..series import believe_of, is_warm, threshold_of, tracers_of
 from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, plt
 from ..texels import PAPER_TEXELS
-from .runs import bars_sentence, believe_of, is_warm, over_frames, threshold_of, time_bars, tracer_label, tracers_of, tracers_sentence
+from .runs import bars_sentence, over_frames, time_bars, tracer_label, tracers_sentence
 
 COLUMNS = 4
 BUILT = {"builtin:atrium": "atrium (built, mirrored halves)", "builtin:houses": "houses (built)", "builtin:necropolis": "necropolis (built)"}

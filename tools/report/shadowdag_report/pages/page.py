@@ -115,15 +115,20 @@ def read_charts(directory):
     return read_json(os.path.join(directory, "charts", "charts.json"))["charts"]
 
 
-def write_page(directory, template, path, what, content):
-    """Writes a directory's index.html from a template. path, what: the data it is made of, for a refusal; content():
-    what the template shows"""
+def write_page_file(page, template, path, what, content):
+    """Writes a page from a template. path, what: the data it is made of, for a refusal; content(): what the template
+    shows"""
     with expecting(path, what):
         try:
             html = environment().get_template(template).render(content())
         except jinja2.UndefinedError as error:
             raise KeyError(str(error)) from error
-    write_text(os.path.join(directory, "index.html"), html)
+    write_text(page, html)
+
+
+def write_page(directory, *arguments):
+    """Writes a directory's index.html, as write_page_file does."""
+    write_page_file(os.path.join(directory, "index.html"), *arguments)
 
 
 def declare(parser):
