@@ -125,7 +125,10 @@ TEST(CameraAnimation, IsThatOfTheCamerasNodeOrOfOneAboveIt) {
     EXPECT_TRUE(isAnimated("camera"));
     EXPECT_FALSE(isAnimated("auto"));
     EXPECT_FALSE(isAnimated("0,0,5,0,0,0"));
-    scene.nodes.push_back({.name = "crane", .children = {int(node)}});
+    Node crane;
+    crane.name = "crane";
+    crane.children = {int(node)};
+    scene.nodes.push_back(crane);
     scene.nodes[node].parent = int(scene.nodes.size()) - 1;
     std::replace(scene.roots.begin(), scene.roots.end(), int(node), int(scene.nodes.size()) - 1);
     scene.animations[0].channels[0].node = int(scene.nodes.size()) - 1;
