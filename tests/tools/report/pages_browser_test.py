@@ -185,7 +185,7 @@ def test_viewer(page, results):
         out.strip = [...$$('.strip img')].map(img => [img.src.split('/').pop(), img.naturalWidth, img.alt !== '']);
         $$('.strip button')[2].click();
         out.error = sources();
-        choose(which, [...which.options].find(o => o.textContent.startsWith('maps,')).value);
+        choose(which, [...which.options].find(o => o.textContent.startsWith('maps')).value);
         out.kept = sources();
         choose(right, [...right.options].find(o => o.textContent.startsWith('embree,')).value);
         out.runs = sources();

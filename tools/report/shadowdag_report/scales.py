@@ -9,6 +9,8 @@ def plain(value, _=None):
         return "0"
     if value >= 10000:
         return f"{value:,.0f}".replace(",", "\u2009")
+    if abs(value) < 1e-4:
+        return f"{value:.12f}".rstrip("0")
     return f"{value:.0f}" if value >= 10 and value == round(value) or value >= 100 else f"{value:.3g}"
 
 

@@ -32,7 +32,7 @@ def read_rows(path):
     """Returns the rows of lights.csv by (scene, frame, label); none where there is no file."""
     rows = {}
     if os.path.exists(path):
-        with expecting(path, "the lights of compare"), open(path, encoding="utf-8", newline="") as file:
+        with expecting(path, "the lights of compare"), open(path, encoding="utf-8", errors="replace", newline="") as file:
             for row in csv.DictReader(file):
                 rows.setdefault((row["scene"], int(row["frame"]), row["label"]), []).append(
                     [kind(float(row[key])) if kind is int else kind(row[key]) for key, _, kind in COLUMNS])
