@@ -4,6 +4,7 @@
 Colours are Okabe and Ito's; markers, dashes and hatches distinguish series without colour. Text in SVG is outlines, so no
 font is needed to read it.
 """
+import hashlib
 import math
 
 import matplotlib
@@ -17,6 +18,7 @@ BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
 GREY = "#8a9099"
 COLUMN = 3.33  # inches: a paper's column
+MOST_SLUG_BYTES = 100
 # Stacked bars take these in turn, then again with a hatch.
 STACK = [BLUE, ORANGE, GREEN, PURPLE, YELLOW, VERMILION, "#d5d9de", GREY, SKY, "#3d444d"]
 
@@ -38,7 +40,11 @@ def marks_of(known, names, make):
 
 
 def slug(name):
-    return "".join(c if c.isalnum() else "_" for c in name)
+    """Returns a name as part of a file's name: short enough for any file system, of two long names another one."""
+    text = "".join(c if c.isalnum() else "_" for c in name)
+    if len(text.encode()) <= MOST_SLUG_BYTES:
+        return text
+    return text.encode()[:MOST_SLUG_BYTES - 9].decode(errors="ignore") + "_" + hashlib.sha256(name.encode()).hexdigest()[:8]
 
 
 def plain(value, _=None):
