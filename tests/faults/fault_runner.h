@@ -23,6 +23,8 @@
 #if !defined(SDAG_FAULT_LIBRARY)
 /// The library of fault_library.cpp: the targets define where it was built.
 #define SDAG_FAULT_LIBRARY "libfault_library.so"
+/// The program of remove_abandoned.cpp.
+#define SDAG_REMOVE_ABANDONED "remove_abandoned"
 #endif
 
 namespace shadowdag::test {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -41,9 +42,12 @@ std::string hashText(const std::array<uint8_t, 16>& hash) {
 std::string fileHash(const std::string& path) {
     if (!whyNoInput(path, ~uint64_t(0)).empty())
         return "";
+    errno = 0;
     std::ifstream file(path, std::ios::binary);
-    if (!file)
+    if (!file) {
+        refuseTooManyFiles(path, errno);
         return "";
+    }
     ContentHasher hasher;
     std::vector<char> bytes(1 << 16);
     while (file.read(bytes.data(), std::streamsize(bytes.size())) || file.gcount() > 0)

@@ -6,6 +6,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <new>
 #include <stdexcept>
 #include <string_view>
@@ -36,6 +37,10 @@ ExitMessage exitMessageOf(const std::exception& exception) {
     if (std::string_view(exception.what()).find(std::strerror(EMFILE)) != std::string_view::npos)
         return {std::string(exception.what()) + "; raise the limit of the shell (ulimit -n)",
                 int(ErrorKind::kResource)};
+    if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&exception))
+        return {file->path1().string() + (file->path2().empty() ? "" : " to ") +
+                    file->path2().string() + ": " + file->code().message() + "; check the name",
+                int(ErrorKind::kInput)};
     if (dynamic_cast<const std::logic_error*>(&exception))
         return {std::string("a defect of shadowdag, not of the input: ") + exception.what() +
                     "; please report it with the command line",

@@ -221,9 +221,12 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     const std::string stem = (output.parent_path() / output.stem()).string();
     const std::string experimentPath =
         options.experimentOutput.empty() ? stem + ".experiment.json" : options.experimentOutput;
-    refuseOverlap(options, experimentPath, stem);
     checkWritable(options.output);
     checkWritable(experimentPath);
+    if (!options.noCharts)
+        for (const char* extension : {".svg", ".png"})
+            checkWritable(stem + extension);
+    refuseOverlap(options, experimentPath, stem);
     if (fs::exists(experimentPath) && !isExperimentOfFit(experimentPath))
         throw Error(ErrorKind::kUsage, "--experiment-out '" + experimentPath +
                                            "': is a file that no fit wrote and that this fit "

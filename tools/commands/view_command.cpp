@@ -123,7 +123,7 @@ void runView(const ViewOptions& options, const CommandLine& commandLine) {
         view.assetPath = options.common.voxels.front();
     view.saveDirectory = options.saveDirectory;
     if (commandLine.given("--save-to")) // otherwise the folder may be read-only
-        checkWritable(view.saveDirectory + "/view-0000.png");
+        checkWritable(view.saveDirectory + "/view-0000.experiment.json");
     view.logPath = options.log;
     view.settings.experiment = experiment;
     view.settings.cacheDirectory = options.common.cache;

@@ -5,12 +5,12 @@
 #include "scenes/builtin.h"
 #include "scenes/camera_placement.h"
 #include "scenes/output_target.h"
+#include "scenes/write_remedy.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
+#include "tools/workspace/report_directory.h"
 #include "voxel/voxelize.h"
-
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -253,7 +253,7 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
                          sceneGrid(*scene.world, resolutionLog2), console.progress(what));
     if (!directory.empty()) {
         try {
-            fs::create_directories(directory, ignored);
+            createDirectory(directory);
             writeAsset(asset, path, AssetPacking::kFast);
         } catch (const Error& error) {
             console.note(std::string("cache: ") + error.what() + "; the asset is not stored");
@@ -303,18 +303,18 @@ std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t
 }
 
 void checkWritable(const std::string& path) {
-    std::error_code ignored;
-    if (fs::is_directory(path, ignored))
+    std::error_code error;
+    if (fs::is_directory(path, error))
         throw Error(ErrorKind::kResource, path + ": is a directory; give a file");
     const fs::path parent = fs::path(outputTarget(path)).parent_path();
     const std::string directory = parent.empty() ? "." : parent.string();
-    if (!fs::is_directory(directory, ignored))
+    const fs::file_status status = fs::status(directory, error);
+    if (status.type() == fs::file_type::not_found)
         throw Error(ErrorKind::kResource,
                     path + ": there is no directory " + directory + "; create it first");
-    if (access(directory.c_str(), W_OK) != 0)
+    if (const std::string why = whyNotWritable(directory); !why.empty())
         throw Error(ErrorKind::kResource,
-                    path + ": the directory " + directory +
-                        " is not writable; choose another or change its mode");
+                    path + ": cannot be written into " + directory + ": " + why);
 }
 
 void checkExtension(const std::string& path, const std::vector<std::string>& extensions,

@@ -403,6 +403,26 @@ TEST(Compare, AnInterruptAdvisesToResumeOnlyWhereThatGoesOn) {
     }
 }
 
+// Its journal of finished parts grows beyond the limit.
+TEST(Compare, AFailureAfterFinishedPartsAdvisesToResume) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    for (const int blocks : {1, 48}) {
+        const ProgramResult result = runShadowdag(
+            directory, tinyCompare(report, kAtrium),
+            {"/bin/bash", "-c", "ulimit -f " + std::to_string(blocks) + "; exec \"$@\"", "bash"});
+        EXPECT_EQ(result.status, 3);
+        EXPECT_EQ(result.err.find("the same command with --resume goes on after them") !=
+                      std::string::npos,
+                  std::filesystem::exists(report + "/partial"))
+            << result.err;
+        EXPECT_EQ(std::filesystem::exists(report + "/partial"), blocks == 48);
+    }
+    Arguments again = tinyCompare(report, kAtrium);
+    again.emplace_back("--resume");
+    EXPECT_EQ(runShadowdag(directory, again).status, 0);
+}
+
 TEST(Compare, AnExperimentThatReplacesLightsSaysSoFirst) {
     const TemporaryDirectory directory;
     const std::string file = directory / "e.json";

@@ -322,6 +322,23 @@ TEST(Charts, VariantsByNameHaveAChartOfTheirOwn) {
     EXPECT_EQ(charts["charts"][0]["file"], "variants_builtin_made_up");
 }
 
+TEST(Charts, LongNamesOfScenesMakeShortNamesOfFiles) {
+    const std::string script = R"(
+import sys
+sys.path.insert(0, sys.argv[1])
+from shadowdag_report.style import slug
+names = ["a" * 245 + ".glb", "a" * 246 + ".glb", "\u00e4" * 120, "a.glb"]
+print([len(slug(name).encode()) for name in names], len(set(map(slug, names))), slug("a.glb"), end="")
+)";
+    std::string said;
+    ASSERT_EQ(runProgram({"/usr/bin/python3", "-B", "-c", script,
+                          std::string(SDAG_SOURCE_DIR) + "/tools/report"},
+                         &said),
+              0)
+        << said;
+    EXPECT_EQ(said, "[100, 100, 99, 5] 4 a_glb");
+}
+
 TEST(Charts, OnlyDifferencesBeyondTheSpreadMakeAFront) {
     const std::string script = R"(
 import sys

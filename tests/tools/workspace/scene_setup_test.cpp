@@ -47,6 +47,27 @@ ErrorKind kindOf(const std::function<void()>& call, std::string& message) {
 
 } // namespace
 
+TEST(CachedDag, ACacheThatCannotBeMadeIsReportedWithItsReason) {
+    const TemporaryDirectory directory;
+    const LoadedScene scene = moverScene();
+    std::vector<std::string> notes;
+    const Console console(
+        Console::Listener{[&](const std::string& text) { notes.push_back(text); }, {}});
+    std::filesystem::create_symlink("nowhere", directory / "link");
+    writeText(directory / "file", "");
+    for (const auto& [cache, reason] :
+         {std::pair{"link", "link: is a symbolic link that leads nowhere; "},
+          std::pair{"file", "file: is not a directory; "},
+          std::pair{"file/cache", "file' is a file, not a folder; "}}) {
+        VoxelSource source;
+        source.cacheDirectory = directory / cache;
+        EXPECT_FALSE(cachedDag(scene, 5, source, console).empty());
+        EXPECT_THAT(notes.back(), HasSubstr(reason));
+        EXPECT_THAT(notes.back(), testing::EndsWith("; the asset is not stored"));
+        EXPECT_THAT(notes.back(), testing::Not(HasSubstr("No such file")));
+    }
+}
+
 TEST(SceneNames, DistinguishScenesOfOneFileName) {
     EXPECT_THAT(sceneNames({"a/x.gltf", "./b/x.gltf", "a/y.gltf", "builtin:atrium"}),
                 ElementsAre("a/x.gltf", "b/x.gltf", "y.gltf", "builtin:atrium"));

@@ -4,6 +4,8 @@
 Colours are Okabe and Ito's; markers, dashes and hatches distinguish series without colour. Text in SVG is outlines, so no
 font is needed to read it.
 """
+import hashlib
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -15,6 +17,7 @@ from .palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, Y
 from .scales import log_ticks, plain
 
 COLUMN = 3.33  # inches: a paper's column
+MOST_SLUG_BYTES = 100
 # Stacked bars take these in turn, then again with a hatch.
 STACK = [BLUE, ORANGE, GREEN, PURPLE, YELLOW, VERMILION, "#d5d9de", GREY, SKY, "#3d444d"]
 
@@ -36,7 +39,11 @@ def marks_of(known, names, make):
 
 
 def slug(name):
-    return "".join(c if c.isalnum() else "_" for c in name)
+    """Returns a name as part of a file's name: short enough for any file system, of two long names another one."""
+    text = "".join(c if c.isalnum() else "_" for c in name)
+    if len(text.encode()) <= MOST_SLUG_BYTES:
+        return text
+    return text.encode()[:MOST_SLUG_BYTES - 9].decode(errors="ignore") + "_" + hashlib.sha256(name.encode()).hexdigest()[:8]
 
 
 def log_axis(axis, low, high, ticks=(1, 2, 5), near=(1, 1.5, 2, 3, 4, 5, 7)):
