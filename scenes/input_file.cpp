@@ -119,14 +119,14 @@ std::optional<std::vector<uint8_t>> readInputBytes(const std::string& path,
     return readInto<std::vector<uint8_t>>(path, limits, why);
 }
 
-std::string whyNoInput(const std::string& path, uint64_t maxBytes) {
+std::string whyNoInput(const std::string& path, uint64_t maxBytes, bool mayBeEmpty) {
     struct stat status {};
     if (path.find('\0') != std::string::npos || ::stat(path.c_str(), &status) != 0)
         return cannotBeOpened(path.find('\0') != std::string::npos ? ENOENT : errno);
     const std::string why = refusal(status, {maxBytes});
     if (why.empty() && ::access(path.c_str(), R_OK) != 0)
         return cannotBeOpened(errno);
-    return why.empty() && status.st_size == 0 ? "has a size of 0 bytes" : why;
+    return why.empty() && status.st_size == 0 && !mayBeEmpty ? "has a size of 0 bytes" : why;
 }
 
 void refuseTooManyFiles(const std::string& path, int error) {

@@ -32,7 +32,8 @@ std::optional<std::vector<uint8_t>> readInputBytes(const std::string& path,
 
 /// Returns why a path is not a regular file of 1 to `maxBytes` bytes that exists and may be read;
 /// "" if it is. Files of /proc have 0 bytes, and reading one may wait without end. Opens nothing.
-std::string whyNoInput(const std::string& path, uint64_t maxBytes);
+/// @param mayBeEmpty 0 bytes are no reason: the caller reads no more than the file's size
+std::string whyNoInput(const std::string& path, uint64_t maxBytes, bool mayBeEmpty = false);
 
 /// The remedy of too many open files.
 constexpr const char* kMoreFilesRemedy =

@@ -2,12 +2,14 @@
 #include "voxel/memory_limit.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 
 #include <unistd.h>
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif
 
+#include <cerrno>
 #include <fstream>
 #include <utility>
 
@@ -24,12 +26,15 @@ std::string mebibytes(uint64_t bytes) {
 } // namespace
 
 uint64_t residentBytes() {
+    errno = 0;
     std::ifstream file("/proc/self/statm");
+    const int error = errno;
     uint64_t total = 0, resident = 0;
-    if (!(file >> total >> resident))
-        throw Error(ErrorKind::kResource, "/proc/self/statm cannot be read, so no memory limit can "
-                                          "be kept; run without --memory-limit");
-    return resident * uint64_t(::sysconf(_SC_PAGESIZE));
+    if (file >> total >> resident)
+        return resident * uint64_t(::sysconf(_SC_PAGESIZE));
+    refuseTooManyFiles("/proc/self/statm", error);
+    throw Error(ErrorKind::kResource, "/proc/self/statm cannot be read, so no memory limit can "
+                                      "be kept; run without --memory-limit");
 }
 
 MemoryLimit::MemoryLimit(uint64_t bytes, std::string doing)
