@@ -102,7 +102,7 @@ std::string whatIsMissing(const std::string& path, bool drawsCharts) {
         const std::string text =
             std::string(kPython) + " cannot load Jinja2" + (drawsCharts ? " or matplotlib" : "") +
             " (status " + std::to_string(status) + "): " + lastLine(packages) + "; " +
-            (isOfFiles ? kMoreFilesRemedy : "is memory short, or a package damaged?");
+            (isOfFiles ? kMoreFilesRemedy : "free memory, or install its packages again");
         if (drawsCharts || isOfFiles)
             throw Error(ErrorKind::kResource, text);
         return text;

@@ -65,7 +65,7 @@ TEST(Diff, WritesAPageWithItsData) {
                   {{{"diff", kAtrium, kAtrium, "-o", results}, 1, "is no earlier difference"},
                    {{"diff", kAtrium, kAtrium, "-o", text}, 1, "as F.html and F.json"}});
     EXPECT_EQ(readText(directory / "results.json"), worse.dump());
-    writeText(directory / "jinja2.py", "raise ImportError");
+    writeText(directory / "jinja2.py", "raise ModuleNotFoundError");
     setenv("PYTHONPATH", directory.path().c_str(), 1);
     expectRefused(directory, {{command, 1, "apt-get install python3-jinja2, or leave out -o"}});
     unsetenv("PYTHONPATH");

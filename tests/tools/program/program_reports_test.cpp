@@ -58,7 +58,7 @@ TEST(CompareReports, MissingPackagesAreNamedAndTheDataAreWritten) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     for (const char* module : {"jinja2", "matplotlib"})
-        writeText(directory / (std::string(module) + ".py"), "raise ImportError");
+        writeText(directory / (std::string(module) + ".py"), "raise ModuleNotFoundError");
     setenv("PYTHONPATH", directory.path().c_str(), 1);
     std::vector<std::string> arguments{
         "compare", "builtin:fail-acne", "--size", "32x18", "--methods", "maps",  "--repeats",
