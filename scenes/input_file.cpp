@@ -135,4 +135,18 @@ void refuseTooManyFiles(const std::string& path, int error) {
                            path + ": " + cannotBeOpened(error) + "; " + kMoreFilesRemedy);
 }
 
+bool saysTooManyFiles(std::string_view said) {
+    const std::string ofLoader = "open shared object file: Error " + std::to_string(EMFILE);
+    return said.find(std::strerror(EMFILE)) != std::string_view::npos ||
+           said.find(ofLoader) != std::string_view::npos;
+}
+
+std::ifstream openInput(const std::string& path) {
+    errno = 0;
+    std::ifstream file(path, std::ios::binary);
+    if (!file)
+        refuseTooManyFiles(path, errno);
+    return file;
+}
+
 } // namespace shadowdag

@@ -6,8 +6,10 @@
 #include "cuda/error.h"
 
 #include <cstdint>
+#include <fstream>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace shadowdag {
@@ -48,5 +50,13 @@ public:
 /// Throws TooManyFiles where a file could not be opened for that reason: then the file is not to
 /// blame. @param error errno of the opening
 void refuseTooManyFiles(const std::string& path, int error);
+
+/// Returns whether the words of a library or a program say that it may open too few files: those of
+/// the C library, or those of the loader, which has no text of errors yet.
+bool saysTooManyFiles(std::string_view said);
+
+/// Returns a file that is opened for reading, binary. Throws what refuseTooManyFiles throws; of a
+/// stream that is not open for another reason, errno says why.
+std::ifstream openInput(const std::string& path);
 
 } // namespace shadowdag

@@ -9,7 +9,6 @@
 #include <malloc.h>
 #endif
 
-#include <cerrno>
 #include <fstream>
 #include <utility>
 
@@ -26,15 +25,12 @@ std::string mebibytes(uint64_t bytes) {
 } // namespace
 
 uint64_t residentBytes() {
-    errno = 0;
-    std::ifstream file("/proc/self/statm");
-    const int error = errno;
+    std::ifstream file = openInput("/proc/self/statm");
     uint64_t total = 0, resident = 0;
-    if (file >> total >> resident)
-        return resident * uint64_t(::sysconf(_SC_PAGESIZE));
-    refuseTooManyFiles("/proc/self/statm", error);
-    throw Error(ErrorKind::kResource, "/proc/self/statm cannot be read, so no memory limit can "
-                                      "be kept; run without --memory-limit");
+    if (!(file >> total >> resident))
+        throw Error(ErrorKind::kResource, "/proc/self/statm cannot be read, so no memory limit can "
+                                          "be kept; run without --memory-limit");
+    return resident * uint64_t(::sysconf(_SC_PAGESIZE));
 }
 
 MemoryLimit::MemoryLimit(uint64_t bytes, std::string doing)

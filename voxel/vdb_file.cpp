@@ -151,13 +151,9 @@ VdbSource readSource(const std::string& path, const std::string& gridName, bool 
         if (const auto bytes = readInputBytes(path, {~uint64_t(0)}, why))
             return readNanoVdb(*bytes, path, gridName);
     } else if (why = whyNoInput(path, ~uint64_t(0)); why.empty()) {
-        errno = 0;
-        std::ifstream in(path, std::ios::binary);
-        const int error = errno;
-        if (in)
+        if (std::ifstream in = openInput(path))
             return readOpenVdb(in, std::filesystem::file_size(path), path, gridName);
-        refuseTooManyFiles(path, error);
-        why = std::string("cannot be opened: ") + std::strerror(error);
+        why = std::string("cannot be opened: ") + std::strerror(errno);
     }
     throw Error(ErrorKind::kInput, path + ": " + why + "; check the name and its permissions");
 }

@@ -11,7 +11,7 @@ import re
 import sys
 import tempfile
 
-from prose import check_prose, prose_of
+from prose import check_prose, main_scenes, prose_of, wrong as wrong_share
 from sources import CODE_SUFFIXES, expect, project_files, read, report
 
 README_LINES, README_COLUMNS = 150, 120
@@ -160,13 +160,10 @@ def claims_of(results):
     """Returns the literal claims of README, from the committed results."""
     def load(name):
         return json.loads((results / name).read_text())
-    main = load("main.json")["runs"] + load("main_placed.json")["runs"]
-    for run in main:  # the pool is the same in all
-        run["label"] = re.sub(r" pool \d+M", "", run["label"])
-    runs = {run["label"]: run for run in main if run["scene"] == "builtin:atrium"}
-    over = {label: sorted(run["time_over_embree"] for run in main if run["label"] == label) for label in ("dag believe none", "maps", "maps warm")}
-    warm_wrong = sorted(100.0 * (run["false_shadow_count"] + run["false_light_count"]) / run["pair_count"] for run in main
-                        if run["label"] == "maps warm")
+    scenes = main_scenes(results)
+    runs = scenes["atrium"]
+    over = {label: sorted(of[label]["time_over_embree"] for of in scenes.values()) for label in ("dag believe none", "maps", "maps warm")}
+    warm_wrong = sorted(wrong_share(of["maps warm"]) for of in scenes.values())
     labels = ("dag believe none", "embree", "dag 4096^3 believe all", "maps")
     exact, embree, dag, maps = (runs[label] for label in labels)
     validations = [load(path.name) for path in sorted(results.glob("validate-*-dag-none.json"))]

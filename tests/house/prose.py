@@ -27,9 +27,13 @@ def span(values, form="{:.2f}"):
     return form.format(min(values)) + " to " + form.format(max(values))
 
 
+def main_scenes(results, size=""):
+    """Returns the scenes of the main chart as by_label does. size: "" or "_1080p" """
+    return by_label(results, f"main{size}.json") | by_label(results, f"main_placed{size}.json")
+
+
 def of_main(results):
-    scenes = by_label(results, "main.json") | by_label(results, "main_placed.json")
-    large = by_label(results, "main_1080p.json") | by_label(results, "main_placed_1080p.json")
+    scenes, large = main_scenes(results), main_scenes(results, "_1080p")
     over = lambda label, runs=scenes: [run[label]["time_over_embree"] for run in runs.values()]
     exact, kept, mixed, voxel = "dag believe none", "maps warm", "hybrid texels:1536 believe none warm", "dag 4096^3 believe all"
     pairs, misses = (sum(f(run[exact]) for run in scenes.values())

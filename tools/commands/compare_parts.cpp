@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -42,12 +41,9 @@ std::string hashText(const std::array<uint8_t, 16>& hash) {
 std::string fileHash(const std::string& path) {
     if (!whyNoInput(path, ~uint64_t(0)).empty())
         return "";
-    errno = 0;
-    std::ifstream file(path, std::ios::binary);
-    if (!file) {
-        refuseTooManyFiles(path, errno);
+    std::ifstream file = openInput(path);
+    if (!file)
         return "";
-    }
     ContentHasher hasher;
     std::vector<char> bytes(1 << 16);
     while (file.read(bytes.data(), std::streamsize(bytes.size())) || file.gcount() > 0)

@@ -45,14 +45,6 @@ for name in sys.argv[1:]:
         sys.exit(1)
 )";
 
-/// Returns whether the words of a program say that it may open too few files: those of the C
-/// library, or those of the loader, which has no text of errors yet.
-bool saysTooManyFiles(const std::string& said) {
-    return said.find(std::strerror(EMFILE)) != std::string::npos ||
-           said.find("open shared object file: Error " + std::to_string(EMFILE)) !=
-               std::string::npos;
-}
-
 /// Returns the last line of what a program said: warnings come before it.
 std::string lastLine(std::string said) {
     said.erase(said.find_last_not_of('\n') + 1);

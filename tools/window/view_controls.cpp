@@ -15,15 +15,13 @@ std::vector<ViewControl> ownControls() {
     return {
         {"path",
          "Open a scene (.glb, .gltf, builtin:NAME), voxels (.svdag) or costs (.json): type a path "
-         "and press "
-         "Enter, or drop the file on the window",
+         "and press Enter, or drop the file on the window",
          "SCENE, --voxels, --costs", ""},
         {"overlay", "What the picture shows instead of the lit scene", "--show", "O, Shift+O"},
         {"level", "Size of the cells that are shown: 2^level voxels", "--level", ""},
         {"light",
          "The light that is shown by resolutions, pages, projection maps, ray steps and the map "
-         "below; any: "
-         "the one with most samples, or the most of all",
+         "below; any: the one with most samples, or the most of all",
          "--light", ""},
         {"lights", "Mark every light and the sphere that it reaches", "--mark-lights", "L"},
         {"freeze", "Keep the frame of this camera, and look at it from elsewhere", "", "F"},
@@ -40,8 +38,7 @@ std::vector<ViewControl> ownControls() {
         {"right", "Method of the right side", "--right", "Shift+1 to 5"},
         {"model",
          "Which maps the hybrid replaces by rays: those with fewer texels than a threshold, or "
-         "those that "
-         "measured or fitted costs, or an expression, say",
+         "those that measured or fitted costs, or an expression, say",
          "--model", ""},
         {"threshold", "Maps that need fewer texels are replaced by rays; 0 is maps alone",
          "--model texels:N", "[ and ]"},
@@ -51,8 +48,7 @@ std::vector<ViewControl> ownControls() {
         {"backend", "Where frames are rendered: the processor, OpenGL or CUDA", "--backend", ""},
         {"static",
          "Keep the maps of what stands still from one picture to the next while the view moves; a "
-         "view at "
-         "rest is rendered without",
+         "view at rest is rendered without",
          "", ""},
     };
 }

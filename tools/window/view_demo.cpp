@@ -64,40 +64,31 @@ Camera turned(Camera camera, double yaw, double pitch) {
 const std::array<DemoCaption, kDemoCaptionCount> kDemoCaptions{
     {{"A pair: one point, one light",
       "Every visible point asks every light in reach whether its light arrives. Point and light "
-      "are a pair. Where "
-      "something stands between them the pair is dark: a shadow. The lines show one pair and what "
-      "blocks it; "
-      "millions of pairs make the picture.",
+      "are a pair. Where something stands between them the pair is dark: a shadow. The lines show "
+      "one pair and what blocks it; millions of pairs make the picture.",
       ViewOverlay::kNone, "dag", nullptr, false, true, false},
      {"Rays through voxels",
       "One way to answer: trace a ray. The scene's voxels are stored as a graph in which equal "
-      "parts are shared, so "
-      "that billions of cells fit into megabytes. A ray visits only those that are not empty. Each "
-      "colour is one "
-      "cell, drawn coarser than it is traced.",
+      "parts are shared, so that billions of cells fit into megabytes. A ray visits only those "
+      "that are not empty. Each colour is one cell, drawn coarser than it is traced.",
       ViewOverlay::kVoxels, "dag", nullptr, true, false, false},
      {"Shadow maps, page by page",
       "The other way: draw what the light sees. A light has a virtual cube map that is as fine as "
-      "the picture needs, "
-      "and only pages that some point looks up have memory. Each colour is one page of the light "
-      "that reaches most "
-      "points.",
+      "the picture needs, and only pages that some point looks up have memory. Each colour is one "
+      "page of the light that reaches most points.",
       ViewOverlay::kPages, "maps", nullptr, false, false, false},
      {"Who serves which light",
       "The hybrid chooses for every map: rays where few points ask, the map where many share it. "
-      "Pairs in sky blue "
-      "are traced, pairs in orange are looked up. The discs are the lights.",
+      "Pairs in sky blue are traced, pairs in orange are looked up. The discs are the lights.",
       ViewOverlay::kMethods, "hybrid", nullptr, false, false, false},
      {"The truth and the error",
       "Embree decides every pair once more: the truth, on the right. On the left are the pairs "
-      "that maps got wrong: "
-      "vermilion for false shadow, blue for false light. These are the errors that every chart "
-      "counts.",
+      "that maps got wrong: vermilion for false shadow, blue for false light. These are the errors "
+      "that every chart counts.",
       ViewOverlay::kErrors, "maps", "truth", false, false, false},
      {"The threshold",
       "The hybrid in one number: maps that need fewer texels than the threshold are replaced by "
-      "rays. It rises from "
-      "16 to 1024 texels: sky blue spreads, and the time above changes.",
+      "rays. It rises from 16 to 1024 texels: sky blue spreads, and the time above changes.",
       ViewOverlay::kMethods, "hybrid", nullptr, false, false, true}}};
 
 void Demo::stepTo(double now, int shown) {

@@ -43,7 +43,6 @@ bool isAboutModel(const std::string& note) {
 void control(ViewUi& ui, const std::string& name) {
     constexpr double kDelaySeconds = 0.3;
     ui.mark(name);
-    const std::string tooltip = tooltipOf(name);
     if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) || ImGui::IsItemActive()) {
         if (ui.hovered == name)
             ui.hovered.clear();
@@ -55,10 +54,10 @@ void control(ViewUi& ui, const std::string& name) {
     }
     if (ImGui::GetTime() - ui.hoveredSeconds < kDelaySeconds)
         return;
-    ui.tooltip = tooltip;
+    ui.tooltip = tooltipOf(name);
     ImGui::BeginTooltip();
     ImGui::PushTextWrapPos(scaled(380));
-    ImGui::TextUnformatted(tooltip.c_str());
+    ImGui::TextUnformatted(ui.tooltip.c_str());
     ImGui::PopTextWrapPos();
     ImGui::EndTooltip();
 }

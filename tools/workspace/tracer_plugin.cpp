@@ -9,7 +9,6 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <dlfcn.h>
 #include <filesystem>
 
@@ -62,7 +61,7 @@ TracerPlugin::TracerPlugin(const std::string& path)
     library_->handle = dlopen(std::filesystem::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
     if (!library_->handle) {
         const std::string why = dlerror();
-        if (why.find(std::strerror(EMFILE)) != std::string::npos)
+        if (saysTooManyFiles(why))
             refuseTooManyFiles(path, EMFILE);
         refuse("cannot be loaded: " + why);
     }

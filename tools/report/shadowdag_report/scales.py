@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Numbers on axes: plain digits, and the ticks of logarithmic axes. For charts by matplotlib and for those of pages."""
+import decimal
 import math
 
 
@@ -10,7 +11,7 @@ def plain(value, _=None):
     if value >= 10000:
         return f"{value:,.0f}".replace(",", "\u2009")
     if abs(value) < 1e-4:
-        return f"{value:.12f}".rstrip("0")
+        return f"{decimal.Decimal(f'{value:.3g}'):f}"
     return f"{value:.0f}" if value >= 10 and value == round(value) or value >= 100 else f"{value:.3g}"
 
 

@@ -5,6 +5,7 @@ Colours are Okabe and Ito's; markers, dashes and hatches distinguish series with
 font is needed to read it.
 """
 import hashlib
+import itertools
 
 import matplotlib
 
@@ -55,15 +56,16 @@ def log_axis(axis, low, high, ticks=(1, 2, 5), near=(1, 1.5, 2, 3, 4, 5, 7)):
     (axis.axes.set_xlim if axis.axis_name == "x" else axis.axes.set_ylim)(low, high)
 
 
-def place_labels(axes, labels, points):
-    """Writes labels beside their points so that none covers another or a point, if there is enough space.
+def place_labels(axes, labels, points, lines=()):
+    """Writes labels beside their points so that none covers another, a point or a line, if there is enough space.
 
-    labels: [(x, y, text, style of annotate)]; points: all that is drawn as a mark.
+    labels: [(x, y, text, style of annotate)]; points: all that is drawn as a mark; lines: lists of points that a line joins.
     """
     canvas = axes.figure.canvas
     canvas.draw()  # only now does constrained layout stand
     renderer = canvas.get_renderer()
-    marks = axes.transData.transform(points) if points else np.zeros((0, 2))
+    transform = lambda places: axes.transData.transform(np.array(places, dtype=float).reshape(-1, 2))
+    marks = np.concatenate([transform(points)] + [np.linspace(a, b, 40) for line in lines for a, b in itertools.pairwise(transform(line))])
     scale = axes.figure.dpi / 72
     taken = []
     offsets = [(5, 1, "left"), (-5, 1, "right"), (0, 5, "center"), (0, -9, "center"), (6, 7, "left"), (-6, 7, "right"),

@@ -14,15 +14,15 @@ def setting_text(run):
 
 def joint_labels(swept, heights, width):
     """Returns labels for place_labels: settings whose points lie on each other share one, as in "0.5, 1, 2 px"."""
-    groups = []
+    groups = []  # lists of (x, y, text)
     for run, y in zip(swept, heights):
         group = next((g for g in groups if g[0][1] == y and abs(g[0][0] - run["time_ms"]) < width), None)
         if group is None:
-            groups.append([(run["time_ms"], y, setting_text(run))])
-        else:
-            group.append((run["time_ms"], y, setting_text(run)))
-    return [(np.mean([x for x, _, _ in g]), g[0][1], ", ".join(t.removesuffix(" px") for _, _, t in g[:-1]) + ", " * (len(g) > 1) + g[-1][2],
-             {"fontsize": 6}) for g in groups]
+            groups.append(group := [])
+        group.append((run["time_ms"], y, setting_text(run)))
+    return [(np.mean([x for x, _, _ in group]), group[0][1],
+             ", ".join([text.removesuffix(" px") for _, _, text in group[:-1]] + [group[-1][2]]), {"fontsize": 6})
+            for group in groups]
 
 
 def believe_chart(charts, scene, runs):
@@ -65,9 +65,8 @@ def believe_chart(charts, scene, runs):
     over_time.set_ylabel("wrong pairs (%)")
     over_time.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, borderaxespad=0.3)
     bars = [(x, y) for r, y in zip(swept, heights) for x in np.linspace(r["time_ms_low"], r["time_ms_high"], 9)]
-    line = [point for a, b, y0, y1 in zip(swept, swept[1:], heights, heights[1:])
-            for point in zip(np.linspace(a["time_ms"], b["time_ms"], 12), np.geomspace(y0, y1, 12))]
-    place_labels(over_time, joint_labels(swept, heights, 0.05 * over_time.get_xlim()[1]), bars + line)
+    line = [(r["time_ms"], y) for r, y in zip(swept, heights)]
+    place_labels(over_time, joint_labels(swept, heights, 0.05 * over_time.get_xlim()[1]), bars, [line])
     places = range(len(swept))
     shares.bar(places, share, color=SKY, edgecolor="black", linewidth=0.4, width=0.62)
     for x, value in zip(places, share):

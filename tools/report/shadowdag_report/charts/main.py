@@ -17,6 +17,7 @@ from ..texels import PAPER_TEXELS
 from .runs import bars_sentence, over_frames, time_bars, tracer_label, tracers_sentence
 
 COLUMNS = 4
+NARROWEST = 0.675  # of the width of COLUMNS: the legend has five columns
 BUILT = {"builtin:atrium": "atrium (built, mirrored halves)", "builtin:houses": "houses (built)", "builtin:necropolis": "necropolis (built)"}
 LOOKS = {  # name: (colour, marker, size)
     "Embree's frame": (BLACK, "o", 4.0), "exact rays": (YELLOW, "p", 4.6), "voxel rays": (SKY, "D", 3.4), "maps": (ORANGE, "s", 3.8),
@@ -104,7 +105,8 @@ def draw(paths, directory, mixed=False):
     floor, top = min(shares) / 3, max(shares) * 1.8
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
-    figure, grid = plt.subplots(rows, columns, figsize=(2.1 * COLUMN * max(columns, 2.7) / COLUMNS + 0.4, 0.55 + 1.35 * rows), sharey=True, squeeze=False)
+    figure, grid = plt.subplots(rows, columns, figsize=(2.1 * COLUMN * max(columns / COLUMNS, NARROWEST) + 0.4, 0.55 + 1.35 * rows),
+                                sharey=True, squeeze=False)
     for axes, (scene, size, runs) in zip(grid.flat, panels):
         panel(axes, scene, size, runs, floor, top, looks)
     for axes in list(grid.flat)[len(panels):]:

@@ -14,12 +14,11 @@ from ..intervals import CONFIDENCE, confidence_text, interval
 from ..texels import equivalent_texels
 from .compare_plot import compare_plots, row_id
 from .lights import lights_data
-from .page import (Cell, count, cubed, decimal, declare, grouped, key_rows, number, percent, read_charts,
-                   read_results, share_cell, text, wide, words, write_page)
+from .page import (MEBI, Cell, count, cubed, decimal, declare, grouped, key_rows, number, percent, read_charts,
+                   read_results, share_cell, text, to_point, wide, words, write_page)
 from .sequence_table import sequence_table
 
 WHAT = "a results file of compare"
-MEBI = 1024.0 * 1024.0
 # Pictures of other hybrids are folded away.
 SHOWN_MODELS = ("oracle", "texels:96", "texels:32")
 
@@ -65,8 +64,8 @@ def pool_cell(run):
 def wrong_cell(run, *keys):
     """Returns the share of pairs of these counts, with the counts over it."""
     wrong = sum(run[key] for key in keys)
-    return Cell(number(100 * wrong / max(1, run["pair_count"]), 3), 100 * wrong / max(1, run["pair_count"]),
-                Markup("{} of {} pairs").format(grouped(wrong), grouped(run["pair_count"])))
+    share = 100 * wrong / max(1, run["pair_count"])
+    return Cell(number(share, 3), share, Markup("{} of {} pairs").format(grouped(wrong), grouped(run["pair_count"])))
 
 
 def bytes_of(run):
@@ -156,9 +155,7 @@ def scene_rows(scenes):
 def run_row(index, run, plotted):
     """Returns the cells of a run; the first leads to its point in the chart, if it has one."""
     first, *rest = [cell(run) for _, cell in COLUMNS]
-    if row_id(index) in plotted:
-        first = Cell(Markup('<a href="#point-{}">{}</a>').format(row_id(index), first.shown))
-    return [first, *rest]
+    return [to_point(row_id(index), first) if row_id(index) in plotted else first, *rest]
 
 
 def content(directory, results, charts):

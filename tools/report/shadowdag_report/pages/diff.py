@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from ..files import expecting, read_json
 from ..palette import BLACK, BLUE, GREY, VERMILION
-from .page import Cell, count, grouped, text, words, write_page_file
+from .page import Cell, count, grouped, text, to_point, words, write_page_file
 from .plot import BOTTOM, TOP, NameAxis, Series, plot, x_axis_of
 
 WHAT = "a difference that diff wrote"
@@ -52,10 +52,10 @@ def ratio_cell(ratio):
 def ratio_plot(changes):
     """Returns the chart of the ratios by value, or none; changes: with their place in the table."""
     with_ratio = [(i, c, r) for i, c in enumerate(changes) if (r := ratio_of(c)) is not None]
-    counts = {}
+    greatest = {}  # logarithm of a ratio, by value
     for _, change, ratio in with_ratio:
-        counts[change["key"]] = max(counts.get(change["key"], 0), abs(math.log(ratio)))
-    keys = sorted(counts, key=lambda key: -counts[key])[:MOST_KEYS]
+        greatest[change["key"]] = max(greatest.get(change["key"], 0), abs(math.log(ratio)))
+    keys = sorted(greatest, key=lambda key: -greatest[key])[:MOST_KEYS]
     shown = {i: (c, r) for i, c, r in with_ratio if c["key"] in keys}
     if not shown:
         return []
@@ -65,8 +65,8 @@ def ratio_plot(changes):
     series = [Series(verdict, color, shape, [i for i, (c, _) in shown.items() if c["verdict"] == verdict])
               for verdict, (color, shape) in VERDICTS.items()]
     caption = "Each point is a number that changed and is positive in both results; left of 1 it has become smaller."
-    if len(counts) > len(keys):
-        caption += f" {len(counts) - len(keys)} values with smaller changes are in the table alone."
+    if len(greatest) > len(keys):
+        caption += f" {len(greatest) - len(keys)} values with smaller changes are in the table alone."
 
     def in_words(i):
         change, ratio = shown[i]
@@ -87,10 +87,8 @@ def content(diff, file):
     plotted = {point["row"] for of in plots for point in of["points"]}
     rows = []
     for i, change in enumerate(changes):
-        verdict = Markup('<span class="{0}">{0}</span>').format(change["verdict"])
-        if row_id(i) in plotted:
-            verdict = Markup('<a href="#point-{}">{}</a>').format(row_id(i), verdict)
-        rows.append([Cell(verdict, order.index(change["verdict"])), words(change["list"]), words(change["row"]),
+        verdict = Cell(Markup('<span class="{0}">{0}</span>').format(change["verdict"]), order.index(change["verdict"]))
+        rows.append([to_point(row_id(i), verdict) if row_id(i) in plotted else verdict, words(change["list"]), words(change["row"]),
                      words(change["key"]), value_cell(change, "a"), value_cell(change, "b"),
                      ratio_cell(ratio_of(change))])
     only = [(f"Only in {side.upper()}: {text(diff[side])}",

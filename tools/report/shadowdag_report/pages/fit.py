@@ -4,16 +4,14 @@ excluded it, the neighbours of the choice, the laws that the search assumed; and
 """
 import os
 
-from markupsafe import Markup
-
 from ..files import Refused, expecting, read_json
 from ..palette import BLACK, BLUE, PURPLE, VERMILION
 from ..scales import plain
-from .page import Cell, count, cubed, decimal, key_rows, marked, number, text, wide, words, write_page_file
+from .page import (MEBI, Cell, count, cubed, decimal, key_rows, marked, number, text, to_point, wide, words,
+                   write_page_file)
 from .plot import Series, plot, x_axis_of, y_axis_of
 
 WHAT = "a result of fit"
-MEBI = 1024.0 * 1024.0
 METHODS = {"dag": ("rays", BLUE, "circle"), "maps": ("maps", VERMILION, "up"), "hybrid": ("hybrid", PURPLE, "diamond")}
 METRICS = {"false": ("wrong pairs, worst frame (%)", 100), "visibility": ("visibility error, worst frame", 1),
            "flip": ("FLIP, worst frame", 1)}
@@ -100,9 +98,7 @@ def content(result, stem, has_charts):
     rows = []
     for i, model in enumerate(result["models"]):
         first, *rest = [cell(model) for _, cell in of]
-        if i in measured:
-            first = Cell(Markup('<a href="#point-{}">{}</a>').format(row_id(i), first.shown))
-        rows.append([first, *rest])
+        rows.append([to_point(row_id(i), first) if i in measured else first, *rest])
     neighbours = [[words(cubed(text(m["label"]))), words(m["differs_in"]), words(m["status"]),
                    optional(m, "error_over_bound", 3), optional(m, "cost_over_choice", 3), wide(m.get("reason", ""))]
                   for m in result["neighbours"]]

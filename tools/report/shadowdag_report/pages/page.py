@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shared by all pages: the templates, which escape all values, cells of tables, and numbers as text."""
+import dataclasses
 import json
 import os
-from dataclasses import dataclass
 
 import jinja2
 from markupsafe import Markup
 
 from ..files import expecting, read_json, write_text
 
+MEBI = 1024.0 * 1024.0  # bytes
 TEMPLATES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "templates")
 
 
-@dataclass
+@dataclasses.dataclass
 class Cell:
     """A cell of a table. value: what it is sorted by; title: shown over it; is_wide: a sentence, which wraps"""
     shown: str
@@ -68,6 +69,11 @@ def wide(value):
 def marked(value, is_marked):
     """Returns a cell whose text is bold where is_marked."""
     return Cell(Markup("<b>{}</b>").format(text(value)) if is_marked else text(value))
+
+
+def to_point(row, cell):
+    """Returns a row's first cell as the link to the row's point in the page's chart. row: the id of the row"""
+    return dataclasses.replace(cell, shown=Markup('<a href="#point-{}">{}</a>').format(row, cell.shown))
 
 
 def bounds_cell(cell):
