@@ -7,9 +7,11 @@
 #include "scenes/output_file.h"
 #include "tools/settings/json_file.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 
 namespace shadowdag {
@@ -24,14 +26,9 @@ std::optional<std::string> fileBytes(const std::string& path) {
     return readInput(path, {kMaxHashedBytes}, why);
 }
 
-std::string hashText(const std::optional<std::string>& bytes) {
-    if (!bytes)
-        return "missing";
-    std::string text;
-    for (const uint8_t byte : contentHash(bytes->data(), bytes->size()))
-        for (const int digit : {byte >> 4, byte & 15})
-            text += "0123456789abcdef"[digit];
-    return text;
+std::string hashOfFile(const std::string& path) {
+    const std::optional<std::string> bytes = fileBytes(path);
+    return bytes ? hashText(contentHash(bytes->data(), bytes->size())) : "missing";
 }
 
 /// Returns the text of a URI with its %XX decoded.
@@ -70,23 +67,45 @@ std::vector<std::string> referredFiles(const std::string& path, const std::strin
     return files;
 }
 
+/// Returns the text of a journal's key or parts.
+std::string textOf(const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// Returns the hash of a journal's parts, which notices what was damaged or edited.
+std::string partsHash(const std::string& text) {
+    return hashText(contentHash(text.data(), text.size()));
+}
+
+/// Returns whether a value names a picture that is neither in the folder nor in its `images`.
+bool namesAbsentPicture(const Json& value, const std::string& folder) {
+    if (value.is_string()) {
+        const std::string name = value;
+        return name.ends_with(".png") && !std::filesystem::exists(folder + "/" + name) &&
+               !std::filesystem::exists(folder + "/images/" + name);
+    }
+    return value.is_structured() && std::any_of(value.begin(), value.end(), [&](const Json& item) {
+               return namesAbsentPicture(item, folder);
+           });
+}
+
 } // namespace
 
 Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::string>& files) {
-    Json hashes = {{"program", hashText(fileBytes("/proc/self/exe"))}};
+    Json hashes = {{"program", hashOfFile("/proc/self/exe")}};
     for (const std::string& scene : scenes) {
         if (scene.starts_with("builtin:")) {
             hashes[scene] = "program"; // its text is part of it
             continue;
         }
         const std::optional<std::string> bytes = fileBytes(scene);
-        hashes[scene] = hashText(bytes);
+        hashes[scene] = bytes ? hashText(contentHash(bytes->data(), bytes->size())) : "missing";
         if (bytes)
             for (const std::string& file : referredFiles(scene, *bytes))
-                hashes[file] = hashText(fileBytes(file));
+                hashes[file] = hashOfFile(file);
     }
     for (const std::string& file : files)
-        hashes[file] = hashText(fileBytes(file));
+        hashes[file] = hashOfFile(file);
     return hashes;
 }
 
@@ -110,6 +129,16 @@ std::string firstDifference(const Json& before, const Json& now) {
     return "";
 }
 
+std::string remarkOn(const Journal& journal) {
+    std::string text;
+    if (journal.takenUpCount() > 0)
+        text = std::to_string(journal.takenUpCount()) + " finished parts reused";
+    if (journal.lostCount() > 0)
+        text += (text.empty() ? "" : ", ") + std::to_string(journal.lostCount()) +
+                " without their pictures measured again";
+    return text;
+}
+
 Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path)) {
     content_ = {{"key", std::move(key)}, {"parts", Json::object()}};
     if (!resume || !std::filesystem::exists(path_)) {
@@ -129,7 +158,16 @@ Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path
                         "or delete " +
                         std::filesystem::path(path_).parent_path().string() +
                         " with its finished parts");
-    content_ = std::move(found);
+    if (found.value("parts_hash", Json()) != partsHash(textOf(found["parts"])))
+        throw Error(ErrorKind::kInput, path_ + ": its parts were damaged or edited; delete it to "
+                                               "measure again");
+    content_["parts"] = std::move(found["parts"]);
+    const std::string folder = std::filesystem::path(path_).parent_path().string();
+    for (auto part = content_["parts"].begin(); part != content_["parts"].end();) {
+        const bool isLost = namesAbsentPicture(*part, folder);
+        lostCount_ += isLost;
+        part = isLost ? content_["parts"].erase(part) : std::next(part);
+    }
     takenUpCount_ = content_["parts"].size();
     hasFinishedParts() = takenUpCount_ > 0;
 }
@@ -149,7 +187,9 @@ void Journal::save() const {
     if (path_.empty())
         return;
     OutputFile file(path_);
-    file.write(content_.dump(-1, ' ', false, Json::error_handler_t::replace));
+    const std::string parts = textOf(content_["parts"]);
+    file.write("{\"key\":" + textOf(content_["key"]) + ",\"parts\":" + parts +
+               ",\"parts_hash\":\"" + partsHash(parts) + "\"}");
     file.commit();
     hasFinishedParts() = !content_["parts"].empty();
 }
