@@ -6,6 +6,7 @@
 #include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "tools/settings/json_file.h"
+#include "tools/workspace/image_io.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -77,12 +78,12 @@ std::string partsHash(const std::string& text) {
     return hashText(contentHash(text.data(), text.size()));
 }
 
-/// Returns whether a value names a picture that is neither in the folder nor in its `images`.
+/// Returns whether a value names a picture that is not whole in the folder or in its `images`.
 bool namesAbsentPicture(const Json& value, const std::string& folder) {
     if (value.is_string()) {
         const std::string name = value;
-        return name.ends_with(".png") && !std::filesystem::exists(folder + "/" + name) &&
-               !std::filesystem::exists(folder + "/images/" + name);
+        return name.ends_with(".png") && !isWholePng(folder + "/" + name) &&
+               !isWholePng(folder + "/images/" + name);
     }
     return value.is_structured() && std::any_of(value.begin(), value.end(), [&](const Json& item) {
                return namesAbsentPicture(item, folder);

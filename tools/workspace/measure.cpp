@@ -10,7 +10,6 @@
 #include "tools/workspace/judge.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -59,8 +58,7 @@ private:
     }
 
     bool isDone() const {
-        if (part(context_.times) == nullptr ||
-            (withPictures_ && !std::filesystem::exists(truthPicture())))
+        if (part(context_.times) == nullptr || (withPictures_ && !isWholePng(truthPicture())))
             return false;
         return std::all_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
             return part("answer/" + run.label()) != nullptr;

@@ -666,6 +666,25 @@ TEST(Program, RenderTimesTheLastOfSeveralLapsAndWritesNothing) {
         EXPECT_TRUE(entry.path().extension() != ".exr" && entry.path().extension() != ".png");
 }
 
+TEST(Program, ValidateReplacesOnlyItsOwnPictures) {
+    const TemporaryDirectory directory;
+    const Arguments validate = {"validate",         kScene,   "--method", "maps", "-o",
+                                directory / "maps", "--size", "32x18"};
+    std::filesystem::create_directory(directory / "maps");
+    writeText(directory / "maps/error.png", "mine");
+    expectRefused(directory, {{validate, 1, "contains error.png and not method.png"}});
+    EXPECT_EQ(readText(directory / "maps/error.png"), "mine");
+    std::filesystem::remove(directory / "maps/error.png");
+    EXPECT_EQ(runShadowdag(directory, validate).status, 0);
+    EXPECT_EQ(runShadowdag(directory, validate).status, 0); // over its own
+    // As a run leaves them that was killed before the last one, and before the last two.
+    for (const Arguments& absent : {Arguments{"errors.exr"}, {"error.png", "errors.exr"}}) {
+        for (const std::string& name : absent)
+            std::filesystem::remove(directory / ("maps/" + name));
+        EXPECT_EQ(runShadowdag(directory, validate).status, 0) << absent.size();
+    }
+}
+
 TEST(Program, EachOfSeveralViewsIsRenderedAndValidated) {
     const TemporaryDirectory directory;
     const Arguments views = {"--views", "2", "--method", "maps", "--size", "64x36", "--json"};

@@ -11,6 +11,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <functional>
+
 namespace shadowdag {
 namespace {
 
@@ -39,7 +41,8 @@ TEST(ReportDirectory, FilesThatAreReplacedKeepTheirPermissions) {
     namespace fs = std::filesystem;
     const TemporaryDirectory directory;
     const std::string path = directory / "results.json";
-    const std::string report = R"({"provenance": {}, "experiment": {}, "runs": []})";
+    const std::string report =
+        R"({"provenance": {}, "experiment": {}, "runs": [], "picture": "images/a.png"})";
     writeText(path, report);
     fs::permissions(path, fs::perms(0600));
     const std::string images = directory / "images", picture = images + "/a.png";
@@ -110,7 +113,8 @@ TEST(ReportDirectory, AFolderThatCannotBeReplacedIsRefusedBeforeTheWork) {
 TEST(ReportDirectory, AFolderGetsItsPermissionsAfterItHasMoved) {
     namespace fs = std::filesystem;
     const TemporaryDirectory directory;
-    writeText(directory / "results.json", R"({"provenance": {}, "experiment": {}, "runs": []})");
+    writeText(directory / "results.json",
+              R"({"provenance": {}, "experiment": {}, "runs": ["a.png"]})");
     fs::create_directory(directory / "images");
     writeText(directory / "images/a.png", "old");
     {
@@ -122,6 +126,48 @@ TEST(ReportDirectory, AFolderGetsItsPermissionsAfterItHasMoved) {
     }
     EXPECT_EQ(readText(directory / "images/a.png"), "new");
     EXPECT_EQ(fs::status(directory / "images").permissions(), fs::perms(02750));
+}
+
+// Beside unfinished work, in a report's folders, and where they come during the run.
+TEST(ReportDirectory, FilesOfOthersAreNotReplaced) {
+    namespace fs = std::filesystem;
+    const std::string report = R"({"provenance": {}, "experiment": {}, "runs": ["images/a.png"]})";
+    const auto refusal = [](const std::function<void()>& act) -> std::string {
+        try {
+            act();
+        } catch (const Error& error) {
+            return error.kind() == ErrorKind::kUsage ? error.what() : "another kind";
+        }
+        return "";
+    };
+    for (const std::string name :
+         {"index.html", "results.json", "images/a.jpg", "charts/mine.txt", "images/deep/b.png"}) {
+        for (const bool isResumed : {true, false}) {
+            const TemporaryDirectory directory;
+            const auto prepare = [&] {
+                static_cast<void>(prepareDirectory(directory.path(), isResumed, false));
+            };
+            if (isResumed) {
+                fs::create_directories(directory / "partial/images");
+                writeText(directory / "partial/journal.json", R"({"key": {}, "parts": {"a": {}}})");
+            } else if (name.find('/') != std::string::npos) {
+                fs::create_directory(directory / "images");
+                writeText(directory / "results.json", report);
+                writeText(directory / "images/a.png", "ours");
+            }
+            EXPECT_EQ(refusal(prepare), "");
+            fs::create_directories(fs::path(directory / name).parent_path());
+            writeText(directory / name, "{\"mine\": 1}");
+            EXPECT_NE(refusal(prepare).find("which shadowdag did not write"), std::string::npos)
+                << name << ", " << isResumed;
+            writeText(directory / "partial/results.json", report);
+            EXPECT_NE(refusal([&] { swapReport(directory.path()); }).find("did not write"),
+                      std::string::npos)
+                << name;
+            EXPECT_EQ(readText(directory / name), "{\"mine\": 1}");
+            EXPECT_TRUE(fs::exists(directory / "partial/results.json"));
+        }
+    }
 }
 
 TEST(ReportDirectory, ADamagedReportIsNotCalledForeign) {
