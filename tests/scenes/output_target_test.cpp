@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "scenes/output_file.h"
 #include "scenes/write_remedy.h"
+#include "tests/tools/other_user.h"
 #include "tests/tools/temporary_directory.h"
 
 #include <gmock/gmock.h>
@@ -11,10 +12,8 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
@@ -129,25 +128,7 @@ TEST(OutputTarget, AFileInPlaceOfAFolderIsNamed) {
     EXPECT_EQ(refusal("x"), "");
 }
 
-/// Returns what a function that returns a text returns to a user who is not root.
-template <class F> std::string asNobody(const F& function) {
-    int ends[2];
-    EXPECT_EQ(pipe(ends), 0);
-    const pid_t child = fork();
-    if (child == 0) {
-        const bool isNobody = setgid(65534) == 0 && setuid(65534) == 0;
-        const std::string text = isNobody ? function() : "still root";
-        _exit(write(ends[1], text.data(), text.size()) == ssize_t(text.size()) ? 0 : 1);
-    }
-    close(ends[1]);
-    std::string text(4096, '\0');
-    text.resize(size_t(std::max<ssize_t>(0, read(ends[0], text.data(), text.size()))));
-    close(ends[0]);
-    waitpid(child, nullptr, 0);
-    return text;
-}
-
-// chmod is not advised to whom the system forbids it.
+// chmod is suggested only to the owner.
 TEST(OutputTarget, RemediesAreThoseThatThisUserCanApply) {
     if (geteuid() != 0)
         GTEST_SKIP() << "only root can be another user";
