@@ -2,6 +2,7 @@
 #include "scenes/output_target.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "scenes/write_remedy.h"
 #include "tests/tools/other_user.h"
@@ -161,6 +162,25 @@ TEST(OutputTarget, RemediesAreThoseThatThisUserCanApply) {
     ASSERT_EQ(chmod(folder.c_str(), 0555), 0);
     EXPECT_THAT(asNobody([&] { return whyNotWritable(folder); }),
                 testing::HasSubstr("make it writable (chmod u+w) or choose another folder"));
+}
+
+// As of a program with the set-user-id bit: the system asks for the effective user.
+TEST(OutputTarget, TheEffectiveUserIsAskedForAndNotTheRealOne) {
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root can be another user";
+    const TemporaryDirectory directory;
+    const std::string file = directory / "a";
+    writeText(file, "root's");
+    ASSERT_EQ(chmod(directory.path().c_str(), 0755), 0);
+    ASSERT_EQ(chmod(file.c_str(), 0640), 0);
+    const auto asEffective = [&](const auto& function) {
+        return asUser(0, {kNobody}, [&] { return seteuid(kNobody) == 0 ? function() : "root"; });
+    };
+    for (const std::string& path : {file, directory.path()})
+        EXPECT_THAT(asEffective([&] { return whyNotWritable(path); }),
+                    testing::StartsWith("it belongs to another user and is not writable for this"));
+    EXPECT_EQ(asEffective([&] { return whyNoInput(file, 100); }),
+              "cannot be opened: Permission denied");
 }
 
 TEST(OutputTarget, AFileThatStandardOutputIsIsRefusedThroughLinksOfTheSystem) {
