@@ -25,6 +25,9 @@ constexpr size_t kTemporarySuffixBytes = kTemporaryMark.size() +
                                          size_t(std::numeric_limits<pid_t>::digits10) + 1 + 1 +
                                          size_t(std::numeric_limits<unsigned>::digits10) + 1;
 
+/// The most bytes that the path of a file with finished work (ScratchFolder) adds to the output's.
+constexpr size_t kScratchPathBytes = std::string_view(".scratch/00000000.svpart").size();
+
 /// Writes next to the file that the name leads to (outputTarget) and renames on commit(); the new
 /// file has the attributes of the old one (FileAttributes). Destroyed without commit, it removes
 /// its file and leaves an old file of that name unchanged. First it removes what killed processes

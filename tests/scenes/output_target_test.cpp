@@ -15,6 +15,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <climits>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
@@ -104,16 +105,21 @@ TEST(OutputTarget, NamesLeaveRoomForThoseOfUnfinishedFiles) {
     EXPECT_THAT(refusal(directory / "link"), testing::HasSubstr("File name too long"));
     // The longest suffix is in use: of the largest number of a process and of a file.
     EXPECT_EQ(kTemporarySuffixBytes, std::string(".tmp-2147483647-4294967295").size());
+    EXPECT_EQ(outputNameBytes(255), 229u);
+    EXPECT_EQ(outputNameBytes(1000), size_t(NAME_MAX - 26));
+    EXPECT_EQ(outputNameBytes(-1), size_t(NAME_MAX - 26));
+    for (const long longest : {14, 25, 26}) // 14 of Minix
+        EXPECT_EQ(outputNameBytes(longest), 0u) << longest;
 }
 
 TEST(OutputTarget, PathsLeaveRoomForThoseOfUnfinishedFiles) {
     std::string path = ".";
-    while (path.size() + 102 <= 4046)
+    while (path.size() + 102 <= 4045)
         path += "/" + std::string(100, 'a');
-    path += "/" + std::string(4046 - path.size() - 1, 'a');
+    path += "/" + std::string(4045 - path.size() - 1, 'a');
     EXPECT_EQ(refusal(path), "");
     EXPECT_THAT(refusal(path + "a"),
-                testing::HasSubstr("File name too long; choose a path of at most 4046 bytes"));
+                testing::HasSubstr("File name too long; choose a path of at most 4045 bytes"));
 }
 
 TEST(OutputTarget, AFileInPlaceOfAFolderIsNamed) {

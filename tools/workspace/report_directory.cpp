@@ -207,8 +207,8 @@ void createDirectory(const std::string& path) {
                     path + ": is a symbolic link that leads nowhere; create the directory that it "
                            "leads to, or remove the link");
     refuseFileAsFolder(path);
-    // Of a report, DIR/partial/old/images/PICTURE is the longest; the system refuses long names.
-    constexpr size_t kMostBytes = PATH_MAX - NAME_MAX - 32;
+    // The longest path of a report, with its zero byte; the system refuses longer names.
+    constexpr size_t kMostBytes = PATH_MAX - NAME_MAX - sizeof "/partial/done/images/";
     if (path.size() > kMostBytes)
         throw Error(ErrorKind::kResource, path + ": File name too long; choose a path of at most " +
                                               std::to_string(kMostBytes) +

@@ -90,7 +90,7 @@ TEST(ReportDirectory, APathWithoutRoomForItsFilesIsRefused) {
         ADD_FAILURE();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kResource);
-        EXPECT_NE(std::string(error.what()).find("choose a path of at most 3809 bytes"),
+        EXPECT_NE(std::string(error.what()).find("choose a path of at most 3819 bytes"),
                   std::string::npos)
             << error.what();
     }
