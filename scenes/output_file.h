@@ -4,7 +4,6 @@
 
 #include "scenes/file_attributes.h"
 
-#include <atomic>
 #include <cstddef>
 #include <fstream>
 #include <functional>
@@ -94,8 +93,14 @@ private:
 /// OutputFile or an EndRemoval, create a ScratchFile, nor create, list or destroy a ScratchFolder.
 std::unique_lock<std::mutex> delayRemovalOfUnfinishedFiles();
 
-/// Whether finished parts of the process's unfinished work stay when it ends, so that the same
-/// command with --resume would go on after them.
-std::atomic<bool>& hasFinishedParts();
+/// Returns whether finished parts of the process's unfinished work stay when it ends, so that the
+/// same command with --resume would go on after them.
+bool hasFinishedParts();
+
+/// Says that they stay: for who has written the first of them, or has found it.
+void noteFinishedParts();
+
+/// Says that none stays: for who has removed them, or has made a complete output of them.
+void clearFinishedParts();
 
 } // namespace shadowdag

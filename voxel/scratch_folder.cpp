@@ -135,7 +135,7 @@ std::string ScratchFolder::partPath(uint32_t number) const {
 
 void ScratchFolder::noteFinishedPart() const {
     if (resume_)
-        hasFinishedParts() = true;
+        noteFinishedParts();
 }
 
 bool ScratchFolder::tryLock() {
@@ -181,7 +181,7 @@ ScratchFolder::~ScratchFolder() {
 void ScratchFolder::remove() {
     if (lock_ < 0)
         return;
-    hasFinishedParts() = false;
+    clearFinishedParts();
     empty(true);
     // Last, and while it is held: a process that has opened it by then sees that it is gone.
     ::unlink(lockPath_.c_str());

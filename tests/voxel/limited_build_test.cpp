@@ -208,7 +208,7 @@ TEST(LimitedBuild, FinishedPartsThatStayAreRemembered) {
     }
     stopHalfway(scene, output);
     EXPECT_TRUE(hasFinishedParts());
-    hasFinishedParts() = false; // of another process
+    clearFinishedParts(); // of another process
     {
         const ScratchFolder folder(output, true, &own);
         EXPECT_TRUE(hasFinishedParts()) << "before they are read";

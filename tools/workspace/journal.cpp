@@ -131,7 +131,8 @@ Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path
                         " with its finished parts");
     content_ = std::move(found);
     takenUpCount_ = content_["parts"].size();
-    hasFinishedParts() = takenUpCount_ > 0;
+    if (takenUpCount_ > 0)
+        noteFinishedParts();
 }
 
 const Json* Journal::find(const std::string& part) const {
@@ -151,7 +152,8 @@ void Journal::save() const {
     OutputFile file(path_);
     file.write(content_.dump(-1, ' ', false, Json::error_handler_t::replace));
     file.commit();
-    hasFinishedParts() = !content_["parts"].empty();
+    if (!content_["parts"].empty())
+        noteFinishedParts();
 }
 
 } // namespace shadowdag

@@ -258,7 +258,7 @@ void swapReport(const std::string& directory) {
         throw;
     }
     moveFile(old, partial + "/done"); // the swap is not undone from here on
-    hasFinishedParts() = false;
+    clearFinishedParts();
     held.unlock();
     std::error_code ignored;
     fs::remove_all(partial, ignored);
