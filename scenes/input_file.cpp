@@ -93,7 +93,7 @@ std::optional<Bytes> readInto(const std::string& path, const InputLimits& limits
         if (got == 0)
             return content;
         if (got < 0 && error == EAGAIN && !S_ISFIFO(status.st_mode)) {
-            why = "is read as a pipe is, with nothing in it now; a regular file is read";
+            why = "behaves like a pipe with nothing to read yet; give a regular file";
             return std::nullopt;
         }
         if (got < 0 && error != EINTR && error != EAGAIN) {

@@ -513,7 +513,7 @@ TEST(Faults, AFileThatHasNothingToReadYetIsNotWaitedFor) {
     const ProgramResult result =
         runShadowdag(directory, {"info", scene}, test::withFault("read:1+"));
     EXPECT_EQ(result.status, 2);
-    EXPECT_THAT(result.err, HasSubstr("a.glb: is read as a pipe is, with nothing in it now"));
+    EXPECT_THAT(result.err, HasSubstr("a.glb: behaves like a pipe with nothing to read yet"));
 }
 
 TEST(Faults, AFailedRemarkDoesNotHideTheErrorAfterIt) {
