@@ -219,6 +219,7 @@ void createDirectory(const std::string& path) {
                                               "; choose another directory");
     if (const std::string why = whyNotWritable(path); !why.empty())
         throw Error(ErrorKind::kResource, path + ": cannot be written into: " + why);
+    OutputFile(path + "/probe"); // removed again, as it is not committed
 }
 
 DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
@@ -234,8 +235,7 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
         fs::remove_all(directory + "/partial", ignored);
     }
     createDirectory(directory + "/partial/images");
-    removeAbandonedFiles(directory + "/partial");   // of a killed run that is resumed
-    OutputFile probe(directory + "/partial/probe"); // removed again: never committed
+    removeAbandonedFiles(directory + "/partial"); // of a killed run that is resumed
     return lock;
 }
 

@@ -2,6 +2,7 @@
 #include "tools/workspace/report_directory.h"
 
 #include "cuda/error.h"
+#include "tests/tools/other_user.h"
 #include "tests/tools/temporary_directory.h"
 #include "tools/settings/json_file.h"
 
@@ -95,6 +96,29 @@ TEST(ReportDirectory, APathWithoutRoomForItsFilesIsRefused) {
             << error.what();
     }
     EXPECT_FALSE(std::filesystem::exists(directory / std::string(100, 'a')));
+}
+
+TEST(ReportDirectory, AFolderThatTakesNoFilesIsRefusedWithTheReason) {
+    const auto refusal = [](const std::string& path) {
+        try {
+            createDirectory(path);
+            return std::string("no error");
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource);
+            return std::string(error.what());
+        }
+    };
+    // Root has the rights, but the system creates no file there.
+    EXPECT_NE(refusal("/proc").find(geteuid() == 0 ? "cannot create '/proc/probe" : "cannot be"),
+              std::string::npos)
+        << refusal("/proc");
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root can be another user";
+    const TemporaryDirectory directory;
+    std::filesystem::permissions(directory.path(), std::filesystem::perms(0755));
+    EXPECT_EQ(asNobody([&] { return refusal(directory.path()); }),
+              directory.path() + ": cannot be written into: it belongs to another user and is not "
+                                 "writable for this one; choose another folder");
 }
 
 } // namespace
