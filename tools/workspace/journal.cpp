@@ -170,7 +170,8 @@ Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path
         part = isLost ? content_["parts"].erase(part) : std::next(part);
     }
     takenUpCount_ = content_["parts"].size();
-    hasFinishedParts() = takenUpCount_ > 0;
+    if (takenUpCount_ > 0)
+        noteFinishedParts();
 }
 
 const Json* Journal::find(const std::string& part) const {
@@ -192,7 +193,8 @@ void Journal::save() const {
     file.write("{\"key\":" + textOf(content_["key"]) + ",\"parts\":" + parts +
                ",\"parts_hash\":\"" + partsHash(parts) + "\"}");
     file.commit();
-    hasFinishedParts() = !content_["parts"].empty();
+    if (!content_["parts"].empty())
+        noteFinishedParts();
 }
 
 } // namespace shadowdag

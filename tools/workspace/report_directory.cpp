@@ -276,8 +276,8 @@ void createDirectory(const std::string& path) {
                     path + ": is a symbolic link that leads nowhere; create the directory that it "
                            "leads to, or remove the link");
     refuseFileAsFolder(path);
-    // Of a report, DIR/partial/old/images/PICTURE is the longest; the system refuses long names.
-    constexpr size_t kMostBytes = PATH_MAX - NAME_MAX - 32;
+    // The longest path of a report, with its zero byte; the system refuses longer names.
+    constexpr size_t kMostBytes = PATH_MAX - NAME_MAX - sizeof "/partial/done/images/";
     if (path.size() > kMostBytes)
         throw Error(ErrorKind::kResource, path + ": File name too long; choose a path of at most " +
                                               std::to_string(kMostBytes) +
@@ -288,6 +288,7 @@ void createDirectory(const std::string& path) {
                                               "; choose another directory");
     if (const std::string why = whyNotWritable(path); !why.empty())
         throw Error(ErrorKind::kResource, path + ": cannot be written into: " + why);
+    OutputFile(path + "/probe"); // removed again, as it is not committed
 }
 
 DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
@@ -304,8 +305,7 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
         fs::remove_all(directory + "/partial", ignored);
     }
     createDirectory(directory + "/partial/images");
-    removeAbandonedFiles(directory + "/partial");   // of a killed run that is resumed
-    OutputFile probe(directory + "/partial/probe"); // removed again: never committed
+    removeAbandonedFiles(directory + "/partial"); // of a killed run that is resumed
     return lock;
 }
 
@@ -332,7 +332,7 @@ void swapReport(const std::string& directory) {
         throw;
     }
     moveFile(old, partial + "/done"); // the swap is not undone from here on
-    hasFinishedParts() = false;
+    clearFinishedParts();
     held.unlock();
     std::error_code ignored;
     fs::remove_all(partial, ignored);

@@ -25,8 +25,9 @@ private:
     std::vector<std::string> fresh_; ///< the innermost first
 };
 
-/// Creates a directory and those above it. Throws Error kResource if it cannot be, if something
-/// else is there, or if its path leaves no room for the files of a report.
+/// Creates a directory and those above it, and tests that a file can be created in it. Throws Error
+/// kResource if it cannot be created, if something else is there, if its path leaves no room for
+/// the files of a report, or if this user may not write into it.
 void createDirectory(const std::string& path);
 
 /// Creates the directory and tests that it can be written to, before any work. Unless resumed,

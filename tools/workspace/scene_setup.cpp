@@ -4,6 +4,7 @@
 #include "cuda/error.h"
 #include "scenes/builtin.h"
 #include "scenes/camera_placement.h"
+#include "scenes/output_file.h"
 #include "scenes/output_target.h"
 #include "scenes/write_remedy.h"
 #include "tools/settings/camera_text.h"
@@ -315,6 +316,7 @@ void checkWritable(const std::string& path) {
     if (const std::string why = whyNotWritable(directory); !why.empty())
         throw Error(ErrorKind::kResource,
                     path + ": cannot be written into " + directory + ": " + why);
+    OutputFile{path}; // where the rights allow it, the file system may not; removed again
 }
 
 void checkExtension(const std::string& path, const std::vector<std::string>& extensions,

@@ -121,6 +121,25 @@ TEST(Export, ReadingThatTakesTooLongIsRefused) {
     EXPECT_FALSE(std::filesystem::exists(out));
 }
 
+TEST(Export, ALackOfProcessesIsReportedAndNotBlamedOnTheGrid) {
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root can be another user, whose processes are counted apart";
+    const TemporaryDirectory directory;
+    std::filesystem::permissions(directory.path(), std::filesystem::perms::all);
+    const std::string grid = directory / "g.vdb", user = std::to_string(100'000 + getpid());
+    ProgramResult result;
+    // From less than the program's own threads to one too few.
+    for (int limit = 4; limit < 100 && result.err.find("start a process") == std::string::npos;
+         ++limit)
+        result = runShadowdag(directory, {"import", grid, "-o", directory / "a.svdag"},
+                              {"/usr/bin/setpriv", "--reuid=" + user, "--clear-groups",
+                               "/usr/bin/prlimit", "--nproc=" + std::to_string(limit)});
+    EXPECT_EQ(result.status, 3);
+    EXPECT_THAT(result.err, HasSubstr("cannot start a process to read '" + grid +
+                                      "': Resource temporarily unavailable; raise the limits of "
+                                      "the shell (ulimit -u)"));
+}
+
 TEST(Export, ErrorsAreReportedAndLeaveNoFile) {
     const TemporaryDirectory directory;
     const std::string asset = builtAsset(directory), grid = directory / "g.vdb";

@@ -371,6 +371,32 @@ TEST(Program, ADeletedWorkingFolderIsRefusedBeforeTheWork) {
     }
 }
 
+// Root has the rights to write into /proc, but no file can be created there.
+TEST(Program, APlaceWhereNoFileCanBeCreatedIsRefusedBeforeTheWork) {
+    const TemporaryDirectory directory;
+    const std::string none = directory / "none"; // an input, which is read later
+    writeText(directory / "a.json", "{}");
+    for (const Arguments& command :
+         {Arguments{"voxelize", none, "-o", "/proc/a.svdag"},
+          Arguments{"merge", none, "-o", "/proc/a.svdag"},
+          Arguments{"export", none + ".svdag", "-o", "/proc/a.vdb"},
+          Arguments{"import", none + ".vdb", "-o", "/proc/a.svdag"},
+          Arguments{"render", none, "-o", "/proc/a.png"},
+          Arguments{"diff", none, none, "-o", "/proc/a.html"},
+          Arguments{"calibrate", none, "-o", "/proc/a.json"},
+          Arguments{"fit", none, "-o", "/proc/a.json", "--max", "1", "--no-charts"},
+          Arguments{"rays", none, "-o", "/proc/a.rays"},
+          Arguments{"rays", none, "-o", "/proc", "--answer", none},
+          Arguments{"compare", kScene, "-o", "/proc", "--no-charts"},
+          Arguments{"study", "failures", "-o", "/proc"},
+          Arguments{"figures", directory / "a.json", "-o", "/proc"},
+          Arguments{"validate", none, "-o", "/proc"}}) {
+        const ProgramResult result = runShadowdag(directory, command);
+        EXPECT_EQ(result.status, 3) << command[0] << ": " << result.err;
+        EXPECT_THAT(result.err, HasSubstr("/proc")) << command[0];
+    }
+}
+
 TEST(Program, EveryCommandRefusesADeviceAndALinkThatLeadsNowhereAsItsOutputAlike) {
     const TemporaryDirectory directory;
     const std::string link = directory / "link";

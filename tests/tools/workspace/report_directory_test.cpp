@@ -2,13 +2,12 @@
 #include "tools/workspace/report_directory.h"
 
 #include "cuda/error.h"
+#include "tests/tools/other_user.h"
 #include "tests/tools/temporary_directory.h"
 #include "tools/settings/json_file.h"
 
 #include <gtest/gtest.h>
 
-#include <grp.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <functional>
@@ -82,22 +81,10 @@ TEST(ReportDirectory, AFolderThatCannotBeReplacedIsRefusedBeforeTheWork) {
     for (const std::string& path : {report, images, report + "/results.json"})
         ASSERT_EQ(chown(path.c_str(), 65534, 65534), 0);
     const auto refusal = [&](uid_t user) {
-        const std::string file = directory / "refusal";
-        fs::remove(file);
-        const pid_t child = fork();
-        if (child == 0) {
-            if (setgroups(0, nullptr) != 0 || setgid(user) != 0 || setuid(user) != 0)
-                _exit(1);
-            try {
-                const ReportDirectory held(report, false, false);
-                writeText(file, "");
-            } catch (const std::exception& error) {
-                writeText(file, error.what());
-            }
-            _exit(0);
-        }
-        waitpid(child, nullptr, 0);
-        return readText(file);
+        return asUser(user, {user}, [&] {
+            const ReportDirectory held(report, false, false);
+            return std::string();
+        });
     };
     EXPECT_EQ(refusal(65534), "");
     fs::permissions(images, fs::perms(0555));
@@ -214,11 +201,34 @@ TEST(ReportDirectory, APathWithoutRoomForItsFilesIsRefused) {
         ADD_FAILURE();
     } catch (const Error& error) {
         EXPECT_EQ(error.kind(), ErrorKind::kResource);
-        EXPECT_NE(std::string(error.what()).find("choose a path of at most 3809 bytes"),
+        EXPECT_NE(std::string(error.what()).find("choose a path of at most 3819 bytes"),
                   std::string::npos)
             << error.what();
     }
     EXPECT_FALSE(std::filesystem::exists(directory / std::string(100, 'a')));
+}
+
+TEST(ReportDirectory, AFolderThatTakesNoFilesIsRefusedWithTheReason) {
+    const auto refusal = [](const std::string& path) {
+        try {
+            createDirectory(path);
+            return std::string("no error");
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kResource);
+            return std::string(error.what());
+        }
+    };
+    // Root has the rights, but the system creates no file there.
+    EXPECT_NE(refusal("/proc").find(geteuid() == 0 ? "cannot create '/proc/probe" : "cannot be"),
+              std::string::npos)
+        << refusal("/proc");
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root can be another user";
+    const TemporaryDirectory directory;
+    std::filesystem::permissions(directory.path(), std::filesystem::perms(0755));
+    EXPECT_EQ(asNobody([&] { return refusal(directory.path()); }),
+              directory.path() + ": cannot be written into: it belongs to another user and is not "
+                                 "writable for this one; choose another folder");
 }
 
 } // namespace
