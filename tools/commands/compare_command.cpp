@@ -370,6 +370,14 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
             openScene(experiment, i, silent);
     const ReportDirectory directory(options.output, options.resume, !options.part.empty());
     const std::string partial = options.output + "/partial";
+    if (costs.table && !experiment.isSequence && usesMapCosts(asked))
+        for (size_t i = 0; i < names.size(); ++i)
+            for (uint32_t view = 0; view < experiment.viewCount; ++view)
+                requireCosts(*costs.table, options.costs,
+                             {experiment.viewCount > 1
+                                  ? names[i] + " " + experiment.viewCamera(view)
+                                  : names[i]},
+                             share.frames(experiment, i, view));
     const Json experimentJson = toJson(experiment);
 
     Json provenance = buildProvenance(backend);
@@ -433,6 +441,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
                                          "threshold routes a part of them; compare with dag and "
                                          "maps, or give --thresholds or --model");
             context.progress = console.progress("compare " + scene.name);
+        context.allowsStaleCosts = options.common.allowStale;
+        context.console = &console;
             found.add(experiment.isSequence ? measureSequence(workspace, ofView, runs, context)
                                             : measureScene(workspace, ofView, runs, context));
             found.results["scenes"].push_back(

@@ -179,7 +179,10 @@ void CommonOptions::declare(CommandLine& commandLine, const std::vector<SettingG
         if (group == SettingGroup::kVoxels) {
             declareCache(commandLine);
             commandLine.flag("--allow-stale", allowStale,
-                             "Accept an asset that was built from another scene");
+                             commandLine.declares("--costs")
+                                 ? "Accept an asset that was built from another scene, and costs "
+                                   "that were measured of another scene, size, camera or lights"
+                                 : "Accept an asset that was built from another scene");
         }
     }
 }
@@ -199,9 +202,13 @@ Experiment CommonOptions::experiment(const CommandLine& commandLine, bool isSwee
             throw Error(ErrorKind::kUsage, std::string(option) + " and " + other +
                                                " contradict each other: " + remedy);
     for (const auto& [option, other, what] : kNeeds)
-        if (given(option) && !given(other) && !(isWindow && option == std::string("--fps")))
-            throw Error(ErrorKind::kUsage,
-                        std::string(option) + " " + what + other + "; add that or drop it");
+        if (const bool isOfCosts =
+                option == std::string("--allow-stale") && commandLine.declares("--costs");
+            given(option) && !given(other) && !(isWindow && option == std::string("--fps")) &&
+            !(isOfCosts && given("--costs")))
+            throw Error(ErrorKind::kUsage, std::string(option) + " " + what + other +
+                                               (isOfCosts ? " or --costs" : "") +
+                                               "; add that or drop it");
     if (!isSweep && voxels.size() > 1)
         throw Error(ErrorKind::kUsage,
                     "--voxels '" + voxels[1] +
