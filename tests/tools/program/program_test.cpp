@@ -75,6 +75,28 @@ TEST(Program, EverySubcommandHasHelp) {
     EXPECT_THAT(runShadowdag(directory, {"--version"}).out, HasSubstr("shadowdag 0."));
 }
 
+TEST(Program, ScenesWithNothingToLightOrOnlyDarkLightsAreRefused) {
+    const TemporaryDirectory directory;
+    const std::string flat = directory / "flat.glb", dark = directory / "dark.glb";
+    Scene scene = makeBuiltin("fail-contact");
+    for (LightSource& light : scene.lights)
+        light.intensity = 0;
+    writeGlb(scene, dark);
+    scene = makeBuiltin("fail-contact");
+    for (Mesh& mesh : scene.meshes)
+        for (glm::uvec3& triangle : mesh.triangles)
+            triangle.z = triangle.y;
+    writeGlb(scene, flat);
+    const std::string png = directory / "a.png";
+    expectRefused(directory,
+                  {{Arguments{"render", dark, "-o", png} + kSmall, 2, "all its lights are dark"},
+                   {Arguments{"render", flat, "-o", png} + kSmall, 2, "no triangle has an area"}});
+    EXPECT_EQ(
+        runShadowdag(directory, Arguments{"render", dark, "-o", png, "--lights", "3"} + kSmall)
+            .status,
+        0);
+}
+
 TEST(Program, UnknownCommandsAreRefused) {
     const TemporaryDirectory directory;
     for (const char* command : {"ray", "shade"}) {
