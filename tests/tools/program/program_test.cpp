@@ -219,6 +219,8 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
         {{"render", directory / "none.glb", "-o", exr}, 2, "none.glb"},
         {{"render", directory / "broken.glb", "-o", exr}, 2, "broken.glb"},
         {{"info", directory / "broken.svdag"}, 2, "broken.svdag"},
+        {{"render", "builtin:fail_wires", "-o", exr}, 1, "did you mean builtin:fail-wires?"},
+        {{"render", "fail_wires", "-o", exr}, 2, "no such file; did you mean builtin:fail-wires?"},
         {{"info", directory / "broken.svdag", "--lights", "3"}, 1, "is an asset"},
         {{"info", directory / "a.svpart"}, 1, "is a part of a voxel build"},
         {{"info", kScene, "--verify"}, 1, "is a scene"},
