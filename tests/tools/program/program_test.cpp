@@ -118,6 +118,14 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
     writeText(directory / "experiment.json",
               "{\"scenes\": [\"builtin:atrium\"], \"sise\": \"1x1\"}");
     writeText(directory / "zero.json", "{\"a\\u0000b\": 1}");
+    writeText(directory / "empty.json",
+              R"({"scenes": ["builtin:atrium"], "methods": [], "thresholds": [], "models": []})");
+    writeText(directory / "unread.json",
+              R"({"scenes": ["builtin:atrium"], "methods": ["embree"], "thresholds": [],
+                  "models": [], "resolutions": [64]})");
+    writeText(directory / "unknown.json", R"({"scenes": ["builtin:nothing"]})");
+    writeText(directory / "utf16.json", std::string("\xff\xfe{\0}\0", 6));
+    std::filesystem::create_symlink("loop", directory / "loop");
     ASSERT_EQ(mkfifo((directory / "pipe.glb").c_str(), 0600), 0);
     const std::vector<Wrong> cases = {
         {{}, 1, "subcommand"},
@@ -253,6 +261,22 @@ TEST(Program, ErrorsAreReportedWithTheirStatus) {
         {{"compare", kScene, "-o", exr + "/x", "--no-charts", "--costs", directory / "none.json"},
          2,
          "none.json"},
+        {{"compare", "-o", dir, "--experiment", directory / "empty.json"},
+         2,
+         "empty.json: nothing to compare: \"methods\", \"thresholds\" and \"models\" select no "
+         "run"},
+        {{"compare", "-o", dir, "--experiment", directory / "unread.json"},
+         2,
+         "unread.json: key \"resolutions\" is for methods that trace rays"},
+        {{"compare", "-o", dir, "--experiment", directory / "unknown.json"},
+         2,
+         "unknown.json: there is no built-in scene 'nothing'"},
+        {{"compare", "-o", dir, "--experiment", directory / "utf16.json"},
+         2,
+         "utf16.json: is UTF-16; save it as UTF-8"},
+        {{"compare", kScene, "-o", directory / "loop", "--no-charts"},
+         3,
+         "loop: is a loop of symbolic links; remove them"},
         {{"compare", "-o", dir, "--experiment", directory / "zero.json"},
          2,
          "\"a\\u0000b\" contains a zero byte"},
