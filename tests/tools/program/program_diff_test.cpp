@@ -96,6 +96,10 @@ TEST(Diff, WritesAPageWithItsData) {
     setenv("PYTHONPATH", directory.path().c_str(), 1);
     expectRefused(directory, {{command, 1, "apt-get install python3-jinja2, or leave out -o"}});
     unsetenv("PYTHONPATH");
+    setenv("PYTHONHOME", directory.path().c_str(), 1);
+    expectRefused(directory,
+                  {{command, 1, "unset PYTHONHOME, which is '" + directory.path() + "'"}});
+    unsetenv("PYTHONHOME");
 }
 
 TEST(Diff, RefusesWhatCannotBeCompared) {
