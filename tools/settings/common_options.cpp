@@ -7,6 +7,7 @@
 #include "shadowmap/gl_pages.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
+#include "voxel/asset.h"
 
 #include <nlohmann/json.hpp>
 
@@ -254,6 +255,9 @@ void CommonOptions::checkVoxels() const {
         if (const std::string why = whyNoInput(path, ~uint64_t(0)); !why.empty())
             throw Error(ErrorKind::kInput,
                         "--voxels '" + path + "': " + why + "; give an asset of voxelize");
+        else if (!beginsAsAsset(path)) // also where no voxels are used
+            throw Error(ErrorKind::kInput,
+                        "--voxels '" + path + "': is no voxel asset; give an asset of voxelize");
 }
 
 float CommonOptions::timeSeconds(const Experiment& experiment) const {
