@@ -99,6 +99,7 @@ private:
     void updateTransforms(bool movingOnly);
     void placeVertices(const Instance& instance);
     void requireWithinReach(uint32_t node, const std::string& what) const;
+    void refuseWithoutArea() const;
     void cutTriangles();
     void mapTextures();
     void updateLightsAndCameras();

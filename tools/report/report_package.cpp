@@ -93,10 +93,14 @@ std::string whatIsMissing(const std::string& path, bool drawsCharts) {
         packages = " python3 python3-jinja2 python3-matplotlib";
     } else if (status != 0) {
         const bool isOfFiles = saysTooManyFiles(packages);
+        const char* const home = std::getenv("PYTHONHOME");
         const std::string text =
             std::string(kPython) + " cannot load Jinja2" + (drawsCharts ? " or matplotlib" : "") +
             " (status " + std::to_string(status) + "): " + lastLine(packages) + "; " +
-            (isOfFiles ? kMoreFilesRemedy : "free memory, or install its packages again");
+            (isOfFiles         ? kMoreFilesRemedy
+             : home != nullptr ? "unset PYTHONHOME, which is '" + std::string(home) +
+                                     "' and where Python then looks for its own modules"
+                               : "free memory, or install its packages again");
         if (drawsCharts || isOfFiles)
             throw Error(ErrorKind::kResource, text);
         return text;

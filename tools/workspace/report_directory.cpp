@@ -269,6 +269,8 @@ ReportDirectory::~ReportDirectory() {
 void createDirectory(const std::string& path) {
     std::error_code failed;
     const fs::file_status there = fs::status(path, failed);
+    if (failed == std::errc::too_many_symbolic_link_levels)
+        throw Error(ErrorKind::kResource, path + ": is a loop of symbolic links; remove them");
     if (fs::exists(there) && !fs::is_directory(there))
         throw Error(ErrorKind::kResource, path + ": is not a directory; give one");
     if (!fs::exists(there) && fs::is_symlink(fs::symlink_status(path, failed)))

@@ -43,6 +43,19 @@ std::vector<uint32_t> cameraNodes(const Scene& scene) {
     return nodes;
 }
 
+/// Returns whether nodes have lights and each of these is of intensity 0 or black.
+bool hasDarkLights(const Scene& scene) {
+    bool hasLights = false;
+    for (const Node& node : scene.nodes)
+        if (node.light != kNone) {
+            const LightSource& light = scene.lights[size_t(node.light)];
+            if (light.color * light.intensity != glm::vec3(0.0f))
+                return false;
+            hasLights = true;
+        }
+    return hasLights;
+}
+
 /// Returns which automatic camera a text of --camera names: 1 for auto, K for auto-K, 0 for none.
 /// Throws Error kUsage for an auto-K that there cannot be.
 uint32_t automaticView(const std::string& text) {
@@ -127,8 +140,12 @@ LoadedScene loadSceneAndWorld(const std::string& sceneArgument, int lightCount, 
                                            "scene's own");
     if (needsLights && loaded.world->lights().empty())
         throw Error(ErrorKind::kInput,
-                    sceneArgument + ": has no supported light; place some with --lights 32 if "
-                                    "the command has that option");
+                    sceneArgument +
+                        (hasDarkLights(*loaded.scene)
+                             ? ": all its lights are dark, of intensity 0 or black; give one more, "
+                               "or place some with --lights 32 if the command has that option"
+                             : ": has no supported light; place some with --lights 32 if the "
+                               "command has that option"));
     return loaded;
 }
 

@@ -164,7 +164,7 @@ TEST(Export, ErrorsAreReportedAndLeaveNoFile) {
         {{"import", asset, "-o", out}, 1, ".vdb (OpenVDB) or .nvdb (NanoVDB)"},
         {{"import", directory / "none.vdb", "-o", out}, 2, "cannot be opened"},
         {{"import", directory / "broken.vdb", "-o", out}, 2, "broken.vdb"},
-        {{"import", directory / "broken.nvdb", "-o", out}, 2, "broken.nvdb"},
+        {{"import", directory / "broken.nvdb", "-o", out}, 2, "an OpenVDB file must be named .vdb"},
         {{"import", grid, "-o", out, "--grid", "smoke"}, 1, "no grid 'smoke'"},
         {{"import", grid, "-o", directory / "none/a.svdag"}, 3, "there is no directory"},
         {{"import", grid, "-o", out, "--gl-pages", "nonsense"}, 1, "use auto, sparse or atlas"},
