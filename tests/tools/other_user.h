@@ -2,8 +2,9 @@
 // Functions that a test runs as another user.
 #pragma once
 
-#include <grp.h>
 #include <gtest/gtest.h>
+
+#include <grp.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
