@@ -22,10 +22,26 @@ namespace shadowdag {
 /// takes, and kMaxSceneTexels; not what Draco takes to unpack a damaged stream.
 Scene readGltf(const std::string& path);
 
-/// Sets whether files that a scene names (buffers, images) may lie outside of its own folder, by
-/// ".." or an absolute name or behind a symbolic link. For the whole process; false at first,
-/// because a scene of unknown origin could then name any file of the user.
-void allowOutsideFiles(bool isAllowed);
+/// The image that cuts out a material of alphaMode MASK in place of its base colour texture, which
+/// glTF does not have.
+struct OpacityMap {
+    int texture = kNone;     ///< of the document; kNone: none
+    uint32_t texCoord = 0;   ///< its set of texture coordinates
+    uint32_t mayBeGrey = 0;  ///< 1: where all of its alpha is 255, its luminance counts instead
+    glm::vec2 uvScale{1.0f}; ///< of authored coordinates, before the offset
+    glm::vec2 uvOffset{0.0f};
+};
+
+/// What a reader of other files made of one.
+struct GltfSource {
+    std::vector<uint8_t> bytes;          ///< binary glTF
+    std::vector<OpacityMap> opacityMaps; ///< one a material
+    std::vector<std::string> warnings;   ///< what was ignored, one sentence each
+};
+
+/// Reads a scene that another reader made of the file `path`, in whose folder the images lie.
+/// Throws as readGltf does.
+Scene readGltf(const std::string& path, GltfSource source);
 
 /// Writes the scene as one binary .glb that other programs open, through a temporary file beside
 /// `path`. Throws Error kResource when the disk refuses, and kUsage for a scene with base colour

@@ -7,7 +7,7 @@
 
 #include "cuda/error.h"
 #include "scenes/camera.h"
-#include "scenes/gltf.h"
+#include "scenes/scene_folder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -33,8 +33,11 @@ std::string numbered(const char* kind, size_t index) {
 
 class SceneReader {
 public:
-    explicit SceneReader(const std::string& path)
-        : document_(gltf::loadDocument(path)), accessors_(document_) {}
+    SceneReader(const std::string& path, GltfSource source)
+        : document_(gltf::loadDocument(path, std::move(source.bytes))), accessors_(document_) {
+        document_.opacityMaps = std::move(source.opacityMaps);
+        scene_.warnings = std::move(source.warnings);
+    }
 
     Scene read() {
         scene_.name = std::filesystem::path(document_.path).stem().string();
@@ -110,6 +113,9 @@ private:
 void SceneReader::readMaterials() {
     masks_ = gltf::readMaterialMasks(document_, accessors_, scene_.alphaMasks);
     textures_ = gltf::readBaseColorTextures(document_, accessors_, scene_.textures);
+    for (const OpacityMap& map : document_.opacityMaps)
+        if (map.texture >= 0 && size_t(map.texture) < textures_.isTextureUsed.size())
+            textures_.isTextureUsed[size_t(map.texture)] = 1;
     scene_.materials.emplace_back(); // 0: primitives without a material
     for (size_t i = 0; i < model().materials.size(); ++i) {
         const tinygltf::Material& source = model().materials[i];
@@ -616,6 +622,10 @@ void SceneReader::writeWarnings() {
     warn(translucentCount_, "translucent materials taken as opaque.");
     warn(masks_.unreadableCount,
          "masked materials taken as opaque: their textures are neither PNG nor JPEG.");
+    warn(masks_.unusedAlphaCount,
+         "materials taken as opaque although their colour images have transparent texels: the file "
+         "does not say that these cut them out; name the image as their opacity map, too, or "
+         "convert the scene to glTF with alphaMode MASK.");
     warn(noUvCount_, "primitives with a masked material have no texture coordinates: the texel at "
                      "(0, 0) is used for all of them.");
     warn(noTextureUvCount_, "primitives with a base colour texture have no texture coordinates: "
@@ -633,8 +643,12 @@ void SceneReader::writeWarnings() {
 } // namespace
 
 Scene readGltf(const std::string& path) {
+    return readGltf(path, {readSceneBytes(path), {}, {}});
+}
+
+Scene readGltf(const std::string& path, GltfSource source) {
     try {
-        return SceneReader(path).read();
+        return SceneReader(path, std::move(source)).read();
     } catch (const std::bad_alloc&) {
         throw Error(ErrorKind::kResource, path + ": not enough memory to read the scene");
     }

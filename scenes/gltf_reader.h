@@ -3,7 +3,7 @@
 // every bound checked. Included by gltf_reader*.cpp only, the files that use tinygltf.
 #pragma once
 
-#include "scenes/scene.h"
+#include "scenes/gltf.h"
 
 #include <glm/glm.hpp>
 #include <tiny_gltf.h>
@@ -22,6 +22,7 @@ namespace shadowdag::gltf {
 struct Document {
     std::string path;
     tinygltf::Model model;
+    std::vector<OpacityMap> opacityMaps;        ///< one a material; empty: a glTF file has none
     uint64_t inputBytes = 0;                    ///< of the file and the buffers beside it
     uint32_t ignoredMaterialExtensionCount = 0; ///< required ones that only change colour
 };
@@ -30,12 +31,13 @@ struct Document {
 constexpr const char* kMeshoptCompression = "EXT_meshopt_compression";
 constexpr const char* kDracoCompression = "KHR_draco_mesh_compression";
 
-/// Reads a .glb or .gltf (distinguished by content) and the buffers it refers to. Compressed
+/// Parses a .glb or .gltf (distinguished by content) and reads the buffers it refers to. Compressed
 /// geometry is unpacked. Images within the
 /// text are kept as Image::image, undecoded; others are not read. Throws Error kInput for a file
 /// that is not glTF 2.0, is truncated, requires an unsupported extension, or nests or counts beyond
 /// any reasonable limit.
-Document loadDocument(const std::string& path);
+/// @param path names the file and its folder; `bytes` are its content
+Document loadDocument(const std::string& path, std::vector<uint8_t> bytes);
 
 /// Unpacks the buffer views of EXT_meshopt_compression: each is then one of a buffer of its own.
 /// Throws Error kInput for a view that cannot be unpacked.
@@ -133,6 +135,9 @@ struct TextureUse {
 /// kInput for what does not exist.
 std::optional<TextureUse> readBaseColorUse(const Document& document, size_t material);
 
+/// Returns the same of its opacity map.
+std::optional<TextureUse> readOpacityUse(const Document& document, size_t material);
+
 /// The bytes of an image as stored in its file.
 struct ImageBytes {
     const uint8_t* data = nullptr;
@@ -157,10 +162,12 @@ struct MaterialMask {
 struct MaterialMasks {
     std::vector<MaterialMask> materials; ///< one a material of the document
     uint64_t unreadableCount = 0;        ///< masks taken as opaque: neither PNG nor JPEG
+    uint64_t unusedAlphaCount = 0;       ///< opaque materials whose colours have alpha
 };
 
 /// Appends the masks of all materials of alphaMode MASK to `masks`, equal ones once, and returns
-/// which material has which. Images are decoded one at a time. Throws Error kInput naming the image
+/// which material has which: by the alpha of its base colour texture or by its opacity map. Images
+/// are decoded one at a time. Throws Error kInput naming the image
 /// that is missing or damaged.
 MaterialMasks readMaterialMasks(const Document& document, AccessorReader& accessors,
                                 std::vector<AlphaMask>& masks);

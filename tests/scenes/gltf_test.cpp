@@ -4,6 +4,7 @@
 #include "scenes/gltf.h"
 
 #include "cuda/error.h"
+#include "scenes/scene_folder.h"
 #include "scenes/world.h"
 #include "tests/scenes/gltf_files.h"
 
