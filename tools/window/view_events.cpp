@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Handles keys, the mouse, and files that are named or dropped.
+#include "scenes/scene_file.h"
+#include "scenes/scene_kind.h"
 #include "tools/settings/parse.h"
 #include "tools/window/view_viewer.h"
 
@@ -147,17 +149,16 @@ void Viewer::openFiles(const std::vector<std::string>& paths) {
     std::string scene, asset, costs;
     ui_.message.clear();
     for (const std::string& path : paths) {
-        std::string extension = std::filesystem::path(path).extension().string();
-        std::transform(extension.begin(), extension.end(), extension.begin(),
-                       [](unsigned char c) { return char(std::tolower(c)); });
-        if (extension == ".glb" || extension == ".gltf" || path.starts_with("builtin:"))
-            scene = path;
-        else if (extension == ".svdag")
+        const std::string extension = lowerCaseExtension(path);
+        if (extension == ".svdag")
             asset = path;
         else if (extension == ".json")
             costs = path;
+        else if (isSceneName(path) || path.starts_with("builtin:"))
+            scene = path;
         else
-            ui_.message = path + ": not a scene (.glb, .gltf), voxels (.svdag) or costs (.json)";
+            ui_.message =
+                path + ": not a scene (.glb, .gltf, .obj, ...), voxels (.svdag) or costs (.json)";
     }
     if (!costs.empty())
         session_.setCosts(costs);
