@@ -17,7 +17,7 @@ namespace shadowdag {
 bool isReadByAssimp(const std::string& extension);
 
 /// Reads a scene by Assimp. Its names, materials, lights and cameras, and how they are understood,
-/// are in docs/formats.md. The same file gives the same scene. Throws Error kInput naming the file,
+/// are in docs/scene_formats.md. The same file gives the same scene. Throws Error kInput naming the file,
 /// the place and the value for anything broken or for what crashes Assimp or takes more than the
 /// limits of a file of its size; kResource where no process can be started.
 /// @param bytes the file's content @param extension of its kind, of which Assimp has a reader

@@ -2,7 +2,6 @@
 #include "scenes/input_file.h"
 
 #include "cuda/cancel.h"
-#include "cuda/error.h"
 #include "scenes/warning.h"
 
 #include <fcntl.h>
@@ -62,8 +61,7 @@ std::optional<Bytes> readInto(const std::string& path, const InputLimits& limits
     if (file.fd < 0 || ::fstat(file.fd, &status) != 0) {
         const int error = errno;
         why = cannotBeOpened(error);
-        if (limits.polls)
-            refuseTooManyFiles(path, error);
+        refuseTooManyFiles(path, error);
         return std::nullopt;
     }
     why = refusal(status, limits);
@@ -94,6 +92,10 @@ std::optional<Bytes> readInto(const std::string& path, const InputLimits& limits
         content.resize(before + size_t(std::max<ssize_t>(got, 0)));
         if (got == 0)
             return content;
+        if (got < 0 && error == EAGAIN && !S_ISFIFO(status.st_mode)) {
+            why = "is read as a pipe is, with nothing in it now; a regular file is read";
+            return std::nullopt;
+        }
         if (got < 0 && error != EINTR && error != EAGAIN) {
             why = std::string("cannot be read: ") + std::strerror(error);
             return std::nullopt;
@@ -117,18 +119,34 @@ std::optional<std::vector<uint8_t>> readInputBytes(const std::string& path,
     return readInto<std::vector<uint8_t>>(path, limits, why);
 }
 
-std::string whyNoInput(const std::string& path, uint64_t maxBytes) {
+std::string whyNoInput(const std::string& path, uint64_t maxBytes, bool mayBeEmpty) {
     struct stat status {};
     if (path.find('\0') != std::string::npos || ::stat(path.c_str(), &status) != 0)
         return cannotBeOpened(path.find('\0') != std::string::npos ? ENOENT : errno);
     const std::string why = refusal(status, {maxBytes});
-    return why.empty() && ::access(path.c_str(), R_OK) != 0 ? cannotBeOpened(errno) : why;
+    if (why.empty() && ::access(path.c_str(), R_OK) != 0)
+        return cannotBeOpened(errno);
+    return why.empty() && status.st_size == 0 && !mayBeEmpty ? "has a size of 0 bytes" : why;
 }
 
 void refuseTooManyFiles(const std::string& path, int error) {
     if (error == EMFILE || error == ENFILE)
-        throw Error(ErrorKind::kResource,
-                    path + ": " + cannotBeOpened(error) + "; " + kMoreFilesRemedy);
+        throw TooManyFiles(ErrorKind::kResource,
+                           path + ": " + cannotBeOpened(error) + "; " + kMoreFilesRemedy);
+}
+
+bool saysTooManyFiles(std::string_view said) {
+    const std::string ofLoader = "open shared object file: Error " + std::to_string(EMFILE);
+    return said.find(std::strerror(EMFILE)) != std::string_view::npos ||
+           said.find(ofLoader) != std::string_view::npos;
+}
+
+std::ifstream openInput(const std::string& path) {
+    errno = 0;
+    std::ifstream file(path, std::ios::binary);
+    if (!file)
+        refuseTooManyFiles(path, errno);
+    return file;
 }
 
 } // namespace shadowdag

@@ -27,7 +27,6 @@
 #include <memory>
 #include <mutex>
 #include <new>
-#include <optional>
 #include <set>
 #include <thread>
 #include <utility>
@@ -38,8 +37,6 @@ namespace shadowdag {
 namespace {
 
 std::atomic<unsigned> gFileCounter{0};
-
-constexpr std::string_view kTemporaryMark = ".tmp-"; // then the process, '-' and a number
 
 /// The temporary files of the process, each with an open file that holds its lock; and what else is
 /// removed when the process ends.
@@ -104,14 +101,6 @@ int createLocked(const std::string& path, mode_t mode) {
     return -1;
 }
 
-// Returns the permissions of the file at `path`; nothing if there is none.
-std::optional<mode_t> permissionsOf(const std::string& path) {
-    struct stat status {};
-    if (::stat(path.c_str(), &status) != 0)
-        return std::nullopt;
-    return status.st_mode & (S_IRWXU | S_IRWXG | S_IRWXO);
-}
-
 // Flushes the file at `path` to disk, so that it survives a power failure; a file system that
 // cannot sync (EINVAL) is accepted.
 void syncToDisk(const std::string& path) {
@@ -135,8 +124,9 @@ OutputFile::OutputFile(const std::string& path) : path_(outputTarget(path)) {
         throw Error(ErrorKind::kResource,
                     "cannot write '" + path_ + "': it is a folder; name a file in it");
     removeAbandonedFilesOf(path_);
-    // Until it has the permissions of the file that it replaces, which others may not read.
-    const mode_t mode = permissionsOf(path_) ? S_IRUSR | S_IWUSR : 0666;
+    old_ = attributesOf(path_);
+    // Until it has the rights of the file that it replaces, which others may not read.
+    const mode_t mode = old_ ? S_IRUSR | S_IWUSR : 0666;
     const std::lock_guard lock(unfinished().mutex);
     for (;;) {
         // The process id and a counter distinguish two writers of one name; the same folder keeps
@@ -187,8 +177,9 @@ void OutputFile::commit() {
         fail("cannot write", path_, errno);
     syncToDisk(temporaryPath_);
     const std::lock_guard lock(unfinished().mutex);
-    if (const auto permissions = permissionsOf(path_);
-        permissions && ::chmod(temporaryPath_.c_str(), *permissions) != 0)
+    if (auto now = attributesOf(path_)) // they may have changed meanwhile
+        old_ = std::move(now);
+    if (old_ && !old_->giveTo(temporaryPath_))
         fail("cannot set the permissions of", temporaryPath_, errno);
     if (std::rename(temporaryPath_.c_str(), path_.c_str()) != 0)
         fail("cannot rename the finished file to", path_, errno);
@@ -267,6 +258,11 @@ void removeUnfinishedFiles() {
             (*remove)();
         } catch (...) { // what it did not remove stays, as after SIGKILL
         }
+}
+
+std::atomic<bool>& hasFinishedParts() {
+    static std::atomic<bool> has = false;
+    return has;
 }
 
 EndRemoval::EndRemoval(std::function<void()> remove) : remove_(std::move(remove)) {

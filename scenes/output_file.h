@@ -2,19 +2,33 @@
 // A file that appears complete or not at all.
 #pragma once
 
+#include "scenes/file_attributes.h"
+
+#include <atomic>
 #include <cstddef>
 #include <fstream>
 #include <functional>
+#include <limits>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
 namespace shadowdag {
 
+/// The name of an unfinished file is that of its output, this, the number of the process, '-' and a
+/// number.
+constexpr std::string_view kTemporaryMark = ".tmp-";
+
+/// The most bytes that it adds to the output's.
+constexpr size_t kTemporarySuffixBytes = kTemporaryMark.size() +
+                                         size_t(std::numeric_limits<pid_t>::digits10) + 1 + 1 +
+                                         size_t(std::numeric_limits<unsigned>::digits10) + 1;
+
 /// Writes next to the file that the name leads to (outputTarget) and renames on commit(); the new
-/// file has the permissions of the old one. Destroyed without commit, it removes its file and
-/// leaves an old file of that name unchanged. First it removes what killed processes left of the
-/// same output. Throws Error kResource naming path and reason.
+/// file has the attributes of the old one (FileAttributes). Destroyed without commit, it removes
+/// its file and leaves an old file of that name unchanged. First it removes what killed processes
+/// left of the same output. Throws Error kResource naming path and reason.
 class OutputFile {
 public:
     explicit OutputFile(const std::string& path);
@@ -33,6 +47,7 @@ private:
     std::string path_;
     std::string temporaryPath_;
     std::ofstream stream_;
+    std::optional<FileAttributes> old_; ///< of the file that is replaced, should it vanish
     bool committed_ = false;
 };
 
@@ -75,5 +90,9 @@ private:
 /// what its functions use. The thread that holds it must not create, commit or destroy an
 /// OutputFile or an EndRemoval, create a ScratchFile, nor create, list or destroy a ScratchFolder.
 std::unique_lock<std::mutex> delayRemovalOfUnfinishedFiles();
+
+/// Whether finished parts of the process's unfinished work stay when it ends, so that the same
+/// command with --resume would go on after them.
+std::atomic<bool>& hasFinishedParts();
 
 } // namespace shadowdag

@@ -2,16 +2,49 @@
 #include "scenes/output_target.h"
 
 #include "cuda/error.h"
+#include "scenes/output_file.h"
+#include "scenes/write_remedy.h"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
+#include <algorithm>
+#include <climits>
 #include <filesystem>
 #include <system_error>
 
 namespace shadowdag {
+
+namespace {
+
+/// Throws Error kResource where the names of unfinished files would be too long.
+void refuseTooLong(const std::filesystem::path& target, const std::string& path) {
+    // OUTPUT.scratch/00000000.svpart.tmp-PROCESS-NUMBER and its zero byte
+    constexpr size_t kPathRoom = 24 + kTemporarySuffixBytes;
+    const std::string folder = target.has_parent_path() ? target.parent_path().string() : ".";
+    const long longest = ::pathconf(folder.c_str(), _PC_NAME_MAX); // -1 of no folder
+    const size_t nameBytes =
+        size_t(longest > 0 ? std::min<long>(longest, NAME_MAX) : NAME_MAX) - kTemporarySuffixBytes;
+    const bool isName = target.filename().string().size() > nameBytes;
+    if (isName || target.string().size() > PATH_MAX - kPathRoom)
+        throw Error(ErrorKind::kResource,
+                    "cannot write '" + path + "': File name too long; choose a " +
+                        (isName ? "name of at most " + std::to_string(nameBytes)
+                                : "path of at most " + std::to_string(PATH_MAX - kPathRoom)) +
+                        " bytes, so that unfinished files, whose names are longer, have room");
+}
+
+} // namespace
+
+void refuseFileAsFolder(const std::string& path) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    fs::path folder = fs::path(path).parent_path();
+    while (folder.has_relative_path() && !fs::exists(fs::status(folder, ignored)))
+        folder = folder.parent_path();
+    if (folder.has_relative_path() && !fs::is_directory(folder, ignored))
+        throw Error(ErrorKind::kResource, "cannot write '" + path + "': '" + folder.string() +
+                                              "' is a file, not a folder; choose another place");
+}
 
 std::string outputTarget(const std::string& path) {
     namespace fs = std::filesystem;
@@ -40,15 +73,16 @@ std::string outputTarget(const std::string& path) {
                     "cannot write '" + path + "': it is a link to '" + target.string() +
                         "', a file of another kind; name that file, or remove "
                         "the link");
-    struct stat found {};
-    if (::stat(target.c_str(), &found) == 0 && S_ISREG(found.st_mode)) {
-        constexpr mode_t kAnyWriter = S_IWUSR | S_IWGRP | S_IWOTH;
-        const bool isReadOnly = (found.st_mode & kAnyWriter) == 0; // root may write it, too
-        if (isReadOnly || ::access(target.c_str(), W_OK) != 0)
-            throw Error(ErrorKind::kResource,
-                        "cannot replace '" + path +
-                            "': " + (isReadOnly ? "it is read-only" : std::strerror(errno)) +
-                            "; make it writable (chmod u+w) or name another file");
+    if (fs::is_directory(status))
+        return target.string();
+    refuseFileAsFolder(target);
+    refuseTooLong(target, path);
+    if (fs::is_regular_file(status)) {
+        std::string why = whyNotWritable(target);
+        if (why.empty())
+            why = whyNotReplaceable(target);
+        if (!why.empty())
+            throw Error(ErrorKind::kResource, "cannot replace '" + path + "': " + why);
     }
     return target.string();
 }

@@ -8,10 +8,14 @@ namespace shadowdag {
 
 /// Returns the path that a name leads to through its symbolic links, whether a file is there or
 /// not. Throws Error kResource for a loop of links, for a link to a file of another extension,
-/// which may be an input of the same command, and for what must not be replaced, as a complete file
-/// is renamed to its place: a pipe, a socket, a device, a file that a link in /dev or /proc leads
-/// to, as /dev/stdout does, and a file that this user may not write or that nobody may, not even
-/// root.
+/// which may be an input of the same command, for a path that has a file in place of a folder, for
+/// one too long for the names that are beside it and in its folder of unfinished work while it is
+/// written, and for what must not be replaced, as a complete file is renamed to its place: a pipe,
+/// a socket, a device, a file that a link in /dev or /proc leads to, as /dev/stdout does, a file
+/// that this user may not write or replace, and one that nobody may write, not even root.
 std::string outputTarget(const std::string& path);
+
+/// Throws Error kResource if a file is in the place of a folder of a path that need not exist.
+void refuseFileAsFolder(const std::string& path);
 
 } // namespace shadowdag

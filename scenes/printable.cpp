@@ -2,6 +2,8 @@
 #include "scenes/printable.h"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace shadowdag {
 
@@ -26,8 +28,28 @@ size_t sequenceLength(std::string_view text) {
     return isValid ? length : 1;
 }
 
-bool isControl(unsigned char byte) {
-    return byte < 0x20 || (byte >= 0x7f && byte < 0xa0);
+/// Returns the character of a UTF-8 sequence; a byte of its own for any other.
+char32_t characterOf(std::string_view sequence) {
+    const auto first = static_cast<unsigned char>(sequence[0]);
+    char32_t character = sequence.size() == 1 ? first : first & (0x7fu >> sequence.size());
+    for (const char byte : sequence.substr(1))
+        character = character << 6 | (static_cast<unsigned char>(byte) & 0x3fu);
+    return character;
+}
+
+/// Returns whether a terminal obeys a character instead of showing it: a control character, or one
+/// of Unicode's invisible ones that set the direction of text, end lines, join or hide characters.
+/// Source: Unicode 15.1, general categories Cc, Cf, Zl and Zp, without those that have a shape.
+bool isControl(char32_t character) {
+    constexpr std::pair<char32_t, char32_t> kRanges[] = {
+        {0x0, 0x1f},        {0x7f, 0x9f},     {0xad, 0xad},       {0x61c, 0x61c},
+        {0x180e, 0x180e},   {0x200b, 0x200f}, {0x2028, 0x202e},   {0x2060, 0x206f},
+        {0xfeff, 0xfeff},   {0xfff9, 0xfffb}, {0x1bca0, 0x1bca3}, {0x1d173, 0x1d17a},
+        {0xe0000, 0xe007f},
+    };
+    return std::any_of(std::begin(kRanges), std::end(kRanges), [&](const auto& range) {
+        return character >= range.first && character <= range.second;
+    });
 }
 
 constexpr const char* kDigits = "0123456789abcdef";
@@ -38,11 +60,10 @@ std::string escaped(std::string_view text, std::string_view kept) {
     while (!text.empty()) {
         const std::string_view sequence = text.substr(0, sequenceLength(text));
         text.remove_prefix(sequence.size());
-        const auto first = static_cast<unsigned char>(sequence[0]);
-        const bool isShown =
-            sequence.size() == 1
-                ? !isControl(first) || kept.find(sequence[0]) != std::string_view::npos
-                : first != 0xc2 || !isControl(static_cast<unsigned char>(sequence[1]));
+        // A byte that is no UTF-8 is a character of 8 bits; only below 0xa0 are they controls.
+        const char32_t character = characterOf(sequence);
+        const bool isShown = !isControl(character) || (sequence.size() == 1 && character >= 0xa0) ||
+                             kept.find(sequence) != std::string_view::npos;
         for (const char byte : sequence)
             if (isShown)
                 shown += byte;

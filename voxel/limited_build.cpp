@@ -77,13 +77,9 @@ private:
         std::set<uint64_t> done;
         for (const std::string& path : folder_.files(".svpart")) {
             PartReader part = openPart(path);
-            std::string difference = partsDiffer(part.header(), header_);
-            if (difference.empty() && part.header().part != header_.part)
-                difference = "part " + std::to_string(part.header().part) + " against " +
-                             std::to_string(header_.part);
-            if (!difference.empty())
-                throw Error(ErrorKind::kInput, path + " belongs to another build: " + difference +
-                                                   "; remove the folder to start over");
+            if (const std::string other = otherBuildOf(part.header(), header_); !other.empty())
+                throw Error(ErrorKind::kInput,
+                            path + " belongs to " + other + "; " + kOtherBuildRemedy);
             for (const Subtree& subtree : part.subtrees())
                 if (!done.insert(subtree.cell).second)
                     throw Error(ErrorKind::kInput,
@@ -91,6 +87,7 @@ private:
                                        "and resume again");
             spillCount_ = std::max(spillCount_, numberOf(path) + 1);
             parts_.push_back(std::move(part));
+            folder_.noteFinishedPart();
         }
         return done;
     }
@@ -173,6 +170,7 @@ private:
             std::filesystem::remove(path, ignored);
             throw;
         }
+        folder_.noteFinishedPart();
         merged_ = DagBuilder(tasks_.level()); // frees what it held
         subtrees_.clear();
         counts_ = {};

@@ -2,6 +2,7 @@
 #include "voxel/memory_limit.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 
 #include <unistd.h>
 #if defined(__GLIBC__)
@@ -24,7 +25,7 @@ std::string mebibytes(uint64_t bytes) {
 } // namespace
 
 uint64_t residentBytes() {
-    std::ifstream file("/proc/self/statm");
+    std::ifstream file = openInput("/proc/self/statm");
     uint64_t total = 0, resident = 0;
     if (!(file >> total >> resident))
         throw Error(ErrorKind::kResource, "/proc/self/statm cannot be read, so no memory limit can "

@@ -96,7 +96,8 @@ bool NodeReader::next(NodeWords& node) {
 
 ReadableFile::ReadableFile(const std::string& path, const std::string& what)
     : name_(what + " " + path) {
-    if (const std::string why = whyNoInput(path, ~uint64_t(0)); !why.empty())
+    // Reading ends at the size that the file has here, so an empty one is harmless.
+    if (const std::string why = whyNoInput(path, ~uint64_t(0), true); !why.empty())
         throw Error(ErrorKind::kInput, name_ + ": " + why + "; check the name and its permissions");
     fd_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); // may be a pipe by now
     struct stat status {};

@@ -73,6 +73,15 @@ std::string partsDiffer(const PartHeader& a, const PartHeader& b) {
     return "";
 }
 
+std::string otherBuildOf(const PartHeader& found, const PartHeader& own) {
+    std::string difference = partsDiffer(found, own);
+    if (difference.empty() && found.part != own.part)
+        difference = "part " + std::to_string(found.part) + " against " + std::to_string(own.part);
+    return difference.empty() ? ""
+                              : "another build, of " + found.provenance.sceneName + " at " +
+                                    std::to_string(found.grid.resolution()) + "^3: " + difference;
+}
+
 PartWriter::PartWriter(const PartHeader& header, const std::string& path) : out_(path) {
     ByteWriter h;
     h.put(kMagic);

@@ -37,6 +37,10 @@ struct PartHeader {
 /// ignored), as "scene hash 1.. against 2..", or "" if they are.
 std::string partsDiffer(const PartHeader& a, const PartHeader& b);
 
+/// Returns what a part belongs to, as "another build, of atrium at 512^3: scene hash 1.. against
+/// 2..", unless it is a part of the same share of the same build as `own`: then "".
+std::string otherBuildOf(const PartHeader& found, const PartHeader& own);
+
 /// Writes a part as a whole or not at all: nodes come first, in the order of NodeSink, as many as
 /// the header says. Throws Error kResource.
 class PartWriter : public NodeSink {

@@ -25,6 +25,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr std::string_view kFolderSuffix = ".scratch";
+static_assert(kFolderSuffix.size() <= kTemporarySuffixBytes, "outputTarget leaves room for names");
+
 const char* const kLockName = "lock";
 const char* const kPartExtension = ".svpart";
 
@@ -66,18 +69,15 @@ template <class Visit> void forEntries(DIR* listing, const Visit& visit) {
 
 } // namespace
 
-ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume)
-    : path_(outputPath + ".scratch"), lockPath_(path_ + "/lock"), resume_(resume),
+ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume, const PartHeader* own)
+    : path_(outputPath + std::string(kFolderSuffix)), lockPath_(path_ + "/lock"), resume_(resume),
       exceptionCount_(std::uncaught_exceptions()) {
     try {
         while (!tryLock()) {
         }
         listing_ = list();
         refuseForeign(listing_.get());
-        if (!resume && !files(kPartExtension).empty())
-            throw Error(ErrorKind::kUsage,
-                        path_ + " holds the files of an unfinished voxelize; continue it with "
-                                "voxelize --resume, or remove the folder");
+        refuseParts(own);
         empty(false);
         if (!resume)
             atEnd_.emplace([this] { remove(); });
@@ -92,13 +92,45 @@ ScratchFolder::ScratchFolder(const std::string& outputPath, bool resume)
     }
 }
 
+void ScratchFolder::refuseParts(const PartHeader* own) const {
+    bool hasOwn = false;
+    for (const std::string& path : files(kPartExtension)) {
+        std::string other;
+        if (own)
+            try {
+                PartHeader same = *own;
+                const PartHeader found = PartReader(path).header();
+                same.taskCount = found.taskCount; // which follows from the rest
+                other = otherBuildOf(found, same);
+                hasOwn = true;
+            } catch (const Error& error) {
+                if (error.kind() != ErrorKind::kInput) // a damaged one is reported where it is read
+                    throw;
+            }
+        if (!other.empty())
+            throw Error(ErrorKind::kUsage, path_ + " holds the files of an unfinished voxelize, " +
+                                               other + "; " + kOtherBuildRemedy);
+        if (!resume_)
+            throw Error(ErrorKind::kUsage,
+                        path_ + " holds the files of an unfinished voxelize; continue it with "
+                                "voxelize --resume, or remove the folder");
+    }
+    if (hasOwn)
+        noteFinishedPart();
+}
+
+void ScratchFolder::noteFinishedPart() const {
+    if (resume_)
+        hasFinishedParts() = true;
+}
+
 bool ScratchFolder::tryLock() {
     std::error_code error;
     isNew_ = fs::create_directory(path_, error);
     if (!isNew_ && !error) // before a lock is put into a folder of something else
         refuseForeign(list().get());
     if (!error)
-        lock_ = ::open(lockPath_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+        lock_ = ::open(lockPath_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (lock_ < 0) {
         if (!error && errno == ENOENT && !fs::exists(path_))
             return false;
@@ -135,6 +167,7 @@ ScratchFolder::~ScratchFolder() {
 void ScratchFolder::remove() {
     if (lock_ < 0)
         return;
+    hasFinishedParts() = false;
     empty(true);
     // Last, and while it is held: a process that has opened it by then sees that it is gone.
     ::unlink(lockPath_.c_str());
@@ -184,12 +217,12 @@ std::vector<std::string> ScratchFolder::files(const std::string& extension) cons
     return paths;
 }
 
-std::string removeAbandonedScratch(const std::string& outputPath) {
+std::string removeAbandonedScratch(const std::string& outputPath, const PartHeader& own) {
     std::error_code ignored;
-    if (!fs::is_directory(outputPath + ".scratch", ignored))
+    if (!fs::is_directory(outputPath + std::string(kFolderSuffix), ignored))
         return "";
     try {
-        const ScratchFolder removed(outputPath, false);
+        const ScratchFolder removed(outputPath, false, &own);
         return "";
     } catch (const Error& error) {
         return error.what();

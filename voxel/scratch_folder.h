@@ -3,6 +3,7 @@
 #pragma once
 
 #include "scenes/output_file.h"
+#include "voxel/part_file.h"
 
 #include <dirent.h>
 
@@ -23,9 +24,12 @@ namespace shadowdag {
 /// any other stays as it was.
 class ScratchFolder {
 public:
-    /// Throws Error kUsage if the folder holds a file that no build writes, or a finished part and
-    /// `resume` is false; kResource if another process uses it or it cannot be made.
-    ScratchFolder(const std::string& outputPath, bool resume);
+    /// Throws Error kUsage if the folder holds a file that no build writes, a finished part of
+    /// another build than `own`, which the message describes, or a finished part and `resume` is
+    /// false; kResource if another process uses it or it cannot be made.
+    /// @param own this build, as far as it is known: only its scene hash, grid, version, options
+    /// and share are read; null: of any build
+    ScratchFolder(const std::string& outputPath, bool resume, const PartHeader* own = nullptr);
     ~ScratchFolder();
     ScratchFolder(const ScratchFolder&) = delete;
     ScratchFolder& operator=(const ScratchFolder&) = delete;
@@ -33,6 +37,8 @@ public:
     std::string operator/(const std::string& name) const { return path_ + "/" + name; }
     /// Returns the paths of the files in it whose names end in `extension`, sorted.
     std::vector<std::string> files(const std::string& extension) const;
+    /// Remembers that a build which resumes this one would use a finished part (hasFinishedParts).
+    void noteFinishedPart() const;
 
 private:
     struct Close {
@@ -43,6 +49,7 @@ private:
     /// Returns null if the folder does not exist.
     Listing list() const;
     void refuseForeign(DIR* listing) const;
+    void refuseParts(const PartHeader* own) const;
     /// Returns whether the folder is held now; false if its holder has removed it meanwhile.
     bool tryLock();
     /// Removes the files of builds except the lock, finished parts only if `withParts`.
@@ -61,8 +68,12 @@ private:
 
 /// Removes the folder that a killed build of the same output left; for builds that need none.
 /// Returns why it stays, for a warning, if it holds finished parts or a file that no build writes,
-/// or if another process uses it; else "".
-std::string removeAbandonedScratch(const std::string& outputPath);
+/// or if another process uses it; else "". @param own as ScratchFolder takes it
+std::string removeAbandonedScratch(const std::string& outputPath, const PartHeader& own);
+
+/// What to do about a folder of another build.
+constexpr const char* kOtherBuildRemedy =
+    "delete the folder, or choose another output if that build is to go on";
 
 /// A file of a ScratchFolder, which the same process reads back: not synced, not renamed. Throws
 /// Error kResource.

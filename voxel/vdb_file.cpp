@@ -13,7 +13,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <new>
@@ -149,10 +151,9 @@ VdbSource readSource(const std::string& path, const std::string& gridName, bool 
         if (const auto bytes = readInputBytes(path, {~uint64_t(0)}, why))
             return readNanoVdb(*bytes, path, gridName);
     } else if (why = whyNoInput(path, ~uint64_t(0)); why.empty()) {
-        std::ifstream in(path, std::ios::binary);
-        if (in)
+        if (std::ifstream in = openInput(path))
             return readOpenVdb(in, std::filesystem::file_size(path), path, gridName);
-        why = "cannot be opened";
+        why = std::string("cannot be opened: ") + std::strerror(errno);
     }
     throw Error(ErrorKind::kInput, path + ": " + why + "; check the name and its permissions");
 }

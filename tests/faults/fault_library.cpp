@@ -3,10 +3,11 @@
 // or a limit of threads does. Calls are counted within main: libraries that fail in their own
 // initialization, before, end the program without a message. The environment says which fail:
 //
-//   SDAG_FAULT=NAME:N     the N-th call of NAME fails, from 1: write (with writev, but not to
-//                         standard error), stream (what writes to a FILE), fsync, rename, unlink
-//                         (with all that remove), mmap, malloc (with all that allocate),
-//                         pthread_create, waitpid (that does not wait: no process has ended yet)
+//   SDAG_FAULT=NAME:N     the N-th call of NAME fails, from 1: read (there is nothing yet), write
+//                         (with writev, but not to standard error), stream (what writes to a FILE),
+//                         fsync, rename, unlink (with all that remove), mmap, malloc (with all that
+//                         allocate), pthread_create, waitpid (that does not wait: no process has
+//                         ended yet)
 //   SDAG_FAULT=NAME:N+    and all calls after it
 //   SDAG_FAULT=NAME:N!    SIGKILL ends the process in place of the N-th call
 //   SDAG_FAULT=NAME:N~    the N-th call takes ten seconds, as on a disk that does not answer
@@ -48,6 +49,7 @@ void* __libc_memalign(size_t alignment, size_t bytes);
 namespace {
 
 enum Call {
+    kRead,
     kWrite,
     kStream,
     kFsync,
@@ -60,9 +62,9 @@ enum Call {
     kClock,
     kCallCount
 };
-constexpr const char* kNames[kCallCount] = {"write",   "stream", "fsync",  "rename",
-                                            "unlink",  "mmap",   "malloc", "pthread_create",
-                                            "waitpid", "clock"};
+constexpr const char* kNames[kCallCount] = {"read",           "write",   "stream", "fsync",
+                                            "rename",         "unlink",  "mmap",   "malloc",
+                                            "pthread_create", "waitpid", "clock"};
 
 std::atomic<long> counts[kCallCount];
 std::atomic<bool> isCounting = false;
@@ -163,6 +165,9 @@ int __libc_start_main(Main* main, int argc, char** argv, void (*begin)(), void (
     using Start = int(Main*, int, char**, void (*)(), void (*)(), void (*)(), void*);
     programMain = main;
     return next<Start>("__libc_start_main")(countingMain, argc, argv, begin, end, unload, stackEnd);
+}
+ssize_t read(int file, void* data, size_t bytes) {
+    return fails(kRead) ? failed<ssize_t>(EAGAIN, -1) : syscall(SYS_read, file, data, bytes);
 }
 ssize_t write(int file, const void* data, size_t bytes) {
     return file != STDERR_FILENO && fails(kWrite) ? failed<ssize_t>(ENOSPC, -1)

@@ -23,6 +23,8 @@
 #if !defined(SDAG_FAULT_LIBRARY)
 /// The library of fault_library.cpp: the targets define where it was built.
 #define SDAG_FAULT_LIBRARY "libfault_library.so"
+/// The program of remove_abandoned.cpp.
+#define SDAG_REMOVE_ABANDONED "remove_abandoned"
 #endif
 
 namespace shadowdag::test {
@@ -120,6 +122,16 @@ inline std::string withoutTexts(const std::string& page) {
     return result;
 }
 
+/// Returns a page without its charts, whose points, ticks and marks follow the times.
+inline std::string withoutCharts(std::string page) {
+    const std::string_view first = "<svg", last = "</svg>";
+    for (size_t begin; (begin = page.find(first)) != std::string::npos;) {
+        const size_t end = page.find(last, begin);
+        page.erase(begin, end == std::string::npos ? end : end + last.size() - begin);
+    }
+    return page;
+}
+
 /// Returns a text with '#' for each number: pages and tables hold times beside what the JSON holds.
 inline std::string withoutNumbers(const std::string& text) {
     std::string result;
@@ -155,7 +167,7 @@ inline std::string contentOf(const std::filesystem::path& path) {
         return json.dump();
     }
     if (path.extension() == ".html")
-        return withoutNumbers(withoutTexts(bytes));
+        return withoutNumbers(withoutTexts(withoutCharts(bytes)));
     return path.extension() == ".csv" ? withoutNumbers(bytes) : bytes;
 }
 

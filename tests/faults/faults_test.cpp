@@ -290,8 +290,9 @@ TEST_P(Faults, AFailedCallLosesNothing) {
     Stage stage(GetParam());
     size_t count = 0;
     for (const auto& [call, most] : stage.calls()) {
-        // Files that cannot be removed stay, as docs/promises.md says.
-        if (call == "clock" || call == "unlink")
+        // Files that cannot be removed stay, as docs/promises.md says; what cannot be read is bad
+        // input.
+        if (call == "clock" || call == "unlink" || call == "read")
             continue;
         for (const long number : numbersOf(GetParam(), most, stage.random()))
             for (const char* persists : {"", "+"}) {
@@ -442,7 +443,9 @@ void tryCommandsOfText(const std::vector<Arguments>& commands) {
     for (const Arguments& command : commands) {
         const ProgramResult whole = runShadowdag(directory, command);
         ASSERT_EQ(whole.status, 0);
-        for (const auto& [call, most] : test::countCalls(directory, command))
+        for (const auto& [call, most] : test::countCalls(directory, command)) {
+            if (call == "read")
+                continue; // of its threads, which wait for signals
             for (const long number : test::someNumbers(most, 12 * test::faultRounds(), random)) {
                 const std::string fault = call + ":" + std::to_string(number);
                 SCOPED_TRACE(command[0] + " " + fault);
@@ -454,8 +457,12 @@ void tryCommandsOfText(const std::vector<Arguments>& commands) {
                 } else {
                     EXPECT_THAT(result.err, HasSubstr("shadowdag: error: "));
                 }
+                if (result.status != 0 && call == "malloc") {
+                    EXPECT_THAT(result.err, AnyOf(HasSubstr("memory"), HasSubstr("written")));
+                }
                 ++count;
             }
+        }
     }
     test::recordFaults(count, seed);
 }
@@ -467,6 +474,46 @@ TEST(Faults, AFailedCallEndsDiffWithAMessage) {
 
 TEST(Faults, AFailedCallEndsHelpAndInfoWithAMessage) {
     tryCommandsOfText({{"--help"}, {"--version"}, {"info", "builtin:fail-wires"}});
+}
+
+// Its walk through folders allocates within the C library.
+TEST(Faults, ALackOfMemoryWhileUnfinishedFilesAreRemovedIsReported) {
+    const TemporaryDirectory directory;
+    const std::string folder = directory / "a/b/c", file = folder + "/x.tmp-1-0",
+                      counts = directory / "counts";
+    std::filesystem::create_directories(folder);
+    const auto run = [&](const std::string& fault) {
+        writeText(file, "half");
+        const std::string command = "LD_PRELOAD=" SDAG_FAULT_LIBRARY " SDAG_FAULT=" + fault +
+                                    " SDAG_FAULT_COUNTS=" + counts + " " SDAG_REMOVE_ABANDONED " " +
+                                    directory / "a";
+        return WEXITSTATUS(std::system(command.c_str()));
+    };
+    ASSERT_EQ(run(""), 0);
+    EXPECT_FALSE(std::filesystem::exists(file));
+    std::istringstream text(readText(counts));
+    long mallocCount = 0, shortCount = 0;
+    for (std::string name; name != "malloc" && text >> name >> mallocCount;) {
+    }
+    for (long number = 1; number <= mallocCount; ++number) {
+        const int status = run("malloc:" + std::to_string(number));
+        EXPECT_THAT(status, AnyOf(0, 3)) << number;
+        EXPECT_EQ(std::filesystem::exists(file), status == 3) << number;
+        shortCount += status == 3;
+    }
+    EXPECT_GT(shortCount, 0);
+    std::cout << shortCount << " of " << mallocCount << std::endl;
+}
+
+// As /proc/kmsg, which has nothing to read until the kernel says more.
+TEST(Faults, AFileThatHasNothingToReadYetIsNotWaitedFor) {
+    const TemporaryDirectory directory;
+    const std::string scene = directory / "a.glb";
+    ASSERT_EQ(runShadowdag(directory, {"scene", "fail-acne", "-o", scene}).status, 0);
+    const ProgramResult result =
+        runShadowdag(directory, {"info", scene}, test::withFault("read:1+"));
+    EXPECT_EQ(result.status, 2);
+    EXPECT_THAT(result.err, HasSubstr("a.glb: is read as a pipe is, with nothing in it now"));
 }
 
 TEST(Faults, AFailedRemarkDoesNotHideTheErrorAfterIt) {

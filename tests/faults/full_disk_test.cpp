@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A build with --resume on disks that are full at seeded sizes: what it leaves is taken up when
-// there is room. On a tmpfs of its own, where a mount is permitted; faults_test.cpp has failing
-// writes everywhere.
+// there is room. And a disk that is mounted read-only. On a tmpfs of its own, where a mount is
+// permitted; faults_test.cpp has failing writes everywhere.
 #include "tests/faults/fault_runner.h"
 
 #include <gmock/gmock.h>
@@ -61,6 +61,40 @@ TEST(FullDisk, AResumedBuildTakesUpWhatFitted) {
     }
     EXPECT_GT(fullCount, 0);
     test::recordFaults(10 * test::faultRounds(), seed);
+}
+
+/// Makes two files on a disk, which then is mounted read-only, and runs the program there.
+constexpr const char* kReadOnlyScript = R"(
+disk=$1; shift
+mount -t tmpfs none "$disk" || exit 77
+echo old > "$disk/a.glb"; chmod "$MODE" "$disk/a.glb"; mkdir "$disk/b"
+mount -o remount,ro "$disk" || exit 77
+for output in a.glb new.glb; do "$@" -o "$disk/$output" 2>&1; echo "status $?"; done
+)";
+
+TEST(ReadOnlyDisk, IsNamedAndNoRemedyThatCannotHelpIs) {
+    const TemporaryDirectory directory;
+    std::filesystem::create_directory(directory / "disk");
+    for (const char* mode : {"0644", "0444"}) {
+        setenv("MODE", mode, 1);
+        ProgramResult result;
+        for (const char* spaces : {"-m", "-rm"}) {
+            result = runShadowdag(directory, {"scene", "fail-acne"},
+                                  {"/usr/bin/unshare", spaces, "/bin/sh", "-c", kReadOnlyScript,
+                                   "sh", directory / "disk"});
+            if (result.out.find("status") != std::string::npos)
+                break;
+        }
+        if (result.out.find("status") == std::string::npos)
+            GTEST_SKIP() << "no file system can be mounted here: " << result.err;
+        EXPECT_THAT(result.out, testing::ContainsRegex("a.glb': its file system is mounted "
+                                                       "read-only; choose a place on another one\n"
+                                                       "status 3\n.*new.glb: .*: its file system "
+                                                       "is mounted read-only"));
+        for (const char* vain : {"chmod", "disk space"})
+            EXPECT_THAT(result.out, testing::Not(testing::HasSubstr(vain)));
+    }
+    unsetenv("MODE");
 }
 
 } // namespace

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks the documents: README's size, every relative link, every mentioned file, the steps of docs/developing.md, the
-numbers of README's claims, the tests of docs/promises.md, that the gallery shows every picture, and that no merge conflict
-is left.
+numbers of README's claims and of the prose of docs/ (prose.py), the tests of docs/promises.md, that the gallery shows every
+picture, and that no merge conflict is left.
 
     docs.py SOURCE_DIR      checks the tree, after checking itself on planted violations
 """
@@ -11,6 +11,7 @@ import re
 import sys
 import tempfile
 
+from prose import check_prose, main_scenes, prose_of, wrong as wrong_share
 from sources import CODE_SUFFIXES, expect, project_files, read, report
 
 README_LINES, README_COLUMNS = 150, 120
@@ -159,11 +160,10 @@ def claims_of(results):
     """Returns the literal claims of README, from the committed results."""
     def load(name):
         return json.loads((results / name).read_text())
-    main = load("main.json")["runs"] + load("main_placed.json")["runs"]
-    runs = {run["label"]: run for run in main if run["scene"] == "builtin:atrium"}
-    over = {label: sorted(run["time_over_embree"] for run in main if run["label"] == label) for label in ("dag believe none", "maps", "maps warm")}
-    warm_wrong = sorted(100.0 * (run["false_shadow_count"] + run["false_light_count"]) / run["pair_count"] for run in main
-                        if run["label"] == "maps warm")
+    scenes = main_scenes(results)
+    runs = scenes["atrium"]
+    over = {label: sorted(of[label]["time_over_embree"] for of in scenes.values()) for label in ("dag believe none", "maps", "maps warm")}
+    warm_wrong = sorted(wrong_share(of["maps warm"]) for of in scenes.values())
     labels = ("dag believe none", "embree", "dag 4096^3 believe all", "maps")
     exact, embree, dag, maps = (runs[label] for label in labels)
     validations = [load(path.name) for path in sorted(results.glob("validate-*-dag-none.json"))]
@@ -227,9 +227,11 @@ def check_against_sources(root):
                             if path.parts[0] == "tests" and (path.suffix == suffix or path.name == suffix))
                   for suffix in (".cpp", "CMakeLists.txt"))
     tests = tests_of(cpp, cmake, read(root, "tests/house/CMakeLists.txt"), read(root, "tests/fuzz/CMakeLists.txt"))
+    stated = prose_of(root / "tests/bench/results")
     pictures = sorted(path.name for path in project_files(root) if str(path.parent) == "docs" and path.suffix in (".png", ".svg"))
     return (check_studies(read(root, "docs/studies.md"), readers)
             + check_promises(read(root, PROMISES), tests)
+            + [v for document, texts in stated.items() for v in check_prose(document, read(root, document), texts)]
             + check_gallery(read(root, "docs/gallery.md"), pictures)
             + check_statuses(read(root, "docs/user_guide.md"), read(root, "tools/settings/command_line.cpp")))
 
@@ -275,6 +277,8 @@ def self_test():
     equal = '    "Exit status:\\n"\n    "  0 done\\n"\n    "  1 wrong usage, or fit\\n"\n'
     expect(not check_statuses(table, equal), "equal statuses")
     expect(len(check_statuses(table, equal.replace("wrong ", ""))) == 1, "a status that differs")
+    found = check_prose("docs/x.md", "It takes\n1.00 s here.", ["takes 1.00 s", "takes 1.01 s"])
+    expect(found == ["docs/x.md: does not say 'takes 1.01 s', as the committed results do"], f"prose {found}")
     expect(len(check_readme("x\n" * (README_LINES + 1))) == 1, "a README that is too long")
     expect(len(check_readme("x" * (README_COLUMNS + 1))) == 1, "a README that is too wide")
     expect(not check_readme("x" * README_COLUMNS + "\n" + "x\n" * (README_LINES - 1)), "a README of the right size")

@@ -12,11 +12,15 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <sys/xattr.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <new>
 #include <sstream>
 #include <thread>
@@ -73,18 +77,91 @@ TEST(OutputFile, TheNewFileHasThePermissionsOfTheOldOne) {
         return unsigned(std::filesystem::status(path).permissions());
     };
     const std::string path = folder.write("a", "old");
-    for (const unsigned mode : {0600u, 0200u, 0666u, 0755u}) {
+    for (const unsigned mode : {0600u, 0200u, 0666u, 0755u, 06755u}) {
         std::filesystem::permissions(path, std::filesystem::perms(mode));
         OutputFile file(path);
         file.write("new");
         EXPECT_EQ(permissions(file.temporaryPath()), 0600u) << "may be read before";
         file.commit();
-        EXPECT_EQ(permissions(path), mode);
+        EXPECT_EQ(permissions(path), mode & 0777u) << "or the bits that a write drops";
     }
     const mode_t before = umask(022);
     OutputFile(folder.path("b")).commit();
     umask(before);
     EXPECT_EQ(permissions(folder.path("b")), 0644u);
+}
+
+TEST(OutputFile, AFileThatVanishesMeanwhileGivesItsPermissionsToo) {
+    const test::TemporaryFolder folder;
+    const std::string path = folder.write("a", "old");
+    for (const mode_t mode : {0640, 0604}) {
+        ASSERT_EQ(chmod(path.c_str(), mode), 0);
+        OutputFile file(path);
+        std::filesystem::remove(path);
+        file.commit();
+        struct stat status {};
+        ASSERT_EQ(stat(path.c_str(), &status), 0);
+        EXPECT_EQ(status.st_mode & 07777u, mode);
+    }
+}
+
+TEST(OutputFile, TheOwnerStaysWhereTheUserMayGiveFilesAway) {
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root may";
+    const test::TemporaryFolder folder;
+    const std::string path = folder.write("a", "old");
+    ASSERT_EQ(chown(path.c_str(), 65534, 65533), 0);
+    OutputFile(path).commit();
+    struct stat status {};
+    ASSERT_EQ(stat(path.c_str(), &status), 0);
+    EXPECT_EQ(status.st_uid, 65534u);
+    EXPECT_EQ(status.st_gid, 65533u);
+}
+
+// Another user may write the file, but not give the new one to its group.
+TEST(OutputFile, AGroupThatCannotBeKeptLeavesNobodyMoreRights) {
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root can be another user";
+    const test::TemporaryFolder folder;
+    const std::string path = folder.write("a", "old");
+    ASSERT_EQ(chmod(folder.path(".").c_str(), 0777), 0);
+    ASSERT_EQ(chmod(path.c_str(), 0662), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        if (setgid(65534) != 0 || setuid(65534) != 0)
+            _exit(1);
+        try {
+            OutputFile(path).commit();
+        } catch (const Error&) {
+            _exit(2);
+        }
+        _exit(0);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+    struct stat found {};
+    ASSERT_EQ(stat(path.c_str(), &found), 0);
+    EXPECT_EQ(found.st_uid, 65534u);
+    EXPECT_EQ(found.st_mode & 0777u, 0622u);
+}
+
+/// An access list: the owner may all, user 4711 may read, others nothing.
+constexpr uint16_t kAccessList[] = {2,      0, // version, 4 bytes; then tag, rights and id of each
+                                    1,      7,      0xffff, 0xffff, 2,      4,     4711,
+                                    0,      4,      0,      0xffff, 0xffff, 16,    4,
+                                    0xffff, 0xffff, 32,     0,      0xffff, 0xffff};
+
+TEST(OutputFile, TheAccessListStays) {
+    const test::TemporaryFolder folder;
+    const std::string path = folder.write("a", "old");
+    const char* const name = "system.posix_acl_access";
+    if (setxattr(path.c_str(), name, kAccessList, sizeof kAccessList, 0) != 0)
+        GTEST_SKIP() << "this file system has no access lists";
+    OutputFile(path).commit();
+    uint16_t found[std::size(kAccessList)] = {};
+    EXPECT_EQ(getxattr(path.c_str(), name, found, sizeof found), ssize_t(sizeof found));
+    EXPECT_TRUE(std::equal(std::begin(found), std::end(found), kAccessList));
 }
 
 TEST(OutputFile, AReadOnlyFileIsNotReplaced) {

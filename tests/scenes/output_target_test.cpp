@@ -3,6 +3,7 @@
 
 #include "cuda/error.h"
 #include "scenes/output_file.h"
+#include "scenes/write_remedy.h"
 #include "tests/tools/temporary_directory.h"
 
 #include <gmock/gmock.h>
@@ -10,8 +11,10 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
@@ -73,6 +76,110 @@ TEST(OutputTarget, PipesDevicesAndLoopsAreRefused) {
         }
     }
     EXPECT_TRUE(fs::is_fifo(pipe));
+}
+
+/// Returns what an output's name is refused with; "" if it is not.
+std::string refusal(const std::string& path) {
+    try {
+        static_cast<void>(outputTarget(path));
+        return "";
+    } catch (const Error& error) {
+        EXPECT_EQ(error.kind(), ErrorKind::kResource);
+        return error.what();
+    }
+}
+
+TEST(OutputTarget, NamesLeaveRoomForThoseOfUnfinishedFiles) {
+    const TemporaryDirectory directory;
+    const size_t most = size_t(pathconf(directory.path().c_str(), _PC_NAME_MAX)) - 26;
+    const auto named = [&](size_t bytes) { return directory / std::string(bytes, 'a'); };
+    EXPECT_EQ(refusal(named(most)), "");
+    EXPECT_NO_THROW(OutputFile(named(most)).commit());
+    for (const size_t bytes : {most + 1, most + 26, most + 27, size_t(5000)})
+        EXPECT_THAT(refusal(named(bytes)),
+                    testing::HasSubstr("File name too long; choose a name of at most " +
+                                       std::to_string(most) + " bytes"))
+            << bytes;
+    fs::create_symlink(named(most + 1), directory / "link");
+    EXPECT_THAT(refusal(directory / "link"), testing::HasSubstr("File name too long"));
+    // The longest suffix is in use: of the largest number of a process and of a file.
+    EXPECT_EQ(kTemporarySuffixBytes, std::string(".tmp-2147483647-4294967295").size());
+}
+
+TEST(OutputTarget, PathsLeaveRoomForThoseOfUnfinishedFiles) {
+    std::string path = ".";
+    while (path.size() + 102 <= 4046)
+        path += "/" + std::string(100, 'a');
+    path += "/" + std::string(4046 - path.size() - 1, 'a');
+    EXPECT_EQ(refusal(path), "");
+    EXPECT_THAT(refusal(path + "a"),
+                testing::HasSubstr("File name too long; choose a path of at most 4046 bytes"));
+}
+
+TEST(OutputTarget, AFileInPlaceOfAFolderIsNamed) {
+    const TemporaryDirectory directory;
+    writeText(directory / "file.svdag", "an asset");
+    for (const char* name : {"file.svdag/x", "file.svdag/a/b/x.svdag", "file.svdag/"})
+        EXPECT_THAT(refusal(directory / name),
+                    testing::HasSubstr("'" + directory / "file.svdag" +
+                                       "' is a file, not a folder; choose another place"))
+            << name;
+    EXPECT_EQ(refusal(directory / "none/x"), ""); // checkWritable refuses it
+    EXPECT_EQ(refusal("/x"), "");
+    EXPECT_EQ(refusal("x"), "");
+}
+
+/// Returns what a function that returns a text returns to a user who is not root.
+template <class F> std::string asNobody(const F& function) {
+    int ends[2];
+    EXPECT_EQ(pipe(ends), 0);
+    const pid_t child = fork();
+    if (child == 0) {
+        const bool isNobody = setgid(65534) == 0 && setuid(65534) == 0;
+        const std::string text = isNobody ? function() : "still root";
+        _exit(write(ends[1], text.data(), text.size()) == ssize_t(text.size()) ? 0 : 1);
+    }
+    close(ends[1]);
+    std::string text(4096, '\0');
+    text.resize(size_t(std::max<ssize_t>(0, read(ends[0], text.data(), text.size()))));
+    close(ends[0]);
+    waitpid(child, nullptr, 0);
+    return text;
+}
+
+// chmod is not advised to whom the system forbids it.
+TEST(OutputTarget, RemediesAreThoseThatThisUserCanApply) {
+    if (geteuid() != 0)
+        GTEST_SKIP() << "only root can be another user";
+    const TemporaryDirectory directory;
+    const std::string file = directory / "a";
+    writeText(file, "root's");
+    const auto refusalOfNobody = [&] { return asNobody([&] { return refusal(file); }); };
+    ASSERT_EQ(chmod(directory.path().c_str(), 0777), 0);
+    for (const mode_t mode : {0644, 0444}) {
+        ASSERT_EQ(chmod(file.c_str(), mode), 0);
+        EXPECT_THAT(refusalOfNobody(), testing::EndsWith("it belongs to another user and is not "
+                                                         "writable for this one; name another "
+                                                         "file"));
+    }
+    ASSERT_EQ(chmod(file.c_str(), 0666), 0);
+    EXPECT_EQ(refusalOfNobody(), "");
+    ASSERT_EQ(chmod(directory.path().c_str(), 01777), 0);
+    EXPECT_THAT(refusalOfNobody(), testing::EndsWith("it belongs to another user, and in its "
+                                                     "folder only owners may replace files; name "
+                                                     "another file"));
+    ASSERT_EQ(chown(file.c_str(), 65534, 65534), 0);
+    EXPECT_EQ(refusalOfNobody(), "");
+    ASSERT_EQ(chmod(file.c_str(), 0444), 0);
+    EXPECT_THAT(refusalOfNobody(), testing::HasSubstr("make it writable (chmod u+w)"));
+    ASSERT_EQ(chmod(directory.path().c_str(), 0755), 0);
+    const std::string folder = directory.path();
+    EXPECT_EQ(asNobody([&] { return whyNotWritable(folder); }),
+              "it belongs to another user and is not writable for this one; choose another folder");
+    ASSERT_EQ(chown(folder.c_str(), 65534, 65534), 0);
+    ASSERT_EQ(chmod(folder.c_str(), 0555), 0);
+    EXPECT_THAT(asNobody([&] { return whyNotWritable(folder); }),
+                testing::HasSubstr("make it writable (chmod u+w) or choose another folder"));
 }
 
 TEST(OutputTarget, AFileThatStandardOutputIsIsRefusedThroughLinksOfTheSystem) {

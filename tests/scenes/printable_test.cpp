@@ -20,5 +20,17 @@ TEST(Printable, ControlCharactersAreEscapedAndOtherTextIsKept) {
     EXPECT_EQ(printableLine("a\nb\tc\x1b"), "a\\x0ab\tc\\x1b");
 }
 
+// "a<U+202E>gpj.exe" would be shown as "aexe.jpg".
+TEST(Printable, InvisibleCharactersOfUnicodeAreEscapedAndVisibleOnesAreKept) {
+    EXPECT_EQ(printable("a\u202egpj.exe"), "a\\xe2\\x80\\xaegpj.exe");
+    for (const char* text : {"\u00ad", "\u061c", "\u200b", "\u200d", "\u200f", "\u2028", "\u2029",
+                             "\u202a", "\u202e", "\u2060", "\u2066", "\u2069", "\u206f", "\ufeff",
+                             "\ufff9", "\U0001d173", "\U000e0001", "\U000e007f"})
+        EXPECT_EQ(printable(text).substr(0, 2), "\\x") << printable(text);
+    for (const char* text : {"\u00ac", "\u00ae", "\u061b", "\u0600", "\u200a", "\u2010", "\u2027",
+                             "\u202f", "\u2070", "\ufffd", "\U0001f600", "\U000e0100"})
+        EXPECT_EQ(printable(text), text);
+}
+
 } // namespace
 } // namespace shadowdag

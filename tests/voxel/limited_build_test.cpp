@@ -132,7 +132,8 @@ TEST(LimitedBuild, ContinuesAnInterruptedBuild) {
                             other.build(folder, 0);
                         },
                         ErrorKind::kInput),
-                    HasSubstr("belongs to another build: scene hash 0123 against 4567"));
+                    HasSubstr("belongs to another build, of soup at 1024^3: scene hash 0123 "
+                              "against 4567; delete the folder, or choose another output"));
     }
     double first = 0;
     {
@@ -149,19 +150,77 @@ TEST(LimitedBuild, ContinuesAnInterruptedBuild) {
     EXPECT_FALSE(scene.hasScratch());
 }
 
+/// Stops a build, which can be resumed, once half of it is done.
+void stopHalfway(const PartScene& scene, const std::string& output) {
+    struct Stop {};
+    EXPECT_THROW(
+        {
+            const ScratchFolder folder(output, true);
+            scene.build(folder, 0, 0, [](double fraction) {
+                if (fraction >= 0.5)
+                    throw Stop();
+            });
+        },
+        Stop);
+}
+
+TEST(LimitedBuild, AFolderOfAnotherBuildIsDescribedBeforeTheWork) {
+    const PartScene scene;
+    const std::string output = scene.directory / "a.svdag";
+    stopHalfway(scene, output);
+    const PartHeader same{scene.grid, scene.provenance, 1, 1, 0, 0, {}, {}};
+    PartHeader otherScene = same, coarser = same, share = same;
+    otherScene.provenance.sceneHash = "4567";
+    coarser.grid.resolutionLog2 = 9;
+    share.partCount = 2;
+    for (const auto& [own, difference] : {std::pair{otherScene, "scene hash 0123 against 4567"},
+                                          std::pair{coarser, "resolution 1024 against 512"},
+                                          std::pair{share, "number of parts 1 against 2"}})
+        for (const bool resume : {false, true})
+            EXPECT_THAT(messageOf([&] { ScratchFolder(output, resume, &own); }, ErrorKind::kUsage),
+                        testing::AllOf(HasSubstr("a.svdag.scratch holds the files of an unfinished "
+                                                 "voxelize, another build, of soup at 1024^3: " +
+                                                 std::string(difference) +
+                                                 "; delete the folder, or choose another output"),
+                                       testing::Not(HasSubstr("--resume"))));
+    EXPECT_THAT(removeAbandonedScratch(output, coarser), HasSubstr("another build"));
+    EXPECT_THAT(messageOf([&] { ScratchFolder(output, false, &same); }, ErrorKind::kUsage),
+                HasSubstr("continue it with voxelize --resume"));
+    const ScratchFolder folder(output, true, &same);
+    EXPECT_EQ(scene.build(folder, 0).dag.words,
+              voxelize(scene.soup.view(), scene.soup.all(), scene.grid).words);
+}
+
+// main.cpp advises --resume where it is so.
+TEST(LimitedBuild, FinishedPartsThatStayAreRemembered) {
+    const PartScene scene;
+    const std::string output = scene.directory / "a.svdag";
+    const PartHeader own{scene.grid, scene.provenance, 1, 1, 0, 0, {}, {}};
+    {
+        const ScratchFolder folder(output, false, &own);
+        scene.build(folder, 0);
+        EXPECT_FALSE(hasFinishedParts()); // they are removed at its end
+    }
+    {
+        const ScratchFolder folder(output, true, &own);
+        EXPECT_FALSE(hasFinishedParts());
+    }
+    stopHalfway(scene, output);
+    EXPECT_TRUE(hasFinishedParts());
+    hasFinishedParts() = false; // of another process
+    {
+        const ScratchFolder folder(output, true, &own);
+        EXPECT_TRUE(hasFinishedParts()) << "before they are read";
+        scene.build(folder, 0);
+    }
+    EXPECT_FALSE(hasFinishedParts());
+    EXPECT_FALSE(scene.hasScratch());
+}
+
 TEST(LimitedBuild, WorkThatTwoPartsContainIsRefused) {
     const PartScene scene;
     const std::string output = scene.directory / "a.svdag";
-    struct Stop {};
-    try {
-        const ScratchFolder folder(output, true);
-        scene.build(folder, 0, 0, [&](double fraction) {
-            if (fraction >= 0.5)
-                throw Stop();
-        });
-        ADD_FAILURE();
-    } catch (const Stop&) {
-    }
+    stopHalfway(scene, output);
     const std::string part = output + ".scratch/00000000.svpart",
                       again = output + ".scratch/00000777.svpart";
     std::filesystem::copy_file(part, again);

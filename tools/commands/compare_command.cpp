@@ -123,10 +123,11 @@ Experiment experimentOf(const CompareOptions& options, const CommandLine& comman
 
 /// Throws Error kUsage if --resume finds a complete report: everything would be measured again.
 void refuseFinished(const std::string& directory) {
-    if (fs::exists(directory + "/partial/journal.json"))
+    std::error_code ignored; // of a directory that cannot be, which is refused where it is made
+    if (fs::exists(directory + "/partial/journal.json", ignored))
         return;
     for (const char* name : {"results.json", "part.json"})
-        if (fs::exists(directory + "/" + name))
+        if (fs::exists(directory + "/" + name, ignored))
             throw Error(ErrorKind::kUsage, "--resume: " + directory + "/" + name +
                                                " is finished, so there is nothing to resume; "
                                                "to measure again, run without --resume");

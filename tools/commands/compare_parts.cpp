@@ -41,7 +41,7 @@ std::string hashText(const std::array<uint8_t, 16>& hash) {
 std::string fileHash(const std::string& path) {
     if (!whyNoInput(path, ~uint64_t(0)).empty())
         return "";
-    std::ifstream file(path, std::ios::binary);
+    std::ifstream file = openInput(path);
     if (!file)
         return "";
     ContentHasher hasher;

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// `shadowdag diff`: what changed between two results, beyond their spread.
+// `shadowdag diff`: what changed between two results, beyond their spread, as text and as a page.
 #include "tools/commands/commands.h"
+#include "tools/report/report_package.h"
 #include "tools/report/results_diff.h"
 #include "tools/settings/common_options.h"
 #include "tools/settings/json_file.h"
 #include "tools/settings/parse.h"
 #include "tools/studies/study.h"
+#include "tools/workspace/scene_setup.h"
+#include "tools/workspace/whole_file.h"
 
 #include "cuda/error.h"
 #include "scenes/input_file.h"
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <ostream>
 
 namespace shadowdag {
@@ -20,7 +24,7 @@ namespace {
 
 struct DiffArguments {
     GlobalOptions global;
-    std::string a, b, allow;
+    std::string a, b, allow, output;
     bool noTimes = false;
 };
 
@@ -58,10 +62,31 @@ DiffOptions optionsOf(const DiffArguments& arguments) {
     return options;
 }
 
+/// Returns the file of the data beside a page, F.json of F.html. Throws Error kUsage where the page
+/// has another ending, and where that file is not an earlier difference.
+std::string dataBeside(const std::string& page) {
+    checkExtension(page, {".html"},
+                   "the page is HTML, its data go beside it, as F.html and F.json");
+    const std::string data = std::filesystem::path(page).replace_extension(".json").string();
+    if (const Json old = readOwnJsonFile(data);
+        std::filesystem::exists(data) && !(old.is_object() && old.contains("only_in_a")))
+        throw Error(ErrorKind::kUsage, "-o '" + page + "': the data would replace " + data +
+                                           ", which is no earlier difference; choose another name");
+    return data;
+}
+
 void runDiff(const DiffArguments& arguments) {
     const Console console(arguments.global.json);
     arguments.global.apply(console, false, false);
     const DiffOptions options = optionsOf(arguments);
+    std::string data;
+    std::optional<ReportPackage> package;
+    if (!arguments.output.empty()) {
+        data = dataBeside(arguments.output);
+        checkWritable(arguments.output);
+        checkWritable(data);
+        package = ReportPackage::forPages("leave out -o");
+    }
     const std::string remedy = "give the JSON file that compare, study, validate or bench wrote";
     const auto read = [&](const std::string& path) {
         return readJsonFile(resultsFile(path), remedy);
@@ -69,6 +94,11 @@ void runDiff(const DiffArguments& arguments) {
     const Json a = read(arguments.a), b = read(arguments.b);
     const Json diff = diffResults(arguments.a, a, arguments.b, b, options);
     console.people() << diffText(diff) << std::flush;
+    if (package) {
+        writeWholeFile(data, jsonText(diff));
+        package->run({"diff", data});
+        console.people() << "page: " << arguments.output << std::endl;
+    }
     console.emit(diff);
     const uint64_t worse = diff.at("worse_count"), lost = diff.at("lost_row_count");
     if (worse + lost > 0)
@@ -88,6 +118,8 @@ std::function<void()> declareDiff(CommandLine& commandLine) {
                      "The results that are held against them; the program ends with 5 where these "
                      "are worse or lack a row",
                      true);
+    commandLine.text("-o,--output", arguments->output, "F.html",
+                     "A page of the difference; its data are written beside it, as F.json [none]");
     commandLine.text(
         "--allow", arguments->allow, "WHAT,...",
         "What may differ, of experiment, scene, machine; where experiments may, so may "

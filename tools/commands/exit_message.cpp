@@ -2,10 +2,11 @@
 #include "tools/commands/exit_message.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "scenes/write_remedy.h"
 
 #include <cerrno>
-#include <cstring>
+#include <filesystem>
 #include <new>
 #include <stdexcept>
 #include <string_view>
@@ -33,9 +34,13 @@ ExitMessage exitMessageOf(const std::exception& exception) {
                 return {std::string(exception.what()) + "; " + writeRemedy(full),
                         int(ErrorKind::kResource)};
     // Of any library, and of the file system.
-    if (std::string_view(exception.what()).find(std::strerror(EMFILE)) != std::string_view::npos)
+    if (saysTooManyFiles(exception.what()))
         return {std::string(exception.what()) + "; raise the limit of the shell (ulimit -n)",
                 int(ErrorKind::kResource)};
+    if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&exception))
+        return {file->path1().string() + (file->path2().empty() ? "" : " to ") +
+                    file->path2().string() + ": " + file->code().message() + "; check the name",
+                int(ErrorKind::kInput)};
     if (dynamic_cast<const std::logic_error*>(&exception))
         return {std::string("a defect of shadowdag, not of the input: ") + exception.what() +
                     "; please report it with the command line",

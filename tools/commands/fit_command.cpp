@@ -18,7 +18,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <optional>
 
 namespace shadowdag {
 
@@ -189,6 +188,7 @@ void refuseOverlap(const FitOptions& options, const std::string& experimentPath,
         {options.experimentOutput.empty() ? "the experiment " + experimentPath
                                           : "--experiment-out '" + experimentPath + "'",
          experimentPath}};
+    files.push_back({"the page " + stem + ".html", stem + ".html"});
     if (!options.noCharts)
         for (const char* extension : {".svg", ".png"})
             files.push_back({"the chart " + stem + extension, stem + extension});
@@ -221,16 +221,17 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     const std::string stem = (output.parent_path() / output.stem()).string();
     const std::string experimentPath =
         options.experimentOutput.empty() ? stem + ".experiment.json" : options.experimentOutput;
-    refuseOverlap(options, experimentPath, stem);
     checkWritable(options.output);
     checkWritable(experimentPath);
+    if (!options.noCharts)
+        for (const char* extension : {".svg", ".png"})
+            checkWritable(stem + extension);
+    refuseOverlap(options, experimentPath, stem);
     if (fs::exists(experimentPath) && !isExperimentOfFit(experimentPath))
         throw Error(ErrorKind::kUsage, "--experiment-out '" + experimentPath +
                                            "': is a file that no fit wrote and that this fit "
                                            "would replace; choose another");
-    std::optional<ReportPackage> package;
-    if (!options.noCharts)
-        package.emplace(true, console);
+    const ReportPackage package(!options.noCharts, console);
     const Backend backend = options.global.apply(console, true);
     followGlPages(sweep, backend, commandLine);
     const std::vector<std::string> leftOut =
@@ -279,10 +280,14 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
                      ": removed, because it belongs to an earlier fit and this one has no result");
     }
     writeWholeFile(options.output, jsonText(result));
-    if (package)
-        package->run(
-            {"fit", options.output, "-o",
-             fs::path(stem).parent_path().empty() ? "." : fs::path(stem).parent_path().string()});
+    if (package.hasPage()) {
+        const std::string directory = fs::path(stem).parent_path().string();
+        std::vector<std::string> command{"fit", options.output, "-o",
+                                         directory.empty() ? "." : directory};
+        if (options.noCharts)
+            command.push_back("--no-charts");
+        package.run(command);
+    }
     printFit(console.people(), result);
     if (const std::string busy = busyRemark(measurer.otherCpuShare()); !busy.empty())
         console.note("warning: " + busy);
@@ -297,9 +302,10 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
                                            "--resolution or the lists of the maps (" +
                                            options.output + " has all measurements)");
     }
-    console.people() << "result: " << options.output << "\nreplay: shadowdag compare --experiment "
-                     << experimentPath << (options.costs.empty() ? "" : " --costs " + options.costs)
-                     << " -o DIR\n";
+    console.people() << "result: " << options.output << "\n"
+                     << (package.hasPage() ? "page: " + stem + ".html\n" : "")
+                     << "replay: shadowdag compare --experiment " << experimentPath
+                     << (options.costs.empty() ? "" : " --costs " + options.costs) << " -o DIR\n";
     const double wall =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     console.emit({{"result", options.output},
@@ -318,7 +324,7 @@ std::function<void()> declareFit(CommandLine& commandLine) {
                       "Scenes to fit the model to, or a folder of .glb and .gltf files", true);
     commandLine.text("-o,--output", options->output, "F.json",
                      "The result: every model with its measurements and its status; the "
-                     "chart is written beside it as F.svg and F.png",
+                     "page is written beside it as F.html, the chart as F.svg and F.png",
                      true);
     commandLine.text("--experiment-out", options->experimentOutput, "E.json",
                      "The choice as an experiment that compare replays [F.experiment.json]");

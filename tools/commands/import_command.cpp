@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // `shadowdag import`: makes an asset from the active voxels of an OpenVDB or NanoVDB grid.
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "scenes/output_file.h"
 #include "scenes/output_target.h"
 #include "tools/commands/commands.h"
@@ -70,6 +71,8 @@ VdbAsset readLimited(const ImportOptions& options) {
     keepLimits(limits);
     try {
         return readVdb(options.input, {options.grid, options.acceptEdited, programVersion()});
+    } catch (const TooManyFiles&) { // which is not of the file
+        throw;
     } catch (const Error& error) {
         if (error.kind() != ErrorKind::kResource)
             throw;
@@ -159,7 +162,8 @@ void runImportApart(const ImportOptions& options) {
     const pid_t parent = getpid(), child = fork();
     if (child < 0)
         throw Error(ErrorKind::kResource, std::string("cannot start a process to read '") +
-                                              options.input + "': " + std::strerror(errno));
+                                              options.input + "': " + std::strerror(errno) +
+                                              "; raise the limits of the shell (ulimit -u)");
     if (child == 0) {
         prctl(PR_SET_PDEATHSIG, SIGKILL);
         if (getppid() == parent) {

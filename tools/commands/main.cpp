@@ -12,7 +12,6 @@
 #include "tools/settings/console.h"
 #include "tools/settings/provenance.h"
 #include "tools/studies/study.h"
-#include "tools/workspace/journal.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -246,7 +245,10 @@ int runProgram(int argc, char** argv) {
     } catch (const std::exception& error) {
         if (isInterrupted()) // a call that the signal ended has failed
             endBySignal(caughtSignal());
-        const ExitMessage exit = exitMessageOf(error);
+        ExitMessage exit = exitMessageOf(error);
+        if (exit.status == int(ErrorKind::kResource) && hasFinishedParts())
+            exit.message +=
+                "; finished parts stay: the same command with --resume goes on after them";
         return complain(exit.message, exit.status);
     }
     return 1;

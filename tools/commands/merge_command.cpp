@@ -47,15 +47,16 @@ void runMerge(const MergeOptions& options, const CommandLine& commandLine) {
     });
     const AssetProvenance provenance = parts.front().header().provenance;
     const VoxelGrid grid = parts.front().header().grid;
+    const PartHeader own{grid, provenance, 1, 1, 0, 0, {}, {}}; // of a voxelize of the same asset
     std::unique_ptr<ScratchFolder> folder;
     CountedDag merged;
     if (limits.memoryBytes == 0) {
-        if (const std::string why = removeAbandonedScratch(options.output); !why.empty())
+        if (const std::string why = removeAbandonedScratch(options.output, own); !why.empty())
             console.note("warning: " + why);
         merged.dag = mergeParts(parts, progress);
         merged.stats = computeDagStats(merged.dag);
     } else {
-        folder = std::make_unique<ScratchFolder>(options.output, false);
+        folder = std::make_unique<ScratchFolder>(options.output, false, &own);
         merged = mergePartsLimited(parts, *folder, limits, progress);
     }
     meter.stop();

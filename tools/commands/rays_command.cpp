@@ -135,7 +135,8 @@ void score(const RaysOptions& options, const RaySet& set, const Console& console
 
 void runRays(const RaysOptions& options, const CommandLine& commandLine) {
     const Console console(options.global.json);
-    static_cast<void>(outputTarget(options.output)); // every command refuses a device alike
+    if (!options.scores()) // every command refuses a device alike, as createDirectory does
+        static_cast<void>(outputTarget(options.output));
     if (options.scores() == isRaySet(options.output))
         throw Error(ErrorKind::kUsage,
                     "-o '" + options.output +

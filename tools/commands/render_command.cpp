@@ -183,7 +183,16 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
     if (options.truth && methodOf(options.method.method).isTruth())
         throw Error(ErrorKind::kUsage,
                     "--truth is for methods that can be wrong, not for 'truth'; drop it");
-    checkWritable(options.output);
+    const bool isNumbered = commandLine.given("--frames");
+    const size_t frameCount = experiment.frames.size(), viewCount = experiment.viewCount;
+    const auto viewOf = [&](size_t i) {
+        return viewCount > 1 ? experiment.viewCamera(uint32_t(i / frameCount)) : "";
+    };
+    const auto fileOf = [&](size_t i) {
+        return frameFile(options.output, viewOf(i), experiment.frames[i % frameCount], isNumbered);
+    };
+    for (size_t i = 0; i < frameCount * viewCount; ++i)
+        checkWritable(fileOf(i));
     const Backend backend = options.global.apply(console, true);
     followGlPages(experiment, backend, commandLine);
     refuseOnGl(experiment, backend, options.method.variant);
@@ -196,15 +205,12 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
         throw Error(ErrorKind::kUsage,
                     "--per-light with " + std::to_string(lightCount) +
                         " lights: 1000 channels at most; place fewer with --lights");
-    const bool isNumbered = commandLine.given("--frames");
     const Progress progress = console.progress("render " + frames.sceneName());
     const CpuUse use;
     Json list = Json::array(), reproduction;
-    const size_t frameCount = experiment.frames.size(), viewCount = experiment.viewCount;
     for (size_t i = 0; i < frameCount * viewCount; ++i) {
         progress(double(i) / double(frameCount * viewCount));
-        const std::string view =
-            viewCount > 1 ? experiment.viewCamera(uint32_t(i / frameCount)) : "";
+        const std::string view = viewOf(i);
         if (!view.empty() && i % frameCount == 0)
             frames.setView(view);
         const uint32_t frame = experiment.frames[i % frameCount];
@@ -219,7 +225,7 @@ void runRender(const RenderOptions& options, const CommandLine& commandLine) {
             isTruth ? shadePairs(answers.gbuffer, frames.world(), result.pairs, visibility)
                     : result.color;
 
-        const std::string file = frameFile(options.output, view, frame, isNumbered);
+        const std::string file = fileOf(i);
         if (extension == ".png")
             writePng(file, experiment.width, experiment.height,
                      toneMap(color, experiment.exposureOf(color)));

@@ -87,20 +87,22 @@ void runVoxelize(VoxelizeOptions options, const CommandLine& commandLine) {
                     "--packing is for an asset, and --part writes none; use it with merge");
     if (commandLine.given("--memory-limit"))
         limits.memoryBytes = parseMemoryLimit(options.memoryLimit);
-    // The folder is taken first, so that an earlier build's files are not overwritten unless
-    // requested.
-    std::unique_ptr<ScratchFolder> folder;
-    if (limits.memoryBytes != 0 || options.resume)
-        folder = std::make_unique<ScratchFolder>(options.output, options.resume);
-    else if (commandLine.given("--checkpoint"))
+    const bool isOnDisk = limits.memoryBytes != 0 || options.resume;
+    if (!isOnDisk && commandLine.given("--checkpoint"))
         throw Error(ErrorKind::kUsage, "--checkpoint is for --resume and --memory-limit, without "
                                        "which nothing is kept on disk; give one or drop it");
-    else if (const std::string why = removeAbandonedScratch(options.output); !why.empty())
-        console.note("warning: " + why);
 
     const LoadedScene scene = loadSceneAndWorld(options.scene, -1, 1, false, console);
     const AssetProvenance provenance = assetProvenance(scene);
     const VoxelGrid grid = sceneGrid(*scene.world, log2);
+    // The folder is taken before the work, so that an earlier build's files are not overwritten
+    // unless requested.
+    const PartHeader own{grid, provenance, part, partCount, 0, 0, {}, {}};
+    std::unique_ptr<ScratchFolder> folder;
+    if (isOnDisk)
+        folder = std::make_unique<ScratchFolder>(options.output, options.resume, &own);
+    else if (const std::string why = removeAbandonedScratch(options.output, own); !why.empty())
+        console.note("warning: " + why);
     const TriangleView triangles = scene.world->triangles();
     const View<const uint32_t> which = viewOf(scene.world->staticTriangles());
     const Progress progress = console.progress("voxelize " + scene.name);

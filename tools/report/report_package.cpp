@@ -2,6 +2,7 @@
 #include "tools/report/report_package.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 #include "tools/settings/json_file.h"
 
 #include <nlohmann/json.hpp>
@@ -14,6 +15,7 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <filesystem>
 
 extern char** environ;
@@ -28,16 +30,27 @@ constexpr const char* kPackage = "shadowdag_report";
 // The exit statuses of the package when the data are insufficient and when it cannot write; it has
 // printed the reason in one line.
 constexpr int kRefused = 3, kUnwritten = 4;
-// Prints the Debian packages of the Python modules that are missing.
+// Prints the Debian packages of the Python modules that are missing; fails with a line about one
+// that is there and cannot be loaded, as where memory or files are short.
 constexpr const char* kFindMissing = R"(
 import importlib, os, sys
 os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # warnings of what is there
 for name in sys.argv[1:]:
     try:
         importlib.import_module(name)
-    except ImportError:
+    except ModuleNotFoundError:
         print(" python3-" + name, end="")
+    except Exception as error:
+        print(f"\n{name}: {type(error).__name__}: {error}")
+        sys.exit(1)
 )";
+
+/// Returns the last line of what a program said: warnings come before it.
+std::string lastLine(std::string said) {
+    said.erase(said.find_last_not_of('\n') + 1);
+    const size_t line = said.find_last_of('\n');
+    return line == std::string::npos ? said : said.substr(line + 1);
+}
 
 /// Ends a program: it may remove its partial files for a quarter of a second.
 void endProgram(pid_t child) {
@@ -63,7 +76,8 @@ std::string packagePath() {
 }
 
 /// Returns a message about what is missing for pages, and for charts if they are drawn, with the
-/// remedy; "" for nothing.
+/// remedy; "" for nothing. Throws Error kResource where what is needed is there and cannot be
+/// loaded.
 std::string whatIsMissing(const std::string& path, bool drawsCharts) {
     if (path.empty())
         return std::string(kPackage) + " is missing beside " + programDirectory() +
@@ -72,8 +86,19 @@ std::string whatIsMissing(const std::string& path, bool drawsCharts) {
     if (drawsCharts)
         command.push_back("matplotlib");
     std::string packages;
-    if (runProgram(command, &packages) != 0)
+    const int status = runProgram(command, &packages);
+    if (!std::filesystem::exists(kPython)) {
         packages = " python3 python3-jinja2 python3-matplotlib";
+    } else if (status != 0) {
+        const bool isOfFiles = saysTooManyFiles(packages);
+        const std::string text =
+            std::string(kPython) + " cannot load Jinja2" + (drawsCharts ? " or matplotlib" : "") +
+            " (status " + std::to_string(status) + "): " + lastLine(packages) + "; " +
+            (isOfFiles ? kMoreFilesRemedy : "free memory, or install its packages again");
+        if (drawsCharts || isOfFiles)
+            throw Error(ErrorKind::kResource, text);
+        return text;
+    }
     return packages.empty()
                ? ""
                : std::string(drawsCharts ? "charts need " : "the page needs ") + kPython +
@@ -94,8 +119,12 @@ int runProgram(const std::vector<std::string>& arguments, std::string* errorText
         argv.push_back(const_cast<char*>(argument.c_str())); // execve does not write to them
     argv.push_back(nullptr);
     int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0)
-        return 127;
+    if (pipe2(ends, O_CLOEXEC) != 0) {
+        const int error = errno;
+        refuseTooManyFiles(arguments.front(), error);
+        throw Error(ErrorKind::kResource, arguments.front() + ": cannot be started: " +
+                                              std::strerror(error) + "; close some programs");
+    }
     posix_spawn_file_actions_t actions;
     posix_spawn_file_actions_init(&actions);
     posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
@@ -124,6 +153,12 @@ int runProgram(const std::vector<std::string>& arguments, std::string* errorText
     close(ends[0]);
     if (errorText != nullptr)
         *errorText = text;
+    refuseTooManyFiles(arguments.front(), failed);
+    if (failed == EAGAIN || failed == ENOMEM)
+        throw Error(ErrorKind::kResource, arguments.front() +
+                                              ": cannot be started: " + std::strerror(failed) +
+                                              "; raise the limits of the shell (ulimit -u, "
+                                              "ulimit -v), or close some programs");
     if (failed != 0)
         return 127;
     int status = 0;
@@ -140,8 +175,19 @@ ReportPackage::ReportPackage(bool drawsCharts, const Console& console, const std
         return;
     if (drawsCharts)
         throw Error(ErrorKind::kUsage, missing + (remedy.empty() ? "" : ", or " + remedy));
-    console.note("index.html is omitted: " + missing);
+    console.note("the page is omitted: " + missing);
     path_.clear();
+}
+
+ReportPackage::ReportPackage(const std::string& remedy)
+    : path_(packagePath()), drawsCharts_(false) {
+    const std::string missing = whatIsMissing(path_, false);
+    if (!missing.empty())
+        throw Error(ErrorKind::kUsage, missing + ", or " + remedy);
+}
+
+ReportPackage ReportPackage::forPages(const std::string& remedy) {
+    return ReportPackage(remedy);
 }
 
 Json ReportPackage::writePage(const std::string& name, const std::string& directory) const {
@@ -165,14 +211,13 @@ void runReportPackage(const std::string& path, const std::vector<std::string>& a
     const int status = runProgram(command, &said);
     if (status == 0)
         return;
+    if (saysTooManyFiles(said)) // whatever it was doing
+        throw Error(ErrorKind::kResource, path + ": " + arguments.front() + " failed: " +
+                                              lastLine(said) + "; " + kMoreFilesRemedy);
     if (said.size() > 1500)
         said = "..." + said.substr(said.size() - 1500);
-    if (status == kRefused || status == kUnwritten) {
-        said.erase(said.find_last_not_of('\n') + 1);
-        const size_t line = said.find_last_of('\n'); // warnings come before it
-        throw Error(status == kRefused ? ErrorKind::kInput : ErrorKind::kResource,
-                    line == std::string::npos ? said : said.substr(line + 1));
-    }
+    if (status == kRefused || status == kUnwritten)
+        throw Error(status == kRefused ? ErrorKind::kInput : ErrorKind::kResource, lastLine(said));
     throw Error(ErrorKind::kResource, path + ": " + arguments.front() + " failed with status " +
                                           std::to_string(status) + ": " + said);
 }

@@ -16,10 +16,13 @@ class ReportPackage {
 public:
     /// If `drawsCharts`, throws Error kUsage when the package, Python, Jinja2 or matplotlib is
     /// missing, with the packages to install; call it before any long work. Otherwise missing
-    /// packages are reported as a note, and pages are omitted. @param remedy another remedy; "" for
-    /// none
+    /// packages are reported as a note, and pages are omitted. Throws Error kResource where Python
+    /// or a package is there and cannot be loaded. @param remedy another remedy; "" for none
     ReportPackage(bool drawsCharts, const Console& console,
                   const std::string& remedy = "pass --no-charts");
+    /// Returns the package for pages alone. Throws Error kUsage when it is missing, or Python or
+    /// Jinja2. @param remedy another remedy
+    static ReportPackage forPages(const std::string& remedy);
 
     /// Writes DIRECTORY/index.html, and, if charts are drawn, DIRECTORY/charts, from the data in
     /// the directory. Returns charts.json, the list of charts with captions and of those omitted
@@ -32,6 +35,8 @@ public:
     void run(const std::vector<std::string>& arguments) const;
 
 private:
+    explicit ReportPackage(const std::string& remedy);
+
     std::string path_; ///< "" if pages are omitted
     bool drawsCharts_;
 };
@@ -45,7 +50,8 @@ void runReportPackage(const std::string& path, const std::vector<std::string>& a
 std::vector<std::string> leftOutLines(const Json& charts);
 
 /// Runs a program to its end, with empty standard input; returns its exit status, 128 + the signal
-/// that ended it, or 127 when it cannot be started.
+/// that ended it, or 127 when there is none. Throws Error kResource where the system refuses the
+/// files, the memory or the process.
 /// @param errorText receives its standard output and standard error in order; null discards them
 int runProgram(const std::vector<std::string>& arguments, std::string* errorText = nullptr);
 

@@ -155,27 +155,28 @@ private:
 
     void addRow(const std::string& list, const std::string& name, const Json& object) {
         Row row;
-        addValues(object, "", row);
+        addValues(object, "", row, false);
         if (!rows_[list].emplace(name, std::move(row)).second)
             throw Error(ErrorKind::kInput, file_ + ": \"" + list + "\" has two rows '" + name +
                                                "', so that neither can be compared; measure it "
                                                "again");
     }
 
-    void addValues(const Json& object, const std::string& prefix, Row& row) const {
+    /// @param isOfTimes whether the object is of times, as stages_ms is
+    void addValues(const Json& object, const std::string& prefix, Row& row, bool isOfTimes) const {
         for (const auto& [key, value] : object.items()) {
             if (isListed(std::begin(kNameKeys), std::end(kNameKeys), key) ||
                 isListed(std::begin(kOtherKeys), std::end(kOtherKeys), key) ||
                 isBesideAnother(object, key))
                 continue;
             if (value.is_object()) {
-                addValues(value, prefix + key + ".", row);
+                addValues(value, prefix + key + ".", row, isOfTimes || isOfTime(key));
             } else if (key == "notices") { // of a fault: which checks noticed it
                 row[prefix + "is noticed"] = {!value.empty(), {}};
             } else if (key == "time_ms" && value.is_array() && !value.empty()) {
                 if (readsTimes_)
                     row[prefix + key] = {{}, medianInterval(value.get<std::vector<double>>())};
-            } else if (!value.is_array() && isOfTime(key)) {
+            } else if (!value.is_array() && (isOfTimes || isOfTime(key))) {
                 if (const auto interval = intervalBeside(object, key); interval && readsTimes_)
                     row[prefix + key] = {{}, interval};
             } else if (!value.is_array()) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <optional>
 #include <set>
 #include <vector>
@@ -100,7 +101,14 @@ Json parseOwnJson(const std::string& text, int maxDepth) {
 Json readOwnJsonFile(const std::string& path) {
     std::string why;
     const std::optional<std::string> text = readInput(path, {kMaxJsonBytes, false, false}, why);
-    return text ? parseOwnJson(*text) : Json();
+    if (text)
+        return parseOwnJson(*text);
+    // What cannot be read may be our own, which must not count as absent.
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file(path, ignored))
+        throw Error(ErrorKind::kResource,
+                    path + ": " + why + "; make it readable, or move it away");
+    return Json();
 }
 
 std::string jsonLine(const Json& value) {

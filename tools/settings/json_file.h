@@ -33,8 +33,8 @@ Json parseJson(const std::string& text, const std::string& where, const std::str
 /// @param maxDepth less than what the stack allows for the use of the value
 Json parseOwnJson(const std::string& text, int maxDepth = kMaxJsonDepth);
 
-/// The same for a regular file of at most kMaxJsonBytes; null when there is none. Polls nothing, so
-/// destructors may call it.
+/// The same for a regular file of at most kMaxJsonBytes; null when there is none. Throws Error
+/// kResource for one that cannot be read. Polls nothing.
 Json readOwnJsonFile(const std::string& path);
 
 /// Returns a value as one line for messages and hashes; bytes that are not UTF-8 become U+FFFD.

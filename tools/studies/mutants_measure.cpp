@@ -31,8 +31,10 @@ namespace fs = std::filesystem;
 /// A directory below the system's for temporary files, removed at the end.
 class TemporaryFolder {
 public:
-    TemporaryFolder() : path_((fs::temp_directory_path() / "shadowdag-mutant-XXXXXX").string()) {
-        if (mkdtemp(path_.data()) == nullptr)
+    TemporaryFolder() {
+        std::error_code missing;
+        path_ = (fs::temp_directory_path(missing) / "shadowdag-mutant-XXXXXX").string();
+        if (missing || mkdtemp(path_.data()) == nullptr)
             throw Error(ErrorKind::kResource, path_ + ": cannot be made; set TMPDIR to a "
                                                       "directory that can be written");
     }

@@ -7,6 +7,7 @@
 #include "hybrid/judge/explain.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/console.h"
+#include "tools/settings/experiment.h"
 #include "tools/workspace/error_image.h"
 #include "tools/workspace/image_io.h"
 
@@ -193,11 +194,11 @@ private:
                      picture);
         };
         if (pictures.empty()) {
-            const std::string file = name_ + "_truth.png";
+            const std::string file = fileSlug(name_) + "_truth.png";
             write(file, truth.display);
             pictures.push_back({{"scene", name_}, {"truth", file}});
         }
-        const std::string file = name_ + "_" + method + "_error.png";
+        const std::string file = fileSlug(name_) + "_" + method + "_error.png";
         write(file, errorPicture(truth.display, countPixelErrors(pairs, answers.frame.visibility,
                                                                  truth.visibility)));
         cell["image"] = file;

@@ -16,7 +16,7 @@
 #include "scenes/builtin.h"
 
 #include <chrono>
-#include <fstream>
+#include <filesystem>
 #include <ostream>
 #include <set>
 
@@ -80,7 +80,9 @@ void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
               const StudyCommand& command, const Console& console) {
     const auto start = std::chrono::steady_clock::now();
     const std::string kind = file.json["kind"], resultsFile = kind + ".json";
-    if (command.resume && !std::ifstream(command.output + "/partial/journal.json"))
+    std::error_code ignored;
+    if (command.resume &&
+        !std::filesystem::exists(command.output + "/partial/journal.json", ignored))
         throw Error(ErrorKind::kUsage, "--resume: " + command.output +
                                            " contains no unfinished study; run without --resume");
     const ReportPackage package(study.drawsCharts() && !command.noCharts, console);

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Handles keys, the mouse, and files that are named or dropped.
+#include "scenes/builtin.h"
+#include "scenes/input_file.h"
 #include "scenes/scene_file.h"
 #include "scenes/scene_kind.h"
+#include "tools/settings/console.h"
 #include "tools/settings/parse.h"
+#include "tools/window/view_font.h"
 #include "tools/window/view_viewer.h"
 
 #include <algorithm>
@@ -37,7 +41,7 @@ void Viewer::changeThreshold(double factor) {
 
 void Viewer::onKey(int key, int action, int mods) {
     touch();
-    if (action == GLFW_RELEASE || ImGui::GetIO().WantTextInput)
+    if (action == GLFW_RELEASE || endDemo() || ImGui::GetIO().WantTextInput)
         return;
     ViewRequest& r = ui_.request;
     const bool isShift = (mods & GLFW_MOD_SHIFT) != 0;
@@ -45,6 +49,16 @@ void Viewer::onKey(int key, int action, int mods) {
         r.sides[isShift ? 1 : 0].method = methodNames()[size_t(key - GLFW_KEY_1)];
         r.isSplit = r.isSplit || isShift;
         ui_.hasChanged = true;
+        return;
+    }
+    if ((mods & GLFW_MOD_CONTROL) != 0) {
+        const float step = std::sqrt(std::sqrt(2.0f));
+        const float scale = key == GLFW_KEY_EQUAL || key == GLFW_KEY_KP_ADD ? ui_.fontScale * step
+                            : key == GLFW_KEY_MINUS || key == GLFW_KEY_KP_SUBTRACT
+                                ? ui_.fontScale / step
+                            : key == GLFW_KEY_0 ? window_.contentScale()
+                                                : ui_.fontScale;
+        ui_.fontScale = std::clamp(scale, kLeastFontScale, kMostFontScale);
         return;
     }
     switch (key) {
@@ -97,6 +111,7 @@ void Viewer::onKey(int key, int action, int mods) {
         r.pixel.reset();
         ui_.pixel.reset();
         ui_.message.clear();
+        ui_.openError.clear();
         session_.clearErrors();
         ui_.hasChanged = true;
         break;
@@ -114,7 +129,7 @@ void Viewer::onKey(int key, int action, int mods) {
 void Viewer::onButton(int button, int action) {
     touch();
     // The mouse may be elsewhere at the next step, so its position at the event is kept.
-    if (action != GLFW_PRESS)
+    if (action != GLFW_PRESS || endDemo())
         return;
     if (button == GLFW_MOUSE_BUTTON_LEFT)
         pressed_ = mouse_;
@@ -135,7 +150,8 @@ void Viewer::takePress() {
     } else {
         ui_.request.pixel =
             glm::vec2((at->x - pictureFrom_.x) / width, (at->y - pictureFrom_.y) / height);
-        ui_.pixel.reset(); // of the previous scene
+        ui_.pixel.reset();
+        ui_.pixelLight = -1;
         ui_.hasChanged = true;
     }
 }
@@ -145,27 +161,43 @@ void Viewer::onDrop(int count, const char** paths) {
     openFiles({paths, paths + count});
 }
 
+void Viewer::complain(const std::string& why) {
+    ui_.openError += (ui_.openError.empty() ? "" : "\n") + why;
+    Console(false).note("shadowdag: error: " + why);
+    log_.write("error", {{"message", why}});
+}
+
 void Viewer::openFiles(const std::vector<std::string>& paths) {
     std::string scene, asset, costs;
     ui_.message.clear();
+    ui_.openError.clear();
     for (const std::string& path : paths) {
         const std::string extension = lowerCaseExtension(path);
-        if (extension == ".svdag")
-            asset = path;
-        else if (extension == ".json")
-            costs = path;
-        else if (isSceneName(path) || path.starts_with("builtin:"))
-            scene = path;
-        else
-            ui_.message =
-                path + ": not a scene (.glb, .gltf, .obj, ...), voxels (.svdag) or costs (.json)";
+        const bool isBuiltin = path.starts_with("builtin:");
+        const bool isScene = isBuiltin || isSceneName(path);
+        try {
+            // Before the worker ends what it does for this.
+            if (isScene)
+                requireScene(path);
+            if (const std::string why = isBuiltin ? "" : whyNoInput(path, ~uint64_t(0));
+                !why.empty())
+                throw Error(ErrorKind::kInput,
+                            path + ": " + why + "; name a file that can be read");
+            if (!isScene && extension != ".svdag" && extension != ".json")
+                throw Error(ErrorKind::kUsage, path + ": not a scene (.glb, .gltf, .obj, ...), "
+                                                      "voxels (.svdag) or costs (.json)");
+        } catch (const Error& error) {
+            complain(error.what());
+            continue;
+        }
+        (isScene ? scene : extension == ".svdag" ? asset : costs) = path;
     }
     if (!costs.empty())
         session_.setCosts(costs);
     if (!scene.empty() || !asset.empty())
         session_.open(scene, "", options_.resolutionLog2, asset);
     log_.write("drop",
-               {{"scene", scene}, {"asset", asset}, {"costs", costs}, {"message", ui_.message}});
+               {{"scene", scene}, {"asset", asset}, {"costs", costs}, {"message", ui_.openError}});
 }
 
 /// Returns whether the camera can fly: not before its start is known.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Graphs over the last pictures: stacked stage times, and the errors of both sides.
 #include "tools/settings/parse.h"
+#include "tools/window/view_font.h"
 #include "tools/window/view_ui.h"
 #include "tools/workspace/error_image.h"
 
@@ -90,9 +91,8 @@ struct Axes {
     Axes(float width, float height, double top, const char* title) : top(top) {
         ImGui::TextUnformatted(title);
         const ImVec2 at = ImGui::GetCursorScreenPos();
-        constexpr float kLabels = 48;
-        from = {at.x + kLabels, at.y + 4};
-        to = {at.x + width, at.y + height - 4};
+        from = {at.x + scaled(48), at.y + scaled(4)};
+        to = {at.x + width, at.y + height - scaled(4)};
         ImGui::Dummy({width, height});
         ImDrawList* const list = ImGui::GetWindowDrawList();
         list->AddRectFilled(from, to, IM_COL32(18, 18, 22, 255));
@@ -102,7 +102,8 @@ struct Axes {
             std::snprintf(label, sizeof label, "%s", numberText(top * double(i) / 2.0).c_str());
             list->AddLine({from.x, y}, {to.x, y}, IM_COL32(80, 80, 90, 255));
             const float labelWidth = ImGui::CalcTextSize(label).x;
-            list->AddText({from.x - labelWidth - 4, y - 7}, IM_COL32(190, 190, 190, 255), label);
+            list->AddText({from.x - labelWidth - scaled(4), y - scaled(7)},
+                          IM_COL32(190, 190, 190, 255), label);
         }
     }
     float x(size_t i) const {
@@ -155,9 +156,9 @@ void drawErrorLines(const ViewUi& ui, float width, float height) {
                 continue;
             const ImVec2 at{axes.x(shift + i), axes.y(100.0 * double(share))};
             if (isRing)
-                list->AddCircle(at, 2.5f, packedColor(color));
+                list->AddCircle(at, scaled(2.5f), packedColor(color));
             else
-                list->AddCircleFilled(at, 2.0f, packedColor(color));
+                list->AddCircleFilled(at, scaled(2), packedColor(color));
         }
     };
     for (size_t side = 0; side < 2; ++side) {
@@ -168,12 +169,12 @@ void drawErrorLines(const ViewUi& ui, float width, float height) {
 
 void drawKey(const glm::vec3& color, const char* name, bool isFirst) {
     if (!isFirst)
-        ImGui::SameLine(0, 10);
+        ImGui::SameLine(0, scaled(10));
     const ImVec2 at = ImGui::GetCursorScreenPos();
-    ImGui::GetWindowDrawList()->AddRectFilled({at.x, at.y + 3}, {at.x + 9, at.y + 12},
-                                              packedColor(color));
-    ImGui::Dummy({10, 13});
-    ImGui::SameLine(0, 3);
+    ImGui::GetWindowDrawList()->AddRectFilled(
+        {at.x, at.y + scaled(3)}, {at.x + scaled(9), at.y + scaled(12)}, packedColor(color));
+    ImGui::Dummy({scaled(10), scaled(13)});
+    ImGui::SameLine(0, scaled(3));
     ImGui::TextUnformatted(name);
 }
 

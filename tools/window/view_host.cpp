@@ -42,11 +42,17 @@ ViewHost::ViewHost(uint32_t width, uint32_t height) {
     glfwSwapInterval(0); // the rate is limited below: a driver's own limit may be absent, or block
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr; // nothing remains
-    ImGui::StyleColorsDark();
-    ImGui::GetStyle().WindowRounding = 0;
+}
+
+float ViewHost::contentScale() const {
     float scale = 1;
     glfwGetWindowContentScale(handle, &scale, nullptr);
-    ImGui::GetIO().FontGlobalScale = std::max(1.0f, scale);
+    return std::max(1.0f, scale);
+}
+
+void ViewHost::refreshFonts() {
+    ImGui_ImplOpenGL3_DestroyFontsTexture();
+    ImGui_ImplOpenGL3_CreateFontsTexture();
 }
 
 void ViewHost::startInterface() {

@@ -21,6 +21,11 @@ public:
     /// Call after the window's own callbacks are set: ImGui's callbacks forward to them.
     void startInterface();
 
+    /// Returns how large the display's text is: 1 or, where pixels are small, more.
+    float contentScale() const;
+    /// Uploads the fonts again, after setFontScale.
+    void refreshFonts();
+
     GLFWwindow* handle = nullptr;
 
 private:

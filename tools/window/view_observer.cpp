@@ -12,23 +12,17 @@ namespace shadowdag {
 
 namespace {
 
-/// Draws segments over a picture, cut at the near plane.
+/// Draws segments over a picture.
 class LinePainter {
 public:
     LinePainter(const ViewRays& view, std::vector<glm::vec3>& picture)
         : view_(view), picture_(picture) {}
 
-    void line(glm::dvec3 a, glm::dvec3 b, const glm::vec3& color) {
-        const double near = view_.znear;
-        const double da = glm::dot(a - view_.origin, view_.forward) - near;
-        const double db = glm::dot(b - view_.origin, view_.forward) - near;
-        if (da < 0.0 && db < 0.0)
+    void line(const glm::dvec3& a, const glm::dvec3& b, const glm::vec3& color) {
+        const auto ends = pixelsOfSegment(view_, a, b);
+        if (!ends)
             return;
-        if (da < 0.0)
-            a += (b - a) * (da / (da - db));
-        else if (db < 0.0)
-            b += (a - b) * (db / (db - da));
-        const glm::dvec3 p = pixelOfPoint(view_, a), q = pixelOfPoint(view_, b);
+        const glm::dvec3 p = ends->first, q = ends->second;
         const double length = std::max(std::abs(q.x - p.x), std::abs(q.y - p.y));
         // Ends far beyond the picture would take very long, and only few pixels of them are
         // visible.
@@ -45,14 +39,8 @@ public:
     void box(const Box& box, const glm::vec3& color) {
         if (box.empty())
             return;
-        const auto corner = [&](int i) {
-            return glm::dvec3((i & 1) ? box.max.x : box.min.x, (i & 2) ? box.max.y : box.min.y,
-                              (i & 4) ? box.max.z : box.min.z);
-        };
-        for (int i = 0; i < 8; ++i)
-            for (int bit = 1; bit < 8; bit *= 2)
-                if (!(i & bit))
-                    line(corner(i), corner(i | bit), color);
+        for (const auto& [a, b] : edgesOf(box))
+            line(a, b, color);
     }
 
 private:
@@ -67,6 +55,33 @@ glm::dvec3 pixelOfPoint(const ViewRays& view, const glm::dvec3& pointWorld) {
     const double depth = glm::dot(d, view.forward);
     return {(glm::dot(d, view.right) / depth - view.firstX) / view.pixelSize,
             (view.firstY - glm::dot(d, view.up) / depth) / view.pixelSize, depth};
+}
+
+std::optional<std::pair<glm::dvec3, glm::dvec3>> pixelsOfSegment(const ViewRays& view, glm::dvec3 a,
+                                                                 glm::dvec3 b) {
+    const double da = glm::dot(a - view.origin, view.forward) - view.znear;
+    const double db = glm::dot(b - view.origin, view.forward) - view.znear;
+    if (da < 0.0 && db < 0.0)
+        return std::nullopt;
+    if (da < 0.0)
+        a += (b - a) * (da / (da - db));
+    else if (db < 0.0)
+        b += (a - b) * (db / (db - da));
+    return std::pair(pixelOfPoint(view, a), pixelOfPoint(view, b));
+}
+
+std::array<std::pair<glm::dvec3, glm::dvec3>, 12> edgesOf(const Box& box) {
+    const auto corner = [&](int i) {
+        return glm::dvec3((i & 1) ? box.max.x : box.min.x, (i & 2) ? box.max.y : box.min.y,
+                          (i & 4) ? box.max.z : box.min.z);
+    };
+    std::array<std::pair<glm::dvec3, glm::dvec3>, 12> edges;
+    size_t count = 0;
+    for (int i = 0; i < 8; ++i)
+        for (int bit = 1; bit < 8; bit *= 2)
+            if (!(i & bit))
+                edges[count++] = {corner(i), corner(i | bit)};
+    return edges;
 }
 
 std::vector<glm::vec3> drawObserved(const GBufferView& observed, const Camera& observer,

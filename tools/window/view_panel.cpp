@@ -3,6 +3,8 @@
 #include "tools/settings/experiment.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/setting.h"
+#include "tools/window/view_controls.h"
+#include "tools/window/view_font.h"
 #include "tools/window/view_ui.h"
 
 #include <imgui.h>
@@ -36,6 +38,37 @@ bool isAboutModel(const std::string& note) {
     return note.starts_with("oracle");
 }
 
+/// Stores the position of a control, which is the last widget, and shows its tooltip when the mouse
+/// has rested on it for a moment.
+void control(ViewUi& ui, const std::string& name) {
+    constexpr double kDelaySeconds = 0.3;
+    ui.mark(name);
+    if (!ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled) || ImGui::IsItemActive()) {
+        if (ui.hovered == name)
+            ui.hovered.clear();
+        return;
+    }
+    if (ui.hovered != name) {
+        ui.hovered = name;
+        ui.hoveredSeconds = ImGui::GetTime();
+    }
+    if (ImGui::GetTime() - ui.hoveredSeconds < kDelaySeconds)
+        return;
+    ui.tooltip = tooltipOf(name);
+    ImGui::BeginTooltip();
+    ImGui::PushTextWrapPos(scaled(380));
+    ImGui::TextUnformatted(ui.tooltip.c_str());
+    ImGui::PopTextWrapPos();
+    ImGui::EndTooltip();
+}
+
+/// Draws a heading under which controls are shown or hidden.
+bool group(ViewUi& ui, const char* name, bool isOpen = true) {
+    const bool isShown = ImGui::CollapsingHeader(name, isOpen ? ImGuiTreeNodeFlags_DefaultOpen : 0);
+    ui.mark(std::string("group ") + name);
+    return isShown;
+}
+
 void drawScene(ViewUi& ui) {
     if (!ui.hasScene)
         ImGui::TextWrapped(
@@ -43,13 +76,18 @@ void drawScene(ViewUi& ui) {
     if (ImGui::InputTextWithHint("open", ".glb .svdag costs.json", &ui.path,
                                  ImGuiInputTextFlags_EnterReturnsTrue))
         ui.wantsPath = true;
-    ui.mark("path");
+    control(ui, "path");
     if (!ui.hasScene)
         return;
     const ViewSceneInfo& scene = ui.scene;
     ImGui::TextWrapped("%s", scene.argument.c_str());
     ImGui::Text("%llu triangles, %zu %s", static_cast<unsigned long long>(scene.triangleCount),
                 scene.lights.size(), scene.lights.size() == 1 ? "light" : "lights");
+}
+
+/// Draws what all methods work on: the voxels and the processor.
+void drawMachine(ViewUi& ui) {
+    const ViewSceneInfo& scene = ui.scene;
     std::vector<std::string> names;
     for (int log2 = 6; log2 <= int(scene.largestLog2); ++log2)
         names.push_back(std::to_string(1 << log2));
@@ -58,22 +96,21 @@ void drawScene(ViewUi& ui) {
         ui.resolutionLog2 = int(std::lround(std::log2(std::stod(chosen))));
         ui.wantsVoxels = true;
     }
-    ui.mark("voxels");
+    control(ui, "voxels");
     if (chooseName("runs on", {"cpu", "gl", "cuda"}, ui.backend))
         ui.wantsBackend = ui.hasChanged = true;
-    ui.mark("backend");
-    ImGui::Text("DAG %s", bytesText(double(scene.voxelBytes)).c_str());
+    control(ui, "backend");
 }
 
 void drawMethods(ViewUi& ui) {
     ViewRequest& r = ui.request;
     ui.hasChanged |= chooseName(r.isSplit ? "left" : "method", methodNames(), r.sides[0].method);
-    ui.mark("left");
+    control(ui, "left");
     ui.hasChanged |= ImGui::Checkbox("split (Tab)", &r.isSplit);
-    ui.mark("split");
+    control(ui, "split");
     if (r.isSplit) {
         ui.hasChanged |= chooseName("right", methodNames(), r.sides[1].method);
-        ui.mark("right");
+        control(ui, "right");
     }
     const bool isHybrid = r.sides[0].isRouted() || (r.isSplit && r.sides[1].isRouted());
     if (!isHybrid)
@@ -81,7 +118,7 @@ void drawMethods(ViewUi& ui) {
     const char* const kinds[] = {"texels", "cost", "oracle", "expr", ui.otherModel.c_str()};
     int kind = int(ui.modelKind);
     bool hasChanged = ImGui::Combo("model", &kind, kinds, ui.otherModel.empty() ? 4 : 5);
-    ui.mark("model");
+    control(ui, "model");
     ui.modelKind = ModelKind(kind);
     if (ui.modelKind == ModelKind::kTexels) {
         if (ImGui::SliderFloat("threshold", &ui.threshold, 0.0f, 4096.0f, "%.0f texels",
@@ -89,12 +126,12 @@ void drawMethods(ViewUi& ui) {
             ui.threshold = std::round(ui.threshold);
             hasChanged = true;
         }
-        ui.mark("threshold");
+        control(ui, "threshold");
         ui.isDragged |= ImGui::IsItemActive();
     } else if (ui.modelKind == ModelKind::kExpression) {
         hasChanged |=
             ImGui::InputText("rays where", &ui.expression, ImGuiInputTextFlags_EnterReturnsTrue);
-        ui.mark("expression");
+        control(ui, "expression");
     } else {
         ImGui::TextWrapped("%s", ui.costs.empty() ? "costs: none; type or drop the path of a file"
                                                   : ("costs of " + ui.costs).c_str());
@@ -115,18 +152,18 @@ void drawTime(ViewUi& ui) {
         return;
     if (ImGui::Button(ui.isPlaying ? "pause" : "play "))
         ui.isPlaying = !ui.isPlaying;
-    ui.mark("play");
+    control(ui, "play");
     ImGui::SameLine();
     const int last = int(ui.scene.frameCount) - 1;
     int frame = int(ui.request.frame);
-    ImGui::SetNextItemWidth(-60);
+    ImGui::SetNextItemWidth(-scaled(60));
     if (ImGui::SliderInt("frame", &frame, 0, last)) {
         ui.request.frame = uint32_t(std::clamp(frame, 0, last));
         ui.playedFrame = double(ui.request.frame);
         ui.hasChanged = true;
     }
     ui.isDragged |= ImGui::IsItemActive();
-    ui.mark("frame");
+    control(ui, "frame");
 }
 
 void drawOverlayChoice(ViewUi& ui) {
@@ -136,7 +173,7 @@ void drawOverlayChoice(ViewUi& ui) {
         r.overlay = ViewOverlay(overlay);
         ui.hasChanged = true;
     }
-    ui.mark("overlay");
+    control(ui, "overlay");
     if (r.overlay == ViewOverlay::kVoxels) {
         int level = int(r.voxelLevel);
         const int top = std::max(1, int(std::bit_width(ui.scene.voxelResolution)) - 1);
@@ -145,7 +182,7 @@ void drawOverlayChoice(ViewUi& ui) {
             ui.hasChanged = true;
         }
         ui.isDragged |= ImGui::IsItemActive();
-        ui.mark("level");
+        control(ui, "level");
     }
     int light = r.light;
     if (ImGui::SliderInt("light", &light, -1, std::max(0, int(ui.scene.lights.size()) - 1),
@@ -154,19 +191,38 @@ void drawOverlayChoice(ViewUi& ui) {
         ui.hasChanged = true;
     }
     ui.isDragged |= ImGui::IsItemActive();
-    ui.mark("light");
+    control(ui, "light");
     ImGui::Checkbox("lights and ranges (L)", &ui.showsLights);
-    ui.mark("lights");
+    control(ui, "lights");
     bool isFrozen = !r.frozen.empty();
     if (ImGui::Checkbox("freeze the observer (F)", &isFrozen)) {
         ui.wantsFreeze = true;
     }
-    ui.mark("freeze");
+    control(ui, "freeze");
     ui.hasChanged |= ImGui::Checkbox("compute the truth at rest", &r.wantsError);
-    ui.mark("truth");
+    control(ui, "truth");
     ui.hasChanged |= ImGui::SliderFloat("exposure", &r.exposureStops, -6.0f, 6.0f, "%+.1f stops");
     ui.isDragged |= ImGui::IsItemActive();
-    ui.mark("exposure");
+    control(ui, "exposure");
+}
+
+/// Draws the unfolded map of the chosen light, under a heading.
+void drawMap(ViewUi& ui, float width, unsigned mapTexture) {
+    const bool showsMap = ImGui::TreeNode("map of the light");
+    ui.hasChanged |= showsMap && !ui.request.wantsMap;
+    ui.request.wantsMap = showsMap;
+    ui.mark("map");
+    if (!showsMap)
+        return;
+    ImGui::TreePop(); // no indent: it is as wide as the panel
+    if (!ui.picture || ui.picture->mapWidth == 0) {
+        ImGui::TextUnformatted("no map of that light is drawn");
+        return;
+    }
+    const float wide = width - scaled(30);
+    const float high = wide * float(ui.picture->mapHeight) / float(ui.picture->mapWidth);
+    ImGui::Image(reinterpret_cast<ImTextureID>(uintptr_t(mapTexture)), {wide, high});
+    ImGui::TextWrapped("%s", ui.picture->mapTitle.c_str());
 }
 
 /// Draws a control for every setting that offers choices.
@@ -187,12 +243,11 @@ void drawOptions(ViewUi& ui) {
             ui.hasChanged = true;
         }
         ImGui::EndDisabled();
-        if (ImGui::IsItemHovered(ImGuiHoveredFlags_AllowWhenDisabled))
-            ImGui::SetTooltip("%s (%s)", setting->help.c_str(), setting->option.c_str());
-        ui.mark(setting->panelLabel.c_str());
+        control(ui, setting->panelLabel);
     }
     ui.hasChanged |=
         ImGui::Checkbox("keep maps of static geometry", &options.maps.useStaticOptimization);
+    control(ui, "static");
 }
 
 void drawNumbers(const ViewUi& ui) {
@@ -200,7 +255,9 @@ void drawNumbers(const ViewUi& ui) {
         return;
     const ViewPicture& p = *ui.picture;
     ImGui::Text("%u x %u, scale %.3g%s", p.width, p.height, double(p.scale),
-                p.isFinal ? "" : ", more to come");
+                p.isFinal           ? ""
+                : p.mapScale < 1.0f ? ", finer maps to come"
+                                    : ", more to come");
     ImGui::Text("interface %.0f Hz", ui.interfaceFps);
     if (ui.latencyMs > 0) {
         ImGui::SameLine(0, 0);
@@ -229,6 +286,7 @@ void drawNumbers(const ViewUi& ui) {
                 ImGui::Text("of the first %.0f %% of samples", 100.0 * report.errors->doneShare);
         }
     }
+    ImGui::Text("voxels %s", bytesText(double(ui.scene.voxelBytes)).c_str());
     for (const std::vector<std::string>* notes : {&p.notes, &ui.notes})
         for (const std::string& note : *notes)
             if (!isAboutModel(note))
@@ -237,7 +295,7 @@ void drawNumbers(const ViewUi& ui) {
 
 } // namespace
 
-void ViewUi::mark(const char* name) {
+void ViewUi::mark(const std::string& name) {
     const ImVec2 from = ImGui::GetItemRectMin(), to = ImGui::GetItemRectMax();
     layout[name] = {int(from.x), int(from.y), int(to.x - from.x), int(to.y - from.y)};
 }
@@ -250,38 +308,37 @@ void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture) {
                      ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoBringToFrontOnFocus);
     ImGui::PushItemWidth(width * 0.5f);
     ImGui::PushAllowKeyboardFocus(false); // The window uses the Tab key
+    ui.tooltip.clear();
     drawScene(ui);
     if (ui.hasScene) {
-        ImGui::Separator();
-        drawMethods(ui);
-        drawTime(ui);
-        ImGui::Separator();
-        drawOverlayChoice(ui);
-        if (ImGui::Button("save (F12)"))
-            ui.wantsSave = true;
-        ui.mark("save");
-        ImGui::Separator();
-        if (ImGui::CollapsingHeader("numbers", ImGuiTreeNodeFlags_DefaultOpen))
-            drawNumbers(ui);
-        ui.showsGraphs = ImGui::CollapsingHeader("graphs", ImGuiTreeNodeFlags_DefaultOpen);
-        if (ui.showsGraphs)
-            drawGraphs(ui, width - 30, 76);
-        if (ImGui::CollapsingHeader("maps"))
-            drawOptions(ui);
-        ui.mark("maps");
-        const bool showsMap = ImGui::CollapsingHeader("a light's map");
-        ui.hasChanged |= showsMap && !ui.request.wantsMap;
-        ui.request.wantsMap = showsMap;
-        ui.mark("map");
-        if (showsMap && ui.picture && ui.picture->mapWidth > 0) {
-            const float scale = (width - 30) / float(ui.picture->mapWidth);
-            ImGui::Image(reinterpret_cast<ImTextureID>(uintptr_t(mapTexture)),
-                         {width - 30, float(ui.picture->mapHeight) * scale});
-            ImGui::TextWrapped("%s", ui.picture->mapTitle.c_str());
-        } else if (showsMap) {
-            ImGui::TextUnformatted("no map of that light is drawn");
+        if (group(ui, "see")) {
+            drawTime(ui);
+            drawOverlayChoice(ui);
+            drawMap(ui, width, mapTexture);
+            if (ImGui::Button("save (F12)"))
+                ui.wantsSave = true;
+            control(ui, "save");
         }
-        if (ImGui::CollapsingHeader("keys"))
+        if (group(ui, "method")) {
+            drawMethods(ui);
+            drawMachine(ui);
+            const bool showsSettings = ImGui::TreeNode("settings of rays and maps");
+            ui.mark("maps");
+            if (showsSettings) {
+                drawOptions(ui);
+                ImGui::TreePop();
+            }
+        }
+        if (group(ui, "numbers")) {
+            drawNumbers(ui);
+            ui.showsGraphs = ImGui::TreeNodeEx("graphs", ImGuiTreeNodeFlags_DefaultOpen);
+            ui.mark("graphs");
+            if (ui.showsGraphs) {
+                ImGui::TreePop(); // no indent: they are as wide as the panel
+                drawGraphs(ui, width - scaled(30), scaled(76));
+            }
+        }
+        if (group(ui, "keys", false))
             ImGui::TextUnformatted("W A S D, Q E    fly, Shift: faster\n"
                                    "right drag      look\n"
                                    "wheel           speed\n"
@@ -291,6 +348,7 @@ void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture) {
                                    "[ ]             threshold\n"
                                    "Tab O L F       split, show, lights, freeze\n"
                                    "C Home          next camera, first view\n"
+                                   "Ctrl + - 0      size of the text\n"
                                    "F1 F12          panel, save");
     }
     ImGui::PopAllowKeyboardFocus();

@@ -4,6 +4,7 @@
 #include "hybrid/frame/shade.h"
 #include "hybrid/judge/truth.h"
 #include "tools/settings/parse.h"
+#include "tools/window/view_pair.h"
 
 #include <algorithm>
 #include <chrono>
@@ -58,6 +59,38 @@ public:
                                          : PairResult{"maps", -1, 0, "no map of it is drawn"});
         answers.push_back(byTruth(pair));
         return answers;
+    }
+
+    PairGeometry geometryOf(const ShadowPair& pair, PairServer server) const {
+        PairGeometry geometry;
+        geometry.sampleWorld = pair.positionWorld;
+        geometry.lightWorld = pair.lightWorld;
+        DagHit hit;
+        if (rays_.dag.rootAddress != kNoNode && isStopped(rays_, pairSegment(rays_, pair), &hit)) {
+            const VoxelGrid& grid = rays_.dag.grid;
+            const glm::dvec3 low(hit.cell);
+            geometry.voxelWorld =
+                Box{glm::vec3(grid.worldFromVoxel(low)),
+                    glm::vec3(grid.worldFromVoxel(low + double(1u << hit.level)))};
+        }
+        if (server.isMap()) {
+            ShadowMapTrace trace{};
+            lookupVisibility(maps_, server.map(), pair.positionWorld, pair.normalWorld,
+                             options_.bias, &trace);
+            const bool isBlocked = trace.texelWorld > 0.0f;
+            geometry.texelWorld = texelCorners(maps_.maps[server.map()],
+                                               isBlocked ? trace.blockerWorld : pair.positionWorld);
+        }
+        const uint32_t blocker =
+            truth_.blocker(pair.positionWorld, pair.normalWorld, pair.receiver, pair.lightWorld)
+                .triangle;
+        if (blocker != kBackground) {
+            const TriangleView triangles = world_.triangles();
+            geometry.triangleWorld =
+                std::array{triangles.vertex(blocker, 0), triangles.vertex(blocker, 1),
+                           triangles.vertex(blocker, 2)};
+        }
+        return geometry;
     }
 
 private:
@@ -181,10 +214,15 @@ PixelReport reportPixel(FrameRenderer& renderer, const World& world, const Truth
             pair.requestedTexels = frame.maps[record].quantities.texels;
             pair.faceTexels = frame.maps[record].quantities.faceTexels;
         }
-        pair.answers = teller.tell({report.positionWorld, report.normalWorld,
-                                    pointAtLight(light, report.positionWorld),
-                                    gbuffer.triangle[sample], index, light.kind == Light::kSun},
-                                   isProven ? PairServer::rays() : servers[record]);
+        const ShadowPair asked{report.positionWorld,
+                               report.normalWorld,
+                               pointAtLight(light, report.positionWorld),
+                               gbuffer.triangle[sample],
+                               index,
+                               light.kind == Light::kSun};
+        const PairServer server = isProven ? PairServer::rays() : servers[record];
+        pair.answers = teller.tell(asked, server);
+        pair.geometry = teller.geometryOf(asked, server);
         report.pairs.push_back(std::move(pair));
     }
     return report;

@@ -7,6 +7,7 @@
 #include "hybrid/judge/error.h"
 #include "shadowmap/gl_pages.h"
 #include "tools/settings/parse.h"
+#include "tools/window/view_demo.h"
 #include "tools/window/view_frame.h"
 #include "tools/window/view_observer.h"
 #include "tools/window/view_pixel.h"
@@ -466,6 +467,16 @@ std::shared_ptr<ViewPicture> ViewRenderer::picture(const ViewHooks& hooks) {
     picture->backend = backendName(settings_.backend);
     picture->devicePageTexels = devicePageTexels(settings_.backend);
     picture->notes = s.notes;
+    if (s.request.wantsTour) {
+        if (open_->tour.empty()) {
+            if (hooks.tells)
+                hooks.tells("demo: find views");
+            open_->tour = findTour(open_->world(), open_->workspace.truth());
+            if (open_->tour.empty())
+                open_->tour.push_back({s.look, false});
+        }
+        picture->tour = open_->tour;
+    }
     for (size_t side = 0; side < 2; ++side) {
         if (!s.shows(side))
             continue;

@@ -72,6 +72,8 @@ struct ViewRequest {
     bool wantsError = false; ///< compute the truth while the view rests
     float exposureStops = 0; ///< on top of the exposure found for the first picture of a scene
     std::optional<glm::vec2> pixel; ///< of the picture, [0, 1): its pairs are reported
+    int caption = -1;       ///< index into kDemoCaptions (view_demo.h), handed back; -1: none
+    bool wantsTour = false; ///< find the views that a demo flies to
 };
 
 /// The result of one method for one pair.
@@ -80,6 +82,16 @@ struct PairResult {
     int visibility = -1;    ///< 0 dark .. 255 lit; -1: not available
     double nanoseconds = 0; ///< of one evaluation, median of many
     std::string blocker;    ///< the blocker according to the method; "" if lit
+};
+
+/// Where the parts of a pair are in the world; what a method does not have is absent.
+struct PairGeometry {
+    glm::vec3 sampleWorld{0.0f}, lightWorld{0.0f};
+    std::optional<Box> voxelWorld; ///< the cell that stops rays through voxels
+    /// Corners, in order, of the nearest blocking texel of the light's map at its depth or, if none
+    /// blocks, of the texel that holds the sample, at the sample's depth.
+    std::optional<std::array<glm::vec3, 4>> texelWorld;
+    std::optional<std::array<glm::vec3, 3>> triangleWorld; ///< the truth's blocker
 };
 
 /// One light of the selected pixel.
@@ -91,6 +103,7 @@ struct PixelPair {
     float requestedTexels = 0;
     uint32_t faceTexels = 0;
     std::vector<PairResult> answers;
+    PairGeometry geometry;
 };
 
 /// The data of one pixel.
@@ -127,11 +140,18 @@ struct ViewLegend {
     std::vector<std::pair<glm::vec3, std::string>> swatches;
 };
 
+/// One view of a demo's tour.
+struct TourStop {
+    Camera camera;
+    bool isOpen = false; ///< nothing stands on the straight way from the stop before
+};
+
 /// The reply to a request.
 struct ViewPicture {
     ViewRequest request;
     uint32_t width = 0, height = 0; ///< as rendered
     float scale = 1;                ///< of the picture's sides to the requested ones
+    float mapScale = 1;             ///< of the texels of its maps to the requested ones
     bool isFinal = false;           ///< no further picture of this request follows
     double workMs = 0;              ///< from taking the request to this picture
     Camera camera;
@@ -146,6 +166,7 @@ struct ViewPicture {
     std::vector<std::string> notes; ///< deviations from the request, such as a full pool
     std::string backend;            ///< backendName
     uint32_t devicePageTexels = 0;  ///< side of pages that the backend has; 0: any
+    std::vector<TourStop> tour;     ///< of request.wantsTour
 };
 
 /// Information on the open scene.
@@ -161,6 +182,7 @@ struct ViewSceneInfo {
     std::string cameraText;           ///< of the first view, as --camera takes it
     Camera camera;                    ///< the first view
     bool isPlaced = false;            ///< it was computed, not named: only numbers denote it
+    bool isCameraAnimated = false;    ///< an animation moves the first view
     Box bounds;
     uint32_t frameCount = 1; ///< up to the end of the longest animation, at the clock's rate
     bool isAnimated() const { return frameCount > 1; }

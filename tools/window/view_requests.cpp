@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The window's requests to its worker, the worker's replies, and their log.
+#include "tools/settings/console.h"
 #include "tools/window/view_viewer.h"
 #include "tools/workspace/frame_json.h"
 
+#include <sstream>
 #include <utility>
 
 namespace shadowdag {
@@ -28,7 +30,9 @@ void Viewer::takeResults() {
             ui_.pixel.reset();
             ui_.request.frozen.clear();
             ui_.request.pixel.reset();
-            ui_.request.light = -1;
+            tour_.clear();
+            if (!isFirst)
+                ui_.request.light = -1;
             ui_.isPlaying = false;
             if (!isFirst) {
                 ui_.request.frame = 0;
@@ -46,6 +50,8 @@ void Viewer::takeResults() {
         if (ui_.hasScene && picture->request.scene == ui_.scene.serial) {
             noteHistory(ui_, *picture);
             ui_.picture = picture;
+            if (!picture->tour.empty())
+                tour_ = picture->tour;
             ui_.backend = picture->backend; // the requested one may not be available
             for (size_t side = 0; side < 2; ++side)
                 if (!picture->sides[side].rgba.empty())
@@ -80,6 +86,11 @@ void Viewer::takeResults() {
     ui_.statusFraction = status.fraction;
     ui_.statusError = status.error;
     if (ui_.statusError != loggedError_) {
+        // Each of its lines is one error; those that were told before are not told again.
+        std::istringstream errors(ui_.statusError);
+        for (std::string error; std::getline(errors, error);)
+            if (("\n" + loggedError_ + "\n").find("\n" + error + "\n") == std::string::npos)
+                Console(false).note("shadowdag: error: " + error);
         loggedError_ = ui_.statusError;
         if (!loggedError_.empty())
             ui_.message.clear(); // the requested one
@@ -156,6 +167,7 @@ void Viewer::logPicture(double now) {
                  {"width", p.width},
                  {"height", p.height},
                  {"scale", p.scale},
+                 {"map_scale", p.mapScale},
                  {"is_moving", p.request.isMoving},
                  {"is_final", p.isFinal},
                  {"work_ms", p.workMs},
@@ -167,6 +179,7 @@ void Viewer::logPicture(double now) {
                  {"backend", p.backend},
                  {"overlay", kOverlayNames[size_t(p.request.overlay)]},
                  {"notes", p.notes},
+                 {"caption", p.request.caption + 1},
                  {"interface_hz", ui_.interfaceFps}};
     Json sides = Json::array();
     for (size_t side = 0; side < 2; ++side) {

@@ -91,6 +91,7 @@ ViewSceneInfo ViewScene::info(const Experiment& experiment) {
     info.cameraText = cameraText;
     info.camera = camera(cameraText);
     info.isPlaced = cameraText == "auto" || (cameraText.empty() && world.cameras().empty());
+    info.isCameraAnimated = isCameraAnimated(world, cameraText);
     info.bounds = world.boundsWorld();
     info.frameCount =
         uint32_t(std::floor(double(world.scene().durationSeconds()) * experiment.fps)) + 1;

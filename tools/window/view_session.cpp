@@ -21,6 +21,18 @@ struct GivenUp {};
 /// How often the truth's picture is redrawn while it is refined.
 constexpr double kRefinedPictureMs = 60;
 
+/// A complete picture that takes longer is preceded by one at full size whose maps are kept from
+/// the moving pictures.
+constexpr double kSlowPictureMs = 500;
+
+/// Returns whether a visible side of a request draws maps.
+bool drawsMaps(const ViewRequest& request) {
+    for (size_t side = 0; side < (request.isSplit ? 2u : 1u); ++side)
+        if (methodOf(request.sides[side].method).needs().maps)
+            return true;
+    return false;
+}
+
 /// Gives priority to the window's own thread; otherwise the worker's threads take all cores.
 void stepBack() {
     // For this thread and those that it starts. A refusal changes no result. At lower priorities
@@ -217,6 +229,7 @@ void ViewSession::openScene(const OpenWork& work) {
                              : renderer_.open(work.scene, work.camera, work.resolutionLog2,
                                               work.assetPath, console());
     scale_.reset();
+    wholeMs_ = 0;
     const std::lock_guard lock(mutex_);
     scene_ = std::move(info);
 }
@@ -227,7 +240,7 @@ void ViewSession::answer(const ViewRequest& request) {
     const ViewHooks closing = hooks(false);
     if (renderer_.canRedraw(request)) {
         if (!request.isMoving)
-            return computeAllPairs(request);
+            return computeAllPairs(request, 1.0f);
         publish(renderer_.render(request, 1.0f, closing));
         return;
     }
@@ -247,15 +260,30 @@ void ViewSession::answer(const ViewRequest& request) {
     picture->request.isMoving = request.isMoving;
     picture->isFinal = false;
     publish(std::move(picture));
+    const bool isSlow = wholeMs_ == 0 || wholeMs_ > kSlowPictureMs;
     if (!request.isMoving)
-        computeAllPairs(request);
+        computeAllPairs(request, isSlow && drawsMaps(request) ? scale : 1.0f);
 }
 
-void ViewSession::computeAllPairs(const ViewRequest& request) {
+void ViewSession::computeAllPairs(const ViewRequest& request, float mapScale) {
     try {
         const ViewHooks ours = hooks(true);
         if (!ours.isUnwanted()) {
-            publish(renderer_.render(request, 1.0f, ours));
+            if (mapScale < 1.0f) {
+                ViewRequest kept = request;
+                kept.isMoving = true;
+                kept.options.undersample /= mapScale;
+                std::shared_ptr<ViewPicture> picture = renderer_.render(kept, 1.0f, ours);
+                picture->request = request;
+                picture->mapScale = mapScale;
+                picture->isFinal = false;
+                publish(std::move(picture));
+            }
+            const bool isAnew = !renderer_.canRedraw(request);
+            std::shared_ptr<ViewPicture> picture = renderer_.render(request, 1.0f, ours);
+            if (isAnew)
+                wholeMs_ = picture->workMs;
+            publish(std::move(picture));
             return;
         }
     } catch (const PictureGivenUp&) {
@@ -271,6 +299,7 @@ void ViewSession::doWork(const Work& work) {
         attempt("backend", [&] {
             renderer_.setBackend(chooseBackend(*work.backend));
             scale_.reset();
+            wholeMs_ = 0;
         });
     if (work.costs)
         attempt("costs", [&] {

@@ -100,7 +100,9 @@ private:
     void doWork(const Work& work);
     void openScene(const OpenWork& work);
     void answer(const ViewRequest& request);
-    void computeAllPairs(const ViewRequest& request);
+    /// Renders a request at its full size.
+    /// @param mapScale below 1: first with maps of fewer texels, those of the moving pictures
+    void computeAllPairs(const ViewRequest& request, float mapScale);
     /// @param givesWay to requests, too, not only to the window's closing
     ViewHooks hooks(bool givesWay);
     /// Runs a step; an exception becomes the error of its kind.
@@ -116,6 +118,7 @@ private:
     bool isUnshown_ =
         false; // of the worker alone: whether the last picture has more data than were shown
     double drawnMs_ = 0; // of the worker alone: the time of drawing a refined picture
+    double wholeMs_ = 0; // of the worker alone: the time of the last complete picture; 0: none
     std::function<void()> wake_;
 
     mutable std::mutex mutex_; // of what follows

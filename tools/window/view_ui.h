@@ -3,12 +3,14 @@
 #pragma once
 
 #include "tools/window/view_camera.h"
+#include "tools/window/view_demo.h"
 #include "tools/window/view_request.h"
 
 #include <array>
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -67,21 +69,27 @@ struct ViewUi {
     std::string costs;        ///< the file of costs for routing; "": none
     std::string backend = "cpu";
     bool wantsBackend = false;                ///< backend was changed
-    std::string message;                      ///< files written, errors of dropped files
+    std::string message;                      ///< files written
+    std::string openError;                    ///< why what was named or dropped is not opened
     std::vector<std::string> notes;           ///< remarks of opening the scene
     std::shared_ptr<const PixelReport> pixel; ///< the last report of request.pixel
+    int pixelLight = -1;                      ///< whose pair with it is drawn; -1: any
     std::string statusWork, statusError;
     double statusFraction = 0;
     double interfaceFps = 0;
-    double latencyMs = 0;    ///< of the last moving picture
-    float fontScale = 1;     ///< of a display with small pixels
-    bool hasChanged = false; ///< the request changed since it was last sent
-    bool isDragged = false;  ///< by a key or button that is still held
+    double latencyMs = 0;           ///< of the last moving picture
+    float fontScale = 1;            ///< 1: text of 13 pixels
+    std::optional<DemoMoment> demo; ///< while it runs
+    bool hasChanged = false;        ///< the request changed since it was last sent
+    bool isDragged = false;         ///< by a key or button that is still held
 
     /// Positions of widgets by name: x, y, width, height. For --log.
     std::map<std::string, std::array<int, 4>> layout;
+    std::string tooltip; ///< that is shown
+    std::string hovered; ///< the control under the mouse, and since when
+    double hoveredSeconds = 0;
     /// Stores the position of the last widget.
-    void mark(const char* name);
+    void mark(const std::string& name);
 };
 
 /// Sets the panel's controls to a cost model. @param model as makeCostModel takes it
@@ -91,8 +99,8 @@ std::string modelText(const ViewUi& ui);
 
 /// Draws the panel of that many pixels at the window's left and handles its input.
 void drawPanel(ViewUi& ui, float width, float height, unsigned mapTexture);
-/// Draws over the picture, which fills the rectangle: split, names, lights, legend, pixel,
-/// messages.
+/// Draws over the picture, which fills the rectangle: split, names, lights, legends, the pixel's
+/// pairs, the demo's caption, messages.
 void drawOverPicture(ViewUi& ui, const ImVec2& from, const ImVec2& to);
 /// Adds a picture's numbers to the history.
 void noteHistory(ViewUi& ui, const ViewPicture& picture);

@@ -52,6 +52,11 @@ private:
     void fly(double seconds);
     void step(double now, double seconds);
     void showPicture();
+    void playDemo(double now);
+    /// Ends the demo, if it runs, and leaves the view to keys and mouse; returns whether it ran.
+    bool endDemo();
+    /// Shows why something could not be opened, in the window and on standard error.
+    void complain(const std::string& why);
     void draw();
     void ask(double now);
     void countRate(double now);
@@ -80,6 +85,10 @@ private:
     int rateCount_ = 0;
     std::map<std::string, std::array<int, 4>> loggedLayout_;
     std::string loggedError_, loggedWork_;
+    std::optional<Demo> demo_;
+    std::vector<TourStop> tour_;
+    int loggedCaption_ = -1;
+    float fontScale_ = 0; ///< of the fonts as they are
 };
 
 } // namespace shadowdag

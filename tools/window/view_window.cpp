@@ -2,6 +2,7 @@
 #include "tools/window/view_window.h"
 
 #include "tools/settings/console.h"
+#include "tools/window/view_font.h"
 #include "tools/window/view_viewer.h"
 
 #include <backends/imgui_impl_glfw.h>
@@ -17,7 +18,7 @@ namespace shadowdag {
 
 namespace {
 
-constexpr float kPanelWidth = 350; // times the font's scale
+constexpr float kPanelWidth = 350; // scaled
 constexpr double kFrameSeconds = 1.0 / 60.0;
 /// A new picture is shown this soon after the last drawing, not only when the next is due.
 constexpr double kSoonestSeconds = kFrameSeconds / 2;
@@ -47,19 +48,32 @@ Viewer::Viewer(const ViewWindowOptions& options)
     glfwSetDropCallback(window_.handle, [](GLFWwindow* w, int count, const char** paths) {
         of(w).onDrop(count, paths);
     });
+    ui_.fontScale = std::clamp(options.fontScale > 0 ? options.fontScale : window_.contentScale(),
+                               kLeastFontScale, kMostFontScale);
+    if (options.fontScale == 0) // of another display that the window is moved to
+        glfwSetWindowContentScaleCallback(window_.handle, [](GLFWwindow* w, float, float) {
+            of(w).touch();
+            of(w).ui_.fontScale = std::min(of(w).window_.contentScale(), kMostFontScale);
+        });
+    setFontScale(fontScale_ = ui_.fontScale);
     window_.startInterface();
     ui_.request.sides = options.sides;
     ui_.request.isSplit = options.isSplit;
     ui_.request.options = options.frame;
     ui_.request.camera = options.settings.experiment.camera;
     ui_.request.frame = options.firstFrame;
-    ui_.request.wantsError = true;
+    ui_.request.wantsError = options.wantsTruth;
+    ui_.request.overlay = options.overlay;
+    ui_.request.voxelLevel = options.voxelLevel;
+    ui_.request.light = options.light;
+    ui_.showsLights = options.marksLights;
+    if (options.captionSeconds > 0)
+        demo_.emplace(options.captionSeconds);
     ui_.playedFrame = double(options.firstFrame);
     ui_.resolutionLog2 = int(options.resolutionLog2);
     takeModel();
     ui_.costs = options.settings.costs.path;
     ui_.backend = backendName(options.settings.backend);
-    ui_.fontScale = ImGui::GetIO().FontGlobalScale;
     if (!options.scene.empty())
         session_.open(options.scene, options.settings.experiment.camera, options.resolutionLog2,
                       options.assetPath);
@@ -82,13 +96,14 @@ void Viewer::run() {
     glfwHideWindow(window_.handle); // invisible to the user while the worker finishes
     glfwPollEvents();
     log_.write("closed", Json::object());
-    // A scene that was named and never opened is reported as in every command.
+    // A scene that was named and never opened sets the exit status as in every command.
     if (!ui_.hasScene && !options_.scene.empty() && !ui_.statusError.empty())
-        throw Error(ErrorKind::kInput, ui_.statusError);
+        throw Error(ErrorKind::kInput,
+                    "no scene was open: " + options_.scene + " could not be opened");
 }
 
 bool Viewer::isLively(double now) const {
-    return now - touched_ < kLingerSeconds || isMoving_ || ui_.isPlaying || heldKeys() ||
+    return now - touched_ < kLingerSeconds || isMoving_ || ui_.isPlaying || demo_ || heldKeys() ||
            !session_.isIdle() || session_.hasPicture();
 }
 bool Viewer::heldKeys() const {
@@ -113,14 +128,22 @@ void Viewer::waitUntil(double last, double due) {
 }
 
 void Viewer::step(double now, double seconds) {
+    if (fontScale_ != ui_.fontScale) {
+        setFontScale(fontScale_ = ui_.fontScale);
+        window_.refreshFonts();
+    }
     ImGui_ImplOpenGL3_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
     takeResults();
+    playDemo(now);
 
     const ImVec2 size = ImGui::GetIO().DisplaySize;
-    const float wide = kPanelWidth * ui_.fontScale;
-    const float panel = ui_.showsPanel && size.x > 1.4f * wide ? wide : 0.0f;
+    // Large text leaves the picture two fifths of the window; in a very small one there is no
+    // panel.
+    const float panel = ui_.showsPanel && size.x > 1.4f * kPanelWidth
+                            ? std::min(scaled(kPanelWidth), 0.6f * size.x)
+                            : 0.0f;
     const ImVec2 from{panel, 0};
     pictureFrom_ = from;
     pictureTo_ = {std::max(size.x, panel + 16), std::max(size.y, 16.0f)};
@@ -154,6 +177,52 @@ void Viewer::step(double now, double seconds) {
         }
     }
     ask(now);
+}
+
+void Viewer::playDemo(double now) {
+    ui_.demo.reset();
+    if (!demo_ || !ui_.hasScene || !ui_.picture)
+        return;
+    ViewRequest& request = ui_.request;
+    const bool hasPath = ui_.scene.isCameraAnimated || !tour_.empty();
+    if (!hasPath && !std::exchange(request.wantsTour, true))
+        ui_.hasChanged = true;
+    if (!hasPath)
+        return;
+    demo_->stepTo(now, ui_.picture->request.caption);
+    const DemoMoment moment = demo_->moment();
+    ui_.demo = moment;
+    if (showMoment(moment, ui_.scene, tour_, options_.frame.rays.believe, request)) {
+        ui_.hasChanged = true;
+        ui_.isDragged = moment.isFlying;
+    }
+    if (int(moment.caption()) != loggedCaption_) {
+        loggedCaption_ = int(moment.caption());
+        ui_.pixel.reset();
+        ui_.pixelLight = -1;
+        request.split = 0.5f;
+        setModel(ui_, request.sides[0].model);
+        log_.write("demo", {{"caption", moment.caption() + 1},
+                            {"title", kDemoCaptions[moment.caption()].title}});
+    }
+    ui_.threshold = moment.threshold;
+    ui_.playedFrame = double(request.frame);
+    ui_.isFlying = !tour_.empty();
+    if (ui_.isFlying)
+        ui_.camera = FlyCamera(tourCamera(tour_, moment));
+}
+
+bool Viewer::endDemo() {
+    if (!demo_)
+        return false;
+    demo_.reset();
+    ui_.request.wantsTour = false;
+    ui_.request.caption = -1;
+    ui_.request.pixel.reset();
+    ui_.pixel.reset();
+    ui_.hasChanged = true;
+    log_.write("demo", {{"ended", true}});
+    return true;
 }
 
 void Viewer::showPicture() {

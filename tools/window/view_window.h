@@ -23,6 +23,13 @@ struct ViewWindowOptions {
     std::string saveDirectory = ".";
     std::string logPath;  ///< "": none
     double targetMs = 22; ///< time limit of a moving picture
+    ViewOverlay overlay = ViewOverlay::kNone;
+    uint32_t voxelLevel = 0;
+    int light = -1; ///< of overlays; -1: any
+    bool marksLights = false;
+    bool wantsTruth = true;    ///< computed while the view rests
+    float fontScale = 0;       ///< 0: the display's
+    double captionSeconds = 0; ///< of the demo; 0: none
 };
 
 /// Opens the window and returns after it was closed. Throws Error kDevice with GLFW's message if no

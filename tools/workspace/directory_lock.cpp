@@ -2,6 +2,7 @@
 #include "tools/workspace/directory_lock.h"
 
 #include "cuda/error.h"
+#include "scenes/input_file.h"
 
 #include <cerrno>
 #include <cstring>
@@ -14,9 +15,13 @@ namespace shadowdag {
 
 DirectoryLock::DirectoryLock(const std::string& option, const std::string& directory)
     : descriptor_(open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
-    if (descriptor_ < 0)
-        throw Error(ErrorKind::kResource, directory + ": cannot be opened: " +
-                                              std::strerror(errno) + "; choose another directory");
+    if (descriptor_ < 0) {
+        const int failure = errno;
+        refuseTooManyFiles(directory, failure);
+        throw Error(ErrorKind::kResource, directory +
+                                              ": cannot be opened: " + std::strerror(failure) +
+                                              "; choose another directory");
+    }
     if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0)
         return;
     const int failure = errno;

@@ -79,6 +79,18 @@ std::vector<glm::vec3> errorPicture(const std::vector<glm::vec3>& truthDisplay,
     return picture;
 }
 
+std::optional<glm::vec2> pixelOf(const glm::vec3& positionWorld, const Camera& camera,
+                                 uint32_t width, uint32_t height) {
+    const glm::vec3 toPoint = positionWorld - camera.positionWorld;
+    const float depth = glm::dot(toPoint, camera.forward);
+    if (!(depth > camera.znear))
+        return std::nullopt;
+    const float tangent = std::tan(camera.yfov * 0.5f);
+    const float pixels = float(height) * 0.5f / (depth * tangent); // a metre at its depth
+    return glm::vec2(float(width) * 0.5f + glm::dot(toPoint, camera.right()) * pixels,
+                     float(height) * 0.5f - glm::dot(toPoint, camera.up) * pixels);
+}
+
 std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
                                      const std::vector<float>& rayShares,
                                      const std::vector<MapRecord>& maps,
@@ -89,18 +101,15 @@ std::vector<glm::vec3> methodPicture(const std::vector<glm::vec3>& truthDisplay,
         picture[i] =
             glm::mix(kOrange, kSkyBlue, rayShares[i]) * (0.15f + 0.85f * grey(truthDisplay[i]));
 
-    const float tangent = std::tan(camera.yfov * 0.5f);
     // At least a pixel, because smaller discs are invisible.
     const float radius = std::max(0.71f, std::max(2.5f * scale, float(height) / 120.0f));
     const float rim = std::min(scale, 1.0f);
     for (const MapRecord& map : maps) {
-        const glm::vec3 toLight = lights[map.quantities.light].positionWorld - camera.positionWorld;
-        const float depth = glm::dot(toLight, camera.forward);
-        if (!(depth > camera.znear))
+        const std::optional<glm::vec2> pixel =
+            pixelOf(lights[map.quantities.light].positionWorld, camera, width, height);
+        if (!pixel)
             continue;
-        const float pixels = float(height) * 0.5f / (depth * tangent); // a metre at its depth
-        const float x = float(width) * 0.5f + glm::dot(toLight, camera.right()) * pixels;
-        const float y = float(height) * 0.5f - glm::dot(toLight, camera.up) * pixels;
+        const float x = pixel->x, y = pixel->y;
         if (!(x > -radius && y > -radius && x < float(width) + radius &&
               y < float(height) + radius))
             continue;

@@ -7,6 +7,7 @@
 #include "hybrid/frame.h"
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace shadowdag {
@@ -40,6 +41,11 @@ std::vector<float> rayShare(const PairList& pairs, const std::vector<Route>& rou
 /// thirty is still visible.
 std::vector<glm::vec3> errorPicture(const std::vector<glm::vec3>& truthDisplay,
                                     const PixelErrors& errors);
+
+/// Returns where a point is in a picture, in pixels from its upper left corner, hidden or not, also
+/// beyond its edges; none where it is not before the camera.
+std::optional<glm::vec2> pixelOf(const glm::vec3& positionWorld, const Camera& camera,
+                                 uint32_t width, uint32_t height);
 
 /// Returns a display picture: the truth's brightness, tinted sky blue for rays and orange for maps;
 /// one disc per light in use, if the camera sees its position (hidden or not), a 120th of the

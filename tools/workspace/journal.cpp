@@ -186,9 +186,4 @@ void Journal::save() const {
     hasFinishedParts() = !content_["parts"].empty();
 }
 
-std::atomic<bool>& hasFinishedParts() {
-    static std::atomic<bool> has = false;
-    return has;
-}
-
 } // namespace shadowdag

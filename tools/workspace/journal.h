@@ -7,7 +7,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include <atomic>
 #include <string>
 #include <vector>
 
@@ -45,9 +44,5 @@ private:
     Json content_;
     size_t takenUpCount_ = 0;
 };
-
-/// Whether a Journal of this process holds finished parts of a report that is not complete
-/// (swapReport), so that --resume would go on after them.
-std::atomic<bool>& hasFinishedParts();
 
 } // namespace shadowdag

@@ -290,8 +290,24 @@ private:
                 out.lights.push_back(light);
         }
         if (withPictures_)
-            out.truthImages.push_back(
-                {{"scene", scene_.name}, {"frame", frame_}, {"file", pictureBase() + "truth.png"}});
+            out.truthImages.push_back({{"scene", scene_.name},
+                                       {"frame", frame_},
+                                       {"file", pictureBase() + "truth.png"},
+                                       {"lights", lightsInPicture()}});
+    }
+
+    /// Returns {"light", "x", "y"}, in pixels, of every light with a position within the picture.
+    Json lightsInPicture() const {
+        Json list = Json::array();
+        const std::vector<Light>& lights = workspace_.world().lights();
+        for (size_t light = 0; light < lights.size(); ++light) {
+            const auto pixel = pixelOf(lights[light].positionWorld, camera_, experiment_.width,
+                                       experiment_.height);
+            if (lights[light].kind != Light::kSun && pixel && pixel->x >= 0 && pixel->y >= 0 &&
+                pixel->x < float(experiment_.width) && pixel->y < float(experiment_.height))
+                list.push_back({{"light", light}, {"x", pixel->x}, {"y", pixel->y}});
+        }
+        return list;
     }
 
     Workspace& workspace_;

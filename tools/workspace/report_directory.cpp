@@ -4,16 +4,19 @@
 #include "cuda/error.h"
 #include "scenes/output_file.h"
 #include "scenes/output_target.h"
+#include "scenes/write_remedy.h"
 #include "tools/settings/json_file.h"
-#include "tools/workspace/journal.h"
 #include "tools/workspace/study_kinds.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <cstring>
+#include <exception>
 #include <filesystem>
 #include <iterator>
-#include <new>
 #include <unistd.h>
 #include <vector>
 
@@ -83,6 +86,20 @@ void refuseReadOnly(const std::string& directory) {
     for (const std::string& name : reportParts())
         if (const std::string path = directory + "/" + name; fs::is_regular_file(path))
             static_cast<void>(outputTarget(path));
+}
+
+/// Gives the files and folders of a new report the attributes of those that they replace.
+void keepAttributes(const fs::path& old, const fs::path& fresh) {
+    const auto attributes = attributesOf(old);
+    if (!attributes || !fs::exists(fresh) || fs::is_directory(old) != fs::is_directory(fresh))
+        return;
+    if (fs::is_directory(fresh))
+        for (const auto& entry : fs::directory_iterator(fresh))
+            keepAttributes(old / entry.path().filename(), entry.path());
+    if (!attributes->giveTo(fresh))
+        throw Error(ErrorKind::kResource, fresh.string() + ": cannot get the permissions of " +
+                                              old.string() + ": " + std::strerror(errno) +
+                                              "; choose another directory");
 }
 
 void moveFile(const std::string& from, const std::string& to) {
@@ -176,7 +193,7 @@ ReportDirectory::~ReportDirectory() {
             journal.is_object() && journal.contains("parts") && journal["parts"].empty();
         if (!hasJournal || isEmpty)
             fs::remove_all(partial_, ignored);
-    } catch (const std::bad_alloc&) { // the folder stays, as after a crash
+    } catch (const std::exception&) { // memory or files are short: it stays, as after a crash
     }
 }
 
@@ -189,10 +206,19 @@ void createDirectory(const std::string& path) {
         throw Error(ErrorKind::kResource,
                     path + ": is a symbolic link that leads nowhere; create the directory that it "
                            "leads to, or remove the link");
+    refuseFileAsFolder(path);
+    // Of a report, DIR/partial/old/images/PICTURE is the longest; the system refuses long names.
+    constexpr size_t kMostBytes = PATH_MAX - NAME_MAX - 32;
+    if (path.size() > kMostBytes)
+        throw Error(ErrorKind::kResource, path + ": File name too long; choose a path of at most " +
+                                              std::to_string(kMostBytes) +
+                                              " bytes, so that the files in it have room");
     fs::create_directories(path, failed);
     if (failed)
         throw Error(ErrorKind::kResource, path + ": cannot be created: " + failed.message() +
                                               "; choose another directory");
+    if (const std::string why = whyNotWritable(path); !why.empty())
+        throw Error(ErrorKind::kResource, path + ": cannot be written into: " + why);
 }
 
 DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool isPart) {
@@ -215,13 +241,13 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
 
 void swapReport(const std::string& directory) {
     const std::string partial = directory + "/partial", old = partial + "/old";
+    for (const std::string& name : reportParts())
+        keepAttributes(directory + "/" + name, partial + "/" + name);
     fs::create_directories(old);
     auto held = delayRemovalOfUnfinishedFiles(); // and the end of the process
     try {
         for (const std::string& name : reportParts()) {
             const std::string target = directory + "/" + name, fresh = partial + "/" + name;
-            if (fs::is_regular_file(target) && fs::is_regular_file(fresh))
-                fs::permissions(fresh, fs::status(target).permissions());
             if (fs::exists(target))
                 moveFile(target, old + "/" + name);
             if (fs::exists(fresh))

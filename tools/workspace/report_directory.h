@@ -25,8 +25,8 @@ private:
     std::vector<std::string> fresh_; ///< the innermost first
 };
 
-/// Creates a directory and those above it. Throws Error kResource if it cannot be, or if something
-/// else is there.
+/// Creates a directory and those above it. Throws Error kResource if it cannot be, if something
+/// else is there, or if its path leaves no room for the files of a report.
 void createDirectory(const std::string& path);
 
 /// Creates the directory and tests that it can be written to, before any work. Unless resumed,
@@ -52,7 +52,8 @@ private:
 };
 
 /// Replaces an older report by the finished parts in `partial`, by renaming alone; the older one is
-/// deleted only after the new one is in place. Throws Error kResource, with the older one restored.
+/// deleted only after the new one is in place. Files and folders of the same names keep their
+/// attributes (FileAttributes). Throws Error kResource, with the older one restored.
 void swapReport(const std::string& directory);
 
 } // namespace shadowdag

@@ -5,16 +5,17 @@
 #include "scenes/builtin.h"
 #include "scenes/camera_placement.h"
 #include "scenes/output_target.h"
+#include "scenes/write_remedy.h"
 #include "tools/settings/camera_text.h"
 #include "tools/settings/parse.h"
 #include "tools/settings/provenance.h"
+#include "tools/workspace/report_directory.h"
 #include "voxel/voxelize.h"
-
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 
 namespace shadowdag {
 
@@ -55,6 +56,18 @@ uint32_t automaticView(const std::string& text) {
                                            "auto-2 and so on, up to auto-" +
                                            std::to_string(kMaxViewCount));
     }
+}
+
+/// Returns which of World::cameras() a text names, the first for ""; nothing if it names none.
+std::optional<size_t> namedCamera(const World& world, const std::string& text) {
+    const Scene& scene = world.scene();
+    const std::vector<uint32_t> nodes = cameraNodes(scene);
+    const std::vector<std::string> names = cameraNames(world);
+    for (size_t i = 0; i < nodes.size() && i < world.cameras().size(); ++i)
+        if (text.empty() || names[i] == text ||
+            scene.cameras[size_t(scene.nodes[nodes[i]].camera)].name == text)
+            return i;
+    return std::nullopt;
 }
 
 /// Returns the first automatic cameras of a world. Throws Error kUsage if there are fewer.
@@ -145,18 +158,30 @@ Camera chooseCamera(const World& world, const std::string& text) {
     if (text.find(',') != std::string::npos)
         return cameraFromText(text);
 
-    const std::vector<std::string> names = cameraNames(world);
-    const Scene& scene = world.scene();
-    const std::vector<uint32_t> nodes = cameraNodes(scene);
+    if (const std::optional<size_t> named = namedCamera(world, text))
+        return cameras[*named];
     std::string known = "auto";
-    for (size_t i = 0; i < names.size() && i < cameras.size(); ++i) {
-        if (names[i] == text || scene.cameras[size_t(scene.nodes[nodes[i]].camera)].name == text)
-            return cameras[i];
-        known += ", " + names[i];
-    }
+    for (const std::string& name : cameraNames(world))
+        known += ", " + name;
     throw Error(ErrorKind::kUsage,
                 "--camera '" + text + "': there is no camera of that name; the cameras are: " +
                     known + ", or give px,py,pz,tx,ty,tz[,fovDegrees[,near,far[,rollDegrees]]]");
+}
+
+bool isCameraAnimated(const World& world, const std::string& text) {
+    if ((!text.empty() && automaticView(text) > 0) || text.find(',') != std::string::npos)
+        return false;
+    const std::optional<size_t> camera = namedCamera(world, text);
+    if (!camera)
+        return false;
+    const Scene& scene = world.scene();
+    for (int node = int(cameraNodes(scene)[*camera]); node != kNone;
+         node = scene.nodes[size_t(node)].parent)
+        for (const Animation& animation : scene.animations)
+            for (const AnimationChannel& channel : animation.channels)
+                if (channel.node == node && channel.times.size() > 1)
+                    return true;
+    return false;
 }
 
 void checkCamera(const World& world, const std::string& text) {
@@ -228,7 +253,7 @@ Dag cachedDag(const LoadedScene& scene, uint32_t resolutionLog2, const VoxelSour
                          sceneGrid(*scene.world, resolutionLog2), console.progress(what));
     if (!directory.empty()) {
         try {
-            fs::create_directories(directory, ignored);
+            createDirectory(directory);
             writeAsset(asset, path, AssetPacking::kFast);
         } catch (const Error& error) {
             console.note(std::string("cache: ") + error.what() + "; the asset is not stored");
@@ -278,18 +303,18 @@ std::vector<Dag> obtainDags(const LoadedScene& scene, const std::vector<uint32_t
 }
 
 void checkWritable(const std::string& path) {
-    std::error_code ignored;
-    if (fs::is_directory(path, ignored))
+    std::error_code error;
+    if (fs::is_directory(path, error))
         throw Error(ErrorKind::kResource, path + ": is a directory; give a file");
     const fs::path parent = fs::path(outputTarget(path)).parent_path();
     const std::string directory = parent.empty() ? "." : parent.string();
-    if (!fs::is_directory(directory, ignored))
+    const fs::file_status status = fs::status(directory, error);
+    if (status.type() == fs::file_type::not_found)
         throw Error(ErrorKind::kResource,
                     path + ": there is no directory " + directory + "; create it first");
-    if (access(directory.c_str(), W_OK) != 0)
+    if (const std::string why = whyNotWritable(directory); !why.empty())
         throw Error(ErrorKind::kResource,
-                    path + ": the directory " + directory +
-                        " is not writable; choose another or change its mode");
+                    path + ": cannot be written into " + directory + ": " + why);
 }
 
 void checkExtension(const std::string& path, const std::vector<std::string>& extensions,

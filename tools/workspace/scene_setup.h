@@ -43,6 +43,9 @@ LoadedScene loadedScene(Scene scene, const WorldOptions& options = {});
 /// automatic camera beyond those that placeCameras finds.
 Camera chooseCamera(const World& world, const std::string& text);
 
+/// Returns whether an animation moves the camera that chooseCamera returns for a text.
+bool isCameraAnimated(const World& world, const std::string& text);
+
 /// Throws as chooseCamera for an unknown name; places no camera.
 void checkCamera(const World& world, const std::string& text);
 

@@ -7,6 +7,7 @@
 #include "tools/workspace/tracer_api.h"
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <dlfcn.h>
 #include <filesystem>
@@ -58,8 +59,12 @@ TracerPlugin::TracerPlugin(const std::string& path)
     if (const std::string why = whyNoInput(path, ~uint64_t(0)); !why.empty())
         throw tracerError(path, why, "give a shared library that exports " SHADOWDAG_TRACER_SYMBOL);
     library_->handle = dlopen(std::filesystem::absolute(path).c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (!library_->handle)
-        refuse(std::string("cannot be loaded: ") + dlerror());
+    if (!library_->handle) {
+        const std::string why = dlerror();
+        if (saysTooManyFiles(why))
+            refuseTooManyFiles(path, EMFILE);
+        refuse("cannot be loaded: " + why);
+    }
     void* const symbol = dlsym(library_->handle, SHADOWDAG_TRACER_SYMBOL);
     if (!symbol)
         refuse("exports no function " SHADOWDAG_TRACER_SYMBOL);

@@ -146,6 +146,14 @@ TEST(Compare, SmokeExperimentGivesReportChartsAndEveryKey) {
                             "driver", "experiment_hash", "seed", "thread_count"})
         EXPECT_TRUE(results["provenance"].contains(key)) << key;
     EXPECT_EQ(results["scenes"][0]["scene_hash"].get<std::string>().size(), 32u);
+    const Json& lights = results["truth_images"][0]["lights"]; // of 65, those in the picture
+    EXPECT_GT(lights.size(), 10u);
+    EXPECT_LT(lights.size(), 65u);
+    for (const Json& light : lights) {
+        EXPECT_LT(light["light"], 65);
+        EXPECT_TRUE(light["x"] >= 0 && light["x"] < 96 && light["y"] >= 0 && light["y"] < 54)
+            << light;
+    }
     for (const Json& run : results["runs"])
         for (const char* key : {"scene",
                                 "frame",
@@ -394,6 +402,26 @@ TEST(Compare, AnInterruptAdvisesToResumeOnlyWhereThatGoesOn) {
         }
         std::filesystem::remove_all(report);
     }
+}
+
+// Its journal of finished parts grows beyond the limit.
+TEST(Compare, AFailureAfterFinishedPartsAdvisesToResume) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report";
+    for (const int blocks : {1, 48}) {
+        const ProgramResult result = runShadowdag(
+            directory, tinyCompare(report, kAtrium),
+            {"/bin/bash", "-c", "ulimit -f " + std::to_string(blocks) + "; exec \"$@\"", "bash"});
+        EXPECT_EQ(result.status, 3);
+        EXPECT_EQ(result.err.find("the same command with --resume goes on after them") !=
+                      std::string::npos,
+                  std::filesystem::exists(report + "/partial"))
+            << result.err;
+        EXPECT_EQ(std::filesystem::exists(report + "/partial"), blocks == 48);
+    }
+    Arguments again = tinyCompare(report, kAtrium);
+    again.emplace_back("--resume");
+    EXPECT_EQ(runShadowdag(directory, again).status, 0);
 }
 
 TEST(Compare, AnExperimentThatReplacesLightsSaysSoFirst) {

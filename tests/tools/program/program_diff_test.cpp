@@ -16,17 +16,26 @@ using testing::HasSubstr;
 
 const std::string kAtrium = SDAG_SOURCE_DIR "/tests/bench/results/compare-atrium.json";
 
+/// Returns the committed result with twelve pairs of acne more.
+Json withMoreAcne() {
+    Json results = Json::parse(readText(kAtrium));
+    Json& count = results["runs"][3]["acne_count"];
+    count = count.get<uint64_t>() + 12;
+    return results;
+}
+
 TEST(Diff, EndsWithFiveWhereSomethingIsWorse) {
     const TemporaryDirectory directory;
-    Json worse = Json::parse(readText(kAtrium));
-    worse["runs"][3]["acne_count"] = 12;
+    const Json worse = withMoreAcne();
+    const uint64_t more = worse["runs"][3]["acne_count"];
     writeText(directory / "results.json", worse.dump());
     const ProgramResult same = runShadowdag(directory, {"diff", kAtrium, kAtrium});
     EXPECT_EQ(same.status, 0) << same.err;
     EXPECT_THAT(same.out, HasSubstr("0 worse, 0 better, 0 changed otherwise"));
     const ProgramResult text = runShadowdag(directory, {"diff", kAtrium, directory.path()});
     EXPECT_EQ(text.status, 5);
-    EXPECT_THAT(text.out, HasSubstr("acne_count 0 -> 12"));
+    EXPECT_THAT(text.out, HasSubstr("acne_count " + std::to_string(more - 12) + " -> " +
+                                    std::to_string(more)));
     EXPECT_THAT(text.err, HasSubstr("1 values are worse"));
     const ProgramResult json =
         runShadowdag(directory, {"diff", kAtrium, directory / "results.json", "--json"});
@@ -35,6 +44,31 @@ TEST(Diff, EndsWithFiveWhereSomethingIsWorse) {
     EXPECT_EQ(json.json()["changes"][0]["verdict"], "worse");
     // The other way round it is better.
     EXPECT_EQ(runShadowdag(directory, {"diff", directory.path(), kAtrium}).status, 0);
+}
+
+TEST(Diff, WritesAPageWithItsData) {
+    const TemporaryDirectory directory;
+    const Json worse = withMoreAcne();
+    const std::string more = std::to_string(worse["runs"][3]["acne_count"].get<uint64_t>());
+    writeText(directory / "results.json", worse.dump());
+    const std::string page = directory / "d.html";
+    const std::vector<std::string> command{"diff", kAtrium, directory / "results.json", "-o", page};
+    const ProgramResult result = runShadowdag(directory, command);
+    EXPECT_EQ(result.status, 5) << result.err;
+    EXPECT_THAT(result.out, HasSubstr("page: " + page));
+    EXPECT_THAT(readText(page),
+                HasSubstr("<td data-v=\"" + more + ".000000000\">" + more + "</td>"));
+    EXPECT_EQ(Json::parse(readText(directory / "d.json"))["worse_count"], 1);
+    EXPECT_EQ(runShadowdag(directory, command).status, 5) << "an earlier difference is replaced";
+    const std::string results = directory / "results.html", text = directory / "d.txt";
+    expectRefused(directory,
+                  {{{"diff", kAtrium, kAtrium, "-o", results}, 1, "is no earlier difference"},
+                   {{"diff", kAtrium, kAtrium, "-o", text}, 1, "as F.html and F.json"}});
+    EXPECT_EQ(readText(directory / "results.json"), worse.dump());
+    writeText(directory / "jinja2.py", "raise ModuleNotFoundError");
+    setenv("PYTHONPATH", directory.path().c_str(), 1);
+    expectRefused(directory, {{command, 1, "apt-get install python3-jinja2, or leave out -o"}});
+    unsetenv("PYTHONPATH");
 }
 
 TEST(Diff, RefusesWhatCannotBeCompared) {
@@ -57,10 +91,8 @@ TEST(Diff, RefusesWhatCannotBeCompared) {
 
 TEST(Diff, NamesDoNotReachTheTerminalAsControlCharacters) {
     const TemporaryDirectory directory;
-    Json worse = Json::parse(readText(kAtrium));
-    worse["runs"][3]["acne_count"] = 12;
     const std::string name = directory / "b\x1b[31m.json";
-    writeText(name, worse.dump());
+    writeText(name, withMoreAcne().dump());
     const ProgramResult result = runShadowdag(directory, {"diff", kAtrium, name});
     EXPECT_EQ(result.status, 5);
     EXPECT_THAT(result.err, HasSubstr("b\\x1b[31m.json: 1 values are worse"));

@@ -65,6 +65,7 @@ TEST(Fit, ChoiceKeepsTheBoundAndCompareReplaysItsErrors) {
     EXPECT_LT(found.at("measured_count"), found.at("model_count"));
     EXPECT_THAT(readText(directory / "f.svg"), HasSubstr("</svg>"));
     EXPECT_THAT(readText(directory / "f.png"), testing::StartsWith("\x89PNG"));
+    EXPECT_THAT(readText(directory / "f.html"), HasSubstr("<p class=\"verdict\">Chosen: "));
 
     const ProgramResult compare =
         runShadowdag(directory, {"compare", "--experiment", directory / "f.experiment.json", "-o",

@@ -58,7 +58,7 @@ TEST(CompareReports, MissingPackagesAreNamedAndTheDataAreWritten) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
     for (const char* module : {"jinja2", "matplotlib"})
-        writeText(directory / (std::string(module) + ".py"), "raise ImportError");
+        writeText(directory / (std::string(module) + ".py"), "raise ModuleNotFoundError");
     setenv("PYTHONPATH", directory.path().c_str(), 1);
     std::vector<std::string> arguments{
         "compare", "builtin:fail-acne", "--size", "32x18", "--methods", "maps",  "--repeats",
@@ -73,7 +73,7 @@ TEST(CompareReports, MissingPackagesAreNamedAndTheDataAreWritten) {
                                        "--no-charts"));
     EXPECT_FALSE(isThere);
     ASSERT_EQ(result.status, 0) << result.err;
-    EXPECT_THAT(result.err, HasSubstr("index.html is omitted: the page needs /usr/bin/python3 with "
+    EXPECT_THAT(result.err, HasSubstr("the page is omitted: the page needs /usr/bin/python3 with "
                                       "Jinja2: apt-get install python3-jinja2\n"));
     EXPECT_EQ(result.json()["report"], report + "/results.json");
     EXPECT_TRUE(std::filesystem::exists(report + "/results.csv"));

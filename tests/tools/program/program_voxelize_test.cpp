@@ -236,6 +236,63 @@ TEST(ProgramVoxelize, AKilledBuildIsResumedToTheSameFile) {
     EXPECT_FALSE(std::filesystem::exists(killed + ".scratch"));
 }
 
+TEST(ProgramVoxelize, AFolderOfAnotherBuildIsDescribedWithWhatToDo) {
+    const TemporaryDirectory directory;
+    const std::string output = directory / "a.svdag", scratch = output + ".scratch";
+    std::filesystem::create_directory(scratch);
+    const Arguments parts = buildParts(directory, 2, "64");
+    std::filesystem::copy_file(parts[0], scratch + "/00000000.svpart");
+    const std::string other = " holds the files of an unfinished voxelize, another build, of " +
+                              std::string(kScene) + " at 64^3: resolution 64 against 32; delete ";
+    Arguments merge = buildParts(directory, 2, "32");
+    merge.insert(merge.begin(), {"merge", "-o", output, "--memory-limit", "1G"});
+    const Arguments voxelize = {"voxelize", kScene, "-o", output, "--resolution", "32"};
+    for (const char* way : {"--resume", "--memory-limit=1G"}) {
+        Arguments build = voxelize;
+        build.emplace_back(way);
+        expectRefused(directory, {{build, 1, scratch + other}});
+    }
+    expectRefused(directory, {{merge, 1, scratch + other}});
+    const ProgramResult built = runShadowdag(directory, voxelize);
+    EXPECT_EQ(built.status, 0) << built.err;
+    EXPECT_THAT(built.err, HasSubstr("warning: " + scratch + other));
+}
+
+TEST(ProgramVoxelize, AnInterruptAdvisesToResumeOnlyWhereFinishedPartsStay) {
+    const TemporaryDirectory directory;
+    const std::string output = directory / "a.svdag", scratch = output + ".scratch";
+    const auto hasPart = [&] {
+        std::error_code ignored;
+        for (const auto& entry : std::filesystem::directory_iterator(scratch, ignored))
+            if (entry.path().extension() == ".svpart")
+                return true;
+        return false;
+    };
+    struct Case {
+        Arguments more;
+        bool waitsForPart, isAdvised;
+    };
+    for (const Case& build : {Case{{"--resume", "--checkpoint", "1000"}, false, false},
+                              Case{{"--memory-limit", "1G", "--checkpoint", "0.05"}, true, false},
+                              Case{{"--resume", "--checkpoint", "0.05"}, true, true},
+                              Case{{"--resume", "--checkpoint", "1000"}, true, true}}) {
+        Arguments arguments = {"voxelize", kScene, "-o", output, "--resolution", "16384"};
+        arguments.insert(arguments.end(), build.more.begin(), build.more.end());
+        const pid_t child =
+            startProgram(directory, arguments, directory / "out", directory / "err");
+        for (int i = 0; i < 400 && build.waitsForPart && !hasPart(); ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(50));
+        std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+        kill(child, SIGTERM);
+        EXPECT_EQ(waitForProgram(child), 128 + SIGTERM) << readText(directory / "err");
+        EXPECT_EQ(readText(directory / "err").find("the same command with --resume") !=
+                      std::string::npos,
+                  build.isAdvised)
+            << readText(directory / "err");
+        EXPECT_EQ(hasPart(), build.isAdvised);
+    }
+}
+
 TEST(ProgramVoxelize, AnInterruptEndsItSoonAndLeavesNoFile) {
     const TemporaryDirectory directory;
     for (const bool isLimited : {false, true}) {

@@ -291,7 +291,8 @@ TEST(Charts, ASweepIsACurveOfItsOwnForEveryValueOfEverySetting) {
     const std::string script =
         "import sys\n"
         "sys.path.insert(0, '" SDAG_SOURCE_DIR "/tools/report')\n"
-        "from shadowdag_report.charts.runs import load, series_name, sweeps\n"
+        "from shadowdag_report.charts.runs import load\n"
+        "from shadowdag_report.series import series_name, sweeps\n"
         "runs = [r for r in load([sys.argv[1]], False)[0] if r['frame'] == 0]\n"
         "series = sweeps(runs)\n"
         "for key, members in series.items():\n"
@@ -321,11 +322,28 @@ TEST(Charts, VariantsByNameHaveAChartOfTheirOwn) {
     EXPECT_EQ(charts["charts"][0]["file"], "variants_builtin_made_up");
 }
 
+TEST(Charts, LongNamesOfScenesMakeShortNamesOfFiles) {
+    const std::string script = R"(
+import sys
+sys.path.insert(0, sys.argv[1])
+from shadowdag_report.style import slug
+names = ["a" * 245 + ".glb", "a" * 246 + ".glb", "\u00e4" * 120, "a.glb"]
+print([len(slug(name).encode()) for name in names], len(set(map(slug, names))), slug("a.glb"), end="")
+)";
+    std::string said;
+    ASSERT_EQ(runProgram({"/usr/bin/python3", "-B", "-c", script,
+                          std::string(SDAG_SOURCE_DIR) + "/tools/report"},
+                         &said),
+              0)
+        << said;
+    EXPECT_EQ(said, "[100, 100, 99, 5] 4 a_glb");
+}
+
 TEST(Charts, OnlyDifferencesBeyondTheSpreadMakeAFront) {
     const std::string script = R"(
 import sys
 sys.path.insert(0, sys.argv[1])
-from shadowdag_report.charts.speed_accuracy import pareto
+from shadowdag_report.series import pareto
 def run(name, time, error, spread=2):
     return {"label": name, "time_ms": time, "time_ms_min": time - spread / 2, "time_ms_max": time + spread / 2,
             "error": error}

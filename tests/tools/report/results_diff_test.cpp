@@ -147,6 +147,11 @@ TEST(ResultsDiff, TimesChangeBeyondTheirIntervals) {
     EXPECT_EQ(verdictOf(older(20, 1)), "uncertain");
 }
 
+TEST(ResultsDiff, TimesOfStagesHaveNoSpreadAndAreLeftOut) {
+    EXPECT_THAT(changesAfter(committed("compare-atrium.json"), "/runs/1/stages_ms/shading", 1e6),
+                IsEmpty());
+}
+
 TEST(ResultsDiff, RowsOfOneAloneAreListed) {
     const Json atrium = committed("compare-atrium.json");
     Json shorter = atrium;

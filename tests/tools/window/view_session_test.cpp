@@ -304,7 +304,7 @@ TEST_F(ViewSessionTest, AMoveDoesNotWaitForTheFullSizePicture) {
         return p.request.serial == request.serial && p.scale < 1.0f;
     };
     const auto isFull = [&](const ViewPicture& p) {
-        return p.request.serial == request.serial && p.scale >= 1.0f;
+        return p.request.serial == request.serial && p.scale >= 1.0f && p.mapScale >= 1.0f;
     };
     ask(false);
     ASSERT_TRUE(waitForPicture(isFull)); // builds what is built once
@@ -329,6 +329,47 @@ TEST_F(ViewSessionTest, AMoveDoesNotWaitForTheFullSizePicture) {
                 waitedMs[1]);
     // About 0.3, and 0.9 where frames are made to their end first.
     EXPECT_LT(waitedMs[1], 0.75 * fullMs[1]);
+}
+
+// Drawing all maps anew takes longer than the rest of a picture; a flight leaves some.
+TEST(ViewSessionStill, ThePictureIsFirstShownAtFullSizeWithTheMapsOfTheFlight) {
+    Watched watched(1); // whatever it takes, pictures move at a small size
+    ASSERT_TRUE(watched.open("builtin:atrium"));
+    ViewRequest request = smallRequest(1, "maps");
+    request.options.width = 480;
+    request.options.height = 270;
+    request.isMoving = true;
+    watched.session.ask(request);
+    ASSERT_TRUE(watched.waitForPicture([](const ViewPicture& p) { return p.scale < 1.0f; }));
+    request.serial = 2;
+    request.isMoving = false;
+    watched.session.ask(request);
+    std::vector<std::shared_ptr<const ViewPicture>> shown;
+    ASSERT_TRUE(watched.waitForPicture([&](const ViewPicture& p) {
+        if (p.request.serial == 2 && (shown.empty() || shown.back() != watched.picture))
+            shown.push_back(watched.picture);
+        return p.request.serial == 2 && p.isFinal;
+    }));
+    ASSERT_GE(shown.size(), 2u);
+    const ViewPicture &soon = *shown[shown.size() - 2], &last = *shown.back();
+    EXPECT_EQ(soon.scale, 1.0f);
+    EXPECT_LT(soon.mapScale, 1.0f);
+    EXPECT_EQ(soon.request.options.undersample, 1.0f) << "it is of the request as it was asked";
+    const ShadowMapCounts &kept = soon.sides[0].counts.maps, &anew = last.sides[0].counts.maps;
+    EXPECT_GT(kept.keptMapCount, 0u);
+    EXPECT_LT(4 * kept.texelCount, anew.texelCount);
+    EXPECT_EQ(anew.keptMapCount, 0u) << "a complete picture is independent";
+    EXPECT_EQ(last.mapScale, 1.0f);
+    std::printf("at full size after %.0f ms, with finer maps after %.0f more\n", soon.workMs,
+                last.workMs);
+    // Rays have no maps to wait for.
+    request.serial = 3;
+    request.sides[0].method = "dag";
+    watched.session.ask(request);
+    ASSERT_TRUE(watched.waitForPicture([&](const ViewPicture& p) {
+        EXPECT_EQ(p.mapScale, 1.0f);
+        return p.request.serial == 3 && p.isFinal;
+    }));
 }
 
 TEST_F(ViewSessionTest, WorkCancelledForAnotherBackendIsDoneLater) {

@@ -120,7 +120,14 @@ TEST_P(KeepUp, MovingPicturesInASceneThatIsSlow) {
     // The first builds what a flight needs; beside other programs that takes its time.
     ASSERT_FALSE(view.waitFor(isMoving, from).is_null());
     std::this_thread::sleep_for(std::chrono::seconds(4));
+    const size_t released = view.lineCount();
     view.display.release("d");
+    const Json still = view.waitFor(
+        [](const Json& l) {
+            return l["event"] == "picture" && l["is_moving"] == false && l["scale"] == 1.0;
+        },
+        released);
+    ASSERT_FALSE(still.is_null());
     std::vector<double> latency, change, work, scale, rate;
     const std::vector<Json> lines = view.lines();
     for (size_t i = from; i < lines.size(); ++i)
@@ -141,9 +148,10 @@ TEST_P(KeepUp, MovingPicturesInASceneThatIsSlow) {
     std::sort(latency.begin(), latency.end());
     std::printf("%s: %zu moving pictures: median input to picture %.1f ms, nine in ten under %.1f, "
                 "from the first input since the one before %.1f, of work %.1f, at scale %.3f; "
-                "interface %.1f Hz\n",
+                "interface %.1f Hz; at full size %.0f ms after it rests\n",
                 GetParam(), latency.size(), median(latency), latency[latency.size() * 9 / 10],
-                median(change), median(work), median(scale), rate.empty() ? 0.0 : median(rate));
+                median(change), median(work), median(scale), rate.empty() ? 0.0 : median(rate),
+                still["latency_ms"].get<double>());
     EXPECT_LT(median(scale), 1.0);
     // About 25 ms where nobody else computes; at full size it would be half a second, on any
     // machine.
@@ -197,6 +205,9 @@ TEST(ViewWindow, FilesAreNamedInThePanel) {
     const Json error = view.waitForEvent("error", from);
     ASSERT_FALSE(error.is_null());
     EXPECT_THAT(error["message"].get<std::string>(), HasSubstr("no/such.glb"));
+    EXPECT_THAT(view.errors(), HasSubstr("shadowdag: error: no/such.glb")) << "at once";
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    view.shoot("no-such-file");
     from = view.lineCount();
     type("costs.json");
     const Json costs = view.waitFor(
@@ -428,9 +439,84 @@ TEST(ViewWindow, AMissingSceneIsReportedAndSetsTheExitStatus) {
     ViewProgram view({"no-such.glb"});
     SDAG_NEEDS_WINDOW(view);
     ASSERT_FALSE(view.waitForEvent("error").is_null());
+    EXPECT_THAT(view.errors(), HasSubstr("shadowdag: error: no-such.glb: no such file"))
+        << "at once";
+    std::this_thread::sleep_for(std::chrono::milliseconds(300)); // until it is drawn
+    view.shoot("no-scene");
     view.display.close();
     EXPECT_EQ(view.waitForEnd(), 2);
-    EXPECT_THAT(view.errors(), HasSubstr("no-such.glb"));
+    EXPECT_THAT(view.errors(), HasSubstr("no scene was open"));
+}
+
+bool isDemo(const Json& line, const char* key) {
+    return line["event"] == "demo" && line.contains(key);
+}
+
+TEST(ViewWindow, TheDemoShowsWhatItsCaptionsSpeakOfUntilAKeyEndsIt) {
+    ViewProgram view(
+        {"builtin:fail-silhouette", "--resolution", "128", "--demo", "--caption-seconds", "0.8"});
+    SDAG_NEEDS_WINDOW(view);
+    const std::pair<const char*, const char*> shown[] = {
+        {"dag", "lit scene"}, {"dag", "voxels"}, {"maps", "pages"}};
+    size_t from = 0;
+    for (int caption = 1; caption <= 3; ++caption) {
+        const auto& [method, overlay] = shown[caption - 1];
+        ASSERT_FALSE(
+            view.waitFor(
+                    [&](const Json& l) { return isDemo(l, "caption") && l["caption"] == caption; },
+                    from)
+                .is_null())
+            << caption;
+        const Json picture = view.waitFor(
+            [&](const Json& l) { return l["event"] == "picture" && l["caption"] == caption; },
+            from);
+        ASSERT_FALSE(picture.is_null()) << caption;
+        EXPECT_TRUE(hasMethod(picture, 0, method)) << picture;
+        EXPECT_EQ(picture["overlay"], overlay);
+        view.shoot("demo-" + std::to_string(caption));
+    }
+    from = view.lineCount();
+    view.display.tap("2"); // only ends it
+    ASSERT_FALSE(view.waitFor([](const Json& l) { return isDemo(l, "ended"); }, from).is_null());
+    const Json left = view.waitForPicture([](const Json& l) { return l["caption"] == 0; }, from);
+    ASSERT_FALSE(left.is_null());
+    from = view.lineCount();
+    view.display.tap("3");
+    ASSERT_FALSE(
+        view.waitForPicture([](const Json& l) { return hasMethod(l, 0, "maps"); }, from).is_null())
+        << "the keys are the user's again";
+    for (const Json& line : view.lines())
+        if (line["event"] == "picture" && line["serial"] > left["serial"]) {
+            EXPECT_EQ(line["camera"], left["camera"]) << "it flies on";
+        }
+}
+
+TEST(ViewWindow, AClickEndsTheDemo) {
+    ViewProgram view({"builtin:fail-silhouette", "--resolution", "64", "--demo"});
+    SDAG_NEEDS_WINDOW(view);
+    ASSERT_FALSE(view.waitFor([](const Json& l) { return isDemo(l, "caption"); }).is_null());
+    const size_t from = view.lineCount();
+    view.display.click(800, 300);
+    ASSERT_FALSE(view.waitFor([](const Json& l) { return isDemo(l, "ended"); }, from).is_null());
+    const Json rest = view.waitForPicture([](const Json& l) { return l["caption"] == 0; }, from);
+    ASSERT_FALSE(rest.is_null());
+    EXPECT_FALSE(rest.contains("pixel")) << "the click picks no pixel";
+}
+
+TEST(ViewWindow, TextIsScaledByAnOptionAndByKeys) {
+    ViewProgram view({"builtin:fail-silhouette", "--resolution", "64", "--font-scale", "1.5"});
+    SDAG_NEEDS_WINDOW(view);
+    const Json large = view.waitForPicture();
+    ASSERT_FALSE(large.is_null()) << view.errors();
+    const int panel = 1280 - large["width"].get<int>();
+    EXPECT_NEAR(panel, 350 * 1.5, 14); // letters have whole pixels
+    view.shoot("font-150");
+    const size_t from = view.lineCount();
+    view.display.press("Control_L");
+    view.display.tap("0");
+    view.display.release("Control_L");
+    EXPECT_FALSE(view.waitForPicture([](const Json& l) { return l["width"] == 1280 - 350; }, from)
+                     .is_null());
 }
 
 TEST(ViewWindow, RunsOnOpenGL) {
@@ -570,6 +656,15 @@ TEST(ViewCommand, RefusesUnsupportedInput) {
     EXPECT_EQ(runShadowdag(directory, {"view", "--target", "0"}).status, 1);
     EXPECT_EQ(runShadowdag(directory, {"view", "--frames", "0:5"}).status, 1);
     EXPECT_EQ(runShadowdag(directory, {"view", "--exposure", "-1"}).status, 1);
+    EXPECT_EQ(runShadowdag(directory, {"view", "--font-scale", "9"}).status, 1);
+    EXPECT_THAT(runShadowdag(directory, {"view", "--demo"}).err, HasSubstr("needs a SCENE"));
+    EXPECT_THAT(runShadowdag(directory, {"view", "--caption-seconds", "3"}).err,
+                HasSubstr("no effect without --demo"));
+    EXPECT_THAT(
+        runShadowdag(directory, {"view", "builtin:atrium", "--demo", "--show", "voxels"}).err,
+        HasSubstr("--show and --demo contradict each other"));
+    EXPECT_THAT(runShadowdag(directory, {"view", "--show", "everything"}).err,
+                HasSubstr("lit-scene, clusters, method-by-light"));
 }
 
 TEST(ViewCommand, ReportsAtStartThatFilesCannotBeSaved) {

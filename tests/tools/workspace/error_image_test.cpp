@@ -56,6 +56,16 @@ TEST(ErrorImage, ALightInTheMiddleIsDrawnInTheMiddle) {
     EXPECT_GT(corner.b, corner.r);        // sky blue: rays
 }
 
+TEST(ErrorImage, PointsAreWhereTheCameraSeesThem) {
+    Camera camera; // at the origin, along -z
+    const float edge = 5 * std::tan(camera.yfov * 0.5f);
+    EXPECT_EQ(pixelOf({0, 0, -5}, camera, 40, 20), glm::vec2(20, 10));
+    const glm::vec2 above = pixelOf({edge, 0.5f * edge, -5}, camera, 40, 20).value();
+    EXPECT_NEAR(above.x, 30, 1e-4f); // as far to the right as half of the height
+    EXPECT_NEAR(above.y, 5, 1e-4f);
+    EXPECT_FALSE(pixelOf({0, 0, 5}, camera, 40, 20)) << "behind the camera";
+}
+
 TEST(ErrorImage, LightsOfASmallerPictureCoverTheSameShareOfIt) {
     Camera camera;
     Light light;

@@ -160,7 +160,11 @@ TEST(FrontierChart, DrawsAResultAndRefusesOtherFiles) {
     const TemporaryDirectory directory;
     const auto model = [](const std::string& label, const std::string& method, double error,
                           uint64_t bytes) {
-        return Json{{"label", label}, {"method", method}, {"error", error}, {"bytes", bytes}};
+        return Json{{"label", label},
+                    {"method", method},
+                    {"error", error},
+                    {"bytes", bytes},
+                    {"status", "dominated"}};
     };
     Json result = {
         {"metric", "false"},
@@ -172,7 +176,17 @@ TEST(FrontierChart, DrawsAResultAndRefusesOtherFiles) {
           model("dag 512^3 believe all", "dag", 0.015, 700'000),
           model("dag believe none", "dag", 0, 3'000'000), model("maps", "maps", 0.01, 90'000'000),
           model("new 7", "a new method", 0.02, 1'000'000),
-          Json{{"label", "never measured"}, {"method", "maps"}}}}};
+          Json{{"label", "never measured"}, {"method", "maps"}, {"status", "ruled out"}}}},
+        {"least_error", model("dag believe none", "dag", 0, 3'000'000)},
+        {"model_count", 6},
+        {"measured_count", 5},
+        {"measured_in_all_frames_count", 5},
+        {"frame_count", 1},
+        {"status_counts", {{"dominated", 5}, {"ruled out", 1}}},
+        {"neighbours", Json::array()},
+        {"laws", Json::array()},
+        {"sweep", Json::object()},
+        {"provenance", Json::object()}};
     const auto draw = [&](std::string* text) {
         writeText(directory / "f.json", jsonText(result));
         return runReport({"fit", directory / "f.json", "-o", directory / "charts"}, text);

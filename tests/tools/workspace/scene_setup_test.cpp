@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 
 namespace shadowdag {
@@ -45,6 +46,27 @@ ErrorKind kindOf(const std::function<void()>& call, std::string& message) {
 }
 
 } // namespace
+
+TEST(CachedDag, ACacheThatCannotBeMadeIsReportedWithItsReason) {
+    const TemporaryDirectory directory;
+    const LoadedScene scene = moverScene();
+    std::vector<std::string> notes;
+    const Console console(
+        Console::Listener{[&](const std::string& text) { notes.push_back(text); }, {}});
+    std::filesystem::create_symlink("nowhere", directory / "link");
+    writeText(directory / "file", "");
+    for (const auto& [cache, reason] :
+         {std::pair{"link", "link: is a symbolic link that leads nowhere; "},
+          std::pair{"file", "file: is not a directory; "},
+          std::pair{"file/cache", "file' is a file, not a folder; "}}) {
+        VoxelSource source;
+        source.cacheDirectory = directory / cache;
+        EXPECT_FALSE(cachedDag(scene, 5, source, console).empty());
+        EXPECT_THAT(notes.back(), HasSubstr(reason));
+        EXPECT_THAT(notes.back(), testing::EndsWith("; the asset is not stored"));
+        EXPECT_THAT(notes.back(), testing::Not(HasSubstr("No such file")));
+    }
+}
 
 TEST(SceneNames, DistinguishScenesOfOneFileName) {
     EXPECT_THAT(sceneNames({"a/x.gltf", "./b/x.gltf", "a/y.gltf", "builtin:atrium"}),
@@ -101,6 +123,37 @@ TEST(FrameCamera, MoreViewsThanThereAreIsAnError) {
     std::string message;
     EXPECT_EQ(kindOf([&] { chooseCamera(*scene.world, "auto-2"); }, message), ErrorKind::kUsage);
     EXPECT_THAT(message, HasSubstr("has only 1 automatic view"));
+}
+
+TEST(CameraAnimation, IsThatOfTheCamerasNodeOrOfOneAboveIt) {
+    Scene scene = makeBuiltin("fail-contact");
+    size_t node = 0;
+    while (scene.nodes[node].camera == kNone)
+        ++node;
+    scene.animations.clear();
+    const auto isAnimated = [&](const char* camera) {
+        return isCameraAnimated(*loadedScene(Scene(scene)).world, camera);
+    };
+    EXPECT_FALSE(isAnimated(""));
+    AnimationChannel channel;
+    channel.times = {0, 1};
+    channel.values = {{0, 0, 0, 0}, {1, 0, 0, 0}};
+    channel.node = int(node == 0 ? 1 : 0); // something else
+    scene.animations.push_back({"way", {channel}});
+    EXPECT_FALSE(isAnimated(""));
+    scene.animations[0].channels[0].node = int(node);
+    EXPECT_TRUE(isAnimated(""));
+    EXPECT_TRUE(isAnimated("camera"));
+    EXPECT_FALSE(isAnimated("auto"));
+    EXPECT_FALSE(isAnimated("0,0,5,0,0,0"));
+    Node crane;
+    crane.name = "crane";
+    crane.children = {int(node)};
+    scene.nodes.push_back(crane);
+    scene.nodes[node].parent = int(scene.nodes.size()) - 1;
+    std::replace(scene.roots.begin(), scene.roots.end(), int(node), int(scene.nodes.size()) - 1);
+    scene.animations[0].channels[0].node = int(scene.nodes.size()) - 1;
+    EXPECT_TRUE(isAnimated("")) << "a camera on a crane";
 }
 
 TEST(SceneGrid, IgnoresMovingGeometry) {

@@ -7,6 +7,7 @@ Exit status: 0 done, 1 wrong usage or a missing package, 3 the data are insuffic
 Errors are one line on standard error.
 """
 import argparse
+import errno
 import importlib
 import os
 import signal
@@ -20,6 +21,8 @@ from shadowdag_report.files import Refused  # noqa: E402
 
 USAGE, REFUSED, UNWRITTEN = 1, 3, 4
 PACKAGES = {"matplotlib": "python3-matplotlib", "numpy": "python3-matplotlib", "jinja2": "python3-jinja2"}
+REMEDIES = {errno.ENOSPC: "free space there or choose another directory",
+            errno.EFBIG: "raise the limit of the shell on the size of files (ulimit -f)"}
 COMMANDS = {  # name: (module, what it does)
     "compare": ("pages.compare", "the page and charts of shadowdag compare"),
     "failures": ("pages.failures", "the page of shadowdag study failures"),
@@ -31,7 +34,9 @@ COMMANDS = {  # name: (module, what it does)
     "figures": ("figures", "the paper's figures of shadowdag compare --sequence"),
     "stability-charts": ("charts.stability", "only the charts of shadowdag study stability"),
     "mechanisms-chart": ("charts.mechanisms", "only the chart of shadowdag study ablation"),
-    "fit": ("charts.fit", "the chart of shadowdag fit"),
+    "fit": ("pages.fit", "the page and chart of shadowdag fit"),
+    "diff": ("pages.diff", "the page of shadowdag diff"),
+    "single": ("single", "a page with its pictures and charts in one file"),
     "regret": ("charts.regret", "what routing loses against the oracle"),
     "bias": ("charts.bias", "what the bias of a map's lookup gives and costs"),
     "layouts": ("charts.layouts", "bytes against ray rate of the voxels' layouts"),
@@ -98,8 +103,8 @@ def main(arguments):
     except RecursionError:
         return end(REFUSED, "the results are nested too deep; measure again")
     except OSError as error:
-        return end(UNWRITTEN, f"{error.filename or 'output'}: cannot be written: {error.strerror or error}; "
-                   "free space there or choose another directory")
+        remedy = REMEDIES.get(error.errno, "choose another directory")
+        return end(UNWRITTEN, f"{error.filename or 'output'}: cannot be written: {error.strerror or error}; {remedy}")
     return 0
 
 

@@ -3,11 +3,14 @@
 
     claims docs/results.md tests/bench/results [--check]
 
-Reads `main.json` and `main_placed.json`, every `compare-*.json` (results.json of `shadowdag compare`), `validate-*.json`
-(`shadowdag validate --json`), `bench-voxel-*.json` (`shadowdag bench voxel --json`) and, for what it says of wrong pairs of
-exact rays, `adjudication*.json` (`shadowdag study adjudication`) of the folder and replaces the text between the two marker lines of the file. With --check nothing is written, and the file is refused when it differs from the generated text.
+Reads `main.json` and `main_placed.json`, `main_1080p.json` and `main_placed_1080p.json`, every `compare-*.json`
+(results.json of `shadowdag compare`), `validate-*.json` (`shadowdag validate --json`), `bench-voxel-*.json` (`shadowdag bench
+voxel --json`) and, for what it says of wrong pairs of exact rays, `adjudication*.json` (`shadowdag study adjudication`) of the
+folder and replaces the text between the two marker lines of the file. With --check nothing is written, and the file is refused
+when it differs from the generated text.
 """
 import pathlib
+import re
 
 from .explained import explained_share, null_rate, null_text, share_text, unexplained_count, wrong_count
 from .files import expecting, read_json, replace_marked
@@ -59,6 +62,11 @@ EXPLAINED_OF = (("voxel rays", "dag 4096^3 believe all"), ("maps", "maps"), ("hy
 WRONG_OF = ("embree", "dag 4096^3 believe all", "maps", "hybrid texels:1536 believe none")
 
 
+def label_of(run):
+    """Returns the label of a run without the size of its pool, which is the same for a whole experiment."""
+    return re.sub(r" pool \d+M", "", run["label"])
+
+
 def percent_text(share):
     return "0" if share == 0 else "<0.001" if share < 1e-5 else "{:.2g}".format(100.0 * share)
 
@@ -84,23 +92,25 @@ def adjudicated_text(runs, folder):
 
 
 def overview_table(paths):
-    """Returns the lines of the main charts' results: one row per scene, times over Embree's frame of the same rounds."""
+    """Returns the lines of the results of a main chart, all of one size: one row per scene, times over Embree's frame of the same rounds."""
     results = [read_json(path) for path in paths]
     if not results:
         return []
     exact = [run for result in results for run in result["runs"] if run["label"] == "dag believe none"]
-    lines = ["", "**Eight scenes, every method over Embree's frame in the same rounds** ({}): `compare --experiment "
-             "scenes/experiments/main.json`, of scenes without lights `main_placed.json`. *Warm*: the frame after one of the same view, whose "
-             "maps are kept. *Explained*: the share of wrong pairs that the method's resolution explains; in brackets the "
+    lines = ["", "**{} scenes at {}, every method over Embree's frame in the same rounds** ({}): {}. *Warm*: the frame after one of "
+             "the same view, whose maps are kept. *Explained*: the share of wrong pairs that the method's resolution explains; in brackets the "
              "null rate, the share of right pairs near outlines that would be explained as well. Exact rays have {} wrong pairs of {:,}.{}".format(
-                 machine_of(results[0]["provenance"]), sum(map(wrong_count, exact)), sum(run["pair_count"] for run in exact),
+                 len({run["scene"] for run in exact}), results[0]["experiment"]["size"].replace("x", " x "),
+                 machine_of(results[0]["provenance"]),
+                 " and, of scenes without lights, ".join(f"`compare --experiment scenes/experiments/{path.stem}.json`" for path in paths),
+                 sum(map(wrong_count, exact)), sum(run["pair_count"] for run in exact),
                  adjudicated_text(exact, paths[0].parent)), "",
              "| scene | Embree's frame, ms | " + " | ".join(name for name, _ in OVERVIEW) + " | wrong pairs, %: Embree, voxel rays, maps, hybrid 1536 | "
              + " | ".join(f"explained (null rate): {name}" for name, _ in EXPLAINED_OF) + " |",
              "|---|" + "---:|" * (len(OVERVIEW) + 2 + len(EXPLAINED_OF))]
     for result in results:
         for scene in dict.fromkeys(run["scene"] for run in result["runs"]):
-            runs = {run["label"]: run for run in result["runs"] if run["scene"] == scene}
+            runs = {label_of(run): run for run in result["runs"] if run["scene"] == scene}
             wrong = (percent_text(wrong_count(runs[label]) / runs[label]["pair_count"])
                      for label in WRONG_OF)
             lines.append("| {} | {} | {} | {} | {} |".format(
@@ -180,7 +190,9 @@ def validate_table(paths):
 
 def claims(folder):
     """Returns everything between the markers."""
-    lines = overview_table([path for path in (folder / "main.json", folder / "main_placed.json") if path.exists()])
+    lines = []
+    for size in ("", "_1080p"):
+        lines += overview_table([path for path in (folder / f"main{size}.json", folder / f"main_placed{size}.json") if path.exists()])
     for path in sorted(folder.glob("compare-*.json")):
         experiment = path.stem.removeprefix("compare-")
         command = "shadowdag compare --experiment scenes/experiments/{}.json -o report".format(experiment)

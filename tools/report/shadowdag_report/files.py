@@ -31,6 +31,7 @@ def read_json(path):
 
 
 MARK = ".tmp-"  # then the process, '-' and a number
+ACCESS_LIST = "system.posix_acl_access"
 
 
 def remove_abandoned(path):
@@ -54,30 +55,58 @@ def is_running(process):
     return True
 
 
+def attributes_of(path):
+    """Returns mode, owner, group and access list of a file as scenes/file_attributes.cpp does; None if there is none."""
+    try:
+        status = os.stat(path)
+    except FileNotFoundError:
+        return None
+    access_list = None
+    with contextlib.suppress(OSError):
+        access_list = os.getxattr(path, ACCESS_LIST)
+    return status.st_mode & 0o777, status.st_uid, status.st_gid, access_list
+
+
+def give_attributes(path, mode, owner, group, access_list):
+    """Gives them to another file, by the same rules: nobody gets more rights than before."""
+    has_group = is_done(os.chown, path, owner, group) or is_done(os.chown, path, -1, group)
+    is_listed = has_group and access_list is not None and is_done(os.setxattr, path, ACCESS_LIST, access_list)
+    if not is_listed:
+        is_done(os.removexattr, path, ACCESS_LIST)
+    is_same = has_group and (is_listed or access_list is None)
+    os.chmod(path, mode if is_same else mode & ~0o070 | (mode & 0o007) << 3)
+
+
+def is_done(call, *arguments):
+    """Calls a function of the system; returns whether it succeeded."""
+    try:
+        call(*arguments)
+    except OSError:
+        return False
+    return True
+
+
 @contextlib.contextmanager
 def written(path):
-    """Returns the name of a file beside `path` to write; replaces `path` by it, with the permissions of `path`, or
+    """Returns the name of a file beside `path` to write; replaces `path` by it, with the attributes of `path`, or
     removes it after any error. Errors of the system are raised as OSError that names `path`. The name is of the form
     that the program's own unfinished files have (scenes/output_file.cpp), so two writers have two, and the same rule
     removes dead ones."""
     remove_abandoned(path)
     part = f"{path}{MARK}{os.getpid()}-0"
-    mode = None
-    with contextlib.suppress(FileNotFoundError):
-        mode = os.stat(path).st_mode & 0o777
-    if mode is not None and not mode & 0o222:
+    old = attributes_of(path)
+    if old is not None and not old[0] & 0o222:
         raise PermissionError(errno.EACCES, "it is read-only", path)
-    if mode is not None and not os.access(path, os.W_OK):
+    if old is not None and not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, "this user may not write it", path)
     try:
-        with open(part, "wb") as file:
-            if mode is not None:
-                os.chmod(part, 0o600)  # others may not be allowed to read it
+        with open(part, "wb", opener=lambda name, flags: os.open(name, flags, 0o666 if old is None else 0o600)) as file:
             with contextlib.suppress(OSError):  # a file system without locks
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             yield part
-        if mode is not None:
-            os.chmod(part, mode)
+        old = attributes_of(path) or old
+        if old is not None:
+            give_attributes(part, *old)
         os.replace(part, path)
     except BaseException as error:
         with contextlib.suppress(OSError):

@@ -4,7 +4,8 @@
 Colours are Okabe and Ito's; markers, dashes and hatches distinguish series without colour. Text in SVG is outlines, so no
 font is needed to read it.
 """
-import math
+import hashlib
+import itertools
 
 import matplotlib
 
@@ -13,10 +14,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-BLACK, ORANGE, SKY, GREEN, YELLOW, BLUE, VERMILION, PURPLE = (
-    "#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
-GREY = "#8a9099"
+from .palette import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW  # noqa: F401 (for charts)
+from .scales import log_ticks, plain
+
 COLUMN = 3.33  # inches: a paper's column
+MOST_SLUG_BYTES = 100
 # Stacked bars take these in turn, then again with a hatch.
 STACK = [BLUE, ORANGE, GREEN, PURPLE, YELLOW, VERMILION, "#d5d9de", GREY, SKY, "#3d444d"]
 
@@ -38,41 +40,32 @@ def marks_of(known, names, make):
 
 
 def slug(name):
-    return "".join(c if c.isalnum() else "_" for c in name)
-
-
-def plain(value, _=None):
-    """1000 as 1000, 0.05 as 0.05: no powers where plain digits are read faster."""
-    if value == 0:
-        return "0"
-    if value >= 10000:
-        return f"{value:,.0f}".replace(",", "\u2009")
-    return f"{value:.0f}" if value >= 10 and value == round(value) or value >= 100 else f"{value:.3g}"
+    """Returns a name as part of a file's name: short enough for any file system, of two long names another one."""
+    text = "".join(c if c.isalnum() else "_" for c in name)
+    if len(text.encode()) <= MOST_SLUG_BYTES:
+        return text
+    return text.encode()[:MOST_SLUG_BYTES - 9].decode(errors="ignore") + "_" + hashlib.sha256(name.encode()).hexdigest()[:8]
 
 
 def log_axis(axis, low, high, ticks=(1, 2, 5), near=(1, 1.5, 2, 3, 4, 5, 7)):
     """A logarithmic axis with plain numbers at 1, 2, 5 (fewer when it spans many decades, `near` when it spans about one)."""
     axis.axes.set_xscale("log") if axis.axis_name == "x" else axis.axes.set_yscale("log")
-    decades = math.log10(high / low)
-    ticks = (1,) if decades > 3 else (1, 3) if decades > 2 else ticks
-    if decades < 1.3:
-        ticks = near if decades > 0.6 else (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 7, 8, 9)
-    places = [m * 10.0 ** e for e in range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1) for m in ticks]
-    axis.set_major_locator(FixedLocator([p for p in places if low <= p <= high]))
+    axis.set_major_locator(FixedLocator(log_ticks(low, high, ticks, near)))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(plain))
     (axis.axes.set_xlim if axis.axis_name == "x" else axis.axes.set_ylim)(low, high)
 
 
-def place_labels(axes, labels, points):
-    """Writes labels beside their points so that none covers another or a point, if there is enough space.
+def place_labels(axes, labels, points, lines=()):
+    """Writes labels beside their points so that none covers another, a point or a line, if there is enough space.
 
-    labels: [(x, y, text, style of annotate)]; points: all that is drawn as a mark.
+    labels: [(x, y, text, style of annotate)]; points: all that is drawn as a mark; lines: lists of points that a line joins.
     """
     canvas = axes.figure.canvas
     canvas.draw()  # only now does constrained layout stand
     renderer = canvas.get_renderer()
-    marks = axes.transData.transform(points) if points else np.zeros((0, 2))
+    transform = lambda places: axes.transData.transform(np.array(places, dtype=float).reshape(-1, 2))
+    marks = np.concatenate([transform(points)] + [np.linspace(a, b, 40) for line in lines for a, b in itertools.pairwise(transform(line))])
     scale = axes.figure.dpi / 72
     taken = []
     offsets = [(5, 1, "left"), (-5, 1, "right"), (0, 5, "center"), (0, -9, "center"), (6, 7, "left"), (-6, 7, "right"),

@@ -2,13 +2,27 @@
 """What it costs to believe fewer voxels: error against time, and the share of rays that the triangles decide."""
 import numpy as np
 
+from ..series import believe_of, rays_alone
 from ..style import BLACK, BLUE, COLUMN, SKY, log_axis, place_labels, plt, slug
-from .runs import bars_sentence, believe_of, rays_alone, time_bars
+from .runs import bars_sentence, time_bars
 
 
 def setting_text(run):
     believe = believe_of(run)
     return believe if isinstance(believe, str) else f"{believe:g} px"
+
+
+def joint_labels(swept, heights, width):
+    """Returns labels for place_labels: settings whose points lie on each other share one, as in "0.5, 1, 2 px"."""
+    groups = []  # lists of (x, y, text)
+    for run, y in zip(swept, heights):
+        group = next((g for g in groups if g[0][1] == y and abs(g[0][0] - run["time_ms"]) < width), None)
+        if group is None:
+            groups.append(group := [])
+        group.append((run["time_ms"], y, setting_text(run)))
+    return [(np.mean([x for x, _, _ in group]), group[0][1],
+             ", ".join([text.removesuffix(" px") for _, _, text in group[:-1]] + [group[-1][2]]), {"fontsize": 6})
+            for group in groups]
 
 
 def believe_chart(charts, scene, runs):
@@ -50,8 +64,9 @@ def believe_chart(charts, scene, runs):
     over_time.set_xlabel("frame time (ms)")
     over_time.set_ylabel("wrong pairs (%)")
     over_time.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncol=2, borderaxespad=0.3)
-    place_labels(over_time, [(r["time_ms"], y, setting_text(r), {"fontsize": 6}) for r, y in zip(swept, heights)],
-                 [(x, y) for r, y in zip(swept, heights) for x in np.linspace(r["time_ms_low"], r["time_ms_high"], 9)])
+    bars = [(x, y) for r, y in zip(swept, heights) for x in np.linspace(r["time_ms_low"], r["time_ms_high"], 9)]
+    line = [(r["time_ms"], y) for r, y in zip(swept, heights)]
+    place_labels(over_time, joint_labels(swept, heights, 0.05 * over_time.get_xlim()[1]), bars, [line])
     places = range(len(swept))
     shares.bar(places, share, color=SKY, edgecolor="black", linewidth=0.4, width=0.62)
     for x, value in zip(places, share):

@@ -1,20 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Draws the measurements of `shadowdag fit`: error against time or bytes, the bound, and the choice, as SVG and PNG.
 
-    fit FIT.json -o DIR
-
-writes DIR/FIT.svg and DIR/FIT.png. Every measured model is a point: filled if it keeps the bound, hollow if it
-breaks it. Times are those of the first frame, which every measured model has; errors are the worst of the frames in
-which it was measured. Exact models are on the lowest line, marked 0.
+Every measured model is a point: filled if it keeps the bound, hollow if it breaks it. Times are those of
+the first frame, which every measured model has; errors are the worst of the frames in which it was measured. Exact
+models are on the lowest line, marked 0.
 """
-import os
-
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from ..collection import save_figure
-from ..files import Refused, expecting, read_json
-from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, PURPLE, VERMILION, FuncFormatter, NullLocator, marks_of, plain, plt
+from ..style import BLACK, BLUE, COLUMN, GREY, PURPLE, VERMILION, FuncFormatter, NullLocator, marks_of, plain, plt
 
 METHODS = {"dag": (BLUE, "o", "rays"),
            "maps": (VERMILION, "^", "maps"), "hybrid": (PURPLE, "D", "hybrid")}
@@ -92,18 +87,3 @@ def draw(result, base):
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.45, -0.16), ncol=3, columnspacing=1.0,
                 handletextpad=0.5)
     save_figure(figure, base)
-
-
-def declare(parser):
-    parser.add_argument("result", help="what fit wrote")
-    parser.add_argument("-o", dest="directory", required=True, help="where the chart goes")
-
-
-def run(arguments):
-    with expecting(arguments.result, "a result of fit"):
-        result = read_json(arguments.result)
-        measured = [m for m in result["models"] if "error" in m]
-    if not measured:
-        raise Refused(f"{arguments.result}: holds no measured model")
-    stem = os.path.splitext(os.path.basename(arguments.result))[0]
-    draw(result, os.path.join(arguments.directory, stem))

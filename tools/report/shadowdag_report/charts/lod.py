@@ -2,8 +2,9 @@
 """Error against time over the level of detail of rays."""
 import numpy as np
 
+from ..series import rays_alone
 from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, PURPLE, VERMILION, place_labels, plt, slug
-from .runs import bars_sentence, rays_alone, time_bars
+from .runs import bars_sentence, time_bars
 
 
 def lod_of(run):
@@ -15,15 +16,6 @@ def lod_of(run):
     if parts[0] == "coverage":
         return "coverage", float(parts[2]) if len(parts) > 2 else 1.0, float(parts[1])
     return "fixed", float(value), None
-
-
-def along(lines, place):
-    """Returns points along the lines between runs, which labels must not cover."""
-    points = [place(run) for line in lines for run in line]
-    for line in lines:
-        for (x0, y0), (x1, y1) in zip(map(place, line), map(place, line[1:])):
-            points += [(x0 + (x1 - x0) * t, y0 + (y1 - y0) * t) for t in np.linspace(0, 1, 40)]
-    return points
 
 
 def lod_chart(charts, scene, runs):
@@ -93,8 +85,10 @@ def lod_chart(charts, scene, runs):
     over_time.legend(loc="lower left", bbox_to_anchor=(0, 1), ncol=2, columnspacing=1.2, borderaxespad=0.2)
     lines = [[run for _, run in groups[key]] for key in ordered]
     bars = [(x, wrong(r)) for r in rays for x in np.linspace(r["time_ms_low"], r["time_ms_high"], 9)]
-    place_labels(over_time, in_time, bars + along(lines, lambda r: (r["time_ms"], wrong(r))))
-    place_labels(sides, in_sides, along(lines, lambda r: (r["false_shadow"], r["false_light"])))
+    for axes, labels, marks, place in ((over_time, in_time, bars, lambda r: (r["time_ms"], wrong(r))),
+                                       (sides, in_sides, [], lambda r: (r["false_shadow"], r["false_light"]))):
+        places = [list(map(place, line)) for line in lines]
+        place_labels(axes, labels, marks + sum(places, []), places)
     fastest = min(rays, key=lambda r: r["time_ms"])
     best = min((r for r in rays if lod_of(r)[0] != "fixed"), key=wrong, default=first)
     sentence = (f" Embree's rays need {embree['time_ms']:.0f} ms for the same frame, with {wrong(embree):.2f} % of the pairs "

@@ -11,11 +11,13 @@ import math
 
 from ..collection import Charts
 from ..files import Refused, expecting, read_json
+from ..series import believe_of, is_warm, threshold_of, tracers_of
 from ..style import BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, plt
 from ..texels import PAPER_TEXELS
-from .runs import bars_sentence, believe_of, is_warm, over_frames, threshold_of, time_bars, tracer_label, tracers_of, tracers_sentence
+from .runs import bars_sentence, over_frames, time_bars, tracer_label, tracers_sentence
 
 COLUMNS = 4
+NARROWEST = 0.675  # of the width of COLUMNS: the legend has five columns
 BUILT = {"builtin:atrium": "atrium (built, mirrored halves)", "builtin:houses": "houses (built)", "builtin:necropolis": "necropolis (built)"}
 LOOKS = {  # name: (colour, marker, size)
     "Embree's frame": (BLACK, "o", 4.0), "exact rays": (YELLOW, "p", 4.6), "voxel rays": (SKY, "D", 3.4), "maps": (ORANGE, "s", 3.8),
@@ -55,7 +57,7 @@ def title_of(scene):
 
 
 def load(paths, mixed):
-    """Returns [(scene, size, runs)], scenes in the order of the first file, a scene's sizes from small to large."""
+    """Returns [(scene, size, runs)], sizes from small to large, in each the built scenes last, else in the order of the files."""
     panels, commits, order = {}, {}, []
     for path in paths:
         with expecting(path, "a results file of compare"):
@@ -74,7 +76,7 @@ def load(paths, mixed):
         raise Refused(f"{', '.join(paths)}: holds no runs to draw; measure with shadowdag compare")
     pixels = lambda size: math.prod(int(part) for part in size.split("x"))
     return [(scene, size, over_frames(runs)) for (scene, size), runs in
-            sorted(panels.items(), key=lambda item: (pixels(item[0][1]), order.index(item[0][0])))]
+            sorted(panels.items(), key=lambda item: (pixels(item[0][1]), item[0][0] in BUILT, order.index(item[0][0])))]
 
 
 def wrong(run):
@@ -103,7 +105,8 @@ def draw(paths, directory, mixed=False):
     floor, top = min(shares) / 3, max(shares) * 1.8
     columns = min(COLUMNS, len(panels))
     rows = -(-len(panels) // columns)
-    figure, grid = plt.subplots(rows, columns, figsize=(2.1 * COLUMN * columns / COLUMNS + 0.4, 0.55 + 1.35 * rows), sharey=True, squeeze=False)
+    figure, grid = plt.subplots(rows, columns, figsize=(2.1 * COLUMN * max(columns / COLUMNS, NARROWEST) + 0.4, 0.55 + 1.35 * rows),
+                                sharey=True, squeeze=False)
     for axes, (scene, size, runs) in zip(grid.flat, panels):
         panel(axes, scene, size, runs, floor, top, looks)
     for axes in list(grid.flat)[len(panels):]:

@@ -2,7 +2,7 @@
 """The loss of routing relative to model oracle, frame by frame: the content of regret.json."""
 from ..files import Refused, expecting, read_json
 from ..intervals import interval
-from .runs import is_warm
+from ..series import is_warm
 
 NOT_SERVING = {"batch boxes", "batch hierarchy", "scene update", "g-buffer", "clusters", "light assignment",
                "pair pruning", "resolution", "routing"}  # stages whose work no route changes

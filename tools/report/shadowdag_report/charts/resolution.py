@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 
+from ..series import rays_alone, threshold_of
 from ..style import BLACK, BLUE, COLUMN, FixedLocator, GREEN, GREY, NullLocator, ORANGE, SKY, VERMILION, log_axis, plt, slug
 from ..texels import equivalent_texels
 from .per_map import power_fit
-from .runs import bar_label, rays_alone, threshold_of
+from .runs import bar_label
 
 
 def resolution_chart(charts, scene, runs):

@@ -7,7 +7,8 @@ import numpy as np
 
 from ..files import Refused, expecting, read_json
 from ..intervals import half_widths, interval, least_confidence, confidence_text
-from ..style import plain
+from ..scales import plain
+from ..series import believe_of, sweeps, threshold_of, tracers_of
 
 
 def load(paths, mixed):
@@ -34,11 +35,6 @@ def load(paths, mixed):
         raise Refused(f"{', '.join(paths)}: no run has a pair of a visible point and a light, so there is nothing to "
                       "draw; measure with another --camera, --frames or --lights")
     return [run for run in runs if run["scene"] in seen], costs, experiments[0]
-
-
-def threshold_of(run):
-    value = run["parameters"].get("threshold_texels")
-    return None if value is None else math.inf if value == "inf" else float(value)
 
 
 def over_frames(runs):
@@ -88,27 +84,6 @@ def bars_sentence(runs):
     return f" Bars are {confidence_text(least_confidence(runs))} intervals of medians of {repeats} repeats."
 
 
-def believe_of(run):
-    """Returns which voxels the rays of a run believe: "all", "none", or a number of pixels."""
-    return run["parameters"].get("believe", "all")
-
-
-def is_warm(run):
-    """Returns whether a run is of frames whose maps a frame of the same view left."""
-    return run.get("parameters", {}).get("start") == "warm"
-
-
-def rays_alone(runs, believe):
-    """Returns the runs of rays alone that believe "all", "none" or (None) anything between."""
-    return [r for r in runs if r["method"] == "dag" and
-            (believe_of(r) == believe if believe else believe_of(r) not in ("all", "none"))]
-
-
-def tracers_of(runs):
-    """Returns the rows of `shadowdag rays`: tracers that answered the pairs of a frame outside of it."""
-    return [r for r in runs if r["method"] == "tracer"]
-
-
 def tracer_label(run):
     """Returns the tracer's name for a legend, in lines that leave room for the axes."""
     return textwrap.fill(f"{run['label']} (pairs)", 26)
@@ -121,34 +96,6 @@ def tracers_sentence(runs):
 
 def rays_name(run):
     return {"all": "voxel rays", "none": "exact rays"}.get(believe_of(run), f"rays {believe_of(run)} px")
-
-
-def settings_of(run):
-    """Returns what distinguishes the run from others of its sweep: all parameters but the threshold."""
-    return {key: value for key, value in run["parameters"].items() if key != "threshold_texels"}
-
-
-def sweeps(runs):
-    """Returns the threshold sweeps: {series key: runs ascending in threshold}.
-
-    The pure methods are members of every sweep that agrees with all parameters that they read.
-    """
-    series = {}
-    for run in runs:
-        if run["method"] == "hybrid" and threshold_of(run) is not None:
-            series.setdefault(tuple(settings_of(run).items()), []).append(run)
-    for key, members in series.items():
-        members += [r for r in runs if r["method"] in ("dag", "maps") and settings_of(r).items() <= dict(key).items()]
-        members.sort(key=threshold_of)
-    return series
-
-
-def series_name(key, all_keys):
-    """Returns the text that distinguishes a series from the others; "" if there is none."""
-    names = {"resolution": "{}³", "undersample": "u{}", "page_size": "pages {}", "taps": "{} taps", "start": "{}"}
-    others = [dict(other) for other in all_keys]
-    return ", ".join(names.get(k, k.replace("_", " ") + " {}").format(v) for k, v in key
-                     if any(k in other and other[k] != v for other in others))
 
 
 def bar_runs(runs):

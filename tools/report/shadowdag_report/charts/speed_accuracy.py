@@ -4,27 +4,13 @@ import math
 
 import numpy as np
 
+from ..series import believe_of, pareto, rays_alone, series_name, sweeps, threshold_of, tracers_of
 from ..style import (BLACK, BLUE, COLUMN, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION, YELLOW, log_axis, place_labels,
                      plain, plt, slug)
 from ..texels import PAPER_TEXELS, equivalent_texels
-from .runs import (bars_sentence, believe_of, rays_alone, series_name, sweeps, threshold_of, time_bars, tracer_label, tracers_of,
-                   tracers_sentence)
+from .runs import bars_sentence, time_bars, tracer_label, tracers_sentence
 
 TRACER_COLORS = (GREY, PURPLE, SKY, GREEN)
-
-
-def is_faster(a, b):
-    """Returns whether a run is faster than another by more than half of the larger spread of both, as the verdict has it."""
-    return a["time_ms"] + 0.5 * max(r["time_ms_max"] - r["time_ms_min"] for r in (a, b)) < b["time_ms"]
-
-
-def pareto(runs):
-    """Returns the runs, ascending in time, that no other dominates: none has a smaller error without being slower by
-    more than the spread of the times, and none of equal error is faster."""
-    front = [r for i, r in enumerate(runs) if not any(
-        other["error"] < r["error"] and not is_faster(r, other) or
-        other["error"] == r["error"] and (other["time_ms"], j) < (r["time_ms"], i) for j, other in enumerate(runs))]
-    return sorted(front, key=lambda r: r["time_ms"])
 
 
 def rings_sentence(ringed, experiment):

@@ -3,9 +3,9 @@
 import math
 
 from ..intervals import confidence_text, least_confidence
+from ..series import series_name, sweeps, threshold_of
 from ..style import BLACK, BLUE, COLUMN, GREY, SKY, VERMILION, plain, plt, slug
 from ..texels import PAPER_TEXELS, equivalent_texels
-from .runs import series_name, sweeps, threshold_of
 
 
 def threshold_positions(thresholds):

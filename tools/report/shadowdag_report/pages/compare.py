@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes DIR/index.html from DIR/results.json of `shadowdag compare`, with the charts in DIR/charts.
 
-Runs are drawn by the command charts, frames in sequence by the command figures.
+Runs are drawn by the command charts, frames in sequence by the command figures; the interactive charts of the page need
+neither.
 """
 import os
 
@@ -11,12 +12,13 @@ from ..explained import explained_share, null_rate
 from ..explained import unexplained_count as unexplained
 from ..intervals import CONFIDENCE, confidence_text, interval
 from ..texels import equivalent_texels
-from .page import (Cell, count, cubed, decimal, declare, grouped, key_rows, number, percent, read_charts,
-                   read_results, share_cell, text, wide, words, write_page)
+from .compare_plot import compare_plots, row_id
+from .lights import lights_data
+from .page import (MEBI, Cell, count, cubed, decimal, declare, grouped, key_rows, number, percent, read_charts,
+                   read_results, share_cell, text, to_point, wide, words, write_page)
 from .sequence_table import sequence_table
 
 WHAT = "a results file of compare"
-MEBI = 1024.0 * 1024.0
 # Pictures of other hybrids are folded away.
 SHOWN_MODELS = ("oracle", "texels:96", "texels:32")
 
@@ -59,13 +61,25 @@ def pool_cell(run):
     return Cell(shown, divisor, note)
 
 
+def wrong_cell(run, *keys):
+    """Returns the share of pairs of these counts, with the counts over it."""
+    wrong = sum(run[key] for key in keys)
+    share = 100 * wrong / max(1, run["pair_count"])
+    return Cell(number(share, 3), share, Markup("{} of {} pairs").format(grouped(wrong), grouped(run["pair_count"])))
+
+
+def bytes_of(run):
+    return run["dag_bytes"] + run.get("exact_bytes", 0) + run["map_bytes"]
+
+
 COLUMNS = (  # heading, cell of a run
     ("Run", lambda r: words(cubed(text(r["label"])))), ("Scene", lambda r: words(r["scene"])),
     ("Frame", lambda r: count(r["frame"])), ("Time, ms", lambda r: decimal(r["time_ms"], 2)),
     ("95 % interval", interval_cell), ("n", lambda r: count(r.get("repeat_count", 1))), ("Time over Embree's", over_embree_cell),
     ("Pool", pool_cell), ("Mean error", lambda r: decimal(r["mean_abs_visibility_error"], 5)),
-    ("False shadow, %", lambda r: decimal(percent(r, "false_shadow_count"), 3)),
-    ("False light, %", lambda r: decimal(percent(r, "false_light_count"), 3)),
+    ("Wrong pairs, %", lambda r: wrong_cell(r, "false_shadow_count", "false_light_count")),
+    ("False shadow, %", lambda r: wrong_cell(r, "false_shadow_count")),
+    ("False light, %", lambda r: wrong_cell(r, "false_light_count")),
     ("Unexplained", lambda r: count(unexplained(r))), ("of these aimed", lambda r: count(settled(r))),
     ("Explained, %", lambda r: share_cell(explained_share(r))), ("Null rate, %", lambda r: share_cell(null_rate(r))),
     ("of all pairs", lambda r: share_cell(r.get("null_rate"))),
@@ -73,9 +87,14 @@ COLUMNS = (  # heading, cell of a run
     ("RMSE", lambda r: decimal(r["rmse"], 4)), ("FLIP", lambda r: decimal(r["flip"], 4)),
     ("Traced lights", lambda r: count(r["traced_light_count"])), ("Mapped", lambda r: count(r["mapped_light_count"])),
     ("Rays", lambda r: count(r["ray_count"])), ("Pages", lambda r: count(r["page_count"])),
+    ("Memory, MiB", lambda r: decimal(bytes_of(r) / MEBI, 2)),
     ("DAG, MiB", lambda r: decimal(r["dag_bytes"] / MEBI, 2)),
-    ("Triangles and their hierarchy, MiB", lambda r: decimal(r.get("exact_bytes", 0) / MEBI, 2)), ("Pages, MiB", lambda r: decimal(r["map_bytes"] / MEBI, 2)),
+    ("Triangles and their hierarchy, MiB", lambda r: decimal(r.get("exact_bytes", 0) / MEBI, 2)),
+    ("Pages, MiB", lambda r: decimal(r["map_bytes"] / MEBI, 2)),
 )
+# The cells that a chart shows beside a point.
+FACTS = ("Time, ms", "95 % interval", "Time over Embree's", "Mean error", "Wrong pairs, %", "False shadow, %",
+         "False light, %", "Pool", "Memory, MiB")
 
 
 def finding(name, runs):
@@ -104,14 +123,25 @@ def findings(runs):
     return [finding(name, members) for name, members in groups.items()]
 
 
+def checked_images(images):
+    """Returns the pictures of a run, or of the truth, if they are files of the report."""
+    for file in images.values():
+        if not file.startswith("images/"):
+            raise ValueError(f"the picture {file} is not in images")
+    return images
+
+
 def picture_groups(results):
     """Returns, for each frame that has pictures, the runs shown at once and those folded away."""
     groups = []
-    for truth in results["truth_images"]:
-        runs = [r | {"note": pool_note(r)} for r in results["runs"]
+    for number_of, truth in enumerate(results["truth_images"]):
+        checked_images({"truth": truth["file"]})
+        runs = [r | {"note": pool_note(r), "id": row_id(i), "images": checked_images(r["images"])}
+                for i, r in enumerate(results["runs"])
                 if r["scene"] == truth["scene"] and r["frame"] == truth["frame"] and "images" in r]
         shown = [r for r in runs if r["method"] != "hybrid" or r["model"] in SHOWN_MODELS]
-        groups.append({"truth": truth, "shown": shown, "folded": [r for r in runs if r not in shown]})
+        groups.append({"number": number_of, "truth": truth, "shown": shown,
+                       "folded": [r for r in runs if r not in shown]})
     return groups
 
 
@@ -122,17 +152,33 @@ def scene_rows(scenes):
             for s in scenes]
 
 
-def write(directory, results, charts):
-    """Writes index.html. charts: entries of charts.json"""
-    runs, sequence = results["runs"], results.get("sequence_runs", [])
-    write_page(directory, "compare.html.j2", os.path.join(directory, "results.json"), WHAT, lambda: {
+def run_row(index, run, plotted):
+    """Returns the cells of a run; the first leads to its point in the chart, if it has one."""
+    first, *rest = [cell(run) for _, cell in COLUMNS]
+    return [to_point(row_id(index), first) if row_id(index) in plotted else first, *rest]
+
+
+def content(directory, results, charts):
+    """Returns what the template shows."""
+    runs, sequence, plots = results["runs"], results.get("sequence_runs", []), compare_plots(results)
+    plotted = {point["row"] for plot in plots for point in plot["points"]}
+    lights, unlisted = lights_data(directory, results, row_id)
+    return {
         "title": results["experiment"]["title"] or "Shadows by rays and by maps: time against error",
         "results": results, "runs": runs, "sequence": sequence, "charts": charts, "findings": findings(runs),
         "equivalent": equivalent_texels(results["experiment"]),
-        "left_out": results["provenance"].get("left_out", []), "sequence_table": sequence_table(sequence, results.get("sequence_times", ())),
-        "headings": [heading for heading, _ in COLUMNS], "rows": [[cell(r) for _, cell in COLUMNS] for r in runs],
-        "pictures": picture_groups(results),
-        "provenance": key_rows(results["provenance"]) + scene_rows(results["scenes"]) + key_rows(results["experiment"])})
+        "left_out": results["provenance"].get("left_out", []),
+        "sequence_table": sequence_table(sequence, results.get("sequence_times", ())),
+        "headings": [heading for heading, _ in COLUMNS], "rows": [run_row(i, r, plotted) for i, r in enumerate(runs)],
+        "row_ids": [row_id(i) for i in range(len(runs))], "facts": FACTS, "plots": plots,
+        "pictures": picture_groups(results), "data": {"lights": lights}, "unlisted": unlisted,
+        "provenance": key_rows(results["provenance"]) + scene_rows(results["scenes"]) + key_rows(results["experiment"])}
+
+
+def write(directory, results, charts):
+    """Writes index.html. charts: entries of charts.json"""
+    write_page(directory, "compare.html.j2", os.path.join(directory, "results.json"), WHAT,
+               lambda: content(directory, results, charts))
 
 
 def run(arguments):

@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 """Shared by all pages: the templates, which escape all values, cells of tables, and numbers as text."""
+import dataclasses
 import json
 import os
-from dataclasses import dataclass
 
 import jinja2
 from markupsafe import Markup
 
 from ..files import expecting, read_json, write_text
 
+MEBI = 1024.0 * 1024.0  # bytes
 TEMPLATES = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "templates")
 
 
-@dataclass
+@dataclasses.dataclass
 class Cell:
     """A cell of a table. value: what it is sorted by; title: shown over it; is_wide: a sentence, which wraps"""
     shown: str
@@ -70,6 +71,11 @@ def marked(value, is_marked):
     return Cell(Markup("<b>{}</b>").format(text(value)) if is_marked else text(value))
 
 
+def to_point(row, cell):
+    """Returns a row's first cell as the link to the row's point in the page's chart. row: the id of the row"""
+    return dataclasses.replace(cell, shown=Markup('<a href="#point-{}">{}</a>').format(row, cell.shown))
+
+
 def bounds_cell(cell):
     """Returns whether a study's cell keeps its bounds, or which it exceeds; that it has none, if so."""
     if cell["broken"]:
@@ -115,15 +121,20 @@ def read_charts(directory):
     return read_json(os.path.join(directory, "charts", "charts.json"))["charts"]
 
 
-def write_page(directory, template, path, what, content):
-    """Writes a directory's index.html from a template. path, what: the data it is made of, for a refusal; content():
-    what the template shows"""
+def write_page_file(page, template, path, what, content):
+    """Writes a page from a template. path, what: the data it is made of, for a refusal; content(): what the template
+    shows"""
     with expecting(path, what):
         try:
             html = environment().get_template(template).render(content())
         except jinja2.UndefinedError as error:
             raise KeyError(str(error)) from error
-    write_text(os.path.join(directory, "index.html"), html)
+    write_text(page, html)
+
+
+def write_page(directory, *arguments):
+    """Writes a directory's index.html, as write_page_file does."""
+    write_page_file(os.path.join(directory, "index.html"), *arguments)
 
 
 def declare(parser):

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Which runs of compare belong together: rays by what they believe, sweeps over thresholds, the front."""
+import math
+
+
+def threshold_of(run):
+    value = run["parameters"].get("threshold_texels")
+    return None if value is None else math.inf if value == "inf" else float(value)
+
+
+def believe_of(run):
+    """Returns which voxels the rays of a run believe: "all", "none", or a number of pixels."""
+    return run["parameters"].get("believe", "all")
+
+
+def is_warm(run):
+    """Returns whether a run is of frames whose maps a frame of the same view left."""
+    return run.get("parameters", {}).get("start") == "warm"
+
+
+def rays_alone(runs, believe):
+    """Returns the runs of rays alone that believe "all", "none" or (None) anything between."""
+    return [r for r in runs if r["method"] == "dag" and
+            (believe_of(r) == believe if believe else believe_of(r) not in ("all", "none"))]
+
+
+def tracers_of(runs):
+    """Returns the rows of `shadowdag rays`: tracers that answered the pairs of a frame outside of it."""
+    return [r for r in runs if r["method"] == "tracer"]
+
+
+def settings_of(run):
+    """Returns what distinguishes the run from others of its sweep: all parameters but the threshold."""
+    return {key: value for key, value in run["parameters"].items() if key != "threshold_texels"}
+
+
+def sweeps(runs):
+    """Returns the threshold sweeps: {series key: runs ascending in threshold}.
+
+    The pure methods are members of every sweep that agrees with all parameters that they read.
+    """
+    series = {}
+    for run in runs:
+        if run["method"] == "hybrid" and threshold_of(run) is not None:
+            series.setdefault(tuple(settings_of(run).items()), []).append(run)
+    for key, members in series.items():
+        members += [r for r in runs if r["method"] in ("dag", "maps") and settings_of(r).items() <= dict(key).items()]
+        members.sort(key=threshold_of)
+    return series
+
+
+def series_name(key, all_keys):
+    """Returns the text that distinguishes a series from the others; "" if there is none."""
+    names = {"resolution": "{}³", "undersample": "u{}", "page_size": "pages {}", "taps": "{} taps", "start": "{}"}
+    others = [dict(other) for other in all_keys]
+    return ", ".join(names.get(k, k.replace("_", " ") + " {}").format(v) for k, v in key
+                     if any(k in other and other[k] != v for other in others))
+
+
+def is_faster(a, b):
+    """Returns whether a run is faster than another by more than half of the larger spread of both, as the verdict has it."""
+    return a["time_ms"] + 0.5 * max(r["time_ms_max"] - r["time_ms_min"] for r in (a, b)) < b["time_ms"]
+
+
+def pareto(runs):
+    """Returns the runs, ascending in time, that no other dominates: none has a smaller error without being slower by
+    more than the spread of the times, and none of equal error is faster."""
+    front = [r for i, r in enumerate(runs) if not any(
+        other["error"] < r["error"] and not is_faster(r, other) or
+        other["error"] == r["error"] and (other["time_ms"], j) < (r["time_ms"], i) for j, other in enumerate(runs))]
+    return sorted(front, key=lambda r: r["time_ms"])
