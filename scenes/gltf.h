@@ -14,12 +14,13 @@ namespace shadowdag {
 /// texture (PNG, embedded or beside; JPEG has no alpha), its factor and the cutoff; those of BLEND
 /// are opaque. Base colour textures are read from PNG and JPEG, embedded or beside; one that is all
 /// of one colour becomes a part of its material's factor, and one that cannot be shown leaves the
-/// factor alone, with a warning. Throws Error kInput naming the file, the place and the value for
-/// anything broken, and for every required extension that is not supported (KHR_lights_punctual,
-/// KHR_mesh_quantization and KHR_texture_transform are, and the compressions
-/// EXT_meshopt_compression and KHR_draco_mesh_compression, which are undone). Memory is bounded by
-/// a multiple of the file's own size, whatever the file claims, what decoding one image at a time
-/// takes, and kMaxSceneTexels; not what Draco takes to unpack a damaged stream.
+/// factor alone, with a warning. Skins and morph targets are read; World poses them. Throws Error
+/// kInput naming the file, the place and the value for anything broken, and for every required
+/// extension that is not supported (KHR_lights_punctual, KHR_mesh_quantization and
+/// KHR_texture_transform are, and the compressions EXT_meshopt_compression and
+/// KHR_draco_mesh_compression, which are undone). Memory is bounded by a multiple of the file's own
+/// size, whatever the file claims, what decoding one image at a time takes, and kMaxSceneTexels;
+/// not what Draco takes to unpack a damaged stream.
 Scene readGltf(const std::string& path);
 
 /// The image that cuts out a material of alphaMode MASK in place of its base colour texture, which
@@ -45,7 +46,7 @@ Scene readGltf(const std::string& path, GltfSource source);
 
 /// Writes the scene as one binary .glb that other programs open, through a temporary file beside
 /// `path`. Throws Error kResource when the disk refuses, and kUsage for a scene with base colour
-/// textures, which are not written. Reading it back gives the same world
+/// textures, skins or morph targets, which are not written. Reading it back gives the same world
 /// positions.
 void writeGlb(const Scene& scene, const std::string& path);
 

@@ -43,8 +43,9 @@ Document loadDocument(const std::string& path, std::vector<uint8_t> bytes);
 /// Throws Error kInput for a view that cannot be unpacked.
 void unpackMeshopt(Document& document);
 
-/// Unpacks the primitives of KHR_draco_mesh_compression: indices, positions and texture coordinates
-/// become accessors, in buffers of their own. Throws Error kInput for one that cannot be unpacked.
+/// Unpacks the primitives of KHR_draco_mesh_compression: indices, positions, texture coordinates,
+/// joints and their weights become accessors, in buffers of their own. Throws Error kInput for one
+/// that cannot be unpacked.
 void unpackDraco(Document& document);
 
 /// Returns an object's member that is a whole number from 0 to 2^53, or `otherwise` if it has none
@@ -191,5 +192,29 @@ struct MaterialTextures {
 /// Error kInput for a material that refers to what does not exist.
 MaterialTextures readBaseColorTextures(const Document& document, const AccessorReader& accessors,
                                        TextureSet& textures);
+
+/// The accessors that deform the vertices of a primitive.
+struct DeformAccessors {
+    std::vector<int> joints, weights; ///< of each set of four joints
+    std::vector<int> targets;         ///< displacements; kNone: a target without any
+    bool operator==(const DeformAccessors&) const = default;
+};
+
+/// Returns those of a primitive; joints only if the document has skins. Throws Error kInput where
+/// sets of joints and of weights do not pair.
+DeformAccessors readDeformAccessors(const Document& document, const tinygltf::Primitive& primitive,
+                                    const std::string& place);
+
+/// Appends joints, their weights and displacements of the vertices in use to a mesh, whose
+/// jointsPerVertex and count of morph targets are set. A vertex without weights follows the first
+/// joint. Throws Error kInput for values that no joint or weight can have.
+/// @param vertexCount of the primitive's accessors
+void appendDeformation(const Document& document, AccessorReader& accessors,
+                       const DeformAccessors& from, size_t vertexCount,
+                       const std::vector<uint32_t>& used, const std::string& place, Mesh& mesh);
+
+/// Returns all skins. Throws Error kInput for a joint that does not exist and for matrices that
+/// place nothing.
+std::vector<Skin> readSkins(const Document& document, AccessorReader& accessors);
 
 } // namespace shadowdag::gltf

@@ -7,6 +7,7 @@
 #include "scenes/output_file.h"
 #include "scenes/png_alpha.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace shadowdag::glb {
@@ -229,6 +230,11 @@ void GlbWriter::save(const std::string& path) {
 } // namespace shadowdag::glb
 
 void shadowdag::writeGlb(const Scene& scene, const std::string& path) {
+    if (std::any_of(scene.meshes.begin(), scene.meshes.end(),
+                    [](const Mesh& mesh) { return mesh.deforms(); }))
+        throw Error(ErrorKind::kUsage, "scene '" + scene.name +
+                                           "' has skins or morph targets, which are not written; "
+                                           "use the file that it was read from");
     if (!scene.textures.textures.empty())
         throw Error(ErrorKind::kUsage, "scene '" + scene.name +
                                            "' has base colour textures, which are not written; "
