@@ -5,6 +5,7 @@
 
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -103,15 +104,17 @@ private:
     std::unordered_map<std::string, size_t> nodeOfName_;
     std::vector<std::string> attached_; ///< nodes of lights and cameras, after those of nodes_
 
-    uint64_t lineAndPointCount_ = 0, boneCount_ = 0, morphCount_ = 0, otherLightCount_ = 0;
+    std::vector<std::string> deformed_; ///< meshes that bones or morph targets would deform
+
+    uint64_t lineAndPointCount_ = 0, otherLightCount_ = 0;
     uint64_t lightCount_ = 0, wideCount_ = 0, orthographicCount_ = 0, nearCount_ = 0;
 };
 
 // Returns a primitive with the triangles of a mesh in their order.
 std::string NodeWriter::primitiveOf(const aiMesh& mesh, size_t index) {
     const std::string place = placeOf("mesh", index, mesh.mName);
-    boneCount_ += mesh.mNumBones > 0;
-    morphCount_ += mesh.mNumAnimMeshes > 0;
+    if (mesh.mNumBones > 0 || mesh.mNumAnimMeshes > 0)
+        deformed_.push_back(place);
     std::set<uint32_t> sets;
     if (mesh.mMaterialIndex < uvSets_.size())
         for (const uint32_t set : uvSets_[mesh.mMaterialIndex])
@@ -396,8 +399,14 @@ void NodeWriter::writeNode(size_t index) {
 
 void NodeWriter::writeWarnings() {
     conversion_.warn(lineAndPointCount_, "points or lines ignored: they cast no shadow.");
-    conversion_.warn(boneCount_, "meshes with bones stay in rest pose.");
-    conversion_.warn(morphCount_, "meshes with morph targets stay in rest pose.");
+    constexpr size_t kMaxNames = 4;
+    std::string deformed;
+    for (size_t i = 0; i < std::min(deformed_.size(), kMaxNames); ++i)
+        deformed += (i ? ", " : "") + deformed_[i];
+    conversion_.warn(deformed_.size(),
+                     "meshes with bones or morph targets stay in rest pose, because only those of "
+                     "glTF are posed: " +
+                         deformed + (deformed_.size() > kMaxNames ? ", ..." : "") + ".");
     conversion_.warn(scene_.mNumAnimations, "animations ignored: only those of glTF move.");
     conversion_.warn(lightCount_,
                      "lights: the colour that the file states is taken as candela (lux "

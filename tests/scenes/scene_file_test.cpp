@@ -357,6 +357,29 @@ TEST_F(OtherScenes, CountsThatNoFileHasAreRefusedInLittleMemoryAndTime) {
     EXPECT_NE(messageOf("a.obj", "v 0 0 0\nf 1 2 4000000000\n"), "no error");
 }
 
+// Bones of other kinds than glTF pose nothing, which is said of each mesh by its name.
+TEST_F(OtherScenes, MeshesWithBonesAreNamedInAWarning) {
+    const std::string skin = R"(<library_controllers><controller id="c"><skin source="#cube">
+<source id="j"><Name_array id="ja" count="1">bone</Name_array><technique_common>
+<accessor source="#ja" count="1"><param name="JOINT" type="name"/></accessor></technique_common></source>
+<source id="m"><float_array id="ma" count="16">1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1</float_array><technique_common>
+<accessor source="#ma" count="1" stride="16"><param name="TRANSFORM" type="float4x4"/></accessor>
+</technique_common></source>
+<source id="w"><float_array id="wa" count="1">1</float_array><technique_common>
+<accessor source="#wa" count="1"><param name="WEIGHT" type="float"/></accessor></technique_common></source>
+<joints><input semantic="JOINT" source="#j"/><input semantic="INV_BIND_MATRIX" source="#m"/></joints>
+<vertex_weights count="8"><input semantic="JOINT" source="#j" offset="0"/>
+<input semantic="WEIGHT" source="#w" offset="1"/><vcount>1 1 1 1 1 1 1 1</vcount>
+<v>0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 0</v></vertex_weights></skin></controller></library_controllers>)";
+    const std::string nodes = R"(<node id="bone" sid="bone" name="bone" type="JOINT"/>
+<node><instance_controller url="#c"><skeleton>#bone</skeleton></instance_controller></node>)";
+    const Scene scene = read("a.dae", cubeCollada("1", "<up_axis>Y_UP</up_axis>", nodes, skin));
+    EXPECT_EQ(cornersOf(scene).size(), 36u);
+    EXPECT_THAT(scene.warnings, Contains(testing::AllOf(
+                                    StartsWith("1 meshes with bones or morph targets stay in rest"),
+                                    HasSubstr("mesh 0 ('cube"))));
+}
+
 TEST_F(OtherScenes, LoopsOfNodesAreRefused) {
     const std::string nodes =
         R"(<node id="n"><instance_geometry url="#cube"/><instance_node url="#n"/></node>)";
@@ -366,9 +389,10 @@ TEST_F(OtherScenes, LoopsOfNodesAreRefused) {
 
 // A crash of Assimp ends the process that reads, and is a message here.
 TEST_F(OtherScenes, ACrashOfAssimpIsAMessage) {
+    constexpr int kDepth = 200'000; // of recursion, which takes more than the stack
     std::string nodes;
-    for (int i = 0; i < 200'000; ++i)
-        nodes += "<node>";
+    for (int i = 0; i < 2 * kDepth; ++i)
+        nodes += i < kDepth ? "<node>" : "</node>";
     EXPECT_THAT(messageOf("a.dae", cubeCollada("1", "", nodes)),
                 HasSubstr("reading it by Assimp crashed"));
 }
