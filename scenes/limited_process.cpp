@@ -31,13 +31,15 @@ void lowerLimitTo(__rlimit_resource resource, uint64_t value) {
     setrlimit(resource, &limit);
 }
 
-/// Returns what counts for RLIMIT_DATA of this process already. Source: proc(5), "statm".
+/// Returns what counts for RLIMIT_DATA of this process already, which statm gives with its stack.
+/// Source: proc(5), "status".
 uint64_t ownDataBytes() {
-    std::ifstream file("/proc/self/statm");
-    uint64_t pages = 0;
-    for (int field = 0; field < 6; ++field)
-        file >> pages;
-    return file ? pages * uint64_t(sysconf(_SC_PAGESIZE)) : 0;
+    std::ifstream file = openInput("/proc/self/status");
+    uint64_t kibibytes = 0;
+    for (std::string word; file >> word;)
+        if (word == "VmData:")
+            file >> kibibytes;
+    return kibibytes << 10;
 }
 
 /// Sets up the process that reads: files, signals, limits. Moves `out` from the standard streams.
@@ -145,7 +147,7 @@ ProcessEnd runInProcess(const std::string& what, const ProcessLimits& limits,
         throw Error(ErrorKind::kResource,
                     what + ": cannot start a process to read it: " +
                         (dataBytes > 0 ? std::strerror(error)
-                                       : "/proc/self/statm cannot be read; is /proc mounted?"));
+                                       : "/proc/self/status cannot be read; is /proc mounted?"));
     }
     if (child == 0) {
         int status = kUncaught, out = ends[1];
