@@ -555,11 +555,13 @@ void addPlants(Stage& s, const Materials& mat) {
             } else if (kind == 1) {
                 const double y = random.between(0.55, 1.25), r = 0.12 + 0.2 * random.unit();
                 m.setTransform(placement({r * cosTurns(turn), y, -r * sinTurns(turn)}, turn));
-                addLeaf(m, random.between(0.18, 0.3), 0.075, random.between(-0.08, 0.1), 5);
+                const double droop = random.between(-0.08, 0.1);
+                addLeaf(m, random.between(0.18, 0.3), 0.075, droop, 5);
             } else {
                 m.setTransform(placement({0, 0.5, 0}, turn) * placement({0, 0, 0}, 0.25, -lift) *
                                placement({0, 0, 0}, -0.25));
-                addLeaf(m, random.between(0.45, 0.75), 0.06, random.between(0.1, 0.35), 6);
+                const double droop = random.between(0.1, 0.35);
+                addLeaf(m, random.between(0.45, 0.75), 0.06, droop, 6);
             }
         }
         if (kind == 1) { // stems that carry the leaves

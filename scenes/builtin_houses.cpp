@@ -437,9 +437,11 @@ Scene makeHouses() {
             light(dvec3(placement(pole, f > 0 ? -0.25 : 0.25) * glm::dvec4(postLight, 1.0)), 9.0);
             // A tree in the corner behind.
             const double tx = px + f * (hx - 1.0 - random.unit()), tz = pz - f * (hz - 0.9);
-            if ((i + j) % 5 != 0)
+            if ((i + j) % 5 != 0) {
+                const double scale = random.between(0.75, 1.0);
                 s.place(trees[size_t((i * 3 + j) % 5)], {tx, ground(tx, tz), tz}, random.unit(),
-                        random.between(0.75, 1.0));
+                        scale);
+            }
         }
     s.placeOnce(fences);
     addChurch(s, mat, lampIndex);

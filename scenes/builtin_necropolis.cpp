@@ -485,7 +485,8 @@ void addCells(Stage& s, const Kit& kit, const int (&roofs)[2], Lighting& lights)
     int candles = 0;
     const auto candle = [&](const dvec3& at) {
         s.place(kit.candle, at);
-        const double range = 2.5 + 3.5 * random.unit() * random.unit();
+        const double first = random.unit();
+        const double range = 2.5 + 3.5 * first * random.unit();
         lights.add(at + dvec3(0, 0.55, 0), range, candles++ % 5 == 4 ? kGreen : kAmber,
                    0.05 * range * range);
     };
@@ -512,10 +513,12 @@ void addCells(Stage& s, const Kit& kit, const int (&roofs)[2], Lighting& lights)
             if (kind == 0) { // mausolea among cypresses
                 mausoleum(0, onGround(x0 + 3.4, zm - 0.4), 0.0);
                 mausoleum(1, onGround(x1 - 3.0, zm - 0.6), 0.0);
-                for (int k = 0; k < 5; ++k)
+                for (int k = 0; k < 5; ++k) {
+                    const double scale = random.between(0.85, 1.05);
                     s.place(kit.cypresses[size_t(k + cell) % 5],
                             onGround(x0 + 0.6 + k * (x1 - x0 - 1.2) / 4, z0 + 0.5), random.unit(),
-                            random.between(0.85, 1.05));
+                            scale);
+                }
                 for (int k = 0; k < 5; ++k) { // bollards and chains in front
                     s.place(kit.bollard, onGround(x0 + 0.8 + 2.4 * k, z1 + 0.1));
                     if (k < 4)
@@ -537,11 +540,13 @@ void addCells(Stage& s, const Kit& kit, const int (&roofs)[2], Lighting& lights)
                             candle(at + dvec3(0.0, 0.1, 1.3));
                     }
                 addEnclosure(s, kit, x0, z0, x1, z1);
-                for (int k = 0; k < 3; ++k)
+                for (int k = 0; k < 3; ++k) {
+                    const double scale = random.between(0.75, 1.0);
                     s.place(
                         kit.trees[size_t(k + cell) % 5],
                         onGround(x0 + 2.1 + k * (x1 - x0 - 3.0) / 2.4, z0 + 3.3 + 3.2 * (k & 1)),
-                        random.unit(), random.between(0.75, 1.0));
+                        random.unit(), scale);
+                }
             } else { // a ruined colonnade around sarcophagi
                 for (int k = 0; k < 6; ++k)
                     for (const double z : {z0 + 0.9, z1 - 0.9})

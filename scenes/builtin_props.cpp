@@ -17,7 +17,8 @@ namespace {
 
 dvec3 onSphere(HashRandom& random) {
     for (;;) { // rejection needs no sine
-        const dvec3 p(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1));
+        const double z = random.between(-1, 1), y = random.between(-1, 1);
+        const dvec3 p(random.between(-1, 1), y, z);
         const double d2 = glm::dot(p, p);
         if (d2 < 1.0 && d2 > 0.01)
             return p / glm::sqrt(d2);
@@ -44,12 +45,14 @@ void addTree(MeshBuilder& m, uint32_t bark, uint32_t leaf, uint64_t seed, double
     const double trunkRadius = 0.035 * height;
     std::vector<dvec3> trunk;
     std::vector<double> radii;
-    dvec3 p(0, -0.3, 0), lean(random.between(-0.1, 0.1), 1.0, random.between(-0.1, 0.1));
+    const double leanZ = random.between(-0.1, 0.1);
+    dvec3 p(0, -0.3, 0);
+    const dvec3 lean(random.between(-0.1, 0.1), 1.0, leanZ);
     for (int i = 0; i <= 7; ++i) {
         trunk.push_back(p);
         radii.push_back(trunkRadius * (i == 0 ? 1.5 : 1.05 - 0.12 * i));
-        p += lean * (height * 0.1) +
-             dvec3(random.between(-0.04, 0.04), 0, random.between(-0.04, 0.04));
+        const double bendZ = random.between(-0.04, 0.04);
+        p += lean * (height * 0.1) + dvec3(random.between(-0.04, 0.04), 0, bendZ);
     }
     addTaperedTube(m, trunk, radii, 9);
     std::vector<std::pair<dvec3, dvec3>> tips; // place, direction
@@ -82,7 +85,8 @@ void addTree(MeshBuilder& m, uint32_t bark, uint32_t leaf, uint64_t seed, double
     for (int i = 0; i < leafCount; ++i) {
         const auto& [at, out] = tips[random.below(uint32_t(tips.size()))];
         const dvec3 direction = glm::normalize(out * 0.5 + onSphere(random) + dvec3(0, 0.1, 0));
-        const dvec3 offset = onSphere(random) * (0.085 * height * random.unit());
+        const double distance = 0.085 * height * random.unit();
+        const dvec3 offset = onSphere(random) * distance;
         addLeafAt(m, at + offset, direction, leafLength * random.between(0.75, 1.25),
                   0.32 * leafLength, 0.25 * leafLength, 2);
     }

@@ -24,6 +24,14 @@ std::array<uint8_t, 16> contentHash(const void* data, size_t byteCount) {
     return canonicalHash(XXH3_128bits(data, byteCount));
 }
 
+std::string hashText(const std::array<uint8_t, 16>& hash) {
+    std::string text;
+    for (const uint8_t byte : hash)
+        for (const int digit : {byte >> 4, byte & 15})
+            text += "0123456789abcdef"[digit];
+    return text;
+}
+
 struct ContentHasher::State {
     XXH3_state_t* xxh = XXH3_createState();
     ~State() { XXH3_freeState(xxh); }

@@ -7,13 +7,17 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 
 namespace shadowdag {
 
 /// Returns the XXH3-128 hash of the bytes, canonical (big endian) order: the same on every machine.
 std::array<uint8_t, 16> contentHash(const void* data, size_t byteCount);
 
-/// The same for bytes that arrive in pieces; the pieces' lengths do not matter.
+/// Returns a hash as 32 hexadecimal digits.
+std::string hashText(const std::array<uint8_t, 16>& hash);
+
+/// The same as contentHash for bytes that arrive in pieces; the pieces' lengths do not matter.
 class ContentHasher {
 public:
     ContentHasher();

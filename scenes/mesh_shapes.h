@@ -20,7 +20,8 @@ double sinTurns(double turns);
 /// Returns cos(2 pi turns) in the same way.
 double cosTurns(double turns);
 
-/// Seeded sequence of numbers from an integer hash; equal on every machine.
+/// Seeded sequence of numbers from an integer hash; equal on every machine. Draw once per
+/// expression: compilers evaluate operands and arguments in different orders.
 /// Source: Steele, Lea, Flood, Fast Splittable Pseudorandom Number Generators, OOPSLA 2014
 /// (SplitMix64).
 class HashRandom {

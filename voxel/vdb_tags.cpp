@@ -28,11 +28,7 @@ std::string checksumOf(const Dag& dag, VdbTags tags) {
     std::string bytes = packTags(tags);
     const auto wordsHash = contentHash(dag.words.data(), dag.words.size() * sizeof(uint32_t));
     bytes.append(wordsHash.begin(), wordsHash.end());
-    std::string text;
-    for (const uint8_t byte : contentHash(bytes.data(), bytes.size()))
-        for (const int digit : {byte >> 4, byte & 15})
-            text += "0123456789abcdef"[digit];
-    return text;
+    return hashText(contentHash(bytes.data(), bytes.size()));
 }
 
 /// Reads tags by name; messages begin with `name`.

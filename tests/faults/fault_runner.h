@@ -122,12 +122,12 @@ inline std::string withoutTexts(const std::string& page) {
     return result;
 }
 
-/// Returns a page without its charts, whose points, ticks and marks follow the times.
+/// Returns a page with "<chart>" for each chart, whose points, ticks and marks follow the times.
 inline std::string withoutCharts(std::string page) {
     const std::string_view first = "<svg", last = "</svg>";
     for (size_t begin; (begin = page.find(first)) != std::string::npos;) {
         const size_t end = page.find(last, begin);
-        page.erase(begin, end == std::string::npos ? end : end + last.size() - begin);
+        page.replace(begin, end == std::string::npos ? end : end + last.size() - begin, "<chart>");
     }
     return page;
 }

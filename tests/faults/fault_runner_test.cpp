@@ -32,6 +32,14 @@ TEST(ContentOf, NoticesEveryTruncation) {
     }
 }
 
+TEST(ContentOf, CountsTheChartsOfAPage) {
+    const std::string chart = "<svg width=\"7\"><path d=\"M 1 2\"/></svg>", text = "<p>a</p>";
+    const std::string page = text + chart + chart;
+    EXPECT_EQ(test::withoutCharts(page), text + "<chart><chart>");
+    EXPECT_EQ(test::withoutCharts(page.substr(0, page.size() - 3)), text + "<chart><chart>");
+    EXPECT_EQ(test::withoutCharts(text), text);
+}
+
 TEST(ContentOf, IsThatOfEqualRunsWithOtherTimes) {
     const TemporaryDirectory directory;
     for (const auto& [name, one] : kFiles) {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks rules for every file: the licence line, #pragma once, no dead code, no path of one machine, and one
-package list.
+package list. Also that no expression draws twice from a random sequence, because compilers evaluate operands and
+arguments in different orders.
 
     conventions.py SOURCE_DIR      checks the tree, after checking itself on planted violations
 """
@@ -27,6 +28,41 @@ APT_INSTALL = re.compile(r"\bapt(?:-get)?\s+(?:-\S+\s+)*install\s+(?:-\S+\s+)*(?
 LINE_WORDS = tuple("/" + folder for folder in MACHINE_FOLDERS) + ("sers", "apt")
 
 
+# A number drawn from a sequence, or the sequence given to a function that draws.
+DRAW = re.compile(r"\brandom\.(?:unit|between|below|bits|next)\(|[(,]\s*random\s*[,)]")
+
+
+def expressions_of(text):
+    """Returns (line, expression) of C++ code: what stands between ; { } and commas outside of parentheses, which are
+    ordered; braces inside of parentheses are expressions of their own."""
+    found = []
+    open_ones = [["", 1, 0]]  # text, line, depth of parentheses; one per brace that is open
+
+    def end(line):
+        found.append((open_ones[-1][1], open_ones[-1][0]))
+        open_ones[-1][:2] = "", line
+    line = 1
+    for match in re.finditer(r"//[^\n]*|[(){};,\n]|[^(){};,\n/]+|/", text):
+        part, last = match[0], open_ones[-1]
+        if part == "\n":
+            line += 1
+        elif part == ";" or part == "," and last[2] == 0:
+            end(line)
+        elif part == "{":
+            if last[2] == 0:
+                end(line)
+            open_ones.append(["", line, 0])
+        elif part == "}":
+            end(line)
+            if len(open_ones) > 1:
+                open_ones.pop()
+        elif not part.startswith("//"):
+            last[0] += part
+            last[1] = last[1] if last[0].strip() != part.strip() else line
+            last[2] += (part == "(") - (part == ")")
+    return found
+
+
 def packages_of(text):
     """Returns the package names of a package list."""
     return [line.strip() for line in text.splitlines() if line.strip() and not line.startswith("#")]
@@ -42,6 +78,10 @@ def check_text(path, text, packages):
             violations.append(f"{path}:1: the first line must hold '{SPDX}'")
     if path.suffix == ".h" and "#pragma once" not in lines:
         violations.append(f"{path}:1: no #pragma once")
+    if path.suffix in CODE_SUFFIXES and path.parts[0] != "tests" and "random" in text:
+        for number, expression in expressions_of(text):
+            if len(DRAW.findall(expression)) > 1:
+                violations.append(f"{path}:{number}: draws twice in one expression; name the first number")
     # Most files, committed results above all, contain no word of the lines' rules; a search for words is fast.
     may_have_lines = path.suffix in SPDX_SUFFIXES or any(word in text for word in LINE_WORDS)
     for number, line in enumerate(lines if may_have_lines else [], 1):
@@ -98,6 +138,12 @@ def self_test():
         "i.md": ("apt-get " + "install -y cmake\n", ["installs 'cmake'"]),
         "j.md": ("sudo apt install git\nYou need liba-dev and libb-dev.\n", []),
         "k.md": ("liba-dev libb-dev libc-dev\n", ["only package list"]),
+        "m.cpp": (spdx + "void f(Random& random) {\n    g(random.unit(), random.unit());\n    h(random) * random.below(3);\n}\n",
+                  ["draws twice", "draws twice"]),
+        "n.cpp": (spdx + "void f(Random& random) {\n    const double x = random.unit(), y = random.unit(); // random.unit()\n"
+                  "    g({random.unit(), random.unit()}, random.between(0.0, 1.0));\n}\n", []),
+        "o.cpp": (spdx + "void f(Random& random) {\n    g({random.unit(), 1}, random.unit(),\n      random.between(0.0, 1.0));\n}\n",
+                  ["draws twice"]),
         "l.sh": (f'#!/bin/sh\n# {SPDX}\napt-get install -y "$missing"\ncp /usr/share/x ./y /tmp\n', []),
     }
     with tempfile.TemporaryDirectory() as folder:

@@ -120,6 +120,38 @@ class GpuCheck(unittest.TestCase):
         self.assertIn("status 99", steps["racecheck cuda_test"]["note"])
         self.assertIn("ERROR: a race", steps["racecheck cuda_test"]["note"])
 
+    def test_profiles_say_what_every_kernel_of_the_last_whole_frame_takes(self):
+        # Four frames of clear, two draws and shade; the first has a kernel more. Times are 1, 2, ... in ns.
+        frame = ["clear", "draw", "draw", "shade"]
+        launches = ["build", *frame, *frame, *frame, *frame]
+        metrics = ("gpu__time_duration.sum", "dram__throughput.avg.pct_of_peak_sustained_elapsed",
+                   "sm__warps_active.avg.pct_of_peak_sustained_active", "smsp__thread_inst_executed_per_inst_executed.ratio")
+        lines = ["==PROF== Connected", '"ID","Kernel Name",' + ",".join(f'"{name}"' for name in metrics),
+                 '"","","ns","%","%",""']
+        lines += [f'"{i}","{name}","1,{i:03}","{i}","60","32"' for i, name in enumerate(launches)]
+        build = self.folder / "build/tools"
+        build.mkdir(parents=True)
+        (self.folder / "table").write_text("\n".join(lines) + "\n")
+        for file, text in ((build / "shadowdag", "echo '{}'"), (self.folder / "bin/ncu", f"cat {self.folder}/table")):
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(f"#!/bin/sh\n{text}\n")
+            file.chmod(0o755)
+        path = f"{self.folder / 'bin'}:{os.environ['PATH']}"
+        done = run("--build", build.parent, "--only", "profile", "-o", self.out, PATH=path)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual({(row["scene"], row["method"]) for row in self.results()["profiles"]},
+                         {(scene, method) for scene in ("atrium", "houses", "necropolis") for method in ("maps", "dag")})
+        # The last whole frame is launches 9 to 12: draws take 1.010 + 1.011 us with 10 and 11 %.
+        kernels = self.results()["profiles"][0]["kernels"]
+        self.assertEqual([row["kernel"] for row in kernels], ["draw", "shade", "clear"])
+        self.assertEqual(kernels[0], {"kernel": "draw", "launches": 2, "us": 2.021, "memory_percent": 10.5,
+                                      "occupancy_percent": 60.0, "active_lanes": 32.0})
+        self.assertIn("4 launches take 0.004 ms", done.stdout)
+        (self.folder / "table").write_text("==ERROR== no permission\n")
+        done = run("--build", build.parent, "--only", "profile", "-o", self.out, PATH=path)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("ncu gave no table: ==ERROR== no permission", done.stdout)
+
     def test_a_step_that_hangs_ends_with_the_time(self):
         build = self.stub("exec sleep 100\n")
         done = run("--backend", "cpu", "--build", build, "--tests", "cuda_test", "--minutes", "0.1", "-o", self.out)
@@ -165,6 +197,9 @@ class GpuCheck(unittest.TestCase):
         done = run("--tests", "cuda_test,nothing")
         self.assertEqual(done.returncode, 2)
         self.assertIn("there is no nothing", done.stderr)
+        done = run("--only", "frames,pictures")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--only: there is no pictures; there are parity, voxelize", done.stderr)
 
 
 if __name__ == "__main__":

@@ -389,9 +389,8 @@ void runCompare(const CompareOptions& options, const CommandLine& commandLine) {
     if (!options.part.empty())
         key["part"] = options.part;
     Journal journal(partial + "/journal.json", key, options.resume);
-    if (journal.takenUpCount() > 0)
-        console.note("resume: " + std::to_string(journal.takenUpCount()) +
-                     " finished parts reused");
+    if (const std::string remark = remarkOn(journal); !remark.empty())
+        console.note("resume: " + remark);
 
     CompareFindings found(provenance, experimentJson);
     for (size_t i = 0; i < names.size(); ++i) {

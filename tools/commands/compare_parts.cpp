@@ -29,14 +29,6 @@ void append(Json& to, const Json& from) {
     to.insert(to.end(), from.begin(), from.end());
 }
 
-std::string hashText(const std::array<uint8_t, 16>& hash) {
-    std::string text;
-    for (const uint8_t byte : hash)
-        for (const int digit : {byte >> 4, byte & 15})
-            text += "0123456789abcdef"[digit];
-    return text;
-}
-
 /// Returns the hash of a file's content, "" when it cannot be read.
 std::string fileHash(const std::string& path) {
     if (!whyNoInput(path, ~uint64_t(0)).empty())
@@ -250,7 +242,10 @@ Json toJson(const CompareFindings& findings, const CompareShare& share, const Js
     json["lights"] = findings.lights;
     json["files"] = Json::object();
     for (const std::string& file : filesOf(json))
-        json["files"][file] = fileHash(directory + "/" + file);
+        if (Json& hash = json["files"][file] = fileHash(directory + "/" + file); hash == "")
+            throw Error(ErrorKind::kResource, directory + "/" + file +
+                                                  ": was written and cannot be read any more; run "
+                                                  "the command again");
     json["content_hash"] = partHash(json);
     return json;
 }

@@ -40,6 +40,12 @@ bool isExperimentOfFit(const std::string& path) {
            json["title"].get<std::string>().starts_with(kTitle);
 }
 
+/// Returns whether a file is the result of a fit, whose page is beside it.
+bool isResultOfFit(const std::string& path) {
+    const Json json = readOwnJsonFile(path);
+    return json.is_object() && json.contains("sweep") && json.contains("provenance");
+}
+
 struct FitOptions {
     GlobalOptions global;
     CommonOptions common;
@@ -180,18 +186,31 @@ size_t findLeast(FitSearch& search, FitMeasurer& measurer, const FitModels& mode
     }
 }
 
-/// Throws Error kUsage if two of the files that a fit writes are the same.
-void refuseOverlap(const FitOptions& options, const std::string& experimentPath,
-                   const std::string& stem) {
+/// Throws, before any work, if the files that a fit writes cannot all be written: kUsage if two of
+/// them are the same, or one would replace an experiment or a page that no fit wrote.
+void checkOutputs(const FitOptions& options, const std::string& experimentPath,
+                  const std::string& stem) {
+    const std::string page = stem + ".html";
     std::vector<std::pair<std::string, std::string>> files{
         {"-o '" + options.output + "'", options.output},
         {options.experimentOutput.empty() ? "the experiment " + experimentPath
                                           : "--experiment-out '" + experimentPath + "'",
-         experimentPath}};
-    files.push_back({"the page " + stem + ".html", stem + ".html"});
+         experimentPath},
+        {"the page " + page, page}};
     if (!options.noCharts)
         for (const char* extension : {".svg", ".png"})
             files.push_back({"the chart " + stem + extension, stem + extension});
+    for (const auto& [name, path] : files)
+        checkWritable(path);
+    const auto refuse = [&](size_t file) {
+        throw Error(ErrorKind::kUsage, files[file].first +
+                                           ": is a file that no fit wrote and that this fit would "
+                                           "replace; choose another, as in -o F.json");
+    };
+    if (fs::exists(experimentPath) && !isExperimentOfFit(experimentPath))
+        refuse(1);
+    if (fs::exists(page) && !isResultOfFit(options.output))
+        refuse(2);
     for (size_t a = 0; a < files.size(); ++a)
         for (size_t b = a + 1; b < files.size(); ++b)
             if (fs::weakly_canonical(files[a].second) == fs::weakly_canonical(files[b].second))
@@ -221,16 +240,7 @@ void runFit(const FitOptions& options, const CommandLine& commandLine) {
     const std::string stem = (output.parent_path() / output.stem()).string();
     const std::string experimentPath =
         options.experimentOutput.empty() ? stem + ".experiment.json" : options.experimentOutput;
-    checkWritable(options.output);
-    checkWritable(experimentPath);
-    if (!options.noCharts)
-        for (const char* extension : {".svg", ".png"})
-            checkWritable(stem + extension);
-    refuseOverlap(options, experimentPath, stem);
-    if (fs::exists(experimentPath) && !isExperimentOfFit(experimentPath))
-        throw Error(ErrorKind::kUsage, "--experiment-out '" + experimentPath +
-                                           "': is a file that no fit wrote and that this fit "
-                                           "would replace; choose another");
+    checkOutputs(options, experimentPath, stem);
     const ReportPackage package(!options.noCharts, console);
     const Backend backend = options.global.apply(console, true);
     followGlPages(sweep, backend, commandLine);

@@ -160,20 +160,26 @@ __attribute__((section(".preinit_array"), used)) void (*const kBeforeLibraries)(
 }
 
 /// Puts /dev/null in place of standard streams that are closed, or the next file that is opened
-/// would get their text. As before, it is an error to read from or to write to them.
-void holdStandardStreams() {
+/// would get their text. As before, it is an error to read from or to write to them. Returns
+/// whether standard output was closed.
+bool holdStandardStreams() {
+    bool isClosed = false;
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-        if (fcntl(stream, F_GETFD) < 0) // the lowest number that is free is taken
+        if (fcntl(stream, F_GETFD) < 0) { // the lowest number that is free is taken
             static_cast<void>(open("/dev/null", stream == STDIN_FILENO ? O_WRONLY : O_RDONLY));
+            isClosed = isClosed || stream == STDOUT_FILENO;
+        }
+    return isClosed;
 }
 
 /// Runs the command. Throws only what its own messages throw.
-int runProgram(int argc, char** argv) {
+int runProgram(int argc, char** argv, bool hasNoOutput) {
     using namespace shadowdag;
     // Takes no memory, which may be short.
     const auto sayFarewell = [] {
-        writeError(hasFinishedParts() ? "interrupted; every file is complete or absent; the same "
-                                        "command with --resume goes on after the finished parts"
+        writeError(hasFinishedParts() ? "interrupted; every file is complete or absent, and "
+                                        "finished parts are kept; run the same command with "
+                                        "--resume to continue"
                                       : "interrupted; every file is complete or absent");
     };
     static std::atomic_flag isEnding;
@@ -234,8 +240,9 @@ int runProgram(int argc, char** argv) {
                                   int(ErrorKind::kResource));
         if (!std::cout)
             return complain(
-                "standard output cannot be written; is the disk full, or the size of files "
-                "limited (ulimit -f)?",
+                hasNoOutput ? "standard output is closed; open it, for example as >/dev/null"
+                            : "standard output cannot be written; is the disk full, or the size "
+                              "of files limited (ulimit -f)?",
                 int(ErrorKind::kResource));
         return 0;
     } catch (const Interrupted& interrupted) {
@@ -248,7 +255,7 @@ int runProgram(int argc, char** argv) {
         ExitMessage exit = exitMessageOf(error);
         if (exit.status == int(ErrorKind::kResource) && hasFinishedParts())
             exit.message +=
-                "; finished parts stay: the same command with --resume goes on after them";
+                "; finished parts are kept: after that, the same command with --resume continues";
         return complain(exit.message, exit.status);
     }
     return 1;
@@ -260,9 +267,9 @@ int main(int argc, char** argv) {
     const std::terminate_handler before = std::set_terminate(onTerminate);
     if (!terminateBefore)
         terminateBefore = before;
-    holdStandardStreams();
+    const bool hasNoOutput = holdStandardStreams();
     try {
-        return runProgram(argc, argv);
+        return runProgram(argc, argv, hasNoOutput);
     } catch (const std::bad_alloc&) {
         return complainWithoutMemory();
     }

@@ -96,9 +96,8 @@ void runStudy(const StudyFile& file, Study& study, const StudyRequest& asked,
     key["names"] = asked.names;
     key["inputs"] = inputHashes(scenes, {});
     Journal journal(partial + "/journal.json", key, command.resume);
-    if (journal.takenUpCount() > 0)
-        console.note("resume: " + std::to_string(journal.takenUpCount()) +
-                     " finished parts reused");
+    if (const std::string remark = remarkOn(journal); !remark.empty())
+        console.note("resume: " + remark);
     StudyRequest request = asked;
     request.pictureDirectory = partial + "/images";
     const CpuUse use;

@@ -8,9 +8,11 @@
 #include "scenes/scene_kind.h"
 #include "tools/settings/json_file.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <sstream>
 
@@ -26,14 +28,9 @@ std::optional<std::string> fileBytes(const std::string& path) {
     return readInput(path, {kMaxHashedBytes}, why);
 }
 
-std::string hashText(const std::optional<std::string>& bytes) {
-    if (!bytes)
-        return "missing";
-    std::string text;
-    for (const uint8_t byte : contentHash(bytes->data(), bytes->size()))
-        for (const int digit : {byte >> 4, byte & 15})
-            text += "0123456789abcdef"[digit];
-    return text;
+std::string hashOfFile(const std::string& path) {
+    const std::optional<std::string> bytes = fileBytes(path);
+    return bytes ? hashText(contentHash(bytes->data(), bytes->size())) : "missing";
 }
 
 /// Returns the text of a URI with its %XX decoded.
@@ -93,32 +90,54 @@ std::vector<std::string> filesOfLines(const std::string& path, const std::string
     return files;
 }
 
+/// Returns the text of a journal's key or parts.
+std::string textOf(const Json& json) {
+    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+/// Returns the hash of a journal's parts, which notices what was damaged or edited.
+std::string partsHash(const std::string& text) {
+    return hashText(contentHash(text.data(), text.size()));
+}
+
+/// Returns whether a value names a picture that is neither in the folder nor in its `images`.
+bool namesAbsentPicture(const Json& value, const std::string& folder) {
+    if (value.is_string()) {
+        const std::string name = value;
+        return name.ends_with(".png") && !std::filesystem::exists(folder + "/" + name) &&
+               !std::filesystem::exists(folder + "/images/" + name);
+    }
+    return value.is_structured() && std::any_of(value.begin(), value.end(), [&](const Json& item) {
+               return namesAbsentPicture(item, folder);
+           });
+}
+
 } // namespace
 
 Json inputHashes(const std::vector<std::string>& scenes, const std::vector<std::string>& files) {
-    Json hashes = {{"program", hashText(fileBytes("/proc/self/exe"))}};
+    Json hashes = {{"program", hashOfFile("/proc/self/exe")}};
     for (const std::string& scene : scenes) {
         if (scene.starts_with("builtin:")) {
             hashes[scene] = "program"; // its text is part of it
             continue;
         }
         const std::optional<std::string> bytes = fileBytes(scene);
-        hashes[scene] = hashText(bytes);
+        hashes[scene] = bytes ? hashText(contentHash(bytes->data(), bytes->size())) : "missing";
         if (!bytes)
             continue;
         for (const std::string& file : referredFiles(scene, *bytes))
-            hashes[file] = hashText(fileBytes(file));
+            hashes[file] = hashOfFile(file);
         if (lowerCaseExtension(scene) != ".obj")
             continue;
         for (const std::string& library : filesOfLines(scene, *bytes, "mtllib")) {
-            const std::optional<std::string> materials = fileBytes(library);
-            hashes[library] = hashText(materials);
-            for (const std::string& image : filesOfLines(library, materials.value_or(""), "map_"))
-                hashes[image] = hashText(fileBytes(image));
+            hashes[library] = hashOfFile(library);
+            const std::string materials = fileBytes(library).value_or("");
+            for (const std::string& image : filesOfLines(library, materials, "map_"))
+                hashes[image] = hashOfFile(image);
         }
     }
     for (const std::string& file : files)
-        hashes[file] = hashText(fileBytes(file));
+        hashes[file] = hashOfFile(file);
     return hashes;
 }
 
@@ -142,6 +161,16 @@ std::string firstDifference(const Json& before, const Json& now) {
     return "";
 }
 
+std::string remarkOn(const Journal& journal) {
+    std::string text;
+    if (journal.takenUpCount() > 0)
+        text = std::to_string(journal.takenUpCount()) + " finished parts reused";
+    if (journal.lostCount() > 0)
+        text += (text.empty() ? "" : ", ") + std::to_string(journal.lostCount()) +
+                " without their pictures measured again";
+    return text;
+}
+
 Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path)) {
     content_ = {{"key", std::move(key)}, {"parts", Json::object()}};
     if (!resume || !std::filesystem::exists(path_)) {
@@ -161,7 +190,16 @@ Journal::Journal(std::string path, Json key, bool resume) : path_(std::move(path
                         "or delete " +
                         std::filesystem::path(path_).parent_path().string() +
                         " with its finished parts");
-    content_ = std::move(found);
+    if (found.value("parts_hash", Json()) != partsHash(textOf(found["parts"])))
+        throw Error(ErrorKind::kInput, path_ + ": its parts were damaged or edited; delete it to "
+                                               "measure again");
+    content_["parts"] = std::move(found["parts"]);
+    const std::string folder = std::filesystem::path(path_).parent_path().string();
+    for (auto part = content_["parts"].begin(); part != content_["parts"].end();) {
+        const bool isLost = namesAbsentPicture(*part, folder);
+        lostCount_ += isLost;
+        part = isLost ? content_["parts"].erase(part) : std::next(part);
+    }
     takenUpCount_ = content_["parts"].size();
     hasFinishedParts() = takenUpCount_ > 0;
 }
@@ -181,7 +219,9 @@ void Journal::save() const {
     if (path_.empty())
         return;
     OutputFile file(path_);
-    file.write(content_.dump(-1, ' ', false, Json::error_handler_t::replace));
+    const std::string parts = textOf(content_["parts"]);
+    file.write("{\"key\":" + textOf(content_["key"]) + ",\"parts\":" + parts +
+               ",\"parts_hash\":\"" + partsHash(parts) + "\"}");
     file.commit();
     hasFinishedParts() = !content_["parts"].empty();
 }

@@ -27,22 +27,31 @@ class Journal {
 public:
     /// @param path the file, "" to keep parts in memory alone; @param key must be equal for parts
     /// to be valid: commit, experiment, ...; a message names the first difference
-    /// @param resume false: starts empty and saves that; true: reads the file if it exists.
-    /// Throws Error kUsage when it has another key, kInput when it is damaged.
+    /// @param resume false: starts empty and saves that; true: reads the file if it exists, and
+    /// leaves out parts that name a picture (*.png) which is neither beside the file nor in the
+    /// folder `images` there. Throws Error kUsage when it has another key, kInput when it was
+    /// damaged or edited.
     Journal(std::string path, Json key, bool resume);
 
     /// Returns the finished part, or null. Valid until the next set().
     const Json* find(const std::string& part) const;
     /// Stores a part and saves the file. Throws Error kResource.
     void set(const std::string& part, Json value);
+    /// Returns how many parts were read.
     size_t takenUpCount() const { return takenUpCount_; }
+    /// Returns how many parts were left out because their pictures are absent.
+    size_t lostCount() const { return lostCount_; }
 
 private:
     void save() const;
 
     std::string path_;
     Json content_;
-    size_t takenUpCount_ = 0;
+    size_t takenUpCount_ = 0, lostCount_ = 0;
 };
+
+/// Returns what to tell of a journal that is resumed: how many parts are reused, how many measured
+/// again; "" if it had none.
+std::string remarkOn(const Journal& journal);
 
 } // namespace shadowdag

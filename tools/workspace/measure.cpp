@@ -10,6 +10,7 @@
 #include "tools/workspace/judge.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -53,8 +54,13 @@ private:
         return "images/" + sceneSlug(scene_.name) + "_f" + std::to_string(frame_) + "_";
     }
 
+    std::string truthPicture() const {
+        return context_.directory + "/" + pictureBase() + "truth.png";
+    }
+
     bool isDone() const {
-        if (part(context_.times) == nullptr)
+        if (part(context_.times) == nullptr ||
+            (withPictures_ && !std::filesystem::exists(truthPicture())))
             return false;
         return std::all_of(runs_.begin(), runs_.end(), [&](const RunParameters& run) {
             return part("answer/" + run.label()) != nullptr;
@@ -91,8 +97,7 @@ private:
         fewPairsWarning(scene_.name + ", frame " + std::to_string(frame_), pairs_.count());
         truth_ = &judge_.picture(frame_, renderer.gbuffer(), pairs_, float(experiment_.exposure));
         if (withPictures_)
-            writePng(context_.directory + "/" + pictureBase() + "truth.png", experiment_.width,
-                     experiment_.height, truth_->display);
+            writePng(truthPicture(), experiment_.width, experiment_.height, truth_->display);
     }
 
     /// Measures the cost of every map by rays and by map alone, of every start of a frame that is

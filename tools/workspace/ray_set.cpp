@@ -152,12 +152,7 @@ std::string raySetId(const std::vector<NamedArray>& arrays) {
             hasher.add(&array->rows, sizeof array->rows);
             hasher.add(array->bytes.data(), array->bytes.size());
         }
-    std::string digits;
-    for (const uint8_t byte : hasher.hash()) {
-        digits += "0123456789abcdef"[byte >> 4];
-        digits += "0123456789abcdef"[byte & 15];
-    }
-    return digits;
+    return hashText(hasher.hash());
 }
 
 std::string RaySet::id() const {

@@ -66,12 +66,18 @@ void refuseForeignFiles(const std::string& directory) {
             return holdsKeys(directory + "/" + kind + ".json", {"provenance"});
         }))
         return;
-    const std::string journal = directory + "/partial/journal.json";
-    if (readOwnJsonFile(journal).is_discarded())
-        throw Error(ErrorKind::kInput, journal +
-                                           ": is damaged or truncated, so it is unknown "
-                                           "whether shadowdag wrote the files beside it; delete " +
-                                           directory + "/partial to measure again");
+    const auto refuseDamaged = [&](const std::string& name, const std::string& rest) {
+        if (readOwnJsonFile(directory + "/" + name).is_discarded())
+            throw Error(ErrorKind::kInput, directory + "/" + name +
+                                               ": is damaged or truncated, so it is unknown "
+                                               "whether shadowdag wrote the files beside it; "
+                                               "delete " +
+                                               directory + rest);
+    };
+    refuseDamaged("partial/journal.json", "/partial to measure again");
+    for (const std::string& name : reportParts())
+        if (name.ends_with(".json"))
+            refuseDamaged(name, " if you do not need it, or choose another directory");
     for (const std::string& name : reportParts())
         if (fs::exists(fs::symlink_status(directory + "/" + name, ignored)))
             refuse(name);
@@ -81,33 +87,52 @@ void refuseForeignFiles(const std::string& directory) {
                 refuse("partial");
 }
 
-/// Throws Error kResource if a file of an older report is read-only (outputTarget).
+/// Throws Error kResource if this user may not replace a file or a folder of an older report; to
+/// move a folder, one must be allowed to write into it.
 void refuseReadOnly(const std::string& directory) {
-    for (const std::string& name : reportParts())
-        if (const std::string path = directory + "/" + name; fs::is_regular_file(path))
+    for (const std::string& name : reportParts()) {
+        const std::string path = directory + "/" + name;
+        if (fs::is_regular_file(path))
             static_cast<void>(outputTarget(path));
+        if (!fs::is_directory(path))
+            continue;
+        std::string why = whyNotWritable(path);
+        if (why.empty())
+            why = whyNotReplaceable(path);
+        if (!why.empty())
+            throw Error(ErrorKind::kResource, path + ": cannot be replaced: " + why);
+    }
 }
 
-/// Gives the files and folders of a new report the attributes of those that they replace.
+/// Gives a file or a folder of a new report the attributes of the one that it replaces.
 void keepAttributes(const fs::path& old, const fs::path& fresh) {
-    const auto attributes = attributesOf(old);
-    if (!attributes || !fs::exists(fresh) || fs::is_directory(old) != fs::is_directory(fresh))
-        return;
-    if (fs::is_directory(fresh))
-        for (const auto& entry : fs::directory_iterator(fresh))
-            keepAttributes(old / entry.path().filename(), entry.path());
-    if (!attributes->giveTo(fresh))
+    if (const auto attributes = attributesOf(old); attributes && !attributes->giveTo(fresh))
         throw Error(ErrorKind::kResource, fresh.string() + ": cannot get the permissions of " +
                                               old.string() + ": " + std::strerror(errno) +
                                               "; choose another directory");
+}
+
+/// Gives all files of a new report, also those in its folders, the attributes of the old ones.
+void keepAttributesOfFiles(const fs::path& old, const fs::path& fresh) {
+    std::error_code failed;
+    if (fs::is_directory(fresh)) {
+        for (const auto& entry : fs::directory_iterator(fresh, failed))
+            keepAttributesOfFiles(old / entry.path().filename(), entry.path());
+    } else if (fs::is_regular_file(fresh) && fs::is_regular_file(old)) {
+        keepAttributes(old, fresh);
+    }
+    if (failed)
+        throw Error(ErrorKind::kResource,
+                    fresh.string() + ": cannot be read: " + failed.message() +
+                        "; make it readable (chmod u+rx) or choose another directory");
 }
 
 void moveFile(const std::string& from, const std::string& to) {
     std::error_code failed;
     fs::rename(from, to, failed);
     if (failed)
-        throw Error(ErrorKind::kResource,
-                    from + ": cannot be moved to " + to + ": " + failed.message());
+        throw Error(ErrorKind::kResource, from + ": cannot be moved to " + to + ": " +
+                                              failed.message() + "; choose another directory");
 }
 
 /// Restores the older report after an interrupted swap. The new files return to `partial`.
@@ -120,8 +145,12 @@ void undoSwap(const std::string& directory) {
         const bool wasThere = fs::exists(old + "/" + name);
         // Without charts there are no files at their places.
         const bool isFresh = wasThere || (!fs::exists(fresh) && name != "charts");
-        if (isFresh && fs::exists(target))
+        if (isFresh && fs::exists(target)) {
+            std::error_code ignored; // a folder that was given the rights of an older one
+            if (fs::is_directory(target))
+                fs::permissions(target, fs::perms::owner_all, fs::perm_options::add, ignored);
             moveFile(target, fresh);
+        }
         if (wasThere)
             moveFile(old + "/" + name, target);
     }
@@ -242,8 +271,8 @@ DirectoryLock prepareDirectory(const std::string& directory, bool resume, bool i
 void swapReport(const std::string& directory) {
     const std::string partial = directory + "/partial", old = partial + "/old";
     for (const std::string& name : reportParts())
-        keepAttributes(directory + "/" + name, partial + "/" + name);
-    fs::create_directories(old);
+        keepAttributesOfFiles(directory + "/" + name, partial + "/" + name);
+    createDirectory(old);
     auto held = delayRemovalOfUnfinishedFiles(); // and the end of the process
     try {
         for (const std::string& name : reportParts()) {
@@ -253,6 +282,9 @@ void swapReport(const std::string& directory) {
             if (fs::exists(fresh))
                 moveFile(fresh, target);
         }
+        for (const std::string& name : reportParts()) // last, as they may forbid to move a folder
+            if (fs::is_directory(directory + "/" + name) && fs::is_directory(old + "/" + name))
+                keepAttributes(old + "/" + name, directory + "/" + name);
     } catch (...) {
         undoSwap(directory);
         throw;

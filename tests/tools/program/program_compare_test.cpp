@@ -290,6 +290,35 @@ TEST(Compare, AKilledRunLeavesNoPartialResultsAndIsResumed) {
     EXPECT_EQ(Json::parse(readText(report + "/results.json"))["runs"].size(), 8u);
 }
 
+TEST(Compare, AResumedRunMeasuresAgainWhatLostItsPictures) {
+    const TemporaryDirectory directory;
+    const std::string report = directory / "report", journal = report + "/partial/journal.json";
+    Arguments arguments = tinyCompare(report, kAtrium);
+    arguments.insert(arguments.end(), {"--frames", "0:9"});
+    const pid_t child = startProgram(directory, arguments, directory / "out", directory / "err");
+    for (int i = 0; i < 3000 && readText(journal).find("/times") == std::string::npos; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    kill(child, SIGKILL);
+    EXPECT_EQ(waitForProgram(child), 128 + SIGKILL);
+    std::filesystem::remove_all(report + "/partial/images");
+    arguments.emplace_back("--resume");
+    const ProgramResult resumed = runShadowdag(directory, arguments);
+    ASSERT_EQ(resumed.status, 0) << resumed.err;
+    EXPECT_THAT(resumed.err, HasSubstr("without their pictures measured again"));
+    const Json results = Json::parse(readText(report + "/results.json"));
+    size_t count = 0;
+    const auto expectFile = [&](const Json& file) {
+        EXPECT_TRUE(std::filesystem::exists(report + "/" + file.get<std::string>())) << file;
+        ++count;
+    };
+    for (const Json& image : results["truth_images"])
+        expectFile(image["file"]);
+    for (const Json& run : results["runs"])
+        for (const Json& image : run.value("images", Json::object()))
+            expectFile(image);
+    EXPECT_GT(count, 3u);
+}
+
 TEST(Compare, AFinishedReportIsNotResumedAndADamagedJournalIsRefused) {
     const TemporaryDirectory directory;
     const std::string report = directory / "report";
@@ -413,8 +442,7 @@ TEST(Compare, AFailureAfterFinishedPartsAdvisesToResume) {
             directory, tinyCompare(report, kAtrium),
             {"/bin/bash", "-c", "ulimit -f " + std::to_string(blocks) + "; exec \"$@\"", "bash"});
         EXPECT_EQ(result.status, 3);
-        EXPECT_EQ(result.err.find("the same command with --resume goes on after them") !=
-                      std::string::npos,
+        EXPECT_EQ(result.err.find("the same command with --resume continues") != std::string::npos,
                   std::filesystem::exists(report + "/partial"))
             << result.err;
         EXPECT_EQ(std::filesystem::exists(report + "/partial"), blocks == 48);

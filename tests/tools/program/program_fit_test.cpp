@@ -252,6 +252,8 @@ TEST(Fit, ErrorsAreReportedWithTheirStatus) {
     const std::string f = directory / "f.json", scene = "builtin:fail-contact";
     std::filesystem::create_directories(directory / "empty");
     writeText(directory / "mine.json", "{\"title\": \"Mine\"}");
+    writeText(directory / "page.html", "<p>mine</p>");
+    std::filesystem::create_directories(directory / "folder.html");
     expectRefused(
         directory,
         {{{"fit", scene}, 1, "--output"},
@@ -275,6 +277,10 @@ TEST(Fit, ErrorsAreReportedWithTheirStatus) {
          {{"fit", scene, "-o", f, "--experiment-out", directory / "mine.json"},
           1,
           "mine.json': is a file that no fit wrote"},
+         {{"fit", scene, "-o", directory / "page.json", "--no-charts"},
+          1,
+          "page.html: is a file that no fit wrote"},
+         {{"fit", scene, "-o", directory / "folder.json"}, 3, "folder.html: is a directory"},
          {{"fit", scene, "-o", f, "--experiment-out", directory / "f.png"},
           1,
           "f.png are one file"},
@@ -290,6 +296,7 @@ TEST(Fit, ErrorsAreReportedWithTheirStatus) {
           "--thresholds is for method hybrid"},
          {{"fit", scene, scene, "-o", f}, 1, "given twice"}});
     EXPECT_EQ(readText(directory / "mine.json"), "{\"title\": \"Mine\"}");
+    EXPECT_EQ(readText(directory / "page.html"), "<p>mine</p>");
 }
 
 } // namespace shadowdag

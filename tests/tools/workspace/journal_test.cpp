@@ -51,6 +51,54 @@ TEST(Journal, AnotherComparesJournalIsRefused) {
     }
 }
 
+TEST(Journal, EditedPartsAreRefused) {
+    const TemporaryDirectory directory;
+    const std::string path = directory / "j.json";
+    Journal(path, "key", false).set("a", {{"x", 1.5}});
+    const std::string whole = readText(path);
+    EXPECT_EQ(Journal(path, "key", true).takenUpCount(), 1u);
+    for (const auto& [before, after] :
+         {std::pair{"1.5", "1.6"}, {"{\"x\":1.5}", "[1.5]"}, {"parts_hash", "other_hash"}}) {
+        std::string edited = whole;
+        edited.replace(edited.find(before), std::string_view(before).size(), after);
+        writeText(path, edited);
+        try {
+            Journal(path, "key", true);
+            ADD_FAILURE() << "accepted: " << edited;
+        } catch (const Error& error) {
+            EXPECT_EQ(error.kind(), ErrorKind::kInput);
+            EXPECT_NE(std::string(error.what()).find("j.json: its parts were damaged or edited"),
+                      std::string::npos)
+                << error.what();
+        }
+    }
+}
+
+TEST(Journal, PartsWithoutTheirPicturesAreMeasuredAgain) {
+    const TemporaryDirectory directory;
+    const std::string path = directory / "j.json";
+    std::filesystem::create_directory(directory / "images");
+    writeText(directory / "images/a.png", "a");
+    writeText(directory / "images/b.png", "b");
+    {
+        Journal journal(path, "key", false);
+        journal.set("compare", {{"run", {{"images", {{"color", "images/a.png"}}}}}});
+        journal.set("study", {{"rows", {{{"image", "b.png"}}}}});
+        journal.set("none", {{"x", "png"}});
+    }
+    EXPECT_EQ(remarkOn(Journal(path, "key", true)), "3 finished parts reused");
+    std::filesystem::remove(directory / "images/b.png");
+    {
+        const Journal journal(path, "key", true);
+        EXPECT_EQ(remarkOn(journal),
+                  "2 finished parts reused, 1 without their pictures measured again");
+        EXPECT_EQ(journal.find("study"), nullptr);
+        EXPECT_NE(journal.find("compare"), nullptr);
+    }
+    std::filesystem::remove_all(directory / "images");
+    EXPECT_EQ(Journal(path, "key", true).find("compare"), nullptr);
+}
+
 TEST(InputHashes, DependOnEveryByteThatResultsDependOn) {
     const TemporaryDirectory directory;
     const std::string gltf = directory / "a.gltf", bin = directory / "a b.bin",
