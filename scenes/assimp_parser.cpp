@@ -139,9 +139,12 @@ GltfSource parse(const std::string& path, const Bytes& bytes, const std::string&
                         "; it is damaged, or of a version that Assimp does not know; " +
                         kHowToConvert);
     }
-    if (!files->missing().empty())
+    std::map<std::string, std::string> missing = files->missing();
+    if (missing.size() > 1) // where a named one is missing, Assimp tries this name
+        missing.erase(std::filesystem::path(path).stem().string() + ".mtl");
+    if (!missing.empty())
         conversion.source.warnings.push_back(
-            "Files that it names are missing: " + quotedNames(files->missing()) + ".");
+            "Files that it names are missing: " + quotedNames(missing) + ".");
     const std::vector<UvSets> uvSets = writeMaterials(*scene, conversion);
     const std::string roots = writeNodes(*scene, uvSets, conversion);
     const glb::Parts& parts = conversion.parts;

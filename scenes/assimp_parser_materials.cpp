@@ -134,7 +134,8 @@ std::optional<TextureOf> MaterialWriter::textureOf(const aiMaterial& material,
     aiTextureMapMode wraps[3] = {aiTextureMapMode_Wrap, aiTextureMapMode_Wrap,
                                  aiTextureMapMode_Wrap};
     if (material.GetTexture(type, 0, &name, nullptr, &texCoord, nullptr, nullptr, wraps) !=
-        aiReturn_SUCCESS)
+            aiReturn_SUCCESS ||
+        name.length == 0) // as some exporters write of a material without an image
         return std::nullopt;
     const std::optional<size_t> image = imageOf(name);
     if (!image)

@@ -115,11 +115,12 @@ Error refused(const std::string& path, const std::string& problem) {
 Error errorOf(const ProcessEnd& end, const ProcessLimits& limits, const std::string& path) {
     struct rlimit own {};
     getrlimit(RLIMIT_CPU, &own);
-    if (end.signal == SIGXCPU && own.rlim_cur < limits.cpuSeconds)
+    const bool isHard = end.signal == SIGKILL && own.rlim_max == own.rlim_cur;
+    if ((end.signal == SIGXCPU || isHard) && own.rlim_cur < limits.cpuSeconds)
         return Error(ErrorKind::kResource,
                      path + ": reading it took longer than the limit of the shell, " +
-                         std::to_string(own.rlim_cur) +
-                         " s of processor time; raise it (ulimit -S -t)");
+                         std::to_string(own.rlim_cur) + " s of processor time; raise it (ulimit " +
+                         (isHard ? "-t)" : "-S -t)"));
     if (end.signal == SIGXCPU)
         return refused(path, "reading it took longer than the limit for a file of its size, " +
                                  std::to_string(limits.cpuSeconds) +
@@ -128,7 +129,13 @@ Error errorOf(const ProcessEnd& end, const ProcessLimits& limits, const std::str
         return Error(ErrorKind::kResource, path + ": reading it was killed; is memory short?");
     if (end.signal == 0 && end.status == int(ErrorKind::kInput))
         return Error(ErrorKind::kInput, end.output);
-    if (end.signal == 0 && end.status == int(ErrorKind::kResource))
+    const bool isOutOfMemory = end.signal == 0 && end.status == int(ErrorKind::kResource);
+    if (isOutOfMemory && !end.tighterMemoryLimit.empty())
+        return Error(ErrorKind::kResource,
+                     path +
+                         ": reading it takes more memory than the limit of the shell; raise it (" +
+                         end.tighterMemoryLimit + ")");
+    if (isOutOfMemory)
         return refused(path,
                        "reading it takes more memory than the limit for a file of its size, " +
                            std::to_string(limits.memoryBytes >> 20) +

@@ -31,15 +31,26 @@ void lowerLimitTo(__rlimit_resource resource, uint64_t value) {
     setrlimit(resource, &limit);
 }
 
-/// Returns what counts for RLIMIT_DATA of this process already, which statm gives with its stack.
-/// Source: proc(5), "status".
-uint64_t ownDataBytes() {
+/// Returns what counts for RLIMIT_DATA ("VmData:", which statm gives with the stack) or RLIMIT_AS
+/// ("VmSize:") of this process already; 0 if that cannot be read. Source: proc(5), "status".
+uint64_t ownBytes(const std::string& field) {
     std::ifstream file = openInput("/proc/self/status");
     uint64_t kibibytes = 0;
-    for (std::string word; file >> word;)
-        if (word == "VmData:")
+    for (std::string word; kibibytes == 0 && file >> word;)
+        if (word == field)
             file >> kibibytes;
     return kibibytes << 10;
+}
+
+/// Returns the command that raises the shell's limit of memory, if that is below those of work.
+std::string tighterLimitOfShell(const ProcessLimits& limits, uint64_t dataBytes) {
+    struct rlimit data {
+    }, space{};
+    getrlimit(RLIMIT_DATA, &data);
+    getrlimit(RLIMIT_AS, &space);
+    if (data.rlim_cur < dataBytes + limits.memoryBytes)
+        return "ulimit -d";
+    return space.rlim_cur < ownBytes("VmSize:") + limits.memoryBytes ? "ulimit -v" : "";
 }
 
 /// Sets up the process that reads: files, signals, limits. Moves `out` from the standard streams.
@@ -131,7 +142,7 @@ private:
 
 ProcessEnd runInProcess(const std::string& what, const ProcessLimits& limits,
                         const std::function<int(const ByteSink& write)>& work) {
-    const uint64_t dataBytes = ownDataBytes();
+    const uint64_t dataBytes = ownBytes("VmData:");
     int ends[2] = {};
     const bool hasPipe = pipe2(ends, O_CLOEXEC) == 0;
     if (!hasPipe)
@@ -162,6 +173,7 @@ ProcessEnd runInProcess(const std::string& what, const ProcessLimits& limits,
     ::close(ends[1]);
     LimitedChild reader(child, ends[0]);
     ProcessEnd end;
+    end.tighterMemoryLimit = tighterLimitOfShell(limits, dataBytes);
     end.output = reader.readOutput(limits.outputBytes);
     if (end.output.size() > limits.outputBytes)
         reader.end();

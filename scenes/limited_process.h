@@ -20,9 +20,10 @@ struct ProcessLimits {
 
 /// How the process ended.
 struct ProcessEnd {
-    std::string output; ///< what it wrote
-    int status = 0;     ///< its exit status, unless a signal ended it
-    int signal = 0;     ///< that ended it; 0: none
+    std::string output;                  ///< what it wrote
+    int status = 0;                      ///< its exit status, unless a signal ended it
+    int signal = 0;                      ///< that ended it; 0: none
+    std::string tighterMemoryLimit = {}; ///< "ulimit -v" if that left less than memoryBytes; or ""
 };
 
 /// Passes bytes to the process that waits.

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -59,6 +60,27 @@ TEST(LimitedProcess, ItsMemoryIsLimited) {
     };
     EXPECT_EQ(take(uint64_t(32) << 20).status, 0);
     EXPECT_EQ(take(uint64_t(65) << 20).status, 3);
+}
+
+TEST(LimitedProcess, ATighterLimitOfTheShellIsNamed) {
+#if defined(SDAG_SANITIZED)
+    GTEST_SKIP() << "sanitizers reserve terabytes for themselves, so no limit can be tight";
+#endif
+    const auto limitOf = [](__rlimit_resource resource) {
+        struct rlimit before {};
+        getrlimit(resource, &before);
+        // Room for this process, whatever other tests left, but not for as much more.
+        const struct rlimit tight = {uint64_t(1) << 40, before.rlim_max};
+        setrlimit(resource, &tight);
+        ProcessLimits limits = kLimits;
+        limits.memoryBytes = uint64_t(1) << 40;
+        const ProcessEnd end = runInProcess("f", limits, [](const ByteSink&) { return 0; });
+        setrlimit(resource, &before);
+        return end.tighterMemoryLimit;
+    };
+    EXPECT_EQ(limitOf(RLIMIT_DATA), "ulimit -d");
+    EXPECT_EQ(limitOf(RLIMIT_AS), "ulimit -v");
+    EXPECT_EQ(runInProcess("f", kLimits, [](const ByteSink&) { return 0; }).tighterMemoryLimit, "");
 }
 
 TEST(LimitedProcess, ItsTimeIsLimited) {

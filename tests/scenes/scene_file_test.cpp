@@ -254,9 +254,14 @@ TEST_F(OtherScenes, MaterialsOfObjHaveTheirColours) {
     EXPECT_EQ(shown.meshes[0].uv[2], glm::vec2(1, 0));
     folder.write("a.mtl", "newmtl m\nmap_Kd none.png\n");
     EXPECT_THAT(read("a.obj", board()).warnings, Contains(HasSubstr("no such file")));
+    folder.write("a.mtl", "newmtl m\nmap_Kd \n");
+    EXPECT_TRUE(read("a.obj", board()).warnings.empty()) << "a map without a name is none";
     std::filesystem::remove(folder.path("a.mtl"));
     EXPECT_THAT(read("a.obj", board()).warnings,
                 Contains(StartsWith("Files that it names are missing: 'a.mtl'")));
+    EXPECT_THAT(read("a.obj", board("mtllib none.mtl\nusemtl m\n")).warnings,
+                Contains("Files that it names are missing: 'none.mtl' (no such file; put it beside "
+                         "the file that names it)."));
 }
 
 TEST_F(OtherScenes, OpacityMapsCutMaterialsOut) {
